@@ -24,11 +24,22 @@ from report_samples import (
 )
 from rich.console import Console
 
+from vibecalc.core.report.rows import Cells, Rows, loud, others, percent, rows_of
 from vibecalc.core.report.terminal import plain_summary, summary
 from vibecalc.core.report.text import render_report, render_verdicts
-from vibecalc.core.report.writing import Column, fold, number, show, show_percent, show_phase, table
+from vibecalc.core.report.writing import (
+    Column,
+    fold,
+    number,
+    paragraph,
+    show,
+    show_percent,
+    show_phase,
+    table,
+)
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES
 from vibecalc.core.results.record import Axis, Record
+from vibecalc.isolation.report import torque_reaction
 from vibecalc.units import TABLE, convert
 
 
@@ -212,6 +223,95 @@ def test_a_table_has_no_column_without_an_entry() -> None:
     assert with_total[0] == "  name    full  low"
     assert with_total[-2:] == ["  -----------------", "  sum             9"]
     assert table(columns, [])[0].split("\n")[0] == "  name    full empty  low"
+
+
+def _modes(*paths: str) -> Record:
+    """A record of two modes of a body with those of its results."""
+    modes = Axis(name="mode", values=np.array([1, 2]))
+    along = Axis(name="coordinate", values=np.array(["x", "y"], dtype=object))
+    record = Record()
+    for one in (
+        quantity("of/frequency", [2.0 * math.pi, 1e-20], "rad/s", modes, error=1e-15),
+        quantity("of/share", [[0.25, 0.75], [1.0, 0.0]], "", modes, along),
+        quantity("of/force", [3.0 - 4.0j, -2.0], "N", modes),
+        quantity("of/stop", [0.001, math.inf], "m", modes),
+    ):
+        if one.path.removeprefix("of/") in paths:
+            record.add(one)
+    return record
+
+
+OF_MODES = Rows(
+    "mode",
+    "mode",
+    (
+        Cells("frequency", "Hz", "Hz"),
+        Cells("share", "{} %", percent(1), 6, "%: share of energy"),
+        Cells("force", "N"),
+        Cells("force", "deg", show_phase),
+        Cells("stop", "to stop mm", "mm", blank=True),
+    ),
+    width=4,
+    each=10,
+    root="of",
+)
+
+
+def _cells(lines: list[str]) -> list[list[str]]:
+    return [line.split() for line in lines[0].split("\n")]
+
+
+def test_a_described_table_has_the_columns_that_the_result_has() -> None:
+    names = ("frequency", "share", "force", "stop")
+    lines, shown = rows_of(_modes(*names), OF_MODES)
+    assert shown == {f"of/{name}" for name in names}
+    assert _cells(lines)[0] == ["mode", "Hz", "x", "%", "y", "%", "N", "deg", "to", "stop", "mm"]
+    assert _cells(lines)[2:] == [
+        ["1", "1.000", "25.0", "75.0", "5.000", "-53.13", "1.000"],
+        ["2", "0", "100.0", "0.0", "2.000", "180.00", "-"],
+    ]
+    assert lines[1].strip() == "%: share of energy"
+    lines, shown = rows_of(_modes("force"), OF_MODES)
+    assert (_cells(lines)[0], len(lines), shown) == (["mode", "N", "deg"], 1, {"of/force"})
+    assert rows_of(_modes(), OF_MODES) == ([], set())
+    # a result over another axis is none of the table
+    assert rows_of(_modes(*names), OF_MODES._replace(axis="coordinate")) == ([], set())
+
+
+def test_a_described_table_can_be_turned_joined_and_cut() -> None:
+    columns = (Cells("force", "force"), Cells("stop", "to stop", "mm"))
+    turned = Rows("mode", "largest", columns, root="of", across=True)
+    found = _cells(rows_of(_modes("force", "stop"), turned)[0])
+    assert found[0] == ["largest", "1", "2", "unit"]
+    assert found[2:] == [
+        ["force", "5.000", "2.000", "N"],
+        ["to", "stop", "1.000", "unbounded", "mm"],
+    ]
+    alike = Rows("mode", "mode", (Cells("share", "{}", lambda *_: "same"),), root="of", merge=True)
+    assert _cells(rows_of(_modes("share"), alike)[0])[2:] == [["1,", "2", "same", "same"]]
+    large = turned._replace(
+        across=False, places=loud(0.5, 9), rest=others("{left} more than {shown}")
+    )
+    lines, _ = rows_of(_modes("force"), large)
+    assert (_cells(lines)[2:], lines[1].strip()) == ([["1", "5.000"]], "1 more than 1")
+    nothing = large._replace(places=lambda _: np.array([], dtype=int), none="all are zero")
+    assert rows_of(_modes("force"), nothing) == (paragraph("all are zero"), {"of/force"})
+
+
+def test_entries_stand_beside_their_own_order() -> None:
+    root, record = "isolation/torque_reaction", Record()
+    halves = Axis(name="half_order", values=np.array([0.5, 1.0, 1.5, 2.0]))
+    whole = Axis(name="order", values=np.array([1, 2]))
+    along = Axis(name="direction", values=np.array(["x", "y"], dtype=object))
+    record.add(quantity(f"{root}/couple", [4.0, 3.0, 2.0, 1.0j], "N*m", halves))
+    turning = np.array([[0.001, 0.002], [0.003, 0.004]])
+    record.add(quantity("isolation/body/rotation_harmonics", turning, "rad", whole, along))
+    found = torque_reaction(result_of(record, generator_case()))
+    assert found is not None
+    (lines,) = (one for one in found.detail if one.startswith("  order"))
+    assert [row[3:] for row in _cells([lines])[2:]] == [
+        [], ["1.000", "2.000"], [], ["3.000", "4.000"]
+    ]  # fmt: skip
 
 
 def test_headlines_are_results_in_units_that_fit() -> None:

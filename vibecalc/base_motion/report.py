@@ -7,30 +7,61 @@ import numpy as np
 
 from vibecalc.base_motion.results import HARMONIC, OF_POINTS, ROOT, SPECTRUM
 from vibecalc.core.report.curves import Curve, Curves, Panel, level, sourced
+from vibecalc.core.report.rows import Cells, Rows, by_axis, reduced, rows_of
 from vibecalc.core.report.sections import (
     Section,
-    by_axis,
-    labels,
     magnitudes,
     section,
     stacked,
     table_of,
 )
-from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
+from vibecalc.core.report.writing import paragraph, show
 from vibecalc.core.results.record import Quantity, Record, Result
 
-#: result, heading, factor from SI to what is shown
+#: result, heading, unit
 _LINEAR = (
-    ("translation", "motion mm", 1e3),
-    ("relative_translation", "to base mm", 1e3),
-    ("velocity", "velocity mm/s", 1e3),
-    ("acceleration", "accel. m/s^2", 1.0),
+    ("translation", "motion mm", "mm"),
+    ("relative_translation", "to base mm", "mm"),
+    ("velocity", "velocity mm/s", "mm/s"),
+    ("acceleration", "accel. m/s^2", "m/s^2"),
 )
 _TURNS = (
-    ("rotation", "motion mrad", 1e3),
-    ("relative_rotation", "to base mrad", 1e3),
-    ("angular_velocity", "velocity mrad/s", 1e3),
-    ("angular_acceleration", "accel. rad/s^2", 1.0),
+    ("rotation", "motion mrad", "mrad"),
+    ("relative_rotation", "to base mrad", "mrad"),
+    ("angular_velocity", "velocity mrad/s", "mrad/s"),
+    ("angular_acceleration", "accel. rad/s^2", "rad/s^2"),
+)
+#: a line for each harmonic: lengths along all axes
+_BY_HARMONIC = Rows(
+    "base_harmonic",
+    "harmonic",
+    (
+        Cells("frequency", "Hz", "Hz", 8),
+        *(Cells(reduced(f"{HARMONIC}/{name}", np.max), head, unit) for name, head, unit in _LINEAR),
+        Cells(reduced(f"{HARMONIC}/rotation", np.max), "turning mrad", "mrad", 12),
+    ),
+    width=16,
+    root=HARMONIC,
+)
+_AT_RANDOM = tuple(
+    Rows(
+        "direction",
+        "r.m.s.",
+        [Cells(f"{name}_rms", head, unit) for name, head, unit in motions],
+        width=8,
+        each=17,
+        root=SPECTRUM,
+        label=label,
+    )
+    for motions, label in ((_LINEAR, "{}"), (_TURNS, "r{}"))
+)
+_MOUNTS = Rows(
+    "mount",
+    "mount, peak",
+    (Cells("deflection_peak", "{} mm", "mm"), Cells("mount_force_peak", "{} N")),
+    width=12,
+    each=10,
+    root=SPECTRUM,
 )
 _SUMS = (
     (f"{HARMONIC}/deflection_peak", "deflection peak", "mm"),
@@ -60,24 +91,10 @@ def _points(record: Record) -> list[str]:
 
 
 def _harmonics(record: Record) -> list[str]:
-    """A line for each harmonic: lengths along all axes; then the mounts under all of them."""
+    """Motion by each harmonic, then the mounts under all of them."""
     if f"{HARMONIC}/frequency" not in record:
         return []
-    frequency = record[f"{HARMONIC}/frequency"]
-    found = [(record[f"{HARMONIC}/{name}"], factor) for name, _, factor in (*_LINEAR, _TURNS[0])]
-    rows = [
-        [
-            name,
-            show(hertz(float(frequency.values[place])), 0.0),
-            *(
-                show(factor * float(np.max(magnitudes(one)[place])), factor * one.error_estimate)
-                for one, factor in found
-            ),
-        ]
-        for place, name in enumerate(labels(frequency.axes[0]))
-    ]
-    heads = [number(head, 14) for _, head, _ in _LINEAR] + [number("turning mrad", 12)]
-    lines = table([Column("harmonic", 16), number("Hz", 8), *heads], rows)
+    lines, _ = rows_of(record, _BY_HARMONIC)
     words = "0 to peak, of the axis that moves most; at the reference point of the body"
     if f"{HARMONIC}/foundation_translation" in record:
         below = record[f"{HARMONIC}/foundation_translation"]
@@ -94,33 +111,8 @@ def _spectra(result: Result) -> list[str]:
     record = result.record
     if f"{SPECTRUM}/acceleration_rms" not in record:
         return []
-    lines: list[str] = []
-    for rows_of, about in ((_LINEAR, ("x", "y", "z")), (_TURNS, ("rx", "ry", "rz"))):
-        found = [(record[f"{SPECTRUM}/{name}_rms"], factor) for name, _, factor in rows_of]
-        rows = [
-            [name, *(show(f * float(q.values[i]), f * q.error_estimate) for q, f in found)]
-            for i, name in enumerate(about)
-        ]
-        heads = [number(head, 17) for _, head, _ in rows_of]
-        lines += [*table([Column("r.m.s.", 8), *heads], rows), ""]
     factor = float(str(table_of(result.case, "base_motion").get("peak_factor") or 3.0))
-    deflection, force = (record[f"{SPECTRUM}/{one}_peak"] for one in ("deflection", "mount_force"))
-    names = labels(deflection.axes[1])
-    rows = [
-        [
-            mount,
-            *(
-                show(1e3 * float(one), 1e3 * deflection.error_estimate)
-                for one in deflection.values[i]
-            ),
-            *(show(float(one), force.error_estimate) for one in force.values[i]),
-        ]
-        for i, mount in enumerate(labels(deflection.axes[0]))
-    ]
-    heads = [number(f"{name} mm", 10) for name in names] + [
-        number(f"{name} N", 10) for name in names
-    ]
-    lines += table([Column("mount, peak", 12), *heads], rows)
+    lines = stacked(*(rows_of(record, one)[0] for one in (*_AT_RANDOM, _MOUNTS)))
     return lines + paragraph(f"peaks are {factor:g} times the r.m.s. of what moves at random")
 
 

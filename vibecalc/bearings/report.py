@@ -1,7 +1,8 @@
 """Bearing loads in the report: highest and mean load of each bearing, where they stand."""
 
 from vibecalc.bearings.results import ROOT
-from vibecalc.core.report.sections import Section, by_axis, section, together
+from vibecalc.core.report.rows import by_axis
+from vibecalc.core.report.sections import Section, section, together
 from vibecalc.core.report.writing import paragraph
 from vibecalc.core.results.record import Result
 

@@ -1,9 +1,19 @@
 """The section of a body that is assembled of parts."""
 
 from vibecalc.body.results import ROOT
-from vibecalc.core.report.sections import Section, by_axis, section
-from vibecalc.core.report.writing import number, show, table
+from vibecalc.core.report.rows import Cells, Rows, by_axis, rows_of
+from vibecalc.core.report.sections import Section, section
 from vibecalc.core.results.record import Result
+
+_PRINCIPAL = Rows(
+    "principal",
+    "",
+    (
+        Cells("principal_moments", "principal moment kg*m^2", "", 26),
+        Cells("principal_axes", "axis, {}", "", 12),
+    ),
+    root=ROOT,
+)
 
 
 def body(result: Result) -> Section | None:
@@ -17,18 +27,6 @@ def body(result: Result) -> Section | None:
     )
     lines = by_axis(record, "direction", "along or about", along)
     lines += ["", *by_axis(record, "product", "pair", ((f"{ROOT}/products", "product", "kg*m^2"),))]
-    principal, axes = record[f"{ROOT}/principal_moments"], record[f"{ROOT}/principal_axes"]
-    rows = [
-        [
-            show(float(principal.values[i]), principal.error_estimate),
-            *(show(float(entry), axes.error_estimate) for entry in axes.values[i]),
-        ]
-        for i in range(len(principal.values))
-    ]
-    columns = (
-        number("principal moment kg*m^2", 26),
-        *(number(f"axis, {one}", 12) for one in "xyz"),
-    )
-    lines += ["", *table(columns, rows)]
+    lines += ["", *rows_of(record, _PRINCIPAL)[0]]
     shown = {path for path in record if path.startswith(f"{ROOT}/")}
     return section("Body: its parts together, moments about the mass centre", [(lines, shown)])

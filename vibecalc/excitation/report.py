@@ -4,14 +4,21 @@ import math
 
 import numpy as np
 
+from vibecalc.core.report.rows import (
+    OTHERS,
+    Cells,
+    Found,
+    Rows,
+    by_axis,
+    loud,
+    others,
+    rows_of,
+)
 from vibecalc.core.report.sections import (
     FAINT,
     Section,
     along,
-    by_axis,
-    having,
     labels,
-    magnitudes,
     scalar_of,
     scalars,
     section,
@@ -167,7 +174,8 @@ def excitation(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
     orders = _excitation_orders(record)
-    blocks = [_peaks(record), scalars(record, ["excitation/residual"]), _turning(record)]
+    residual = scalars(record, ["excitation/residual"])
+    blocks = [rows_of(record, _PEAKS), residual, rows_of(record, _TURNING)]
     details = {"balance table": balance(result), "counterweights": _counterweights(record)}
     if height(orders[0]) <= _BRIEF:
         blocks.insert(0, orders)
@@ -218,53 +226,33 @@ def _excitation_orders(record: Record) -> tuple[list[str], set[str]]:
     return lines, shown
 
 
-def _peaks(record: Record) -> tuple[list[str], set[str]]:
-    rows, shown = [], set()
-    for kind in _EXCITATION_KINDS:
-        quantity = record.quantities.get(f"excitation/{kind}_peak")
-        if quantity is None or [axis.name for axis in quantity.axes] != ["direction"]:
-            continue
-        shown.add(quantity.path)
-        values = magnitudes(quantity)
-        cells = [show(value, quantity.error_estimate) for value in values]
-        rows.append([kind, *[*cells, "", "", ""][:3], quantity.unit])
-    if not rows:
-        return [], shown
-    columns = (
-        Column("largest over a turn", 20),
-        number("x", 14),
-        number("y", 14),
-        number("z", 14),
-        Column("unit", 8),
-    )
-    return table(columns, rows), shown
-
-
 _WEIGHTS = (
     ("excitation/counterweight/force", "force N"),
     ("excitation/counterweight/couple", "couple N*m"),
 )
 
 
-_TURNING = (
-    ("excitation/turning/with_crank", "force with the crank N"),
-    ("excitation/turning/against_crank", "force against it N"),
+_PEAKS = Rows(
+    "direction",
+    "largest over a turn",
+    (Cells("force_peak", "force"), Cells("couple_peak", "couple")),
+    width=20,
+    root="excitation",
+    across=True,
+)
+#: with slave rods: the parts of the force that turn at the order times the crank's speed
+_TURNING = Rows(
+    "order",
+    "order, times as fast",
+    (
+        Cells("with_crank", "force with the crank N"),
+        Cells("against_crank", "force against it N"),
+    ),
+    each=24,
+    root="excitation/turning",
+    places=loud(FAINT, _ROWS, 2),
 )
 _KNUCKLE = "excitation/mass/knuckle"
-
-
-def _turning(record: Record) -> tuple[list[str], set[str]]:
-    """With slave rods: the parts of the force that turn at the order times the crank's speed."""
-    found = [having(record, path, "order") for path, _ in _TURNING]
-    both = [one for one in found if one is not None]
-    if len(both) != len(found):
-        return [], set()
-    sizes = np.array([np.abs(one.values) for one in both])
-    loud = np.flatnonzero(np.any(sizes > FAINT * sizes.max(initial=0.0), axis=0))[:_ROWS]
-    names, pairs = labels(both[0].axes[0]), list(zip(sizes, both, strict=True))
-    rows = [[names[i], *(show(float(size[i]), one.estimate) for size, one in pairs)] for i in loud]
-    heads = [Column("order, times as fast", 22), *(number(words, 24) for _, words in _TURNING)]
-    return table(heads, rows), {path for path, _ in _TURNING}
 
 
 def _counterweights(record: Record) -> tuple[list[str], set[str]]:
@@ -282,11 +270,24 @@ _MASSES = (
     ("excitation/mass/rotating", "turns with the pin kg"),
 )
 
+_OF_ROD = Rows(
+    "order",
+    "couple of the rod",
+    (Cells("couple", "amplitude N*m", "", 18), Cells("couple", "phase deg", show_phase, 10)),
+    width=20,
+    root="excitation/rod",
+    label="order {}",
+    places=loud(FAINT, _ROWS),
+    rest=others("{left} further orders, faint or high, are in the result file", acting=True),
+    none="couple of the rod: zero at every order",
+)
+
 
 def rod(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    details = {"running gear": together(_masses(record), _inertia(record), _orders(record))}
+    parts = (_masses(record), _inertia(record), rows_of(record, _OF_ROD))
+    details = {"running gear": together(*parts)}
     return section("Running gear: masses and rod inertia", (), details)
 
 
@@ -311,44 +312,35 @@ def _inertia(record: Record) -> tuple[list[str], set[str]]:
     return lines + paragraph(words), shown
 
 
-def _orders(record: Record) -> tuple[list[str], set[str]]:
-    quantity = having(record, _STEM + "couple", "order")
-    if quantity is None:
-        return [], set()
-    error = quantity.error_estimate
-    sizes = np.abs(quantity.values)
-    acting = np.flatnonzero(~quantity.zero)
-    loud = [int(i) for i in acting if sizes[i] > FAINT * sizes.max()][:_ROWS]
-    names = labels(quantity.axes[0])
-    columns = (
-        Column("couple of the rod", 20),
-        number(f"amplitude {quantity.unit}", 18),
-        number("phase deg", 10),
-    )
-    rows = [
-        [
-            f"order {names[i]}",
-            show(abs(quantity.values[i]), error),
-            show_phase(complex(quantity.values[i]), error),
-        ]
-        for i in loud
-    ]
-    if not rows:
-        return paragraph("couple of the rod: zero at every order"), {quantity.path}
-    lines = table(columns, rows)
-    further = len(acting) - len(rows)
-    if further:
-        lines += paragraph(f"{further} further orders, faint or high, are in the result file")
-    return lines, {quantity.path}
-
-
 # ----------------------------------------------------------------------------
 # Axial force of the motor's skewed conductors: its largest orders, and what they add up to.
 # ----------------------------------------------------------------------------
 
-_MOTOR_ROWS = 8
 _FOLDER = "excitation/motor/"
 _SCALARS = tuple(_FOLDER + name for name in ("mean_force", "sum_of_amplitudes", "peak", "rms"))
+
+
+def _largest(found: Found) -> np.ndarray:
+    """The largest orders, the largest first."""
+    size = np.where(found[0].zero, 0.0, np.abs(found[0].values))
+    return np.argsort(-size, kind="stable")[: min(8, np.count_nonzero(size))]
+
+
+_OF_MOTOR = Rows(
+    "order",
+    "order",
+    (
+        Cells("axial_force", "amplitude"),
+        Cells("axial_force", "unit", lambda *_: "N", 8),
+        Cells("axial_force", "phase deg", show_phase, 12),
+    ),
+    width=14,
+    root="excitation/motor",
+    right=True,
+    places=_largest,
+    rest=others("the {shown} largest; {left} further orders are in the result file", acting=True),
+    none="zero at every order",
+)
 
 
 def motor(result: Result) -> Section | None:
@@ -361,35 +353,8 @@ def motor(result: Result) -> Section | None:
             "the body."
         )
     title = "Motor: axial force of skewed conductors"
-    details = {"axial force of the motor by order": _motor_orders(result.record)}
+    details = {"axial force of the motor by order": rows_of(result.record, _OF_MOTOR)}
     return section(title, [(single, shown)], details)
-
-
-def _motor_orders(record: Record) -> tuple[list[str], set[str]]:
-    hit = along(record, _FOLDER + "axial_force", "order")
-    if hit is None:
-        return [], set()
-    quantity, orders = hit
-    values, error = np.asarray(quantity.values), quantity.error_estimate
-    acting = np.flatnonzero(~quantity.zero)
-    largest = acting[np.argsort(-np.abs(values[acting]), kind="stable")][:_MOTOR_ROWS]
-    rows = [
-        [
-            str(int(orders[i])),
-            show(abs(values[i]), error),
-            quantity.unit,
-            show_phase(complex(values[i]), error),
-        ]
-        for i in largest
-    ]
-    columns = (number("order", 14), number("amplitude", 14), number("unit", 8), number("phase deg"))
-    lines = table(columns, rows) if rows else paragraph("zero at every order")
-    if len(acting) > len(rows):
-        lines += paragraph(
-            f"the {len(rows)} largest; {len(acting) - len(rows)} further orders are in the result "
-            "file"
-        )
-    return lines, {quantity.path}
 
 
 # ----------------------------------------------------------------------------
@@ -402,13 +367,20 @@ _PUMP_SCALARS = tuple(
     for name in ("suction_opens", "discharge_opens", "swept_volume", "volumetric_efficiency",
                  "flow", "work", "power", "mean_torque")
 )  # fmt: skip
-#: orders below this share of the largest one stay in the result file
-_SMALL = 1e-2
-_MOST = 12
 _WORDS = (
     "The suction valve opens so long after top dead centre, the discharge valve after bottom dead "
     "centre; both close at the dead centres. Work is of one cylinder in a turn, flow and power are "
     "of all; the torque of the liquid brakes the crankshaft."
+)
+
+_OF_PUMP = Rows(
+    "order",
+    "order",
+    (Cells("torque", "torque N*m", "", 16), Cells("torque", "phase deg", show_phase, 12)),
+    width=8,
+    root="excitation/pump",
+    places=loud(1e-2, 12),
+    rest=others(OTHERS),
 )
 
 
@@ -417,26 +389,6 @@ def pump(result: Result) -> Section | None:
     lines, shown = scalars(result.record, _PUMP_SCALARS, ROOT)
     if not shown:
         return None
-    details = {"torque of the pump by order": _pump_orders(result.record)}
+    details = {"torque of the pump by order": rows_of(result.record, _OF_PUMP)}
     blocks = [(lines + paragraph(_WORDS), {*shown, f"{ROOT}pressure"})]
     return section("Pump: valves, volumes and torque", blocks, details)
-
-
-def _pump_orders(record: Record) -> tuple[list[str], set[str]]:
-    torque = having(record, ROOT + "torque", "order")
-    if torque is None:
-        return [], set()
-    size = magnitudes(torque)
-    large = np.flatnonzero((size > 4.0 * torque.error_estimate) & (size >= _SMALL * size.max()))
-    rows = [
-        [
-            f"{torque.axes[0].values[place]:g}",
-            show(size[place], torque.error_estimate),
-            show_phase(complex(torque.values[place]), torque.error_estimate),
-        ]
-        for place in large[:_MOST]
-    ]
-    columns = (Column("order", 8), number("torque N*m", 16), number("phase deg", 12))
-    left = len(size) - len(rows)
-    words = f"the other {left} orders are zero or weaker, and in the result file"
-    return table(columns, rows) + (paragraph(words) if left else []), {torque.path}

@@ -1,29 +1,71 @@
 """Machine and foundation in six freedoms: the section of the report, and the picture."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from vibecalc.core.report.curves import Curve, Curves, Panel, level, sourced
+from vibecalc.core.report.rows import Cells, Made, Rows, by_axis, loud, percent, reduced, rows_of
 from vibecalc.core.report.sections import (
     Section,
-    along,
-    by_axis,
-    having,
-    magnitudes,
     scalar_of,
     section,
     stacked,
 )
-from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
-from vibecalc.core.results.record import Axis, Quantity, Record, Result
+from vibecalc.core.report.writing import Column, number, paragraph, show, table
+from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.foundation.coupled_results import COUPLED
 
 #: orders below this share of the largest stay in the result file
 _SMALL = 1e-3
 _MOST = 12
 _LOADS = (("force", "N"), ("couple", "N m"))
+
+_MODES = Rows(
+    "coupled_mode",
+    "mode",
+    (
+        Cells("natural_frequency", "Hz", "Hz", 10),
+        Cells("damping_ratio", "damping ratio", "", 13),
+        Cells("machine_share", "machine %", percent(1), 10),
+        Cells(
+            "machine_share",
+            "foundation %",
+            lambda share, _: f"{100.0 - 100.0 * share:.1f}",
+            12,
+            "%: share of the energy of the mode",
+        ),
+    ),
+    width=4,
+    root=f"{COUPLED}/modes",
+)
+
+
+_FORCE, _RIGID = (reduced(f"{COUPLED}/{name}/force") for name in ("ground", "rigid"))
+
+
+def _large(found: Sequence[Quantity]) -> np.ndarray:
+    """Places of the orders that matter on a rigid foundation."""
+    return loud(_SMALL, _MOST)(found[1:])
+
+
+_BY_ORDER = Rows(
+    "half_order",
+    "order",
+    (
+        Cells(_FORCE, "on the ground N", "", 15),
+        Cells(_RIGID, "rigid N"),
+        Cells("ground/force_by_order", "efficiency %", percent(2)),
+        Cells("rigid/force_by_order", "rigid %", percent(2), 10),
+        Cells("power", "power W"),
+    ),
+    width=6,
+    each=12,
+    root=COUPLED,
+    label="{:g}",
+    places=_large,
+)
 
 
 def coupled(result: Result) -> Section | None:
@@ -35,33 +77,9 @@ def coupled(result: Result) -> Section | None:
     feet = by_axis(
         record, "mount", "below the mount", ((f"{COUPLED}/foot_velocity_rms", "r.m.s.", "mm/s"),)
     )
-    lines = stacked(_modes(record), _loads(record), feet)
-    details = {"force on the ground by order": _by_order(record)}
+    lines = stacked(rows_of(record, _MODES)[0], _loads(record), feet)
+    details = {"force on the ground by order": rows_of(record, _BY_ORDER)}
     return section("Machine and foundation", [(lines, shown)], details)
-
-
-def _modes(record: Record) -> list[str]:
-    hit = along(record, f"{COUPLED}/modes/natural_frequency", "coupled_mode")
-    ratio = along(record, f"{COUPLED}/modes/damping_ratio", "coupled_mode")
-    share = along(record, f"{COUPLED}/modes/machine_share", "coupled_mode")
-    if hit is None or ratio is None or share is None:
-        return []
-    error = hertz(hit[0].error_estimate)
-    rows = [
-        [
-            str(int(mode)),
-            show(hertz(float(hit[0].values[i])), error),
-            show(float(ratio[0].values[i]), ratio[0].error_estimate),
-            f"{100.0 * float(share[0].values[i]):.1f}",
-            f"{100.0 - 100.0 * float(share[0].values[i]):.1f}",
-        ]
-        for i, mode in enumerate(hit[1])
-    ]
-    heads = (
-        Column("mode", 4), number("Hz", 10), number("damping ratio", 13),
-        number("machine %", 10), number("foundation %", 12),
-    )  # fmt: skip
-    return table(heads, rows) + paragraph("%: share of the energy of the mode")
 
 
 def _loads(record: Record) -> list[str]:
@@ -89,34 +107,6 @@ def _loads(record: Record) -> list[str]:
     return table(heads, rows) + paragraph(words)
 
 
-def _by_order(record: Record) -> list[str]:
-    ground, rigid = (
-        having(record, f"{COUPLED}/{name}/force", "half_order", "direction")
-        for name in ("ground", "rigid")
-    )
-    power = having(record, f"{COUPLED}/power", "half_order")
-    if ground is None or rigid is None or power is None:
-        return []
-    sizes = [np.linalg.norm(magnitudes(one), axis=1) for one in (ground, rigid)]
-    shares = [record[f"{COUPLED}/{name}/force_by_order"].values for name in ("ground", "rigid")]
-    large = np.flatnonzero(sizes[1] > _SMALL * np.max(sizes[1], initial=0.0))[:_MOST]
-    rows = [
-        [
-            f"{ground.axes[0].values[i]:g}",
-            show(sizes[0][i], ground.error_estimate),
-            show(sizes[1][i], rigid.error_estimate),
-            *(f"{100.0 * one[i]:.2f}" if np.isfinite(one[i]) else "-" for one in shares),
-            show(float(power.values[i]), power.error_estimate),
-        ]
-        for i in large
-    ]
-    heads = (
-        Column("order", 6), number("on the ground N", 15), number("rigid N", 12),
-        number("efficiency %", 12), number("rigid %", 10), number("power W", 12),
-    )  # fmt: skip
-    return table(heads, rows) if rows else []
-
-
 # ----------------------------------------------------------------------------
 # Transmissibility with and without the foundation; force by order.
 # ----------------------------------------------------------------------------
@@ -135,18 +125,16 @@ def _one(name: str, coordinate: str) -> Callable[[Result], Quantity | None]:
     return made
 
 
-def _length(name: str) -> Callable[[Result], Quantity | None]:
+def _length(of: Made) -> Callable[[Result], Quantity | None]:
     """Length of the force of the orders that matter, as whole or half numbers."""
 
     def made(result: Result) -> Quantity | None:
-        found = sourced(f"{COUPLED}/{name}/force", result)
-        other = sourced(f"{COUPLED}/rigid/force", result)
-        if found is None or other is None:
+        found, rigid = of(result.record), _RIGID(result.record)
+        if found is None or rigid is None:
             return None
-        size, rigid = (np.linalg.norm(np.abs(one.values), axis=1) for one in (found, other))
-        large = np.flatnonzero(rigid > _SMALL * np.max(rigid, initial=0.0))[:_MOST]
-        axis: Axis = replace(found.axes[0], values=found.axes[0].values[large])
-        return replace(found, path="", values=size[large], axes=(axis,))
+        large = loud(_SMALL, _MOST)([rigid])
+        axis = replace(found.axes[0], values=found.axes[0].values[large])
+        return replace(found, path="", values=found.values[large], axes=(axis,))
 
     return made
 
@@ -171,8 +159,8 @@ FOUNDATION = Curves(
         Panel(
             "force",
             (
-                Curve(_length("ground"), "as it is", bars=True),
-                Curve(_length("rigid"), "on a rigid foundation", bars=True),
+                Curve(_length(_FORCE), "as it is", bars=True),
+                Curve(_length(_RIGID), "on a rigid foundation", bars=True),
             ),
             "force on the ground by order",
             log="y",

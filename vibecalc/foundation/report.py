@@ -1,16 +1,24 @@
 """The section of a machine on a foundation that moves."""
 
+from vibecalc.core.report.rows import Cells, Rows, first, rows_of
 from vibecalc.core.report.sections import Section, section
-from vibecalc.core.report.writing import number, show, table
 from vibecalc.core.results.record import Result
 from vibecalc.foundation.results import ROOT
 
-#: result, heading, factor from SI to what is shown
-_COLUMNS = (
-    ("machine", "machine um", 1e6),
-    ("motion", "foundation um", 1e6),
-    ("ground_force", "force on ground N", 1.0),
-    ("rigid_force", "on a rigid one N", 1.0),
+_BY_ORDER = Rows(
+    "order",
+    "order",
+    (
+        Cells("machine", "machine um", "um"),
+        Cells("motion", "foundation um", "um"),
+        Cells("ground_force", "force on ground N"),
+        Cells("rigid_force", "on a rigid one N"),
+    ),
+    width=6,
+    each=18,
+    root=ROOT,
+    right=True,
+    places=first(12),
 )
 
 
@@ -19,13 +27,6 @@ def foundation(result: Result) -> Section | None:
     record = result.record
     if f"{ROOT}/natural_frequency" not in record:
         return None
-    found = [(record[f"{ROOT}/{name}"], factor) for name, _, factor in _COLUMNS]
-    orders = [int(order) for order in found[0][0].axes[0].values]
-    rows = [
-        [str(order), *(show(abs(q.values[i]) * f, q.error_estimate * f) for q, f in found)]
-        for i, order in enumerate(orders[:12])
-    ]
-    heads = [number("order", 6), *(number(head, 18) for _, head, _ in _COLUMNS)]
     shown = {path for path in record if path.startswith(f"{ROOT}/")}
-    details = {"motion and force of the foundation by order": table(heads, rows)}
+    details = {"motion and force of the foundation by order": rows_of(record, _BY_ORDER)}
     return section("On a foundation that moves", (), details, shown)

@@ -6,7 +6,18 @@ from dataclasses import replace
 import numpy as np
 
 from vibecalc.core.report.curves import Curve, Curves, Ends, Panel, Plot, level
-from vibecalc.core.report.sections import Section, having, labels, magnitudes, scalar_of, section
+from vibecalc.core.report.rows import (
+    OTHERS,
+    Cells,
+    Made,
+    Rows,
+    loud,
+    others,
+    part_of,
+    reduced,
+    rows_of,
+)
+from vibecalc.core.report.sections import Section, having, scalar_of, section, stacked
 from vibecalc.core.report.writing import Column, number, paragraph, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.isolation.efficiency_results import COUPLES, FORCES, ROOT
@@ -27,7 +38,7 @@ def isolation_efficiency(result: Result) -> Section | None:
         "held still: what acts on the body would reach the ground. Efficiency is 1 less the ratio "
         "of what does reach it; below zero the mounts send more than acts."
     )
-    details = {f"isolation of the {word} by order": _by_order(record, path, word, unit)
+    details = {f"isolation of the {word} by order": rows_of(record, _by_order(path, unit))
                for path, word, unit in _NAMES}  # fmt: skip
     return section("Isolation efficiency", [(lines, shown)], details)
 
@@ -55,59 +66,58 @@ def _overall(record: Record) -> list[str]:
                 ]
             )
     lines = table(columns, rows)
-    by = having(record, f"{ROOT}/by_direction", "coordinate")
-    if by is None:
-        return lines
-    names = labels(by.axes[0])
-    cells = [_percent(float(one)) for one in by.values]
-    by_axis = (Column("r.m.s. along and about", 22), *(number(one, 10) for one in names))
-    return [*lines, "", *table(by_axis, [["efficiency", *cells]])]
+    return stacked(lines, rows_of(record, _BY_DIRECTION)[0])
 
 
-def _percent(share: float | None) -> str:
+def _percent(share: float | None, _error: float = 0.0) -> str:
     """Nothing where no load acts: the ratio is then of what arrives or of nothing."""
     known = share is not None and np.isfinite(share) and share != 1.0
     return f"{100.0 * share:.2f} %" if share is not None and known else "-"
 
 
-def _large(record: Record, path: str) -> np.ndarray:
-    """Places of the orders that act or arrive with a thousandth of the largest."""
-    sizes = [
-        np.linalg.norm(magnitudes(record[f"{path}/{one}"]), axis=1) for one in ("held", "ground")
-    ]
-    size = np.max(sizes, axis=0)
-    return np.flatnonzero(size > _SMALL * np.max(size, initial=0.0))[:_MOST]
+_BY_DIRECTION = Rows(
+    "coordinate",
+    "r.m.s. along and about",
+    (Cells("by_direction", "efficiency", _percent),),
+    each=10,
+    root=ROOT,
+    across=True,
+)
 
 
-def _by_order(record: Record, path: str, word: str, unit: str) -> list[str]:
-    held = having(record, f"{path}/held", "half_order", "coordinate")
-    ground = having(record, f"{path}/ground", "half_order", "coordinate")
-    share = having(record, f"{path}/by_order", "half_order", "component")
-    if held is None or ground is None or share is None:
-        return []
-    acting, arrived = (np.linalg.norm(magnitudes(one), axis=1) for one in (held, ground))
-    components = [f"{name} %" for name in labels(share.axes[1])]
+def _level(share: float, _error: float) -> str:
+    """Of the load held still over what arrives."""
+    known = np.isfinite(share) and share != 1.0
+    return f"{-20.0 * np.log10(1.0 - share):.1f}" if known else "-"
+
+
+def _sizes(path: str) -> tuple[Made, Made]:
+    """Load that acts and that arrives, by order."""
+    return reduced(f"{path}/held"), reduced(f"{path}/ground")
+
+
+def _resultant(path: str) -> Made:
+    """Efficiency by order for all components together."""
+
+    def made(record: Record) -> Quantity | None:
+        share = having(record, f"{path}/by_order", "half_order", "component")
+        return None if share is None else part_of(share, share.values[:, -1], share.axes[0])
+
+    return made
+
+
+def _by_order(path: str, unit: str) -> Rows:
+    held, ground = _sizes(path)
     columns = (
-        Column("order", 6), number(f"held still {unit}", 15), number(f"on mounts {unit}", 15),
-        *(number(name, 11) for name in components), number("dB", 8),
+        Cells(held, f"held still {unit}", "", 15),
+        Cells(ground, f"on mounts {unit}", "", 15),
+        Cells("by_order", "{} %", lambda share, _: _percent(share).removesuffix(" %"), 11),
+        Cells(_resultant(path), "dB", _level, 8),
+    )
+    return Rows(
+        "half_order", "order", columns, width=6, root=path, label="{:g}",
+        places=loud(_SMALL, _MOST, 2), rest=others(OTHERS),
     )  # fmt: skip
-    rows = []
-    for place in _large(record, path):
-        cells = [_percent(float(one)).removesuffix(" %") for one in share.values[place]]
-        known = acting[place] > 0.0 and arrived[place] > 0.0
-        gain = 20.0 * np.log10(acting[place] / arrived[place]) if known else np.inf
-        rows.append(
-            [
-                f"{held.axes[0].values[place]:g}",
-                show(acting[place], held.error_estimate),
-                show(arrived[place], ground.error_estimate),
-                *cells,
-                f"{gain:.1f}" if np.isfinite(share.values[place, -1]) and known else "-",
-            ]
-        )
-    left = len(acting) - len(rows)
-    words = f"the other {left} orders are zero or weaker, and in the result file"
-    return (table(columns, rows) + (paragraph(words) if left else [])) if rows else []
 
 
 # ----------------------------------------------------------------------------
@@ -115,16 +125,17 @@ def _by_order(record: Record, path: str, word: str, unit: str) -> list[str]:
 # ----------------------------------------------------------------------------
 
 
-def _resultant(path: str) -> Callable[[Result], Quantity | None]:
+def _loud(path: str) -> Callable[[Result], Quantity | None]:
     """Efficiency of the resultant of those orders that are worth a bar."""
 
     def made(result: Result) -> Quantity | None:
-        share = having(result.record, f"{path}/by_order", "half_order", "component")
-        if share is None:
+        share = _resultant(path)(result.record)
+        sizes = [one for of in _sizes(path) if (one := of(result.record)) is not None]
+        if share is None or len(sizes) != 2:
             return None
-        large = _large(result.record, path)
+        large = loud(_SMALL, _MOST, 2)(sizes)
         axis = replace(share.axes[0], values=share.axes[0].values[large])
-        return replace(share, values=share.values[large, -1], axes=(axis,))
+        return replace(share, values=share.values[large], axes=(axis,))
 
     return made
 
@@ -136,7 +147,7 @@ def _ends(plot: Plot) -> Ends:
 
 
 def _panel(path: str, word: str) -> Panel:
-    bars = Curve(_resultant(path), "", bars=True)
+    bars = Curve(_loud(path), "", bars=True)
     return Panel("efficiency", (bars,), f"{word} on the ground, by order", unit="%", ends=_ends)
 
 

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, by_axis, labels, section, stacked
+from vibecalc.core.report.rows import by_axis
+from vibecalc.core.report.sections import Section, labels, section, stacked
 from vibecalc.core.report.writing import Column, number, paragraph, show, table
 from vibecalc.core.results.record import Estimate, Record, Result, Verdict
 from vibecalc.core.results.verdicts import state_of

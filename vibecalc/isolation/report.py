@@ -1,32 +1,40 @@
 """The body on its mounts in the report: modes, transmissibility, supports, run-up, torque."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from vibecalc.core.report.rows import (
+    OTHERS,
+    Cells,
+    Rows,
+    by_axis,
+    loud,
+    others,
+    percent,
+    relative,
+    rows_of,
+    short,
+    whole,
+)
 from vibecalc.core.report.sections import (
+    Part,
     Section,
     along,
-    by_axis,
     having,
-    labels,
-    magnitudes,
     scalars,
     section,
     stacked,
     table_of,
 )
 from vibecalc.core.report.writing import (
-    Column,
-    hertz,
-    number,
     paragraph,
     rpm,
     show,
-    show_percent,
     show_phase,
-    table,
 )
-from vibecalc.core.results.record import Record, Result
-from vibecalc.isolation.results import OF_TORQUE
+from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.isolation.results import OF_TORQUE, BodyModes, Masked, Pitch, TorqueReaction
 
 # ----------------------------------------------------------------------------
 # What each mount carries and how far the body moves there: one line for each mount.
@@ -67,7 +75,25 @@ def supports(record: Record) -> tuple[list[str], set[str]]:
 # ----------------------------------------------------------------------------
 
 _PEAKS = tuple(f"isolation/lever_force/{name}" for name in ("run_up_peak", "run_up_peak_speed"))
-_MASKED = "isolation/masked/"
+
+
+def _half_width(record: Record) -> Quantity:
+    """Of the interval around each speed left out: its ends agree to so many digits."""
+    low, centre, high = (record[f"{Masked.ROOT}/{name}"] for name in ("low", "centre", "high"))
+    return replace(centre, values=(high.values - low.values) / (2.0 * centre.values), unit="")
+
+
+_LEFT_OUT = Rows(
+    "masked",
+    "",
+    (
+        Cells("order", "order", short, 8),
+        Cells("mode", "mode", whole, 8),
+        Cells("centre", "rpm", "rpm", 14),
+        Cells(_half_width, "half width, relative", lambda share, _: f"{share:.1e}", 22),
+    ),
+    root=Masked.ROOT,
+)
 
 
 def run_up(record: Record) -> tuple[list[str], set[str]]:
@@ -80,37 +106,14 @@ def run_up(record: Record) -> tuple[list[str], set[str]]:
             f"run-up over {hit[1].size} speeds from {show(rpm(low))} to {show(rpm(high))} rpm; "
             "at each the peak over the cycle"
         )
-    masked = [path for path in record if path.startswith(_MASKED)]
+    masked = [path for path in record if path.startswith(f"{Masked.ROOT}/")]
     if any(record[path].values.size for path in masked):
         lines += [
             "",
             "  Speeds left out (an order on an undamped natural frequency: no bound there)",
         ]
-        lines += _left_out(record)
+        lines += rows_of(record, _LEFT_OUT)[0]
     return lines, {*_PEAKS, *masked}
-
-
-def _left_out(record: Record) -> list[str]:
-    """One row per interval; its ends agree to so many digits that its width says more."""
-    low, centre, high, order, mode = (
-        record[_MASKED + name].values for name in ("low", "centre", "high", "order", "mode")
-    )
-    rows = [
-        [
-            f"{order[i]:g}",
-            str(int(mode[i])),
-            show(rpm(float(centre[i]))),
-            f"{(high[i] - low[i]) / (2.0 * centre[i]):.1e}",
-        ]
-        for i in range(len(centre))
-    ]
-    columns = (
-        number("order", 8),
-        number("mode", 8),
-        number("rpm", 14),
-        number("half width, relative", 22),
-    )
-    return table(columns, rows)
 
 
 # ----------------------------------------------------------------------------
@@ -130,81 +133,53 @@ _PITCH = tuple(
         "couple_left_out",
     )
 )
-_RIGID = "lever_force/rigid_peak"
-_LEVER = (f"isolation/{_RIGID}", "isolation/lever_force/steady_peak")
+_LEVER = ("isolation/lever_force/rigid_peak", "isolation/lever_force/steady_peak")
+#: what belongs to pictures; the shapes of modes carry no scale, and the energy says what moves
+_DRAWN = ("_harmonics", "/run_up", "_curve", "modes/shape")
+_MODES = Rows(
+    "mode",
+    "mode",
+    (
+        Cells("natural_frequency", "Hz", "Hz", 10),
+        Cells("natural_frequency", "rpm", "rpm", 10),
+        Cells("damping_ratio", "damping ratio", "", 13),
+        Cells("energy_fraction", "{} %", percent(2), 7, "%: share of the energy of the mode"),
+    ),
+    width=4,
+    root=BodyModes.ROOT,
+)
+
+
+def _level(ratio: complex, _error: float) -> str:
+    return f"{20.0 * np.log10(abs(ratio)):.2f}" if 0.0 < abs(ratio) < np.inf else "-"
+
+
+def _isolated(ratio: complex, _error: float) -> str:
+    return f"{100.0 * (1.0 - abs(ratio)):.2f} %"
+
+
+_TRANSMISSIBILITY = Rows(
+    "order",
+    "order",
+    (
+        Cells("transmissibility", "transmissibility", "", 18),
+        Cells("transmissibility", "dB", _level, 10),
+        Cells("transmissibility", "isolated", _isolated, 12),
+        Cells("transmissibility", "phase deg", show_phase, 10),
+    ),
+    width=6,
+    root=Pitch.ROOT,
+)
 
 
 def isolation(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    # arrays that belong to pictures rather than to a page of words
-    drawn = {
-        path
-        for path in record
-        if path.startswith("isolation/") and path.endswith(("_harmonics", "/run_up", "_curve"))
-    }
+    drawn = {path for path in record if path.startswith("isolation/") and path.endswith(_DRAWN)}
     lines, shown = scalars(record, (*_PITCH, *_LEVER), "isolation/")
-    blocks = [(lines, shown | drawn), _modes(record), supports(record), run_up(record)]
-    details = {"transmissibility by order": _transmissibility(record)}
+    blocks = [(lines, shown | drawn), rows_of(record, _MODES), supports(record), run_up(record)]
+    details = {"transmissibility by order": rows_of(record, _TRANSMISSIBILITY)}
     return section("Isolation: body on its mounts", blocks, details)
-
-
-def _transmissibility(record: Record) -> tuple[list[str], set[str]]:
-    hit = along(record, "isolation/pitch/transmissibility", "order")
-    if hit is None:
-        return [], set()
-    quantity, orders = hit
-    columns = (
-        Column("order", 6),
-        number("transmissibility", 18),
-        number("dB", 10),
-        number("isolated", 12),
-        number("phase deg", 10),
-    )
-    rows = []
-    for order, value in zip(orders, quantity.values, strict=True):
-        size = abs(complex(value))
-        rows.append(
-            [
-                str(int(order)),
-                show(size, quantity.error_estimate),
-                f"{20.0 * np.log10(size):.2f}" if 0.0 < size < np.inf else "-",
-                f"{100.0 * (1.0 - size):.2f} %",
-                show_phase(complex(value), quantity.error_estimate),
-            ]
-        )
-    return table(columns, rows), {quantity.path}
-
-
-def _modes(record: Record) -> tuple[list[str], set[str]]:
-    """Frequency and damping of each mode, and the share of its energy in each coordinate."""
-    hit = along(record, "isolation/modes/natural_frequency", "mode")
-    if hit is None:
-        return [], set()
-    quantity, modes = hit
-    damping = along(record, "isolation/modes/damping_ratio", "mode")
-    energy = having(record, "isolation/modes/energy_fraction", "mode", "coordinate")
-    error = quantity.error_estimate
-    columns = [Column("mode", 4), number("Hz", 10), number("rpm", 10), number("damping ratio", 13)]
-    if energy is not None:
-        columns += [number(f"{name} %", 7) for name in labels(energy.axes[1])]
-    rows = []
-    for i, (mode, value) in enumerate(zip(modes, quantity.values, strict=True)):
-        row = [
-            str(int(mode)),
-            show(hertz(float(value)), hertz(error)),
-            show(rpm(float(value)), rpm(error)),
-            show(damping[0].values[i], damping[0].error_estimate) if damping else "",
-        ]
-        if energy is not None:
-            row += [f"{round(100.0 * float(share), 2) + 0.0:.2f}" for share in energy.values[i]]
-        rows.append(row)
-    lines = table(columns, rows)
-    if energy is not None:
-        lines += paragraph("%: share of the energy of the mode")
-    shown = {quantity.path, *(one.path for one in (damping and damping[0], energy) if one)}
-    # the shapes carry no scale; the energy says what moves in a mode
-    return lines, shown | {"isolation/modes/shape"}
 
 
 # ----------------------------------------------------------------------------
@@ -213,9 +188,6 @@ def _modes(record: Record) -> tuple[list[str], set[str]]:
 
 _MEAN = "isolation/support_force/mean"
 _SCALARS = (f"{ROOT}mean_couple", f"{ROOT}roll_peak")
-#: orders below this share of the largest one stay in the result file
-_SMALL = 1e-3
-_MOST = 16
 _SEPARATE = (
     "The driven machine stands elsewhere: the body takes minus the torque of all cylinders about "
     "the crankshaft, of what is in them and of inertia, and its mean."
@@ -232,6 +204,62 @@ _LINE = (
     "All of the shaft line stands on the body, under a load that does not alternate: the torque of "
     "the cylinders goes into the speed of the line, and the body takes minus the change of its "
     "angular momentum. The stator gives the mean torque back: none of it reaches the mounts."
+)
+
+
+def _rotation(record: Record) -> Quantity | None:
+    """Rotation of the body at the orders of the torque."""
+    found = having(record, "isolation/body/rotation_harmonics", "order", "direction")
+    if found is None:
+        return None
+    return replace(found, axes=(replace(found.axes[0], name="half_order"), found.axes[1]))
+
+
+#: the orders that matter, in their sequence
+_ORDERS = Rows(
+    "half_order",
+    "order",
+    (
+        Cells("couple", "couple N m", "", 16),
+        Cells("couple", "phase deg", show_phase, 12),
+        Cells(_rotation, "rotation {} mrad", "mrad", 16),
+    ),
+    width=8,
+    root=TorqueReaction.ROOT,
+    label="{:g}",
+    places=loud(1e-3, 16),
+    rest=others(OTHERS),
+)
+_CAUSES = Rows(
+    "mount",
+    "support",
+    (
+        Cells(OF_TORQUE[0], "{} N"),
+        Cells(
+            f"{_FORCE}steady_peak",
+            "all N",
+            note="peaks over the cycle by each cause alone: they do not add up",
+        ),
+    ),
+    width=12,
+    each=26,
+)
+_MODES_MET = Rows(
+    "mode",
+    "mode of the body",
+    (
+        Cells("nearest_order", "nearest order", lambda order, _: f"{order:g}" if order else "-"),
+        Cells(
+            "margin",
+            "margin",
+            relative,
+            12,
+            "of the orders whose force on the mode is a thousandth of the largest or more; "
+            "positive: the order is above it",
+        ),
+    ),
+    width=18,
+    root=TorqueReaction.ROOT,
 )
 
 
@@ -253,73 +281,10 @@ def torque_reaction(result: Result) -> Section | None:
         lines += paragraph(f"Without combustion in cylinder {', '.join(map(str, silent))}.")
     kind = machine.get("kind") or "engine"
     title = f"Torque reaction: {kind} on its mounts, all orders"
-    blocks = [(lines, {_MEAN}), scalars(record, _SCALARS, ROOT), _causes(record)]
-    details = {"couple of the torque by order": _orders(record)}
-    return section(title, blocks, details | {"orders next to the modes": _modes_met(record)})
-
-
-def _orders(record: Record) -> tuple[list[str], set[str]]:
-    """Couple and largest rotation of the orders that matter, in their sequence."""
-    couple = having(record, f"{ROOT}couple", "half_order")
-    if couple is None:
-        return [], set()
-    turning = having(record, "isolation/body/rotation_harmonics", "order", "direction")
-    size = magnitudes(couple)
-    large = np.flatnonzero((size > 4.0 * couple.error_estimate) & (size >= _SMALL * size.max()))
-    columns = [Column("order", 8), number("couple N m", 16), number("phase deg", 12)]
-    if turning is not None:
-        columns += [number(f"rotation {name} mrad", 16) for name in labels(turning.axes[1])]
-    rows = []
-    for place in large[:_MOST]:
-        value = complex(couple.values[place])
-        row = [
-            f"{couple.axes[0].values[place]:g}",
-            show(size[place], couple.error_estimate),
-            show_phase(value, couple.error_estimate),
-        ]
-        if turning is not None:
-            error = 1e3 * turning.error_estimate
-            row += [show(1e3 * one, error) for one in magnitudes(turning)[place]]
-        rows.append(row)
-    left = len(size) - len(rows)
-    lines = table(columns, rows) if rows else []
-    words = f"the other {left} orders are zero or weaker, and in the result file"
-    return lines + (paragraph(words) if left else []), {couple.path}
-
-
-def _causes(record: Record) -> tuple[list[str], set[str]]:
-    """Largest force on each support by each cause alone, and by all of them."""
-    parts = having(record, OF_TORQUE[0], "mount", "cause")
-    whole = having(record, f"{_FORCE}steady_peak", "mount")
-    if parts is None or whole is None:
-        return [], set()
-    names = [*labels(parts.axes[1]), "all"]
-    columns = [Column("support", 12), *(number(f"{name} N", 26) for name in names)]
-    rows = [
-        [label, *(show(one, parts.error_estimate) for one in (*alone, together))]
-        for label, alone, together in zip(
-            labels(parts.axes[0]), parts.values, whole.values, strict=True
-        )
-    ]
-    words = "peaks over the cycle by each cause alone: they do not add up"
-    return table(columns, rows) + paragraph(words), {parts.path}
-
-
-def _modes_met(record: Record) -> tuple[list[str], set[str]]:
-    nearest = along(record, f"{ROOT}nearest_order", "mode")
-    margin = along(record, f"{ROOT}margin", "mode")
-    if nearest is None or margin is None:
-        return [], set()
-    columns = (Column("mode of the body", 18), number("nearest order", 14), number("margin", 12))
-    rows = []
-    for label, order, away in zip(
-        labels(nearest[0].axes[0]), nearest[0].values, margin[0].values, strict=True
-    ):
-        met = bool(np.isfinite(away))
-        cells = [f"{order:g}", show_percent(float(away))] if met else ["-", "-"]
-        rows.append([label, *cells])
-    words = (
-        "of the orders whose force on the mode is a thousandth of the largest or more; positive: "
-        "the order is above it"
-    )
-    return table(columns, rows) + paragraph(words), {nearest[0].path, margin[0].path}
+    causes: Part = rows_of(record, _CAUSES) if OF_TORQUE[0] in record else []
+    blocks = [(lines, {_MEAN}), scalars(record, _SCALARS, ROOT), causes]
+    details = {
+        "couple of the torque by order": rows_of(record, _ORDERS),
+        "orders next to the modes": rows_of(record, _MODES_MET),
+    }
+    return section(title, blocks, details)

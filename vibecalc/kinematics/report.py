@@ -2,21 +2,33 @@
 
 import numpy as np
 
+from vibecalc.core.report.rows import Cells, Rows, by_axis, first, others, rows_of
 from vibecalc.core.report.sections import (
     Section,
     along,
-    by_axis,
     read_as,
     scalars,
     section,
     together,
 )
-from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.report.writing import Column, number, show, show_phase, table
+from vibecalc.core.results.record import Record, Result
 from vibecalc.units import convert
 
-_ROWS = 12
-_HARMONICS = ("kinematics/position_harmonics", "kinematics/acceleration_harmonics")
+_HARMONICS = Rows(
+    "order",
+    "order",
+    (
+        Cells("position_harmonics", "position mm", "mm", 20),
+        Cells("position_harmonics", "phase deg", show_phase, 10),
+        Cells("acceleration_harmonics", "acceleration m/s^2", "", 20),
+        Cells("acceleration_harmonics", "phase deg", show_phase, 10),
+    ),
+    width=6,
+    root="kinematics",
+    places=first(12),
+    rest=others("{left} more, up to order {last}, in the result file"),
+)
 _TURN = ("kinematics/position", "kinematics/velocity", "kinematics/acceleration")
 
 
@@ -24,7 +36,7 @@ def kinematics(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
     dropped = scalars(record, ["kinematics/dropped_acceleration"])
-    details = {"harmonics of the pistons": together(_harmonics(record), dropped)}
+    details = {"harmonics of the pistons": together(rows_of(record, _HARMONICS), dropped)}
     return section("Piston motion", [_extremes(record), _cylinders(record)], details)
 
 
@@ -39,40 +51,6 @@ def _cylinders(record: Record) -> tuple[list[str], set[str]]:
     """Strokes and dead centres, where slave rods make them differ."""
     lines = by_axis(record, "cylinder", "cylinder", _CYLINDERS, 14, 26)
     return lines, {path for path, *_ in _CYLINDERS}
-
-
-def _harmonics(record: Record) -> tuple[list[str], set[str]]:
-    quantities = {path: hit for path in _HARMONICS if (hit := along(record, path, "order"))}
-    if not quantities:
-        return [], set()
-    orders = sorted({int(order) for _, values in quantities.values() for order in values})
-    columns = [Column("order", 6)]
-    for path, (quantity, _) in quantities.items():
-        word = path.rsplit("/", 1)[-1].removesuffix("_harmonics")
-        unit = read_as(path, quantity.unit)[1]
-        columns += [number(f"{word} {unit}", 20), number("phase deg", 10)]
-    rows = []
-    for order in orders[:_ROWS]:
-        row = [str(order)]
-        for quantity, values in quantities.values():
-            row += _cells(quantity, values, order)
-        rows.append(row)
-    lines = table(columns, rows)
-    if len(orders) > _ROWS:
-        lines += paragraph(
-            f"{len(orders) - _ROWS} more, up to order {orders[-1]}, in the result file"
-        )
-    return lines, set(quantities)
-
-
-def _cells(quantity: Quantity, orders: np.ndarray, order: int) -> list[str]:
-    here = np.flatnonzero(orders == order)
-    if here.size == 0:
-        return ["", ""]
-    value = complex(quantity.values[here[0]])
-    error = quantity.error_estimate
-    factor = convert(1.0, quantity.unit, read_as(quantity.path, quantity.unit)[1])
-    return [show(abs(value) * factor, error * factor), show_phase(value, error)]
 
 
 def _extremes(record: Record) -> tuple[list[str], set[str]]:

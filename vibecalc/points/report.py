@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.core.report.rows import Cells, Rows, part_of, rows_of
 from vibecalc.core.report.sections import (
     Section,
     having,
@@ -14,7 +15,7 @@ from vibecalc.core.report.sections import (
     speed_of,
     table_of,
 )
-from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
+from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.points.readings import in_band
 from vibecalc.points.results import BOUNDARY, ROOT, RUN_UP, SEVERITY, UNITS, ZONE
@@ -93,49 +94,42 @@ def _severity_words(result: Result) -> list[str]:
 _SHORT = {"displacement": "s", "velocity": "v", "acceleration": "a"}
 
 
-def _cells(record: Record, path: str, factor: float) -> list[str]:
-    found = having(record, path, "sensor")
-    if found is None:
-        return []
-    error = found.error_estimate * factor
-    return [show(float(one) * factor, error) for one in magnitudes(found)]
-
-
-def _at_speed(result: Result) -> tuple[list[str], set[str]]:
-    record = result.record
-    columns, cells, paths = [Column("sensor", 22)], [], set()
-    for name, (si, read) in UNITS.items():
-        for kind, words in (("peak", "peak"), ("rms", "r.m.s.")):
-            path = f"{ROOT}/{name}_{kind}"
-            found = _cells(record, path, convert(1.0, si, read))
-            if found:
-                columns.append(number(f"{_SHORT[name]} {words}\n{read}", 10))
-                cells.append(found)
-                paths.add(path)
+def _zones(record: Record) -> Quantity | None:
     zone = having(record, ZONE, "sensor")
-    if zone is not None:
-        columns.append(Column("zone", 5))
-        cells.append([zone_words(record, i).removeprefix("zone ") for i in range(zone.values.size)])
-    if not cells:
-        return [], set()
-    names = labels(record[next(iter(paths))].axes[0])
-    return table(columns, [list(row) for row in zip(names, *cells, strict=True)]), paths | {ZONE}
+    if zone is None:
+        return None
+    words = [zone_words(record, i).removeprefix("zone ") for i in range(zone.values.size)]
+    return part_of(zone, np.array(words), *zone.axes)
 
 
-def _in_run_up(record: Record) -> tuple[list[str], set[str]]:
-    columns, cells = [Column("largest of the run-up", 22)], []
-    names: list[str] = []
-    for name, (si, read) in UNITS.items():
-        path = f"{RUN_UP}/{name}_rms_largest"
-        found = _cells(record, path, convert(1.0, si, read))
-        if found:
-            columns += [number(f"{_SHORT[name]} r.m.s.\n{read}", 10), number("at\nrpm", 9)]
-            cells += [found, _cells(record, f"{path}_speed", rpm(1.0))]
-            names = labels(record[path].axes[0])
-    if not cells:
-        return [], set()
-    rows = [list(row) for row in zip(names, *cells, strict=True)]
-    return table(columns, rows), {path for path in record if path.startswith(RUN_UP)}
+_AT_SPEED = Rows(
+    "sensor",
+    "sensor",
+    (
+        *(
+            Cells(f"{name}_{kind}", f"{_SHORT[name]} {words}\n{read}", read)
+            for name, (_, read) in UNITS.items()
+            for kind, words in (("peak", "peak"), ("rms", "r.m.s."))
+        ),
+        Cells(_zones, "zone", "", 5),
+    ),
+    each=10,
+    root=ROOT,
+)
+_IN_RUN_UP = Rows(
+    "sensor",
+    "largest of the run-up",
+    [
+        cells
+        for name, (_, read) in UNITS.items()
+        for cells in (
+            Cells(f"{name}_rms_largest", f"{_SHORT[name]} r.m.s.\n{read}", read),
+            Cells(f"{name}_rms_largest_speed", "at\nrpm", "rpm", 9),
+        )
+    ],
+    each=10,
+    root=RUN_UP,
+)
 
 
 # ----------------------------------------------------------------------------
@@ -189,8 +183,9 @@ def _by_order(result: Result) -> list[str]:
 def points(result: Result) -> Section | None:
     """Readings at the points, their zones, the run-up; by order in a full report."""
     record = result.record
-    table_lines, shown = _at_speed(result)
-    up_lines, up_shown = _in_run_up(record)
+    table_lines, shown = rows_of(record, _AT_SPEED)
+    up_lines, _ = rows_of(record, _IN_RUN_UP)
+    further = {path for path in record if path.startswith((RUN_UP, BOUNDARY))}
     velocity = having(record, f"{ROOT}/velocity", "sensor", "order")
     moves = table_of(result.case, "foundation").get("kind") in ("body", "impedance")
     on_what = ", with the motion of the foundation at the speed" if moves else ""
@@ -207,5 +202,5 @@ def points(result: Result) -> Section | None:
         "Vibration at points",
         ([*words, "", *table_lines] if table_lines else words, up_lines),
         {"readings by order": _by_order(result)},
-        {*shown, *up_shown, SEVERITY, *(path for path in record if path.startswith(BOUNDARY))},
+        {*shown, *further, SEVERITY},
     )

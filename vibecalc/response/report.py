@@ -1,10 +1,20 @@
 """Report of the body on its suspension: modes, motion, energies, operations, changes."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
+from vibecalc.core.report.rows import (
+    Cells,
+    Found,
+    Rows,
+    others,
+    part_of,
+    relative,
+    rows_of,
+    whole,
+)
 from vibecalc.core.report.sections import (
     FAINT,
     Part,
@@ -15,17 +25,16 @@ from vibecalc.core.report.sections import (
     magnitudes,
     scalar_of,
     section,
+    stacked,
     table_of,
     together,
 )
 from vibecalc.core.report.writing import (
     Column,
-    hertz,
     number,
     paragraph,
     rpm,
     show,
-    show_percent,
     table,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
@@ -35,11 +44,18 @@ from vibecalc.core.results.record import Quantity, Record, Result
 # ----------------------------------------------------------------------------
 
 _MODES = "response/modes/"
-_PEAKS = (
-    ("translation_peak", "reference point"),
-    ("rotation_peak", "rotation"),
-    ("ground_force_peak", "force on the ground"),
-    ("ground_couple_peak", "couple on the ground"),
+_MOTION = Rows(
+    "direction",
+    "largest over a turn",
+    (
+        Cells("translation_peak", "reference point", "mm"),
+        Cells("rotation_peak", "rotation", "mrad"),
+        Cells("ground_force_peak", "force on the ground"),
+        Cells("ground_couple_peak", "couple on the ground"),
+    ),
+    width=24,
+    root="response",
+    across=True,
 )
 #: coordinates are named until they hold so much of the energy of a mode together
 _ENOUGH = 0.9
@@ -56,62 +72,6 @@ _ARRAYS = (
 )
 
 
-def response(result: Result) -> Section | None:
-    """The section, None if the result has nothing of it."""
-    record = result.record
-    shown = {path for name in _ARRAYS if (path := f"response/{name}") in record}
-    by_order, totals = energies(record)
-    modes, blocks = _modes(record), [_motion(record), totals, _run_up(record)]
-    details = {"energies by order": by_order}
-    if "isolation/modes/natural_frequency" in record:
-        details["orders next to the modes"] = modes
-    else:
-        blocks.insert(0, modes)
-    return section("Response: body on its suspension", blocks, details, shown)
-
-
-def _modes(record: Record) -> tuple[list[str], set[str]]:
-    frequency = having(record, _MODES + "natural_frequency", "mode")
-    if frequency is None:
-        return [], set()
-    damping = having(record, _MODES + "damping_ratio", "mode")
-    share = having(record, _MODES + "energy_fraction", "mode", "coordinate")
-    nearest = having(record, _MODES + "nearest_order", "mode")
-    distance = having(record, _MODES + "distance", "mode")
-    error = frequency.error_estimate
-    rows = [
-        [
-            mode,
-            show(hertz(float(value)), hertz(error)),
-            _entry(damping, i),
-            main_coordinates(share, i),
-            "" if nearest is None else str(int(nearest.values[i])),
-            "" if distance is None else show_percent(float(distance.values[i])),
-        ]
-        for i, (mode, value) in enumerate(
-            zip(labels(frequency.axes[0]), frequency.values, strict=True)
-        )
-    ]
-    columns = (
-        Column("mode", 5),
-        number("Hz", 11),
-        number("damping ratio", 14),
-        Column("  moves most (share of energy)", 32),
-        number("nearest", 8),
-        number("it is off", 11),
-    )
-    for row in rows:
-        row[3] = f"  {row[3]}"
-    lines = table(columns, rows)
-    if nearest is not None:
-        lines += paragraph(
-            "nearest: the excited order that comes closest at operating speed; off: its frequency "
-            "over the natural frequency, less 1"
-        )
-    shown = (frequency, damping, share, nearest, distance)
-    return lines, {quantity.path for quantity in shown if quantity is not None}
-
-
 def main_coordinates(share: Quantity | None, mode: int) -> str:
     """`y 87 %, rz 12 %`: coordinates with most of the energy of a mode, the largest first."""
     if share is None:
@@ -126,28 +86,48 @@ def main_coordinates(share: Quantity | None, mode: int) -> str:
     return ", ".join(words)
 
 
-def _motion(record: Record) -> tuple[list[str], set[str]]:
-    rows, shown = [], set()
-    head: list[str] = []
-    for name, words in _PEAKS:
-        quantity = having(record, f"response/{name}", "direction")
-        if quantity is None:
-            continue
-        shown.add(quantity.path)
-        head = labels(quantity.axes[0])
-        unit = {"m": "mm", "rad": "mrad"}.get(quantity.unit, quantity.unit)
-        factor = 1.0 if unit == quantity.unit else 1e3
-        error = quantity.error_estimate * factor
-        cells = [show(value * factor, error) for value in magnitudes(quantity)]
-        rows.append([words, *cells, unit])
-    if not rows:
-        return [], shown
-    columns = (
-        Column("largest over a turn", 24),
-        *(number(name, 14) for name in head),
-        Column("unit", 8),
-    )
-    return table(columns, rows), shown
+def _moves_most(record: Record) -> Quantity | None:
+    share = having(record, _MODES + "energy_fraction", "mode", "coordinate")
+    if share is None:
+        return None
+    words = [f"  {main_coordinates(share, i)}" for i in range(len(share.values))]
+    return part_of(share, np.array(words), share.axes[0])
+
+
+_OF_MODES = Rows(
+    "mode",
+    "mode",
+    (
+        Cells("natural_frequency", "Hz", "Hz", 11),
+        Cells("damping_ratio", "damping ratio"),
+        Cells(_moves_most, "  moves most (share of energy)", "", 32),
+        Cells(
+            "nearest_order",
+            "nearest",
+            whole,
+            8,
+            "nearest: the excited order that comes closest at operating speed; off: its frequency "
+            "over the natural frequency, less 1",
+        ),
+        Cells("distance", "it is off", relative, 11),
+    ),
+    width=5,
+    root="response/modes",
+)
+
+
+def response(result: Result) -> Section | None:
+    """The section, None if the result has nothing of it."""
+    record = result.record
+    shown = {path for name in _ARRAYS if (path := f"response/{name}") in record}
+    by_order, totals = energies(record)
+    modes, blocks = rows_of(record, _OF_MODES), [rows_of(record, _MOTION), totals, _run_up(record)]
+    details = {"energies by order": by_order}
+    if "isolation/modes/natural_frequency" in record:
+        details["orders next to the modes"] = modes
+    else:
+        blocks.insert(0, modes)
+    return section("Response: body on its suspension", blocks, details, shown)
 
 
 def _run_up(record: Record) -> tuple[list[str], set[str]]:
@@ -192,10 +172,6 @@ def _run_up(record: Record) -> tuple[list[str], set[str]]:
     return lines, shown | masked
 
 
-def _entry(quantity: Quantity | None, i: int) -> str:
-    return "" if quantity is None else show(quantity.values[i], quantity.error_estimate)
-
-
 # ----------------------------------------------------------------------------
 # Energies of the moving body: order by order until they no longer count, then altogether.
 # ----------------------------------------------------------------------------
@@ -215,32 +191,15 @@ SMALLEST = float(np.finfo(float).tiny)
 
 def energies(record: Record) -> tuple[Part, Part]:
     """Tables of mean and peak energies: by order, and their totals."""
-    by_order = {
-        field: quantity
-        for field in _FIELDS
-        if (quantity := having(record, _path(field) + "_by_order", "order")) is not None
-    }
     totals = {path for field in _FIELDS if (path := _path(field)) in record}
-    columns = (
-        Column("energy in J", 14),
-        *(number(f"{kind} {what}", 18) for kind, what in _FIELDS),
-    )
-    lines, below = [], []
-    if by_order:
-        orders = np.asarray(next(iter(by_order.values())).axes[0].values)
-        chosen, more = _chosen(list(by_order.values()))
-        rows = [
-            [f"order {int(orders[i])}", *(_cell(by_order.get(field), i) for field in _FIELDS)]
-            for i in chosen
-        ]
-        lines = table(columns, rows)
-        lines += paragraph(_further_orders(by_order, orders, chosen, more)) if more else []
+    below = []
     if any(scalar_of(record, path) is not None for path in totals):
+        columns = [number(f"{kind} {what}", 18) for kind, what in _FIELDS]
         row = ["all orders", *(_total(record, _path(field)) for field in _FIELDS)]
-        below = table(columns, [row]) + paragraph(
+        below = table([Column("energy in J", 14), *columns], [row]) + paragraph(
             "mean: over one turn; peak: the largest at any moment, all orders with their phases"
         )
-    return (lines, {quantity.path for quantity in by_order.values()}), (below, totals)
+    return rows_of(record, _BY_ORDER), (below, totals)
 
 
 def last_normal(values: np.ndarray) -> tuple[int, bool]:
@@ -257,36 +216,40 @@ def _path(field: tuple[str, str]) -> str:
     return f"response/{kind}_energy/{what}"
 
 
-def _chosen(quantities: list[Quantity]) -> tuple[list[int], int]:
-    """Places of the orders to show, and how many further ones have an energy at all."""
-    if not quantities:
-        return [], 0
-    rows = np.array([np.asarray(quantity.values, dtype=float) for quantity in quantities])
+def _chosen(found: Found) -> np.ndarray:
+    """Places of the orders to show."""
+    rows = np.array([one.values for one in found])
     largest = rows.max(axis=1, keepdims=True, initial=0.0)
-    acting = np.any(rows >= SMALLEST, axis=0)
-    loud = np.any((rows > FAINT * largest) & (rows > 0.0), axis=0)
-    chosen = np.flatnonzero(loud)[:_ROWS]
-    return [int(i) for i in chosen], int(acting.sum() - chosen.size)
+    return np.flatnonzero(np.any((rows > FAINT * largest) & (rows > 0.0), axis=0))[:_ROWS]
 
 
-def _further_orders(
-    by_order: dict[tuple[str, str], Quantity], orders: np.ndarray, chosen: list[int], more: int
-) -> str:
+def _further_orders(found: Found, places: np.ndarray) -> str:
     """How many orders are not shown, how small they get, and where they underflow."""
-    (kind, what), quantity = next(iter(by_order.items()))
-    values = np.asarray(quantity.values, dtype=float)
-    last, underflows = last_normal(values)
+    acting = np.any([one.values >= SMALLEST for one in found], axis=0)
+    more, first = int(acting.sum()) - len(places), found[0]
+    if not more:
+        return ""
+    last, underflows = last_normal(first.values)
+    kind, what = first.path.removesuffix("_by_order").split("/")[1:]
     noun = "order" if more == 1 else "orders"
-    limit = f"each below {FAINT:.0e} of the largest" if len(chosen) < _ROWS else "smaller ones too"
-    words = f"{more} further {noun} up to {int(orders[last])}, {limit}; the {what} {kind} energy "
-    words += f"of the last is {show(float(values[last]))} {quantity.unit}"
+    limit = f"each below {FAINT:.0e} of the largest" if len(places) < _ROWS else "smaller ones too"
+    words = f"{more} further {noun} up to {int(first.axes[0].values[last])}, {limit}; the {what} "
+    words += f"{kind.replace('_', ' ')} of the last is {show(float(first.values[last]))} J"
     if underflows:
         return words + ", and beyond it they are below the smallest double"
     return words + ", still above the smallest double"
 
 
-def _cell(quantity: Quantity | None, i: int) -> str:
-    return "" if quantity is None else show(quantity.values[i], quantity.error_estimate)
+_BY_ORDER = Rows(
+    "order",
+    "energy in J",
+    [Cells(_path(field) + "_by_order", " ".join(field)) for field in _FIELDS],
+    width=14,
+    each=18,
+    label="order {:.0f}",
+    places=_chosen,
+    rest=_further_orders,
+)
 
 
 def _total(record: Record, path: str) -> str:
@@ -300,7 +263,6 @@ def _total(record: Record, path: str) -> str:
 
 _OPERATIONS = "response/operations/"
 _AXES = ("operation", "balance")
-_OPERATIONS_PER_TABLE = 3
 _WORDS = {"mean": "mean over a turn", "peak": "largest over a turn"}
 #: of an energy, and of the ends of its range
 _DIGITS, _FEWER = 4, 4
@@ -353,14 +315,13 @@ def _combinations(record: Record, kind: str, what: str) -> tuple[list[str], set[
             if (quantity := having(record, stem + name, "balance")) is not None
         ]
     lines = [f"  {kind.capitalize()} energy, {_WORDS[what]}, {values.unit}"]
-    names = labels(values.axes[0])
-    for columns, part in _tables(values):
-        rows = [
-            [name, *(_operation_cell(values, ends, i, j) for j in part)]
-            for i, name in enumerate(names)
-        ]
-        below = [[text, *(_short(q.values[j], q) for j in part)] for text, q in sums]
-        lines += ["", *table(columns, rows, below)]
+    places = range(len(values.axes[1].values))
+    rows = [
+        [name, *(_operation_cell(values, ends, i, j) for j in places)]
+        for i, name in enumerate(labels(values.axes[0]))
+    ]
+    below = [[text, *(_short(one, q) for one in q.values)] for text, q in sums]
+    lines += ["", *table(_operation_columns(values), rows, below)]
     shown = {values.path} | {end.path for end in ends if end is not None}
     return lines, shown | {quantity.path for _, quantity in sums}
 
@@ -376,26 +337,18 @@ def _turning(record: Record, kind: str) -> tuple[list[str], set[str]]:
         "shafts,",
         f"  mean / largest, {mean.unit}",
     ]
-    names = labels(mean.axes[0])
-    for columns, part in _tables(mean):
-        rows = []
-        for i, name in enumerate(names):
-            cells = [
-                _pair(_short(mean.values[i, j], mean), _short(peak.values[i, j], peak))
-                for j in part
-            ]
-            rows.append([name, *cells])
-        lines += ["", *table(columns, rows)]
+    rows = [
+        [name, *(_pair(_short(m, mean), _short(p, peak)) for m, p in zip(*both, strict=True))]
+        for name, *both in zip(labels(mean.axes[0]), mean.values, peak.values, strict=True)
+    ]
+    lines += ["", *table(_operation_columns(mean), rows)]
     return lines, {mean.path, peak.path}
 
 
-def _tables(quantity: Quantity) -> Iterator[tuple[list[Column], range]]:
-    """Columns and places of the balances of each table, as many as fit side by side."""
+def _operation_columns(quantity: Quantity) -> list[Column]:
+    """A column for each balance, three of which fit side by side."""
     balances = labels(quantity.axes[1])
-    for first in range(0, len(balances), _OPERATIONS_PER_TABLE):
-        part = range(first, min(first + _OPERATIONS_PER_TABLE, len(balances)))
-        names = (number(f"balance {balances[j]}", 25) for j in part)
-        yield [Column("operation", 20), *names], part
+    return [Column("operation", 20), *(number(f"balance {one}", 25) for one in balances)]
 
 
 def _operation_cell(values: Quantity, ends: Sequence[Quantity | None], i: int, j: int) -> str:
@@ -445,8 +398,46 @@ _SCALARS = (
     ("settle_time", "settles, from end of change s"),
 )
 _CHANGE_DIGITS = 4
-_CHANGES_PER_TABLE = 4
-_PASSAGES = 16
+
+
+def _changes(record: Record) -> Quantity | None:
+    """In which change each resonance is passed."""
+    which = having(record, _SWITCHING + "passage/change", "passage")
+    changes = having(record, _SWITCHING + "reversal/kinetic_energy_peak", "change")
+    if which is None or changes is None:
+        return None
+    names = np.array(labels(changes.axes[0]))
+    return part_of(which, names[which.values.astype(int) - 1], which.axes[0])
+
+
+def _low(found: Found) -> np.ndarray:
+    """Low orders carry the large forces: they are shown first, in the order of time."""
+    order = next((one for one in found if one.path.endswith("/order")), found[0])
+    return np.sort(np.argsort(order.values, kind="stable")[:16])
+
+
+def _haste(found: Found, places: np.ndarray) -> str:
+    further = others("; {left} further passages of higher order are in the result file")
+    return "haste above 1: the resonance has no time to build up" + further(found, places)
+
+
+#: resonances that the crank runs through on its way
+_PASSAGES = Rows(
+    "passage",
+    "",
+    (
+        Cells(_changes, "resonance passed in", "", 24),
+        Cells("mode", "mode", whole, 6),
+        Cells("order", "order", whole, 6),
+        Cells("speed", "at rpm", "rpm"),
+        Cells("time", "after s"),
+        Cells("haste", "haste"),
+    ),
+    each=12,
+    root="response/switching/passage",
+    places=_low,
+    rest=_haste,
+)
 
 #: title of a column, way and place on the axis of changes
 _Case = tuple[str, str, int]
@@ -459,11 +450,8 @@ def switching(result: Result) -> Section | None:
     cases = _cases(record)
     if not cases:
         return None
-    lines = _steady(result)
-    for first in range(0, len(cases), _CHANGES_PER_TABLE):
-        lines += [""] if lines else []
-        lines += _table(record, cases[first : first + _CHANGES_PER_TABLE])
-    details = {"resonances passed on the way": _passages(record)}
+    lines = stacked(_steady(result), _table(record, cases))
+    details = {"resonances passed on the way": rows_of(record, _PASSAGES)}
     return section("Switching between operations", [lines], details, shown)
 
 
@@ -537,48 +525,3 @@ def _ratios(record: Record, entries: Sequence[tuple[Quantity | None, int]]) -> l
     if not larger > 0.0:
         return [""] * len(entries)
     return ["" if q is None else show(float(q.values[i]) / larger, digits=3) for q, i in entries]
-
-
-def _passages(record: Record) -> list[str]:
-    """Resonances that the crank runs through on its way, if the result lists them."""
-    stem = _SWITCHING + "passage/"
-    names = ("change", "mode", "order", "speed", "time", "haste")
-    quantities = {name: having(record, stem + name, "passage") for name in names}
-    speed = quantities["speed"]
-    if speed is None or any(
-        quantities[name] is None for name in ("change", "mode", "order", "time")
-    ):
-        return []
-    changes = having(record, _SWITCHING + "reversal/kinetic_energy_peak", "change")
-    titles = labels(changes.axes[0]) if changes is not None else []
-    whole = [quantities[name] for name in ("mode", "order")]
-    rows = []
-    # Low orders carry the large forces: they are shown first, in the order of time.
-    order = np.asarray(whole[1].values) if whole[1] is not None else np.arange(len(speed.values))
-    for i in sorted(np.argsort(order, kind="stable")[:_PASSAGES].tolist()):
-        which = int(quantities["change"].values[i]) - 1 if quantities["change"] is not None else 0
-        title = titles[which] if 0 <= which < len(titles) else str(which + 1)
-        row = [title, *(str(int(q.values[i])) for q in whole if q is not None)]
-        row.append(show(rpm(float(speed.values[i]))))
-        for quantity in (quantities["time"], quantities["haste"]):
-            row.append("" if quantity is None else show(quantity.values[i]))
-        rows.append(row)
-    columns = (
-        Column("resonance passed in", 24),
-        number("mode", 6),
-        number("order", 6),
-        number("at rpm", 12),
-        number("after s", 12),
-        number("haste", 12),
-    )
-    lines = table(columns, rows)
-    further = len(speed.values) - len(rows)
-    lines += paragraph(
-        "haste above 1: the resonance has no time to build up"
-        + (
-            f"; {further} further passages of higher order are in the result file"
-            if further
-            else ""
-        )
-    )
-    return lines

@@ -3,9 +3,9 @@
 import numpy as np
 
 from vibecalc.absorber.report.tuning import is_mean, no_help
+from vibecalc.core.report.rows import by_axis
 from vibecalc.core.report.sections import (
     Section,
-    by_axis,
     having,
     labels,
     scalar_of,

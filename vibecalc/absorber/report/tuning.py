@@ -5,10 +5,10 @@ import math
 import numpy as np
 
 from vibecalc.absorber.report.motion import band_words, states, tolerances
+from vibecalc.core.report.rows import by_axis
 from vibecalc.core.report.sections import (
     Part,
     Section,
-    by_axis,
     having,
     labels,
     scalar_of,

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.report.writing import (
-    DIGITS,
     WIDTH,
     Column,
     is_speed,
@@ -219,42 +218,6 @@ def merged(rows: Iterable[Sequence[str]]) -> list[list[str]]:
         run = len(places) > 2 and places[-1] - places[0] == len(places) - 1
         found.append([f"{names[0]} to {names[-1]}" if run else ", ".join(names), *cells])
     return found
-
-
-# ----------------------------------------------------------------------------
-# Tables of quantities that share one axis: a row for each entry, a column for each quantity.
-# ----------------------------------------------------------------------------
-
-
-def by_axis(
-    record: Record, axis: str, title: str, names: Sequence[tuple[str, ...]], width: int = 22,
-    each: int = 14, digits: int = DIGITS, blank: Sequence[str] = (),
-) -> list[str]:  # fmt: skip
-    """Lines of a table of the quantities `names` over `axis`; [] if there are none.
-
-    Each is a path, words, and the unit to show it in where that is not in the words. Equal rows are
-    one. Of the quantities `blank` an infinite entry is none, shown as "-".
-    """
-    shown = []
-    for path, words, *unit in names:
-        quantity = having(record, path, axis)
-        if quantity is not None:
-            head = " ".join([words, *unit]).replace("\n ", "\n")
-            shown.append((quantity, head, convert(1.0, quantity.unit, *unit) if unit else 1.0))
-    if not shown:
-        return []
-    columns = [Column(title, width), *(number(words, each) for _, words, _ in shown)]
-    rows = []
-    for place, label in enumerate(labels(shown[0][0].axes[0])):
-        row = [label]
-        for quantity, _, factor in shown:
-            value = float(magnitudes(quantity)[place]) * factor
-            if quantity.path in blank and not np.isfinite(value):
-                row.append("-")
-                continue
-            row.append(show(value, factor * quantity.error_estimate, digits))
-        rows.append(row)
-    return table(columns, merged(rows))
 
 
 # ----------------------------------------------------------------------------

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from vibecalc.core.report.rows import by_axis
 from vibecalc.core.report.sections import (
     Section,
-    by_axis,
     having,
     scalar_of,
     table_of,

@@ -4,7 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, by_axis, having, labels, scalar_of, table_of
+from vibecalc.core.report.rows import by_axis
+from vibecalc.core.report.sections import Section, having, labels, scalar_of, table_of
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import (

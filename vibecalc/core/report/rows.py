@@ -1,0 +1,233 @@
+"""Tables as descriptions: which results stand in the columns over an axis, and the one renderer.
+
+A `Rows` stands as data in the `report.py` of a subject. What a result lacks is left out; without
+any of its columns there is no table.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibecalc.core.report.sections import labels, magnitudes, merged
+from vibecalc.core.report.writing import (
+    DIGITS,
+    Column,
+    number,
+    paragraph,
+    show,
+    show_percent,
+    table,
+)
+from vibecalc.core.results.record import Axis, Estimate, Quantity, Record
+from vibecalc.units import convert
+
+# ----------------------------------------------------------------------------
+# What stands in a description.
+# ----------------------------------------------------------------------------
+
+Found = Sequence[Quantity]
+#: the unit that a value is read in, or a function that writes a value in SI with its error
+How = str | Callable[[Any, Estimate], str]
+Made = Callable[[Record], Quantity | None]
+
+
+class Cells(NamedTuple):
+    """A column: a result below the root of its table, or what a function makes of the record.
+
+    Of a result with a second axis each entry of that is a column, whose name stands for `{}` in the
+    `head`. Words stand at the left, numbers at the right. The `note` stands below the table. With
+    `blank` an infinite entry is none, shown as "-".
+    """
+
+    of: str | Made
+    head: str
+    how: How = ""
+    width: int = 0
+    note: str = ""
+    blank: bool = False
+
+
+class Rows(NamedTuple):
+    """A table with a row for each entry of `axis`, below the `title` of their names.
+
+    Columns are as wide as `each` where they do not say. `label` formats the names, such as "{:g}",
+    and `right` sets them like numbers; without a `title` they are left out. `places` says which
+    entries are shown, `rest` what is said of the others, `none` what if there is none to show.
+    `merge` makes one row of equal ones; `across` turns the table: a row for each result, with its
+    unit at the end.
+    """
+
+    axis: str
+    title: str
+    columns: Sequence[Cells]
+    width: int = 22
+    each: int = 14
+    root: str = ""
+    label: str = ""
+    right: bool = False
+    digits: int = DIGITS
+    places: Callable[[Found], np.ndarray] | None = None
+    rest: Callable[[Found, np.ndarray], str] | None = None
+    none: str = ""
+    merge: bool = False
+    across: bool = False
+
+
+def whole(value: Any, _error: float) -> str:
+    """A whole number."""
+    return str(int(value))
+
+
+def short(value: Any, _error: float) -> str:
+    """A number without zeros at its end, such as an order."""
+    return f"{value:g}"
+
+
+def relative(value: Any, _error: float) -> str:
+    """A relative difference in percent with its sign and unit, `-` where it is undefined."""
+    return show_percent(value)
+
+
+def percent(decimals: int) -> How:
+    """A share in percent without its unit, `-` where it is undefined."""
+
+    def written(value: Any, _error: float) -> str:
+        return f"{round(100.0 * value, decimals) + 0.0:.{decimals}f}" if np.isfinite(value) else "-"
+
+    return written
+
+
+def part_of(quantity: Quantity, values: np.ndarray, *axes: Axis) -> Quantity:
+    """Other values made of those of a quantity, with its error and the size of its terms."""
+    return replace(quantity, values=values, axes=axes, terms=quantity.estimate.terms)
+
+
+def reduced(path: str, by: Callable[..., np.ndarray] = np.linalg.norm) -> Made:
+    """Lengths of vectors that stand along the second axis, or what `by` makes of their entries."""
+
+    def made(record: Record) -> Quantity | None:
+        found = record.quantities.get(path)
+        if found is None or len(found.axes) != 2:
+            return None
+        return part_of(found, by(magnitudes(found), axis=1), found.axes[0])
+
+    return made
+
+
+def first(most: int) -> Callable[[Found], np.ndarray]:
+    """The first entries."""
+    return lambda found: np.arange(len(found[0].values))[:most]
+
+
+def loud(share: float, most: int, count: int = 1) -> Callable[[Found], np.ndarray]:
+    """The first entries where one of the first `count` columns has that `share` of the largest."""
+
+    def places(found: Found) -> np.ndarray:
+        sizes = np.array([np.where(one.zero, 0.0, np.abs(one.values)) for one in found[:count]])
+        large = (sizes > 0.0) & (sizes >= share * np.max(sizes))
+        return np.flatnonzero(np.any(large, axis=0))[:most]
+
+    return places
+
+
+OTHERS = "the other {left} orders are zero or weaker, and in the result file"
+
+
+def others(words: str, *, acting: bool = False) -> Callable[[Found, np.ndarray], str]:
+    """Words on the {left} other entries up to the {last}, or on those that are not zero."""
+
+    def said(found: Found, places: np.ndarray) -> str:
+        left = (np.count_nonzero(~found[0].zero) if acting else len(found[0].values)) - len(places)
+        last = labels(found[0].axes[0])[-1]
+        return words.format(left=left, shown=len(places), last=last) if left else ""
+
+    return said
+
+
+# ----------------------------------------------------------------------------
+# The renderer.
+# ----------------------------------------------------------------------------
+
+
+def rows_of(record: Record, of: Rows) -> tuple[list[str], set[str]]:
+    """Lines of a table with its notes, and the paths that it shows."""
+    found = [(one, quantity) for one in of.columns if (quantity := _found(record, of, one))]
+    if not found:
+        return [], set()
+    quantities = [quantity for _, quantity in found]
+    paths = {quantity.path for quantity in quantities}
+    axis = quantities[0].axes[0]
+    places = np.arange(len(axis.values)) if of.places is None else of.places(quantities)
+    if not len(places):
+        return paragraph(of.none) if of.none else [], paths
+    names = [of.label.format(one) for one in axis.values] if of.label else labels(axis)
+    heads, cells = [Column(of.title, of.width, of.right)], [[names[i] for i in places]]
+    for one, quantity in found:
+        write, right = _writer(quantity, one, of.digits), quantity.values.dtype.kind != "U"
+        for name in labels(quantity.axes[1]) if len(quantity.axes) > 1 else [""]:
+            heads.append(Column(one.head.format(name), one.width or of.each, right))
+        there = _there(axis, quantity.axes[0], places)
+        for entries in quantity.values.reshape(len(quantity.values), -1).T:
+            cells.append(["" if i is None else write(entries[i].item()) for i in there])
+    if of.across:
+        units = [how if isinstance(how := one.how, str) and how else quantity.unit
+                 for one, quantity in found]  # fmt: skip
+        cells = [[one.head for one, _ in found], *map(list, zip(*cells[1:], strict=True)), units]
+        heads = [heads[0], *(number(name, of.each) for name in names), Column("unit", 8)]
+    start = 0 if of.title else 1
+    lines = [list(row) for row in zip(*cells[start:], strict=True)]
+    said = [one.note for one, _ in found] + [of.rest(quantities, places) if of.rest else ""]
+    notes = [line for words in said if words for line in paragraph(words)]
+    return table(heads[start:], merged(lines) if of.merge else lines) + notes, paths
+
+
+def _found(record: Record, of: Rows, one: Cells) -> Quantity | None:
+    """What stands in a column, if it is over the axis of the table and has an entry."""
+    path = f"{of.root}/{one.of}" if of.root else one.of
+    quantity = one.of(record) if callable(one.of) else record.quantities.get(str(path))
+    if quantity is None or len(quantity.axes) != 1 + one.head.count("{}"):
+        return None
+    return quantity if quantity.axes[0].name == of.axis and np.size(quantity.values) else None
+
+
+def _there(axis: Axis, own: Axis, places: np.ndarray) -> list[int | None]:
+    """Where the entries shown of the table's axis stand in a column; None where it lacks one."""
+    if np.array_equal(own.values, axis.values):
+        return list(places)
+    known = {entry: i for i, entry in enumerate(own.values.tolist())}
+    return [known.get(entry) for entry in axis.values[places].tolist()]
+
+
+def _writer(quantity: Quantity, one: Cells, digits: int) -> Callable[[Any], str]:
+    error, how = quantity.estimate, one.how
+    factor = convert(1.0, quantity.unit, how) if isinstance(how, str) and how else 1.0
+
+    def written(value: Any) -> str:
+        if isinstance(value, str):
+            return value
+        if one.blank and not np.isfinite(value):
+            return "-"
+        if callable(how):
+            return how(value, error)
+        return show(value * factor, error * factor, digits)
+
+    return written
+
+
+def by_axis(
+    record: Record, axis: str, title: str, names: Sequence[tuple[str, ...]], width: int = 22,
+    each: int = 14, digits: int = DIGITS, blank: Sequence[str] = (),
+) -> list[str]:  # fmt: skip
+    """Lines of a table of the quantities `names` over `axis`; [] if there are none.
+
+    Each is a path, words, and the unit to show it in where that is not in the words. Equal rows are
+    one. Of the quantities `blank` an infinite entry is none, shown as "-".
+    """
+    columns = []
+    for path, words, *unit in names:
+        head = " ".join([words, *unit]).replace("\n ", "\n")
+        columns.append(Cells(path, head, unit[0] if unit else "", blank=path in blank))
+    of = Rows(axis, title, columns, width, each, digits=digits, merge=True)
+    return rows_of(record, of)[0]
