@@ -243,8 +243,8 @@ _HIGHEST_FIXED = 1e7
 _TURN = 2.0 * math.pi
 
 
-#: relative: what rounding may have taken of a half
-_HALF = 1e-13
+#: relative: what rounding may have taken of a half; from here on more would be infinite
+_HALF, _LARGEST = 1e-13, 1e308
 
 
 def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
@@ -276,7 +276,7 @@ def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
     elif number == 0.0 or (abs(number) <= error and math.isfinite(error)):
         return "0"
     # a half is rounded away from zero, also where the last bit would say no
-    number *= 1.0 + _HALF
+    number *= 1.0 + _HALF * (abs(number) < _LARGEST)
     mantissa, exponent = f"{number:.{digits - 1}e}".split("e")
     if _LOWEST_FIXED <= abs(float(f"{mantissa}e{exponent}")) < _HIGHEST_FIXED:
         return f"{number:.{max(digits - 1 - int(exponent), 0)}f}"
