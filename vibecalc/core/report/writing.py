@@ -235,8 +235,8 @@ def paragraph(text: str, mark: str = "") -> list[str]:
 # ----------------------------------------------------------------------------
 
 DIGITS = 4
-#: share of a value from which on its error is shown; digits of both, and below which share of the
-#: error a value says nothing
+#: share of a single value from which on its error is shown; digits of both, and below which share
+#: of the error a value says nothing
 _SHOWN_FROM, _ROUGH, _LEAST_SHOWN = 0.1, 3, 1e-3
 _LOWEST_FIXED = 1e-4
 _HIGHEST_FIXED = 1e7
@@ -251,10 +251,10 @@ def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
     """One number with a fixed count of significant digits.
 
     A complex number shows its magnitude, an integer all its digits. What is zero to rounding of
-    the terms it is summed from is `0`: its digits would change from machine to machine. Where its
-    `error` (absolute, same unit) is a tenth of a value or more for another reason it is shown,
-    `196 +-722`. An error without terms counts as rounding. An infinite value is `unbounded`, an
-    undefined one `undefined`.
+    the terms it is summed from is `0`: its digits would change from machine to machine. What does
+    not exceed its `error` (absolute, same unit) for another reason is shown with it, `196 +-722`,
+    and so is a single value of which it is a tenth. An error without terms counts as rounding. An
+    infinite value is `unbounded`, an undefined one `undefined`.
     """
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
@@ -268,7 +268,8 @@ def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
     if isinstance(error, Estimate):
         if error.is_zero(number):
             return "0"
-        rough = math.isfinite(error) and error >= _SHOWN_FROM * abs(number)
+        least_error = abs(number) * (_SHOWN_FROM if error.own else 1.0)
+        rough = math.isfinite(error) and error >= least_error
         if rough and error > ROUNDING * error.terms:
             least = number if abs(number) > _LEAST_SHOWN * error else 0.0
             return f"{show(least, digits=_ROUGH)} +-{show(float(error), digits=_ROUGH)}"

@@ -133,26 +133,31 @@ class Estimate(float):
     """An absolute error that knows the size of the terms behind the value; a factor scales both.
 
     `whole` says that nothing but the terms tells whether a value of exactly 0 is a zero: all
-    entries of its quantity are 0. Else such an entry has no terms.
+    entries of its quantity are 0. Else such an entry has no terms. `own` says that the error is
+    that of a single value, and not the largest of many.
     """
 
     terms: float
     whole: bool
+    own: bool
 
-    def __new__(cls, error: float, terms: float, whole: bool = False) -> "Estimate":
+    def __new__(
+        cls, error: float, terms: float, whole: bool = False, own: bool = False
+    ) -> "Estimate":
         """`error` and `terms` in one unit."""
         made = super().__new__(cls, error)
-        made.terms, made.whole = terms, whole
+        made.terms, made.whole, made.own = terms, whole, own
         return made
 
-    def __getnewargs__(self) -> tuple[float, float, bool]:  # type: ignore[override]
-        return float(self), self.terms, self.whole
+    def __getnewargs__(self) -> tuple[float, float, bool, bool]:  # type: ignore[override]
+        return float(self), self.terms, self.whole, self.own
 
     def __mul__(self, factor: Any) -> Any:
         """The same in another unit; a plain product with what is not a plain number."""
         if not isinstance(factor, int | float):
             return float(self) * factor
-        return Estimate(float(self) * factor, self.terms * abs(factor), self.whole)
+        terms = self.terms * abs(factor)
+        return Estimate(float(self) * factor, terms, self.whole, self.own)
 
     __rmul__ = __mul__
 
@@ -233,7 +238,9 @@ class Quantity(np.lib.mixins.NDArrayOperatorsMixin):
         size = np.abs(self.values) if self.values.dtype.kind in "biufc" else np.zeros(1)
         largest = float(np.max(size, initial=0.0, where=np.isfinite(size)))
         whole = self.terms > 0.0 and largest == 0.0
-        error = Estimate(self.error_estimate, max(largest, self.terms), whole)
+        error = Estimate(
+            self.error_estimate, max(largest, self.terms), whole, self.values.size == 1
+        )
         object.__setattr__(self, "error_estimate", error)
 
     def __eq__(self, other: object) -> bool:
