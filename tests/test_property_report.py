@@ -143,6 +143,7 @@ def test_every_table_has_room_for_numbers_with_long_exponents(name: str) -> None
             result.record.quantities[path] = replace(one, **small)
     text = plain_summary(result) + render_report(result, full=True)
     assert len(re.findall(r"\de-1[0-9]{2}\b", text)) > 3
+    text = re.sub(r"\b[0-9a-f]{64}\b", "", text)  # a hash of the case
     # where a number was broken, a line of a cell ends or begins within it
     assert not re.search(r"(?m)\de-?(\s|$)|(^|\s)e-\d", text)
 
