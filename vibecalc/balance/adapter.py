@@ -3,7 +3,7 @@
 import numpy as np
 
 from vibecalc.balance.model import Sought, orders_that_count, sought_weights
-from vibecalc.balance.results import ROOT
+from vibecalc.balance.results import After, Before, Left, Shaking, WeightsFound
 from vibecalc.balance.weights import (
     Frame,
     Measure,
@@ -23,8 +23,8 @@ from vibecalc.excitation.adapter import (
     length_over_cycle,
 )
 from vibecalc.excitation.crank_forces import TurningWeights, turning_forces
-from vibecalc.excitation.inertia_forces import Excitation, add, at_speed, size_of_terms
-from vibecalc.numerics.bounded import Bounded, concatenate
+from vibecalc.excitation.inertia_forces import Excitation, add, at_speed, size_of_terms, with_terms
+from vibecalc.numerics.bounded import Bounded, Summed, concatenate, rounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.crank_train import CrankTrain
 
@@ -52,8 +52,8 @@ def run_balance(scene: Scene) -> None:
     after = _emit_weights(scene, sought, solved, train, kept)
     _emit_orders(scene, kept, after, measure, forcing.order[: forcing.retained])
     _emit_totals(scene, kept, measure, solved)
-    for when, one in (("before", kept), ("after", after)):
-        _emit_all_orders(scene, when, one, forcing, measure)
+    for group, one in ((Before, kept), (After, after)):
+        _emit_all_orders(scene, group, one, forcing, measure)
     scene.cite(
         "linear least squares with each weight within its bound",
         "weights that leave the least force and couple",
@@ -106,26 +106,28 @@ def _emit_weights(
     phase = concatenate([one.phase for one in solved.values()])[back]
     share = np.concatenate([one.share for one in solved.values()])[back]
     names = [one.name for one in sought]
-    axes = {"weight": names}
     start, end = (np.array([getattr(one, name) for one in sought]) for name in ("start", "end"))
     position = start + share[:, None] * (end - start)
-    ratio = np.array([one.speed_ratio for one in sought])
-    scene.emit(f"{ROOT}/weight/unbalance", unbalance, axes=axes)
-    scene.emit(f"{ROOT}/weight/phase", phase, axes=axes)
-    off = 4.0 * EPSILON * np.abs(position)
-    everywhere = {**axes, "direction": DIRECTIONS}
-    scene.emit(f"{ROOT}/weight/position", position, off, axes=everywhere)
-    scene.emit(f"{ROOT}/weight/speed_ratio", ratio.astype(float), axes=axes)
-    radius = np.array([one.radius for one in sought])
-    known = np.flatnonzero(~np.isnan(radius))
-    if known.size:
-        mass = unbalance[known] / radius[known]
-        scene.emit(f"{ROOT}/weight/mass", mass, axes={"balance_radius": [names[i] for i in known]})
-    largest = np.array([one.largest for one in sought])
-    bounded = np.flatnonzero(np.isfinite(largest))
-    if bounded.size:
-        use = unbalance[bounded] / largest[bounded]
-        scene.emit(f"{ROOT}/weight/use", use, axes={"balance_bound": [names[i] for i in bounded]})
+    ratio, radius, largest = (
+        np.array([getattr(one, name) for one in sought])
+        for name in ("speed_ratio", "radius", "largest")
+    )
+    known, bounded = np.flatnonzero(~np.isnan(radius)), np.flatnonzero(np.isfinite(largest))
+    found = WeightsFound(
+        unbalance=unbalance,
+        phase=phase,
+        position=rounded(position, 8),
+        speed_ratio=ratio.astype(float),
+        mass=unbalance[known] / radius[known] if known.size else None,
+        use=unbalance[bounded] / largest[bounded] if bounded.size else None,
+    )
+    axes = {
+        "weight": names,
+        "direction": DIRECTIONS,
+        "balance_radius": [names[i] for i in known],
+        "balance_bound": [names[i] for i in bounded],
+    }
+    scene.emit_all(found, axes)
     return add(kept, *_pulls(train, unbalance, ratio, phase.value, position, len(kept.force)))
 
 
@@ -155,12 +157,9 @@ def _emit_orders(
     speed = scene.case.machine.speed
     axes = {"order": orders, "direction": DIRECTIONS}
     terms: dict[str, float] = {}
-    for when, one in (("before", kept), ("after", after)):
+    for group, one in ((Before, kept), (After, after)):
         driven = at_speed(one, speed)
         force, couple = forces_of(driven), couples_of(driven)
-        if when == "after":
-            scene.emit(f"{ROOT}/force", force, axes=axes, terms=size_of_terms(force.error))
-            scene.emit(f"{ROOT}/couple", couple, axes=axes, terms=size_of_terms(couple.error))
         across, about = parted(driven.couple, measure.axis)
         found = {
             "force": longest(force),
@@ -170,11 +169,16 @@ def _emit_orders(
         }
         for name, value in found.items():
             terms[name] = max(terms.get(name, 0.0), size_of_terms(value.error))
-            scene.emit(f"{ROOT}/{when}/{name}", value, axes=axes, terms=terms[name])
+        sums = {
+            name: Summed(value.value, value.error, terms[name]) for name, value in found.items()
+        }
+        scene.emit_all(group(**sums), axes)
+        if group is After:
+            scene.emit_all(Left(with_terms(force), with_terms(couple)), axes)
 
 
 def _emit_all_orders(
-    scene: Scene, when: str, kept: Excitation, forcing: Forcing, measure: Measure
+    scene: Scene, group: type[Shaking], kept: Excitation, forcing: Forcing, measure: Measure
 ) -> None:
     """Residual, force and couple of all orders together; weights turn at none that is left out."""
     beyond = (part[forcing.retained :] for part in forcing.per_speed_squared)
@@ -185,10 +189,12 @@ def _emit_all_orders(
     every = residual(driven, measure)
     left, dropped = every[: forcing.retained].norm(), forcing.tail * every.value[forcing.retained :]
     error = left.error + np.linalg.norm(dropped)
-    scene.emit(f"{ROOT}/{when}/all_orders", left.value, error, terms=size_of_terms(left.error))
-    for name, part in (("force", forces_of(driven)), ("couple", couples_of(driven))):
-        peak = length_over_cycle(Bounded(part.value.T, part.error.T), forcing)
-        scene.emit(f"{ROOT}/{when}/{name}_peak", peak.value, peak.error, terms=peak.terms)
+    found = group(
+        all_orders=with_terms(Bounded(left.value, error), left.error),
+        force_peak=lambda: length_over_cycle(forces_of(driven).T, forcing),
+        couple_peak=lambda: length_over_cycle(couples_of(driven).T, forcing),
+    )
+    scene.emit_all(found)
 
 
 def _emit_totals(
@@ -205,9 +211,10 @@ def _emit_totals(
     total = (square * before).norm()
     least = np.linalg.norm(square * np.array([one.lower_bound for one in solved.values()]))
     left = found.norm()
-    scene.emit(f"{ROOT}/residual_before", total, terms=size_of_terms(total.error))
-    scene.emit(f"{ROOT}/residual", left, terms=size_of_terms(left.error))
-    gap = max(0.0, float(left.value - least))
-    scene.emit(f"{ROOT}/gap", gap, 2.0 * left.error, terms=float(total.value))
-    free = np.array([float(one.free_directions) for one in solved.values()])
-    scene.emit(f"{ROOT}/free_directions", free, axes={"balanced_order": np.array(orders)})
+    results = Left(
+        residual_before=with_terms(total),
+        residual=with_terms(left),
+        gap=Summed(max(0.0, float(left.value - least)), 2.0 * left.error, float(total.value)),
+        free_directions=np.array([float(one.free_directions) for one in solved.values()]),
+    )
+    scene.emit_all(results, {"balanced_order": np.array(orders)})

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibecalc.balance.report import axis_of
-from vibecalc.balance.results import ROOT
+from vibecalc.balance.results import WeightsFound
 from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas, palette
 from vibecalc.core.report.curves import Curve, Curves, Panel, Source, sourced
 from vibecalc.core.report.sections import by_size, having, labels
@@ -26,7 +26,7 @@ def _acting(name: str, when: str) -> Source:
     """A size by order, rounding as the zero that it is."""
 
     def made(result: Result) -> Quantity | None:
-        found = having(result.record, f"{ROOT}/{when}/{name}", "order")
+        found = having(result.record, f"balance/{when}/{name}", "order")
         if found is None:
             return None
         return replace(found, values=np.where(found.zero, 0.0, found.values))
@@ -46,7 +46,7 @@ def _any(name: str) -> Source:
 
 def _title(result: Result) -> str:
     """With the residual of all orders, without the weights and with them."""
-    both = (f"{ROOT}/{when}/all_orders" for when in ("before", "after"))
+    both = (f"balance/{when}/all_orders" for when in ("before", "after"))
     known = [one for path in both if (one := result.record.quantities.get(path)) is not None]
     sizes = [f"{show(float(one.values), one.error_estimate)} N" for one in known]
     words = "what the weights leave, by order"
@@ -88,13 +88,13 @@ _WORDS = {1: "on the crank and with it", -1: "against the crank", 2: "twice as f
 def draw_weights(result: Result) -> "Figure | None":
     """Unbalances over their angle from the stroke; None where all are zero."""
     record = result.record
-    unbalance = having(record, f"{ROOT}/weight/unbalance", "weight")
+    unbalance = having(record, f"{WeightsFound.ROOT}/unbalance", "weight")
     if unbalance is None or not np.any(unbalance.values):
         return None
     unit = by_size("g*mm", unbalance.values)
     size = convert(1.0, "kg*m", unit) * np.asarray(unbalance.values, dtype=float)
     phase, position, ratio = (
-        np.asarray(record[f"{ROOT}/weight/{name}"].values, dtype=float)
+        np.asarray(record[f"{WeightsFound.ROOT}/{name}"].values, dtype=float)
         for name in ("phase", "position", "speed_ratio")
     )
     names, along = labels(unbalance.axes[0]), axis_of(result)

@@ -6,13 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vibecalc.balance.results import ROOT
 from vibecalc.core.report.sections import Section, by_size, having, labels, section, table_of
 from vibecalc.core.report.writing import Column, number, paragraph, read, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.units import convert
 
-_WEIGHT = f"{ROOT}/weight"
+ROOT, _WEIGHT = "balance", "balance/weight"
 #: what is shown by order: path below before and after, words
 _BY_ORDER = (("force", "force N"), ("couple", "couple N m"), ("roll_couple", "roll N m"),
              ("residual", "residual N"))  # fmt: skip

@@ -9,7 +9,7 @@ from vibecalc.base_motion.model import (
     frequency_of,
     on_base,
 )
-from vibecalc.base_motion.results import HARMONIC, MOTIONS, OF_MOUNTS, ROOT, SPECTRUM
+from vibecalc.base_motion.results import HARMONIC, MOTIONS, OF_MOUNTS, SPECTRUM, OverFrequency
 from vibecalc.base_motion.spectrum import Density, mean_squares, panel_ends
 from vibecalc.base_motion.tables import BaseMotion
 from vibecalc.core.run.stage import Scene
@@ -56,9 +56,11 @@ def _emit_curves(scene: Scene, system: OnMounts) -> None:
     passing = system.transmissibility(grid)
     relative = passing - np.eye(passing.shape[-1])
     axes = {"coordinate": COORDINATES, "base_frequency": grid / _TURN}
-    for name, part in (("transmissibility", passing), ("relative_transmissibility", relative)):
-        diagonal = reshaped(abs(part), lambda one: np.diagonal(one, axis1=-2, axis2=-1).T)
-        scene.emit(f"{ROOT}/{name}", diagonal, axes=axes)
+    both = (
+        reshaped(abs(part), lambda one: np.diagonal(one, axis1=-2, axis2=-1).T)
+        for part in (passing, relative)
+    )
+    scene.emit_all(OverFrequency(*both), axes)
 
 
 # ----------------------------------------------------------------------------

@@ -1,7 +1,10 @@
 """Results of a base that moves: what the machine does, and what its mounts have to bear."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
+from vibecalc.core.results.described import entries_of, q
 from vibecalc.core.results.record import PEAK, RMS, Entry, Headline, entry
 
 ROOT = "base_motion"
@@ -10,6 +13,22 @@ AXES = {
     "base_harmonic": ("", "harmonic of the motion of the base"),
     "base_frequency": ("Hz", "frequency"),
 }
+
+
+@dataclass(frozen=True)
+class OverFrequency:
+    """Of motions of the base in one direction at a time."""
+
+    ROOT: ClassVar[str] = ROOT
+    transmissibility: Any = q(
+        "coordinate base_frequency", "",
+        "motion of the body over that of the base, along and about the same axis",
+    )  # fmt: skip
+    relative_transmissibility: Any = q(
+        "coordinate base_frequency", "",
+        "motion of the body against the base over that of the base",
+    )  # fmt: skip
+
 
 #: name, unit, words: motions along, then about the axes
 MOTIONS = (
@@ -121,19 +140,4 @@ def _spectra() -> Iterator[Entry]:
     )
 
 
-ENTRIES = (
-    entry(
-        f"{ROOT}/transmissibility",
-        "coordinate base_frequency",
-        "",
-        "motion of the body over that of the base, along and about the same axis",
-    ),
-    entry(
-        f"{ROOT}/relative_transmissibility",
-        "coordinate base_frequency",
-        "",
-        "motion of the body against the base over that of the base",
-    ),
-    *_harmonics(),
-    *_spectra(),
-)
+ENTRIES = (*entries_of(OverFrequency), *_harmonics(), *_spectra())

@@ -15,11 +15,20 @@ from vibecalc.bearings.crank_loads import (
     grid_of,
 )
 from vibecalc.bearings.model import Gas, Shaft, gas_of, running_gear, shaft_of
-from vibecalc.bearings.results import NAMES, ROOT
+from vibecalc.bearings.results import (
+    NAMES,
+    BearingLoad,
+    CrankPin,
+    MainLoad,
+    OverSpeeds,
+    SideThrust,
+    WristPin,
+)
 from vibecalc.bearings.rod_forces import RodForces, RunningGear, rod_forces
 from vibecalc.bearings.tables import BearingLoads, BearingSize, MainBearing
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
-from vibecalc.numerics.bounded import Bounded, concatenate
+from vibecalc.numerics.bounded import Bounded, Summed, concatenate, reshaped
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.crank_train import CrankTrain
@@ -74,12 +83,12 @@ At = Callable[[FloatArray, FloatArray], tuple[ComplexArray, FloatArray]]
 
 
 class Part(NamedTuple):
-    """One kind of bearing: its folder of results, its forces, its members with their areas in m^2.
+    """One kind of bearing: its results, its forces, its members with their areas in m^2.
 
     `areas` are diameter times length, zero where the case does not say them.
     """
 
-    name: str
+    results: type[BearingLoad]
     at: At
     axis: str
     members: tuple[str, ...]
@@ -104,13 +113,13 @@ def run_bearing_loads(scene: Scene) -> None:
     mains, pins = loads.shaft.names, train.names
     parts = [
         Part(
-            "main", loads.main, "main_bearing", mains, [_area(one) for one in table.main_bearings]
+            MainLoad, loads.main, "main_bearing", mains, [_area(one) for one in table.main_bearings]
         ),
-        Part("crank_pin", loads.crank_pin, "cylinder", pins, [_area(table.crank_pin)] * len(pins)),
+        Part(CrankPin, loads.crank_pin, "cylinder", pins, [_area(table.crank_pin)] * len(pins)),
     ]
     if case.machine.crank_train.rod is not None:
         areas = [_area(table.wrist_pin)] * len(pins)
-        parts.append(Part("wrist_pin", loads.wrist_pin, "cylinder", pins, areas))
+        parts.append(Part(WristPin, loads.wrist_pin, "cylinder", pins, areas))
     for part in parts:
         _forces(scene, part)
         _peaks(scene, loads, part)
@@ -135,57 +144,60 @@ def _angles(scene: Scene) -> FloatArray:
 
 def _forces(scene: Scene, part: Part) -> None:
     """Forces over the crank angle in axes of the machine, of crank pins also of the throw."""
-    paths = [f"{ROOT}/{part.name}/{name}" for name in ("force", "force_of_throw")]
-    if not scene.wants(*paths):
-        return
     train, angle = scene.parts.crank_train, _angles(scene)
+    speed = np.asarray(scene.case.machine.speed)
     names, across_shaft = _axes_across(train)
-    force, error = part.at(angle, np.asarray(scene.case.machine.speed))
-    known = {part.axis: part.members, "direction": names, "crank_angle": angle}
-    components = np.stack([_along(force, one) for one in across_shaft], axis=-2)
-    scene.emit(paths[0], components.T, error.max(), known, terms=np.abs(force).max())
-    if part.name != "crank_pin":
-        return
-    own = force * np.exp(-1j * (angle[:, None] + train.crank_phase))
-    both = np.stack([own.real, own.imag], axis=-2)
-    lost = error.max() + 8.0 * EPSILON * angle[-1] * np.abs(own).max()
-    known |= NAMES
-    scene.emit(paths[1], both.T, lost, known, terms=np.abs(own).max())
+
+    def of_machine() -> Summed:
+        force, error = part.at(angle, speed)
+        components = np.stack([_along(force, one) for one in across_shaft], axis=-2)
+        return Summed(components.T, error.max(), np.abs(force).max())
+
+    def of_throw() -> Summed:
+        force, error = part.at(angle, speed)
+        own = force * np.exp(-1j * (angle[:, None] + train.crank_phase))
+        both = np.stack([own.real, own.imag], axis=-2)
+        size = np.abs(own).max()
+        return Summed(both.T, error.max() + 8.0 * EPSILON * angle[-1] * size, size)
+
+    known = {part.axis: part.members, "direction": names, "crank_angle": angle, **NAMES}
+    scene.emit_all(part.results(force=of_machine), known)
+    if part.results is CrankPin:
+        scene.emit_all(CrankPin(force_of_throw=of_throw), known)
 
 
 def _peaks(scene: Scene, loads: Loads, part: Part) -> None:
-    path, train, axes = f"{ROOT}/{part.name}", scene.parts.crank_train, {part.axis: part.members}
     names = ("peak", "peak_angle", "peak_direction", "peak_pressure")
-    if not scene.wants(*(f"{path}/{name}" for name in names)):
+    if not scene.wants(*paths_of(part.results, *names)):
         return
     found, top, off = highest_loads(scene, loads, part.at, np.asarray(scene.case.machine.speed))
-    if part.name == "crank_pin":
-        top = top * np.exp(-1j * (found.angle.value + train.crank_phase))
+    if part.results is CrankPin:
+        top = top * np.exp(-1j * (found.angle.value + scene.parts.crank_train.crank_phase))
     size = np.where(np.abs(top) > 0.0, np.abs(top), 1.0)
-    direction = Bounded(np.angle(top), off / size + 4.0 * EPSILON)
-    scene.emit(f"{path}/peak", found.height, axes=axes)
-    scene.emit(f"{path}/peak_angle", found.angle, axes=axes)
-    scene.emit(f"{path}/peak_direction", direction, axes=axes)
-    if all(part.areas):
-        scene.emit(f"{path}/peak_pressure", found.height / np.array(part.areas), axes=axes)
+    results = part.results(
+        peak=found.height,
+        peak_angle=found.angle,
+        peak_direction=Bounded(np.angle(top), off / size + 4.0 * EPSILON),
+        peak_pressure=found.height / np.array(part.areas) if all(part.areas) else None,
+    )
+    scene.emit_all(results, {part.axis: part.members})
 
 
 def _means(scene: Scene, loads: Loads, part: Part) -> None:
-    path, speed = f"{ROOT}/{part.name}", np.asarray(scene.case.machine.speed)
-    names = ("mean", "mean_force", "mean_pressure")
-    if not scene.wants(*(f"{path}/{name}" for name in names)):
+    speed = np.asarray(scene.case.machine.speed)
+    if not scene.wants(*paths_of(part.results, "mean", "mean_force", "mean_pressure")):
         return
     directions, across_shaft = _axes_across(scene.parts.crank_train)
-    axes = {part.axis: part.members, "direction": directions}
     grid = _grid(scene, loads, PANELS)
     means, lost = cycle_means(_every(part.at, speed), grid), part.at(grid, speed)[1].max(axis=0)
     mean = means.magnitude + Bounded(np.zeros(len(part.members)), lost)
     vector = np.stack([_along(means.vector.value, one) for one in across_shaft], axis=-1)
-    off = (means.vector.error + lost).max()
-    scene.emit(f"{path}/mean", mean, axes=axes)
-    scene.emit(f"{path}/mean_force", vector, off, axes, terms=mean.value.max())
-    if all(part.areas):
-        scene.emit(f"{path}/mean_pressure", mean / np.array(part.areas), axes=axes)
+    results = part.results(
+        mean=mean,
+        mean_force=Summed(vector, (means.vector.error + lost).max(), mean.value.max()),
+        mean_pressure=mean / np.array(part.areas) if all(part.areas) else None,
+    )
+    scene.emit_all(results, {part.axis: part.members, "direction": directions})
 
 
 def _area(size: BearingSize | MainBearing | None) -> float:
@@ -253,12 +265,13 @@ def highest_loads(
 def _side_thrust(scene: Scene, loads: Loads) -> None:
     angle, speed = _angles(scene), np.asarray(scene.case.machine.speed)
     force, error = loads.wall(angle, speed)
-    known = {"cylinder": scene.parts.crank_train.names, "crank_angle": angle}
-    path = f"{ROOT}/side_thrust"
-    scene.emit(f"{path}/force", force.real.T, error.max(), known, terms=np.abs(force).max())
     peaks, _, _ = highest_loads(scene, loads, loads.wall, speed)
-    scene.emit(f"{path}/peak", peaks.height, axes=known)
-    scene.emit(f"{path}/peak_angle", peaks.angle, axes=known)
+    found = SideThrust(
+        force=Summed(force.real.T, error.max(), np.abs(force).max()),
+        peak=peaks.height,
+        peak_angle=peaks.angle,
+    )
+    scene.emit_all(found, {"cylinder": scene.parts.crank_train.names, "crank_angle": angle})
 
 
 #: crank angles times speeds that are followed at once
@@ -275,11 +288,13 @@ def _over_speeds(scene: Scene, loads: Loads, table: BearingLoads) -> None:
         "speed": speeds,
     }
     at_once = max(1, _MOST_PLACES // len(_grid(scene, loads)))
-    for part, at in (("main", loads.main), ("crank_pin", loads.crank_pin)):
-        path = f"{ROOT}/speeds/{part}_peak"
-        if scene.wants(path):
-            blocks = [speeds[low : low + at_once] for low in range(0, len(speeds), at_once)]
-            heights = [highest_loads(scene, loads, at, block)[0].height for block in blocks]
-            of_speeds = concatenate(heights).value.reshape(len(speeds), -1)
-            errors = concatenate(heights).error.reshape(len(speeds), -1)
-            scene.emit(path, Bounded(of_speeds.T, errors.T), axes=known)
+
+    def highest(at: At) -> Bounded:
+        blocks = [speeds[low : low + at_once] for low in range(0, len(speeds), at_once)]
+        heights = concatenate([highest_loads(scene, loads, at, one)[0].height for one in blocks])
+        return reshaped(heights, lambda part: part.reshape(len(speeds), -1).T)
+
+    found = OverSpeeds(
+        main_peak=lambda: highest(loads.main), crank_pin_peak=lambda: highest(loads.crank_pin)
+    )
+    scene.emit_all(found, known)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.bearings.results import ROOT
+from vibecalc.bearings.results import CrankPin, MainLoad, WristPin
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, note, unit_words
 from vibecalc.core.report.curves import Curve, Curves, Panel, sourced
 from vibecalc.core.report.sections import labels
@@ -37,11 +37,11 @@ def _size(path: str) -> Callable[[Result], Quantity | None]:
 FORCES = Curves(
     "loads on bearings over a cycle",
     (
-        Panel("main bearings", (Curve(_size(f"{ROOT}/main/force"), "main bearing {}"),),
+        Panel("main bearings", (Curve(_size(f"{MainLoad.ROOT}/force"), "main bearing {}"),),
               legend={"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}),
-        Panel("crank pins", (Curve(_size(f"{ROOT}/crank_pin/force"), "cylinder {}"),),
+        Panel("crank pins", (Curve(_size(f"{CrankPin.ROOT}/force"), "cylinder {}"),),
               legend={"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}),
-        Panel("wrist pins", (Curve(_size(f"{ROOT}/wrist_pin/force"), "cylinder {}"),),
+        Panel("wrist pins", (Curve(_size(f"{WristPin.ROOT}/force"), "cylinder {}"),),
               legend={"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}),
     ),
     high=2.2,
@@ -61,12 +61,12 @@ _CLOSE = 0.06
 
 def draw_main_bearings(result: Result) -> "Figure | None":
     """The force on each main bearing, stroke upwards where it is an axis of the machine."""
-    return _polar(result, f"{ROOT}/main", "force", "main bearing")
+    return _polar(result, MainLoad.ROOT, "force", "main bearing")
 
 
 def draw_crank_pins(result: Result) -> "Figure | None":
     """The force on each crank pin in axes that turn with its throw, which points upwards."""
-    return _polar(result, f"{ROOT}/crank_pin", "force_of_throw", "crank pin")
+    return _polar(result, CrankPin.ROOT, "force_of_throw", "crank pin")
 
 
 def _polar(result: Result, path: str, name: str, what: str) -> "Figure | None":

@@ -1,27 +1,26 @@
 """Bearing loads in the report: highest and mean load of each bearing, where they stand."""
 
-from vibecalc.bearings.results import ROOT
+from vibecalc.bearings.results import CrankPin, MainLoad, SideThrust, WristPin
 from vibecalc.core.report.rows import by_axis
 from vibecalc.core.report.sections import Section, section, together
 from vibecalc.core.report.writing import paragraph
 from vibecalc.core.results.record import Result
 
-#: folder, axis, heading, what the direction counts from
+#: root of the results, axis, heading, what the direction counts from
 _PARTS = (
-    ("main", "main_bearing", "main bearing", "the stroke"),
-    ("crank_pin", "cylinder", "crank pin of", "the throw"),
-    ("wrist_pin", "cylinder", "wrist pin of", "the stroke"),
+    (MainLoad.ROOT, "main_bearing", "main bearing", "the stroke"),
+    (CrankPin.ROOT, "cylinder", "crank pin of", "the throw"),
+    (WristPin.ROOT, "cylinder", "wrist pin of", "the stroke"),
 )
 
 
 def bearing_loads(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    blocks, shown = [], {path for path in record if path.startswith(f"{ROOT}/")}
+    blocks, shown = [], {path for path in record if path.startswith("bearing_loads/")}
     if not shown:
         return None
-    for part, axis, title, reference in _PARTS:
-        path = f"{ROOT}/{part}"
+    for path, axis, title, reference in _PARTS:
         turned = "direction" if reference == "the stroke" else "direction\nfrom throw"
         names = [
             (f"{path}/peak", "peak\n", "kN"),
@@ -32,10 +31,9 @@ def bearing_loads(result: Result) -> Section | None:
             (f"{path}/mean_pressure", "mean\npressure", "MPa"),
         ]
         blocks.append(by_axis(record, axis, title, names, 14, 11, 5))
-    thrust = f"{ROOT}/side_thrust"
     names = [
-        (f"{thrust}/peak", "side thrust", "kN"),
-        (f"{thrust}/peak_angle", "at crank angle", "deg"),
+        (f"{SideThrust.ROOT}/peak", "side thrust", "kN"),
+        (f"{SideThrust.ROOT}/peak_angle", "at crank angle", "deg"),
     ]
     blocks.append(by_axis(record, "cylinder", "piston of", names, 14, 18, 5))
     words = paragraph(

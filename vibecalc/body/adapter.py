@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from vibecalc.body.results import NAMES, ROOT
+from vibecalc.body.results import NAMES, OfParts
 from vibecalc.core.run.stage import Scene
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.body import DIRECTIONS
 
@@ -11,23 +12,26 @@ from vibecalc.parts.body import DIRECTIONS
 def run_body(scene: Scene) -> None:
     """Emit what the parts add up to; axes of equal moments may point anywhere."""
     body = scene.parts.body
-    if body is None or body.inertia_error is None:
+    if body is None or body.inertia_error is None or body.centre_error is None:
         raise ValueError("the body has no parts")
     axes = {"direction": DIRECTIONS, "product": NAMES["product"], "principal": np.arange(1, 4)}
     inertia, error = body.inertia, body.inertia_error
-    scene.emit(f"{ROOT}/mass", body.mass, 4.0 * EPSILON * body.mass)
-    scene.emit(f"{ROOT}/centre", body.centre, body.centre_error, axes)
-    scene.emit(f"{ROOT}/moments", np.diagonal(inertia), np.diagonal(error), axes)
     rows, columns = np.triu_indices(3, 1)
-    scene.emit(f"{ROOT}/products", -inertia[rows, columns], error[rows, columns], axes)
     moments, vectors = np.linalg.eigh(inertia)
-    off = float(np.linalg.norm(error)) + 8.0 * EPSILON * float(moments[-1])
-    scene.emit(f"{ROOT}/principal_moments", moments, off, axes)
+    off = np.linalg.norm(error) + 8.0 * EPSILON * moments[-1]
     largest = np.argmax(np.abs(vectors), axis=0)
     vectors = vectors * np.sign(vectors[largest, range(3)])
     gap = float(np.diff(moments).min())
     turned = min(2.0 * off / gap, 2.0) if gap > 0.0 else 2.0
-    scene.emit(f"{ROOT}/principal_axes", vectors.T, turned, axes)
+    found = OfParts(
+        mass=rounded(body.mass, 8),
+        centre=Bounded(body.centre, body.centre_error),
+        moments=Bounded(np.diagonal(inertia), np.diagonal(error)),
+        products=Bounded(-inertia[rows, columns], error[rows, columns]),
+        principal_moments=Bounded(moments, off),
+        principal_axes=Bounded(vectors.T, np.asarray(turned)),
+    )
+    scene.emit_all(found, axes)
     scene.cite(
         "theorem of parallel axes about the common mass centre",
         "mass, centre and inertia of the body",

@@ -1,37 +1,36 @@
 """Results of a body that is assembled of parts."""
 
-from vibecalc.core.results.record import CANCELLING, Headline, entry
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
-ROOT = "body"
+from vibecalc.core.results.described import entries_of, q
+from vibecalc.core.results.record import CANCELLING, Headline
+
+
+@dataclass(frozen=True)
+class OfParts:
+    """What the parts of the body add up to."""
+
+    ROOT: ClassVar[str] = "body"
+    mass: Any = q("", "kg", "mass of all parts", headline=Headline("mass of the body", "kg"))
+    centre: Any = q(
+        "direction", "m", "common mass centre, from the reference point", exempt=CANCELLING
+    )
+    moments: Any = q("direction", "kg*m^2", "moments of inertia about the mass centre")
+    products: Any = q(
+        "product", "kg*m^2",
+        "products of inertia about the mass centre: sums of m x y, m x z, m y z",
+        exempt=CANCELLING,
+    )  # fmt: skip
+    principal_moments: Any = q("principal", "kg*m^2", "principal moments of inertia")
+    principal_axes: Any = q(
+        "principal direction", "", "unit vector of a principal axis, its largest entry positive"
+    )
+
+
 AXES = {
     "product": ("", "pair of axes of a product of inertia"),
     "principal": ("", "principal axis of inertia, least moment first"),
 }
 NAMES = {"product": ("xy", "xz", "yz")}
-ENTRIES = (
-    entry(
-        f"{ROOT}/mass", "", "kg", "mass of all parts", headline=Headline("mass of the body", "kg")
-    ),
-    entry(
-        f"{ROOT}/centre",
-        "direction",
-        "m",
-        "common mass centre, from the reference point",
-        exempt=CANCELLING,
-    ),
-    entry(f"{ROOT}/moments", "direction", "kg*m^2", "moments of inertia about the mass centre"),
-    entry(
-        f"{ROOT}/products",
-        "product",
-        "kg*m^2",
-        "products of inertia about the mass centre: sums of m x y, m x z, m y z",
-        exempt=CANCELLING,
-    ),
-    entry(f"{ROOT}/principal_moments", "principal", "kg*m^2", "principal moments of inertia"),
-    entry(
-        f"{ROOT}/principal_axes",
-        "principal direction",
-        "",
-        "unit vector of a principal axis, its largest entry positive",
-    ),
-)
+ENTRIES = tuple(entries_of(OfParts))

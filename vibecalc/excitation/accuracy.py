@@ -11,7 +11,7 @@ from vibecalc.excitation.cylinder_torque import gas_harmonics
 from vibecalc.excitation.inertia_forces import at_speed
 from vibecalc.excitation.model import crank_geometry, liquid_of
 from vibecalc.excitation.pressure_cycle import cylinder_pressure, pump_card, pump_turn
-from vibecalc.excitation.results import PUMP_ROOT
+from vibecalc.excitation.results import OfPump
 from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import FloatArray
@@ -73,7 +73,7 @@ def pump_topics(scene: Scene) -> list[Topic]:
     ends = [float(turn[place].value) for place in range(4)]
     ask = Ask(
         "pump", "torque of the liquid", f"orders 1 to {HIGHEST} of the torque of one cylinder",
-        f"{PUMP_ROOT}/torque", "N*m", 4.0, "panels serve any order and tell their error",
+        f"{OfPump.ROOT}/torque", "N*m", 4.0, "panels serve any order and tell their error",
     )  # fmt: skip
     solvers = [ours("card and panels", "a fitted card, Gauss's rule on panels", panels)]
     edges = np.array([*ends, ends[0] + 2.0 * np.pi])

@@ -4,12 +4,21 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.axial_force import axial_force
 from vibecalc.excitation.balance import balance_columns, residual
 from vibecalc.excitation.crank_forces import TurningWeights, crank_forces, turning_forces
-from vibecalc.excitation.inertia_forces import Excitation, add, at_speed, size_of_terms
+from vibecalc.excitation.inertia_forces import Excitation, add, at_speed, size_of_terms, with_terms
+from vibecalc.excitation.results import (
+    BalanceColumns,
+    BankColumns,
+    Counterweights,
+    Masses,
+    OfMotor,
+    OfRod,
+    OnBody,
+)
 from vibecalc.kinematics.adapter import PistonMotion
 from vibecalc.numerics.bounded import Bounded, Summed, reshaped, rounded
 from vibecalc.numerics.cycle_peak import cycle_peak, numbered, vector_cycle_peak
@@ -95,9 +104,6 @@ def rod_difference(train: CrankTrain, rod: "Rod") -> Bounded:
 DIRECTIONS = ("x", "y", "z")
 #: of what the dropped orders add, how much the few that stand for them must carry
 LEADING_SHARE = 0.9
-ROD = tuple(path for path in CATALOGUE if path.startswith("excitation/rod/"))
-COUNTERWEIGHT = ("excitation/counterweight/force", "excitation/counterweight/couple")
-BALANCE = tuple(path for path in CATALOGUE if path.startswith("excitation/balance/"))
 
 
 class Forcing(NamedTuple):
@@ -162,8 +168,7 @@ def left_out(harmonics: Bounded, of: Orders) -> tuple[np.ndarray, np.ndarray]:
 
 def kept(harmonics: Bounded, of: Orders) -> Summed:
     """The orders that are results, of harmonics (..., orders), with the size of their terms."""
-    few = harmonics[..., : of.retained]
-    return Summed(few.value, few.error, size_of_terms(few.error))
+    return with_terms(harmonics[..., : of.retained])
 
 
 def peak_with_tail(harmonics: Bounded, of: Orders) -> Summed:
@@ -211,25 +216,29 @@ def run_excitation(scene: Scene) -> None:
         from vibecalc.excitation.articulated import emit_slaves
 
         emit_slaves(scene, driven, used)
-    axes = {"order": orders[:used], "direction": DIRECTIONS}
-    for name, part in (("force", forces_of), ("couple", couples_of)):
-        kept = part(driven)[..., :used, :]
-        scene.emit(f"excitation/{name}", kept, axes=axes, terms=size_of_terms(kept.error))
-        if scene.wants(f"excitation/{name}_peak"):
-            # of all speeds at once
-            peak = peak_with_tail(
-                reshaped(part(per_square), lambda each: np.swapaxes(each, -1, -2)), forcing
-            )
-            square = np.square(machine.speed)
-            found = Bounded(peak.value, peak.error) * np.asarray(square)[..., None]
-            terms = peak.terms * np.max(square)
-            scene.emit(f"excitation/{name}_peak", found, axes=axes, terms=terms)
-    if machine.crank_train.counterweights and scene.wants(*COUNTERWEIGHT):
+    square = np.square(machine.speed)
+
+    def peak(part: Bounded) -> Summed:
+        """Of all speeds at once."""
+        by_order = reshaped(part, lambda each: np.swapaxes(each, -1, -2))
+        found = peak_with_tail(by_order, forcing)
+        value, error = Bounded(found.value, found.error) * np.asarray(square)[..., None]
+        return Summed(value, error, found.terms * float(np.max(square)))
+
+    results = OnBody(
+        force=with_terms(forces_of(driven)[..., :used, :]),
+        couple=with_terms(couples_of(driven)[..., :used, :]),
+        force_peak=lambda: peak(forces_of(per_square)),
+        couple_peak=lambda: peak(couples_of(per_square)),
+    )
+    scene.emit_all(results, {"order": orders[:used], "direction": DIRECTIONS})
+    if machine.crank_train.counterweights and scene.wants(*paths_of(Counterweights)):
         _counterweights(scene, train)
-    if scene.wants(*ROD):
+    if scene.wants(*paths_of(OfRod)):
         _rod(scene, train, forcing)
     options = scene.case.excitation
-    if options is not None and options.balance is not None and scene.wants(*BALANCE):
+    table = (*paths_of(BalanceColumns), *paths_of(BankColumns))
+    if options is not None and options.balance is not None and scene.wants(*table):
         _balance(scene, train, np.array(options.balance.orders))
     if options is not None and options.residual is not None:
         _residual(scene, driven, forcing)
@@ -246,12 +255,11 @@ def couples_of(excitation: Excitation) -> Bounded:
 
 
 def _masses(scene: Scene, train: CrankTrain) -> None:
-    axes = {"cylinder": train.names}
-    for name, mass in (
-        ("reciprocating", train.reciprocating_mass),
-        ("rotating", train.rotating_mass),
-    ):
-        scene.emit(f"excitation/mass/{name}", rounded(mass, 8), axes=axes)
+    found = Masses(
+        reciprocating=rounded(train.reciprocating_mass, 8),
+        rotating=rounded(train.rotating_mass, 8),
+    )
+    scene.emit_all(found, {"cylinder": train.names})
 
 
 def _counterweights(scene: Scene, train: CrankTrain) -> None:
@@ -264,9 +272,8 @@ def _counterweights(scene: Scene, train: CrankTrain) -> None:
     force = unbalance * np.square(scene.case.machine.speed)[..., None]
     # the weight turns across the shaft, so the part of its lever along the shaft counts always
     along = np.abs((train.origin @ train.axis)[..., None] + position)
-    axes = {"counterweight": [weight.name for weight in weights]}
-    scene.emit(COUNTERWEIGHT[0], rounded(force, 4), axes=axes)
-    scene.emit(COUNTERWEIGHT[1], rounded(force * along, 12), axes=axes)
+    found = Counterweights(force=rounded(force, 4), couple=rounded(force * along, 12))
+    scene.emit_all(found, {"counterweight": [weight.name for weight in weights]})
 
 
 def _rod(scene: Scene, train: CrankTrain, forcing: Forcing) -> None:
@@ -281,11 +288,11 @@ def _rod(scene: Scene, train: CrankTrain, forcing: Forcing) -> None:
     lengths = (train.crank_radius, train.rod_length, train.wrist_pin_offset)
     difference = rod_difference(train, rod)
     points = (0.0 if rod.inertia is None else rod.inertia) - difference.value
-    scene.emit("excitation/rod/split_inertia", points, difference.error + EPSILON * points)
+    scene.emit_all(OfRod(split_inertia=Bounded(points, difference.error + EPSILON * points)))
     largest = rod_couple_peak(difference.value, *lengths, inertia_error=difference.error)
     peak = square * largest
     if rod.inertia is None:
-        scene.emit("excitation/rod/couple_bound", peak)
+        scene.emit_all(OfRod(couple_bound=peak))
         return
     scene.cite(
         "moment of the rod beyond its two point masses", "couple on the body", "docs/theory.md"
@@ -293,8 +300,7 @@ def _rod(scene: Scene, train: CrankTrain, forcing: Forcing) -> None:
     turning = rod_angle_harmonics(*lengths, highest_order=forcing.retained).acceleration
     couple = reshaped(square * difference, lambda part: part[..., None]) * turning
     orders = np.arange(forcing.retained + 1)
-    scene.emit("excitation/rod/couple", couple, axes={"order": orders})
-    scene.emit("excitation/rod/couple_peak", peak)
+    scene.emit_all(OfRod(couple=couple, couple_peak=peak), {"order": orders})
 
 
 def _residual(scene: Scene, driven: Excitation, forcing: Forcing) -> None:
@@ -314,8 +320,8 @@ def _residual(scene: Scene, driven: Excitation, forcing: Forcing) -> None:
     # hypot(first, dropped) - first
     total = first.value + np.hypot(first.value, dropped)
     added = dropped * (dropped / np.where(total > 0.0, total, 1.0))
-    terms = size_of_terms(first.error)
-    scene.emit("excitation/residual", first.value, first.error + added, terms=terms)
+    found = with_terms(Bounded(first.value, first.error + added), first.error)
+    scene.emit_all(OnBody(residual=found))
 
 
 def few_orders(forcing: Forcing) -> FewOrders:
@@ -340,19 +346,25 @@ def few_orders(forcing: Forcing) -> FewOrders:
 
 def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:
     known = {"order": orders, "cylinder": train.names, "direction": DIRECTIONS}
-    for column, found in balance_columns(orders, train).items():
-        # a sweep may make banks of one and one of banks: it gets what it asks for
-        if scene.wanted is None:
-            none = "banks/" if not scene.case.machine.crank_train.has_banks else "total_"
-            if column.startswith(none):
-                continue
-        path = f"excitation/balance/{column}"
-        axes = {name: known[name] for name in CATALOGUE[path].axes}
-        # of 1, or of the place of a cylinder, which a sine or cosine leaves
-        terms = np.abs(train.position) if "position" in column else np.ones(len(train.names))
-        if "cylinder" not in axes:
-            terms = terms.sum()
-        scene.emit(path, found, axes=axes, terms=terms)
+    numbers, vectors = balance_columns(orders, train)
+    # a sweep may make banks of one and one of banks: it gets what it asks for
+    if scene.wanted is None and scene.case.machine.crank_train.has_banks:
+        numbers = {name: one for name, one in numbers.items() if not name.startswith("total_")}
+    elif scene.wanted is None:
+        vectors = {}
+    place, one = np.abs(train.position), np.ones(len(train.names))
+
+    def summed(columns: dict[str, Bounded], whole: bool) -> dict[str, Summed]:
+        """With terms of 1, or of the place of a cylinder, which a sine or cosine leaves."""
+        found = {}
+        for name, column in columns.items():
+            terms = place if "position" in name else one
+            size = terms.sum() if whole or name.startswith("total_") else terms.max()
+            found[name] = Summed(column.value, column.error, float(size))
+        return found
+
+    scene.emit_all(BalanceColumns(**summed(numbers, False)), known)
+    scene.emit_all(BankColumns(**summed(vectors, True)), known)
 
 
 # ----------------------------------------------------------------------------
@@ -372,16 +384,14 @@ def run_motor(scene: Scene) -> None:
         rotor_diameter=motor.rotor_diameter,
         skew_angle=motor.skew_angle,
     )
-    scene.emit(
-        "excitation/motor/axial_force", force.harmonics, force.error, {"order": force.orders}
+    found = OfMotor(
+        axial_force=Bounded(force.harmonics, force.error),
+        mean_force=force.mean,
+        sum_of_amplitudes=force.sum_of_amplitudes,
+        peak=force.peak,
+        rms=force.rms,
     )
-    for name, (value, error) in (
-        ("mean_force", force.mean),
-        ("sum_of_amplitudes", force.sum_of_amplitudes),
-        ("peak", force.peak),
-        ("rms", force.rms),
-    ):
-        scene.emit(f"excitation/motor/{name}", value, error)
+    scene.emit_all(found, {"order": force.orders})
     scene.cite(
         "normal force on skewed conductors",
         "axial force of the motor",

@@ -8,9 +8,10 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.articulated_forces import SlaveMasses, slave_excitation
 from vibecalc.excitation.inertia_forces import Excitation
+from vibecalc.excitation.results import Masses, Turning
 from vibecalc.kinematics.adapter import PistonMotion
 from vibecalc.kinematics.slave_adapter import slave_rods
-from vibecalc.numerics.bounded import Bounded, rounded
+from vibecalc.numerics.bounded import Bounded, Summed, rounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.articulated import build_slaves
 from vibecalc.parts.crank_train import CrankTrain
@@ -53,17 +54,18 @@ def emit_slaves(scene: Scene, driven: Excitation, used: int) -> None:
     train = scene.parts.crank_train
     slaves = build_slaves(scene.case.machine.crank_train)
     names = [train.names[place] for place in slaves.cylinder]
-    scene.emit(
-        "excitation/mass/knuckle", rounded(slaves.knuckle_mass, 4), axes={"slave_rod": names}
-    )
+    masses = Masses(knuckle=rounded(slaves.knuckle_mass, 4))
+    scene.emit_all(masses, {"slave_rod": names})
     force = Bounded(driven.force, driven.force_error)[:used]
     along, ahead = force @ train.stroke, force @ -train.across
-    orders = np.arange(1, used + 1)
-    for name, sense in (("with_crank", 1.0), ("against_crank", -1.0)):
+    terms = float(np.max(0.5 * (np.abs(along.value) + np.abs(ahead.value))))
+
+    def turning(sense: float) -> Summed:
         size = 0.5 * abs(along + Bounded(1j * sense * ahead.value, ahead.error))
-        terms = np.max(0.5 * (np.abs(along.value) + np.abs(ahead.value)))
-        lost = size.error + EPSILON * terms
-        scene.emit(f"excitation/turning/{name}", size.value, lost, {"order": orders}, terms=terms)
+        return Summed(size.value, size.error + EPSILON * terms, terms)
+
+    found = Turning(with_crank=turning(1.0), against_crank=turning(-1.0))
+    scene.emit_all(found, {"order": np.arange(1, used + 1)})
     scene.cite(
         "slave rods on a master rod", "forces and couples on the body",
         "exact motion, docs/theory_articulated.md; cf. Biezeno and Grammel (1953), ch. XI",

@@ -156,20 +156,18 @@ def bank_sums(
     )  # fmt: skip
 
 
-#: columns of the table, with their sums over one bank, and the sums over several
-TABLE = tuple(BalanceTable._fields[:8])
-BANKS = tuple(f"banks/{name}" for name in BankSums._fields[:6])
-
-
-def balance_columns(orders: ArrayLike, train: PlacedTrain) -> dict[str, Bounded]:
-    """Every column of the table by name, with its sums as numbers and as vectors."""
+def balance_columns(
+    orders: ArrayLike, train: PlacedTrain
+) -> tuple[dict[str, Bounded], dict[str, Bounded]]:
+    """Every column of the table by name, with its sums as numbers; and the sums as vectors."""
     angles = {"crank_phase": train.crank_phase, "bank_angle": train.bank_angle}
     table = balance_table(orders, **angles, position=train.position)
     sums = bank_sums(
         orders, **angles, position=train.position, stroke=train.stroke, across=train.across
     )
-    columns = dict(zip(TABLE, map(Bounded, table[:8], table[8:]), strict=True))
-    return columns | dict(zip(BANKS, map(Bounded, sums[:6], sums[6:]), strict=True))
+    columns = zip(BalanceTable._fields[:8], map(Bounded, table[:8], table[8:]), strict=True)
+    vectors = zip(BankSums._fields[:6], map(Bounded, sums[:6], sums[6:]), strict=True)
+    return dict(columns), dict(vectors)
 
 
 # ----------------------------------------------------------------------------

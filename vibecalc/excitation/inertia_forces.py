@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, Summed
 from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
@@ -58,6 +58,12 @@ def size_of_terms(error: ArrayLike) -> float:
     No kernel here grants less of each term, few more than twenty.
     """
     return float(np.max(error, initial=0.0)) / (3.0 * EPSILON)
+
+
+def with_terms(found: Bounded, rounding: ArrayLike | None = None) -> Summed:
+    """A sum with the size of its terms, which its `rounding` tells: all of its error, if None."""
+    known = found.error if rounding is None else rounding
+    return Summed(found.value, found.error, size_of_terms(known))
 
 
 def at_speed(excitation: Excitation, speed: ArrayLike) -> Excitation:

@@ -1,15 +1,20 @@
 """Adapter: pressure, valves, work and torque of the cylinders of a pump."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.cylinder_torque import gas_harmonics, phasor
 from vibecalc.excitation.model import crank_geometry, firing_angle, liquid_of, pump_card
 from vibecalc.excitation.pressure_cycle import cylinder_pressure, pump_turn
-from vibecalc.excitation.results import PUMP_ROOT
+from vibecalc.excitation.results import OfPump
 from vibecalc.excitation.stage import USUAL_ORDERS
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON
+
+if TYPE_CHECKING:
+    from vibecalc.schema import Machine
 
 #: degrees of the pressure curve
 STEPS = 360
@@ -25,51 +30,38 @@ def run_pump(scene: Scene) -> None:
         "pressure over a turn",
         "docs/new_machine.md, the closed form of the indicator diagram",
     )
-    opens = (("suction_opens", turn.suction_opens, turn.top),)
-    for name, at, since in (*opens, ("discharge_opens", turn.discharge_opens, turn.bottom)):
-        angle = at.value - since.value
-        scene.emit(f"{PUMP_ROOT}/{name}", angle, at.error + since.error + EPSILON * abs(angle))
-    scene.emit(f"{PUMP_ROOT}/swept_volume", *turn.swept)
-    efficiency = _ratio(turn.drawn, turn.swept)
-    scene.emit(f"{PUMP_ROOT}/volumetric_efficiency", *efficiency)
     named = None if options is None else options.working
     cylinders = machine.crank_train.cylinders
     works = np.array([named is None or cylinder.name in named for cylinder in cylinders])
-    count, rate = float(works.sum()), machine.speed / (2.0 * np.pi)
-    scene.emit(f"{PUMP_ROOT}/work", *turn.work)
-    for name, one in (("flow", turn.drawn), ("power", turn.work)):
-        total = count * rate * one.value
-        scene.emit(f"{PUMP_ROOT}/{name}", total, count * rate * one.error + 4.0 * EPSILON * total)
-    _torque(scene, works, firing_angle(machine))
+    rate = rounded(works.sum() * machine.speed / (2.0 * np.pi), 7)
+    order = np.arange(1, ((None if options is None else options.orders) or USUAL_ORDERS) + 1)
+    torque, mean_torque = _torque(machine, works, order)
     angle = np.linspace(0.0, 2.0 * np.pi, STEPS + 1)
-    if scene.wants(f"{PUMP_ROOT}/pressure"):
-        scene.emit(
-            f"{PUMP_ROOT}/pressure",
-            cylinder_pressure(liquid, geometry, angle),
-            2.0 * float(np.max(pump_card(machine).error)),
-            {"crank_angle": angle},
-        )
 
+    def pressure() -> Bounded:
+        off = np.full(angle.shape, 2.0 * np.max(pump_card(machine).error))
+        return Bounded(cylinder_pressure(liquid, geometry, angle), off)
 
-def _torque(scene: Scene, works: np.ndarray, angle: np.ndarray) -> None:
-    """By order, each cylinder turned to its own place; the mean by the same panels."""
-    orders = None if scene.case.excitation is None else scene.case.excitation.orders
-    order = np.arange(1, (orders or USUAL_ORDERS) + 1)
-    card, geometry = pump_card(scene.case.machine), crank_geometry(scene.case.machine)
-    one, mean = gas_harmonics(card, geometry, order)
-    turned = phasor(order, angle)[:, works]
-    count = turned.shape[1]
-    size = np.abs(one.value)
-    scene.emit(
-        f"{PUMP_ROOT}/torque",
-        one.value * turned.sum(axis=1),
-        count * (one.error + (6.0 + count) * EPSILON * size),
-        {"order": order},
+    found = OfPump(
+        suction_opens=turn.suction_opens - turn.top,
+        discharge_opens=turn.discharge_opens - turn.bottom,
+        swept_volume=turn.swept,
+        volumetric_efficiency=turn.drawn / turn.swept,
+        work=turn.work,
+        flow=rate * turn.drawn,
+        power=rate * turn.work,
+        torque=torque,
+        mean_torque=mean_torque,
+        pressure=pressure,
     )
-    scene.emit(f"{PUMP_ROOT}/mean_torque", count * mean.value, count * mean.error)
+    scene.emit_all(found, {"order": order, "crank_angle": angle})
 
 
-def _ratio(one: Bounded, other: Bounded) -> Bounded:
-    value = one.value / other.value
-    uncertainty = one.error + value * other.error
-    return Bounded(value, uncertainty / other.value + EPSILON * value)
+def _torque(machine: "Machine", works: np.ndarray, order: np.ndarray) -> tuple[Bounded, Bounded]:
+    """By order, each cylinder turned to its own place; the mean by the same panels."""
+    one, mean = gas_harmonics(pump_card(machine), crank_geometry(machine), order)
+    turned = phasor(order, firing_angle(machine))[:, works]
+    count = turned.shape[1]
+    off = count * (one.error + (6.0 + count) * EPSILON * np.abs(one.value))
+    torque = Bounded(one.value * turned.sum(axis=1), off)
+    return torque, Bounded(count * mean.value, count * mean.error)

@@ -4,7 +4,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import forces_of, peak_with_tail
-from vibecalc.foundation.results import ROOT
+from vibecalc.foundation.results import UpAndDown
 from vibecalc.foundation.two_masses import TwoMasses, motion, natural_frequencies
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, FloatArray
@@ -19,21 +19,21 @@ def run_foundation(scene: Scene) -> None:
     natural = natural_frequencies(system)
     rounding = 16.0 * EPSILON * natural.max(axis=-1, keepdims=True)
     axes = {"foundation_mode": np.arange(1, 3), "order": forcing.order[:used]}
-    scene.emit(f"{ROOT}/natural_frequency", Bounded(natural, rounding), axes=axes)
     per_square = forces_of(forcing.per_speed_squared)[..., up]
     square = np.asarray(speed**2)[..., None]
     frequency = forcing.order * np.asarray(speed)[..., None]
     motions = motion(system, per_square.value * square, per_square.error * square, frequency)
-    for name, result in (
-        ("machine", motions.machine),
-        ("motion", motions.foundation),
-        ("ground_force", motions.ground_force),
-        ("rigid_force", motions.rigid_force),
-    ):
-        scene.emit(f"{ROOT}/{name}", result[..., :used], axes=axes)
-        if name != "machine" and scene.wants(f"{ROOT}/{name}_peak"):
-            peak = peak_with_tail(result, forcing)
-            scene.emit(f"{ROOT}/{name}_peak", peak.value, peak.error)
+    found = UpAndDown(
+        natural_frequency=Bounded(natural, rounding),
+        machine=motions.machine[..., :used],
+        motion=motions.foundation[..., :used],
+        ground_force=motions.ground_force[..., :used],
+        rigid_force=motions.rigid_force[..., :used],
+        motion_peak=lambda: peak_with_tail(motions.foundation, forcing),
+        ground_force_peak=lambda: peak_with_tail(motions.ground_force, forcing),
+        rigid_force_peak=lambda: peak_with_tail(motions.rigid_force, forcing),
+    )
+    scene.emit_all(found, axes)
     scene.cite(
         "two masses with complex stiffness",
         "motion of machine and foundation",

@@ -7,8 +7,14 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.inertia_forces import size_of_terms
-from vibecalc.foundation.coupled_results import COUPLED
+from vibecalc.excitation.inertia_forces import with_terms
+from vibecalc.foundation.coupled_results import (
+    BelowMounts,
+    CoupledModes,
+    FoundationMotion,
+    OnGround,
+    OnRigid,
+)
 from vibecalc.foundation.impedance import CoupledMotion, FlexibleFoundation, on_flexible_foundation
 from vibecalc.foundation.model import flexible_foundation, on_body
 from vibecalc.isolation.adapters.efficiency import Ground
@@ -68,9 +74,14 @@ def run_coupled(scene: Scene) -> None:
     _emit_loads(scene, found.ground, rigid, loads)
     scene.handed_on["ground"] = Ground(found.ground, passing, natural)
     axes = {"coordinate": COORDINATES, "foundation_frequency": grid / _TURN}
-    for name, part in (("ground", passing(grid)), ("rigid", still.transmissibility(grid))):
-        diagonal = reshaped(abs(part), lambda one: np.diagonal(one, axis1=-2, axis2=-1).T)
-        scene.emit(f"{COUPLED}/{name}/transmissibility", diagonal, axes=axes)
+
+    def alone(through: Callable[[np.ndarray], Bounded]) -> Bounded:
+        """Of each coordinate, of a load along itself."""
+        size = abs(through(grid))
+        return reshaped(size, lambda one: np.diagonal(one, axis1=-2, axis2=-1).T)
+
+    scene.emit_all(OnGround(transmissibility=lambda: alone(passing)), axes)
+    scene.emit_all(OnRigid(transmissibility=lambda: alone(still.transmissibility)), axes)
 
 
 def _at_mounts(found: CoupledMotion, mounts: Mounts) -> Moved:
@@ -102,11 +113,12 @@ def _on_body(scene: Scene, system: OnMounts, order: np.ndarray, load: Bounded) -
 def _emit_modes(scene: Scene, system: OnMounts) -> None:
     shapes = system.shapes
     axes = {"coupled_mode": np.arange(1, len(shapes.natural_frequency) + 1)}
-    frequency = Bounded(shapes.natural_frequency, shapes.natural_frequency_error)
-    scene.emit(f"{COUPLED}/modes/natural_frequency", frequency, axes=axes)
-    scene.emit(f"{COUPLED}/modes/damping_ratio", system.damping_ratio(), axes=axes)
-    share = system.energy_fraction()[..., :6].sum(-1)
-    scene.emit(f"{COUPLED}/modes/machine_share", share, axes=axes)
+    found = CoupledModes(
+        natural_frequency=Bounded(shapes.natural_frequency, shapes.natural_frequency_error),
+        damping_ratio=system.damping_ratio(),
+        machine_share=system.energy_fraction()[..., :6].sum(-1),
+    )
+    scene.emit_all(found, axes)
 
 
 def _inside(
@@ -151,19 +163,22 @@ def _emit_motion(
     scene: Scene, found: CoupledMotion, loads: BodyLoads, frequency: np.ndarray
 ) -> None:
     used = loads.retained
-    axes = {"half_order": loads.order[:used].astype(float), "direction": DIRECTIONS}
-    if np.any(found.plate.value != 0.0) or foundation_kind(scene.case) == "body":
-        scene.emit(f"{COUPLED}/body/translation", found.plate[:used, :3], axes=axes)
-        scene.emit(f"{COUPLED}/body/rotation", found.plate[:used, 3:], axes=axes)
     mounts = scene.parts.mounts
-    names = mounts.names if mounts is not None else ()
-    axes = {**axes, "mount": names}
-    foot = reshaped(found.foot[:used], lambda one: np.moveaxis(one, 0, -1))
-    scene.emit(f"{COUPLED}/foot", foot, axes=axes)
+    axes = {
+        "half_order": loads.order[:used].astype(float),
+        "direction": DIRECTIONS,
+        "mount": mounts.names if mounts is not None else (),
+    }
+    if np.any(found.plate.value != 0.0) or foundation_kind(scene.case) == "body":
+        plate = found.plate[:used]
+        scene.emit_all(FoundationMotion(plate[:, :3], plate[:, 3:]), axes)
     speed = found.foot * (1j * frequency[:, None, None])
-    velocity = rms(speed, used, loads.tail).norm().value
-    scene.emit(f"{COUPLED}/foot_velocity_rms", velocity, axes=axes)
-    scene.emit(f"{COUPLED}/power", found.power[:used], axes=axes)
+    below = BelowMounts(
+        foot=reshaped(found.foot[:used], lambda one: np.moveaxis(one, 0, -1)),
+        foot_velocity_rms=rms(speed, used, loads.tail).norm().value,
+        power=found.power[:used],
+    )
+    scene.emit_all(below, axes)
 
 
 def _emit_loads(scene: Scene, ground: Bounded, rigid: Bounded, loads: BodyLoads) -> None:
@@ -174,13 +189,14 @@ def _emit_loads(scene: Scene, ground: Bounded, rigid: Bounded, loads: BodyLoads)
         acting = rms(held, used, loads.tail).norm()
         size = held[:used].norm()
         acts = is_more(size, size.error, size.max(0))
-        for name, load in (("ground", ground[:, part]), ("rigid", rigid[:, part])):
-            path = f"{COUPLED}/{name}/{what}"
-            scene.emit(path, load[:used], axes=axes, terms=size_of_terms(load.error[:used]))
+        for group, load in ((OnGround, ground[:, part]), (OnRigid, rigid[:, part])):
             total, arrived = rms(load, used, loads.tail).norm(), load[:used].norm()
-            scene.emit(f"{path}_rms", total.value, terms=size_of_terms(total.rounding))
             arrives = is_more(arrived, arrived.error, arrived.max(0))
-            share = efficiency(size, arrived, acts, arrives)
-            scene.emit(f"{path}_by_order", share, axes=axes)
+            found = {
+                what: with_terms(load[:used]),
+                f"{what}_rms": with_terms(total.value, total.rounding),
+                f"{what}_by_order": efficiency(size, arrived, acts, arrives),
+            }
             if acting.value.value > 4.0 * acting.rounding:
-                scene.emit(f"{path}_efficiency", 1.0 - total.value / acting.value)
+                found[f"{what}_efficiency"] = 1.0 - total.value / acting.value
+            scene.emit_all(group(**found), axes)

@@ -15,8 +15,8 @@ from vibecalc.core.report.sections import (
 )
 from vibecalc.core.report.writing import Column, number, paragraph, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.foundation.coupled_results import COUPLED
 
+COUPLED = "foundation/coupled"
 #: orders below this share of the largest stay in the result file
 _SMALL = 1e-3
 _MOST = 12

@@ -1,91 +1,114 @@
 """Results of machine and foundation in six freedoms, and of a foundation of tables."""
 
-from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
-from vibecalc.core.results.record import PEAK, RMS, Entry, Headline, entry
+from vibecalc.core.results.described import entries_of, q
+from vibecalc.core.results.record import PEAK, RMS, Headline
 
-COUPLED = "foundation/coupled"
+_ORDERS = "half_order direction"
+
+
+@dataclass(frozen=True)
+class CoupledModes:
+    """Modes of machine and foundation together."""
+
+    ROOT: ClassVar[str] = "foundation/coupled/modes"
+    natural_frequency: Any = q(
+        "coupled_mode", "rad/s", "of machine and foundation, undamped",
+        headline=Headline("natural frequency, machine on foundation", "Hz", pick="ends"),
+    )  # fmt: skip
+    damping_ratio: Any = q("coupled_mode", "", "modal damping ratio")
+    machine_share: Any = q("coupled_mode", "", "share of the kinetic energy that is in the machine")
+
+
+@dataclass(frozen=True)
+class FoundationMotion:
+    """Motion of a foundation that is one body."""
+
+    ROOT: ClassVar[str] = "foundation/coupled/body"
+    translation: Any = q(_ORDERS, "m", "foundation at its reference point", PEAK)
+    rotation: Any = q(_ORDERS, "rad", "rotation of the foundation", PEAK)
+
+
+@dataclass(frozen=True)
+class BelowMounts:
+    """What the mounts stand on, and what passes through them."""
+
+    ROOT: ClassVar[str] = "foundation/coupled"
+    foot: Any = q("mount direction half_order", "m", "motion of what a mount stands on", PEAK)
+    foot_velocity_rms: Any = q(
+        "mount", "m/s",
+        "velocity of what a mount stands on, length of the vector, all orders", RMS,
+        headline=Headline("velocity of the foundation at a mount, r.m.s.", "mm/s"),
+    )  # fmt: skip
+    power: Any = q(
+        "half_order", "W", "mean power through the mounts into the foundation",
+        headline=Headline("power into the foundation, largest order", "W"),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Passed:
+    """Loads below the mounts."""
+
+    ROOT: ClassVar[str]
+    force: Any = q(_ORDERS, "N", "force {where}", PEAK)
+    force_rms: Any = q(
+        "", "N", "force {where}, all orders", RMS, headline=Headline("force {where}, r.m.s.", "N")
+    )
+    force_efficiency: Any = q(
+        "", "", "1 - r.m.s. of the force {where} over that of the machine held still"
+    )
+    force_by_order: Any = q(
+        "half_order", "", "1 - force {where} over that of the machine held still"
+    )
+    couple: Any = q(_ORDERS, "N*m", "couple {where}", PEAK)
+    couple_rms: Any = q("", "N*m", "couple {where}, all orders", RMS)
+    couple_efficiency: Any = q(
+        "", "",
+        "1 - r.m.s. of the couple {where} about the origin over that of the machine held still",
+    )  # fmt: skip
+    couple_by_order: Any = q(
+        "half_order", "", "1 - couple {where} over that of the machine held still"
+    )
+    transmissibility: Any = q(
+        "coordinate foundation_frequency", "",
+        "load {where} over a load of one size on the machine",
+    )  # fmt: skip
+
+
+class OnRigid(Passed):
+    """Of the same machine on a rigid foundation."""
+
+    ROOT = "foundation/coupled/rigid"
+    WORDS: ClassVar = {"where": "on a rigid foundation"}
+
+
+@dataclass(frozen=True)
+class OnGround(Passed):
+    """Through the foundation, with the efficiencies in the first table."""
+
+    ROOT: ClassVar[str] = "foundation/coupled/ground"
+    WORDS: ClassVar = {"where": "on the ground"}
+    force_efficiency: Any = q(
+        "", "", "1 - r.m.s. of the force {where} over that of the machine held still",
+        headline=Headline(
+            "isolation of the force, r.m.s.", unless="isolation/efficiency/force/rms"
+        ),
+    )  # fmt: skip
+    couple_efficiency: Any = q(
+        "", "",
+        "1 - r.m.s. of the couple {where} about the origin over that of the machine held still",
+        headline=Headline(
+            "isolation of the couple about the origin, r.m.s.",
+            unless="isolation/efficiency/couple/rms",
+        ),
+    )  # fmt: skip
+
+
 AXES = {
     "coupled_mode": ("", "mode of machine and foundation, lowest first"),
     "foundation_frequency": ("Hz", "frequency"),
 }
-_ORDERS = "half_order direction"
-
-
-def _loads() -> Iterator[Entry]:
-    for name, where in (("ground", "on the ground"), ("rigid", "on a rigid foundation")):
-        for what, unit in (("force", "N"), ("couple", "N*m")):
-            words = f"{what} {where}"
-            yield entry(f"{COUPLED}/{name}/{what}", _ORDERS, unit, words, PEAK)
-            head = Headline(f"{words}, r.m.s.", unit) if what == "force" else None
-            yield entry(
-                f"{COUPLED}/{name}/{what}_rms", "", unit, f"{words}, all orders", RMS, headline=head
-            )
-            about = "" if what == "force" else " about the origin"
-            yield entry(
-                f"{COUPLED}/{name}/{what}_efficiency",
-                "",
-                "",
-                f"1 - r.m.s. of the {words}{about} over that of the machine held still",
-                headline=Headline(
-                    f"isolation of the {what}{about}, r.m.s.",
-                    unless=f"isolation/efficiency/{what}/rms",
-                )
-                if name == "ground"
-                else None,
-            )
-            yield entry(
-                f"{COUPLED}/{name}/{what}_by_order",
-                "half_order",
-                "",
-                f"1 - {words} over that of the machine held still",
-            )
-        yield entry(
-            f"{COUPLED}/{name}/transmissibility",
-            "coordinate foundation_frequency",
-            "",
-            f"load {where} over a load of one size on the machine",
-        )
-
-
-ENTRIES = (
-    entry(
-        f"{COUPLED}/modes/natural_frequency",
-        "coupled_mode",
-        "rad/s",
-        "of machine and foundation, undamped",
-        headline=Headline("natural frequency, machine on foundation", "Hz", pick="ends"),
-    ),
-    entry(f"{COUPLED}/modes/damping_ratio", "coupled_mode", "", "modal damping ratio"),
-    entry(
-        f"{COUPLED}/modes/machine_share",
-        "coupled_mode",
-        "",
-        "share of the kinetic energy that is in the machine",
-    ),
-    entry(f"{COUPLED}/body/translation", _ORDERS, "m", "foundation at its reference point", PEAK),
-    entry(f"{COUPLED}/body/rotation", _ORDERS, "rad", "rotation of the foundation", PEAK),
-    entry(
-        f"{COUPLED}/foot",
-        "mount direction half_order",
-        "m",
-        "motion of what a mount stands on",
-        PEAK,
-    ),
-    entry(
-        f"{COUPLED}/foot_velocity_rms",
-        "mount",
-        "m/s",
-        "velocity of what a mount stands on, length of the vector, all orders",
-        RMS,
-        headline=Headline("velocity of the foundation at a mount, r.m.s.", "mm/s"),
-    ),
-    entry(
-        f"{COUPLED}/power",
-        "half_order",
-        "W",
-        "mean power through the mounts into the foundation",
-        headline=Headline("power into the foundation, largest order", "W"),
-    ),
-    *_loads(),
-)
+ENTRIES = tuple(entries_of(CoupledModes, FoundationMotion, BelowMounts, OnGround, OnRigid))

@@ -3,7 +3,7 @@
 from vibecalc.core.report.rows import Cells, Rows, first, rows_of
 from vibecalc.core.report.sections import Section, section
 from vibecalc.core.results.record import Result
-from vibecalc.foundation.results import ROOT
+from vibecalc.foundation.results import UpAndDown
 
 _BY_ORDER = Rows(
     "order",
@@ -16,7 +16,7 @@ _BY_ORDER = Rows(
     ),
     width=6,
     each=18,
-    root=ROOT,
+    root=UpAndDown.ROOT,
     right=True,
     places=first(12),
 )
@@ -25,8 +25,8 @@ _BY_ORDER = Rows(
 def foundation(result: Result) -> Section | None:
     """Natural frequencies, and motion and force by order; None without any."""
     record = result.record
-    if f"{ROOT}/natural_frequency" not in record:
+    if f"{UpAndDown.ROOT}/natural_frequency" not in record:
         return None
-    shown = {path for path in record if path.startswith(f"{ROOT}/")}
+    shown = {path for path in record if path.startswith(f"{UpAndDown.ROOT}/")}
     details = {"motion and force of the foundation by order": rows_of(record, _BY_ORDER)}
     return section("On a foundation that moves", (), details, shown)

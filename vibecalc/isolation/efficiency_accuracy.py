@@ -7,7 +7,7 @@ from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads
-from vibecalc.isolation.efficiency_results import FORCES
+from vibecalc.isolation.efficiency_results import OfForces
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.numerics.linear import dynamics, response
 
@@ -37,7 +37,7 @@ def efficiency_topics(scene: Scene) -> list[Topic]:
 
     ask = Ask(
         "isolation efficiency", "loads on the ground", "force and couple of each order",
-        f"{FORCES}/ground", "N", 2.0, "one step of refinement costs as much as the solution",
+        f"{OfForces.ROOT}/ground", "N", 2.0, "one step of refinement costs as much as the solution",
     )  # fmt: skip
     solver = ours(
         "inverse and one step", "inverse of the scaled matrix, refined once", own,

@@ -20,20 +20,20 @@ from vibecalc.core.report.rows import (
 from vibecalc.core.report.sections import Section, having, scalar_of, section, stacked
 from vibecalc.core.report.writing import Column, number, paragraph, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.isolation.efficiency_results import COUPLES, FORCES, ROOT
+from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces
 
 #: orders below this share of the largest stay in the result file
 _SMALL = 1e-3
 _MOST = 12
-_NAMES = ((FORCES, "force", "N"), (COUPLES, "couple", "N m"))
+_NAMES = ((OfForces.ROOT, "force", "N"), (OfCouples.ROOT, "couple", "N m"))
 
 
 def isolation_efficiency(result: Result) -> Section | None:
     """What the mounts keep from the ground; None where the case does not ask."""
     record = result.record
-    if f"{ROOT}/transmissibility" not in record:
+    if f"{ByDirection.ROOT}/transmissibility" not in record:
         return None
-    shown = {path for path in record if path.startswith(f"{ROOT}/")}
+    shown = {path for path in record if path.startswith(f"{ByDirection.ROOT}/")}
     lines = _overall(record) + paragraph(
         "held still: what acts on the body would reach the ground. Efficiency is 1 less the ratio "
         "of what does reach it; below zero the mounts send more than acts."
@@ -80,7 +80,7 @@ _BY_DIRECTION = Rows(
     "r.m.s. along and about",
     (Cells("by_direction", "efficiency", _percent),),
     each=10,
-    root=ROOT,
+    root=ByDirection.ROOT,
     across=True,
 )
 
@@ -157,7 +157,7 @@ EFFICIENCY = Curves(
         *(_panel(path, word) for path, word, _ in _NAMES),
         Panel(
             "transmissibility",
-            (Curve(f"{ROOT}/transmissibility", "{}"), level(lambda _: 1.0)),
+            (Curve(f"{ByDirection.ROOT}/transmissibility", "{}"), level(lambda _: 1.0)),
             "load on the ground over a load of one size at all frequencies",
             log="xy",
             height=1.4,

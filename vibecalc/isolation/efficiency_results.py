@@ -1,57 +1,69 @@
 """Results of isolation efficiency: what acts on the body, what reaches the ground, their ratio."""
 
-from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
-from vibecalc.core.results.record import PEAK, RMS, SPECTRUM, Entry, Headline, entry
+from vibecalc.core.results.described import q
+from vibecalc.core.results.record import PEAK, RMS, SPECTRUM, Headline
 
-ROOT = "isolation/efficiency"
-FORCES, COUPLES = f"{ROOT}/force", f"{ROOT}/couple"
+_ORDERS = "half_order coordinate"
+_HELD = "{what}{about} that the body held still would send into the ground"
+_GROUND = "{what}{about} of all mounts on the ground"
+
+
+@dataclass(frozen=True)
+class OfVector:
+    """Of the length of a vector."""
+
+    ROOT: ClassVar[str]
+    held: Any = q(_ORDERS, "{unit}", _HELD, PEAK)
+    held_rms: Any = q("", "{unit}", f"{_HELD}, over the cycle", RMS)
+    held_peak: Any = q("", "{unit}", f"{_HELD}, largest over the cycle", PEAK)
+    ground: Any = q(_ORDERS, "{unit}", _GROUND, PEAK)
+    ground_rms: Any = q("", "{unit}", f"{_GROUND}, over the cycle", RMS)
+    ground_peak: Any = q("", "{unit}", f"{_GROUND}, largest over the cycle", PEAK)
+    by_order: Any = q(
+        "half_order component", "", "1 - {what} on the ground over that of the body held still"
+    )
+    rms: Any = q(
+        "", "", "the same of the r.m.s. of all orders",
+        headline=Headline("isolation of the {what}, r.m.s."),
+    )  # fmt: skip
+    rms_level: Any = q(
+        "", "dB", "held still over on the ground, r.m.s. of all orders", exempt=SPECTRUM
+    )
+    peak: Any = q("", "", "the same of the peak of all orders")
+    peak_level: Any = q(
+        "", "dB", "held still over on the ground, peak of all orders", exempt=SPECTRUM
+    )
+
+
+class OfForces(OfVector):
+    """Of the resultant force."""
+
+    ROOT = "isolation/efficiency/force"
+    WORDS: ClassVar = {"what": "force", "unit": "N", "about": ""}
+
+
+class OfCouples(OfVector):
+    """Of the resultant couple about the mass centre."""
+
+    ROOT = "isolation/efficiency/couple"
+    WORDS: ClassVar = {"what": "couple", "unit": "N*m", "about": " about the mass centre"}
+
+
+@dataclass(frozen=True)
+class ByDirection:
+    """Of each direction alone."""
+
+    ROOT: ClassVar[str] = "isolation/efficiency"
+    by_direction: Any = q("coordinate", "", "efficiency of the r.m.s. in each direction")
+    transmissibility: Any = q(
+        "coordinate frequency", "", "load on the ground over a load of one size at all frequencies"
+    )
+
+
 AXES = {
     "component": ("", "component, or the length of the vector"),
     "frequency": ("Hz", "frequency"),
 }
-
-
-def _of_vector(path: str, what: str, unit: str, about: str = "") -> Iterator[Entry]:
-    orders = "half_order coordinate"
-    for name, words in (
-        ("held", f"{what}{about} that the body held still would send into the ground"),
-        ("ground", f"{what}{about} of all mounts on the ground"),
-    ):
-        yield entry(f"{path}/{name}", orders, unit, words, PEAK)
-        yield entry(f"{path}/{name}_rms", "", unit, f"{words}, over the cycle", RMS)
-        yield entry(f"{path}/{name}_peak", "", unit, f"{words}, largest over the cycle", PEAK)
-    yield entry(
-        f"{path}/by_order",
-        "half_order component",
-        "",
-        f"1 - {what} on the ground over that of the body held still",
-    )
-    for name, words in (("rms", "r.m.s."), ("peak", "peak")):
-        yield entry(
-            f"{path}/{name}",
-            "",
-            "",
-            f"the same of the {words} of all orders",
-            headline=Headline(f"isolation of the {what}, {words}") if name == "rms" else None,
-        )
-        yield entry(
-            f"{path}/{name}_level",
-            "",
-            "dB",
-            f"held still over on the ground, {words} of all orders",
-            exempt=SPECTRUM,
-        )
-
-
-EFFICIENCY_ENTRIES = (
-    *_of_vector(FORCES, "force", "N"),
-    *_of_vector(COUPLES, "couple", "N*m", " about the mass centre"),
-    entry(f"{ROOT}/by_direction", "coordinate", "", "efficiency of the r.m.s. in each direction"),
-    entry(
-        f"{ROOT}/transmissibility",
-        "coordinate frequency",
-        "",
-        "load on the ground over a load of one size at all frequencies",
-    ),
-)

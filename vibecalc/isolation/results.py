@@ -13,8 +13,9 @@ from vibecalc.core.results.record import (
     Headline,
 )
 from vibecalc.isolation.efficiency_results import AXES as EFFICIENCY_AXES
-from vibecalc.isolation.efficiency_results import EFFICIENCY_ENTRIES
+from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces
 from vibecalc.isolation.mount_results import OfMounts
+from vibecalc.response.results import LeftOut
 
 # ----------------------------------------------------------------------------
 # The model: one angle, or the modes of the body; and how the body moves.
@@ -192,16 +193,10 @@ class SupportDisplacement:
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Masked:
-    """Intervals of speed about undamped resonances."""
+class Masked(LeftOut):
+    """Of the run-up of forces."""
 
-    ROOT: ClassVar[str] = "isolation/masked"
-    low: Any = q("masked", "rad/s", "last speed computed below")
-    centre: Any = q("masked", "rad/s", "speed of the undamped resonance")
-    high: Any = q("masked", "rad/s", "first speed computed above")
-    order: Any = q("masked", "", "order in resonance")
-    mode: Any = q("masked", "", "mode in resonance")
+    ROOT = "isolation/masked"
 
 
 @dataclass(frozen=True)
@@ -273,12 +268,11 @@ AXES = {
     **EFFICIENCY_AXES,
     "deflection": ("m", "compression of a mount along its axis"),
 }
-ENTRIES = (
-    *entries_of(
+ENTRIES = tuple(
+    entries_of(
         Pitch, BodyModes, BodyMotion, LeverForce, SupportForce, SupportDisplacement, Masked,
-        RunUpMaxima, OfMounts, TorqueReaction,
-    ),
-    *EFFICIENCY_ENTRIES,
+        RunUpMaxima, OfMounts, TorqueReaction, OfForces, OfCouples, ByDirection,
+    )
 )  # fmt: skip
 JUDGE = "vibecalc.isolation.mount_report:stop_verdicts"
 HELPS = {

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.kinematics.harmonics import (
     dropped_with_error,
@@ -14,6 +15,7 @@ from vibecalc.kinematics.harmonics import (
     order_for_tolerance,
     pole,
 )
+from vibecalc.kinematics.results import OfPiston
 from vibecalc.kinematics.truncated_series import (
     RELATIVE_ERROR,
     truncated_dropped_acceleration,
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
 BEYOND_GUARD = 1e-7
 MOST_GUARD_ORDERS = 256
 ANGLES = 361
-CURVES = ("kinematics/position", "kinematics/velocity", "kinematics/acceleration")
+CURVES = paths_of(OfPiston, "position", "velocity", "acceleration")
 
 
 class PistonMotion(NamedTuple):
@@ -57,16 +59,17 @@ def run_kinematics(scene: Scene) -> None:
     radius = np.asarray(scene.parts.crank_train.crank_radius)
     unit = radius * np.square(scene.case.machine.speed)
     orders = np.arange(motion.highest_order + 1)
-    axes = {"order": orders}
     values = motion.harmonics[..., : motion.highest_order + 1]
     rounding = 4.0 * EPSILON
     error = motion.error[..., : motion.highest_order + 1] + rounding * np.abs(values)
     position, bent = radius[..., None], unit[..., None] * orders**2
-    for name, scale in (("position", position), ("acceleration", -bent)):
-        found = Bounded(scale * values, np.abs(scale) * error)
-        scene.emit(f"kinematics/{name}_harmonics", found, axes=axes)
     lost = dropped.error + rounding * dropped.value
-    scene.emit("kinematics/dropped_acceleration", Bounded(unit * dropped.value, unit * lost))
+    found = OfPiston(
+        position_harmonics=Bounded(position * values, position * error),
+        acceleration_harmonics=Bounded(-bent * values, bent * error),
+        dropped_acceleration=Bounded(unit * dropped.value, unit * lost),
+    )
+    scene.emit_all(found, {"order": orders})
     if scene.case.machine.crank_train.has_slave_rods:
         from vibecalc.kinematics.slave_adapter import emit_cylinders
 
@@ -226,11 +229,9 @@ def _emit_curves(scene: Scene) -> None:
         motion = truncated_motion(angle, radius, length, options.terms or 1)
     else:
         motion = piston_motion(angle, radius, length, offset)
-    axes = {"crank_angle": angle}
-    curves = (
-        ("position", motion.position, motion.position_error, 1.0),
-        ("velocity", motion.velocity, motion.velocity_error, speed),
-        ("acceleration", motion.acceleration, motion.acceleration_error, speed**2),
+    curves = OfPiston(
+        position=Bounded(motion.position, motion.position_error),
+        velocity=Bounded(speed * motion.velocity, speed * motion.velocity_error),
+        acceleration=Bounded(speed**2 * motion.acceleration, speed**2 * motion.acceleration_error),
     )
-    for name, value, error, rate in curves:
-        scene.emit(f"kinematics/{name}", rate * value, rate * error, axes)
+    scene.emit_all(curves, {"crank_angle": angle})

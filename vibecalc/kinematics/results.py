@@ -1,38 +1,45 @@
 """Results of the piston motion."""
 
-from vibecalc.core.results.record import ORDERS, PEAK, PLACE, TURN, entry
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
-ENTRIES = (
-    entry("kinematics/position_harmonics", "order", "m", "harmonics of piston position", PEAK),
-    entry(
-        "kinematics/acceleration_harmonics", "order", "m/s^2",
-        "harmonics of piston acceleration at operating speed", PEAK,
-    ),
-    entry(
-        "kinematics/dropped_acceleration", "", "m/s^2",
-        "sum of the acceleration that the chosen series or order leaves out", PEAK,
-    ),
-    entry(
-        "kinematics/cylinder/stroke", "cylinder", "m", "way of the piston between its dead centres",
-    ),
-    entry(
-        "kinematics/cylinder/top_dead_centre", "cylinder", "rad", "crank angle of it", exempt=PLACE,
-        circle=TURN,
-    ),
-    entry(
-        "kinematics/cylinder/bottom_dead_centre", "cylinder", "rad", "crank angle of it",
-        exempt=PLACE, circle=TURN,
-    ),
-    entry(
-        "kinematics/cylinder/position_harmonics", "cylinder order", "m",
-        "harmonics of the piston's position over the crank angle", PEAK,
-    ),
-    entry(
-        "kinematics/cylinder/acceleration_harmonics", "cylinder order", "m/s^2",
+from vibecalc.core.results.described import entries_of, q
+from vibecalc.core.results.record import ORDERS, PEAK, PLACE, TURN
+
+
+@dataclass(frozen=True)
+class OfPiston:
+    """Motion of a piston whose rod stands on the crank pin."""
+
+    ROOT: ClassVar[str] = "kinematics"
+    position_harmonics: Any = q("order", "m", "harmonics of piston position", PEAK)
+    acceleration_harmonics: Any = q(
+        "order", "m/s^2", "harmonics of piston acceleration at operating speed", PEAK
+    )
+    dropped_acceleration: Any = q(
+        "", "m/s^2", "sum of the acceleration that the chosen series or order leaves out", PEAK
+    )
+    position: Any = q("crank_angle", "m", "piston position from the crank axis")
+    velocity: Any = q("crank_angle", "m/s", "piston velocity")
+    acceleration: Any = q("crank_angle", "m/s^2", "piston acceleration")
+
+
+@dataclass(frozen=True)
+class OfCylinders:
+    """Motion of each piston of a train with slave rods."""
+
+    ROOT: ClassVar[str] = "kinematics/cylinder"
+    stroke: Any = q("cylinder", "m", "way of the piston between its dead centres")
+    top_dead_centre: Any = q("cylinder", "rad", "crank angle of it", exempt=PLACE, circle=TURN)
+    bottom_dead_centre: Any = q("cylinder", "rad", "crank angle of it", exempt=PLACE, circle=TURN)
+    position_harmonics: Any = q(
+        "cylinder order", "m", "harmonics of the piston's position over the crank angle", PEAK
+    )
+    acceleration_harmonics: Any = q(
+        "cylinder order", "m/s^2",
         "harmonics of the piston's acceleration over the crank angle", PEAK,
-    ),
-    entry("kinematics/position", "crank_angle", "m", "piston position from the crank axis"),
-    entry("kinematics/velocity", "crank_angle", "m/s", "piston velocity"),
-    entry("kinematics/acceleration", "crank_angle", "m/s^2", "piston acceleration"),
-)  # fmt: skip
+    )  # fmt: skip
+
+
+ENTRIES = tuple(entries_of(OfPiston, OfCylinders))
 HELPS = {"kinematics/": (ORDERS,)}

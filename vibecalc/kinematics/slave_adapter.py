@@ -9,6 +9,7 @@ from vibecalc.kinematics.articulated_rod import (
     harmonics_of_turn,
     slave_motion,
 )
+from vibecalc.kinematics.results import OfCylinders
 from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.articulated import Slaves, build_slaves
@@ -52,16 +53,17 @@ def emit_cylinders(scene: Scene, highest: int) -> None:
         acceleration[slaves.cylinder] = moved.acceleration
         return position, velocity, acceleration
 
-    axes = {"cylinder": train.names, "order": np.arange(highest + 1)}
     ends = dead_centres(paths)
-    path = "kinematics/cylinder"
-    scene.emit(f"{path}/stroke", ends.stroke, axes=axes)
-    scene.emit(f"{path}/top_dead_centre", ends.top, axes=axes)
-    scene.emit(f"{path}/bottom_dead_centre", ends.bottom, axes=axes)
-    position = harmonics_of_turn(lambda angle: paths(angle)[0], highest)
-    scene.emit(f"{path}/position_harmonics", position, axes=axes)
-    bent = harmonics_of_turn(lambda angle: paths(angle)[2], highest)
-    scene.emit(f"{path}/acceleration_harmonics", speed**2 * bent, axes=axes)
+    found = OfCylinders(
+        stroke=ends.stroke,
+        top_dead_centre=ends.top,
+        bottom_dead_centre=ends.bottom,
+        position_harmonics=lambda: harmonics_of_turn(lambda angle: paths(angle)[0], highest),
+        acceleration_harmonics=lambda: (
+            speed**2 * harmonics_of_turn(lambda angle: paths(angle)[2], highest)
+        ),
+    )
+    scene.emit_all(found, {"cylinder": train.names, "order": np.arange(highest + 1)})
     scene.cite(
         "slave rods on a master rod", "piston motion",
         "exact motion, docs/theory_articulated.md; cf. Biezeno and Grammel (1953), ch. XI",

@@ -12,7 +12,7 @@ from vibecalc.numerics.rounding import FloatArray
 from vibecalc.points.adapter import motion_of_body
 from vibecalc.points.model import band_of, readings_of
 from vibecalc.points.readings import signals
-from vibecalc.points.results import ROOT, RUN_UP
+from vibecalc.points.results import RUN_UP, AtPoints
 from vibecalc.points.rms_over_speed import rms_at
 from vibecalc.points.run_up_adapter import band_rows, passed
 
@@ -21,14 +21,16 @@ def points_topics(scene: Scene) -> list[Topic]:
     """The largest velocity of a reading over the cycle; none at rest."""
     given = motion_of_body(scene)
     readings, speed, kept = readings_of(scene.case), scene.case.machine.speed, given.retained
-    peaks = scene.record[f"{ROOT}/velocity_peak"].values
+    peaks = scene.record[f"{AtPoints.ROOT}/velocity_peak"].values
     worst = int(np.argmax(peaks))
     if not peaks[worst] > 0.0:
         return []
     found = signals(given.motion, readings.row, given.order * speed).velocity.value[[worst], :kept]
     doubled = np.rint(2.0 * given.order[:kept]).astype(int)
     name = f"reading {readings.names[worst]!r} at {speed:.6g} rad/s, {kept} orders"
-    ask = Ask("points", "largest velocity at a point", name, f"{ROOT}/velocity_peak", "m/s")
+    ask = Ask(
+        "points", "largest velocity at a point", name, f"{AtPoints.ROOT}/velocity_peak", "m/s"
+    )
     topic = peak_over_cycle(ask, found, doubled)
     return [topic._replace(position=topic.position and "half the crank angle [rad]")]
 

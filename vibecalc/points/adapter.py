@@ -1,13 +1,15 @@
 """Adapter: motion of the body to readings at its points, at the operating speed."""
 
+from functools import partial
+from typing import Any
+
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import MotionByOrder, peak_with_tail
-from vibecalc.excitation.inertia_forces import size_of_terms
+from vibecalc.excitation.adapter import MotionByOrder, kept, peak_with_tail
 from vibecalc.points.model import QUANTITIES, band_of, boundaries_of, readings_of
 from vibecalc.points.readings import Signals, in_band, rms, signals
-from vibecalc.points.results import BOUNDARY, ROOT, SEVERITY, ZONE
+from vibecalc.points.results import AtPoints, Boundaries
 from vibecalc.points.severity import severity, zones
 
 
@@ -20,15 +22,12 @@ def run_points(scene: Scene) -> None:
     found = signals(given.motion, readings.row, frequency)
     counts = in_band(frequency, band_of(case))[..., None, :]
     axes = {"sensor": readings.names, "order": given.order[:used]}
-    values = {}
+    results: dict[str, Any] = {}
     for name, harmonics in zip(QUANTITIES, found, strict=True):
-        kept = harmonics[..., :used]
-        scene.emit(f"{ROOT}/{name}", kept, axes=axes, terms=size_of_terms(kept.error))
-        if scene.wants(f"{ROOT}/{name}_peak"):
-            peak = peak_with_tail(harmonics, given)
-            scene.emit(f"{ROOT}/{name}_peak", peak.value, peak.error, axes)
-        values[name] = rms(harmonics, counts, used, given.tail)
-        scene.emit(f"{ROOT}/{name}_rms", values[name], axes=axes)
+        results[name] = kept(harmonics, given)
+        results[f"{name}_peak"] = partial(peak_with_tail, harmonics, given)
+        results[f"{name}_rms"] = rms(harmonics, counts, used, given.tail)
+    scene.emit_all(AtPoints(**results), axes)
     scene.cite(
         "readings at points of a rigid body, r.m.s. of the orders in a band by Parseval's theorem",
         "vibration where it is measured",
@@ -44,19 +43,21 @@ def run_points(scene: Scene) -> None:
         return
     if case.vibration_severity is None:
         return
-    scene.emit(SEVERITY, severity(*Signals(**values)), axes=axes)
+    values = Signals(*(results[f"{name}_rms"] for name in QUANTITIES))
+    scene.emit_all(AtPoints(severity=severity(*values)), axes)
     boundaries = boundaries_of(case.vibration_severity)
-    exceeded = [zones(values[name].value, between) for name, between in boundaries.items()]
+    exceeded = [zones(getattr(values, name).value, each) for name, each in boundaries.items()]
     if exceeded:
-        scene.emit(ZONE, np.max(exceeded, axis=0), axes=axes)
+        scene.emit_all(AtPoints(zone=np.max(exceeded, axis=0)), axes)
         scene.cite(
             f"zones of vibration severity, {case.vibration_severity.standard}, informative",
             "severity of vibration",
             case.vibration_severity.standard,
         )
     for name, between in boundaries.items():
-        numbers = {"zone_limit": np.arange(1, len(between) + 1)}
-        scene.emit(f"{BOUNDARY}/{name}", between, 0.0, numbers)
+        scene.emit_all(
+            Boundaries(**{name: between}), {"zone_limit": np.arange(1, len(between) + 1)}
+        )
 
 
 def motion_of_body(scene: Scene) -> MotionByOrder:

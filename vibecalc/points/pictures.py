@@ -20,7 +20,7 @@ from vibecalc.core.report.sections import having, labels
 from vibecalc.core.report.writing import hertz
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.points.report import band_in_hertz, band_words, standard_of
-from vibecalc.points.results import BOUNDARY, ROOT, RUN_UP, UNITS
+from vibecalc.points.results import RUN_UP, UNITS, AtPoints, Boundaries
 from vibecalc.points.severity import zone_names
 
 _RIGHT = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
@@ -62,7 +62,7 @@ def _outside(plot: Plot) -> None:
 
 
 def _spectra(result: Result) -> list[Panel]:
-    found = having(result.record, f"{ROOT}/velocity", "sensor", "order")
+    found = having(result.record, f"{AtPoints.ROOT}/velocity", "sensor", "order")
     if found is None:
         return []
     size = np.sqrt(np.square(np.abs(found.values)).sum(axis=1))
@@ -80,7 +80,7 @@ def _spectra(result: Result) -> list[Panel]:
         Panel(
             "velocity, 0 to peak",
             (
-                *(Curve(_of(f"{ROOT}/velocity", [i]), "{}", bars=True) for i in chosen),
+                *(Curve(_of(f"{AtPoints.ROOT}/velocity", [i]), "{}", bars=True) for i in chosen),
                 _outside,
             ),
             name,
@@ -105,7 +105,7 @@ def _zones(name: str) -> Mark:
     """A line for each boundary, with the names of the zones that it parts."""
 
     def draw(plot: Plot) -> None:
-        found = having(plot.result.record, f"{BOUNDARY}/{name}", "zone_limit")
+        found = having(plot.result.record, f"{Boundaries.ROOT}/{name}", "zone_limit")
         if found is None:
             return
         zones = zone_names(found.values.size)
@@ -127,7 +127,7 @@ def _zones(name: str) -> Mark:
 
 def _title(result: Result) -> str:
     title = f"r.m.s. of {band_words(result)} at points over the run-up"
-    zones = any(f"{BOUNDARY}/{name}" in result.record for name in UNITS)
+    zones = any(f"{Boundaries.ROOT}/{name}" in result.record for name in UNITS)
     return title + f"; zones of {standard_of(result)}, informative" * zones
 
 

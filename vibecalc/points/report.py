@@ -18,10 +18,12 @@ from vibecalc.core.report.sections import (
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.points.readings import in_band
-from vibecalc.points.results import BOUNDARY, ROOT, RUN_UP, SEVERITY, UNITS, ZONE
+from vibecalc.points.results import RUN_UP, UNITS, AtPoints, Boundaries
 from vibecalc.points.severity import grade_number, zone_names
 from vibecalc.points.tables import GRADED, GRADES
 from vibecalc.units import convert
+
+_SEVERITY, _ZONE = "points/severity", "points/zone"
 
 # ----------------------------------------------------------------------------
 # The zone of a reading, and the boundaries that were given.
@@ -30,13 +32,13 @@ from vibecalc.units import convert
 
 def zone_words(record: Record, place: int) -> str:
     """`zone C` of a reading, or nothing where the case has no zones."""
-    zone, count = having(record, ZONE, "sensor"), _boundaries(record)
+    zone, count = having(record, _ZONE, "sensor"), _boundaries(record)
     return f"zone {zone_names(count)[int(zone.values[place])]}" if zone is not None else ""
 
 
 def _boundaries(record: Record) -> int:
     """How many boundaries the zones have."""
-    found = (having(record, f"{BOUNDARY}/{name}", "zone_limit") for name in UNITS)
+    found = (having(record, f"{Boundaries.ROOT}/{name}", "zone_limit") for name in UNITS)
     return max((one.values.size for one in found if one is not None), default=0)
 
 
@@ -61,7 +63,7 @@ def standard_of(result: Result) -> str:
 
 def _severity_words(result: Result) -> list[str]:
     record = result.record
-    if SEVERITY not in record:
+    if _SEVERITY not in record:
         return []
     lines, count = [], _boundaries(record)
     if count:
@@ -69,7 +71,7 @@ def _severity_words(result: Result) -> list[str]:
         pairs = [f"{one} and {two}" for one, two in pairwise(names)]
         bounds = []
         for name, (si, read) in UNITS.items():
-            found = having(record, f"{BOUNDARY}/{name}", "zone_limit")
+            found = having(record, f"{Boundaries.ROOT}/{name}", "zone_limit")
             if found is not None:
                 each = (show(convert(float(one), si, read), digits=4) for one in found.values)
                 bounds.append(f"{name} {', '.join(each)} {read}")
@@ -77,7 +79,7 @@ def _severity_words(result: Result) -> list[str]:
             f"Zones by {standard_of(result)} (informative), r.m.s. values between "
             f"{', '.join(pairs)}: {'; '.join(bounds)}. The worst of the three counts."
         )
-    worst = float(np.max(magnitudes(record[SEVERITY])))
+    worst = float(np.max(magnitudes(record[_SEVERITY])))
     number = grade_number(worst)
     named = f"grade {GRADES[number]:g}" if number < len(GRADES) else "beyond all grades"
     return lines + paragraph(
@@ -95,7 +97,7 @@ _SHORT = {"displacement": "s", "velocity": "v", "acceleration": "a"}
 
 
 def _zones(record: Record) -> Quantity | None:
-    zone = having(record, ZONE, "sensor")
+    zone = having(record, _ZONE, "sensor")
     if zone is None:
         return None
     words = [zone_words(record, i).removeprefix("zone ") for i in range(zone.values.size)]
@@ -114,7 +116,7 @@ _AT_SPEED = Rows(
         Cells(_zones, "zone", "", 5),
     ),
     each=10,
-    root=ROOT,
+    root=AtPoints.ROOT,
 )
 _IN_RUN_UP = Rows(
     "sensor",
@@ -157,7 +159,7 @@ def _counted(result: Result, found: Quantity) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _by_order(result: Result) -> list[str]:
-    found = having(result.record, f"{ROOT}/velocity", "sensor", "order")
+    found = having(result.record, f"{AtPoints.ROOT}/velocity", "sensor", "order")
     if found is None:
         return []
     size = magnitudes(found)
@@ -167,7 +169,7 @@ def _by_order(result: Result) -> list[str]:
     cells = [[f"{one:g}" for one in order], [show(one * hertz(speed_of(result) or 0.0), digits=4)
                                              for one in order]]  # fmt: skip
     for name, (si, read) in UNITS.items():
-        one = having(result.record, f"{ROOT}/{name}", "sensor", "order")
+        one = having(result.record, f"{AtPoints.ROOT}/{name}", "sensor", "order")
         if one is not None:
             factor = convert(1.0, si, read)
             columns.append(number(f"{name} {read}", 22))
@@ -185,8 +187,8 @@ def points(result: Result) -> Section | None:
     record = result.record
     table_lines, shown = rows_of(record, _AT_SPEED)
     up_lines, _ = rows_of(record, _IN_RUN_UP)
-    further = {path for path in record if path.startswith((RUN_UP, BOUNDARY))}
-    velocity = having(record, f"{ROOT}/velocity", "sensor", "order")
+    further = {path for path in record if path.startswith((RUN_UP, Boundaries.ROOT))}
+    velocity = having(record, f"{AtPoints.ROOT}/velocity", "sensor", "order")
     moves = table_of(result.case, "foundation").get("kind") in ("body", "impedance")
     on_what = ", with the motion of the foundation at the speed" if moves else ""
     words = paragraph(
@@ -202,5 +204,5 @@ def points(result: Result) -> Section | None:
         "Vibration at points",
         ([*words, "", *table_lines] if table_lines else words, up_lines),
         {"readings by order": _by_order(result)},
-        {*shown, *further, SEVERITY},
+        {*shown, *further, _SEVERITY},
     )

@@ -8,12 +8,12 @@ from vibecalc.isolation.adapters.run_up import sections
 from vibecalc.isolation.rows import Readout, with_left_out
 from vibecalc.isolation.run_up import RunUp, joined, run_up
 from vibecalc.isolation.run_up_peaks import RunUpPeak, highest_of
-from vibecalc.numerics.bounded import Bounded, concatenate, reshaped
+from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.numerics.maxima import top_errors
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray
 from vibecalc.points.model import QUANTITIES, Readings, band_of, readings_of
 from vibecalc.points.readings import with_rates
-from vibecalc.points.results import RUN_UP
+from vibecalc.points.results import RUN_UP, SeverityInRunUp
 from vibecalc.points.rms_over_speed import BandRows, RmsRunUp, rms_run_up
 from vibecalc.points.severity import LOWER, UPPER, severity
 
@@ -93,15 +93,17 @@ def _emit_severity(
     count = len(readings.names)
     own = [slice(number * count, (number + 1) * count) for number in range(3)]
     axes = {"sensor": readings.names, "speed": speed}
-    path = f"{RUN_UP}/severity"
     whole = severity(*(curve[:, one] for one in own))
-    scene.emit(path, reshaped(whole, np.transpose), axes=axes)
     factor = np.array([[LOWER], [1.0], [1.0 / UPPER]])
     value, error = (np.reshape(part, (3, count)) * factor for part in (top.value, top.error))
     error = np.max(np.where(np.isfinite(value), error, 0.0), axis=0)
     largest = Bounded(np.max(value, axis=0), error)
-    scene.emit(f"{path}_largest", largest, axes=axes)
     row = np.argmax(value, axis=0) * count + np.arange(count)
     place = Bounded(top.speed[row], top.speed_error[row])
     off = [top_errors(place[k], largest[k], speed, whole[:, k])[0] for k in range(count)]
-    scene.emit(f"{path}_largest_speed", place.value, off, axes)
+    found = SeverityInRunUp(
+        severity=whole.T,
+        severity_largest=largest,
+        severity_largest_speed=Bounded(place.value, np.array(off)),
+    )
+    scene.emit_all(found, axes)

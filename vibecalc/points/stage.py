@@ -21,8 +21,6 @@ from vibecalc.parts.mount_needs import moves_with_machine
 if TYPE_CHECKING:
     from vibecalc.schema import Case
 
-_OF_SEVERITY = ("severity", "zone")
-
 
 def plan_points(case: "Case") -> Iterator[Stage]:
     """Planned where the case has points on a body that some table moves."""

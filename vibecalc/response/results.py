@@ -1,5 +1,9 @@
 """Results of the body on its suspension, and of the change between two operations."""
 
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from vibecalc.core.results.described import entries_of, q
 from vibecalc.core.results.record import (
     CANCELS,
     ORDERS,
@@ -8,226 +12,277 @@ from vibecalc.core.results.record import (
     RESONANCE,
     TURN,
     Headline,
-    entry,
 )
 
 # ----------------------------------------------------------------------------
 # Results of the body on its suspension: modes, motion, energies.
 # ----------------------------------------------------------------------------
 
-_LEADING = ("kinetic", "reversal")
 #: with mounts at known places the force on each says more than the sum
 _SUPPORTS = "isolation/support_force/steady_peak"
 
 
-def _leading(which: str, *rest: str) -> Headline | None:
-    """Of a family of results the one that stands in the first table."""
-    return Headline(*rest) if which in _LEADING else None
+@dataclass(frozen=True)
+class ModesOfBody:
+    """Modes of the body on its suspension, and how near the orders are."""
 
-
-RESPONSE_ENTRIES = (
-    entry("response/modes/natural_frequency", "mode", "rad/s", "undamped natural frequency",
-          headline=Headline("natural frequency", "Hz", pick="ends",
-                            unless="isolation/modes/natural_frequency")),
-    entry("response/modes/damping_ratio", "mode", "", "modal damping ratio"),
-    entry(
-        "response/modes/shape", "mode coordinate", "",
+    ROOT: ClassVar[str] = "response/modes"
+    natural_frequency: Any = q(
+        "mode", "rad/s", "undamped natural frequency",
+        headline=Headline(
+            "natural frequency", "Hz", pick="ends", unless="isolation/modes/natural_frequency"
+        ),
+    )  # fmt: skip
+    damping_ratio: Any = q("mode", "", "modal damping ratio")
+    shape: Any = q(
+        "mode coordinate", "",
         "mode shape at the reference point, metres and radians, of unit modal mass",
-    ),
-    entry(
-        "response/modes/energy_fraction", "mode coordinate", "",
-        "share of the kinetic energy of a mode, about the mass centre",
-    ),
-    entry(
-        "response/modes/assurance", "mode other_mode", "",
+    )  # fmt: skip
+    energy_fraction: Any = q(
+        "mode coordinate", "", "share of the kinetic energy of a mode, about the mass centre"
+    )
+    assurance: Any = q(
+        "mode other_mode", "",
         "modal assurance criterion, rotations times their radius of inertia",
-    ),
-    entry(
-        "response/modes/nearest_order", "mode", "",
-        "excited order nearest to a mode at operating speed",
-    ),
-    entry(
-        "response/modes/distance", "mode", "",
-        "frequency of that order over the natural frequency, less 1",
-    ),
-    entry(
-        "response/translation_harmonics", "order direction", "m",
-        "displacement of the reference point", PEAK,
-    ),
-    entry("response/rotation_harmonics", "order direction", "rad", "rotation", PEAK),
-    entry("response/translation_peak", "direction", "m", "largest over a turn", PEAK,
-          headline=Headline("motion of the body, peak", "mm")),
-    entry("response/rotation_peak", "direction", "rad", "largest over a turn", PEAK,
-          headline=Headline("rotation of the body, peak", "mrad")),
-    entry("response/ground_force", "order direction", "N", "force on the ground", PEAK),
-    entry("response/ground_couple", "order direction", "N*m", "couple on the ground", PEAK),
-    entry("response/ground_force_peak", "direction", "N", "largest over a turn", PEAK,
-          headline=Headline("force on the ground, peak", "N", unless=_SUPPORTS)),
-    entry("response/ground_couple_peak", "direction", "N*m", "largest over a turn", PEAK,
-          headline=Headline("couple on the ground, peak", "N*m", unless=_SUPPORTS)),
-    *(
-        item
-        for kind in ("kinetic", "potential")
-        for item in (
-            entry(
-                f"response/{kind}_energy/mean_by_order", "order", "J",
-                f"mean {kind} energy of one order over its cycle",
-            ),
-            entry(
-                f"response/{kind}_energy/peak_by_order", "order", "J",
-                f"largest {kind} energy of one order alone",
-            ),
-            entry(f"response/{kind}_energy/mean", "", "J", f"mean {kind} energy over a turn",
-                  headline=_leading(kind, "kinetic energy, mean", "J")),
-            entry(f"response/{kind}_energy/peak", "", "J", f"largest {kind} energy over a turn",
-                  headline=_leading(kind, "kinetic energy, peak", "J")),
-            entry(
-                f"response/operations/{kind}_energy/mean", "operation balance", "J",
-                f"mean {kind} energy over a turn",
-            ),
-            entry(
-                f"response/operations/{kind}_energy/peak", "operation balance", "J",
-                f"largest {kind} energy over a turn",
-            ),
-            entry(
-                f"response/operations/{kind}_energy/mean_low", "operation balance", "J",
-                f"mean {kind} energy, weights at the best angle to the pistons",
-            ),
-            entry(
-                f"response/operations/{kind}_energy/mean_high", "operation balance", "J",
-                f"mean {kind} energy, weights at the worst angle to the pistons",
-            ),
-            entry(
-                f"response/operations/{kind}_energy/peak_low", "operation balance", "J",
-                f"largest {kind} energy, weights at the best angle to the pistons",
-            ),
-            entry(
-                f"response/operations/{kind}_energy/peak_high", "operation balance", "J",
-                f"largest {kind} energy, weights at the worst angle to the pistons",
-            ),
-            entry(
-                f"response/operations/{kind}_energy/rotating_mean", "operation balance", "J",
-                f"mean {kind} energy of throws and balance weights, without pistons, "
-                "counterweights and shafts",
-            ),
-            entry(
-                f"response/operations/{kind}_energy/rotating_peak", "operation balance", "J",
-                f"largest {kind} energy of throws and balance weights, without pistons, "
-                "counterweights and shafts",
-            ),
-            entry(
-                f"response/operations/{kind}_energy/difference", "balance", "J",
-                f"largest less smallest mean {kind} energy of the operations",
-            ),
-            entry(
-                f"response/operations/{kind}_energy/weighted", "balance", "J",
-                f"mean {kind} energy, weighted over the operations",
-            ),
-            entry(
-                f"response/run_up/{kind}_energy", "speed", "J",
-                f"mean {kind} energy over a turn at each speed",
-            ),
-        )
-    ),
-    entry("response/masked/low", "masked", "rad/s", "last speed computed below"),
-    entry("response/masked/centre", "masked", "rad/s", "speed of the undamped resonance"),
-    entry("response/masked/high", "masked", "rad/s", "first speed computed above"),
-    entry("response/masked/order", "masked", "", "order in resonance"),
-    entry("response/masked/mode", "masked", "", "mode in resonance"),
-)  # fmt: skip
+    )  # fmt: skip
+    nearest_order: Any = q("mode", "", "excited order nearest to a mode at operating speed")
+    distance: Any = q("mode", "", "frequency of that order over the natural frequency, less 1")
+
+
+@dataclass(frozen=True)
+class MotionOfBody:
+    """Motion of the body, and what its suspension sends into the ground."""
+
+    ROOT: ClassVar[str] = "response"
+    translation_harmonics: Any = q(
+        "order direction", "m", "displacement of the reference point", PEAK
+    )
+    rotation_harmonics: Any = q("order direction", "rad", "rotation", PEAK)
+    translation_peak: Any = q(
+        "direction", "m", "largest over a turn", PEAK,
+        headline=Headline("motion of the body, peak", "mm"),
+    )  # fmt: skip
+    rotation_peak: Any = q(
+        "direction", "rad", "largest over a turn", PEAK,
+        headline=Headline("rotation of the body, peak", "mrad"),
+    )  # fmt: skip
+    ground_force: Any = q("order direction", "N", "force on the ground", PEAK)
+    ground_couple: Any = q("order direction", "N*m", "couple on the ground", PEAK)
+    ground_force_peak: Any = q(
+        "direction", "N", "largest over a turn", PEAK,
+        headline=Headline("force on the ground, peak", "N", unless=_SUPPORTS),
+    )  # fmt: skip
+    ground_couple_peak: Any = q(
+        "direction", "N*m", "largest over a turn", PEAK,
+        headline=Headline("couple on the ground, peak", "N*m", unless=_SUPPORTS),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Of one kind, at the operating speed."""
+
+    ROOT: ClassVar[str]
+    mean_by_order: Any = q("order", "J", "mean {kind} energy of one order over its cycle")
+    peak_by_order: Any = q("order", "J", "largest {kind} energy of one order alone")
+    mean: Any = q("", "J", "mean {kind} energy over a turn")
+    peak: Any = q("", "J", "largest {kind} energy over a turn")
+
+
+@dataclass(frozen=True)
+class KineticEnergy(Energy):
+    """The one that stands in the first table."""
+
+    ROOT: ClassVar[str] = "response/kinetic_energy"
+    WORDS: ClassVar = {"kind": "kinetic"}
+    mean: Any = q(
+        "", "J", "mean kinetic energy over a turn", headline=Headline("kinetic energy, mean", "J")
+    )
+    peak: Any = q(
+        "", "J", "largest kinetic energy over a turn",
+        headline=Headline("kinetic energy, peak", "J"),
+    )  # fmt: skip
+
+
+class PotentialEnergy(Energy):
+    """That of the suspension."""
+
+    ROOT = "response/potential_energy"
+    WORDS: ClassVar = {"kind": "potential"}
+
+
+@dataclass(frozen=True)
+class OperationsEnergy:
+    """Of one kind, of all operations with all balances."""
+
+    ROOT: ClassVar[str]
+    mean: Any = q("operation balance", "J", "mean {kind} energy over a turn")
+    peak: Any = q("operation balance", "J", "largest {kind} energy over a turn")
+    mean_low: Any = q(
+        "operation balance", "J",
+        "mean {kind} energy, weights at the best angle to the pistons",
+    )  # fmt: skip
+    mean_high: Any = q(
+        "operation balance", "J",
+        "mean {kind} energy, weights at the worst angle to the pistons",
+    )  # fmt: skip
+    peak_low: Any = q(
+        "operation balance", "J",
+        "largest {kind} energy, weights at the best angle to the pistons",
+    )  # fmt: skip
+    peak_high: Any = q(
+        "operation balance", "J",
+        "largest {kind} energy, weights at the worst angle to the pistons",
+    )  # fmt: skip
+    rotating_mean: Any = q(
+        "operation balance", "J",
+        "mean {kind} energy of throws and balance weights, without pistons, "
+        "counterweights and shafts",
+    )  # fmt: skip
+    rotating_peak: Any = q(
+        "operation balance", "J",
+        "largest {kind} energy of throws and balance weights, without pistons, "
+        "counterweights and shafts",
+    )  # fmt: skip
+    difference: Any = q(
+        "balance", "J", "largest less smallest mean {kind} energy of the operations"
+    )
+    weighted: Any = q("balance", "J", "mean {kind} energy, weighted over the operations")
+
+
+class OperationsKinetic(OperationsEnergy):
+    """That of the motion."""
+
+    ROOT = "response/operations/kinetic_energy"
+    WORDS: ClassVar = {"kind": "kinetic"}
+
+
+class OperationsPotential(OperationsEnergy):
+    """That of the suspension."""
+
+    ROOT = "response/operations/potential_energy"
+    WORDS: ClassVar = {"kind": "potential"}
+
+
+@dataclass(frozen=True)
+class OverSpeed:
+    """Over the range of speeds."""
+
+    ROOT: ClassVar[str] = "response/run_up"
+    kinetic_energy: Any = q("speed", "J", "mean kinetic energy over a turn at each speed")
+    potential_energy: Any = q("speed", "J", "mean potential energy over a turn at each speed")
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Intervals of speed about undamped resonances."""
+
+    ROOT: ClassVar[str] = "response/masked"
+    low: Any = q("masked", "rad/s", "last speed computed below")
+    centre: Any = q("masked", "rad/s", "speed of the undamped resonance")
+    high: Any = q("masked", "rad/s", "first speed computed above")
+    order: Any = q("masked", "", "order in resonance")
+    mode: Any = q("masked", "", "mode in resonance")
+
 
 # ----------------------------------------------------------------------------
 # Results of the change between two operations.
 # ----------------------------------------------------------------------------
 
-SWITCHING_ENTRIES = (
-    *(
-        item
-        for way, how in (("instant", "at once"), ("reversal", "by reversal"))
-        for item in (
-            entry(
-                f"response/switching/{way}/translation_peak", "change direction", "m",
-                "largest displacement of the reference point on the way", PEAK,
-                headline=Headline(f"motion in a change {how}, peak", "mm"),
-            ),
-            entry(
-                f"response/switching/{way}/rotation_peak", "change direction", "rad",
-                "largest rotation on the way", PEAK,
-            ),
-            entry(
-                f"response/switching/{way}/ground_force_peak", "change direction", "N",
-                "largest force on the ground on the way", PEAK,
-                headline=_leading(way, "force on the ground in it, peak", "N"),
-            ),
-            entry(
-                f"response/switching/{way}/ground_couple_peak", "change direction", "N*m",
-                "largest couple on the ground on the way", PEAK,
-            ),
-            entry(
-                f"response/switching/{way}/kinetic_energy_peak", "change", "J",
-                "largest kinetic energy on the way",
-            ),
-            entry(
-                f"response/switching/{way}/potential_energy_peak", "change", "J",
-                "largest potential energy on the way",
-            ),
-            entry(
-                f"response/switching/{way}/peak_time", "change", "s",
-                "time of the largest kinetic energy", exempt=PLACE,
-            ),
-            entry(
-                f"response/switching/{way}/peak_speed", "change", "rad/s",
-                "crank speed at that time, negative after reversal", exempt=PLACE,
-            ),
-            entry(
-                f"response/switching/{way}/settle_time", "change", "s",
-                "time from the end of the change until the motion has settled",
-            ),
-            entry(
-                f"response/switching/{way}/kinetic_energy_high", f"change {way}_time", "J",
-                "largest sample of the kinetic energy in each interval of time",
-            ),
-            entry(
-                f"response/switching/{way}/translation_high", f"change direction {way}_time", "m",
-                "largest sample of the displacement in each interval of time",
-            ),
-            entry(
-                f"response/switching/{way}/translation_low", f"change direction {way}_time", "m",
-                "smallest sample of the displacement in each interval of time",
-            ),
-        )
-    ),
-    entry(
-        "response/switching/reversal/speed", "change reversal_time", "rad/s",
-        "crank speed, negative after reversal",
-    ),
-    entry(
-        "response/switching/reversal/slow_kinetic_energy", "change", "J",
-        "largest kinetic energy if the same speeds were passed infinitely slowly",
-    ),
-    entry("response/switching/passage/change", "passage", "", "number of the change, from 1"),
-    entry("response/switching/passage/mode", "passage", "", "mode that is met"),
-    entry("response/switching/passage/order", "passage", "", "order that meets it"),
-    entry("response/switching/passage/speed", "passage", "rad/s", "crank speed there"),
-    entry("response/switching/passage/time", "passage", "s", "time from the start of the change"),
-    entry(
-        "response/switching/passage/haste", "passage", "",
+
+@dataclass(frozen=True)
+class Change:
+    """Of one way of changing."""
+
+    ROOT: ClassVar[str]
+    translation_peak: Any = q(
+        "change direction", "m", "largest displacement of the reference point on the way", PEAK,
+        headline=Headline("motion in a change {how}, peak", "mm"),
+    )  # fmt: skip
+    rotation_peak: Any = q("change direction", "rad", "largest rotation on the way", PEAK)
+    ground_force_peak: Any = q(
+        "change direction", "N", "largest force on the ground on the way", PEAK
+    )
+    ground_couple_peak: Any = q(
+        "change direction", "N*m", "largest couple on the ground on the way", PEAK
+    )
+    kinetic_energy_peak: Any = q("change", "J", "largest kinetic energy on the way")
+    potential_energy_peak: Any = q("change", "J", "largest potential energy on the way")
+    peak_time: Any = q("change", "s", "time of the largest kinetic energy", exempt=PLACE)
+    peak_speed: Any = q(
+        "change", "rad/s", "crank speed at that time, negative after reversal", exempt=PLACE
+    )
+    settle_time: Any = q(
+        "change", "s", "time from the end of the change until the motion has settled"
+    )
+    kinetic_energy_high: Any = q(
+        "change {time}", "J", "largest sample of the kinetic energy in each interval of time"
+    )
+    translation_high: Any = q(
+        "change direction {time}", "m",
+        "largest sample of the displacement in each interval of time",
+    )  # fmt: skip
+    translation_low: Any = q(
+        "change direction {time}", "m",
+        "smallest sample of the displacement in each interval of time",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Instant(Change):
+    """At once."""
+
+    ROOT: ClassVar[str] = "response/switching/instant"
+    WORDS: ClassVar = {"how": "at once", "time": "instant_time"}
+    worst_angle: Any = q(
+        "change", "rad", "crank angle of the change that gives the largest kinetic energy",
+        exempt=PLACE, circle=TURN,
+    )  # fmt: skip
+    worst_kinetic_energy_peak: Any = q(
+        "change", "J", "largest kinetic energy over all crank angles of the change"
+    )
+
+
+@dataclass(frozen=True)
+class Reversal(Change):
+    """Through rest."""
+
+    ROOT: ClassVar[str] = "response/switching/reversal"
+    WORDS: ClassVar = {"how": "by reversal", "time": "reversal_time"}
+    ground_force_peak: Any = q(
+        "change direction", "N", "largest force on the ground on the way", PEAK,
+        headline=Headline("force on the ground in it, peak", "N"),
+    )  # fmt: skip
+    speed: Any = q("change reversal_time", "rad/s", "crank speed, negative after reversal")
+    slow_kinetic_energy: Any = q(
+        "change", "J", "largest kinetic energy if the same speeds were passed infinitely slowly"
+    )
+
+
+@dataclass(frozen=True)
+class Passages:
+    """Where orders meet modes on the way through rest."""
+
+    ROOT: ClassVar[str] = "response/switching/passage"
+    change: Any = q("passage", "", "number of the change, from 1")
+    mode: Any = q("passage", "", "mode that is met")
+    order: Any = q("passage", "", "order that meets it")
+    speed: Any = q("passage", "rad/s", "crank speed there")
+    time: Any = q("passage", "s", "time from the start of the change")
+    haste: Any = q(
+        "passage", "",
         "order times acceleration over (damping ratio times frequency) squared; above 1 the "
         "resonance has no time to build up",
-    ),
-    entry(
-        "response/switching/steady_energy", "operation", "J",
-        "largest kinetic energy of the steady state",
-    ),
-    entry(
-        "response/switching/instant/worst_angle", "change", "rad",
-        "crank angle of the change that gives the largest kinetic energy", exempt=PLACE,
-        circle=TURN),
-    entry(
-        "response/switching/instant/worst_kinetic_energy_peak", "change", "J",
-        "largest kinetic energy over all crank angles of the change",
-    ),
-)  # fmt: skip
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class BesidesChanges:
+    """What the changes are held against."""
+
+    ROOT: ClassVar[str] = "response/switching"
+    steady_energy: Any = q("operation", "J", "largest kinetic energy of the steady state")
+
 
 #: axis name -> (unit, long name)
 AXES = {
@@ -239,10 +294,12 @@ AXES = {
     "reversal_time": ("s", "end of an interval of time"),
     "passage": ("", "meeting of an order and a mode, the first is 1"),
 }
-ENTRIES = (
-    *RESPONSE_ENTRIES,
-    *SWITCHING_ENTRIES,
-)
+ENTRIES = tuple(
+    entries_of(
+        ModesOfBody, MotionOfBody, KineticEnergy, PotentialEnergy, OperationsKinetic,
+        OperationsPotential, OverSpeed, LeftOut, Instant, Reversal, Passages, BesidesChanges,
+    )
+)  # fmt: skip
 HELPS = {
     "response/": (ORDERS, RESONANCE),
     "response/modes/": (CANCELS,),

@@ -4,24 +4,25 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Entries, Leading, Stage, Subject, Unit, Work, below
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.mount_needs import why_alone
+from vibecalc.response.results import (
+    KineticEnergy,
+    LeftOut,
+    ModesOfBody,
+    MotionOfBody,
+    OverSpeed,
+    PotentialEnergy,
+)
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
 
-_APART = (
-    *("_energy/", "/operations/", "/run_up/", "/masked/", "/switching/", "/impact/"),
-    *("/roll/", "/start_up/", "/control/", "/absorber/", "/pendulum/", "/torsion/"),
-)
-
-
 #: what compares the modes of one machine with each other and with its orders
-_OF_ONE_MACHINE = tuple(
-    f"response/modes/{name}" for name in ("nearest_order", "distance", "assurance")
-)
+_OF_ONE_MACHINE = paths_of(ModesOfBody, "nearest_order", "distance", "assurance")
 
 
 def plan_response(case: "Case") -> Iterator[Stage]:
@@ -42,13 +43,8 @@ def plan_response(case: "Case") -> Iterator[Stage]:
 def _motion(case: "Case") -> Stage:
     options = case.response
     assert options is not None
-    energies = below("response/", without=("/operations/", "/run_up/"))
-    energies = tuple(
-        path
-        for path in energies
-        if path.startswith(("response/kinetic_energy/", "response/potential_energy/"))
-    )
-    quantities = (*below("response/", without=_APART), *(energies if options.energies else ()))
+    energies = (*paths_of(KineticEnergy), *paths_of(PotentialEnergy)) * options.energies
+    quantities = (*paths_of(ModesOfBody), *paths_of(MotionOfBody), *energies)
     return Stage(
         name="response",
         adapter="vibecalc.response.adapters.response:run_response",
@@ -105,7 +101,7 @@ def _run_up(case: "Case") -> Stage:
         parts=("body", "mounts"),
         orders=orders_words(case),
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
-        quantities=below("response/run_up/") + below("response/masked/"),
+        quantities=paths_of(OverSpeed) + paths_of(LeftOut),
         is_last=True,
         harmonics=orders_of_motion,
         work=_work_of_speeds,

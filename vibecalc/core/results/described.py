@@ -8,9 +8,21 @@ A class names its `ROOT`; a result is the field of it, and its path is root and 
         natural_frequency: Any = q("mode", "rad/s", "undamped natural frequency")
 
 `scene.emit_all(Modes(natural_frequency=found), {"mode": numbers})` hands results over.
+
+Families of results that differ in a name are classes below one, each with a `ROOT` of its own and
+the `WORDS` that stand where the entries have names in braces:
+
+    @dataclass(frozen=True)
+    class Energy:
+        ROOT: ClassVar[str]
+        mean: Any = q("", "J", "mean {kind} energy over a turn")
+
+    class Kinetic(Energy):
+        ROOT = "response/kinetic_energy"
+        WORDS: ClassVar = {"kind": "kinetic"}
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import field, fields
 from typing import Any, ClassVar, Protocol
 
@@ -49,9 +61,20 @@ def q(
 def entries_of(*groups: type[Group]) -> Iterator[Entry]:
     """What is known of the results of groups, in the order of their fields."""
     for group in groups:
+        words = getattr(group, "WORDS", {})
         for one in fields(group):
-            known: Entry = one.metadata["entry"]
+            known: Entry = _filled(one.metadata["entry"], words)
             yield known._replace(path=f"{group.ROOT}/{one.name}")
+
+
+def _filled(part: Any, words: Mapping[str, str]) -> Any:
+    """A text, or a tuple with texts, with the words of a family in place of their names."""
+    if isinstance(part, str):
+        return part.format(**words)
+    if isinstance(part, tuple):
+        filled = [_filled(one, words) for one in part]
+        return type(part)(*filled) if isinstance(part, Entry | Headline) else tuple(filled)
+    return part
 
 
 def paths_of(group: type[Group], *names: str) -> tuple[str, ...]:

@@ -1,15 +1,15 @@
 """Adapter: what the mounts keep from the ground, by order, overall and over frequency."""
 
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.inertia_forces import size_of_terms
+from vibecalc.excitation.inertia_forces import with_terms
 from vibecalc.isolation.adapters.loads import BodyLoads, steady_motion
 from vibecalc.isolation.efficiency import Overall, by_order, efficiency, is_more, overall, rms
-from vibecalc.isolation.efficiency_results import COUPLES, FORCES, ROOT
+from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces, OfVector
 from vibecalc.isolation.on_mounts import OnMounts, frequency_grid
 from vibecalc.numerics.bounded import Bounded, concatenate, reshaped
 from vibecalc.numerics.rounding import EPSILON
@@ -46,8 +46,8 @@ def run_efficiency(scene: Scene) -> None:
     )
     centre = _to_centre(scene, system)
     held, ground = _about(felt, centre), _about(given.load, centre)
-    for path, first, second, names in _vectors(system, held, ground):
-        _emit_vector(scene, path, first, second, names, loads)
+    for group, first, second, names in _vectors(system, held, ground):
+        _emit_vector(scene, group, first, second, names, loads)
     _emit_rms(scene, system, held, ground, loads)
     _emit_curve(scene, system, given, centre, float(frequency[loads.retained - 1]))
 
@@ -68,41 +68,47 @@ def _about(load: Bounded, centre: np.ndarray) -> Bounded:
 
 def _vectors(
     system: OnMounts, held: Bounded, ground: Bounded
-) -> list[tuple[str, Bounded, Bounded, list[str]]]:
-    """Forces and couples, as far as the model has them: path, both, names of their components."""
-    found = []
-    for path, chosen in ((FORCES, system.freedoms < 3), (COUPLES, system.freedoms >= 3)):
+) -> Iterator[tuple[type[OfVector], Bounded, Bounded, list[str]]]:
+    """Forces and couples, as far as the model has them: results, both, names of components."""
+    for group, chosen in ((OfForces, system.freedoms < 3), (OfCouples, system.freedoms >= 3)):
         if np.any(chosen):
             names = [COORDINATES[place] for place in system.freedoms[chosen]]
-            found.append((path, held[:, chosen], ground[:, chosen], names))
-    return found
+            yield group, held[:, chosen], ground[:, chosen], names
 
 
 def _emit_vector(
-    scene: Scene, path: str, held: Bounded, ground: Bounded, names: list[str], loads: BodyLoads
+    scene: Scene,
+    group: type[OfVector],
+    held: Bounded,
+    ground: Bounded,
+    names: list[str],
+    loads: BodyLoads,
 ) -> None:
     used = loads.retained
-    order = loads.order[:used].astype(float)
-    axes = {"half_order": order, "coordinate": names}
-    for name, one in (("held", held[:used]), ("ground", ground[:used])):
-        scene.emit(f"{path}/{name}", one, axes=axes, terms=size_of_terms(one.error))
-    found = by_order(held[:used], ground[:used])
-    axes = {"half_order": order, "component": [*names, "resultant"]}
-    scene.emit(f"{path}/by_order", found, axes=axes)
+    results: dict[str, Any] = {
+        "held": with_terms(held[:used]),
+        "ground": with_terms(ground[:used]),
+        "by_order": by_order(held[:used], ground[:used]),
+    }
     both = [overall(one, loads.order, used, loads.tail) for one in (held, ground)]
     for place, name in enumerate(Overall._fields):
         first, second = (one[place] for one in both)
-        held_size, ground_size = first.value, second.value
-        scene.emit(f"{path}/held_{name}", held_size, terms=size_of_terms(first.rounding))
-        scene.emit(f"{path}/ground_{name}", ground_size, terms=size_of_terms(second.rounding))
+        results[f"held_{name}"] = with_terms(first.value, first.rounding)
+        results[f"ground_{name}"] = with_terms(second.value, second.rounding)
         # where nothing acts there is nothing to isolate
-        if not held_size.value > 4.0 * first.rounding:
+        if not first.value.value > 4.0 * first.rounding:
             continue
-        ratio = ground_size / held_size
-        scene.emit(f"{path}/{name}", 1.0 - ratio)
-        if ground_size.value > 4.0 * second.rounding:
+        ratio = second.value / first.value
+        results[name] = 1.0 - ratio
+        if second.value.value > 4.0 * second.rounding:
             level = -20.0 * np.log10(ratio.value)
-            scene.emit(f"{path}/{name}_level", level, 8.7 * ratio.error / ratio.value)
+            results[f"{name}_level"] = Bounded(level, 8.7 * ratio.error / ratio.value)
+    axes = {
+        "half_order": loads.order[:used].astype(float),
+        "coordinate": names,
+        "component": [*names, "resultant"],
+    }
+    scene.emit_all(group(**results), axes)
 
 
 def _emit_rms(
@@ -117,7 +123,7 @@ def _emit_rms(
             acts, arrives = (is_more(*one, one.norm().value) for one in (acting, arrived))
             parts.append(efficiency(acting.value, arrived.value, acts, arrives))
     names = [COORDINATES[place] for place in system.freedoms]
-    scene.emit(f"{ROOT}/by_direction", concatenate(parts), axes={"coordinate": names})
+    scene.emit_all(ByDirection(concatenate(parts)), {"coordinate": names})
 
 
 def _emit_curve(
@@ -135,4 +141,4 @@ def _emit_curve(
         "coordinate": [COORDINATES[place] for place in system.freedoms],
         "frequency": grid / (2.0 * np.pi),
     }
-    scene.emit(f"{ROOT}/transmissibility", diagonal, axes=axes)
+    scene.emit_all(ByDirection(transmissibility=diagonal), axes)

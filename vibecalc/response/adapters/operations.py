@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing, rotating_part, train_excitation
 from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed
@@ -47,6 +47,7 @@ from vibecalc.response.operations import (
     states,
     superpose,
 )
+from vibecalc.response.results import OperationsEnergy, OperationsKinetic, OperationsPotential
 from vibecalc.response.tables import Balance, Operation, Response
 
 if TYPE_CHECKING:
@@ -57,10 +58,6 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 AS_IN_CASE = "as in the case"
-ENERGIES = {
-    name: tuple(path for path in CATALOGUE if path.startswith(f"response/operations/{name}_energy"))
-    for name in ("kinetic", "potential")
-}
 
 
 class OperationLoads(NamedTuple):
@@ -191,32 +188,37 @@ def _emit(
     orders, speed = forcing.order, scene.case.machine.speed
     axes = {"operation": loads.operations, "balance": loads.balances}
     weights = np.array([operation.weight for operation in options.operations])
-    for name, matrix, rate in (
-        ("kinetic", mass_of(system.matrices), 1j * orders * np.asarray(speed)[..., None]),
-        ("potential", stiffness_of(system.matrices), np.ones(len(orders))),
-    ):
-        weight = matrix[..., None, :, :]  # the same for all operations
-        stem = f"response/operations/{name}_energy"
-        if not scene.wants(*ENERGIES[name]):
+    kinds: tuple[tuple[type[OperationsEnergy], Bounded, np.ndarray], ...] = (
+        (OperationsKinetic, mass_of(system.matrices), 1j * orders * np.asarray(speed)[..., None]),
+        (OperationsPotential, stiffness_of(system.matrices), np.ones(len(orders))),
+    )
+    for group, matrix, rate in kinds:
+        if not scene.wants(*paths_of(group)):
             continue
+        weight = matrix[..., None, :, :]  # the same for all operations
         state = states(parts, rate)
-        mean = _emit_cycle(scene, stem, weight[..., None, :, :], at_phase(state), forcing, axes)
-        _emit_together(scene, stem, mean, weights, axes)
+        mean = _emit_cycle(scene, group, weight[..., None, :, :], at_phase(state), forcing, axes)
+        _emit_together(scene, group, mean, weights, axes)
         rotating = energy_by_order(weight, state.residual)
-        scene.emit(f"{stem}/rotating_mean", rotating.mean, rotating.mean_error, axes)
-        scene.emit(f"{stem}/rotating_peak", rotating.peak, rotating.peak_error, axes)
-        if scene.wants(f"{stem}/mean_low", f"{stem}/mean_high"):
-            _emit_range(scene, stem, "mean", _mean_range(weight, state, forcing), axes)
-        if scene.wants(f"{stem}/peak_low", f"{stem}/peak_high"):
-            rtol = scene.case.accuracy.rtol
-            tail = float(forcing.tail)
-            ends = peak_energy_range(matrix, state, orders, forcing.retained, tail, rtol)
-            _emit_range(scene, stem, "peak", ends, axes)
+        of_weights = group(
+            rotating_mean=Bounded(rotating.mean, rotating.mean_error),
+            rotating_peak=Bounded(rotating.peak, rotating.peak_error),
+        )
+        scene.emit_all(of_weights, axes)
+        if scene.wants(*paths_of(group, "mean_low", "mean_high")):
+            low, high = _ends(_mean_range(weight, state, forcing))
+            scene.emit_all(group(mean_low=low, mean_high=high), axes)
+        if scene.wants(*paths_of(group, "peak_low", "peak_high")):
+            rtol, tail = scene.case.accuracy.rtol, float(forcing.tail)
+            low, high = _ends(
+                peak_energy_range(matrix, state, orders, forcing.retained, tail, rtol)
+            )
+            scene.emit_all(group(peak_low=low, peak_high=high), axes)
 
 
 def _emit_cycle(
     scene: Scene,
-    stem: str,
+    group: type[OperationsEnergy],
     weight: Bounded,
     state: Bounded,
     forcing: Forcing,
@@ -224,13 +226,13 @@ def _emit_cycle(
 ) -> Bounded:
     """Mean and peak over the cycle; the peak, which is sought, only where somebody wants it."""
     used, tail = forcing.retained, np.asarray(forcing.tail)[..., None, None]
-    if scene.wants(f"{stem}/peak"):
+    if scene.wants(*paths_of(group, "peak")):
         whole = energy_over_cycle(weight, state, forcing.order, used, tail)
         mean = Bounded(whole.mean, whole.mean_error)
-        scene.emit(f"{stem}/peak", whole.peak, whole.peak_error, axes)
+        scene.emit_all(group(peak=Bounded(whole.peak, whole.peak_error)), axes)
     else:
         mean = mean_over_cycle(weight, state, used, tail)
-    scene.emit(f"{stem}/mean", mean.value, mean.error, axes)
+    scene.emit_all(group(mean=mean), axes)
     return mean
 
 
@@ -241,16 +243,13 @@ def _mean_range(weight: Bounded, state: SuperposedMotion, forcing: Forcing) -> P
     return mean_energy_range(weight, state._replace(shaking=first), dropped)
 
 
-def _emit_range(
-    scene: Scene, stem: str, kind: str, ends: PhaseRange, axes: dict[str, tuple[str, ...]]
-) -> None:
-    scene.emit(f"{stem}/{kind}_low", ends.low, ends.low_error, axes)
-    scene.emit(f"{stem}/{kind}_high", ends.high, ends.high_error, axes)
+def _ends(found: PhaseRange) -> tuple[Bounded, Bounded]:
+    return Bounded(found.low, found.low_error), Bounded(found.high, found.high_error)
 
 
 def _emit_together(
     scene: Scene,
-    stem: str,
+    group: type[OperationsEnergy],
     energy: Bounded,
     weights: np.ndarray,
     axes: dict[str, tuple[str, ...]],
@@ -259,10 +258,10 @@ def _emit_together(
     mean, error = energy
     apart = mean.max(axis=-2) - mean.min(axis=-2)
     uncertainty = 2.0 * error.max(axis=-2) + EPSILON * mean.max(axis=-2)
-    scene.emit(f"{stem}/difference", apart, uncertainty, axes)
+    scene.emit_all(group(difference=Bounded(apart, uncertainty)), axes)
     total = float(weights.sum())
     if total > 0.0:
         share = weights / total
         together = np.einsum("o,...ob->...b", share, mean)
         spread = np.einsum("o,...ob->...b", share, error) + len(share) * EPSILON * together
-        scene.emit(f"{stem}/weighted", together, spread, axes)
+        scene.emit_all(group(weighted=Bounded(together, spread)), axes)

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.run.stage import Scene, below
+from vibecalc.core.results.described import paths_of
+from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import (
     DIRECTIONS,
     Forcing,
@@ -12,8 +13,8 @@ from vibecalc.excitation.adapter import (
     few_orders,
     peak_with_tail,
 )
-from vibecalc.excitation.inertia_forces import as_loads, at_speed, size_of_terms
-from vibecalc.numerics.bounded import Bounded, reshaped, where
+from vibecalc.excitation.inertia_forces import as_loads, at_speed, with_terms
+from vibecalc.numerics.bounded import Bounded, Summed, reshaped, where
 from vibecalc.numerics.leading import leave_alone
 from vibecalc.numerics.linear import (
     Linear,
@@ -56,6 +57,15 @@ from vibecalc.response.resonances import (
     left_out,
     masked_speeds,
     outside,
+)
+from vibecalc.response.results import (
+    Energy,
+    KineticEnergy,
+    LeftOut,
+    ModesOfBody,
+    MotionOfBody,
+    OverSpeed,
+    PotentialEnergy,
 )
 from vibecalc.response.spectral import (
     OwnMode,
@@ -191,9 +201,10 @@ def forcing_of(scene: Scene) -> Forcing:
 # Adapter: the body on its suspension at operating speed.
 # ----------------------------------------------------------------------------
 
-PARTS = (slice(0, 3), slice(3, 6))
-GROUND = below("response/ground_")
-NEAREST = ("response/modes/nearest_order", "response/modes/distance")
+GROUND = paths_of(
+    MotionOfBody, "ground_force", "ground_couple", "ground_force_peak", "ground_couple_peak"
+)
+NEAREST = paths_of(ModesOfBody, "nearest_order", "distance")
 METHODS = {
     "modal": (
         "superposition of modes",
@@ -258,40 +269,46 @@ def _motion(
 
 
 def _emit_modes(scene: Scene, system: LinearSystem, forcing: Forcing) -> None:
-    matrices, shapes = system.matrices, system.shapes
+    matrices, shapes, own = system.matrices, system.shapes, system.own
     numbers = np.arange(1, 7)
     axes = {"mode": numbers, "coordinate": COORDINATES, "other_mode": numbers}
-    frequency, uncertainty = shapes.natural_frequency, shapes.natural_frequency_error
-    scene.emit("response/modes/natural_frequency", frequency, uncertainty, axes)
-    if np.all(shapes.eigenvalue > shapes.eigenvalue_error):
-        ratio = ratios_of(scene, system)
-        scene.emit("response/modes/damping_ratio", ratio.value, ratio.error, axes)
-        if scene.wants(*NEAREST):
-            _emit_nearest(scene, forcing, frequency, uncertainty, axes)
-    own = system.own
-    share = own_energy_fraction(own, 3) if own else energy_fraction(matrices, shapes, 3)
-    scene.emit("response/modes/shape", shapes.shape.mT, shapes.shape_error, axes)
-    scene.emit("response/modes/energy_fraction", share.value, share.error, axes)
-    if not scene.wants("response/modes/assurance"):
-        return
-    # weighed by the diagonal alone: under the whole mass matrix the modes of one machine are
-    # orthogonal by definition, while this says which look alike
-    diagonal = np.diag(np.diagonal(matrices.mass))
-    vectors = Bounded(shapes.shape, shapes.shape_error)
+    frequency = Bounded(shapes.natural_frequency, shapes.natural_frequency_error)
+    held = np.all(shapes.eigenvalue > shapes.eigenvalue_error)
+    found = ModesOfBody(
+        natural_frequency=frequency,
+        damping_ratio=ratios_of(scene, system) if held else None,
+        shape=Bounded(shapes.shape.mT, shapes.shape_error.mT),
+        energy_fraction=(
+            own_energy_fraction(own, 3) if own else energy_fraction(matrices, shapes, 3)
+        ),
+        assurance=lambda: _assurance(system),
+    )
+    scene.emit_all(found, axes)
+    if held and scene.wants(*NEAREST):
+        _emit_nearest(scene, forcing, frequency, axes)
+
+
+def _assurance(system: LinearSystem) -> Bounded:
+    """Which modes look alike.
+
+    Weighed by the diagonal alone: under the whole mass matrix the modes of one machine are
+    orthogonal by definition.
+    """
+    diagonal = np.diag(np.diagonal(system.matrices.mass))
+    vectors = Bounded(system.shapes.shape, system.shapes.shape_error)
     alike = modal_assurance(
         vectors, vectors, Bounded(diagonal, DATA_ROUNDINGS * EPSILON * diagonal)
     )
     # a mode is like itself, whatever rounding has done to it
     np.fill_diagonal(alike.value, 1.0)
     np.fill_diagonal(alike.error, 0.0)
-    scene.emit("response/modes/assurance", alike.value, alike.error, axes)
+    return alike
 
 
 def _emit_nearest(
     scene: Scene,
     forcing: Forcing,
-    frequency: np.ndarray,
-    uncertainty: np.ndarray,
+    frequency: Bounded,
     axes: dict[str, object],
 ) -> None:
     """The excited order next to each mode: how far the machine stays away from resonance."""
@@ -300,22 +317,46 @@ def _emit_nearest(
     orders = forcing.order[: forcing.retained][driven[: forcing.retained]]
     if not orders.size:
         return
-    met = orders * scene.case.machine.speed / frequency[:, None]
+    met = orders * scene.case.machine.speed / frequency.value[:, None]
     nearest = np.argmin(np.abs(np.log(met)), axis=1)
     ratio = met[np.arange(6), nearest]
-    scene.emit("response/modes/nearest_order", orders[nearest], 0.0, axes)
-    error = ratio * (uncertainty / frequency + 4.0 * EPSILON)
-    scene.emit("response/modes/distance", ratio - 1.0, error, axes)
+    error = ratio * (frequency.error / frequency.value + 4.0 * EPSILON)
+    found = ModesOfBody(nearest_order=orders[nearest], distance=Bounded(ratio - 1.0, error))
+    scene.emit_all(found, axes)
 
 
 def _emit_motion(scene: Scene, forcing: Forcing, motion: Bounded) -> None:
-    for name, part in zip(("translation", "rotation"), PARTS, strict=True):
-        _emit_with_peak(scene, f"response/{name}", "_harmonics", forcing, motion[..., part])
+    move, turn = motion[..., :3], motion[..., 3:]
+    found = MotionOfBody(
+        translation_harmonics=_by_order(move, forcing),
+        rotation_harmonics=_by_order(turn, forcing),
+        translation_peak=lambda: _peak(move, forcing),
+        rotation_peak=lambda: _peak(turn, forcing),
+    )
+    scene.emit_all(found, _axes(forcing))
 
 
 def _emit_ground(scene: Scene, forcing: Forcing, ground: Bounded) -> None:
-    for name, part in zip(("force", "couple"), PARTS, strict=True):
-        _emit_with_peak(scene, f"response/ground_{name}", "", forcing, ground[..., part])
+    force, couple = ground[..., :3], ground[..., 3:]
+    found = MotionOfBody(
+        ground_force=_by_order(force, forcing),
+        ground_couple=_by_order(couple, forcing),
+        ground_force_peak=lambda: _peak(force, forcing),
+        ground_couple_peak=lambda: _peak(couple, forcing),
+    )
+    scene.emit_all(found, _axes(forcing))
+
+
+def _axes(forcing: Forcing) -> dict[str, object]:
+    return {"order": forcing.order[: forcing.retained], "direction": DIRECTIONS}
+
+
+def _by_order(rows: Bounded, forcing: Forcing) -> Summed:
+    return with_terms(rows[..., : forcing.retained, :])
+
+
+def _peak(rows: Bounded, forcing: Forcing) -> Summed:
+    return peak_with_tail(reshaped(rows, np.matrix_transpose), forcing)
 
 
 def _ground(
@@ -340,16 +381,6 @@ def _ground(
     return better if system.spectral is None else better[..., 0, :]
 
 
-def _emit_with_peak(scene: Scene, stem: str, suffix: str, forcing: Forcing, rows: Bounded) -> None:
-    used, orders = forcing.retained, forcing.order[: forcing.retained]
-    axes = {"order": orders, "direction": DIRECTIONS}
-    kept = rows[..., :used, :]
-    scene.emit(f"{stem}{suffix}", kept, axes=axes, terms=size_of_terms(kept.error))
-    if scene.wants(f"{stem}_peak"):
-        value, error, terms = peak_with_tail(reshaped(rows, np.matrix_transpose), forcing)
-        scene.emit(f"{stem}_peak", value, error, axes, terms=terms)
-
-
 def _emit_energies(
     scene: Scene,
     forcing: Forcing,
@@ -364,29 +395,29 @@ def _emit_energies(
     )
     used = forcing.retained
     axes = {"order": forcing.order[:used]}
-    pairs = (
-        ("kinetic", mass_of(matrices), velocity(motion, frequency)),
-        ("potential", stiffness_of(matrices), motion),
+    kinds: tuple[tuple[type[Energy], Bounded, Bounded], ...] = (
+        (KineticEnergy, mass_of(matrices), velocity(motion, frequency)),
+        (PotentialEnergy, stiffness_of(matrices), motion),
     )
-    for name, weight, state in pairs:
-        stem = f"response/{name}_energy"
-        if scene.wants(f"{stem}/mean_by_order", f"{stem}/peak_by_order"):
+    for group, weight, state in kinds:
+        if scene.wants(*paths_of(group, "mean_by_order", "peak_by_order")):
             each = energy_by_order(weight, state)
-            mean, peak = each.mean[..., :used], each.peak[..., :used]
-            scene.emit(f"{stem}/mean_by_order", mean, each.mean_error[..., :used], axes)
-            scene.emit(f"{stem}/peak_by_order", peak, each.peak_error[..., :used], axes)
-    sought = [pair for pair in pairs if scene.wants(f"response/{pair[0]}_energy/peak")]
+            by_order = group(
+                mean_by_order=Bounded(each.mean, each.mean_error)[..., :used],
+                peak_by_order=Bounded(each.peak, each.peak_error)[..., :used],
+            )
+            scene.emit_all(by_order, axes)
+    sought = [kind for kind in kinds if scene.wants(*paths_of(kind[0], "peak"))]
     found = energies_over_cycle(
         [(weight, state) for _, weight, state in sought], forcing.order, used, forcing.tail
     )
-    for (name, _, _), total in zip(sought, found, strict=True):
-        scene.emit(f"response/{name}_energy/mean", total.mean, total.mean_error)
-        scene.emit(f"response/{name}_energy/peak", total.peak, total.peak_error)
-    for name, weight, state in pairs:
-        path = f"response/{name}_energy/mean"
-        if scene.wants(path) and not scene.wants(f"response/{name}_energy/peak"):
+    for (group, _, _), total in zip(sought, found, strict=True):
+        mean, peak = Bounded(total.mean, total.mean_error), Bounded(total.peak, total.peak_error)
+        scene.emit_all(group(mean=mean, peak=peak))
+    for group, weight, state in kinds:
+        if scene.wants(*paths_of(group, "mean")) and not scene.wants(*paths_of(group, "peak")):
             square_root(weight)  # which refuses an energy without a lower bound
-            scene.emit(path, mean_over_cycle(weight, state, used, forcing.tail))
+            scene.emit_all(group(mean=mean_over_cycle(weight, state, used, forcing.tail)))
 
 
 # ----------------------------------------------------------------------------
@@ -414,12 +445,10 @@ def run_speeds(scene: Scene) -> None:
     shown = _worth_points(system, resonances, load.value[:used], orders)
     speed = _with_ends(energy_speeds(shown, orders, masked, first, last), masked, first, last)
     axes = {"speed": speed, "masked": np.arange(1, len(masked.centre) + 1)}
-    for name, energy in _energies(system, resonances, forcing, load, speed).items():
-        scene.emit(f"response/run_up/{name}_energy", energy.value, energy.error, axes)
-    for name in ("low", "centre", "high"):
-        scene.emit(f"response/masked/{name}", getattr(masked, name), masked.centre_error, axes)
-    scene.emit("response/masked/order", masked.order, 0.0, axes)
-    scene.emit("response/masked/mode", masked.mode, 0.0, axes)
+    scene.emit_all(OverSpeed(*_energies(system, resonances, forcing, load, speed)), axes)
+    off = masked.centre_error
+    low, centre, high = (Bounded(one, off) for one in (masked.low, masked.centre, masked.high))
+    scene.emit_all(LeftOut(low, centre, high, masked.order, masked.mode), axes)
 
 
 def _worth_points(
@@ -445,8 +474,8 @@ def _energies(
     forcing: Forcing,
     load: Bounded,
     speed: np.ndarray,
-) -> dict[str, Bounded]:
-    """Mean energies (speeds,), errors counting the dropped orders by the few that stand for them.
+) -> list[Bounded]:
+    """Mean kinetic and potential energy (speeds,), errors counting the dropped orders by a few.
 
     At rest nothing moves, held or not.
     """
@@ -461,12 +490,12 @@ def _energies(
     square = np.square(speed[turning])[:, None, None]
     stiffness = dynamics(matrices, frequency, undriven)
     motion = response(stiffness, square * load.value[chosen], square * load.error[chosen])
-    ranges = {}
-    for name, weight, state in (
-        ("kinetic", mass_of(matrices), velocity(motion, frequency)),
-        ("potential", stiffness_of(matrices), motion),
+    found = []
+    for weight, state in (
+        (mass_of(matrices), velocity(motion, frequency)),
+        (stiffness_of(matrices), motion),
     ):
         value, error = np.zeros(speed.shape), np.zeros(speed.shape)
         value[turning], error[turning] = mean_over_cycle(weight, state, used, few_tail)
-        ranges[name] = Bounded(value, error)
-    return ranges
+        found.append(Bounded(value, error))
+    return found

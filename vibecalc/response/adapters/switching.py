@@ -5,15 +5,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS
 from vibecalc.excitation.inertia_forces import add, as_loads
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.linear import Linear
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.response.adapters.operations import operation_loads
 from vibecalc.response.adapters.response import LinearSystem, forcing_of, linear_system, ratios_of
 from vibecalc.response.modes import Modes
+from vibecalc.response.results import BesidesChanges, Change, Instant, Passages, Reversal
 from vibecalc.response.switching.follow import Transient, follow, lasting_peaks, slow_peaks
 from vibecalc.response.switching.instant import instantaneous, worst_instant
 from vibecalc.response.switching.motion import passages
@@ -86,24 +88,12 @@ def _may_grow(transient: Transient) -> list[str]:
 # Adapter: the change from one operation to another and back, at once and by reversal.
 # ----------------------------------------------------------------------------
 
-ROOT = "response/switching"
 BUCKETS = 600
 #: passages with less than this share of the energy of the strongest are not listed
 WORTH_NAMING = 1e-4
 #: damping between two modes, as a share of the strongest of a mode, from which a warning is given
 WORTH_WARNING = 1e-6
 COLUMNS = columns(6)
-INSTANT = tuple(path for path in CATALOGUE if path.startswith(f"{ROOT}/instant/"))
-REVERSAL = tuple(
-    path for path in CATALOGUE if path.startswith((f"{ROOT}/reversal/", f"{ROOT}/passage/"))
-)
-CHANGE_KINDS = {"instant": "at once", "reversal": "through rest"}
-PEAKS = (
-    ("translation", slice(0, 3)),
-    ("rotation", slice(3, 6)),
-    ("ground_force", slice(6, 9)),
-    ("ground_couple", slice(9, 12)),
-)
 
 
 class _Study(NamedTuple):
@@ -138,9 +128,9 @@ def run_switching(scene: Scene) -> None:
         f"the real change: the crank {end} afterwards",
         "cf. Ong (2000), chapter 1",
     )
-    if scene.wants(*INSTANT):
+    if scene.wants(*paths_of(Instant)):
         _emit_instant(scene, study)
-    if scene.wants(*REVERSAL):
+    if scene.wants(*paths_of(Reversal), *paths_of(Passages)):
         _emit_reversal(scene, study)
     _emit_steady(scene, study)
 
@@ -188,7 +178,7 @@ def _warn_of_coupling(scene: Scene, matrices: Linear, shapes: Modes) -> None:
 
 
 def _emit_instant(scene: Scene, study: _Study) -> None:
-    options, stem = study.options, f"{ROOT}/instant"
+    options = study.options
     transients = [
         instantaneous(
             study.system,
@@ -203,25 +193,22 @@ def _emit_instant(scene: Scene, study: _Study) -> None:
         )
         for before, after in study.changes
     ]
-    _emit_transients(scene, study, "instant", transients)
-    if not scene.wants(f"{stem}/worst_kinetic_energy_peak", f"{stem}/worst_angle"):
+    _emit_transients(scene, study, Instant, transients)
+    if not scene.wants(*paths_of(Instant, "worst_kinetic_energy_peak", "worst_angle")):
         return
     worst = [worst_instant(study.system, study.loads, *pair, study.speed) for pair in study.changes]
-    axes = {"change": study.labels}
-    kinetic = COLUMNS.kinetic
-    scene.emit(
-        f"{stem}/worst_kinetic_energy_peak",
-        [each.value[kinetic] for each in worst],
-        max(each.error[kinetic] for each in worst),
-        axes,
-    )
+    peak = _of_column(worst, COLUMNS.kinetic)
+    angle = np.array([each.angle[COLUMNS.kinetic] for each in worst])
     # the peak is flat: where it is follows from half the digits of how high it is
-    uncertainty = max(float(np.sqrt(e.error[kinetic] / e.value[kinetic] + EPSILON)) for e in worst)
-    scene.emit(f"{stem}/worst_angle", [each.angle[kinetic] for each in worst], uncertainty, axes)
+    found = Instant(
+        worst_angle=Bounded(angle, np.sqrt(peak.error / peak.value + EPSILON)),
+        worst_kinetic_energy_peak=peak,
+    )
+    scene.emit_all(found, {"change": study.labels})
 
 
 def _emit_reversal(scene: Scene, study: _Study) -> None:
-    options, speed, stem = study.options, study.speed, f"{ROOT}/reversal"
+    options, speed = study.options, study.speed
     sense = -1.0 if options.reverses else 1.0
     profiles, transients = [], []
     for before, after in study.changes:
@@ -242,25 +229,27 @@ def _emit_reversal(scene: Scene, study: _Study) -> None:
                 tolerance=options.settled,
             )
         )
-    _emit_transients(scene, study, "reversal", transients)
-    axes = {"change": study.labels, "reversal_time": transients[0].history.time[1:]}
-    scene.emit(
-        f"{stem}/speed",
-        [each.history.speed[1:] for each in transients],
-        8.0 * EPSILON * speed,
-        axes,
+    _emit_transients(scene, study, Reversal, transients)
+
+    def slow() -> Bounded:
+        peaks = [slow_peaks(study.system, study.loads, profile) for profile in profiles]
+        return _of_column(peaks, COLUMNS.kinetic)
+
+    history = [each.history for each in transients]
+    turning = np.array([each.speed[1:] for each in history])
+    found = Reversal(
+        speed=Bounded(turning, np.asarray(8.0 * EPSILON * speed)), slow_kinetic_energy=slow
     )
+    scene.emit_all(found, {"change": study.labels, "reversal_time": history[0].time[1:]})
     _emit_passages(scene, study, profiles)
-    if not scene.wants(f"{stem}/slow_kinetic_energy"):
-        return
-    slow = [slow_peaks(study.system, study.loads, profile) for profile in profiles]
-    kinetic = COLUMNS.kinetic
-    scene.emit(
-        f"{stem}/slow_kinetic_energy",
-        [each.value[kinetic] for each in slow],
-        max(each.error[kinetic] for each in slow),
-        axes,
+
+
+def _of_column(peaks: Sequence[Any], column: int | slice) -> Bounded:
+    """A reading of each change, with its error."""
+    value, error = (
+        np.array([getattr(one, name)[column] for one in peaks]) for name in ("value", "error")
     )
+    return Bounded(value, error)
 
 
 def _emit_passages(scene: Scene, study: _Study, profiles: list[list[SpeedSegment]]) -> None:
@@ -271,15 +260,19 @@ def _emit_passages(scene: Scene, study: _Study, profiles: list[list[SpeedSegment
     ]
     strongest = max((met.slow_energy for _, met in rows), default=0.0)
     rows = [row for row in rows if row[1].slow_energy >= WORTH_NAMING * strongest]
-    axes = {"passage": np.arange(1, len(rows) + 1)}
-    stem = f"{ROOT}/passage"
-    scene.emit(f"{stem}/change", [number for number, _ in rows], 0.0, axes)
-    for name in ("mode", "order"):
-        scene.emit(f"{stem}/{name}", [getattr(met, name) for _, met in rows], 0.0, axes)
-    for name in ("speed", "time", "haste"):
-        values = np.array([getattr(met, name) for _, met in rows], dtype=float)
-        rounding = 64.0 * EPSILON * float(np.max(np.abs(values), initial=0.0))
-        scene.emit(f"{stem}/{name}", values, rounding, axes)
+
+    def every(name: str) -> np.ndarray:
+        return np.array([getattr(met, name) for _, met in rows])
+
+    found = Passages(
+        change=np.array([number for number, _ in rows]),
+        mode=every("mode"),
+        order=every("order"),
+        speed=rounded(every("speed"), 128),
+        time=rounded(every("time"), 128),
+        haste=rounded(every("haste"), 128),
+    )
+    scene.emit_all(found, {"passage": np.arange(1, len(rows) + 1)})
 
 
 def _emit_steady(scene: Scene, study: _Study) -> None:
@@ -293,61 +286,54 @@ def _emit_steady(scene: Scene, study: _Study) -> None:
         )
         for which in (0, 1)
     ]
-    kinetic = COLUMNS.kinetic
-    scene.emit(
-        f"{ROOT}/steady_energy",
-        [each.value[kinetic] for each in peaks],
-        max(each.error[kinetic] for each in peaks),
-        {"operation": study.names},
-    )
+    energy = _of_column(peaks, COLUMNS.kinetic)
+    scene.emit_all(BesidesChanges(steady_energy=energy), {"operation": study.names})
 
 
-def _emit_transients(scene: Scene, study: _Study, kind: str, transients: list[Transient]) -> None:
-    options, stem = study.options, f"{ROOT}/{kind}"
-    axes: dict[str, Any] = {
-        "change": study.labels,
-        "direction": DIRECTIONS,
-        f"{kind}_time": transients[0].history.time[1:],
-    }
-    short = short_watch_warning(study.labels, CHANGE_KINDS[kind], options.after, transients)
+def _emit_transients(
+    scene: Scene, study: _Study, group: type[Change], transients: list[Transient]
+) -> None:
+    """Peaks, settling, and for pictures highest and lowest samples with the error of a sample."""
+    options, kinetic = study.options, COLUMNS.kinetic
+    at_once = group is Instant
+    words = "at once" if at_once else "through rest"
+    short = short_watch_warning(study.labels, words, options.after, transients)
     if short is not None:
         scene.warn(short)
     peaks = [lasting_peaks(each) for each in transients]
-    for name, part in PEAKS:
-        values = np.array([each.value[part] for each in peaks])
-        error = np.array([each.error[part] for each in peaks])
-        scene.emit(f"{stem}/{name}_peak", values, error, axes)
-    for name, column in (("kinetic", COLUMNS.kinetic), ("potential", COLUMNS.potential)):
-        values = np.array([each.value[column] for each in peaks])
-        error = np.array([each.error[column] for each in peaks])
-        scene.emit(f"{stem}/{name}_energy_peak", values, error, axes)
-    kinetic = COLUMNS.kinetic
-    uncertainty = max(float(each.time_error[kinetic]) for each in peaks)
-    scene.emit(f"{stem}/peak_time", [each.time[kinetic] for each in peaks], uncertainty, axes)
+    time, speed, off = (
+        np.array([getattr(each, name)[kinetic] for each in peaks])
+        for name in ("time", "speed", "time_error")
+    )
     # at once, the crank keeps its speed
-    slope = 0.0 if kind == "instant" else study.speed / min(options.run_down, options.run_up)
-    scene.emit(
-        f"{stem}/peak_speed", [each.speed[kinetic] for each in peaks], slope * uncertainty, axes
+    slope = 0.0 if at_once else study.speed / min(options.run_down, options.run_up)
+    error = np.array([each.peaks.error for each in transients])[..., None]
+    high, low = (
+        np.swapaxes([getattr(each.history, name) for each in transients], -1, -2)
+        for name in ("high", "low")
     )
-    settled = [each.settling for each in transients]
-    scene.emit(
-        f"{stem}/settle_time",
-        [each.after for each in settled],
-        max(each.error for each in settled),
-        axes,
+    found = group(
+        translation_peak=_of_column(peaks, slice(0, 3)),
+        rotation_peak=_of_column(peaks, slice(3, 6)),
+        ground_force_peak=_of_column(peaks, slice(6, 9)),
+        ground_couple_peak=_of_column(peaks, slice(9, 12)),
+        kinetic_energy_peak=_of_column(peaks, kinetic),
+        potential_energy_peak=_of_column(peaks, COLUMNS.potential),
+        peak_time=Bounded(time, off),
+        peak_speed=Bounded(speed, slope * off),
+        settle_time=Bounded(
+            np.array([each.settling.after for each in transients]),
+            np.array([each.settling.error for each in transients]),
+        ),
+        kinetic_energy_high=Bounded(high[:, kinetic], error[:, kinetic]),
+        translation_high=Bounded(high[:, :3], error[:, :3]),
+        translation_low=Bounded(low[:, :3], error[:, :3]),
     )
-    _emit_histories(scene, stem, transients, axes)
-
-
-def _emit_histories(
-    scene: Scene, stem: str, transients: list[Transient], axes: dict[str, Any]
-) -> None:
-    """Highest and lowest samples for pictures; the error is that of a sample."""
-    kinetic = COLUMNS.kinetic
-    error = np.array([each.peaks.error for each in transients])
-    high = np.array([each.history.high for each in transients])
-    low = np.array([each.history.low for each in transients])
-    scene.emit(f"{stem}/kinetic_energy_high", high[..., kinetic], error[:, kinetic], axes)
-    for name, samples in (("high", high), ("low", low)):
-        moved = np.swapaxes(samples[..., :3], -1, -2)
-        scene.emit(f"{stem}/translation_{name}", moved, error[:, :3], axes)
+    passed = transients[0].history.time[1:]
+    axes = {
+        "change": study.labels,
+        "direction": DIRECTIONS,
+        "instant_time": passed,
+        "reversal_time": passed,
+    }
+    scene.emit_all(found, axes)
