@@ -44,7 +44,7 @@ class Worst(NamedTuple):
         """The error at a point; the largest value of all points stands for its terms."""
         size = np.abs(self.values)
         largest = float(np.max(size, initial=0.0, where=np.isfinite(size)))
-        return Estimate(float(self.errors[point]), largest)
+        return Estimate(float(self.errors[point]), largest, own=True)
 
     def label(self, point: int) -> str:
         """Name of the entry that counts at a point, empty for a single number."""
