@@ -47,29 +47,17 @@ def _over_speed(path: str) -> bool:
     return last == "run_up" or ("/run_up/" in path and "largest" not in path)
 
 
-def machine_of(seed: int, left_out: str) -> Table:
-    """A random machine on mounts without what is left out, "" being nothing."""
+def machine_of(seed: int, base_moves: bool) -> Table:
+    """A random machine on mounts, with the motion of its base or without."""
     case = mounted_machine(seed)
-    for key in [key for key in case["isolation"] if left_out and key.startswith(left_out)]:
-        del case["isolation"][key]
-    case.pop(left_out, None)
+    if not base_moves:
+        case.pop("base_motion", None)
     return case
 
 
-def left_out(seed: int, relation: str) -> str:
-    """What does not hold yet."""
-    case = mounted_machine(seed)
-    each = case["machine"]["mounts"]["each"]
-    if relation == "halves" and each.keys() & {"static", "over_frequency"}:
-        return "run_up"  # a broken array where equal mounts have stops or follow the frequency
-    if relation == "origin" and "static" in each and "body" in case.get("foundation", {}):
-        return "base_motion"  # an estimate that grows with the origin refuses what is right
-    return ""
-
-
 @cache
-def known(seed: int, left_out: str) -> Record:
-    return run(machine_of(seed, left_out))
+def known(seed: int, base_moves: bool) -> Record:
+    return run(machine_of(seed, base_moves))
 
 
 def _same(name: str) -> str:
@@ -109,8 +97,13 @@ RELATIONS = {
 @pytest.mark.parametrize("seed", SEEDS)
 def test_told_in_another_way(seed: int, relation: str) -> None:
     tell, name_of = RELATIONS[relation]
-    without = left_out(seed, relation)
-    one, other = known(seed, without), run(tell(machine_of(seed, without)))
+    case = mounted_machine(seed)
+    # not yet: errors of mounts under load grow with the origin, and refuse what is right
+    estimated = "static" in case["machine"]["mounts"]["each"] and "body" in case.get(
+        "foundation", {}
+    )
+    base_moves = not (relation == "origin" and estimated)
+    one, other = known(seed, base_moves), run(tell(machine_of(seed, base_moves)))
     assert {*one} == {*other}
     same, wrong = 0, []
     for path, quantity in one.quantities.items():
