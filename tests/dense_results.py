@@ -56,10 +56,7 @@ class Dense:
         self.nothing = np.repeat(1e-9 * self.speed**2 * self.train.terms, 3)
         #: a train, the motion by its loads, and whether these are all orders
         self.kept_and_all = [(self.train, self.moved, False)]
-        # not yet where twice the kept orders of a torque hold none of cylinders that work evenly:
-        # errors have nothing then of what is left out
-        cylinders = len(case["machine"]["crank_train"]["cylinders"])
-        if deep and not (self.train.gas_acts and 2 * len(self.order) < 3 * cylinders):
+        if deep:
             self.kept_and_all.append((self.more, self.motion(self.more), True))
 
     def axis(self, path: str, place: int) -> np.ndarray:
