@@ -166,9 +166,12 @@ def usual(
 
 
 def only(result: Result, path: str) -> Result:
-    """The result with the references on one quantity alone."""
-    kept = [row for row in entries(result, "reference") if row["quantity"] == path]
-    return replace(result, case={**result.case, "reference": kept})
+    """The result with the references and limits on one quantity alone."""
+    kept = {
+        table: [row for row in entries(result, table) if row["quantity"] == path]
+        for table in ("reference", "limit")
+    }
+    return replace(result, case={**result.case, **kept})
 
 
 def bounds_of(result: Result, quantity: str, entry: bool = True) -> list[tuple[str, float]]:
@@ -179,7 +182,7 @@ def bounds_of(result: Result, quantity: str, entry: bool = True) -> list[tuple[s
     from vibecalc.units import convert
 
     found = []
-    for row in verdicts_of(result):
+    for row in verdicts_of(only(result, quantity)):
         own = row.quantity == quantity and not row.element and row.at != "start"
         if own and row.max is not None and (entry or not row.where):
             value = convert(row.max, row.unit, result.record[quantity].unit)
