@@ -25,7 +25,7 @@ NO_NUMBERS := docs* readme site package examples ci_example *plots *pictures pro
   cli* start_up architecture bad_cases_streams bad_cases_reports bad_cases_cli bad_cases_results \
   property_every_key property_store property_compare property_units property_select golden up_to_date \
   *_editors *_html *_help *_template *_report *_files *_needs *_said *_saying *_trees *_calculation \
-  *_sweep_assembly
+  *_sweep_assembly *_verdicts property_described
 
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
