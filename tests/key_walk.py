@@ -624,7 +624,7 @@ def settle(data: Data, ours: KeyPath, kind: str) -> str:
             table = isinstance(now, dict) or (
                 isinstance(now, list) and now and isinstance(now[0], dict)
             )
-            return "" if now == value or table else "it went"
+            return "" if now == value or table or (now and isinstance(now, list)) else "it went"
         before = copy.deepcopy(data)
         for problem in problems:
             _mend(data, problem, ours, kind)
