@@ -94,10 +94,10 @@ def on_flexible_foundation(
     terms = np.einsum("mai,fmab,mbj->fij", size, np.abs(series.value), size)
     error = np.einsum("mai,fmab,mbj->fij", size, error, size)
     squared = np.square(frequency)[:, None, None]
-    whole[:, :6, :6] -= squared * body.mass_matrix
-    terms[:, :6, :6] += squared * np.abs(body.mass_matrix)
-    if body.mass_error is not None:
-        error[:, :6, :6] += squared * body.mass_error
+    mass = body.bounded_mass()
+    whole[:, :6, :6] -= squared * mass.value
+    terms[:, :6, :6] += squared * np.abs(mass.value)
+    error[:, :6, :6] += squared * mass.error
     for direction, curve in foundation.plate.items():
         place = 6 + direction
         whole[:, place, place] += curve.at(frequency)

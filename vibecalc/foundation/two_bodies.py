@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.isolation.on_mounts import OnMounts, assembled, resting_on
-from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF, FloatArray
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.body import RigidBody
 from vibecalc.parts.matrices import displacement_at, on_springs
 from vibecalc.parts.mounts import Mounts
@@ -49,16 +50,11 @@ def on_second_body(body: RigidBody, mounts: Mounts, second: Second) -> OnMounts:
     upper = mount_stretch(mounts, second.position)
     below = displacement_at(second.springs.position)
     lower = np.concatenate([np.zeros_like(below), below], axis=-1)
-    mass, mass_error = np.zeros((12, 12)), np.zeros((12, 12))
+    mass = Bounded(np.zeros((12, 12)), np.zeros((12, 12)))
     for place, one in ((slice(6), body), (slice(6, 12), second.body)):
-        mass[place, place] = one.mass_matrix
-        mass_error[place, place] = (
-            DATA_ROUNDINGS * UNIT_ROUNDOFF * np.abs(one.mass_matrix)
-            if one.mass_error is None
-            else one.mass_error
-        )
-    on_ground = on_springs(mass, mass_error, lower, second.springs)
-    matrices = on_ground.with_springs(on_springs(mass, mass_error, upper, mounts))
+        mass.value[place, place], mass.error[place, place] = one.bounded_mass()
+    on_ground = on_springs(mass, lower, second.springs)
+    matrices = on_ground.with_springs(on_springs(mass, upper, mounts))
     resting = resting_on(body, mounts, np.arange(6))
     reach, carried = np.eye(6, 12), carried_along(second.position)
     return assembled(

@@ -11,8 +11,8 @@ from vibecalc.isolation.at_mounts import (
     mount_stiffness,
     passing_force,
 )
-from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, Readout, body_rows
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, Readout, body_rows, distinct
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.linear import (
     Dynamics,
@@ -201,7 +201,18 @@ class OnMounts:
         """Which of the modes loads which mount, (..., modes, mounts)."""
         pressed = self.mounts.stiffness @ self.stretch @ self.shapes.shape[..., None, :, :]
         size = np.sqrt(np.square(pressed).sum(axis=-2)).mT
-        return np.asarray(size > 1e-12 * size.max())
+        return np.asarray(size > 1e-12 * size.max(axis=(-2, -1), keepdims=True))
+
+    def alike(self) -> tuple[list[int], np.ndarray]:
+        """Mounts that repeat none before them, up to sign, and which of these each mount is.
+
+        Those whose stiffness follows the frequency, or that have stops, are each one of its own:
+        their factors, and their motion, are not in what they pass on.
+        """
+        if self.mounts.spectrum is None and self.travel() is None:
+            return distinct(self.forces())
+        every = np.arange(self.stretch.shape[-3])
+        return every.tolist(), every
 
     def travel(self) -> Readout | None:
         """Motion of each mount along its axis, where mounts have stops."""
@@ -306,7 +317,7 @@ def pitching(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> OnMount
         structural=mounts.structural[only],
     )
     mass = side_by_side([body.mass, body.inertia[..., turned, turned]])[..., None] * np.eye(2)
-    whole = on_springs(mass, None, stretch, few)
+    whole = on_springs(rounded(mass, DATA_ROUNDINGS), stretch, few)
     matrices = whole.reduced(np.array([1]))
     return OnMounts(
         few, np.array([3 + turned]), matrices, modes(matrices), both[..., 1:], stretch[..., 1:],

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.numerics.bounded import rounded
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF, BoolArray
 from vibecalc.parts import body_tables as parts
@@ -89,6 +89,12 @@ class RigidBody:
     centre_error: Array | None = None
     mass_error: Array | None = None
     inertia_error: Array | None = None
+
+    def bounded_mass(self) -> Bounded:
+        """The mass matrix with its error, of rounding where it has none of its own."""
+        if self.mass_error is not None:
+            return Bounded(self.mass_matrix, self.mass_error)
+        return rounded(self.mass_matrix, DATA_ROUNDINGS)
 
 
 def cross_matrix(vector: Array) -> Array:

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from vibecalc.core.case.number_range import LARGEST, SMALLEST
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.linear import Linear, added_up
-from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON, UNIT_ROUNDOFF
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON
 from vibecalc.parts import body_tables as parts
 from vibecalc.parts.body import COORDINATES, RigidBody, build_body
 from vibecalc.parts.mount_state import mounts_of
@@ -59,9 +59,8 @@ def assemble(
 
     Source: C. M. Harris and A. G. Piersol, Shock and Vibration Handbook, 5th ed., chapter 3.
     """
-    mass = np.asarray(mass_matrix, dtype=float)
-    bounded = Bounded(mass, DATA_ROUNDINGS * UNIT_ROUNDOFF * np.abs(mass))
-    return added_up(bounded, displacement_at(position), stiffness, damping, structural)
+    mass = rounded(np.asarray(mass_matrix, dtype=float), DATA_ROUNDINGS)
+    return added_up(mass, displacement_at(position), stiffness, damping, structural)
 
 
 # ----------------------------------------------------------------------------
@@ -103,37 +102,26 @@ def build_system(case: Case) -> Linear:
     body, mounts = case.machine.body, case.machine.mounts
     if body is None or mounts is None:
         raise ValueError("a system needs a body and mounts")
-    if body.mass_matrix is None:
-        built = build_body(body)
-        mass, error = built.mass_matrix, built.mass_error
-    else:
-        mass, error = _with_rounding(body.mass_matrix)
+    given = body.mass_matrix
+    mass = build_body(body).bounded_mass() if given is None else _with_rounding(given)
     placed = mounts_of(case)
-    if placed is not None:
-        return on_springs(mass, error, displacement_at(placed.position), placed)
-    system = _with_matrix(mass, mounts)
-    return system if error is None else system._replace(mass_error=error)
+    if placed is None:
+        return _with_matrix(mass, mounts)
+    return on_springs(mass, displacement_at(placed.position), placed)
 
 
 def mounted(body: RigidBody, mounts: Mounts) -> Linear:
     """Matrices (..., 6, 6) of a body on its mounts."""
-    return on_springs(body.mass_matrix, body.mass_error, displacement_at(mounts.position), mounts)
+    return on_springs(body.bounded_mass(), displacement_at(mounts.position), mounts)
 
 
-def on_springs(
-    mass: np.ndarray, mass_error: np.ndarray | None, stretch: np.ndarray, mounts: Mounts
-) -> Linear:
-    """The same of coordinates (n,) of which `stretch` (..., mounts, d, n) makes deflections.
-
-    A mass without an error of its own has that of data.
-    """
-    error = DATA_ROUNDINGS * UNIT_ROUNDOFF * np.abs(mass) if mass_error is None else mass_error
+def on_springs(mass: Bounded, stretch: np.ndarray, mounts: Mounts) -> Linear:
+    """The same of coordinates (n,) of which `stretch` (..., mounts, d, n) makes deflections."""
     off = 0.0 if mounts.relative_error is None else mounts.relative_error
-    held = (mounts.stiffness, mounts.damping, mounts.structural)
-    return added_up(Bounded(mass, error), stretch, *held, relative_error=off)
+    return added_up(mass, stretch, mounts.stiffness, mounts.damping, mounts.structural, off)
 
 
-def _with_matrix(mass: np.ndarray, mounts: parts.Mounts) -> Linear:
+def _with_matrix(mass: Bounded, mounts: parts.Mounts) -> Linear:
     if mounts.stiffness_matrix is None:
         raise ValueError("the mounts are given one by one")
     stiffness = _with_rounding(mounts.stiffness_matrix)
@@ -143,11 +131,11 @@ def _with_matrix(mass: np.ndarray, mounts: parts.Mounts) -> Linear:
     loss = mounts.loss_factor or 0.0
     structural = loss * stiffness.value
     return Linear(
-        mass,
+        mass.value,
         stiffness.value,
         damping.value,
         structural,
-        DATA_ROUNDINGS * UNIT_ROUNDOFF * np.abs(mass),
+        mass.error,
         stiffness.error,
         damping.error,
         loss * stiffness.error + EPSILON * np.abs(structural),

@@ -36,26 +36,11 @@ class Group(Protocol):
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
 
-def q(
-    axes: str,
-    unit: str,
-    long_name: str,
-    amplitude: str | None = None,
-    *,
-    headline: Headline | None = None,
-    exempt: str = "",
-    part_of: str = "",
-    name: str = "",
-    curve: str = "",
-    diagnostic: bool = False,
-    circle: str = "",
-) -> Any:
+def q(axes: str, unit: str, long_name: str, amplitude: str | None = None, **more: Any) -> Any:
     """A result as a field, described as an `entry` is, but for its path."""
-    known = entry(
-        "", axes, unit, long_name, amplitude, headline=headline, exempt=exempt, part_of=part_of,
-        name=name, curve=curve, diagnostic=diagnostic, circle=circle,
-    )  # fmt: skip
-    return field(default=None, metadata={"entry": known})
+    return field(
+        default=None, metadata={"entry": entry("", axes, unit, long_name, amplitude, **more)}
+    )
 
 
 def entries_of(*groups: type[Group]) -> Iterator[Entry]:

@@ -18,7 +18,6 @@ from vibecalc.isolation.results import (
     SupportForce,
     TorqueReaction,
 )
-from vibecalc.isolation.rows import distinct
 from vibecalc.isolation.torque_reaction import nearest_driven
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.body import COORDINATES, RigidBody, dofs_of_model
@@ -77,8 +76,8 @@ def _moved(scene: Scene, system: OnMounts, loads: BodyLoads, load: Bounded) -> M
     at_mounts = system.at_mounts(motion)
     frequency = loads.order * np.asarray(scene.case.machine.speed)[..., None]
     force = system.force(at_mounts, frequency)
-    alike = None if system.mounts.spectrum is not None else distinct(system.forces())
-    return Moved(system.moved(motion), at_mounts, at_mounts, force, system.directions, alike)
+    steady = system.moved(motion)
+    return Moved(steady, at_mounts, at_mounts, force, system.directions, system.alike())
 
 
 def _emit_nearest(scene: Scene, system: OnMounts, loads: BodyLoads) -> None:

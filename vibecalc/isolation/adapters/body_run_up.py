@@ -21,7 +21,6 @@ from vibecalc.isolation.rows import (
     CoupleAt,
     HarmonicsAt,
     Readout,
-    distinct,
     joined_rows,
     with_left_out,
 )
@@ -164,19 +163,15 @@ class RunUpRows(NamedTuple):
 
 def run_up_rows(scene: Scene, system: OnMounts) -> RunUpRows:
     """What a run-up of this system reads, by the mounts and, in pitch, over the lever."""
-    readout, shows = system.forces(), system.shows()
-    lever_rows = int(isolation_of(scene).model == "pitch")
-    if lever_rows:
-        from vibecalc.isolation.adapters.pitch import lever_of
+    first, row_of = system.alike()
+    readout, shows = system.forces().rows(..., first), system.shows()[..., first]
+    if isolation_of(scene).model != "pitch":
+        return RunUpRows(readout, row_of, 0, shows)
+    from vibecalc.isolation.adapters.pitch import lever_of
 
-        readout = joined_rows(system.couple_over(lever_of(scene, system)), readout)
-        shows = np.concatenate([np.ones_like(shows[..., :1]), shows], axis=-1)
-    first, row_of = distinct(readout)
-    if system.mounts.spectrum is not None or system.travel() is not None:
-        # factors of the frequency, and motions against stops, are of all mounts
-        row_of = np.arange(readout.still.shape[-3])
-        first = row_of.tolist()
-    return RunUpRows(readout.rows(..., first), row_of, lever_rows, shows[..., first])
+    readout = joined_rows(system.couple_over(lever_of(scene, system)), readout)
+    shows = np.concatenate([np.ones_like(shows[..., :1]), shows], axis=-1)
+    return RunUpRows(readout, np.concatenate([[0], 1 + row_of]), 1, shows)
 
 
 def _mean(scene: Scene, law: "TorqueLaw", speed: float) -> Bounded:
