@@ -21,7 +21,7 @@ from vibecalc.excitation.results import (
 )
 from vibecalc.kinematics.adapter import PistonMotion
 from vibecalc.numerics.bounded import Bounded, Summed, reshaped, rounded
-from vibecalc.numerics.cycle_peak import cycle_peak, numbered, vector_cycle_peak
+from vibecalc.numerics.cycle_peak import numbered, vector_cycle_peak
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.crank_train import CrankTrain, RotatingMasses
@@ -177,17 +177,11 @@ def peak_with_tail(harmonics: Bounded, of: Orders) -> Summed:
     The first axes are those of the points, if there are. Without the dropped orders the error is
     rounding, which tells the size of the terms.
     """
-    used = of.retained
-    peak = cycle_peak(harmonics.value[..., :used], numbered(of.order[:used]))
-    rounding, dropped = left_out(harmonics, of)
-    rounding = peak.error + rounding
-    return Summed(peak.value, rounding + dropped, size_of_terms(rounding))
+    return length_over_cycle(harmonics[..., None, :], of)
 
 
 def length_over_cycle(vector: Bounded, of: Orders) -> Summed:
     """Largest length (...) over the cycle of vectors (..., directions, orders)."""
-    if vector.shape[-2] == 1:
-        return peak_with_tail(vector[..., 0, :], of)
     used = of.retained
     peak = vector_cycle_peak(vector.value[..., :used], numbered(of.order[:used]))
     rounding, dropped = left_out(vector, of)

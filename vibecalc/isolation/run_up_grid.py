@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.isolation.rows import Jet
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.cycle_peak import cycle_peak, vector_cycle_peak
+from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.response.resonances import MaskedSpeeds, Resonances, outside
 
@@ -276,10 +276,7 @@ def uncertainty_of(jet: Jet) -> np.ndarray:
 
 def exact_peaks(harmonics: np.ndarray, uncertainty: np.ndarray, orders: np.ndarray) -> Bounded:
     """Peaks (...) of harmonics (..., components, orders) of some uncertainty (...)."""
-    if harmonics.shape[-2] == 1:
-        peak = cycle_peak(harmonics[..., 0, :], orders)
-    else:
-        peak = vector_cycle_peak(harmonics, orders)
+    peak = vector_cycle_peak(harmonics, orders)
     return Bounded(peak.value, peak.error + uncertainty)
 
 
