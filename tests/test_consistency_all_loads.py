@@ -119,6 +119,14 @@ def test_gas_that_only_loads_the_bearings_is_said() -> None:
     assert not any(words in one for one in machine_warnings(turned))
 
 
+def test_a_response_without_the_torque_of_the_gas_says_so() -> None:
+    words = "[response] moves the body by its shaking alone"
+    isolated = '[isolation]\nmodel = "rigid_body"\n'
+    asked = mounted(replaced(SEPARATE, (isolated, f"{isolated}[response]\n")))
+    assert sum(one.startswith(words) for one in machine_warnings(asked)) == 1
+    assert not any(words in one for one in machine_warnings(mounted(SEPARATE)))
+
+
 def test_half_orders_of_the_mounts_can_be_named() -> None:
     """And orders beyond those that are kept cannot."""
     where = 'where = {{ mount = "1", direction = "z", order = {} }}'
