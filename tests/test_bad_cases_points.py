@@ -39,3 +39,5 @@ def test_a_reading_and_an_order_that_are_not_there_are_refused() -> None:
     assert "governor x" in reading.hint and reading.path == ("limit", 0, "where")
     assert "asks for an order that points/velocity lacks" in order.message
     assert order.allowed == "0.5 to 16"
+    data["sweep"] = {"axes": [{"key": "machine.speed", "values": [150.0, 160.0]}]}
+    assert len(check_targets(validate(data))) == 2, "`run` holds the case against its references"

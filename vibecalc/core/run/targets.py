@@ -33,7 +33,8 @@ _NUMBERED = (
 class KnownEntries(NamedTuple):
     """What a case says of the entries of axes: names by the result, numbers by result and axis.
 
-    `varies`: a sweep may change the numbers, and computes no references.
+    `varies`: a sweep may change the numbers. References are of the case as it is written: `run`
+    holds them against its result, a sweep does not.
     """
 
     names: Callable[[str], Mapping[str, tuple[str, ...]]]
@@ -193,7 +194,7 @@ def _check_name(
                 allowed=", ".join(repr(name) for name in names[axis]),
                 hint=_nearest(str(value), names[axis]),
             )
-    if not entries.varies:
+    if not entries.varies or path[0] == "reference":
         named = {axis: value for axis, value in where.items() if axis in entry.axes}
         yield from _missing_entries(path, quantity, named, entries)
 
@@ -206,7 +207,7 @@ def _several(
     entries: KnownEntries,
 ) -> Iterator[Problem]:
     """A reference is held against one entry: each axis with several has to be named."""
-    for axis in known[quantity].axes if quantity in known and not entries.varies else ():
+    for axis in known[quantity].axes if quantity in known else ():
         numbers = entries.numbers(quantity, axis)
         found = entries.names(quantity).get(axis) or (numbers[0] if numbers else ())
         if axis not in where and len(found) > 1:
