@@ -105,10 +105,17 @@ def test_an_order_that_the_tolerance_decides_costs_no_result(
     assert Path("outputs/one.h5").is_file() and not Path("outputs/one.txt").exists()
 
 
-def test_a_sweep_may_change_the_clearance_that_a_reference_names(tmp_path: Path) -> None:
+def test_a_sweep_may_change_the_clearance_that_a_limit_names(tmp_path: Path) -> None:
     path = written(tmp_path, starter("impact"), MEAN, 'clearance = "20 um"')
     key = "machine.joints.wrist_pin.stiffness"
     sweep = f'[[sweep.axes]]\nkey = "{key}"\nvalues = ["1e8 N/m", "2e8 N/m"]\n'
+    assert len(check_targets(load_case(path).case)) == 1
+    path.write_text(f"{path.read_text()}\n{sweep}")
+    assert len(check_targets(load_case(path).case)) == 1, "`run` computes the case as written"
+    limit = starter("impact") + STUDIES["limit"].replace(LARGEST, MEAN)
+    path.write_text(
+        limit.replace('curve = "locked"', 'clearance = "20 um"').replace("50.0", '"9 N"')
+    )
     assert len(check_targets(load_case(path).case)) == 1
     path.write_text(f"{path.read_text()}\n{sweep}")
     assert check_targets(load_case(path).case) == []
