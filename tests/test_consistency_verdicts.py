@@ -100,6 +100,53 @@ def test_a_limit_of_the_case_says_what_is_expected_of_the_others_on_that_result(
 
 
 # ----------------------------------------------------------------------------
+# Each entry with an error of its own.
+# ----------------------------------------------------------------------------
+
+FORCE = "isolation/support_force/steady_peak"
+
+
+@pytest.mark.parametrize(
+    ("bounds", "state", "label", "off"),
+    [
+        ({"max": 5.0}, KEPT, "2", 1e-3),
+        ({"max": 4.15}, UNDECIDED, "1", 0.2),
+        ({"max": 3.99}, BROKEN, "2", 1e-3),
+        ({"max": 4.15, "where": {"mount": "2"}}, KEPT, "2", 1e-3),
+        ({"max": 4.15, "where": {"mount": "1"}}, UNDECIDED, "1", 0.2),
+        ({"min": 0.5}, KEPT, "3", 0.0),
+        ({"min": 1.5}, BROKEN, "3", 0.0),
+    ],
+)
+def test_a_limit_counts_the_error_of_each_entry(
+    bounds: dict[str, object], state: str, label: str, off: float
+) -> None:
+    result = golden("generator")
+    quantity = replace(
+        result[FORCE],
+        values=np.array([3.99, 4.0, 1.0, 2.0]),
+        error_estimate=0.2,
+        errors=np.array([0.2, 1e-3, 0.0, 0.0]),
+    )
+    record = replace(result.record, quantities={FORCE: quantity})
+    row = {"quantity": FORCE, "source": "none", **bounds}
+    (verdict,) = judged(replace(result, record=record, case={"limit": [row]}))
+    assert (verdict.state, verdict.error_estimate) == (state, off)
+    assert verdict.label == f"mount={label}"
+
+
+def test_errors_of_entries_are_kept_in_the_file(tmp_path: Path) -> None:
+    result = execute(load_checked([ROOT / "cases" / "generator.toml"])[0])
+    own = {path: one.errors for path, one in result.items() if one.errors is not None}
+    assert len(own) > 10
+    again = read_result(write_result(result, tmp_path / "one.h5"))
+    for path, errors in own.items():
+        assert np.array_equal(again[path].errors, errors)
+        assert np.max(errors) == again[path].error_estimate
+        assert again[path].errors.shape == again[path].values.shape
+
+
+# ----------------------------------------------------------------------------
 # In conditions.
 # ----------------------------------------------------------------------------
 

@@ -14,7 +14,7 @@ from vibecalc.core.results.record import (
     Result,
     Verdict,
 )
-from vibecalc.core.results.select import curving, scalar
+from vibecalc.core.results.select import curving, scalar, select
 from vibecalc.core.results.tolerance import UNRESOLVED
 from vibecalc.core.results.verdicts import asked, entries, name_of, naming, not_found, verdicts_of
 from vibecalc.numerics.rounding import EPSILON
@@ -142,7 +142,7 @@ def _judge_reference(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
             picked = scalar(quantity, where)
         magnitude = abs(picked) if isinstance(picked, complex) else picked
         computed = convert(float(magnitude), quantity.unit, printed.unit)
-        off = quantity.error_estimate + curving(quantity, where)
+        off = float(select(quantity, where).errors.max()) + curving(quantity, where)
         error = convert(off, quantity.unit, printed.unit)
         resolved = not Estimate(off, quantity.estimate.terms).unresolved(abs(picked))
         cyclic = is_phase(quantity.path, quantity.unit)

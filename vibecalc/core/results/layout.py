@@ -19,8 +19,8 @@ from vibecalc.errors import ResultError
 #                             methods, verdicts (each limit as it was judged, an object with the
 #                             fields of `vibecalc.core.results.record.Verdict`)
 #     /<stage>/...            one dataset for each quantity, under its path; attributes units,
-#                             long_name, error_estimate, and amplitude, standard_error and
-#                             terms if any
+#                             long_name, error_estimate, and amplitude, standard_error,
+#                             terms and errors (of each entry, where they differ) if any
 #     /<stage>/.../<axis>     dimension scales (`order`, `order_2`, ...) in each group where they
 #                             stand: one for equal axes of a stage, under several links
 #     /provenance             attributes that change from run to run (among them `libraries`,
@@ -49,6 +49,8 @@ JSON_ATTRIBUTES = ("quantities", "plan", "warnings", "methods")
 PROVENANCE = "provenance"
 TIMINGS = "timings"
 TEXT_CHECKSUM = "text_checksum"
+#: attribute of a dataset: absolute errors of its entries
+ENTRY_ERRORS = "errors"
 
 # ----------------------------------------------------------------------------
 # Text heaps of a result file: their checksum, and whether HDF5 can walk them.

@@ -218,9 +218,11 @@ class Quantity(np.lib.mixins.NDArrayOperatorsMixin):
 
     `values` has one dimension per axis, real or complex; `error_estimate` is absolute, in `unit`,
     and bounds the error of every entry that the method expects of itself (round-off and
-    truncation, for the case as stored in double precision). A statistic carries its
-    `standard_error`, in `unit` too. `terms` is the size of the terms, in `unit`, that an entry is
-    the sum of, where these may cancel: what is left then has no scale of its own; zero elsewhere.
+    truncation, for the case as stored in double precision). `errors`, of the shape of `values`, are
+    those of single entries where they are known and differ: `error_estimate` is the largest. A
+    statistic carries its `standard_error`, in `unit` too. `terms` is the size of the terms, in
+    `unit`, that an entry is the sum of, where these may cancel: what is left then has no scale of
+    its own; zero elsewhere.
     """
 
     path: str
@@ -232,9 +234,12 @@ class Quantity(np.lib.mixins.NDArrayOperatorsMixin):
     error_estimate: float = 0.0
     standard_error: float | None = None
     terms: float = 0.0
+    errors: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Let the error know the size of the terms, which tells a zero from an unknown."""
+        if self.errors is not None and self.errors.shape != self.values.shape:
+            object.__setattr__(self, "errors", None)  # of other entries than these
         size = np.abs(self.values) if self.values.dtype.kind in "biufc" else np.zeros(1)
         largest = float(np.max(size, initial=0.0, where=np.isfinite(size)))
         whole = self.terms > 0.0 and largest == 0.0
@@ -333,9 +338,13 @@ class Quantity(np.lib.mixins.NDArrayOperatorsMixin):
     @property
     def zero(self) -> np.ndarray:
         """Which entries are zero to rounding of their own terms, as `Estimate.is_zero` has it."""
-        error, size = self.estimate, np.abs(self.values)
-        rounding = error <= ROUNDING * error.terms
-        return np.asarray(size <= error if rounding else (size == 0.0) & (not error.whole))
+        return self.zeros(self.values, self.error_estimate)
+
+    def zeros(self, values: np.ndarray, errors: np.ndarray | float) -> np.ndarray:
+        """The same of some of its values with these errors."""
+        size, terms = np.abs(values), self.estimate.terms
+        nothing = (size <= errors) & (np.asarray(errors) <= ROUNDING * terms)
+        return np.asarray(nothing | ((size == 0.0) & (not self.estimate.whole)))
 
 
 def _brief(values: np.ndarray, unit: str) -> str:

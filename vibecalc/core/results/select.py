@@ -30,11 +30,12 @@ class Selection(NamedTuple):
 
     `values` has one dimension for each axis that `where` does not name, in the quantity's order;
     `labels` holds one text per entry of `values`, in C order, naming all axes
-    ("mount=2, order=1").
+    ("mount=2, order=1"), `errors` what each of the values may be off by.
     """
 
     values: np.ndarray
     labels: tuple[str, ...]
+    errors: np.ndarray
 
 
 def select(quantity: Quantity, where: Where) -> Selection:
@@ -95,10 +96,14 @@ def _picked(quantity: Quantity, where: Where) -> tuple[Selection, float]:
         texts.append([f"{axis.name}={entry_text(axis, position)}" for position in positions])
     labels = tuple(", ".join(parts) for parts in itertools.product(*texts))
     values, off = np.asarray(quantity.values)[tuple(index)], 0.0
+    errors = np.broadcast_to(float(quantity.error_estimate), values.shape)
+    if quantity.errors is not None and crossed is None:
+        errors = np.asarray(quantity.errors[tuple(index)])
     if crossed is not None:
         place, axis, between = crossed
         values, off = _on_the_line(np.moveaxis(values, place, 0), axis, between)
-    return Selection(values, labels), off
+        errors = np.broadcast_to(float(quantity.error_estimate), values.shape)
+    return Selection(values, labels, errors), off
 
 
 def _between(quantity: Quantity, axis: Axis, key: Key | None) -> float | None:
@@ -129,17 +134,23 @@ def _on_the_line(rows: np.ndarray, axis: Axis, wanted: float) -> tuple[np.ndarra
     return line, float(np.max(off, initial=0.0))
 
 
-def worst(quantity: Quantity, where: Where, sense: Side) -> tuple[float, str]:
-    """Largest ("max") or smallest ("min") entry that `where` leaves, with its label.
-
-    Complex entries count by magnitude, and NaN is worse than any number.
-    """
-    values, labels = select(quantity, where)
+def numbers(quantity: Quantity, where: Where) -> Selection:
+    """The entries that `where` leaves, (n,) real ones, complex ones by their magnitude."""
+    values, labels, errors = select(quantity, where)
     if values.size == 0:
         raise ResultError(f"{quantity.path} has no entries to pick the worst of")
     if values.dtype.kind not in "biufc":
         raise ResultError(f"{quantity.path} holds names, there is no worst of them")
     flat = (np.abs(values) if np.iscomplexobj(values) else values).astype(float).ravel()
+    return Selection(flat, labels, errors.ravel())
+
+
+def worst(quantity: Quantity, where: Where, sense: Side) -> tuple[float, str]:
+    """Largest ("max") or smallest ("min") entry that `where` leaves, with its label.
+
+    Complex entries count by magnitude, and NaN is worse than any number.
+    """
+    flat, labels, _ = numbers(quantity, where)
     missing = np.isnan(flat)
     if missing.any():
         return float("nan"), labels[int(np.argmax(missing))]
@@ -148,18 +159,23 @@ def worst(quantity: Quantity, where: Where, sense: Side) -> tuple[float, str]:
 
 
 def uncertainty(quantity: Quantity, where: Where) -> float:
-    """How far the truth may be off what `where` picks, in the unit of the quantity.
+    """How far the truth may be off any of what `where` picks, in the unit of the quantity.
 
-    The error estimate, what a place between two samples adds, and of a statistic as many standard
-    errors as a comparison of two results grants.
+    The error estimate, and what `beside_error` says.
     """
+    return float(quantity.error_estimate) + beside_error(quantity, where)
+
+
+def beside_error(quantity: Quantity, where: Where) -> float:
+    """What a place between two samples adds, and of a statistic as many standard errors as a
+    comparison of two results grants, in the unit of the quantity."""
     spread = 0.0 if quantity.standard_error is None else STANDARD_ERRORS * quantity.standard_error
-    return float(quantity.error_estimate) + curving(quantity, where) + spread
+    return curving(quantity, where) + spread
 
 
 def scalar(quantity: Quantity, where: Where) -> float | complex:
     """The one entry that `where` picks; ResultError where it leaves several, or none."""
-    values, _ = select(quantity, where)
+    values = select(quantity, where).values
     if values.size != 1:
         free = [
             f"{axis.name} ({_entries(axis)})" for axis in quantity.axes if axis.name not in where

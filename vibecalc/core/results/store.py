@@ -12,6 +12,7 @@ from vibecalc.core.results.case_hash import WRITTEN, text_hash
 from vibecalc.core.results.dimensions import dimension_names, stage_of
 from vibecalc.core.results.files import fresh_output, write_atomically
 from vibecalc.core.results.layout import (
+    ENTRY_ERRORS,
     PROVENANCE,
     RESULT_SCHEMA_VERSION,
     TEXT_CHECKSUM,
@@ -141,6 +142,8 @@ class _Writer:
         if quantity.amplitude is not None:
             self.text(dataset, "amplitude", quantity.amplitude)
         self.number(dataset, "error_estimate", float(quantity.error_estimate))
+        if quantity.errors is not None:
+            self.numbers(dataset, ENTRY_ERRORS, quantity.errors)
         if quantity.standard_error is not None:
             self.number(dataset, "standard_error", float(quantity.standard_error))
         if quantity.terms:
@@ -242,6 +245,14 @@ class _Writer:
         kind = h5t.STD_I64LE if isinstance(number, int) else h5t.IEEE_F64LE
         value = np.array(number, dtype=np.int64 if isinstance(number, int) else np.float64)
         h5a.create(place, _encoded(name), kind, self.scalar).write(value)
+
+    def numbers(self, place: Any, name: str, numbers: np.ndarray) -> None:
+        """An attribute of float64 numbers."""
+        from h5py import h5a, h5s, h5t
+
+        space = h5s.create_simple(numbers.shape)
+        attribute = h5a.create(place, _encoded(name), h5t.IEEE_F64LE, space)
+        attribute.write(np.array(numbers, dtype="<f8", order="C"))
 
 
 #: 32 kB of complex numbers or texts; an object header takes 64 kB

@@ -11,6 +11,7 @@ import numpy as np
 
 from vibecalc.core.results.case_hash import WRITTEN, case_hash, text_hash
 from vibecalc.core.results.layout import (
+    ENTRY_ERRORS,
     JSON_ATTRIBUTES,
     PROVENANCE,
     RESULT_SCHEMA_VERSION,
@@ -164,7 +165,18 @@ def _quantity(
             _real(dataset, path, "standard_error") if "standard_error" in dataset.attrs else None
         ),
         terms=_real(dataset, path, "terms") if "terms" in dataset.attrs else 0.0,
+        errors=_errors(dataset, path),
     )
+
+
+def _errors(dataset: Any, path: Path) -> np.ndarray | None:
+    """The errors of single entries, where the file has them."""
+    if ENTRY_ERRORS not in dataset.attrs:
+        return None
+    errors = np.asarray(dataset.attrs[ENTRY_ERRORS])
+    if errors.dtype.kind != "f" or errors.shape != dataset.shape or not np.all(errors >= 0.0):
+        raise ResultError(f"{path} is damaged: {dataset.name[1:]} has errors of other entries")
+    return errors
 
 
 def _axis(dataset: Any, path: Path, size: int, position: int, known: dict[Any, Axis]) -> Axis:

@@ -25,9 +25,10 @@ from vibecalc.core.results.record import (
     Result,
     Verdict,
 )
-from vibecalc.core.results.select import Side, curving, uncertainty, worst
+from vibecalc.core.results.select import Side, beside_error, curving, numbers
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.errors import ResultError
+from vibecalc.numerics.rounding import first_of_largest
 from vibecalc.units import SHIFTED, convert, parse_quantity
 
 # ----------------------------------------------------------------------------
@@ -149,15 +150,10 @@ def _judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
         sides = []
         for bound in bounds:
             with naming("limit", entry):
-                value, label = worst(quantity, where, bound.side)
-            zero = quantity.estimate.is_zero(value)
-            left = bound.left(0.0 if zero else value)
-            # A value that is not a number keeps no limit, whatever the side.
-            sides.append((-math.inf if math.isnan(left) else left, bound, value, label, zero))
-        left, bound, value, label, zero = min(sides, key=lambda one: one[0])
-        off = 0.0 if zero else uncertainty(quantity, where)
-        state = state_of(left, off, bound.value)
-        computed, limit = 0.0 if zero else convert(value, own, unit), limits[bound.side]
+                sides.append((*_nearest(quantity, where, bound), bound))
+        held_worst, left, value, off, label, bound = min(sides, key=lambda one: one[:2])
+        state = _STATES[held_worst]
+        computed, limit = convert(value, own, unit), limits[bound.side]
         off = convert(off, own, unit)
         margin = left
         if math.isfinite(left):
@@ -181,6 +177,28 @@ def _judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
         at=str(entry.get("at") or "optimum"),
         use=use,
     )
+
+
+def _nearest(
+    quantity: Quantity, where: Mapping[str, Any], bound: Bound
+) -> tuple[int, float, float, float, str]:
+    """How a bound is held, as `held` has it, what is left to it, and the entry that decides it:
+    value, error, label."""
+    values, labels, errors = numbers(quantity, where)
+    zero = quantity.zeros(values, errors)
+    values = np.where(zero, 0.0, values)
+    errors = np.where(zero, 0.0, errors + beside_error(quantity, where))
+    left = bound.left(values)
+    # A value that is not a number keeps no limit, whatever the side.
+    left = np.where(np.isnan(left), -np.inf, left)
+    states = held(left, errors, bound.value)
+    state = int(np.min(states))
+    worst = (values if bound.side == "max" else -values) + (errors if state == 0 else 0.0)
+    worst = np.where(np.isnan(values), np.inf, worst)
+    worst = np.where(states == state, worst, -np.inf)
+    place = int(np.argmax(worst))
+    label = labels[first_of_largest(worst)]
+    return state, float(left[place]), float(values[place]), float(errors[place]), label
 
 
 def _decided_by(result: Result, quantity: Quantity, where: Mapping[str, Any]) -> str:

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 
+#: longest arrays whose entries keep errors of their own; of others the largest counts for all
+_ENTRIES_WITH_ERRORS = 2000
+
 #: (how many, name of the unit of work)
 Work = tuple[tuple[float, str], ...]
 
@@ -277,7 +280,8 @@ class Scene:
         """Put one result into the record, with what the catalogue says of it.
 
         `values` may be a `Bounded`, which has its error with it. `error` and `terms` are absolute,
-        numbers or arrays; the largest counts. A value that is not a number is a failure here, at
+        numbers or arrays; the largest counts, and of a short array each entry keeps its own error.
+        A value that is not a number is a failure here, at
         its source; an infinite one stands for an unbounded peak, where that of a `Bounded` is left
         out.
         """
@@ -292,6 +296,9 @@ class Scene:
             raise NumericalFailure(f"{path} ({entry.long_name}) has no defined value in this case")
         finite_errors = np.asarray(error, dtype=float)
         estimate = float(np.max(finite_errors)) if finite_errors.size else 0.0
+        own = values.shape == finite_errors.shape and 1 < values.size <= _ENTRIES_WITH_ERRORS
+        if own and np.all(finite_errors == estimate):
+            own = False
         self.record.add(
             Quantity(
                 path=path,
@@ -303,6 +310,7 @@ class Scene:
                 error_estimate=estimate,
                 standard_error=standard_error,
                 terms=float(np.max(terms)),
+                errors=finite_errors if own else None,
             )
         )
 
