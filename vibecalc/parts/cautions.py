@@ -155,14 +155,14 @@ def sag(case: Case) -> NamedNumbers:
     if machine.body.box is not None:
         size = max(size, *(getattr(machine.body.box, k) for k in ("length", "width", "height")))
     if loads_count(machine.mounts):
-        deep = _sunk(case, body.centre, up)
+        deep = _sunk(case, up)
     else:
         deep = body.mass * options.gravity / stiffness if stiffness > 0.0 else 0.0
     if size > 0.0:
         yield f"{deep:.3g} m", deep / size
 
 
-def _sunk(case: Case, centre: Array, up: int) -> float:
+def _sunk(case: Case, up: int) -> float:
     """Sag of the mass centre on mounts that follow their load; 0 where there is no rest."""
     try:
         mounts = mounts_of(case)
@@ -170,8 +170,7 @@ def _sunk(case: Case, centre: Array, up: int) -> float:
         return 0.0  # the run says it
     if mounts is None or mounts.rest is None:
         return 0.0
-    shift, turn = np.split(mounts.rest.body, 2)
-    return -float((shift + np.cross(turn, centre))[up])
+    return -float(mounts.rest.body[up])
 
 
 RULES = (

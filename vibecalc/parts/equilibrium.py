@@ -21,11 +21,11 @@ from vibecalc.parts.mount_curves import Law
 class Rest(NamedTuple):
     """A body at rest, errors absolute; all of small displacements.
 
-    `body` (6,) in m and rad of the reference point; `motion` (n, 3) of the body at the mounts, m;
-    `force` (n, 3) of each mount on the ground, N; `deflection` (n,) in m and `load` (n,) in N along
-    the axis of each, positive in compression; `slope` and `stop` (n,) are the tangent stiffness
-    there of the mount and of the stop that it stands on, N/m. `tangent` (n, 3, 3) is the static
-    stiffness about this rest, stops included.
+    `body` (6,) in m and rad of the point that couples are about; `motion` (n, 3) of the body at the
+    mounts, m; `force` (n, 3) of each mount on the ground, N; `deflection` (n,) in m and `load` (n,)
+    in N along the axis of each, positive in compression; `slope` and `stop` (n,) are the tangent
+    stiffness there of the mount and of the stop that it stands on, N/m. `tangent` (n, 3, 3) is the
+    static stiffness about this rest, stops included.
     """
 
     body: FloatArray
@@ -64,7 +64,8 @@ def equilibrium(
 
     Parameters
     ----------
-    position, axis : (n, 3) m from the reference point; unit vectors that point against compression.
+    position, axis : (n, 3) m from the point that couples are about; unit vectors that point
+        against compression.
     across : (n, 3, 3) static stiffness square to the axis, N/m.
     laws : of each mount along its axis.
     freedoms : indices into x y z rx ry rz of the motions that are not held.

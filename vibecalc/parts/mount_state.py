@@ -72,7 +72,9 @@ def mounts_of(case: Case) -> Mounts | None:
     load, error = _weight(body, np.eye(3)[DIRECTIONS.index(options.up)] * options.gravity)
     freedoms = dofs_of_model(options.model, case.machine.crank_train.axis)
     static = across / ratio[:, None, None]
-    rest = equilibrium(built.position, axis, static, laws, load, error, freedoms)
+    # about the mass centre: errors about an origin far away would be those of its levers
+    lever = built.position - body.centre
+    rest = equilibrium(lever, axis, static, laws, load, error, freedoms)
     _require_rows(entries, laws, rest)
 
     uncertain = np.zeros(len(entries))
@@ -173,14 +175,13 @@ def _tangent(load: tuple[float, ...], stiffness: tuple[float, ...]) -> "TangentB
 
 
 def _weight(body: RigidBody, up: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Weight (6,) about the reference point and its error; `up` is against gravity, m/s^2."""
+    """Weight (6,) about the mass centre and its error; `up` is against gravity, m/s^2."""
     pull = -body.mass * up
-    off = 0.0 if body.centre_error is None else body.centre_error
-    off = off + 8.0 * UNIT_ROUNDOFF * np.abs(body.centre)
-    error = np.concatenate(
-        [8.0 * UNIT_ROUNDOFF * np.abs(pull), np.abs(cross_matrix(off)) @ np.abs(pull)]
-    )
-    return np.concatenate([pull, np.cross(body.centre, pull)]), error
+    off = 2.0 * UNIT_ROUNDOFF * np.abs(body.centre)
+    off = off if body.centre_error is None else body.centre_error + off
+    couple = np.abs(cross_matrix(off)) @ np.abs(pull)
+    error = np.concatenate([8.0 * UNIT_ROUNDOFF * np.abs(pull), couple])
+    return np.concatenate([pull, np.zeros(3)]), error
 
 
 def _require_rows(entries: tuple[MountEntry, ...], laws: "list[Law]", rest: "Rest") -> None:
