@@ -380,7 +380,7 @@ def _of_vector(
     Less than `nothing` is rounding, of which there is no share.
     """
     if not whole:
-        yield Expected(f"{path}/held", held)
+        yield Expected(f"{path}/held", held, size=max(1e9 * nothing, float(np.abs(held).max())))
         yield Expected(f"{path}/ground", ground)
         resultant = by_order(f"{path}/by_order", held, ground, nothing)
         yield resultant._replace(at=(resultant.at, -1))
@@ -413,14 +413,16 @@ def compare(expected: Expected, record: Record) -> str:
         same |= ~np.isfinite(values)
     size = expected.size or float(np.max(np.abs(value), initial=0.0, where=np.isfinite(value)))
     off = np.abs(np.where(same, 0.0, values - np.where(same, 0.0, value)))
-    allowed = max(TOLERANCE * size, float(found.error_estimate))
-    if expected.whole:
-        allowed = float(found.error_estimate) + TOLERANCE * size
-    worst = float(np.max(off, initial=0.0))
-    if worst <= allowed:
+    stated = np.full(off.shape, float(found.error_estimate))
+    if found.errors is not None:
+        stated = np.asarray(found.errors)[expected.at]
+    slack = TOLERANCE * size
+    allowed = stated + slack if expected.whole else np.maximum(stated, slack)
+    if np.all(off <= allowed):
         return ""
+    worst = np.unravel_index(np.argmax(off - allowed), off.shape)
     kind = ", all orders" if expected.whole else ""
     return (
-        f"{expected.path}{kind}: off by {worst:.3g} of {size:.6g}, allowed {allowed:.3g} "
-        f"(stated {float(found.error_estimate):.3g})"
+        f"{expected.path}{kind} {worst}: off by {off[worst]:.3g} of {size:.6g}, allowed "
+        f"{allowed[worst]:.3g} (stated {stated[worst]:.3g})"
     )
