@@ -74,10 +74,15 @@ def against(
     assert len(found) == len(exact), (path, len(found), len(exact))
     off = [_distance(a, b, "phase" in path) for a, b in zip(found, exact, strict=True)]
     largest = max((abs(b) for b in exact if mp.isfinite(b)), default=mpf(0))
-    error = float(max(off, default=mpf(0)))
-    return Uncertain(
-        path, error, record[path].error_estimate, float(largest) if size is None else size
-    )
+    found_in = record[path]
+    error, stated = float(max(off, default=mpf(0))), float(found_in.error_estimate)
+    if found_in.errors is not None and found_in.errors.size == len(off):
+        # the entry whose own error is furthest below the truth, if one is
+        each = zip(map(float, off), found_in.errors.ravel().tolist(), strict=True)
+        below = [(true - own, true, own) for true, own in each if true > own]
+        if below:
+            _, error, stated = max(below)
+    return Uncertain(path, error, stated, float(largest) if size is None else size)
 
 
 def _distance(value: complex, true: Any, turns: bool) -> mpf:
