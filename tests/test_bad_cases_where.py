@@ -26,6 +26,7 @@ source = "a table"
 """
 MEAN = "response/impact/mean_force"
 FORCE = "excitation/force"
+MAXIMUM = "isolation/run_up/maxima/force"
 
 
 def written(folder: Path, text: str, quantity: str, where: str, value: str = "1.0") -> Path:
@@ -90,17 +91,25 @@ def test_orders_of_excitation_are_known_before_the_run(
     assert all(problem.path == ("reference", 0, "where") for problem in problems)
 
 
-def test_an_order_that_the_tolerance_decides_costs_no_result(
+def test_an_order_that_the_tolerance_leaves_out_is_refused(tmp_path: Path) -> None:
+    where = 'order = 399, direction = "z"'
+    path = written(tmp_path, generator(None), FORCE, where, '"1 N"')
+    (problem,) = check_targets(load_case(path).case)
+    assert problem.path == ("reference", 0, "where")
+    assert problem.hint == "orders that are kept: all of the truncated series"
+
+
+def test_a_maximum_that_a_run_lacks_costs_no_result(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    where = 'order = 399, direction = "z"'
-    path = written(tmp_path, generator(None), FORCE, where, '"1 N"')
+    text = generator(None).replace("run_up = {", "run_up_maxima = 0.5\nrun_up = {")
+    path = written(tmp_path, text, MAXIMUM, "maximum = 399", '"1 N"')
     Path("outputs").mkdir()
     Path("outputs/one.txt").write_text("the report of an earlier run")
     outcome = command("run", str(path), "-q")
     assert outcome.code == 2
-    assert f"the [[reference]] on {FORCE} [order=399, direction=z] (a table)" in outcome.err
+    assert f"the [[reference]] on {MAXIMUM} [maximum=399] (a table)" in outcome.err
     assert "outputs/one.h5, without a report" in outcome.err
     assert Path("outputs/one.h5").is_file() and not Path("outputs/one.txt").exists()
 

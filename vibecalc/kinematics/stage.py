@@ -115,12 +115,11 @@ def orders_of_motion(case: "Case") -> Harmonics:
 
 
 def orders_given(case: "Case", axis: str, first: int = 1) -> Entries | None:
-    """Orders of the crank train, where the case and not the tolerance says how many."""
-    options = case.excitation
-    if axis != "order" or options is None or options.orders is None:
+    """Orders of the crank train that the case or its tolerance keeps."""
+    if axis != "order":
         return None
-    because = "orders of [excitation] is the highest one kept"
-    return Entries.up_to(options.orders, because, first)
+    kept = orders_of_motion(case)
+    return Entries.up_to(int(kept.highest), f"orders that are kept: {kept.rule}", first)
 
 
 SUBJECT = Subject(
