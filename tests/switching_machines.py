@@ -8,9 +8,11 @@ from scipy.integrate import solve_ivp
 
 from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import Linear
 from vibecalc.response.modes import modes
-from vibecalc.response.switching.motion import Segment, follow_profile
+from vibecalc.response.switching.follow import Transient, follow, worst_instant
+from vibecalc.response.switching.motion import Followed, follow_profile
 from vibecalc.response.switching.system import Loads, ModalSystem, SpeedSegment, modal_loads
 
 INCH, POUND_FORCE, POUND = 0.0254, 4.4482216152605, 0.45359237
@@ -25,7 +27,8 @@ REVERSAL = [
     SpeedSegment(0.2, -SPEED, -SPEED, ONLY_A),
 ]
 THROUGH_ZERO = [
-    SpeedSegment(0.5, SPEED, -0.6 * SPEED, ONLY_A),
+    SpeedSegment(0.3125, SPEED, 0.0, ONLY_A),
+    SpeedSegment(0.1875, 0.0, -0.6 * SPEED, ONLY_A),
     SpeedSegment(0.1, -0.6 * SPEED, 0.0, BOTH),
 ]
 
@@ -58,8 +61,8 @@ def compressor(ratio: float | np.ndarray = 0.03) -> ModalSystem:
     return ModalSystem(found.shape, found.natural_frequency, ratios)
 
 
-def compressor_loads(highest_order: int = 24, rotor: float = 0.0) -> Loads:
-    """Pistons A and B, only A, only B, none; `rotor` in kg m^2 turns about z with the crank."""
+def compressor_loads(highest_order: int = 24) -> Loads:
+    """Pistons A and B, only A, only B, none."""
     harmonics = motion_harmonics(RADIUS / ROD, highest_order)
     working = np.array([[1.0, 1.0], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0]])
     excitation = reciprocating_excitation(
@@ -75,9 +78,7 @@ def compressor_loads(highest_order: int = 24, rotor: float = 0.0) -> Loads:
         across=np.array([1.0, 0.0, 0.0]),
     )
     both = np.concatenate([excitation.force, excitation.couple], axis=-1)
-    push = np.zeros((4, 6))
-    push[:, 5] = -rotor
-    return Loads(np.arange(1, highest_order + 1), both, push)
+    return Loads(np.arange(1, highest_order + 1), both)
 
 
 def one_mode(
@@ -86,7 +87,7 @@ def one_mode(
     """A unit mass on a spring; loads (operations, orders) complex in kg m."""
     system = ModalSystem(np.eye(1), np.array([frequency]), np.array([ratio]))
     values = np.asarray(loads, dtype=complex)[..., None]
-    return system, Loads(np.array(orders), values, np.zeros((len(values), 1)))
+    return system, Loads(np.array(orders), values)
 
 
 class Body(NamedTuple):
@@ -186,12 +187,12 @@ def integrate(
         back.T @ np.diag(2.0 * system.damping_ratio * system.frequency) @ back,
     )
     orders = loads.orders[:, None]
-    place = loads.per_speed_squared / orders**2  # m n^2 X over n^2
+    place = np.asarray(loads.per_speed_squared) / orders**2  # m n^2 X over n^2
 
     def load(working: int, turned: float, speed: float, gain: float) -> np.ndarray:
         wave = np.exp(1j * orders * turned) * place[working]
         moved = np.sum(-(orders**2) * wave * speed**2 + 1j * orders * wave * gain, axis=0).real
-        return -moved + loads.per_acceleration[working] * gain
+        return np.asarray(-moved)
 
     first = profile[0].operation if before is None else before
     return marched(body, load, profile, times, before=first, angle=angle)
@@ -199,7 +200,44 @@ def integrate(
 
 def followed(
     system: ModalSystem, loads: Loads, profile: list[SpeedSegment], angle: float, before: int
-) -> list[Segment]:
-    """Segments of a course, times at most a hundredth of a second apart."""
+) -> Followed:
+    """A course with panels of at most a hundredth of a second."""
     modal = modal_loads(system, loads)
     return follow_profile(system, modal, profile, angle=angle, before=before, longest=0.01)
+
+
+def times_in(found: Followed, panels: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Even times within panels, both ends included, and the panel of each."""
+    ends = found.panels.node[panels], found.panels.node[panels + 1]
+    return np.linspace(*ends, count).ravel(), np.tile(panels, count)
+
+
+def motion(found: Followed, times: np.ndarray) -> np.ndarray:
+    """Modal displacement and its three derivatives (4, times, modes)."""
+    return found.motion_at(found.panel_at(times), times)
+
+
+def transient(
+    system: ModalSystem, loads: Loads, profile: Sequence[SpeedSegment], **options: Any
+) -> Transient:
+    """A course from the steady motion of its first operation, if no other is named."""
+    options = {"before": profile[0].operation, **options}
+    return follow(system, modal_loads(system, loads), profile, **options)
+
+
+def at_once(
+    system: ModalSystem,
+    loads: Loads,
+    before: int,
+    after: int,
+    duration: float = 1.5,
+    **options: Any,
+) -> Transient:
+    """A change within no time at the usual speed."""
+    profile = [SpeedSegment(duration, SPEED, SPEED, after)]
+    return transient(system, loads, profile, before=before, **options)
+
+
+def at_worst(system: ModalSystem, loads: Loads, before: int, after: int) -> tuple[Bounded, float]:
+    """The largest kinetic energy over all angles of that change, and the angle."""
+    return worst_instant(system, modal_loads(system, loads), before, after, SPEED)

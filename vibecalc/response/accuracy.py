@@ -1,5 +1,6 @@
 """Questions of the response of a body: modes, forced motion, energies, changes in time."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -16,25 +17,23 @@ from vibecalc.core.accuracy.kinds import (
 )
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.inertia_forces import Excitation, add, as_loads, at_speed
+from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed
 from vibecalc.numerics.bounded import Bounded, stack
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.linear import dynamics, response
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.response import modes as natural
 from vibecalc.response.adapters.operations import operation_loads
-from vibecalc.response.adapters.response import LinearSystem, forcing_of, linear_system, ratios_of
+from vibecalc.response.adapters.response import forcing_of, linear_system
+from vibecalc.response.adapters.switching import modes_and_loads
 from vibecalc.response.energies import energy_by_order, energy_signal, mass_of, velocity
 from vibecalc.response.forced import modal_response
 from vibecalc.response.operations import Rows, search_phases, superpose
-from vibecalc.response.switching.motion import PANEL_PHASE, driven_part, panel_grid, runs_of
+from vibecalc.response.switching.motion import PANEL_PHASE, Panels, course_of, march, panels_of
 from vibecalc.response.switching.system import (
-    Loads,
-    ModalSystem,
     SpeedSegment,
     SteadyMotion,
-    modal_loads,
-    propagator,
+    free_motion,
     steady_motion,
     steady_state,
 )
@@ -208,35 +207,24 @@ def switching_topics(scene: Scene) -> list[Topic]:
     options = scene.case.response.switching if scene.case.response else None
     if options is None or scene.case.response is None:
         return []
-    known = {operation.name: operation for operation in scene.case.response.operations}
-    found = operation_loads(scene, [known[name] for name in options.between])
-    kept, linear = forcing_of(scene).retained, linear_system(scene)
-    rows = [
-        as_loads(add(shaking, residual[0]))
-        for shaking, residual in zip(found.shaking, found.residual, strict=True)
-    ]
-    load = np.stack([
-        np.where(np.abs(one.value) > 4.0 * one.error, one.value, 0.0)[:kept] for one in rows
-    ])  # fmt: skip
-    matrices, shapes = linear[:2]
-    ratio = ratios_of(scene, LinearSystem(matrices, shapes)).value
-    system = ModalSystem(shapes.shape, shapes.natural_frequency, ratio)
-    orders, speed, angle = np.arange(1, kept + 1), scene.case.machine.speed, options.crank_angle
-    modal = modal_loads(system, Loads(orders, load, np.zeros((2, 6))))
-    momentum = matrices.mass @ shapes.shape
+    system, every = modes_and_loads(scene)
+    modal, matrices = every.some(slice(every.retained)), linear_system(scene).matrices
+    shape, orders = system.shape, modal.orders
+    speed, angle = scene.case.machine.speed, options.crank_angle
+    momentum, frequency = matrices.mass @ shape, system.frequency
     stiffness, damping = (
         (momentum * own) @ momentum.T
-        for own in (shapes.natural_frequency**2, 2.0 * ratio * shapes.natural_frequency)
+        for own in (frequency**2, 2.0 * system.damping_ratio * frequency)
     )
-    inverse = shapes.shape @ shapes.shape.T
+    inverse, load = shape @ shape.T, modal.amplitude.value @ momentum.T
     matrix = np.block([[np.zeros((6, 6)), np.eye(6)], [-inverse @ stiffness, -inverse @ damping]])
     old, new = (steady_motion(system, modal, k, speed) for k in (0, 1))
 
     def steady(motion: SteadyMotion, at: np.ndarray) -> np.ndarray:
-        return np.asarray(steady_state(motion, modal.orders, speed, at))
+        return steady_state(motion.amplitude, orders, speed, at)
 
     begin = steady(old, np.asarray(angle))
-    start = np.concatenate([shapes.shape @ begin[:, 0], shapes.shape @ begin[:, 1]])
+    start = np.concatenate([shape @ begin[:, 0], shape @ begin[:, 1]])
     length = np.maximum(np.abs(start[:6]), 1e-3 * np.max(np.abs(start[:3])))
     scale = np.concatenate([length, length * speed])
 
@@ -252,8 +240,8 @@ def switching_topics(scene: Scene) -> list[Topic]:
 
     def closed(_: float) -> Answer:
         forced_part = steady(new, angle + speed * times[1:])
-        free = propagator(system, times[1:])(begin - steady(new, np.asarray(angle)))
-        moved = (forced_part + free)[..., 0] @ shapes.shape.T
+        free = free_motion(system, times[1:], begin - steady(new, np.asarray(angle)))
+        moved = (forced_part + free)[..., 0] @ shape.T
         return Answer(moved[:, :3], 32.0)
 
     path = "response/switching/{}/translation_high, translation_low"
@@ -269,17 +257,16 @@ def switching_topics(scene: Scene) -> list[Topic]:
         return topics
     span, acceleration = 0.1 * float(options.run_down), -speed / float(options.run_down)
     moments = span / 20.0 * np.arange(21)
-    run = runs_of([SpeedSegment(span, speed, speed + acceleration * span, 0)], angle)[0]
+    ramp = [SpeedSegment(span, speed, speed + acceleration * span, 0)]
+    bounded_course = course_of(system, modal, ramp, angle, 0)
+    course = replace(bounded_course, amplitude=modal.amplitude.value)
 
     def quadrature(phase: float) -> Answer:
-        grid = np.union1d(panel_grid(system, modal, run, span, phase), moments)
-        state, step, shown = begin, np.diff(grid), []
-        gained, moved = driven_part(system, modal, run, grid[:-1], step), propagator(system, step)
-        for k in range(len(step)):
-            state = type(moved)(*(part[k] for part in moved))(state) + gained[k]
-            if np.any(np.abs(moments - grid[k + 1]) <= 1e-12 * span):
-                shown.append(shapes.shape @ state[:, 0])
-        return Answer(np.array(shown)[:, :3], 13.0 * len(step))
+        found = panels_of(bounded_course, span, phase)
+        node = np.union1d(found.node, moments)
+        panels = Panels(node, np.zeros(len(node) - 1, dtype=int))
+        moved = march(course, panels)[np.searchsorted(node, moments[1:])]
+        return Answer((moved[..., 0] @ shape.T)[:, :3], 13.0 * len(panels.run))
 
     ask = Ask("switching", "run-down", f"translations in its first {span:.3g} s",
               path.format("reversal"), "m", 3.5, "short panels bound peaks between")  # fmt: skip

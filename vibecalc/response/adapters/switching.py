@@ -1,7 +1,8 @@
 """Adapter: the change from one operation to another and back, at once and by reversal."""
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -9,160 +10,146 @@ from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS
 from vibecalc.excitation.inertia_forces import add, as_loads
-from vibecalc.numerics.bounded import Bounded, rounded
-from vibecalc.numerics.linear import Linear
+from vibecalc.numerics.bounded import Bounded, rounded, stack
 from vibecalc.numerics.rounding import EPSILON
+from vibecalc.response import results
 from vibecalc.response.adapters.operations import operation_loads
 from vibecalc.response.adapters.response import LinearSystem, forcing_of, linear_system, ratios_of
-from vibecalc.response.modes import Modes
-from vibecalc.response.results import BesidesChanges, Change, Instant, Passages, Reversal
-from vibecalc.response.switching.follow import Transient, follow, lasting_peaks, slow_peaks
-from vibecalc.response.switching.instant import instantaneous, worst_instant
-from vibecalc.response.switching.motion import passages
-from vibecalc.response.switching.readings import columns, steady_peaks
+from vibecalc.response.results import BesidesChanges, Change, Instant, Reversal
+from vibecalc.response.switching.follow import (
+    Passages,
+    Transient,
+    follow,
+    passages,
+    slow_energy,
+    worst_instant,
+)
+from vibecalc.response.switching.readings import KINETIC, POTENTIAL, steady_peaks
 from vibecalc.response.switching.system import (
     Loads,
+    ModalLoads,
     ModalSystem,
     SpeedSegment,
     modal_loads,
-    steady_motion,
 )
-from vibecalc.response.tables import Operation, Switching
-
-# ----------------------------------------------------------------------------
-# Was the body watched for long enough after a change between operations?
-# ----------------------------------------------------------------------------
-
-#: readings of which peaks are given, with the columns that stand on one scale
-READINGS = (
-    ("displacement", slice(0, 3)),
-    ("rotation", slice(3, 6)),
-    ("force on the ground", slice(6, 9)),
-    ("couple on the ground", slice(9, 12)),
-    ("kinetic energy", slice(12, 13)),
-    ("potential energy", slice(13, 14)),
-)
-#: a share of the largest peak of a reading that is not worth a word
-_WORTH_A_WORD = 1e-6
-
-
-def short_watch_warning(
-    labels: Sequence[str], words: str, after: float, transients: Sequence[Transient]
-) -> str | None:
-    """One sentence for the changes of which larger peaks may come after the time watched.
-
-    `after` in s is that time from the last change of load, `words` say how the change is made.
-    """
-    parts = []
-    for label, each in zip(labels, transients, strict=True):
-        grows = _may_grow(each) if each.settling.after > after else []
-        if grows:
-            parts.append(
-                f"{label} {words} settles in {each.settling.after:.3g} s; its "
-                f"{', '.join(grows)} may be larger later than the peak that is given"
-            )
-    if not parts:
-        return None
-    return (
-        f"the {after:.6g} s watched after a change end before the body has settled: "
-        f"{'; '.join(parts)}. Give [response.switching] a longer after"
-    )
-
-
-def _may_grow(transient: Transient) -> list[str]:
-    """`kinetic energy (up to 1.2 times)`: readings whose later bound is above their peak."""
-    peaks = lasting_peaks(transient)
-    names = []
-    for name, part in READINGS:
-        value, later = peaks.value[part], transient.later[part]
-        scale = float(np.max(value))
-        beyond = later > value + peaks.error[part] + _WORTH_A_WORD * scale
-        if np.any(beyond):
-            times = float(np.max(later[beyond])) / scale if scale > 0.0 else np.inf
-            bound = f" (up to {times:.3g} times)" if 1.001 <= times < np.inf else ""
-            names.append(name + bound)
-    return names
-
-
-# ----------------------------------------------------------------------------
-# Adapter: the change from one operation to another and back, at once and by reversal.
-# ----------------------------------------------------------------------------
 
 BUCKETS = 600
 #: passages with less than this share of the energy of the strongest are not listed
 WORTH_NAMING = 1e-4
 #: damping between two modes, as a share of the strongest of a mode, from which a warning is given
 WORTH_WARNING = 1e-6
-COLUMNS = columns(6)
-
-
-class _Study(NamedTuple):
-    """What both ways of changing need; `names` of the two operations, in the order of loads."""
-
-    system: ModalSystem
-    loads: Loads
-    options: Switching
-    speed: float
-    names: tuple[str, str]
-
-    @property
-    def changes(self) -> tuple[tuple[int, int], ...]:
-        return ((0, 1), (1, 0))
-
-    @property
-    def labels(self) -> list[str]:
-        return [f"{self.names[a]} to {self.names[b]}" for a, b in self.changes]
+#: a share of the largest peak of a reading that is not worth a word
+_WORTH_A_WORD = 1e-6
+#: readings of which peaks are given, with the columns that stand on one scale
+READINGS = {
+    "displacement": slice(0, 3),
+    "rotation": slice(3, 6),
+    "force on the ground": slice(6, 9),
+    "couple on the ground": slice(9, 12),
+    "kinetic energy": slice(12, 13),
+    "potential energy": slice(13, 14),
+}
 
 
 def run_switching(scene: Scene) -> None:
     """Emit peaks, histories and settling of the four changes, and the resonances on the way."""
-    study = _study(scene)
+    response, speed = scene.case.response, scene.case.machine.speed
+    assert response is not None and response.switching is not None
+    options = response.switching
+    here, there = options.between
+    labels = [f"{here} to {there}", f"{there} to {here}"]
     scene.cite(
         "modal motion under a load of changing speed, quadrature of the exact propagator",
         "change between operations",
         "docs/theory.md; cf. Goloskokow and Filippow, Instationaere Schwingungen, 1971",
     )
-    end = "turns the other way" if study.options.reverses else "turns on in the same sense"
+    end = "turns the other way" if options.reverses else "turns on in the same sense"
     scene.cite(
         "linear run-down, stand and linear run-up",
         f"the real change: the crank {end} afterwards",
         "cf. Ong (2000), chapter 1",
     )
+    system, loads = modes_and_loads(scene)
+    _warn_of_coupling(scene)
+
+    def followed(profiles: list[list[SpeedSegment]]) -> list[Transient]:
+        return [
+            follow(
+                system, loads, profile, before=before, angle=options.crank_angle,
+                buckets=BUCKETS, tolerance=options.settled,
+            )
+            for before, profile in enumerate(profiles)
+        ]  # fmt: skip
+
     if scene.wants(*paths_of(Instant)):
-        _emit_instant(scene, study)
-    if scene.wants(*paths_of(Reversal), *paths_of(Passages)):
-        _emit_reversal(scene, study)
-    _emit_steady(scene, study)
+        at_once = [[SpeedSegment(options.after, speed, speed, after)] for after in (1, 0)]
+        transients = followed(at_once)
+        _warn_of_short_watch(scene, labels, "at once", options.after, transients)
+
+        @cache
+        def worst() -> tuple[Bounded, Bounded]:
+            found = [worst_instant(system, loads, k, 1 - k, speed) for k in (0, 1)]
+            energy = stack([each for each, _ in found])
+            # the peak is flat: where it is follows from half the digits of how high it is
+            off = np.sqrt(energy.error / energy.value + EPSILON)
+            return energy, Bounded(np.array([angle for _, angle in found]), off)
+
+        _emit(
+            scene, labels, Instant, transients, 0.0,
+            worst_kinetic_energy_peak=lambda: worst()[0], worst_angle=lambda: worst()[1],
+        )  # fmt: skip
+    if scene.wants(*paths_of(Reversal), *paths_of(results.Passages)):
+        back = -speed if options.reverses else speed
+        profiles = [
+            [
+                SpeedSegment(options.run_down, speed, 0.0, before),
+                *[SpeedSegment(options.stand, 0.0, 0.0, after)] * (options.stand > 0.0),
+                SpeedSegment(options.run_up, 0.0, back, after),
+                SpeedSegment(options.after, back, back, after),
+            ]
+            for before, after in ((0, 1), (1, 0))
+        ]
+        transients = followed(profiles)
+        _warn_of_short_watch(scene, labels, "through rest", options.after, transients)
+        turning = np.array([each.history.speed[1:] for each in transients])
+
+        def slow() -> Bounded:
+            down, up = (
+                stack([slow_energy(system, loads, k, top) for k in (0, 1)]) for top in (speed, back)
+            )
+            return stack([down, up[::-1]]).max()
+
+        _emit(
+            scene, labels, Reversal, transients, speed / min(options.run_down, options.run_up),
+            speed=Bounded(turning, np.asarray(8.0 * EPSILON * speed)), slow_kinetic_energy=slow,
+        )  # fmt: skip
+        _emit_passages(scene, [passages(system, loads, profile) for profile in profiles])
+    steady = stack([steady_peaks(system, loads, k, speed) for k in (0, 1)], axis=0)
+    scene.emit_all(BesidesChanges(steady[:, KINETIC]), {"operation": options.between})
 
 
-def _study(scene: Scene) -> _Study:
+def modes_and_loads(scene: Scene) -> tuple[ModalSystem, ModalLoads]:
+    """Modes of the body, and on them the loads of both operations of the change."""
     response = scene.case.response
-    if response is None or response.switching is None:
-        raise ValueError("the case has no [response.switching]")
-    options = response.switching
+    assert response is not None and response.switching is not None
     known = {operation.name: operation for operation in response.operations}
-    chosen: list[Operation] = [known[name] for name in options.between]
-    of_operations = operation_loads(scene, chosen)
+    found = operation_loads(scene, [known[name] for name in response.switching.between])
+    forcing, linear = forcing_of(scene), linear_system(scene)
     each = [
-        as_loads(add(shaking, residual[0]))
-        for shaking, residual in zip(of_operations.shaking, of_operations.residual, strict=True)
+        as_loads(add(shaking, row[0]))
+        for shaking, row in zip(found.shaking, found.residual, strict=True)
     ]
-    forcing = forcing_of(scene)
-    per_square = np.stack([load.value for load in each])
+    orders = np.arange(1, len(each[0].value) + 1)
     # the errors count the guard orders, which stand for all that is dropped
-    per_square[:, forcing.retained :] *= forcing.tail
-    matrices, shapes = linear_system(scene)[:2]
-    ratio = ratios_of(scene, LinearSystem(matrices, shapes)).value
-    _warn_of_coupling(scene, matrices, shapes)
-    system = ModalSystem(shapes.shape, shapes.natural_frequency, ratio)
-    orders = np.arange(1, per_square.shape[1] + 1)
-    loads = Loads(orders, per_square, np.zeros((2, 6)), forcing.retained)
-    speed = scene.case.machine.speed
-    return _Study(system, loads, options, speed, options.between)
+    share = np.where(orders > forcing.retained, forcing.tail, 1.0)[:, None]
+    ratio = ratios_of(scene, LinearSystem(linear.matrices, linear.shapes)).value
+    system = ModalSystem(linear.shapes.shape, linear.shapes.natural_frequency, ratio)
+    return system, modal_loads(system, Loads(orders, stack(each, 0) * share, forcing.retained))
 
 
-def _warn_of_coupling(scene: Scene, matrices: Linear, shapes: Modes) -> None:
+def _warn_of_coupling(scene: Scene) -> None:
     """Say so where damping leads from one mode to another, which the motion in time leaves out."""
+    matrices, shapes = linear_system(scene)[:2]
     shape, root = shapes.shape, np.sqrt(shapes.natural_frequency)
     between = shape.T @ matrices.damping @ shape
     between = np.abs(between + (shape.T @ matrices.structural @ shape) / np.outer(root, root))
@@ -177,163 +164,93 @@ def _warn_of_coupling(scene: Scene, matrices: Linear, shapes: Modes) -> None:
         )
 
 
-def _emit_instant(scene: Scene, study: _Study) -> None:
-    options = study.options
-    transients = [
-        instantaneous(
-            study.system,
-            study.loads,
-            before,
-            after,
-            study.speed,
-            angle=options.crank_angle,
-            duration=options.after,
-            buckets=BUCKETS,
-            tolerance=options.settled,
-        )
-        for before, after in study.changes
-    ]
-    _emit_transients(scene, study, Instant, transients)
-    if not scene.wants(*paths_of(Instant, "worst_kinetic_energy_peak", "worst_angle")):
-        return
-    worst = [worst_instant(study.system, study.loads, *pair, study.speed) for pair in study.changes]
-    peak = _of_column(worst, COLUMNS.kinetic)
-    angle = np.array([each.angle[COLUMNS.kinetic] for each in worst])
-    # the peak is flat: where it is follows from half the digits of how high it is
-    found = Instant(
-        worst_angle=Bounded(angle, np.sqrt(peak.error / peak.value + EPSILON)),
-        worst_kinetic_energy_peak=peak,
-    )
-    scene.emit_all(found, {"change": study.labels})
-
-
-def _emit_reversal(scene: Scene, study: _Study) -> None:
-    options, speed = study.options, study.speed
-    sense = -1.0 if options.reverses else 1.0
-    profiles, transients = [], []
-    for before, after in study.changes:
-        profile = [SpeedSegment(options.run_down, speed, 0.0, before)]
-        if options.stand > 0.0:
-            profile.append(SpeedSegment(options.stand, 0.0, 0.0, after))
-        profile.append(SpeedSegment(options.run_up, 0.0, sense * speed, after))
-        profile.append(SpeedSegment(options.after, sense * speed, sense * speed, after))
-        profiles.append(profile)
-        transients.append(
-            follow(
-                study.system,
-                study.loads,
-                profile,
-                angle=options.crank_angle,
-                before=before,
-                buckets=BUCKETS,
-                tolerance=options.settled,
-            )
-        )
-    _emit_transients(scene, study, Reversal, transients)
-
-    def slow() -> Bounded:
-        peaks = [slow_peaks(study.system, study.loads, profile) for profile in profiles]
-        return _of_column(peaks, COLUMNS.kinetic)
-
-    history = [each.history for each in transients]
-    turning = np.array([each.speed[1:] for each in history])
-    found = Reversal(
-        speed=Bounded(turning, np.asarray(8.0 * EPSILON * speed)), slow_kinetic_energy=slow
-    )
-    scene.emit_all(found, {"change": study.labels, "reversal_time": history[0].time[1:]})
-    _emit_passages(scene, study, profiles)
-
-
-def _of_column(peaks: Sequence[Any], column: int | slice) -> Bounded:
-    """A reading of each change, with its error."""
-    value, error = (
-        np.array([getattr(one, name)[column] for one in peaks]) for name in ("value", "error")
-    )
-    return Bounded(value, error)
-
-
-def _emit_passages(scene: Scene, study: _Study, profiles: list[list[SpeedSegment]]) -> None:
-    rows = [
-        (number, met)
-        for number, profile in enumerate(profiles, start=1)
-        for met in passages(study.system, study.loads, profile)
-    ]
-    strongest = max((met.slow_energy for _, met in rows), default=0.0)
-    rows = [row for row in rows if row[1].slow_energy >= WORTH_NAMING * strongest]
-
-    def every(name: str) -> np.ndarray:
-        return np.array([getattr(met, name) for _, met in rows])
-
-    found = Passages(
-        change=np.array([number for number, _ in rows]),
-        mode=every("mode"),
-        order=every("order"),
-        speed=rounded(every("speed"), 128),
-        time=rounded(every("time"), 128),
-        haste=rounded(every("haste"), 128),
-    )
-    scene.emit_all(found, {"passage": np.arange(1, len(rows) + 1)})
-
-
-def _emit_steady(scene: Scene, study: _Study) -> None:
-    modal = modal_loads(study.system, study.loads)
-    peaks = [
-        steady_peaks(
-            study.system,
-            steady_motion(study.system, modal, which, study.speed),
-            modal.orders,
-            study.speed,
-        )
-        for which in (0, 1)
-    ]
-    energy = _of_column(peaks, COLUMNS.kinetic)
-    scene.emit_all(BesidesChanges(steady_energy=energy), {"operation": study.names})
-
-
-def _emit_transients(
-    scene: Scene, study: _Study, group: type[Change], transients: list[Transient]
+def _warn_of_short_watch(
+    scene: Scene, labels: Sequence[str], words: str, after: float, transients: Sequence[Transient]
 ) -> None:
-    """Peaks, settling, and for pictures highest and lowest samples with the error of a sample."""
-    options, kinetic = study.options, COLUMNS.kinetic
-    at_once = group is Instant
-    words = "at once" if at_once else "through rest"
-    short = short_watch_warning(study.labels, words, options.after, transients)
-    if short is not None:
-        scene.warn(short)
-    peaks = [lasting_peaks(each) for each in transients]
-    time, speed, off = (
-        np.array([getattr(each, name)[kinetic] for each in peaks])
-        for name in ("time", "speed", "time_error")
-    )
-    # at once, the crank keeps its speed
-    slope = 0.0 if at_once else study.speed / min(options.run_down, options.run_up)
-    error = np.array([each.peaks.error for each in transients])[..., None]
-    high, low = (
-        np.swapaxes([getattr(each.history, name) for each in transients], -1, -2)
-        for name in ("high", "low")
+    """One sentence for the changes of which larger peaks may come after the time watched.
+
+    `after` in s is that time from the last change of load, `words` say how the change is made.
+    """
+    parts = []
+    for label, each in zip(labels, transients, strict=True):
+        grows = _may_grow(each) if each.settled.value > after else []
+        if grows:
+            parts.append(
+                f"{label} {words} settles in {each.settled.value:.3g} s; its "
+                f"{', '.join(grows)} may be larger later than the peak that is given"
+            )
+    if parts:
+        scene.warn(
+            f"the {after:.6g} s watched after a change end before the body has settled: "
+            f"{'; '.join(parts)}. Give [response.switching] a longer after"
+        )
+
+
+def _may_grow(transient: Transient) -> list[str]:
+    """`kinetic energy (up to 1.2 times)`: readings whose later bound is above their peak."""
+    names = []
+    for name, part in READINGS.items():
+        (value, error), later = transient.peaks.height[part], transient.later[part]
+        scale = float(np.max(value))
+        beyond = later > value + error + _WORTH_A_WORD * scale
+        if np.any(beyond):
+            times = float(np.max(later[beyond])) / scale if scale > 0.0 else np.inf
+            names.append(name + f" (up to {times:.3g} times)" * (1.001 <= times < np.inf))
+    return names
+
+
+def _emit(
+    scene: Scene,
+    labels: Sequence[str],
+    group: type[Change],
+    transients: Sequence[Transient],
+    gain: float,
+    **more: Any,
+) -> None:
+    """Peaks, settling, and for pictures highest and lowest samples with the error of a sample.
+
+    `gain` is the largest acceleration of the crank, `more` are results of this way alone.
+    """
+    height = stack([each.peaks.height for each in transients], axis=0)
+    place = stack([each.peaks.place for each in transients], axis=0)[:, KINETIC]
+    speed = np.array([each.speed[KINETIC] for each in transients])
+    low, high = (
+        Bounded(np.swapaxes([getattr(each.history, end) for each in transients], 1, 2), error)
+        for error in [height.error[..., None]]
+        for end in ("low", "high")
     )
     found = group(
-        translation_peak=_of_column(peaks, slice(0, 3)),
-        rotation_peak=_of_column(peaks, slice(3, 6)),
-        ground_force_peak=_of_column(peaks, slice(6, 9)),
-        ground_couple_peak=_of_column(peaks, slice(9, 12)),
-        kinetic_energy_peak=_of_column(peaks, kinetic),
-        potential_energy_peak=_of_column(peaks, COLUMNS.potential),
-        peak_time=Bounded(time, off),
-        peak_speed=Bounded(speed, slope * off),
-        settle_time=Bounded(
-            np.array([each.settling.after for each in transients]),
-            np.array([each.settling.error for each in transients]),
-        ),
-        kinetic_energy_high=Bounded(high[:, kinetic], error[:, kinetic]),
-        translation_high=Bounded(high[:, :3], error[:, :3]),
-        translation_low=Bounded(low[:, :3], error[:, :3]),
-    )
+        **{
+            f"{name}_peak": height[:, part]
+            for name, part in zip(
+                ("translation", "rotation", "ground_force", "ground_couple"),
+                READINGS.values(), strict=False,
+            )
+        },
+        kinetic_energy_peak=height[:, KINETIC],
+        potential_energy_peak=height[:, POTENTIAL],
+        peak_time=place,
+        peak_speed=Bounded(speed, gain * place.error),
+        settle_time=stack([each.settled for each in transients]),
+        kinetic_energy_high=high[:, KINETIC],
+        translation_high=high[:, :3],
+        translation_low=low[:, :3],
+        **more,
+    )  # fmt: skip
     passed = transients[0].history.time[1:]
-    axes = {
-        "change": study.labels,
-        "direction": DIRECTIONS,
-        "instant_time": passed,
-        "reversal_time": passed,
-    }
-    scene.emit_all(found, axes)
+    times = dict.fromkeys(("instant_time", "reversal_time"), passed)
+    scene.emit_all(found, {"change": labels, "direction": DIRECTIONS, **times})
+
+
+def _emit_passages(scene: Scene, found: Sequence[Passages]) -> None:
+    """The passages of both changes that are strong enough."""
+    every = Passages(*(np.concatenate(part) for part in zip(*found, strict=True)))
+    change = np.repeat([1, 2], [len(each.mode) for each in found])
+    named = every.energy >= WORTH_NAMING * np.max(every.energy, initial=0.0)
+    speed, time, haste = (
+        rounded(part[named], 128) for part in (every.speed, every.time, every.haste)
+    )
+    rows = results.Passages(
+        change[named], every.mode[named], every.order[named], speed, time, haste
+    )
+    scene.emit_all(rows, {"passage": np.arange(1, np.count_nonzero(named) + 1)})

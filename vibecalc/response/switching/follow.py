@@ -6,126 +6,30 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, maximum, where
+from vibecalc.numerics.cycle_peak import Peak, vector_cycle_peak
+from vibecalc.numerics.maxima import EQUAL, Maxima, by_values
 from vibecalc.numerics.rounding import EPSILON
-from vibecalc.response.switching.motion import Segment, follow_profile
+from vibecalc.response.switching.motion import Followed, follow_profile
 from vibecalc.response.switching.readings import (
+    ENERGY,
     History,
-    ReadingPeaks,
-    columns,
+    course_peaks,
     history,
-    read_bound,
-    reading_peak,
-    reading_peaks,
+    read_error,
     steady_peaks,
-    true_peaks,
 )
 from vibecalc.response.switching.system import (
-    Loads,
     ModalLoads,
     ModalSystem,
     SpeedSegment,
-    SteadyMotion,
-    modal_loads,
+    free_motion,
     modal_size,
-    propagator,
+    poles,
+    steady_amplitude,
     steady_motion,
     steady_state,
 )
-
-# ----------------------------------------------------------------------------
-# When a body has settled into its final motion.
-# ----------------------------------------------------------------------------
-
-_HALVINGS = 100
-
-
-class SettlingTime(NamedTuple):
-    """`time` in s from the course's start, with its error; `after` in s from the last change.
-
-    `deviation` is the size of the deviation just after the last change, over the reference size.
-    """
-
-    time: float
-    error: float
-    after: float
-    deviation: float
-
-
-def settling(
-    system: ModalSystem,
-    deviation: np.ndarray,
-    deviation_error: np.ndarray,
-    last_change: float,
-    reference: float,
-    reference_error: float,
-    tolerance: float,
-) -> SettlingTime:
-    """When free motion from the state `deviation` (modes, 2) has died down.
-
-    The size of the deviation is sqrt(2 E), E being the kinetic and potential energy of the
-    difference between the motion and the final one: a length in the space of states, so that it
-    falls with the amplitude and mixes metres and radians as the machine does. Once the load no
-    longer changes, E only falls, hence one time divides before from after. Settled means
-    sqrt(2 E) <= tolerance * reference.
-
-    Parameters
-    ----------
-    deviation, deviation_error
-        State at `last_change` (s), and the error (modes,) of its sizes.
-    reference, reference_error
-        The size that counts as whole: sqrt(2 E) of the final steady motion at its highest.
-
-    Returns
-    -------
-    Settling
-        The time is `last_change` where the deviation is small enough from there on. Its error
-        is that of both sizes carried over; where energy pauses at the threshold it is as long.
-
-    Raises
-    ------
-    NumericalFailure
-        The threshold lies below the error of the deviation.
-    """
-    start = float(np.sqrt(np.sum(modal_size(system, deviation) ** 2)))
-    uncertainty = float(np.sqrt(np.sum(deviation_error**2))) + 4.0 * EPSILON * start
-    uncertainty += tolerance * reference_error
-    threshold = tolerance * reference
-    if start <= threshold:
-        return SettlingTime(last_change, 0.0, 0.0, start / reference if reference else 0.0)
-    if threshold <= uncertainty:
-        raise NumericalFailure(
-            "no settling time: the final motion is so small that the deviation from it drowns in "
-            "rounding, or in what the dropped orders may add, before it is a small part of it; ask "
-            "for a larger settle tolerance or keep more orders ([excitation] orders)"
-        )
-
-    def size(time: float) -> float:
-        moved = propagator(system, np.asarray(time))(deviation)
-        return float(np.sqrt(np.sum(modal_size(system, moved) ** 2)))
-
-    after = _first_below(size, threshold)
-    low, high = (
-        _first_below(size, level) for level in (threshold + uncertainty, threshold - uncertainty)
-    )
-    error = max(high - after, after - low) + 8.0 * EPSILON * (after + last_change)
-    return SettlingTime(last_change + after, error, after, start / reference)
-
-
-def _first_below(size: Callable[[float], float], level: float) -> float:
-    """The time at which a falling size reaches a level, by doubling and halving."""
-    if size(0.0) <= level:
-        return 0.0
-    low, high = 0.0, 1e-6
-    while size(high) > level:
-        low, high = high, 2.0 * high
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
-        low, high = (middle, high) if size(middle) > level else (low, middle)
-    return high
-
 
 # ----------------------------------------------------------------------------
 # A body on mounts through a course of speeds and operations: what it does on the way.
@@ -133,26 +37,31 @@ def _first_below(size: Callable[[float], float], level: float) -> float:
 
 
 class Transient(NamedTuple):
-    """What a body does on a course; columns as in `readings`.
+    """What a body does on a course that ends at a constant speed; columns as in `readings`.
 
-    `final` (columns,) are the peaks of the steady motion that it settles into, `later` (columns,)
-    bounds whatever comes after the last piece: where it is not above `peaks` these hold for good.
+    `peaks`, one for each column, go on for ever: a peak on the way below that of the steady motion
+    that the body settles into would only say that the time was too short for it. Where the steady
+    motion is the larger one by more than the errors, the body comes up to it later than it is
+    followed, and the place is the end, exactly by that definition. `speed` (columns,) is the
+    crank's at the peaks. `settled` is the time in s from the last change until the deviation from
+    the steady motion, as sqrt(energy), is down to a share of its own. `later` (columns,) bounds
+    whatever comes after the course.
     """
 
     history: History
-    peaks: ReadingPeaks
-    settling: SettlingTime
-    final: Bounded
+    peaks: Maxima
+    speed: np.ndarray
+    settled: Bounded
     later: np.ndarray
 
 
 def follow(
     system: ModalSystem,
-    loads: Loads,
+    loads: ModalLoads,
     profile: Sequence[SpeedSegment],
     *,
+    before: int,
     angle: float = 0.0,
-    before: int | None = None,
     buckets: int = 400,
     tolerance: float = 0.05,
 ) -> Transient:
@@ -161,231 +70,256 @@ def follow(
     Parameters
     ----------
     system, loads
-        Modes with their damping; loads on the body for each operation.
+        Modes with their damping; loads on them for each operation.
     profile
-        Segments in time; each begins at the speed at which the one before it ends. Speed 0 is
-        a stand, negative speeds turn the other way. The last speed and operation go on for ever.
+        Segments in time; each begins at the speed at which the one before it ends. Speed 0 is a
+        stand, negative speeds turn the other way. The last one has a constant speed.
+    before
+        Operation whose steady motion, at the first speed, the body is in at time 0.
     angle
         Crank angle at time 0, rad.
-    before
-        Operation whose steady motion, at the first speed, the body is in at time 0; that of the
-        first segment if not given.
     buckets
         Number of equal spans of time in the history.
     tolerance
         The body has settled when its deviation from the final steady motion, as sqrt(energy), is
         down to this share of the largest sqrt(energy) of that motion, or of the largest on the
-        way if the body comes to rest. Counted from the last change of load at the earliest.
-
-    Returns
-    -------
-    Transient
-        Histories, true peaks, settling; errors are absolute and of the modes and loads as given.
+        way if the body comes to rest. Counted from the start of the last segment.
 
     Raises
     ------
     NumericalFailure
-        A driven mode is not held or has no damping, the course is too long to follow, or the
-        settling drowns in rounding or in what the dropped orders may add.
-    ValueError
-        The speed jumps between segments.
+        The course is too long to follow, or the settling drowns in rounding or in what the dropped
+        orders may add.
     """
-    modal = modal_loads(system, loads)
-    first = profile[0].operation if before is None else before
     total = sum(segment.duration for segment in profile)
-    segments = follow_profile(
-        system, modal, profile, angle=angle, before=first, longest=0.5 * total / buckets
+    followed = follow_profile(
+        system, loads, profile, angle=angle, before=before, longest=0.5 * total / buckets
     )
-    peaks = true_peaks(system, modal, segments)
-    last = segments[-1]
-    steady = steady_motion(system, modal, last.run.operation, last.run.end_speed)
-    final = steady_peaks(system, steady, modal.orders, last.run.end_speed)
-    settled = _settled(system, modal, segments, steady, final, peaks, tolerance)
-    later = _later(system, modal, last, steady, final)
-    return Transient(history(system, modal, segments, buckets), peaks, settled, final, later)
-
-
-def _deviation(
-    system: ModalSystem, loads: ModalLoads, segment: Segment, steady: SteadyMotion, time: float
-) -> np.ndarray:
-    """State (modes, 2) on the grid at a segment's start or end, less the final steady one."""
-    speed = segment.run.end_speed
-    at = steady_state(steady, loads.orders, speed, segment.run.angle_at(np.asarray(time)))
-    difference: np.ndarray = segment.state[0 if time == 0.0 else -1] - at
-    return difference
+    peaks = course_peaks(followed)
+    final = steady_peaks(system, loads, profile[-1].operation, profile[-1].end_speed)
+    settled, left = _settled(followed, loads, peaks.height, final, tolerance)
+    top = final.value + final.error
+    later = top + read_error(system, top, left)
+    clear = final.value - final.error > peaks.height.value + peaks.height.error
+    end = Bounded(np.asarray(total), np.asarray(4.0 * EPSILON * total))
+    place = where(clear, end, peaks.place)
+    run = followed.panels.run[followed.panel_at(place.value)]
+    return Transient(
+        history(followed, buckets),
+        peaks._replace(place=place, height=maximum(peaks.height, final)),
+        followed.course.speed_at(run, place.value),
+        settled,
+        later,
+    )
 
 
 def _settled(
-    system: ModalSystem,
-    loads: ModalLoads,
-    segments: list[Segment],
-    steady: SteadyMotion,
-    final: Bounded,
-    peaks: ReadingPeaks,
-    tolerance: float,
-) -> SettlingTime:
-    last = segments[-1]
-    # a last piece of constant speed is free deviation from its start, a ramp from its end
-    time = 0.0 if last.run.acceleration == 0.0 else last.run.duration
-    deviation = _deviation(system, loads, last, steady, time)
-    energy = columns(len(system.shape)).energy
-    at_standstill = final.value[energy] == 0.0
-    height, uncertainty = (
-        (peaks.value, peaks.error) if at_standstill else (final.value, final.error)
-    )
-    reference = float(np.sqrt(2.0 * height[energy]))
-    uncertainty_size = float(uncertainty[energy]) / reference if reference else 0.0
-    error = last.error + steady.error
-    start = last.run.start + time
-    return settling(system, deviation, error, start, reference, uncertainty_size, tolerance)
+    followed: Followed, loads: ModalLoads, peaks: Bounded, final: Bounded, tolerance: float
+) -> tuple[Bounded, np.ndarray]:
+    """When the free motion from the start of the last segment has died down, in s from there.
 
-
-def _later(
-    system: ModalSystem, loads: ModalLoads, last: Segment, steady: SteadyMotion, final: Bounded
-) -> np.ndarray:
-    """Bound (columns,) on the readings after the course: steady peaks and what is left."""
-    begin = 0.0 if last.run.acceleration == 0.0 else last.run.duration
-    deviation = _deviation(system, loads, last, steady, begin)
-    left = propagator(system, np.asarray(last.run.duration - begin))(deviation)
-    bound = read_bound(system, modal_size(system, left) + last.error + steady.error)
-    top = final.value + final.error
-    later: np.ndarray = top + bound
-    later[-3:] = (np.sqrt(top[-3:]) + np.sqrt(bound[-3:])) ** 2
-    return later
-
-
-# ----------------------------------------------------------------------------
-# Peaks of a change that goes on for ever after the time in which it is followed.
-# ----------------------------------------------------------------------------
-
-
-def lasting_peaks(transient: Transient) -> ReadingPeaks:
-    """The larger of the peaks on the way and of the steady motion that the body settles into.
-
-    A peak below that of the steady motion would only say that the time was too short for it. Where
-    the steady motion is the larger one by more than the errors, the body comes up to it later than
-    it is followed: the time and the speed are those of the end, exactly by that definition.
+    Its size is sqrt(2 E), E being the kinetic and potential energy of the difference between the
+    motion and the final one: a length in the space of states, so that it falls with the amplitude
+    and mixes metres and radians as the machine does. Once the load no longer changes, E only falls,
+    hence one time divides before from after. The error of the time is that of both sizes carried
+    over; where energy pauses at the threshold it is as long. Also the sizes (modes,) that may be
+    left at the end.
     """
-    peaks, final = transient.peaks, transient.final
-    larger = final.value > peaks.value
-    clear = final.value - final.error > peaks.value + peaks.error
-    end = float(transient.history.time[-1])
-    # the error bounds the larger of two, whichever it truly is
-    return ReadingPeaks(
-        np.where(larger, final.value, peaks.value),
-        np.where(clear, final.error, np.maximum(peaks.error, final.error)),
-        np.where(clear, end, peaks.time),
-        np.where(clear, 4.0 * EPSILON * end, peaks.time_error),
-        np.where(clear, transient.history.speed[-1], peaks.speed),
-    )
+    course, panels = followed.course, followed.panels
+    system, speed = course.system, course.speed[-1]
+    steady = steady_motion(system, loads, int(course.operation[-1]), speed)
+    at = steady_state(steady.amplitude, course.orders, speed, course.angle[-1])
+    first = int(np.searchsorted(panels.node, course.time[-2]))
+    deviation = followed.state[first] - at
+    off = followed.error + steady.error
+
+    def size(time: float) -> float:
+        moved = free_motion(system, np.asarray(time), deviation)
+        return float(np.linalg.norm(modal_size(system, moved)))
+
+    whole = peaks if final.value[ENERGY] == 0.0 else final
+    reference = float(np.sqrt(2.0 * whole.value[ENERGY]))
+    threshold, uncertainty = tolerance * reference, np.linalg.norm(off) + 4.0 * EPSILON * size(0.0)
+    uncertainty += tolerance * whole.error[ENERGY] / reference if reference else 0.0
+    if size(0.0) > threshold and threshold <= uncertainty:
+        raise NumericalFailure(
+            "no settling time: the final motion is so small that the deviation from it drowns in "
+            "rounding, or in what the dropped orders may add, before it is a small part of it; ask "
+            "for a larger settle tolerance or keep more orders ([excitation] orders)"
+        )
+    after = _first_below(size, threshold)
+    others = [_first_below(size, threshold + side * uncertainty) for side in (1.0, -1.0)]
+    error = np.max(np.abs(np.array(others) - after)) + 8.0 * EPSILON * (after + course.time[-2])
+    left = modal_size(system, free_motion(system, course.time[-1] - course.time[-2], deviation))
+    return Bounded(np.asarray(after), error if after > 0.0 else np.asarray(0.0)), left + off
+
+
+def _first_below(size: Callable[[float], float], level: float) -> float:
+    """The time at which a falling size reaches a level."""
+    from scipy.optimize import brentq
+
+    if size(0.0) <= level:
+        return 0.0
+    high = 1e-6
+    while size(high) > level:
+        high *= 2.0
+    return float(brentq(lambda time: size(time) - level, 0.0, high, xtol=1e-300))
 
 
 # ----------------------------------------------------------------------------
-# What the same course would do if it were run infinitely slowly.
+# The largest kinetic energy over all crank angles of a change within no time, and over all speeds
+# at which the same course would pass if it were run infinitely slowly.
+#
+# Both are the highest point of a curve of which each value is a peak over a cycle. Where one moment
+# of the cycle takes over from another the curve has a kink, but that is never a maximum.
 # ----------------------------------------------------------------------------
 
-_BASE, _NEAR = 100, 6
-_PARTS, _ROUNDS = 9, 25
-#: a search ends when neighbouring speeds differ by less than this share
-_FINE = 1e-11
-#: peaks on the first speeds that are searched, as a share of the highest
-_NEARLY = 0.9
+
+def _highest(
+    curve: Callable[[np.ndarray], Peak], at: np.ndarray, value: np.ndarray
+) -> tuple[Bounded, float]:
+    """The highest value of a curve, known at places `at` (n,) close enough, and its place."""
+    end = int(np.argmax(value))
+    inner = (value[1:-1] >= value[:-2]) & (value[1:-1] > value[2:])
+    top = np.flatnonzero(inner & (value[1:-1] >= EQUAL**2 * value[end])) + 1
+    found = by_values(
+        lambda _, place: curve(place).value, np.zeros(len(top), dtype=np.int64),
+        at[top - 1], at[top], at[top + 1],
+    )  # fmt: skip
+    if len(found.row) and found.height.value[0] >= value[end]:
+        return found.height[0], float(found.place.value[0])
+    return Bounded(value[end], np.zeros(())), float(at[end])
 
 
-class SlowPeaks(NamedTuple):
-    """Largest steady peak of each reading (columns,) over all speeds, its error and the speed."""
-
-    value: np.ndarray
-    error: np.ndarray
-    speed: np.ndarray
+def _energy(length: Bounded, off: np.ndarray, size: np.ndarray) -> Bounded:
+    """Kinetic energy of a length of velocities; `off` are errors of modes, of a `size`."""
+    error = length.error + np.linalg.norm(off + 16.0 * EPSILON * size)
+    return Bounded(0.5 * length.value**2, error * (length.value + 0.5 * error))
 
 
-def slow_peaks(system: ModalSystem, loads: Loads, profile: Sequence[SpeedSegment]) -> SlowPeaks:
-    """Largest steady readings at any speed that the course passes or stays at.
+def slow_energy(system: ModalSystem, loads: ModalLoads, operation: int, top: float) -> Bounded:
+    """Largest kinetic energy of the steady motion at any speed from rest to `top`, either sign.
 
-    Speeds stand close around each resonance and evenly between; around the highest of each
-    reading the step is then halved until it no longer matters. Divide the peaks of the transient
-    by these to see what its haste is worth. Loads that grow with acceleration have no part here.
-
-    Raises
-    ------
-    NumericalFailure
-        The search does not settle, or `modal_loads` refuses the loads.
+    Speeds stand close around each resonance and evenly between. Divide the peaks of the transient
+    by this to see what its haste is worth.
     """
-    modal = modal_loads(system, loads)
-    width = 2 * len(system.shape) + 3
-    value, error, best = np.zeros((3, width))
-    for operation in sorted({segment.operation for segment in profile}):
-        mine = [segment for segment in profile if segment.operation == operation]
-        speeds = np.unique(np.concatenate([_speeds(system, modal, segment) for segment in mine]))
-        motion = _motions(system, modal, operation, speeds)
-        heights = reading_peaks(system, *motion, modal.orders)[0]
-        for column in range(width):
-            for low, high in _promising(speeds, heights[:, column]):
-                top, missing, at = _peak(system, modal, operation, low, high, column)
-                if top > value[column]:
-                    steady = steady_motion(system, modal, operation, at)
-                    uncertainty = steady_peaks(system, steady, modal.orders, at).error[column]
-                    value[column], error[column], best[column] = top, uncertainty + missing, at
-    return SlowPeaks(value, error, best)
+    orders, amplitude = loads.orders[: loads.retained], loads.amplitude[operation]
 
+    def curve(speed: np.ndarray) -> Peak:
+        moved = steady_amplitude(system, orders, amplitude[: loads.retained], speed).value
+        return vector_cycle_peak(
+            np.swapaxes(1j * orders[:, None] * speed[..., None, None] * moved, -1, -2), orders
+        )
 
-def _speeds(system: ModalSystem, loads: ModalLoads, segment: SpeedSegment) -> np.ndarray:
-    low, high = sorted((segment.start_speed, segment.end_speed))
-    spread = np.concatenate([[0.0], np.geomspace(0.1, 30.0, _NEAR)])
+    spread = np.concatenate([[0.0], np.geomspace(0.1, 30.0, 6)])
     spread = np.concatenate([-spread[:0:-1], spread])
-    centre = (system.frequency / loads.orders[:, None])[..., None]
-    near = np.ravel(centre * (1.0 + np.minimum(system.damping_ratio, 1.0)[:, None] * spread))
-    near = np.concatenate([near, -near])
-    inside = near[(near > low) & (near < high)]
-    return np.concatenate([np.linspace(low, high, _BASE), inside])
+    width = np.minimum(system.damping_ratio, 1.0)[:, None] * spread
+    near = np.ravel((system.frequency / orders[:, None])[..., None] * (1.0 + width))
+    near = np.unique(np.concatenate([np.linspace(0.0, abs(top), 100), near]))
+    speeds = np.sort(np.copysign(near[(near >= 0.0) & (near <= abs(top))], top))
+    length, speed = _highest(curve, speeds, curve(speeds).value)
+    steady = steady_motion(system, loads, operation, speed)
+    size = np.sum(np.abs((orders * speed)[:, None] * steady.amplitude), axis=0)
+    return _energy(length, steady.error, size)
 
 
-def _promising(speeds: np.ndarray, heights: np.ndarray) -> list[tuple[float, float]]:
-    """Neighbours of each peak on the speeds that nearly reaches the highest."""
-    padded = np.concatenate([[-1.0], heights, [-1.0]])
-    peak = (heights >= padded[:-2]) & (heights > padded[2:]) & (heights > 0.0)
-    tops = np.flatnonzero(peak & (heights >= _NEARLY * np.max(heights)))
-    last = len(speeds) - 1
-    return [(speeds[max(top - 1, 0)], speeds[min(top + 1, last)]) for top in tops.tolist()]
+#: phase that the motion turns between two times that are looked at, and how many of these at most
+_COARSE, _TIMES, _MOST_BLOCKS = 0.4, 128, 40
 
 
-def _motions(
-    system: ModalSystem, loads: ModalLoads, operation: int, speeds: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Steady amplitudes (speeds, orders, modes) of q and q'."""
-    amplitude = np.array(
-        [steady_motion(system, loads, operation, speed).amplitude for speed in speeds.tolist()]
-    )
-    return amplitude, 1j * (loads.orders * speeds[:, None])[..., None] * amplitude
+def worst_instant(
+    system: ModalSystem, loads: ModalLoads, before: int, after: int, speed: float
+) -> tuple[Bounded, float]:
+    """Largest kinetic energy after a change within no time, and its crank angle in [0, 2 pi).
 
-
-def _peak(
-    system: ModalSystem,
-    loads: ModalLoads,
-    operation: int,
-    low: float,
-    high: float,
-    column: int,
-) -> tuple[float, float, float]:
-    """Highest value of one column between two speeds, what may be missing, and its speed.
-
-    Of three equally spaced points on a parabola the middle one, if highest, lacks at most a
-    quarter of the larger drop to the others; twice that is granted.
+    At a time t after the change the velocities are a sum of orders of the angle of change: the
+    largest energy over all angles is a peak over a cycle. Later than a time at which the free
+    motion left cannot add to the peak, nothing is sought. What is not decided by then stands in the
+    error: with hardly any damping the free motion of several modes may still come together much
+    later, and the error is a bound on that.
     """
-    top = drop = at = 0.0
-    for _ in range(_ROUNDS):
-        between = np.linspace(low, high, _PARTS)
-        motion = _motions(system, loads, operation, between)
-        heights = reading_peak(system, *motion, loads.orders, column)[0]
-        number = int(np.argmax(heights))
-        sides = (max(number - 1, 0), min(number + 1, _PARTS - 1))
-        top, at = float(heights[number]), float(between[number])
-        drop = top - float(np.min(heights[list(sides)]))
-        low, high = (float(between[side]) for side in sides)
-        if drop <= _FINE * top or low == high:
-            return top, 0.5 * drop, at
-    raise NumericalFailure(
-        f"the largest steady motion near {at:.9g} rad/s was not found: it still changes by "
-        f"{drop / top:.1g} of itself between neighbouring speeds"
-    )
+    orders = loads.orders[: loads.retained]
+    rates = 1j * (orders * speed)[:, None]
+    old, new = (steady_motion(system, loads, which, speed) for which in (before, after))
+    gone = old.amplitude - new.amplitude
+    gone = np.stack([gone, rates * gone], axis=-1)
+
+    def curve(time: np.ndarray) -> Peak:
+        # the angle counts from the change: the final motion has turned since
+        turned = rates * np.exp(rates * time[..., None, None]) * new.amplitude
+        free = free_motion(system, time[..., None], gone)[..., 1]
+        return vector_cycle_peak(np.swapaxes(turned + free, -1, -2), orders)
+
+    def left(time: float) -> float:
+        """Bound on what free motion still adds, which never grows."""
+        moved = modal_size(system, free_motion(system, np.asarray(time), gone))
+        return float(np.linalg.norm(np.sum(moved, axis=0)))
+
+    forced, free = np.abs(rates * new.amplitude), modal_size(system, gone)
+    size = np.sum(forced + free, axis=0)
+    off = 2.0 * (old.error + new.error)
+    final = float(vector_cycle_peak((rates * new.amplitude).T, orders).value)
+    if not np.any(free):
+        return _energy(Bounded(np.asarray(final), np.zeros(())), off, size), 0.0
+    slow, gap = poles(system)
+    turning = np.sum(forced * np.abs(rates) ** 2 + free * np.abs(slow - gap) ** 2)
+    step, values = _COARSE * float(np.sqrt(np.sum(size) / turning)), np.zeros(0)
+    for _ in range(_MOST_BLOCKS):
+        block = step * np.arange(len(values), len(values) + _TIMES)
+        values = np.append(values, curve(block).value)
+        later = final + left(block[-1])
+        if later <= np.max(values):
+            break
+    length, time = _highest(curve, step * np.arange(len(values)), values)
+    angle = float(curve(np.array([time])).angle[0])
+    if length.value <= final:
+        length, angle = Bounded(np.asarray(final), length.error), 0.0
+    beyond = np.maximum(later - length.value, 0.0)
+    return _energy(Bounded(length.value, length.error + beyond), off, size), angle
+
+
+# ----------------------------------------------------------------------------
+# Which resonances a speed profile runs through, when, and how fast.
+# ----------------------------------------------------------------------------
+
+
+class Passages(NamedTuple):
+    """Orders that meet modes (from 1) at crank speeds in rad/s and times in s, all (n,).
+
+    `energy` in J is the peak energy of the mode if the crank stayed there. `haste` is
+    n |w'| / (zeta w_j)^2: well below 1 the motion follows as if it stayed, above 1 the resonance
+    has no time to build up.
+    """
+
+    mode: np.ndarray
+    order: np.ndarray
+    speed: np.ndarray
+    time: np.ndarray
+    energy: np.ndarray
+    haste: np.ndarray
+
+
+def passages(system: ModalSystem, loads: ModalLoads, profile: Sequence[SpeedSegment]) -> Passages:
+    """All passages of driven modes in order of time; a constant speed passes none.
+
+    An order n passes a mode where n |w| is its undamped natural frequency; there
+    Q = p_n W^2 / (2 i zeta w_j n W) at W = w_j / n, which is a peak energy of
+    w_j^2 |p_n|^2 / (8 zeta^2 n^4). Modes damped critically or more have no resonance.
+    """
+    order, start, rows = loads.orders[: loads.retained, None], 0.0, []
+    frequency, ratio = system.frequency, system.damping_ratio
+    for duration, first, last, operation in profile:
+        gain = (last - first) / duration
+        if gain:
+            speed = np.copysign(frequency / order, first + last)
+            time = (speed - first) / gain
+            force = np.abs(loads.amplitude.value[operation, : loads.retained])
+            met = (time >= 0.0) & (time < duration) & (force > 0.0) & (ratio < 1.0)
+            n, mode = np.nonzero(met)
+            energy = 0.5 * np.square(0.5 * (frequency * force / order**2)[met] / ratio[mode])
+            haste = order[n, 0] * abs(gain) / np.square((ratio * frequency)[mode])
+            rows.append((mode + 1, order[n, 0], speed[met], start + time[met], energy, haste))
+        start += duration
+    found = [np.concatenate(part) for part in zip(*rows, strict=True)]
+    rank = np.lexsort((found[0], found[3]))
+    return Passages(*(part[rank] for part in found))
