@@ -17,8 +17,7 @@ from vibecalc.core.accuracy.kinds import (
 )
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed
-from vibecalc.numerics.bounded import Bounded, stack
+from vibecalc.excitation.inertia_forces import as_loads
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.linear import dynamics, response
 from vibecalc.numerics.rounding import FloatArray
@@ -28,7 +27,7 @@ from vibecalc.response.adapters.response import forcing_of, linear_system
 from vibecalc.response.adapters.switching import modes_and_loads
 from vibecalc.response.energies import energy_by_order, energy_signal, mass_of, velocity
 from vibecalc.response.forced import modal_response
-from vibecalc.response.operations import Rows, search_phases, superpose
+from vibecalc.response.operations import search_phases, states, superpose
 from vibecalc.response.switching.motion import PANEL_PHASE, Panels, course_of, march, panels_of
 from vibecalc.response.switching.system import (
     SpeedSegment,
@@ -148,48 +147,34 @@ def operations_topics(scene: Scene) -> list[Topic]:
     speed, kept = scene.case.machine.speed, forcing.retained
     orders, weight = forcing.order[:kept], mass_of(system.matrices)
 
-    def at_operating_speed(load: Excitation) -> Bounded:
-        return as_loads(at_speed(load, speed))
-
-    shaking = [at_operating_speed(load) for load in loads.shaking]
-    residual = [[at_operating_speed(load) for load in row] for row in loads.residual]
     parts = superpose(
-        system.matrices, orders, speed,
-        stack([x[:kept] for x in shaking], axis=0),
-        stack([stack([x[0] for x in row], axis=0) for row in residual], axis=0),
+        system.matrices, orders, speed, speed**2 * loads.shaking[:, :kept],
+        speed**2 * loads.residual[..., 0, :],
     )  # fmt: skip
-    first, rate = parts.first, 1j * orders * speed
-    push = parts.shaking.value[:, None, first].conj() * (parts.residual.value @ weight.value)
+    push = parts.shaking.value[:, None, 0].conj() * (parts.residual.value @ weight.value)
     swing = np.abs(np.sum(push, axis=-1))
     if not np.any(swing > 0.0):
         return []
     at = np.unravel_index(int(np.argmax(swing)), swing.shape)
-
-    def moved(part: Bounded, factor: np.ndarray) -> Bounded:
-        return Bounded(part.value * factor, part.error * np.abs(factor))
-
-    one = Bounded(parts.shaking.value[at[0]][None], parts.shaking.error[at[0]][None])
-    other = Bounded(*(part[at][None, None] for part in parts.residual))
-    still = energy_signal(weight, moved(one, rate[:, None]))
-    turning = energy_signal(weight, moved(other, rate[first]))
+    moving = states(parts, 1j * orders * speed)
+    still = energy_signal(weight, moving.shaking[at[0]][None])
+    turned = energy_signal(weight, moving.residual[at][None, None]).harmonics[..., 0]
     used = still.used.copy()
-    used[first] = True
-    rows = Rows(still.harmonics[..., used], orders[used], turning.harmonics[..., 0])
-    place = int(np.flatnonzero(rows.orders == 1)[0])
-    rtol = scene.case.accuracy.rtol
+    used[0] = True
+    harmonics, orders, rtol = still.harmonics[..., used], orders[used], scene.case.accuracy.rtol
 
     def curve(phase: FloatArray) -> FloatArray:
-        signal = np.repeat(rows.harmonics, len(phase), axis=0)
-        signal[..., place] += np.exp(1j * phase)[:, None] * rows.turned
-        return np.asarray(0.5 * np.square(vector_cycle_peak(signal, rows.orders).value))
+        signal = np.repeat(harmonics, len(phase), axis=0)
+        signal[..., 0] += np.exp(1j * phase)[:, None] * turned
+        return np.asarray(0.5 * np.square(vector_cycle_peak(signal, orders).value))
 
     def bounded(tolerance: float) -> Answer:
-        found = search_phases(rows, tolerance)
-        return Answer(np.array([found.high[0]]), float(found.peaks[0]))
+        found, peaks = search_phases(harmonics, orders, turned, tolerance)
+        return Answer(found.high.value, float(peaks[0]))
 
-    known = float(search_phases(rows, rtol).high_phase[0])
+    known = float(search_phases(harmonics, orders, turned, rtol)[0].high_phase[0])
     ask = Ask("operations", "highest peak energy",
-              f"{loads.operations[at[0]]!r} with {loads.balances[at[1]]!r} at any angle",
+              f"{options.operations[at[0]].name!r} with {loads.balances[at[1]]!r} at any angle",
               "response/operations/kinetic_energy/peak_low, peak_high", "J", 12.0,
               "no angle is left out, and both ends are proven to within rtol")  # fmt: skip
     solver = ours("branch and bound", "intervals that can hold no end are dropped", bounded, "rtol",

@@ -8,12 +8,11 @@ import numpy as np
 
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import Forcing, rotating_part, train_excitation
-from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed
+from vibecalc.excitation.adapter import rotating_part, train_excitation
+from vibecalc.excitation.inertia_forces import as_loads
 from vibecalc.kinematics.adapter import PistonMotion
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, reshaped, stack
 from vibecalc.numerics.linear import UndrivenModes
-from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.crank_train import (
     build_crank_train,
     cancelling_weights,
@@ -48,7 +47,7 @@ from vibecalc.response.operations import (
     superpose,
 )
 from vibecalc.response.results import OperationsEnergy, OperationsKinetic, OperationsPotential
-from vibecalc.response.tables import Balance, Operation, Response
+from vibecalc.response.tables import Balance, Operation
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -61,16 +60,16 @@ AS_IN_CASE = "as in the case"
 
 
 class OperationLoads(NamedTuple):
-    """Loads per crank speed squared: `shaking` of each operation, `residual` of each balance too.
+    """Loads per crank speed squared on the body, of operations and the named balances.
 
-    Shaking is that of pistons, weights and shafts of the case; the residual is that of the throws
-    which turn and of the weights which cancel the throws of a balance.
+    `shaking` (..., operations, orders, 6) is that of pistons, weights and shafts of the case;
+    `residual` (..., operations, balances, orders, 6) that of the throws which turn and of the
+    weights which cancel the throws of a balance.
     """
 
-    operations: tuple[str, ...]
     balances: tuple[str, ...]
-    shaking: tuple[Excitation, ...]
-    residual: tuple[tuple[Excitation, ...], ...]
+    shaking: Bounded
+    residual: Bounded
 
 
 def operation_loads(
@@ -97,26 +96,31 @@ def operation_loads(
         for operation in operations
     ]
 
-    def residual(case: "Case") -> tuple[tuple[Excitation, ...], ...]:
+    def residual(case: "Case") -> Bounded:
         """What turns and is not balanced, which no weight of the case changes."""
         train = build_crank_train(case.machine.crank_train)
         running = [throws(moving(train, operation.working, idle)) for operation in operations]
         cancelling = [cancelling_weights(train, names) for _, names in named]
-        return tuple(
-            tuple(
+        rows = [
+            [
                 rotating_part(train, rotating_masses([*row, *weights]), highest)
                 for weights in cancelling
-            )
+            ]
             for row in running
-        )
+        ]
+        return _stacked([_stacked([as_loads(one) for one in row], -3) for row in rows], -4)
 
     which = [(operation.name, operation.working) for operation in operations]
     return OperationLoads(
-        tuple(operation.name for operation in operations),
         tuple(name for name, _ in named),
-        tuple(shaking),
+        _stacked([as_loads(one) for one in shaking], -3),
         scene.once(f"residual of {which} with {named} to order {highest}, {idle}", residual),
     )
+
+
+def _stacked(rows: Sequence[Bounded], axis: int) -> Bounded:
+    shape = np.broadcast_shapes(*(row.shape for row in rows))
+    return stack([reshaped(row, lambda part: np.broadcast_to(part, shape)) for row in rows], axis)
 
 
 # ----------------------------------------------------------------------------
@@ -126,38 +130,35 @@ def operation_loads(
 
 def run_operations(scene: Scene) -> None:
     """Emit mean, peak and range of the energies of all combinations."""
-    forcing, system = forcing_of(scene), linear_system(scene)
-    options = scene.case.response
-    if options is None:
-        raise ValueError("the case has no [response]")
+    forcing, system, options = forcing_of(scene), linear_system(scene), scene.case.response
+    assert options is not None
     scene.cite(
         "operations and balances combined as phasors",
         "energies of every way of running the machine",
         "docs/theory.md; the table of combinations is that of Ong (2000), table 4.4",
     )
     loads = operation_loads(scene, options.operations, options.balances)
-    speed, orders = scene.case.machine.speed, forcing.order
+    speed, orders = np.asarray(scene.case.machine.speed), forcing.order
+    square = np.square(speed)[..., None, None, None]
     parts = superpose(
         system.matrices,
         orders,
         speed,
-        _stacked([as_loads(at_speed(load, speed)) for load in loads.shaking], -3),
-        _stacked([_first(row, speed) for row in loads.residual], -3),
+        loads.shaking * square,
+        loads.residual[..., 0, :] * square,
         _undriven(scene, system, loads, orders),
     )
-    _emit(scene, system, options, forcing, loads, parts)
-
-
-def _first(row: Sequence[Excitation], speed: float) -> Bounded:
-    """Order 1 (..., balances, 6) of each residual load at a crank speed."""
-    each = [as_loads(at_speed(load, speed)) for load in row]
-    return _stacked([load[..., 0, :] for load in each], -2)
-
-
-def _stacked(rows: Sequence[Bounded], axis: int) -> Bounded:
-    values = np.broadcast_arrays(*(row.value for row in rows))
-    errors = np.broadcast_arrays(*(row.error for row in rows))
-    return Bounded(np.stack(values, axis), np.stack(errors, axis))
+    axes = {
+        "operation": tuple(operation.name for operation in options.operations),
+        "balance": loads.balances,
+    }
+    kinds: tuple[tuple[type[OperationsEnergy], Bounded, np.ndarray], ...] = (
+        (OperationsKinetic, mass_of(system.matrices), 1j * orders * speed[..., None]),
+        (OperationsPotential, stiffness_of(system.matrices), np.ones(len(orders))),
+    )
+    for group, weight, rate in kinds:
+        if scene.wants(*paths_of(group)):
+            scene.emit_all(_energies(scene, group, weight, states(parts, rate)), axes)
 
 
 def _undriven(
@@ -168,100 +169,53 @@ def _undriven(
     The parts are judged one by one: two that cancel at the nominal phase of a weight do not cancel
     at the others, over which the range of the energies goes.
     """
-    parts = [*loads.shaking, *(residual for row in loads.residual for residual in row)]
-    known = resonances_of(system, as_loads(parts[0]))
-    found = [
-        undriven_at_operating_point(scene, system, as_loads(load), orders, known) for load in parts
-    ]
+    running, balances = loads.residual.shape[-4:-2]
+    parts = [loads.shaking[..., i, :, :] for i in range(running)]
+    parts += [loads.residual[..., i, j, :, :] for i in range(running) for j in range(balances)]
+    known = resonances_of(system, parts[0])
+    found = [undriven_at_operating_point(scene, system, one, orders, known) for one in parts]
     pairs = functools.reduce(np.logical_and, (each.pairs for each in found))
     return found[0]._replace(pairs=pairs)
 
 
-def _emit(
-    scene: Scene,
-    system: LinearSystem,
-    options: Response,
-    forcing: Forcing,
-    loads: OperationLoads,
-    parts: SuperposedMotion,
-) -> None:
-    orders, speed = forcing.order, scene.case.machine.speed
-    axes = {"operation": loads.operations, "balance": loads.balances}
-    weights = np.array([operation.weight for operation in options.operations])
-    kinds: tuple[tuple[type[OperationsEnergy], Bounded, np.ndarray], ...] = (
-        (OperationsKinetic, mass_of(system.matrices), 1j * orders * np.asarray(speed)[..., None]),
-        (OperationsPotential, stiffness_of(system.matrices), np.ones(len(orders))),
+def _energies(
+    scene: Scene, group: type[OperationsEnergy], matrix: Bounded, state: SuperposedMotion
+) -> OperationsEnergy:
+    """Energies of one kind; what is sought, and not summed, only where somebody wants it."""
+    forcing, options = forcing_of(scene), scene.case.response
+    assert options is not None
+    orders, used, tail = forcing.order, forcing.retained, np.asarray(forcing.tail)[..., None]
+    weight = matrix[..., None, :, :]  # the same for all operations
+    whole, of_each = at_phase(state), weight[..., None, :, :]
+    mean = mean_over_cycle(of_each, whole, used, tail[..., None])
+    rotating = energy_by_order(weight, state.residual)
+    shares = np.array([operation.weight for operation in options.operations])
+    shares = (shares / shares.sum())[:, None]
+
+    def peak() -> Bounded:
+        found = energy_over_cycle(of_each, whole, orders, used, tail[..., None])
+        return Bounded(found.peak, found.peak_error)
+
+    @functools.cache
+    def means() -> PhaseRange:
+        dropped = dropped_mean(weight, state.shaking[..., used:, :], tail)
+        kept = state._replace(shaking=state.shaking[..., :used, :])
+        return mean_energy_range(weight, kept, dropped)
+
+    @functools.cache
+    def peaks() -> PhaseRange:
+        rtol = scene.case.accuracy.rtol
+        return peak_energy_range(matrix, state, orders, used, float(forcing.tail), rtol)
+
+    return group(
+        mean=mean,
+        peak=peak,
+        mean_low=lambda: means().low,
+        mean_high=lambda: means().high,
+        peak_low=lambda: peaks().low,
+        peak_high=lambda: peaks().high,
+        rotating_mean=Bounded(rotating.mean, rotating.mean_error),
+        rotating_peak=Bounded(rotating.peak, rotating.peak_error),
+        difference=mean.max(axis=-2) + (-mean).max(axis=-2),
+        weighted=(mean * shares).sum(axis=-2),
     )
-    for group, matrix, rate in kinds:
-        if not scene.wants(*paths_of(group)):
-            continue
-        weight = matrix[..., None, :, :]  # the same for all operations
-        state = states(parts, rate)
-        mean = _emit_cycle(scene, group, weight[..., None, :, :], at_phase(state), forcing, axes)
-        _emit_together(scene, group, mean, weights, axes)
-        rotating = energy_by_order(weight, state.residual)
-        of_weights = group(
-            rotating_mean=Bounded(rotating.mean, rotating.mean_error),
-            rotating_peak=Bounded(rotating.peak, rotating.peak_error),
-        )
-        scene.emit_all(of_weights, axes)
-        if scene.wants(*paths_of(group, "mean_low", "mean_high")):
-            low, high = _ends(_mean_range(weight, state, forcing))
-            scene.emit_all(group(mean_low=low, mean_high=high), axes)
-        if scene.wants(*paths_of(group, "peak_low", "peak_high")):
-            rtol, tail = scene.case.accuracy.rtol, float(forcing.tail)
-            low, high = _ends(
-                peak_energy_range(matrix, state, orders, forcing.retained, tail, rtol)
-            )
-            scene.emit_all(group(peak_low=low, peak_high=high), axes)
-
-
-def _emit_cycle(
-    scene: Scene,
-    group: type[OperationsEnergy],
-    weight: Bounded,
-    state: Bounded,
-    forcing: Forcing,
-    axes: dict[str, tuple[str, ...]],
-) -> Bounded:
-    """Mean and peak over the cycle; the peak, which is sought, only where somebody wants it."""
-    used, tail = forcing.retained, np.asarray(forcing.tail)[..., None, None]
-    if scene.wants(*paths_of(group, "peak")):
-        whole = energy_over_cycle(weight, state, forcing.order, used, tail)
-        mean = Bounded(whole.mean, whole.mean_error)
-        scene.emit_all(group(peak=Bounded(whole.peak, whole.peak_error)), axes)
-    else:
-        mean = mean_over_cycle(weight, state, used, tail)
-    scene.emit_all(group(mean=mean), axes)
-    return mean
-
-
-def _mean_range(weight: Bounded, state: SuperposedMotion, forcing: Forcing) -> PhaseRange:
-    used, shaking = forcing.retained, state.shaking
-    guards, first = shaking[..., used:, :], shaking[..., :used, :]
-    dropped = dropped_mean(weight, guards, np.asarray(forcing.tail)[..., None])
-    return mean_energy_range(weight, state._replace(shaking=first), dropped)
-
-
-def _ends(found: PhaseRange) -> tuple[Bounded, Bounded]:
-    return Bounded(found.low, found.low_error), Bounded(found.high, found.high_error)
-
-
-def _emit_together(
-    scene: Scene,
-    group: type[OperationsEnergy],
-    energy: Bounded,
-    weights: np.ndarray,
-    axes: dict[str, tuple[str, ...]],
-) -> None:
-    """How far the operations are apart, and their weighted mean, for each balance."""
-    mean, error = energy
-    apart = mean.max(axis=-2) - mean.min(axis=-2)
-    uncertainty = 2.0 * error.max(axis=-2) + EPSILON * mean.max(axis=-2)
-    scene.emit_all(group(difference=Bounded(apart, uncertainty)), axes)
-    total = float(weights.sum())
-    if total > 0.0:
-        share = weights / total
-        together = np.einsum("o,...ob->...b", share, mean)
-        spread = np.einsum("o,...ob->...b", share, error) + len(share) * EPSILON * together
-        scene.emit_all(group(weighted=Bounded(together, spread)), axes)

@@ -9,7 +9,6 @@ import numpy as np
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS
-from vibecalc.excitation.inertia_forces import add, as_loads
 from vibecalc.numerics.bounded import Bounded, rounded, stack
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.response import results
@@ -135,16 +134,13 @@ def modes_and_loads(scene: Scene) -> tuple[ModalSystem, ModalLoads]:
     known = {operation.name: operation for operation in response.operations}
     found = operation_loads(scene, [known[name] for name in response.switching.between])
     forcing, linear = forcing_of(scene), linear_system(scene)
-    each = [
-        as_loads(add(shaking, row[0]))
-        for shaking, row in zip(found.shaking, found.residual, strict=True)
-    ]
-    orders = np.arange(1, len(each[0].value) + 1)
+    each = found.shaking + found.residual[:, 0]
+    orders = np.arange(1, each.shape[1] + 1)
     # the errors count the guard orders, which stand for all that is dropped
     share = np.where(orders > forcing.retained, forcing.tail, 1.0)[:, None]
     ratio = ratios_of(scene, LinearSystem(linear.matrices, linear.shapes)).value
     system = ModalSystem(linear.shapes.shape, linear.shapes.natural_frequency, ratio)
-    return system, modal_loads(system, Loads(orders, stack(each, 0) * share, forcing.retained))
+    return system, modal_loads(system, Loads(orders, each * share, forcing.retained))
 
 
 def _warn_of_coupling(scene: Scene) -> None:
