@@ -125,19 +125,18 @@ def test_operations_are_bars_with_their_range() -> None:
     result = compressor()
     kinetic, potential = figure(result, "operations").axes
     mean = result.record["response/operations/kinetic_energy/mean"].values
-    heights = [bar.get_height() for group in kinetic.containers[:] if hasattr(group, "patches")
-               for bar in group.patches]  # fmt: skip
+    heights = np.concatenate([bars.get_data().values[::2] for bars in kinetic.patches])
     assert sorted(heights) == pytest.approx(sorted(mean.ravel()))
     ranges = [path.vertices[:, 1] for line in kinetic.collections for path in line.get_paths()]
     low = result.record["response/operations/kinetic_energy/mean_low"].values
     found = [pair for pair in ranges if len(pair) == 2]
     assert any(pair.min() == pytest.approx(low[1, 0]) for pair in found)
     assert len(found) == 2 * 6
-    assert "0.0692 J\napart" in words(kinetic)
+    assert "0.0692 J apart" in words(kinetic)
     levels = [line.get_ydata()[0] for line in kinetic.get_lines() if line.get_linestyle() == "--"]
     weighted = result.record["response/operations/kinetic_energy/weighted"].values
     assert levels == pytest.approx(list(weighted))
-    assert potential.get_xticklabels()[0].get_text() == "balance A+B"
+    assert potential.get_xticklabels()[0].get_text() == "A+B"
 
 
 def test_one_operation_with_one_balance_has_a_picture() -> None:
@@ -146,8 +145,7 @@ def test_one_operation_with_one_balance_has_a_picture() -> None:
     path = "response/operations/kinetic_energy/mean"
     (axes,) = figure(compressor([quantity(path, [[0.02]], "J", one, sole)]), "operations").axes
     (bar,) = axes.patches
-    left, right = axes.get_xlim()
-    assert bar.get_width() < 0.4 * (right - left)
+    assert bar.get_data().values.tolist() == [0.02]
 
 
 def test_switching_shows_envelope_energy_and_speed() -> None:
@@ -171,7 +169,7 @@ def test_switching_shows_envelope_energy_and_speed() -> None:
         assert [float(dot.get_ydata()[0]) for dot in dots] == pytest.approx(list(energy))
     speed = np.asarray(grid[3, 0].get_lines()[0].get_ydata())
     assert (speed.max(), speed.min()) == pytest.approx((3447.3, -3447.3), rel=0.03)
-    assert "at operating speed" in words(grid[3, 1])
+    assert np.ptp(grid[3, 1].get_lines()[0].get_ydata()) == 0.0
     assert grid[3, 1].get_xlabel() == "time in s"
 
 

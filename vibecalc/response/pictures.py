@@ -1,40 +1,30 @@
 """Pictures of the body on its suspension: energies by order, speed, operation; changes."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import (
-    COLOURS,
-    QUIET,
-    TOTAL,
-    canvas,
-    crests,
-    length_scale,
-    note,
-    usual,
-)
+from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, crests, note, usual
 from vibecalc.core.report.curves import (
     Curve,
     Curves,
     Ends,
+    Mark,
     Panel,
     Plot,
     Source,
+    entry_of,
+    first_of,
+    level,
     operating,
     peak,
     resonances,
     spans,
 )
-from vibecalc.core.report.sections import having, labels
-from vibecalc.core.report.writing import rpm, show
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.report.sections import having, labels, speed_of
+from vibecalc.core.report.writing import show
+from vibecalc.core.results.record import Quantity, Result
 from vibecalc.response.report import SMALLEST
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 # ----------------------------------------------------------------------------
 # Kinetic and potential energy of each order alone, over as many decades as there are.
@@ -176,124 +166,94 @@ RESPONSE_RUN_UP = Curves(
 # ----------------------------------------------------------------------------
 
 _OPERATIONS = "response/operations/"
-_AXES = ("operation", "balance")
-_GROUP = 0.68
-#: places of a peak's diamond and, next to it, of its range, in widths of a bar from the middle
-_PEAK, _NEARBY = 0.12, 0.37
+#: width of the bars of a balance together
+_GROUP = 0.8
+#: of a quantity, from the middle of a bar in widths, and the dashes of its range
+_PLACES = {"mean": (-0.2, "-"), "peak": (0.37, (0, (2, 1.5)))}
 #: a range below this share of the energy is none
 _NARROW = 1e-6
 
 
-def draw_operations(result: Result) -> "Figure | None":
-    """A panel for each kind of energy; None without combinations."""
-    record = result.record
-    found = [
-        (kind, mean)
-        for kind in _KINDS
-        if (mean := having(record, f"{_OPERATIONS}{kind}_energy/mean", *_AXES)) is not None
-    ]
-    if not found:
-        return None
-    subtitle = "energies of the operations with each balance"
-    figure = canvas(result, subtitle, 1.5 + 3.4 * len(found))
-    panels = list(figure.subplots(len(found), 1, sharex=True, squeeze=False)[:, 0])
-    for axes, (kind, mean) in zip(panels, found, strict=True):
-        _bars(axes, record, kind, mean)
-        _together(axes, record, kind, mean)
-        axes.set_ylabel(f"{kind} energy in {mean.unit}")
-        axes.set_ylim(bottom=0.0)
-        axes.margins(y=0.12)
-        axes.grid(visible=False, axis="x")
-    balances = labels(found[0][1].axes[1])
-    panels[-1].set_xticks(range(len(balances)), [f"balance {name}" for name in balances])
-    # A few groups keep to the middle: bars as broad as the page are hard to compare.
-    aside = max(0.5, 0.5 * (3.2 - len(balances)))
-    panels[-1].set_xlim(-aside, len(balances) - 1.0 + aside + 0.12)
-    _legend(figure, panels[0])
-    return figure
+def _bars_of(result: Result) -> list[Panel]:
+    """A panel for each kind of energy: a bar for each operation, with what it may reach."""
+    panels = []
+    for kind in _KINDS:
+        path = f"{_OPERATIONS}{kind}_energy/mean"
+        mean = having(result.record, path, "operation", "balance")
+        if mean is not None:
+            each = [
+                Curve(entry_of(path, i), f"{name}: mean", {"color": COLOURS[i % len(COLOURS)]},
+                      bars=True)
+                for i, name in enumerate(labels(mean.axes[0]))
+            ]  # fmt: skip
+            marks = (_ranges(kind, mean), _together(kind, mean))
+            panels.append(Panel(f"{kind} energy", (*each, *marks), ends=(0.0, None)))
+    return panels
 
 
-def _legend(figure: "Figure", axes: "Axes") -> None:
-    """Each entry once: bars, then diamonds, then lines."""
-    once = {words: handle for handle, words in zip(*axes.get_legend_handles_labels(), strict=True)}
-    ends = (": mean", ": peak", "of the weights", "weighted mean")
-    ordered = [words for end in ends for words in once if words.endswith(end)]
-    handles = [once[words] for words in ordered]
-    figure.legend(handles, ordered, loc="outside lower center", ncols=2)
+def _ranges(kind: str, mean: Quantity) -> Mark:
+    """Peaks as diamonds; the range of means in full lines, that of peaks in dashes."""
+
+    def draw(plot: Plot) -> None:
+        found = plot.result.record.quantities.get
+        stem, (count, groups) = f"{_OPERATIONS}{kind}_energy/", mean.values.shape
+        width = _GROUP / count
+        for i, name in enumerate(labels(mean.axes[0])):
+            middle = np.arange(groups) + (i - 0.5 * (count - 1)) * width
+            peak = found(stem + "peak")
+            if peak is not None:
+                plot.axes.plot(
+                    middle + 0.12 * width, plot.factor * peak.values[i], "D", markersize=7,
+                    color=COLOURS[i % len(COLOURS)], markeredgecolor="white",
+                    label=f"{name}: peak", zorder=4,
+                )  # fmt: skip
+            for what, (aside, dashes) in _PLACES.items():
+                low, high = (found(f"{stem}{what}_{end}") for end in ("low", "high"))
+                if low is None or high is None:
+                    continue
+                half = 0.5 * plot.factor * (high.values[i] - low.values[i])
+                wide = half > 0.5 * _NARROW * plot.factor * np.abs(high.values[i])
+                drawn = plot.axes.errorbar(
+                    middle[wide] + aside * width, plot.factor * low.values[i][wide] + half[wide],
+                    yerr=half[wide], fmt="none", ecolor=TOTAL, elinewidth=1.2, capsize=4, zorder=3,
+                    label=f"range of the {what} over the angle of the weights" if any(wide) else "",
+                )  # fmt: skip
+                drawn[2][0].set_linestyle(dashes)
+
+    return draw
 
 
-def _bars(axes: "Axes", record: Record, kind: str, mean: Quantity) -> None:
-    """One bar for each operation, its peak as a diamond, both with their range."""
-    operations, balances = (labels(axis) for axis in mean.axes)
-    stem = f"{_OPERATIONS}{kind}_energy/"
-    peak = having(record, stem + "peak", *_AXES)
-    width = _GROUP / len(operations)
-    for i, name in enumerate(operations):
-        place = np.arange(len(balances)) + (i - 0.5 * (len(operations) - 1)) * width - 0.06
-        colour = COLOURS[i % len(COLOURS)]
-        axes.bar(place, mean.values[i], 0.86 * width, color=colour, label=f"{name}: mean")
-        _range(axes, record, stem + "mean", i, place - 0.2 * width, "mean")
-        if peak is not None:
-            axes.plot(
-                place + _PEAK * width,
-                peak.values[i],
-                "D",
-                color=colour,
-                markeredgecolor="white",
-                markersize=7,
-                label=f"{name}: peak",
-                zorder=4,
-            )
-            _range(axes, record, stem + "peak", i, place + _NEARBY * width, "peak")
-
-
-def _range(axes: "Axes", record: Record, path: str, i: int, place: np.ndarray, what: str) -> None:
-    """The range of means in full lines, that of peaks in dashes, so that the legend parts them."""
-    low, high = (having(record, f"{path}_{end}", *_AXES) for end in ("low", "high"))
-    if low is None or high is None:
-        return
-    least, most = np.asarray(low.values[i]), np.asarray(high.values[i])
-    wide = most - least > _NARROW * np.abs(most)
-    if not wide.any():
-        return
-    half = 0.5 * (most - least)[wide]
-    drawn = axes.errorbar(
-        place[wide],
-        least[wide] + half,
-        yerr=half,
-        fmt="none",
-        ecolor=TOTAL,
-        elinewidth=1.2,
-        capsize=4,
-        label=f"range of the {what} over the angle of the weights",
-        zorder=3,
-    )
-    if what == "peak":
-        for bar in drawn[2]:
-            bar.set_linestyle((0, (2, 1.5)))
-
-
-def _together(axes: "Axes", record: Record, kind: str, mean: Quantity) -> None:
+def _together(kind: str, mean: Quantity) -> Mark:
     """The weighted mean as a line across a group, and how far the operations are apart."""
-    weighted = having(record, f"{_OPERATIONS}{kind}_energy/weighted", "balance")
-    apart = having(record, f"{_OPERATIONS}{kind}_energy/difference", "balance")
-    for j in range(mean.values.shape[1]):
-        left, right = j - 0.5 * _GROUP - 0.06, j + 0.5 * _GROUP - 0.06
-        if weighted is not None:
-            height = float(weighted.values[j])
-            words = "weighted mean" if j == 0 else None
-            axes.plot([left, right], [height] * 2, "--", color=TOTAL, label=words, zorder=5)
-        if apart is None:
-            continue
-        low, high = float(np.min(mean.values[:, j])), float(np.max(mean.values[:, j]))
-        axes.annotate(
-            "",
-            (right + 0.05, high),
-            (right + 0.05, low),
-            arrowprops={"arrowstyle": "<->", "color": QUIET, "shrinkA": 0, "shrinkB": 0},
+
+    def draw(plot: Plot) -> None:
+        plot.axes.grid(visible=False, axis="x")
+        stem, ends = f"{_OPERATIONS}{kind}_energy/", plot.factor * np.asarray(mean.values)
+        weighted, apart = (
+            plot.result.record.quantities.get(stem + name) for name in ("weighted", "difference")
         )
-        note(axes, f"{show(float(apart.values[j]), digits=3)} {apart.unit}\napart",
-            (right + 0.05, 0.5 * (low + high)), (4, 0), va="center", color=QUIET)  # fmt: skip
+        for j, (low, high) in enumerate(zip(ends.min(axis=0), ends.max(axis=0), strict=True)):
+            right = j + 0.5 * _GROUP
+            if weighted is not None:
+                height, words = plot.factor * weighted.values[j], None if j else "weighted mean"
+                plot.axes.plot(
+                    [j - 0.5 * _GROUP, right],
+                    [height] * 2,
+                    "--",
+                    color=TOTAL,
+                    label=words,
+                    zorder=5,
+                )
+            if apart is not None:
+                arrow = {"arrowstyle": "<->", "color": QUIET, "shrinkA": 0, "shrinkB": 0}
+                plot.axes.annotate("", (right + 0.04, high), (right + 0.04, low), arrowprops=arrow)
+                words = f"{show(float(plot.factor * apart.values[j]), digits=3)} {plot.unit} apart"
+                note(plot.axes, words, (right + 0.04, low), (3, 2), rotation=90, color=QUIET)
+
+    return draw
+
+
+OPERATIONS = Curves("energies of the operations with each balance", _bars_of, high=3.4, names=2)
 
 
 # ----------------------------------------------------------------------------
@@ -301,135 +261,72 @@ def _together(axes: "Axes", record: Record, kind: str, mean: Quantity) -> None:
 # ----------------------------------------------------------------------------
 
 _SWITCHING = "response/switching/"
-_WAYS = (("reversal", "through rest"), ("instant", "at once"))
-#: decades of the energy axis below its largest value
-_DECADES = 6
-_MOST = 3
+_WAYS = {"reversal": "change through rest", "instant": "change at once"}
 #: the energy is drawn as the largest of so many intervals: single ones follow every swing
 _INTERVALS = 24
 
 
-def draw_switching(result: Result) -> "Figure | None":
-    """A column for each way of changing; None without histories of the energy.
+def _course(result: Result) -> list[Panel]:
+    """A column for each way of changing, with histories of the energy.
 
     Rows: the displacement of the direction that moves most, one for each change; the kinetic
     energy of all changes; the crank speed.
     """
-    record = result.record
-    ways = [(way, words) for way, words in _WAYS if _energy(record, way) is not None]
-    if not ways:
-        return None
-    first = _energy(record, ways[0][0])
-    assert first is not None
-    changes = labels(first.axes[0])[:_MOST]
-    moved = (
-        having(record, f"{_SWITCHING}{ways[0][0]}/translation_high", *_axes(ways[0][0])) is not None
-    )
-    count = len(changes) if moved else 0
-    figure = canvas(result, "change between operations", 2.0 + 1.75 * (count + 2))
-    heights = [1.0] * count + [1.2, 0.8]
-    widths = [1.5, 1.0][: len(ways)]
-    grid = figure.subplots(
-        count + 2,
-        len(ways),
-        squeeze=False,
-        sharex="col",
-        sharey="row",
-        height_ratios=heights,
-        width_ratios=widths,
-    )
-    for column, (way, words) in zip(grid.T, ways, strict=True):
-        column[0].set_title(f"change {words}", loc="left")
-        for i in range(count):
-            _displacement(column[i], record, way, i, ways)
-        _energies(column[count], record, way, changes)
-        for axes in column[:count]:
-            axes.axhline(0.0, color=QUIET, linewidth=0.6)
-        _speed(column[-1], record, way)
-        time = _energy(record, way)
-        assert time is not None
-        column[-1].set_xlim(0.0, float(time.axes[-1].values[-1]))
-        column[-1].set_xlabel("time in s")
-    _energy_window(grid[count, 0], record, ways)
-    for i, change in enumerate(changes[:count]):
-        direction, _, (_, unit) = _direction(record, i, ways)
-        grid[i, 0].set_ylabel(f"{change}\n{direction} in {unit}")
-    _name_rows(grid, count, first.unit)
-    if not any(f"{_SWITCHING}{way}/speed" in record for way, _ in ways):
-        grid[-1, 0].set_yticks([])
-    engine: Any = figure.get_layout_engine()
-    engine.set(wspace=0.06)
-    handles, words_ = grid[count, 0].get_legend_handles_labels()
-    figure.legend(handles, words_, loc="outside lower center", ncols=4)
-    return figure
+    found = result.record.quantities.get
+    ways = [way for way in _WAYS if f"{_SWITCHING}{way}/kinetic_energy_high" in result.record]
+    panels, steady = [], found(_SWITCHING + "steady_energy")
+    ends = [found(f"{_SWITCHING}{way}/translation_{end}") for way in ways[:1]
+            for end in ("low", "high")]  # fmt: skip
+    moved = [end for end in ends if end is not None]
+    for i, change in enumerate(labels(moved[0].axes[0]) if len(moved) == 2 else []):
+        reach = np.max([np.abs(end.values[i]).max(axis=-1) for end in moved], axis=0)
+        place, colour = int(np.argmax(reach)), COLOURS[i % len(COLOURS)]
+        label = f"{change}\n{labels(moved[0].axes[1])[place]}"
+        for way in ways:
+            low, high = (_history(f"{way}/translation_{end}", i, place) for end in ("low", "high"))
+            band = Curve(low, look={"color": colour, "linewidth": 0.6}, upto=high)
+            panels.append(Panel(label, (band,)))
+    levels = [] if steady is None else [
+        level(lambda _, height=float(height): height, f"steady {name}", linestyle=style)
+        for name, height, style in zip(labels(steady.axes[0]), steady.values, ("--", ":"),
+                                       strict=False)
+    ]  # fmt: skip
+    panels += [
+        Panel("largest kinetic\nenergy", (Curve(_crests(way), "{}"), *levels, _dots(way)),
+              log="y", ends=_window, height=1.2)
+        for way in ways
+    ]  # fmt: skip
+    panels += [
+        Panel("crank speed\n", (Curve(_speed(way), look={"color": QUIET}, most=1),), unit="rpm",
+              height=0.8)
+        for way in ways
+    ]  # fmt: skip
+    titled = [replace(one, title=_WAYS[way]) for one, way in zip(panels, ways, strict=False)]
+    return [*titled, *panels[len(titled) :]]
 
 
-def _axes(way: str) -> tuple[str, str, str]:
-    return ("change", "direction", f"{way}_time")
+def _history(name: str, *place: int) -> Source:
+    """A history of one change and direction."""
+
+    def made(result: Result) -> Quantity | None:
+        found = result.record.quantities.get(_SWITCHING + name)
+        return found and replace(found, values=found.values[place], axes=found.axes[-1:])
+
+    return made
 
 
-def _energy(record: Record, way: str) -> Quantity | None:
-    return having(record, f"{_SWITCHING}{way}/kinetic_energy_high", "change", f"{way}_time")
+def _crests(way: str) -> Source:
+    """The largest energies of intervals of time about each."""
 
+    def made(result: Result) -> Quantity | None:
+        found = result.record.quantities.get(f"{_SWITCHING}{way}/kinetic_energy_high")
+        if found is None:
+            return None
+        time = np.asarray(found.axes[-1].values)
+        rows = [np.interp(time, *crests(time, envelope(row))) for row in found.values]
+        return replace(found, path="", values=np.where(np.array(rows) > 0.0, rows, np.nan))
 
-def _ends(record: Record, way: str) -> tuple[Quantity, Quantity] | None:
-    low = having(record, f"{_SWITCHING}{way}/translation_low", *_axes(way))
-    high = having(record, f"{_SWITCHING}{way}/translation_high", *_axes(way))
-    return None if low is None or high is None else (low, high)
-
-
-def _direction(
-    record: Record, change: int, ways: list[tuple[str, str]]
-) -> tuple[str, int, tuple[float, str]]:
-    """Name and place of the direction that moves most in the first way, and the unit of all."""
-    ends = _ends(record, ways[0][0])
-    if ends is None:
-        return "", 0, (1.0, "m")
-    reach = np.max(np.maximum(np.abs(ends[0].values), np.abs(ends[1].values)), axis=-1)
-    place = int(np.argmax(reach[change]))
-    return labels(ends[0].axes[1])[place], place, length_scale(float(np.max(reach)))
-
-
-def _displacement(
-    axes: "Axes", record: Record, way: str, change: int, ways: list[tuple[str, str]]
-) -> None:
-    """Envelope of one direction, the same in every column."""
-    own = _ends(record, way)
-    if own is None:
-        return
-    _, place, (factor, _) = _direction(record, change, ways)
-    low, high = (factor * np.asarray(end.values[change, place]) for end in own)
-    colour = COLOURS[change % len(COLOURS)]
-    axes.fill_between(np.asarray(own[0].axes[-1].values), low, high, color=colour, linewidth=0.6)
-
-
-def _energies(axes: "Axes", record: Record, way: str, changes: list[str]) -> None:
-    quantity = _energy(record, way)
-    if quantity is None:
-        return
-    time = np.asarray(quantity.axes[-1].values)
-    for i, change in enumerate(changes):
-        values = envelope(np.asarray(quantity.values[i], dtype=float))
-        drawn = np.where(values > 0.0, values, np.nan)
-        colour = COLOURS[i % len(COLOURS)]
-        axes.plot(*crests(time, drawn), color=colour, label=change)
-        peak, when = (
-            having(record, f"{_SWITCHING}{way}/{name}", "change")
-            for name in ("kinetic_energy_peak", "peak_time")
-        )
-        if peak is not None and when is not None and peak.values[i] > 0.0:
-            axes.plot([float(when.values[i])], [float(peak.values[i])], "o", color=colour)
-    steady = having(record, _SWITCHING + "steady_energy", "operation")
-    if steady is not None:
-        styles = ("--", ":", "-.")
-        for i, name in enumerate(labels(steady.axes[0])):
-            axes.axhline(
-                float(steady.values[i]),
-                color=QUIET,
-                linestyle=styles[i % len(styles)],
-                linewidth=1.2,
-                label=f"steady {name}",
-            )
+    return made
 
 
 def envelope(values: np.ndarray) -> np.ndarray:
@@ -440,32 +337,43 @@ def envelope(values: np.ndarray) -> np.ndarray:
     return np.asarray(windows.max(axis=1))
 
 
-def _energy_window(axes: "Axes", record: Record, ways: list[tuple[str, str]]) -> None:
-    """A logarithmic axis for the energies of all ways, not too many decades of it."""
-    found = [quantity for way, _ in ways if (quantity := _energy(record, way)) is not None]
-    every = np.concatenate([envelope(row) for quantity in found for row in quantity.values])
-    steady = having(record, _SWITCHING + "steady_energy", "operation")
-    if steady is not None:
-        every = np.concatenate([every, steady.values])
-    every = every[every > 0.0]
-    if every.size:
-        axes.set_yscale("log")
-        top = float(every.max())
-        axes.set_ylim(max(0.5 * float(every.min()), top * 10.0**-_DECADES), 2.5 * top)
+def _dots(way: str) -> Mark:
+    """The largest energy of each change."""
+
+    def draw(plot: Plot) -> None:
+        height, time = (
+            first_of(plot.result.record, f"{_SWITCHING}{way}/{name}")
+            for name in ("kinetic_energy_peak", "peak_time")
+        )
+        for x, y, colour in zip(time, height, COLOURS, strict=False):
+            plot.axes.plot([x], [plot.factor * y], "o", color=colour)
+
+    return draw
 
 
-def _speed(axes: "Axes", record: Record, way: str) -> None:
-    quantity = having(record, f"{_SWITCHING}{way}/speed", "change", f"{way}_time")
-    if quantity is not None:
-        turns = [rpm(float(value)) for value in quantity.values[0]]
-        axes.plot(quantity.axes[-1].values, turns, color=QUIET)
-        axes.axhline(0.0, color=QUIET, linewidth=0.6)
-        return
-    axes.annotate(
-        "at operating speed", (0.5, 0.5), xycoords="axes fraction", ha="center", color=QUIET
-    )
+def _window(plot: Plot) -> Ends:
+    """Ends of a logarithmic axis for the energies of all ways, not too many decades of it."""
+    found = [crests_of(plot.result) for crests_of in map(_crests, _WAYS)]
+    every = [one.values.ravel() for one in found if one is not None]
+    every.append(first_of(plot.result.record, _SWITCHING + "steady_energy"))
+    energy = plot.factor * np.concatenate(every)
+    energy = energy[energy > 0.0]
+    top = float(np.max(energy, initial=0.0))
+    return max(0.5 * float(np.min(energy, initial=top)), top * 10.0**-_DECADES), 2.5 * top
 
 
-def _name_rows(grid: np.ndarray, count: int, unit: str) -> None:
-    grid[count, 0].set_ylabel(f"largest kinetic\nenergy in {unit}")
-    grid[count + 1, 0].set_ylabel("crank speed\nin rpm")
+def _speed(way: str) -> Source:
+    """The crank speed, which a change at once leaves as it is."""
+
+    def made(result: Result) -> Quantity | None:
+        found = result.record.quantities.get(f"{_SWITCHING}{way}/speed")
+        energy, speed = result.record[f"{_SWITCHING}{way}/kinetic_energy_high"], speed_of(result)
+        if found is not None or speed is None:
+            return found
+        same = np.full(len(energy.axes[-1].values), speed)
+        return replace(energy, path="", values=same, axes=energy.axes[-1:], unit="rad/s")
+
+    return made
+
+
+SWITCHING = Curves("change between operations", _course, high=1.9, columns=2, level="row")

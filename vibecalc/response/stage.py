@@ -200,8 +200,8 @@ SUBJECT = Subject(
     pictures={
         "energy_by_order": "vibecalc.response.pictures:ENERGY_BY_ORDER",
         "mode_shapes": "vibecalc.isolation.pictures:draw_mode_shapes",
-        "operations": "vibecalc.response.pictures:draw_operations",
+        "operations": "vibecalc.response.pictures:OPERATIONS",
         "response_run_up": "vibecalc.response.pictures:RESPONSE_RUN_UP",
-        "switching": "vibecalc.response.pictures:draw_switching",
+        "switching": "vibecalc.response.pictures:SWITCHING",
     },
 )

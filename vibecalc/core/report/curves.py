@@ -6,7 +6,7 @@ a result lacks is left out; without any of its curves there is no picture.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -560,7 +560,7 @@ class Curves:
     """A picture: panels in `columns`, those that a result has curves of, each `high` in inches.
 
     Names of curves stand below it, `names` in a row, unless a panel has them. Panels that are
-    `level` have one upright axis.
+    `level` have one upright axis, or one in each row.
     """
 
     title: Words
@@ -568,7 +568,7 @@ class Curves:
     high: float = 2.9
     columns: int = 1
     names: int = 4
-    level: bool = False
+    level: bool | Literal["row"] = False
 
     def __call__(self, result: Result) -> "Figure | None":
         """The picture, None if the result has none of its curves."""
