@@ -1,7 +1,6 @@
 """Report of the body on its suspension: modes, motion, energies, operations, changes."""
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from vibecalc.core.report.sections import (
     FAINT,
     Part,
     Section,
-    along,
     having,
     labels,
     magnitudes,
@@ -38,6 +36,7 @@ from vibecalc.core.report.writing import (
     table,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
 # The body on its suspension: modes, motion over one turn, force on the ground, energies.
@@ -136,21 +135,19 @@ def _run_up(record: Record) -> tuple[list[str], set[str]]:
     A driven resonance without damping among the speeds leaves no largest value: what was computed
     at the edge of the speeds left out is not one.
     """
-    rows: list[list[str]] = []
-    shown: set[str] = set()
     masked = {path for path in record if path.startswith("response/masked/")}
     centre = having(record, "response/masked/centre", "masked")
+    rows = []
     for kind in ("kinetic", "potential"):
-        hit = along(record, f"response/run_up/{kind}_energy", "speed")
-        if hit is None or not hit[1].size:
+        found = having(record, f"response/run_up/{kind}_energy", "speed")
+        if found is None:
             continue
-        quantity, speed = hit
-        top = int(np.argmax(quantity.values))
-        value, unit = show(float(quantity.values[top]), quantity.error_estimate), quantity.unit
-        at = float(speed[top])
-        if centre is not None and centre.values.size:
-            value, unit, at = "without bound", "", float(centre.values[0])
-        rows.append([f"{kind}, mean over a turn", value, unit, show(rpm(at))])
+        top = int(np.argmax(found.values))
+        cells = [show(float(found.values[top]), found.error_estimate), found.unit]
+        at = found.axes[0].values[top]
+        if centre is not None:
+            cells, at = ["without bound", ""], centre.values[0]
+        rows.append([f"{kind}, mean over a turn", *cells, show(rpm(float(at)))])
     if not rows:
         return [], masked
     columns = (
@@ -161,15 +158,13 @@ def _run_up(record: Record) -> tuple[list[str], set[str]]:
     )
     lines = table(columns, rows)
     if centre is not None:
-        order, mode = (record.quantities.get(f"response/masked/{n}") for n in ("order", "mode"))
-        words = []
-        for i, speed_out in enumerate(centre.values):
-            which = ""
-            if order is not None and mode is not None:
-                which = f" (order {int(order.values[i])}, mode {int(mode.values[i])})"
-            words.append(f"{show(rpm(float(speed_out)))} rpm{which}")
+        words = [f"{show(rpm(float(speed)))} rpm" for speed in centre.values]
+        met = [record.quantities.get(f"response/masked/{name}") for name in ("order", "mode")]
+        which = zip(*(one.values for one in met if one is not None), strict=True)
+        for i, (order, mode) in enumerate(which if None not in met else ()):
+            words[i] += f" (order {int(order)}, mode {int(mode)})"
         lines += paragraph("left out, an undamped resonance without bound: " + ", ".join(words))
-    return lines, shown | masked
+    return lines, masked
 
 
 # ----------------------------------------------------------------------------
@@ -262,10 +257,8 @@ def _total(record: Record, path: str) -> str:
 # ----------------------------------------------------------------------------
 
 _OPERATIONS = "response/operations/"
-_AXES = ("operation", "balance")
 _WORDS = {"mean": "mean over a turn", "peak": "largest over a turn"}
-#: of an energy, and of the ends of its range
-_DIGITS, _FEWER = 4, 4
+_SUMS = {"difference": "largest - smallest", "weighted": "weighted"}
 #: ends closer than this share of the value are one number
 _SAME = 1e-9
 
@@ -295,84 +288,73 @@ def _reading(record: Record) -> list[str]:
             value = show(quantity.values[best], quantity.error_estimate)
             balance = labels(quantity.axes[0])[best]
             found.append(f"{words} kinetic energy: {value} {quantity.unit} with balance {balance}")
-    if not found:
-        return []
     reach = "in brackets, how far the angle of the balance weights to the pistons can move it"
-    return paragraph("; ".join([*found, reach]))
+    return paragraph("; ".join([*found, reach])) if found else []
+
+
+def _of_pairs(record: Record, kind: str, *names: str) -> list[Quantity]:
+    """Those of the energies that a result has."""
+    found = [
+        having(record, f"{_OPERATIONS}{kind}_energy/{name}", "operation", "balance")
+        for name in names
+    ]
+    return [one for one in found if one is not None]
 
 
 def _combinations(record: Record, kind: str, what: str) -> tuple[list[str], set[str]]:
-    stem = f"{_OPERATIONS}{kind}_energy/"
-    values = having(record, stem + what, *_AXES)
-    if values is None:
+    """The energies, each with from where to where it goes with the angle of the weights."""
+    values = _of_pairs(record, kind, what)
+    if not values:
         return [], set()
-    ends = [having(record, f"{stem}{what}_{end}", *_AXES) for end in ("low", "high")]
-    sums = []
-    if what == "mean":
-        sums = [
-            (words, quantity)
-            for name, words in (("difference", "largest - smallest"), ("weighted", "weighted"))
-            if (quantity := having(record, stem + name, "balance")) is not None
-        ]
-    lines = [f"  {kind.capitalize()} energy, {_WORDS[what]}, {values.unit}"]
-    places = range(len(values.axes[1].values))
-    rows = [
-        [name, *(_operation_cell(values, ends, i, j) for j in places)]
-        for i, name in enumerate(labels(values.axes[0]))
-    ]
-    below = [[text, *(_short(one, q) for one in q.values)] for text, q in sums]
-    lines += ["", *table(_operation_columns(values), rows, below)]
-    shown = {values.path} | {end.path for end in ends if end is not None}
-    return lines, shown | {quantity.path for _, quantity in sums}
+    ends = _of_pairs(record, kind, f"{what}_low", f"{what}_high")
+    sums = [
+        (words, quantity)
+        for name, words in _SUMS.items()
+        if (quantity := having(record, f"{_OPERATIONS}{kind}_energy/{name}", "balance")) is not None
+    ] * (what == "mean")
+
+    def cell(*place: int) -> str:
+        text, *reach = (show(one.values[place], one.error_estimate) for one in (*values, *ends))
+        near = [(float(one.values[place]), one.error_estimate) for one in ends]
+        if len(near) < 2:
+            return text
+        (least, error), (most, more) = near
+        apart = most - least > error + more + _SAME * abs(most)
+        return f"{text}\n({reach[0]} .. {reach[1]})" if apart else text
+
+    title = f"  {kind.capitalize()} energy, {_WORDS[what]}, {values[0].unit}"
+    shown = {one.path for one in (*values, *ends, *(quantity for _, quantity in sums))}
+    return [title, "", *_over_balances(values[0], cell, sums)], shown
 
 
 def _turning(record: Record, kind: str) -> tuple[list[str], set[str]]:
     """Throws and balance weights without all else that moves: what balancing alone leaves."""
-    stem = f"{_OPERATIONS}{kind}_energy/rotating_"
-    mean, peak = (having(record, stem + what, *_AXES) for what in ("mean", "peak"))
-    if mean is None or peak is None:
+    both = _of_pairs(record, kind, "rotating_mean", "rotating_peak")
+    if len(both) < 2:
         return [], set()
+
+    def cell(*place: int) -> str:
+        texts = [show(one.values[place], one.error_estimate) for one in both]
+        return "0" if texts == ["0", "0"] else " / ".join(texts)
+
     lines = [
         f"  {kind.capitalize()} energy of throws and balance weights, without counterweights and "
         "shafts,",
-        f"  mean / largest, {mean.unit}",
+        f"  mean / largest, {both[0].unit}",
+        "",
     ]
-    rows = [
-        [name, *(_pair(_short(m, mean), _short(p, peak)) for m, p in zip(*both, strict=True))]
-        for name, *both in zip(labels(mean.axes[0]), mean.values, peak.values, strict=True)
-    ]
-    lines += ["", *table(_operation_columns(mean), rows)]
-    return lines, {mean.path, peak.path}
+    return lines + _over_balances(both[0], cell), {one.path for one in both}
 
 
-def _operation_columns(quantity: Quantity) -> list[Column]:
-    """A column for each balance, three of which fit side by side."""
-    balances = labels(quantity.axes[1])
-    return [Column("operation", 20), *(number(f"balance {one}", 25) for one in balances)]
-
-
-def _operation_cell(values: Quantity, ends: Sequence[Quantity | None], i: int, j: int) -> str:
-    """The energy, and below it from where to where it goes with the angle of the weights."""
-    text = _short(values.values[i, j], values)
-    low, high = ends
-    if low is None or high is None:
-        return text
-    least, most = float(low.values[i, j]), float(high.values[i, j])
-    uncertainty = low.error_estimate + high.error_estimate + _SAME * abs(most)
-    if most - least <= uncertainty:
-        return text
-    ends_text = [
-        show(value, end.error_estimate, _FEWER) for value, end in ((least, low), (most, high))
-    ]
-    return f"{text}\n({ends_text[0]} .. {ends_text[1]})"
-
-
-def _pair(mean: str, peak: str) -> str:
-    return mean if mean == peak == "0" else f"{mean} / {peak}"
-
-
-def _short(value: float, quantity: Quantity) -> str:
-    return show(value, quantity.error_estimate, _DIGITS)
+def _over_balances(
+    of: Quantity, cell: Callable[..., str], sums: Sequence[tuple[str, Quantity]] = ()
+) -> list[str]:
+    """A row for each operation and a column for each balance, three of which fit side by side."""
+    names, balances = (labels(axis) for axis in of.axes)
+    columns = [Column("operation", 20), *(number(f"balance {one}", 25) for one in balances)]
+    rows = [[name, *(cell(i, j) for j in range(len(balances)))] for i, name in enumerate(names)]
+    below = [[text, *(show(x, one.error_estimate) for x in one.values)] for text, one in sums]
+    return table(columns, rows, below)
 
 
 # ----------------------------------------------------------------------------
@@ -381,23 +363,21 @@ def _short(value: float, quantity: Quantity) -> str:
 
 _SWITCHING = "response/switching/"
 _CHANGE_KINDS = (("reversal", "through rest"), ("instant", "at once"))
-_VECTORS = (
-    ("translation_peak", "largest displacement mm"),
-    ("rotation_peak", "largest rotation mrad"),
-    ("ground_force_peak", "force on the ground N"),
-    ("ground_couple_peak", "couple on the ground N*m"),
+#: results of a change, their words and the unit that they are read in
+_ON_THE_WAY = (
+    ("translation_peak", "largest displacement", "mm"),
+    ("rotation_peak", "largest rotation", "mrad"),
+    ("ground_force_peak", "force on the ground", "N"),
+    ("ground_couple_peak", "couple on the ground", "N*m"),
+    ("kinetic_energy_peak", "largest kinetic energy", "J"),
+    ("slow_kinetic_energy", "  if infinitely slow", "J"),
+    ("worst_kinetic_energy_peak", "  at the worst crank angle", "J"),
+    ("worst_angle", "  which is", "deg"),
+    ("peak_time", "  time from start of change", "s"),
+    ("peak_speed", "  at a crank speed of", "rpm"),
+    ("potential_energy_peak", "largest potential energy", "J"),
+    ("settle_time", "settles, from end of change", "s"),
 )
-_SCALARS = (
-    ("kinetic_energy_peak", "largest kinetic energy J"),
-    ("slow_kinetic_energy", "  if infinitely slow J"),
-    ("worst_kinetic_energy_peak", "  at the worst crank angle J"),
-    ("worst_angle", "  which is deg"),
-    ("peak_time", "  time from start of change s"),
-    ("peak_speed", "  at a crank speed of rpm"),
-    ("potential_energy_peak", "largest potential energy J"),
-    ("settle_time", "settles, from end of change s"),
-)
-_CHANGE_DIGITS = 4
 
 
 def _changes(record: Record) -> Quantity | None:
@@ -439,30 +419,17 @@ _PASSAGES = Rows(
     rest=_haste,
 )
 
-#: title of a column, way and place on the axis of changes
-_Case = tuple[str, str, int]
-
 
 def switching(result: Result) -> Section | None:
     """The section, None if the result has no change between operations."""
     record = result.record
     shown = frozenset(path for path in record if path.startswith(_SWITCHING))
-    cases = _cases(record)
-    if not cases:
+    lines = _way_table(record)
+    if not lines:
         return None
-    lines = stacked(_steady(result), _table(record, cases))
     details = {"resonances passed on the way": rows_of(record, _PASSAGES)}
-    return section("Switching between operations", [lines], details, shown)
-
-
-def _cases(record: Record) -> list[_Case]:
-    cases: list[_Case] = []
-    for kind, words in _CHANGE_KINDS:
-        quantity = having(record, f"{_SWITCHING}{kind}/kinetic_energy_peak", "change")
-        if quantity is not None:
-            names = labels(quantity.axes[0])
-            cases += [(f"{name} {words}", kind, i) for i, name in enumerate(names)]
-    return cases
+    blocks = [stacked(_steady(result), lines)]
+    return section("Switching between operations", blocks, details, shown)
 
 
 def _steady(result: Result) -> list[str]:
@@ -474,54 +441,41 @@ def _steady(result: Result) -> list[str]:
         for name, value in zip(labels(steady.axes[0]), steady.values, strict=True)
     ]
     words = "largest kinetic energy of the steady states: " + ", ".join(each)
-    options = table_of(result.case, "response", "switching")
-    settled = options.get("settled")
+    settled = table_of(result.case, "response", "switching").get("settled")
     if isinstance(settled, int | float):
         words += f"; settled means within {100.0 * settled:g} % of the steady motion"
     return paragraph(words)
 
 
-def _table(record: Record, cases: list[_Case]) -> list[str]:
-    columns = (Column("on the way", 30), *(number(title, 16) for title, _, _ in cases))
-    rows = []
-    for name, words in _VECTORS:
-        cells = []
-        for _, kind, i in cases:
-            quantity = having(record, f"{_SWITCHING}{kind}/{name}", "change", "direction")
-            cells.append("" if quantity is None else _largest(quantity, i))
-        rows.append([words, *cells])
-    for name, words in _SCALARS:
-        shown = [
-            (having(record, f"{_SWITCHING}{kind}/{name}", "change"), i) for _, kind, i in cases
-        ]
-        rows.append([words, *("" if q is None else _scalar(q, i) for q, i in shown)])
-        if name == "kinetic_energy_peak":
-            rows.append(["  times the larger steady one", *_ratios(record, shown)])
-    return table(columns, [row for row in rows if any(row[1:])])
-
-
-def _largest(quantity: Quantity, change: int) -> str:
-    """Largest of the directions, with its name."""
-    values = magnitudes(quantity)[change]
-    top = int(np.argmax(values))
-    factor = 1e3 if quantity.unit in ("m", "rad") else 1.0
-    text = show(values[top] * factor, quantity.error_estimate * factor, _CHANGE_DIGITS)
-    return text if text == "0" else f"{text} {labels(quantity.axes[1])[top]}"
-
-
-def _scalar(quantity: Quantity, change: int) -> str:
-    """One reading; angles in degrees and speeds in rpm, as the titles say."""
-    value, error = float(quantity.values[change]), quantity.error_estimate
-    if quantity.unit == "rad":
-        return f"{math.degrees(value):.1f}"
-    if quantity.unit == "rad/s":
-        value, error = rpm(value), rpm(error)
-    return show(value, error, _CHANGE_DIGITS)
-
-
-def _ratios(record: Record, entries: Sequence[tuple[Quantity | None, int]]) -> list[str]:
+def _way_table(record: Record) -> list[str]:
+    """A column for each change of each way, a row for each result."""
+    cases = [
+        (f"{name} {words}", kind, i)
+        for kind, words in _CHANGE_KINDS
+        if (peak := having(record, f"{_SWITCHING}{kind}/kinetic_energy_peak", "change")) is not None
+        for i, name in enumerate(labels(peak.axes[0]))
+    ]
     steady = having(record, _SWITCHING + "steady_energy", "operation")
     larger = 0.0 if steady is None else float(np.max(steady.values))
-    if not larger > 0.0:
-        return [""] * len(entries)
-    return ["" if q is None else show(float(q.values[i]) / larger, digits=3) for q, i in entries]
+    rows = []
+    for name, words, unit in _ON_THE_WAY:
+        found = [(record.quantities.get(f"{_SWITCHING}{kind}/{name}"), i) for _, kind, i in cases]
+        rows.append([f"{words} {unit}", *(_cell(one, i, unit) for one, i in found)])
+        if name == "kinetic_energy_peak" and larger > 0.0:
+            times = [show(float(one.values[i]) / larger, digits=3) for one, i in found if one]
+            rows.append(["  times the larger steady one", *times])
+    columns = (Column("on the way", 30), *(number(title, 16) for title, *_ in cases))
+    return table(columns, [row for row in rows if any(row[1:])]) if cases else []
+
+
+def _cell(quantity: Quantity | None, change: int, unit: str) -> str:
+    """A result of a change; of directions the largest, with its name."""
+    if quantity is None:
+        return ""
+    factor = convert(1.0, quantity.unit, unit)
+    values = factor * np.atleast_1d(magnitudes(quantity)[change])
+    top = int(np.argmax(values))
+    if unit == "deg":
+        return f"{values[top]:.1f}"
+    text = show(values[top], factor * quantity.error_estimate)
+    return text if text == "0" or len(values) == 1 else f"{text} {labels(quantity.axes[1])[top]}"
