@@ -21,7 +21,6 @@ from vibecalc.core.report.sections import (
     having,
     labels,
     magnitudes,
-    scalar_of,
     section,
     stacked,
     table_of,
@@ -35,14 +34,15 @@ from vibecalc.core.report.writing import (
     show,
     table,
 )
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.response.results import ModesOfBody, MotionOfBody, OverSpeed
 from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
 # The body on its suspension: modes, motion over one turn, force on the ground, energies.
 # ----------------------------------------------------------------------------
 
-_MODES = "response/modes/"
 _MOTION = Rows(
     "direction",
     "largest over a turn",
@@ -58,17 +58,6 @@ _MOTION = Rows(
 )
 #: coordinates are named until they hold so much of the energy of a mode together
 _ENOUGH = 0.9
-#: what pictures and the file keep
-_ARRAYS = (
-    "translation_harmonics",
-    "rotation_harmonics",
-    "ground_force",
-    "ground_couple",
-    "modes/shape",
-    "modes/assurance",
-    "run_up/kinetic_energy",
-    "run_up/potential_energy",
-)
 
 
 def main_coordinates(share: Quantity | None, mode: int) -> str:
@@ -86,7 +75,7 @@ def main_coordinates(share: Quantity | None, mode: int) -> str:
 
 
 def _moves_most(record: Record) -> Quantity | None:
-    share = having(record, _MODES + "energy_fraction", "mode", "coordinate")
+    share = having(record, "response/modes/energy_fraction", "mode", "coordinate")
     if share is None:
         return None
     words = [f"  {main_coordinates(share, i)}" for i in range(len(share.values))]
@@ -118,14 +107,15 @@ _OF_MODES = Rows(
 def response(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    shown = {path for name in _ARRAYS if (path := f"response/{name}") in record}
-    by_order, totals = energies(record)
-    modes, blocks = rows_of(record, _OF_MODES), [rows_of(record, _MOTION), totals, _run_up(record)]
-    details = {"energies by order": by_order}
+    paths = [path for group in (ModesOfBody, MotionOfBody, OverSpeed) for path in paths_of(group)]
+    modes = rows_of(record, _OF_MODES)
+    blocks = [rows_of(record, _MOTION), _totals(record), _run_up(record)]
+    details = {"energies by order": rows_of(record, _BY_ORDER)}
     if "isolation/modes/natural_frequency" in record:
         details["orders next to the modes"] = modes
     else:
         blocks.insert(0, modes)
+    shown = {path for path in paths if path in record}
     return section("Response: body on its suspension", blocks, details, shown)
 
 
@@ -171,12 +161,11 @@ def _run_up(record: Record) -> tuple[list[str], set[str]]:
 # Energies of the moving body: order by order until they no longer count, then altogether.
 # ----------------------------------------------------------------------------
 
-_FIELDS = (
-    ("kinetic", "mean"),
-    ("kinetic", "peak"),
-    ("potential", "mean"),
-    ("potential", "peak"),
-)
+_ENERGIES = {
+    f"response/{kind}_energy/{what}": f"{kind} {what}"
+    for kind in ("kinetic", "potential")
+    for what in ("mean", "peak")
+}
 _ROWS = 16
 #: energies that end below this end because smaller numbers do not exist
 _NEAR_UNDERFLOW = 1e-280
@@ -184,17 +173,16 @@ _NEAR_UNDERFLOW = 1e-280
 SMALLEST = float(np.finfo(float).tiny)
 
 
-def energies(record: Record) -> tuple[Part, Part]:
-    """Tables of mean and peak energies: by order, and their totals."""
-    totals = {path for field in _FIELDS if (path := _path(field)) in record}
-    below = []
-    if any(scalar_of(record, path) is not None for path in totals):
-        columns = [number(f"{kind} {what}", 18) for kind, what in _FIELDS]
-        row = ["all orders", *(_total(record, _path(field)) for field in _FIELDS)]
-        below = table([Column("energy in J", 14), *columns], [row]) + paragraph(
-            "mean: over one turn; peak: the largest at any moment, all orders with their phases"
-        )
-    return rows_of(record, _BY_ORDER), (below, totals)
+def _totals(record: Record) -> Part:
+    """Mean and peak energies of all orders together."""
+    found = [record.quantities.get(path) for path in _ENERGIES]
+    cells = [show(one.values[()], one.error_estimate) if one else "" for one in found]
+    if not any(cells):
+        return []
+    columns = [Column("energy in J", 14), *(number(words, 18) for words in _ENERGIES.values())]
+    words = "mean: over one turn; peak: the largest at any moment, all orders with their phases"
+    lines = table(columns, [["all orders", *cells]]) + paragraph(words)
+    return lines, {one.path for one in found if one}
 
 
 def last_normal(values: np.ndarray) -> tuple[int, bool]:
@@ -204,11 +192,6 @@ def last_normal(values: np.ndarray) -> tuple[int, bool]:
         return -1, False
     last = int(above[-1])
     return last, last + 1 < values.size and bool(values[last] < _NEAR_UNDERFLOW)
-
-
-def _path(field: tuple[str, str]) -> str:
-    kind, what = field
-    return f"response/{kind}_energy/{what}"
 
 
 def _chosen(found: Found) -> np.ndarray:
@@ -225,11 +208,11 @@ def _further_orders(found: Found, places: np.ndarray) -> str:
     if not more:
         return ""
     last, underflows = last_normal(first.values)
-    kind, what = first.path.removesuffix("_by_order").split("/")[1:]
+    kind, what = _ENERGIES[first.path.removesuffix("_by_order")].split()
     noun = "order" if more == 1 else "orders"
     limit = f"each below {FAINT:.0e} of the largest" if len(places) < _ROWS else "smaller ones too"
     words = f"{more} further {noun} up to {int(first.axes[0].values[last])}, {limit}; the {what} "
-    words += f"{kind.replace('_', ' ')} of the last is {show(float(first.values[last]))} J"
+    words += f"{kind} energy of the last is {show(float(first.values[last]))} J"
     if underflows:
         return words + ", and beyond it they are below the smallest double"
     return words + ", still above the smallest double"
@@ -238,18 +221,13 @@ def _further_orders(found: Found, places: np.ndarray) -> str:
 _BY_ORDER = Rows(
     "order",
     "energy in J",
-    [Cells(_path(field) + "_by_order", " ".join(field)) for field in _FIELDS],
+    [Cells(f"{path}_by_order", words) for path, words in _ENERGIES.items()],
     width=14,
     each=18,
     label="order {:.0f}",
     places=_chosen,
     rest=_further_orders,
 )
-
-
-def _total(record: Record, path: str) -> str:
-    value = scalar_of(record, path)
-    return "" if value is None else show(value, record[path].error_estimate)
 
 
 # ----------------------------------------------------------------------------
