@@ -87,7 +87,7 @@ def test_ranges_stand_nearby_the_peaks_and_have_names_of_their_own() -> None:
     ]
     assert diamonds and ranges
     nearest = min(abs(one - other) for one in diamonds for other in ranges)
-    width = min(bar.get_width() for bar in kinetic.patches if hasattr(bar, "get_width"))
+    width = float(np.diff(kinetic.patches[0].get_data().edges)[0])
     assert nearest > 0.2 * width
 
 

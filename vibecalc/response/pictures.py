@@ -19,6 +19,7 @@ from vibecalc.core.report.curves import (
     operating,
     peak,
     resonances,
+    sourced,
     spans,
 )
 from vibecalc.core.report.sections import having, labels, speed_of
@@ -35,41 +36,31 @@ _KINDS = ("kinetic", "potential")
 _DECADES = 6
 
 
-def _of_orders(result: Result) -> dict[str, Quantity]:
-    """Energies by order above zero, of each kind."""
-    paths = {kind: f"response/{kind}_energy/peak_by_order" for kind in _KINDS}
-    found = {kind: having(result.record, path, "order") for kind, path in paths.items()}
-    return {
-        kind: one for kind, one in found.items() if one is not None and one.values.max() >= SMALLEST
-    }
-
-
 def _by_order(kind: str) -> Source:
-    """Energies of one kind down to a share of the largest of all."""
+    """Energies of one kind without what is far too small for a picture."""
 
     def made(result: Result) -> Quantity | None:
-        found = _of_orders(result)
-        least = max(
-            SMALLEST, 10.0**-_DECADES * max((x.values.max() for x in found.values()), default=0)
-        )
-        one = found.get(kind)
-        return one and replace(one, values=np.where(one.values >= least, one.values, np.nan))
+        found = having(result.record, f"response/{kind}_energy/peak_by_order", "order")
+        if found is None or found.values.max() < SMALLEST:
+            return None
+        seen = found.values >= max(SMALLEST, 1e-12 * found.values.max())
+        return replace(found, values=np.where(seen, found.values, np.nan))
 
     return made
 
 
 def _acting(plot: Plot) -> Ends:
-    """Ends of both axes around what is drawn; says what is left out."""
+    """Ends of both axes around what is large enough; says what is left out."""
     x, heights = plot.drawn[0][0], np.array([y for _, y in plot.drawn])
-    low, top = np.nanmin(heights), np.nanmax(heights)
-    last = x[np.isfinite(heights).any(axis=0)][-1]
-    low *= 0.8 / max(top / low, 1e3) ** 0.06
+    top = float(np.nanmax(heights))
+    large = heights >= 10.0**-_DECADES * top
+    last = x[np.flatnonzero(large.any(axis=0))[-1]]
     plot.axes.set_xlim(0.3, last + 0.7)
-    if last < x[-1]:
-        low = 10.0**-_DECADES * top
-        words = f"orders {last + 1:.0f} to {x[-1]:.0f}: below $10^{{-{_DECADES}}}$ of the largest"
-        plot.axes.set_title(words, loc="left", fontsize=8, color=QUIET)
-    return low, top * max(top / low, 1e3) ** 0.08
+    if last == x[-1]:
+        return 0.5 * float(np.min(heights[large])), 3.0 * top
+    words = f"orders {last + 1:.0f} to {x[-1]:.0f}: below $10^{{-{_DECADES}}}$ of the largest"
+    plot.axes.set_title(words, loc="left", fontsize=8, color=QUIET)
+    return 10.0**-_DECADES * top, 3.0 * top
 
 
 ENERGY_BY_ORDER = Curves(
@@ -97,24 +88,18 @@ _BELOW, _ABOVE = 1e-4, 1e6
 _SPAN = 0.03
 
 
-def _masked(result: Result) -> np.ndarray:
-    """Ends in rad/s (bands, 2) of the speeds left out."""
-    ends = [having(result.record, f"response/masked/{end}", "masked") for end in ("low", "high")]
-    found = [np.asarray(one.values) for one in ends if one is not None]
-    return np.transpose(found) if len(found) == 2 else np.zeros((0, 2))
-
-
 def _mean(kind: str) -> Source:
     """An energy with a break in each band, and without what a logarithmic axis cannot show."""
 
     def made(result: Result) -> Quantity | None:
         found = having(result.record, f"response/run_up/{kind}_energy", "speed")
-        if found is None or not np.any(found.axes[0].values > 0.0):
+        if found is None:
             return None
-        speed, centres = found.axes[0].values, _masked(result).mean(axis=1)
-        places = np.searchsorted(speed, centres)
+        low, high = (first_of(result.record, f"response/masked/{end}") for end in ("low", "high"))
+        speed, centre = found.axes[0].values, 0.5 * (low + high)
+        places = np.searchsorted(speed, centre)
         shown = np.where(found.values > 0.0, found.values, np.nan)
-        axis = replace(found.axes[0], values=np.insert(speed, places, centres))
+        axis = replace(found.axes[0], values=np.insert(speed, places, centre))
         return replace(found, values=np.insert(shown, places, np.nan), axes=(axis,))
 
     return made
@@ -133,7 +118,7 @@ def _energy_ends(plot: Plot) -> Ends:
     shown = shown[shown > 0.0]
     if not shown.size:
         return 0.1, 1.0
-    if not len(_masked(plot.result)):
+    if not sourced("response/masked/low", plot.result):
         return 0.5 * float(shown.min()), 4.0 * float(shown.max())
     middle = usual(speed, np.max(curves, axis=0), low, high)
     return _BELOW * middle, _ABOVE * middle
