@@ -23,8 +23,8 @@ from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import Linear
 from vibecalc.response.energies import (
-    energies_over_cycle,
     energy_by_order,
+    energy_over_cycle,
     mass_of,
     stiffness_of,
     velocity,
@@ -102,13 +102,11 @@ def batched(one: Machine) -> np.ndarray:
         energy_by_order(mass_of(matrices), velocity(motion, rate))
         energy_by_order(stiffness_of(matrices), motion)
     motion = at_phase(parts)
-    kinetic, _ = energies_over_cycle(
-        [(mass_of(matrices), velocity(motion, SPEED * ORDERS)), (stiffness_of(matrices), motion)],
-        ORDERS,
-    )
+    kinetic = energy_over_cycle(mass_of(matrices), velocity(motion, SPEED * ORDERS), ORDERS)
+    energy_over_cycle(stiffness_of(matrices), motion, ORDERS)
     mean_energy_range(mass_of(matrices), states(parts, 1j * SPEED * ORDERS))
     mean_energy_range(stiffness_of(matrices), parts)
-    return kinetic.mean
+    return np.asarray(kinetic.mean.value)
 
 
 def means(one: Machine) -> np.ndarray:
@@ -118,7 +116,7 @@ def means(one: Machine) -> np.ndarray:
     motion = at_phase(superpose(matrices, ORDERS, SPEED, one.shaking, one.residual))
     kinetic = energy_by_order(mass_of(matrices), velocity(motion, SPEED * ORDERS))
     energy_by_order(stiffness_of(matrices), motion)
-    return np.asarray(kinetic.mean.sum(axis=-1))
+    return np.asarray(kinetic.mean.value.sum(axis=-1))
 
 
 def looped(one: Machine) -> np.ndarray:

@@ -29,7 +29,6 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import UndrivenModes, dynamics, response
 from vibecalc.numerics.rounding import SINGULAR
 from vibecalc.parts.matrices import assemble, displacement_at
-from vibecalc.response.modal_damping import body_resonances, damping_ratio
 from vibecalc.response.modes import modes
 from vibecalc.response.resonances import (
     Resonances,
@@ -38,6 +37,7 @@ from vibecalc.response.resonances import (
     left_out,
     outside,
 )
+from vibecalc.response.system import MountedBody
 
 ALL_ROWS = np.ones((1, 5), dtype=bool)
 
@@ -152,7 +152,7 @@ def test_mounts_at_a_node_of_the_unbounded_mode_keep_a_finite_peak() -> None:
     shapes, load = modes(matrices), load_on(4)
     readout = mount_readout(displacement_at(position), stiffness, none, none)
     seen = shows(readout, shapes.shape, shapes.natural_frequency)
-    resonances = body_resonances(matrices, shapes, load)
+    resonances = MountedBody(matrices=matrices, shapes=shapes).resonances(load)
     undriven = UndrivenModes(left_out(resonances), shapes.shape, shapes.eigenvalue)
     rows = body_rows(matrices, readout, ORDERS, load, undriven)
     passed = run_up(rows, ORDERS, resonances, 0.0, 60.0, seen)
@@ -200,7 +200,7 @@ def test_body_left_free_by_its_mounts_is_refused() -> None:
     with pytest.raises(NumericalFailure, match="leave the body free in some direction"):
         deflected(rest, weight_load(1.0, np.zeros(3), 9.81, up))
     with pytest.raises(NumericalFailure, match="mode 1 has no damping ratio"):
-        damping_ratio(matrices, modes(matrices))
+        MountedBody(matrices=matrices, shapes=modes(matrices)).damping_ratio()
 
 
 def test_mass_matrix_that_is_not_positive_definite_is_refused() -> None:

@@ -21,8 +21,9 @@ from vibecalc.isolation.run_up_poles import pole_sums
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import Linear
 from vibecalc.parts.matrices import assemble, displacement_at
-from vibecalc.response.modal_damping import body_resonances, damped_poles, with_damped_poles
+from vibecalc.response.modal_damping import damped_poles
 from vibecalc.response.modes import Modes, modes
+from vibecalc.response.system import MountedBody
 
 
 class Drawn(NamedTuple):
@@ -92,7 +93,8 @@ def alone(given: Drawn, number: int) -> RunUpPeak:
     matrices = Linear(*(part[number] for part in given.matrices))
     shapes, load = Modes(*(part[number] for part in given.shapes)), given.load[number]
     readout = given.readout.rows(number, slice(None))
-    met = with_damped_poles(body_resonances(matrices, shapes, load), matrices, shapes, load)
+    body = MountedBody(matrices=matrices, shapes=shapes)
+    met = body.with_poles(body.resonances(load), load)
     seen = shows(readout, shapes.shape, shapes.natural_frequency)
     rows = body_rows(matrices, readout, given.orders, load)
     return run_up_peak(rows, given.orders, met, given.start, given.stop, seen)

@@ -20,8 +20,8 @@ from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows
 from vibecalc.isolation.run_up import RunUp, RunUpPeak, cycle_peaks, run_up, run_up_peak
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.matrices import assemble, displacement_at
-from vibecalc.response.modal_damping import body_resonances
 from vibecalc.response.modes import modes
+from vibecalc.response.system import MountedBody
 from vibecalc.roll.turn import peak
 
 FULL = 2.0 * np.pi
@@ -54,7 +54,7 @@ def drawn(seed: int, light: float) -> tuple[Any, ...]:
     stop = float(generator.choice([3.0 * own[-1], own[-1] / orders[0], own[2], 1.2 * own[0]]))
     start = float(generator.choice([0.0, 0.0, 0.3, 0.9])) * stop
     rows = Counted(body_rows(matrices, readout, orders, load))
-    resonances = body_resonances(matrices, shapes, load)
+    resonances = MountedBody(matrices=matrices, shapes=shapes).resonances(load)
     return rows, orders, resonances, start, stop, shows(readout, shapes.shape, own)
 
 

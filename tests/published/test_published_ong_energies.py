@@ -22,9 +22,9 @@ from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import dynamics, response
 from vibecalc.response.energies import (
-    CycleEnergy,
-    energies_over_cycle,
+    Energy,
     energy_by_order,
+    energy_over_cycle,
     mass_of,
     stiffness_of,
     velocity,
@@ -71,8 +71,8 @@ def slipped(load: np.ndarray, frequency: np.ndarray, signs: np.ndarray = SIGNS) 
 def source_energies(amplitude: np.ndarray, frequency: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """w^2 X M X / 2 and X K X / 2 in in lbf: vibecalc's peak of motions that are in phase."""
     motion = Bounded(amplitude + 0j, np.zeros(amplitude.shape))
-    kinetic = energy_by_order(mass_of(MATRICES), velocity(motion, frequency)).peak
-    potential = energy_by_order(stiffness_of(MATRICES), motion).peak
+    kinetic = energy_by_order(mass_of(MATRICES), velocity(motion, frequency)).peak.value
+    potential = energy_by_order(stiffness_of(MATRICES), motion).peak.value
     return kinetic / ong.ENERGY, potential / ong.ENERGY
 
 
@@ -165,11 +165,15 @@ def test_printed_totals_are_off_by_the_signs() -> None:
     """Ratio of the printed energies to the right ones of the same loads, either way of solving."""
     motion, load = right_motion(), shaking_loads()
     by_modes = modal_response(
-        MATRICES, modes(MATRICES).shape, FREQUENCY, load, 2.0**-50 * np.abs(load)
+        MATRICES,
+        modes(MATRICES).shape,
+        ong.ORDERS,
+        ong.SPEED,
+        Bounded(load, 2.0**-50 * np.abs(load)),
     )
     for found in (motion, by_modes):
-        kinetic = energy_by_order(mass_of(MATRICES), velocity(found, FREQUENCY)).peak
-        potential = energy_by_order(stiffness_of(MATRICES), found).peak
+        kinetic = energy_by_order(mass_of(MATRICES), velocity(found, FREQUENCY)).peak.value
+        potential = energy_by_order(stiffness_of(MATRICES), found).peak.value
         off = [
             printed.sum(axis=0) / (right.sum(axis=-1) / ong.ENERGY) - 1.0
             for printed, right in zip(shaking_tables(), (kinetic, potential), strict=True)
@@ -181,22 +185,23 @@ def test_printed_totals_are_off_by_the_signs() -> None:
 class Both(NamedTuple):
     """Kinetic and potential energy of the same motion."""
 
-    kinetic: CycleEnergy
-    potential: CycleEnergy
+    kinetic: Energy
+    potential: Energy
 
 
 def both(motion: Bounded, orders: np.ndarray = ong.ORDERS) -> Both:
     """Energies over the cycle of motion at the source's speed."""
-    pairs = [
-        (mass_of(MATRICES), velocity(motion, orders * ong.SPEED)), (stiffness_of(MATRICES), motion)
-    ]  # fmt: skip
-    return Both(*energies_over_cycle(pairs, orders))
+    moving = velocity(motion, orders * ong.SPEED)
+    return Both(
+        energy_over_cycle(mass_of(MATRICES), moving, orders),
+        energy_over_cycle(stiffness_of(MATRICES), motion, orders),
+    )
 
 
 def test_printed_totals_are_neither_a_mean_nor_a_peak() -> None:
     """Its formula, of one order, gives twice the mean; the peak of all orders together is more."""
     energies = both(right_motion())
-    mean, peak = energies.kinetic.mean / ong.ENERGY, energies.kinetic.peak / ong.ENERGY
+    mean, peak = energies.kinetic.mean.value / ong.ENERGY, energies.kinetic.peak.value / ong.ENERGY
     np.testing.assert_allclose(2.0 * mean, [0.075762, 0.696875, 1.096667], rtol=1e-5)
     np.testing.assert_allclose(peak, [0.078053, 0.717354, 1.128929], rtol=1e-5)
 
@@ -230,8 +235,10 @@ def test_the_crank_train_gives_the_right_totals_of_one_cylinder() -> None:
     for row, working in ((1, "A"), (2, "B")):
         train = in_a_row(np.pi, 0.0, working)
         # the printed accelerations carry six digits
-        assert train.kinetic.mean == pytest.approx(printed.kinetic.mean[row], rel=1e-5)
-        assert train.potential.peak == pytest.approx(printed.potential.peak[row], rel=1e-5)
+        assert train.kinetic.mean.value == pytest.approx(printed.kinetic.mean.value[row], rel=1e-5)
+        assert train.potential.peak.value == pytest.approx(
+            printed.potential.peak.value[row], rel=1e-5
+        )
 
 
 def test_even_orders_of_two_cylinders_in_a_row_add_instead_of_cancelling() -> None:
@@ -241,7 +248,7 @@ def test_even_orders_of_two_cylinders_in_a_row_add_instead_of_cancelling() -> No
     """
     printed = both(right_motion())
     opposed = in_a_row(np.pi, np.pi, "AB")
-    assert opposed.kinetic.mean == pytest.approx(printed.kinetic.mean[0], rel=1e-5)
+    assert opposed.kinetic.mean.value == pytest.approx(printed.kinetic.mean.value[0], rel=1e-5)
     row = in_a_row(np.pi, 0.0, "AB")
     load = shaking_loads()[1] + shaking_loads()[2]
     load[0] = shaking_loads()[0][0]
@@ -253,8 +260,8 @@ def test_even_orders_of_two_cylinders_in_a_row_add_instead_of_cancelling() -> No
         w * w * (x.conj() @ MATRICES.mass @ x).real / 4.0
         for w, x in zip(FREQUENCY, motion, strict=True)
     ]
-    assert row.kinetic.mean == pytest.approx(sum(each), rel=1e-5)
-    assert row.kinetic.mean / opposed.kinetic.mean == pytest.approx(1.454, abs=5e-4)
+    assert row.kinetic.mean.value == pytest.approx(sum(each), rel=1e-5)
+    assert row.kinetic.mean.value / opposed.kinetic.mean.value == pytest.approx(1.454, abs=5e-4)
 
 
 def test_energies_of_one_frequency_do_not_add() -> None:
@@ -268,6 +275,6 @@ def test_energies_of_one_frequency_do_not_add() -> None:
         Bounded(turning, 2.0**-50 * np.abs(turning)),
     )
     angles = np.linspace(0.0, 2.0 * np.pi, 181)
-    twice = [2.0 * both(at_phase(parts, p)).kinetic.mean / ong.ENERGY for p in angles]
+    twice = [2.0 * both(at_phase(parts, p)).kinetic.mean.value / ong.ENERGY for p in angles]
     assert np.min(twice) == pytest.approx(0.5468, abs=1e-4)
     assert np.max(twice) == pytest.approx(0.8934, abs=1e-4)

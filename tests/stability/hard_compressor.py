@@ -17,9 +17,9 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import Linear, dynamics, require_digits, response
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.response.energies import energy_by_order, mass_of, velocity
-from vibecalc.response.modal_damping import body_resonances
 from vibecalc.response.modes import modes
 from vibecalc.response.resonances import check_operating_point
+from vibecalc.response.system import MountedBody
 
 FORCE = np.array([1.0, -2.0, 0.5, 0.3, -0.1, 0.7])
 ORDER = np.array([1])
@@ -47,7 +47,8 @@ def as_stored(matrices: Linear) -> tuple[mpmath.matrix, ...]:
 def own_response(matrices: Linear, speed: float, force: np.ndarray) -> Bounded:
     """As the stage does it: look for resonances, solve, see what is left of the digits."""
     load = Bounded(force[None].astype(complex), UNIT_ROUNDOFF * np.abs(force)[None])
-    check_operating_point(body_resonances(matrices, modes(matrices), load), ORDER, speed)
+    body = MountedBody(matrices=matrices, shapes=modes(matrices))
+    check_operating_point(body.resonances(load), ORDER, speed)
     system = dynamics(matrices, ORDER * speed)
     motion = response(system, load.value, load.error)
     require_digits(matrices, system, load, motion, ORDER, speed)
@@ -167,8 +168,7 @@ def motion() -> Motion:
 def own_energy() -> Bounded:
     one = motion()
     state = velocity(Bounded(one.value, np.zeros(one.value.shape)), one.rate)
-    found = energy_by_order(mass_of(one.matrices), state)
-    return Bounded(found.mean, found.mean_error)
+    return energy_by_order(mass_of(one.matrices), state).mean
 
 
 def plain_energy() -> np.ndarray:
@@ -209,8 +209,7 @@ def true_frequencies(matrices: Linear) -> list[mpmath.mpf]:
 
 
 def own_frequencies(matrices: Linear) -> Bounded:
-    found = modes(matrices)
-    return Bounded(found.natural_frequency, found.natural_frequency_error)
+    return modes(matrices).bounded_frequency
 
 
 def by_eigh(matrices: Linear) -> np.ndarray:

@@ -17,9 +17,10 @@ from vibecalc.isolation.run_up_peaks import Ground, RunUpPeak
 from vibecalc.isolation.run_up_poles import PoleSums, pole_sums
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import Linear
-from vibecalc.response.modal_damping import body_resonances, damped_poles, with_damped_poles
+from vibecalc.response.modal_damping import damped_poles
 from vibecalc.response.modes import Modes
 from vibecalc.response.resonances import MaskedSpeeds, Resonances
+from vibecalc.response.system import MountedBody
 
 # ----------------------------------------------------------------------------
 # What the isolation models hand on. Points with a mode that nothing damps are run alone.
@@ -84,9 +85,9 @@ def run_ups_of_bodies(
         )
     )
     first = load[:, :used]
-    met = _of_points(body_resonances(matrices, shapes, first), count)
-    poles = damped_poles(matrices, shapes)
-    resonances = with_damped_poles(met, matrices, shapes, first, poles)
+    system, poles = MountedBody(matrices=matrices, shapes=shapes), damped_poles(matrices, shapes)
+    met = system.resonances(first)
+    resonances = system.with_poles(met, first, poles)
     sums, dependent = pole_sums(poles, shapes, readout, orders[:used], first)
 
     def rows_at(machine: np.ndarray, row: np.ndarray) -> HarmonicsAt:
@@ -101,15 +102,6 @@ def run_ups_of_bodies(
     rows = readout.still.shape[1]
     given = RunUps(rows_at, orders[:used], resonances, rows, np.arange(rows), 0, sums)
     return given, np.any(met.exposed() > 0.0, axis=-1) | dependent
-
-
-def _of_points(resonances: Resonances, count: int) -> Resonances:
-    frequency, ratio, width, idle = resonances[:4]
-    modes = frequency.shape[-1]
-    frequency, ratio, width = (
-        np.broadcast_to(part, (count, modes)) for part in (frequency, ratio, width)
-    )
-    return Resonances(frequency, ratio, width, np.broadcast_to(idle, (count, *idle.shape[-2:])))
 
 
 def _of_each(readout: Readout, count: int) -> Readout:

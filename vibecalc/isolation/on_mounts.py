@@ -17,9 +17,6 @@ from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.linear import (
     Dynamics,
     Linear,
-    UndrivenModes,
-    dynamics_by_order,
-    each_order,
     law,
     response,
 )
@@ -27,30 +24,14 @@ from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF
 from vibecalc.parts.body import RigidBody, build_frame
 from vibecalc.parts.matrices import displacement_at, mounted, on_springs
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.modal_damping import (
-    body_resonances,
-    damped_basis,
-    damping_ratio,
-    energy_fraction,
-    with_damped_poles,
-)
-from vibecalc.response.modes import Modes, modes
-from vibecalc.response.resonances import Resonances, left_out
-from vibecalc.response.spectral import (
-    OwnMode,
-    SpectralSystem,
-    joined,
-    own_damping_ratio,
-    own_energy_fraction,
-    own_modes,
-    own_resonances,
-    spectral_system,
-)
+from vibecalc.response.modes import modes
+from vibecalc.response.resonances import Resonances
+from vibecalc.response.system import MountedBody, modes_on_mounts
 
 
-@dataclass(frozen=True, eq=False)
-class OnMounts:
-    """Matrices (f, f) of a body on mounts, and modes that the damping leaves apart.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class OnMounts(MountedBody):
+    """A body with the mounts that it stands on, in some coordinates (f,).
 
     `reach` (..., 6, f) takes its coordinates to the motion of the reference point, and loads there
     to loads on the coordinates; `stretch` (..., mounts, d, f) takes them to the deflection of each
@@ -58,8 +39,7 @@ class OnMounts:
     rigid ground the coordinates are the motions `freedoms`, as indices into x y z rx ry rz; a
     second body below has six more. `carried` (f, b) is their motion with the base, where nothing is
     deformed. `resting` bears what is constant. Where stiffness follows the frequency, `matrices`
-    have that of `Mounts`, `own` the modes at their own frequencies and `spectral` the matrices at
-    all.
+    have that of `Mounts`.
 
     With the motion X of all coordinates and U of the base the springs see X - R U, R being
     `carried`, and feel nothing else:
@@ -73,15 +53,11 @@ class OnMounts:
 
     mounts: Mounts
     freedoms: np.ndarray
-    matrices: Linear
-    shapes: Modes
     reach: np.ndarray
     stretch: np.ndarray
     resting: Resting
     carried: np.ndarray
     directions: tuple[int, ...] = (0, 1, 2)
-    spectral: SpectralSystem | None = None
-    own: tuple[OwnMode, ...] = ()
 
     def felt(self, load: Bounded) -> Bounded:
         """Loads (..., f) on the coordinates of loads (..., 6) about the reference point."""
@@ -94,55 +70,6 @@ class OnMounts:
     def at_mounts(self, motion: Bounded) -> Bounded:
         """Deflection (..., mounts, d, m) of the mounts by the same."""
         return displacement(self.stretch, motion)
-
-    def damping_ratio(self) -> Bounded:
-        """Of each mode."""
-        return (
-            own_damping_ratio(self.own) if self.own else damping_ratio(self.matrices, self.shapes)
-        )
-
-    def energy_fraction(self) -> Bounded:
-        """Share (modes, f) of each coordinate in each mode's kinetic energy, about the centre."""
-        translations = int(np.sum(self.freedoms < 3))
-        if self.own:
-            return own_energy_fraction(self.own, translations)
-        return energy_fraction(self.matrices, self.shapes, translations)
-
-    def resonances(self, load: Bounded) -> Resonances:
-        """Where orders with loads (..., orders, f) meet the modes."""
-        if self.own:
-            return own_resonances(self.own, load)
-        return body_resonances(self.matrices, self.shapes, load)
-
-    def with_poles(self, resonances: Resonances, load: Bounded) -> Resonances:
-        """With those that strong damping moves; of several stiffnesses by that of a middle mode."""
-        if not self.own:
-            return with_damped_poles(resonances, self.matrices, self.shapes, load)
-        middle = self.own[len(self.own) // 2]
-        found = with_damped_poles(
-            body_resonances(middle.matrices, middle.shapes, load),
-            middle.matrices,
-            middle.shapes,
-            load,
-        )
-        return resonances._replace(
-            moved_frequency=found.moved_frequency, moved_ratio=found.moved_ratio
-        )
-
-    def undriven(self, resonances: Resonances) -> UndrivenModes | None:
-        """Undamped modes to leave out of orders that do not drive them."""
-        if self.own:
-            return None
-        return UndrivenModes(left_out(resonances), self.shapes.shape, self.shapes.eigenvalue)
-
-    def at(self, frequency: np.ndarray) -> Linear:
-        """Matrices (..., orders, f, f) at frequencies (..., orders) in rad/s, or (..., 1, f, f)."""
-        return each_order(self.matrices) if self.spectral is None else self.spectral.at(frequency)
-
-    def dynamics(self, frequency: np.ndarray, resonances: Resonances | None = None) -> Dynamics:
-        """Dynamic stiffness at frequencies (..., orders) in rad/s."""
-        undriven = None if resonances is None else self.undriven(resonances)
-        return dynamics_by_order(self.at(frequency), frequency, undriven)
 
     def force(self, deflection: Bounded, frequency: np.ndarray) -> Bounded:
         """Force (..., mounts, d, orders) of each mount below it by a deflection, as that."""
@@ -276,19 +203,18 @@ def assembled(
     below: Linear | None = None,
 ) -> OnMounts:
     """A system with its modes; `below` has the stiffness of springs that are no mounts."""
-    given = (reach, stretch, resting, carried)
-    if mounts.spectrum is None:
-        shapes = damped_basis(matrices, modes(matrices))
-        return OnMounts(mounts, freedoms, matrices, shapes, *given)
-    constant = matrices.free()
+    constant = None
     if below is not None:
         constant = below._replace(
             mass=matrices.mass, mass_error=matrices.mass_error,
             damping=matrices.damping, damping_error=matrices.damping_error,
         )  # fmt: skip
-    spectral = spectral_system(constant, mounts, stretch)
-    own = tuple(own_modes(spectral))
-    return OnMounts(mounts, freedoms, matrices, joined(own), *given, spectral=spectral, own=own)
+    shapes, spectral = modes_on_mounts(matrices, mounts, stretch, constant)
+    return OnMounts(
+        matrices=matrices, shapes=shapes, spectral=spectral,
+        translations=int(np.sum(freedoms < 3)), mounts=mounts, freedoms=freedoms, reach=reach,
+        stretch=stretch, resting=resting, carried=carried,
+    )  # fmt: skip
 
 
 def pitching(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> OnMounts:
@@ -320,8 +246,9 @@ def pitching(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> OnMount
     whole = on_springs(rounded(mass, DATA_ROUNDINGS), stretch, few)
     matrices = whole.reduced(np.array([1]))
     return OnMounts(
-        few, np.array([3 + turned]), matrices, modes(matrices), both[..., 1:], stretch[..., 1:],
-        Resting(whole, both, stretch, few.stiffness), np.eye(1), directions=(up,),
+        matrices=matrices, shapes=modes(matrices), translations=0, mounts=few,
+        freedoms=np.array([3 + turned]), reach=both[..., 1:], stretch=stretch[..., 1:],
+        resting=Resting(whole, both, stretch, few.stiffness), carried=np.eye(1), directions=(up,),
     )  # fmt: skip
 
 

@@ -8,7 +8,6 @@ import numpy as np
 from vibecalc.isolation.rows import EMPTY, Couple, CoupleAt
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
-from vibecalc.response.modal_damping import modal_force
 from vibecalc.response.modes import Modes
 
 if TYPE_CHECKING:
@@ -184,7 +183,7 @@ def nearest_driven(
 
     An order drives a mode if its modal force is no rounding, and a thousandth of the largest one.
     """
-    force = modal_force(shapes, loads.value, loads.error)
+    force = loads @ shapes.bounded_shape
     size = np.abs(force.value)
     drives = (size > 4.0 * force.error) & (size >= DRIVES * size.max(axis=0))
     ratio = half_order[:, None] * speed / shapes.natural_frequency

@@ -179,6 +179,18 @@ def sqrt(value: Bounded) -> Bounded:
     return Bounded(root, carried + UNIT_ROUNDOFF * root)
 
 
+def quadratic(state: Bounded, matrix: Bounded) -> Bounded:
+    """x* A x (..., m), real, of states x (..., m, n) and symmetric matrices A (..., n, n).
+
+    To second order in the errors of x, so that it holds of a state that is nothing but rounding.
+    """
+    moved, size = state.value @ matrix.value, np.abs(state.value)
+    value = np.sum(state.value.conj() * moved, axis=-1).real
+    spread = 2.0 * np.abs(moved) * state.error + state.error * (state.error @ np.abs(matrix.value))
+    lost = matrix.error + 16.0 * UNIT_ROUNDOFF * np.abs(matrix.value)
+    return Bounded(value, np.sum(spread + size * (size @ lost), axis=-1))
+
+
 def where(chosen: Any, value: Operand, other: Operand) -> Bounded:
     """Values and errors of one or the other."""
     (first, its_error), (second, error) = pair(value), pair(other)

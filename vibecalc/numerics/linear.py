@@ -242,7 +242,8 @@ def require_digits(
     """
     weight = np.sqrt(np.linalg.diagonal(matrices.mass))[..., None, :]
     size = np.abs(motion.value)
-    uncertainty = (np.abs(system.inverse) @ (system.error @ size[..., None]))[..., 0]
+    moved = product(system.error, size[..., None])
+    uncertainty = product(np.abs(system.inverse), moved)[..., 0]
     driven = np.any(np.abs(force.value) > 4.0 * force.error, axis=-1)
     largest = np.max(weight * size, axis=-1)
     lost = driven & ~(np.max(weight * uncertainty, axis=-1) < SINGULAR * largest)

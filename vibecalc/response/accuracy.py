@@ -18,14 +18,15 @@ from vibecalc.core.accuracy.kinds import (
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import as_loads
+from vibecalc.numerics.bounded import Bounded, where
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.linear import dynamics, response
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.response import modes as natural
 from vibecalc.response.adapters.operations import operation_loads
-from vibecalc.response.adapters.response import forcing_of, linear_system
+from vibecalc.response.adapters.response import forcing_of, mounted_body
 from vibecalc.response.adapters.switching import modes_and_loads
-from vibecalc.response.energies import energy_by_order, energy_signal, mass_of, velocity
+from vibecalc.response.energies import energy_signal, mass_of, mean_over_cycle, velocity
 from vibecalc.response.forced import modal_response
 from vibecalc.response.operations import search_phases, states, superpose
 from vibecalc.response.switching.motion import PANEL_PHASE, Panels, course_of, march, panels_of
@@ -37,104 +38,101 @@ from vibecalc.response.switching.system import (
     steady_state,
 )
 
-#: multiplications over n^3 of the refined modes: factors, vectors, quotients; and of each step
-FULL, STEP = 9.7, 5.0
-#: solutions that an inverse with a step of refinement takes, six eigenpairs, a sum of modes
-INVERSE, EIGENPAIRS, SUM = 4.0, 25.0, 2.0
+#: multiplications over n^3 of the refined modes: factors, vectors, quotients, two steps
+REFINED = 19.7
+#: solutions that an inverse with a step of refinement takes, six eigenpairs
+INVERSE, EIGENPAIRS = 4.0, 25.0
 #: speeds at which energies are compared
 SPEEDS = 10
 
 
 def response_topics(scene: Scene) -> list[Topic]:
     """Natural frequencies where all modes are held; translations of the orders that are driven."""
-    system, options = linear_system(scene), scene.case.response
-    if system.own:
+    system, options = mounted_body(scene), scene.case.response
+    if options is None or system.spectral is not None:
         return []  # the questions are of matrices that no frequency changes
-    shapes, found = system.shapes, []
-    if np.all(shapes.eigenvalue > shapes.eigenvalue_error):
-        size, matrices = shapes.natural_frequency, system.matrices
-        work = (FULL + STEP * natural.refined_shapes(matrices)[1]) * len(size) ** 3
+    matrices, found = system.matrices, []
+    parts, size = Matrices(*matrices[:4]), system.shapes.natural_frequency
+    if np.all(system.shapes.held):
 
         def refined(_: float) -> Answer:
-            return Answer(natural.modes(matrices).natural_frequency / size, work)
+            return Answer(
+                natural.modes(matrices).natural_frequency / size, REFINED * len(size) ** 3
+            )
 
         ask = Ask("response", "natural frequencies", f"{len(size)} undamped, each over its value",
                   "response/modes/natural_frequency", "", 15.0,
                   "shapes, digits of low modes next to stiff ones, and errors")  # fmt: skip
         solver = ours("Cholesky, eigh, refined", "steps of refinement on the pencil", refined,
                       citation="Ogita and Aishima (2018), algorithm 1")  # fmt: skip
-        found.append(modes(ask, [solver], matrices.mass, matrices.stiffness, size))
-    orders, load, error = _driven(scene)
-    if options is None or not len(orders):
+        found.append(modes(ask, [solver], parts.mass, parts.stiffness, size))
+    orders, per_square = _driven(scene)
+    if not len(orders):
         return found
     speed, count = scene.case.machine.speed, len(orders)
-    w, load, error = orders * speed, load * speed**2, error * speed**2
+    w, load = orders * speed, per_square * speed**2
 
     def direct(_: float) -> Answer:
-        value = response(dynamics(system.matrices, w), load, error).value
+        value = response(dynamics(matrices, w), load.value, load.error).value
         return Answer(value[:, :3], INVERSE * count)
 
     def modal(_: float) -> Answer:
-        value = modal_response(system.matrices, shapes.shape, w, load, error).value
-        return Answer(value[:, :3], EIGENPAIRS + SUM * count)
+        value = modal_response(matrices, system.shapes.shape, orders, speed, load).value
+        return Answer(value[:, :3], EIGENPAIRS + INVERSE * count)
 
     solvers = [
         ours(name, words, solve, default=1.0 if options.method == name else None, citation=source)
         for name, words, solve, source in (
             ("direct", "all orders inverted together, a step of refinement", direct,
              "Harris and Piersol (2002), ch. 3"),
-            ("modal", "sum of all modes, a step of refinement", modal,
-             "Thomson and Dahleh (1998), ch. 6"),
+            ("modal", "sum of all modes", modal, "Thomson and Dahleh (1998), ch. 6"),
         )
     ]  # fmt: skip
-    extra = INVERSE if options.method == "direct" else float(np.ceil(EIGENPAIRS / count + SUM))
+    extra = INVERSE if options.method == "direct" else float(np.ceil(EIGENPAIRS / count + INVERSE))
     ask = Ask("response", "translations by order", f"{count} driven orders at {speed:.6g} rad/s",
               "response/translation_harmonics", "m", extra,
               "an error for every entry; modes are results themselves")  # fmt: skip
-    parts = Matrices(*system.matrices[:4])
-    return [*found, forced(ask, solvers, parts, w, load, lambda found: found[:, :3])]
+    return [*found, forced(ask, solvers, parts, w, load.value, lambda found: found[:, :3])]
 
 
-def _driven(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Orders (m,) kept that shake the body; their loads (m, 6) per speed squared, with errors."""
+def _driven(scene: Scene) -> tuple[np.ndarray, Bounded]:
+    """Orders (m,) kept that shake the body, and their loads (m, 6) per speed squared."""
     forcing = forcing_of(scene)
-    load = as_loads(forcing.per_speed_squared)
-    value, error = load.value[: forcing.retained], load.error[: forcing.retained]
-    value = np.where(np.abs(value) > 4.0 * error, value, 0.0)
-    driven = np.any(value != 0.0, axis=-1)
-    return forcing.order[: forcing.retained][driven], value[driven], error[driven]
+    load = as_loads(forcing.per_speed_squared)[: forcing.retained]
+    load = where(np.abs(load.value) > 4.0 * load.error, load, 0.0)
+    driven = np.any(load.value != 0.0, axis=-1)
+    return forcing.order[: forcing.retained][driven], load[driven]
 
 
 def speeds_topics(scene: Scene) -> list[Topic]:
     """Mean kinetic energy at speeds of the range, golden steps apart; none at rest."""
-    options = scene.case.response
-    orders, load, error = _driven(scene)
+    options, (orders, per_square) = scene.case.response, _driven(scene)
     if options is None or options.run_up is None or not len(orders):
         return []
-    system, (start, stop) = linear_system(scene), (options.run_up.start, options.run_up.stop)
+    matrices, (start, stop) = (
+        mounted_body(scene).matrices,
+        (options.run_up.start, options.run_up.stop),
+    )
     share = np.sort(np.modf(0.6180339887498949 * np.arange(1, SPEEDS + 1))[0])
     speed = start + (stop - start) * share
-    w, mass, square = (
-        np.outer(speed, orders),
-        mass_of(system.matrices),
-        np.square(speed)[:, None, None],
-    )
+    w, load = np.outer(speed, orders), np.square(speed)[:, None, None] * per_square
 
     def direct(_: float) -> Answer:
-        motion = response(dynamics(system.matrices, w), square * load, square * error)
-        energy = energy_by_order(mass, velocity(motion, w)).mean.sum(-1)
-        return Answer(energy, INVERSE * w.size)
+        motion = response(dynamics(matrices, w), load.value, load.error)
+        return Answer(
+            mean_over_cycle(mass_of(matrices), velocity(motion, w)).value, INVERSE * w.size
+        )
 
     def energies(amplitudes: np.ndarray) -> np.ndarray:
         rate = w.reshape(-1, 1) * amplitudes
-        each = np.einsum("mi,ij,mj->m", rate.conj(), system.matrices.mass, rate).real
+        each = np.einsum("mi,ij,mj->m", rate.conj(), matrices.mass, rate).real
         return np.asarray(0.25 * each.reshape(w.shape).sum(-1))
 
     ask = Ask("speeds", "mean kinetic energy over speed", f"{SPEEDS} speeds, {len(orders)} orders",
               "response/run_up/kinetic_energy", "J", INVERSE, "an error for each")  # fmt: skip
     solver = ours("direct", "orders and speeds inverted together, refined", direct)
-    parts = Matrices(*system.matrices[:4])
-    return [forced(ask, [solver], parts, w.ravel(), (square * load).reshape(-1, 6), energies)]
+    parts, loads = Matrices(*matrices[:4]), load.value.reshape(-1, 6)
+    return [forced(ask, [solver], parts, w.ravel(), loads, energies)]
 
 
 def operations_topics(scene: Scene) -> list[Topic]:
@@ -142,7 +140,7 @@ def operations_topics(scene: Scene) -> list[Topic]:
     options = scene.case.response
     if options is None or not options.operations:
         return []
-    forcing, system = forcing_of(scene), linear_system(scene)
+    forcing, system = forcing_of(scene), mounted_body(scene)
     loads = operation_loads(scene, options.operations, options.balances)
     speed, kept = scene.case.machine.speed, forcing.retained
     orders, weight = forcing.order[:kept], mass_of(system.matrices)
@@ -193,7 +191,7 @@ def switching_topics(scene: Scene) -> list[Topic]:
     if options is None or scene.case.response is None:
         return []
     system, every = modes_and_loads(scene)
-    modal, matrices = every.some(slice(every.retained)), linear_system(scene).matrices
+    modal, matrices = every.some(slice(every.retained)), mounted_body(scene).matrices
     shape, orders = system.shape, modal.orders
     speed, angle = scene.case.machine.speed, options.crank_angle
     momentum, frequency = matrices.mass @ shape, system.frequency

@@ -1,16 +1,15 @@
 """Kinetic and potential energy of harmonic motion: of each order, and over a cycle."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, quadratic
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.linear import Linear
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
 # Harmonic motion as a signal whose squared length is twice an energy, with what it leaves out.
@@ -45,25 +44,16 @@ def energy_signal(
     NumericalFailure if the weight is not positive semidefinite.
     """
     half = square_root(weight)
-    value = state.value @ half.value.mT
-    size = np.abs(half.value)
-    reach = np.hypot.reduce(np.abs(value), axis=-1)
+    signal = state @ half.value.mT
+    reach = np.hypot.reduce(np.abs(signal.value), axis=-1)
     used = _noticeable(reach[..., :retained])
     left_out = tail * np.sum(reach[..., len(used) :], axis=-1)
     unused = np.sum(reach[..., :retained][..., ~used], axis=-1)
-
-    total = np.sum(np.abs(state.value[..., :retained, :]), axis=-2)
-    uncertainty = np.sum(state.error[..., :retained, :], axis=-2) + 8.0 * UNIT_ROUNDOFF * total
-    noise = np.sqrt(np.sum(np.square(_rows_times(uncertainty, size.mT)), axis=-1))
-    form = 0.5 * np.sum(total * _rows_times(total, half.error), axis=-1)
-    harmonics = np.swapaxes(value[..., :retained, :], -1, -2)
+    noise = np.linalg.norm(np.sum(signal.error[..., :retained, :], axis=-2), axis=-1)
+    total = np.sum(np.abs(state.value[..., :retained, :]), axis=-2)[..., None, :]
+    form = 0.5 * np.sum(total @ half.error * total, axis=(-2, -1))
+    harmonics = signal.value[..., :retained, :].mT
     return Signal(harmonics, used, noise + left_out + unused, left_out, form)
-
-
-def _rows_times(rows: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Rows (..., n) times matrices (..., n, m)."""
-    product: np.ndarray = (rows[..., None, :] @ matrix)[..., 0, :]
-    return product
 
 
 def square_root(weight: Bounded) -> Bounded:
@@ -97,12 +87,6 @@ def square_root(weight: Bounded) -> Bounded:
     return Bounded(half, weight.error + apart)
 
 
-def smallest_exponent(size: np.ndarray) -> np.ndarray:
-    """Powers of two next to magnitudes, within the range in which their inverses exist."""
-    exponent: np.ndarray = np.clip(np.frexp(size)[1], -1000, 1000)
-    return exponent
-
-
 def _noticeable(reach: np.ndarray) -> np.ndarray:
     """Orders (n,), at least one, that count: the others of (..., n) add less than rounding."""
     total = np.sum(reach, axis=-1, keepdims=True)
@@ -129,33 +113,15 @@ def _noticeable(reach: np.ndarray) -> np.ndarray:
 # the cycle.
 # ----------------------------------------------------------------------------
 
-_LOST = 8.0 * float(np.finfo(np.float64).smallest_subnormal)
+#: more than underflow takes from a sum of products
+_LOST = 64.0 * float(np.finfo(np.float64).smallest_subnormal)
 
 
-class OrderEnergy(NamedTuple):
-    """Energy of each order by itself, all (..., orders) in J, errors absolute.
+class Energy(NamedTuple):
+    """Mean over the cycle and largest value within it, in J."""
 
-    `mean` over the cycle, `peak` the largest value within it.
-    """
-
-    mean: np.ndarray
-    peak: np.ndarray
-    mean_error: np.ndarray
-    peak_error: np.ndarray
-
-
-class CycleEnergy(NamedTuple):
-    """Energy of all orders together, all (...) in J, errors absolute, `angle` of the peak in rad.
-
-    The errors count what the orders that were not retained may add. `angle` is the first crank
-    angle in [0, 2 pi) that reaches `peak` to rounding.
-    """
-
-    mean: np.ndarray
-    peak: np.ndarray
-    angle: np.ndarray
-    mean_error: np.ndarray
-    peak_error: np.ndarray
+    mean: Bounded
+    peak: Bounded
 
 
 def velocity(motion: Bounded, frequency: np.ndarray) -> Bounded:
@@ -173,36 +139,17 @@ def stiffness_of(matrices: Linear) -> Bounded:
     return Bounded(matrices.stiffness, matrices.stiffness_error)
 
 
-def energy_by_order(weight: Bounded, state: Bounded) -> OrderEnergy:
-    """Mean and peak of the energy of each order, for velocities or displacements (..., orders, 6).
+def energy_by_order(weight: Bounded, state: Bounded) -> Energy:
+    """Energy of each order by itself, of velocities or displacements (..., orders, 6).
 
-    `weight` (..., 6, 6) is symmetric. Amplitudes are scaled before they are squared: an energy
-    below the range of doubles becomes 0, any other keeps its relative accuracy. A mean that
-    rounding leaves below zero is zero.
+    `weight` (..., 6, 6) is symmetric. A mean that rounding leaves below zero is zero.
     """
-    size = np.maximum(np.abs(state.value), state.error).max(axis=-1, keepdims=True)
-    scale = np.ldexp(1.0, smallest_exponent(size))
-    value, error = state.value / scale, state.error / scale
-    magnitude = np.abs(value)
-    moved = value @ weight.value
-    form = 0.25 * np.sum((value.conj() * moved).real, axis=-1)
-    turning = 0.25 * np.abs(np.sum(value * moved, axis=-1))
-    uncertainty = weight.error + 16.0 * UNIT_ROUNDOFF * np.abs(weight.value)
-    spread = 2.0 * np.abs(moved) * error + error * (error @ np.abs(weight.value))
-    spread = 0.25 * np.sum(spread + magnitude * (magnitude @ uncertainty), axis=-1)
-    mean = np.where((form < 0.0) & (form >= -spread), 0.0, form)
-    factor = scale[..., 0]
-    lost = np.where(size[..., 0] > 0.0, _LOST, 0.0)
-
-    def unscaled(energy: np.ndarray) -> np.ndarray:
-        back: np.ndarray = energy * factor * factor
-        return back
-
-    return OrderEnergy(
-        unscaled(mean),
-        unscaled(mean + turning),
-        unscaled(spread) + lost,
-        unscaled(2.0 * spread) + lost,
+    form = 0.25 * quadratic(state, weight)
+    turning = 0.25 * np.abs(np.sum(state.value * (state.value @ weight.value), axis=-1))
+    mean = np.where((form.value < 0.0) & (form.value >= -form.error), 0.0, form.value)
+    lost = np.where(np.any(state.value != 0.0, axis=-1), _LOST, 0.0)
+    return Energy(
+        Bounded(mean, form.error + lost), Bounded(mean + turning, 2.0 * form.error + lost)
     )
 
 
@@ -212,10 +159,8 @@ def dropped_mean(weight: Bounded, guards: Bounded, tail: ArrayLike) -> np.ndarra
     Together their states are at most `tail` times the sum of the magnitudes of the guards. The
     mean of a sum of orders is the sum of squares, which the square of that sum bounds.
     """
-    each = energy_by_order(weight, guards)
-    reach = np.sum(np.sqrt(each.mean + each.mean_error), axis=-1)
-    most: np.ndarray = np.square(tail * reach)
-    return most
+    each = energy_by_order(weight, guards).mean
+    return np.asarray(np.square(tail * np.sum(np.sqrt(each.value + each.error), axis=-1)))
 
 
 def mean_over_cycle(
@@ -225,13 +170,8 @@ def mean_over_cycle(
 
     Means add, so that no peak is sought.
     """
-    each = energy_by_order(weight, Bounded(*(part[..., :retained, :] for part in state)))
-    total, count = each.mean.sum(-1), each.mean.shape[-1]
-    error = each.mean_error.sum(-1) + count * EPSILON * total
-    if retained is not None:
-        guards = Bounded(*(part[..., retained:, :] for part in state))
-        error = error + dropped_mean(weight, guards, tail)
-    return Bounded(total, error)
+    total = energy_by_order(weight, state[..., :retained, :]).mean.sum()
+    return total + Bounded(np.zeros(()), dropped_mean(weight, state[..., retained:, :], tail))
 
 
 def energy_over_cycle(
@@ -240,7 +180,7 @@ def energy_over_cycle(
     orders: np.ndarray,
     retained: int | None = None,
     tail: ArrayLike = 0.0,
-) -> CycleEnergy:
+) -> Energy:
     """Mean and true peak over the cycle of the energy of all orders together.
 
     Parameters
@@ -249,8 +189,8 @@ def energy_over_cycle(
     state : (..., orders, 6) velocities or displacements, 0-to-peak.
     orders : (orders,) integers from 1 on, each once.
     retained : how many of them, from the first on, count; all by default. The others are guard
-    orders. tail : of every quantity that is linear in the motion, all dropped orders together add
-    at most
+        orders.
+    tail : of every quantity that is linear in the motion, all dropped orders together add at most
         `tail` times the sum of the magnitudes of the guard orders; this enters the errors.
 
     Raises
@@ -258,39 +198,11 @@ def energy_over_cycle(
     NumericalFailure
         The weight is not positive semidefinite, or an amplitude is not finite.
     """
-    return energies_over_cycle([(weight, state)], orders, retained, tail)[0]
-
-
-def energies_over_cycle(
-    pairs: Sequence[tuple[Bounded, Bounded]],
-    orders: np.ndarray,
-    retained: int | None = None,
-    tail: ArrayLike = 0.0,
-) -> list[CycleEnergy]:
-    """`energy_over_cycle` of pairs of a weight and states of one shape.
-
-    Their peaks are sought in one go, which costs as one does.
-    """
-    if not pairs:
-        return []
-    signals = [energy_signal(*pair, retained, tail) for pair in pairs]
-    used = signals[0].used
-    for signal in signals[1:]:
-        used = used | signal.used
-    stacked = np.stack([signal.harmonics[..., used] for signal in signals])
-    peak = vector_cycle_peak(stacked, np.asarray(orders)[:retained][used])
-    energies = []
-    for row, (signal, pair) in enumerate(zip(signals, pairs, strict=True)):
-        length = peak.value[row]
-        spread = peak.error[row] + signal.spread
-        mean = mean_over_cycle(*pair, retained, tail)
-        energies.append(
-            CycleEnergy(
-                mean.value,
-                0.5 * length * length,
-                peak.angle[row],
-                mean.error,
-                spread * (length + 0.5 * spread) + signal.form_error,
-            )
-        )
-    return energies
+    signal = energy_signal(weight, state, retained, tail)
+    used = signal.used
+    peak = vector_cycle_peak(signal.harmonics[..., used], np.asarray(orders)[:retained][used])
+    spread = peak.error + signal.spread
+    error = spread * (peak.value + 0.5 * spread) + signal.form_error
+    return Energy(
+        mean_over_cycle(weight, state, retained, tail), Bounded(0.5 * np.square(peak.value), error)
+    )

@@ -1,6 +1,5 @@
 """Undamped natural frequencies and modes of a rigid body on its mounts, and how alike modes are."""
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +20,9 @@ _NOTHING = 4.0 * UNIT_ROUNDOFF
 #: correction of the shapes whose square is nothing, even for the lowest mode next to the stiffest
 _REFINED = 1e-10
 
+#: a smaller coupling of repeated modes, relative to the largest loss, is round-off
+_COUPLED = 1e-13
+
 _NO_MASS = (
     "the mass matrix of the body is not positive definite: every direction needs a positive mass "
     "or moment of inertia, and the mass centre has to fit them"
@@ -30,11 +32,11 @@ _NO_MASS = (
 class Modes(NamedTuple):
     """Modes in ascending order of frequency, errors absolute; leading axes as of the matrices.
 
-    `natural_frequency` (modes,) in rad/s; `shape` (6, modes), mass-normalised, the largest
+    `natural_frequency` (modes,) in rad/s; `shape` (f, modes), mass-normalised, the largest
     component (by kinetic energy) positive; `eigenvalue` is the frequency squared. Modes whose
-    frequencies agree to rounding span a space in which any basis would do: theirs is the one
-    nearest to the coordinates, and their error is that of the space. Nothing holds the body in
-    a mode whose eigenvalue is not above its error.
+    frequencies agree to rounding span a space in which any basis would do: theirs is one that the
+    damping does not couple, else the one nearest to the coordinates, and their error is that of
+    the space.
     """
 
     natural_frequency: np.ndarray
@@ -43,6 +45,21 @@ class Modes(NamedTuple):
     shape_error: np.ndarray
     eigenvalue: np.ndarray
     eigenvalue_error: np.ndarray
+
+    @property
+    def held(self) -> np.ndarray:
+        """Which modes (modes,) any stiffness holds: their eigenvalue is above its error."""
+        return np.asarray(self.eigenvalue > self.eigenvalue_error)
+
+    @property
+    def bounded_frequency(self) -> Bounded:
+        """Natural frequencies with their errors."""
+        return Bounded(self.natural_frequency, self.natural_frequency_error)
+
+    @property
+    def bounded_shape(self) -> Bounded:
+        """Shapes with their errors."""
+        return Bounded(self.shape, self.shape_error)
 
 
 def modes(matrices: Linear) -> Modes:
@@ -54,18 +71,17 @@ def modes(matrices: Linear) -> Modes:
     matrix is not positive definite. Source of the step: T. Ogita and K. Aishima (2018), Iterative
     refinement for symmetric eigenvalue decomposition, Japan J. Indust. Appl. Math. 35, algorithm 1.
     """
-    shape, _ = refined_shapes(matrices)
+    shape = _refined_shapes(matrices)
+    quotient = _squares(shape, matrices.stiffness) / _squares(shape, matrices.mass)
+    rising = np.argsort(quotient, axis=-1, kind="stable")
+    shape = np.take_along_axis(shape, rising[..., None, :], -1)
     eigenvalue, coupling = _eigenvalues(matrices, shape)
-    order = np.argsort(eigenvalue, axis=-1, kind="stable")
-    eigenvalue = np.take_along_axis(eigenvalue, order, -1)
-    shape, coupling = (
-        np.take_along_axis(part, order[..., None, :], -1) for part in (shape, coupling)
-    )
-    coupling = np.take_along_axis(coupling, order[..., :, None], -2)
     uncertainty = _eigenvalue_error(eigenvalue, coupling)
     error = _with_nothing(eigenvalue, uncertainty)
-    shape, cluster = _settle_repeated(matrices.mass, shape, eigenvalue, error)
-    shape = shape * largest_positive(matrices.mass, shape)[..., None, :]
+    apart = np.diff(eigenvalue, axis=-1) > CLUSTER * (error[..., 1:] + error[..., :-1])
+    cluster = np.cumsum(np.insert(apart, 0, False, axis=-1), axis=-1)
+    shape = _settled(matrices, shape, eigenvalue, cluster)
+    shape = shape * _largest_positive(matrices.mass, shape)
     frequency = np.sqrt(np.maximum(eigenvalue, 0.0))
     above = np.sqrt(np.maximum(eigenvalue, 0.0) + uncertainty) - frequency
     below = frequency - np.sqrt(np.maximum(eigenvalue - error, 0.0))
@@ -79,11 +95,15 @@ def modes(matrices: Linear) -> Modes:
     )
 
 
-def refined_shapes(matrices: Linear) -> tuple[np.ndarray, int]:
-    """Mass-normalised shapes (..., 6, modes) in any order, and the steps of refinement of them.
+def _squares(shape: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """v A v (..., modes) of each mode."""
+    return np.asarray(np.sum(shape * (matrix @ shape), axis=-2))
 
-    Errors and source as `modes`. A second step follows where the first one changed so much that
-    the square of it may count.
+
+def _refined_shapes(matrices: Linear) -> np.ndarray:
+    """Mass-normalised shapes (..., f, modes) in any order; errors and source as `modes`.
+
+    A second step follows where the first one changed so much that the square of it may count.
     """
     mass, stiffness = matrices.mass, matrices.stiffness
     diagonal = np.linalg.diagonal(mass)
@@ -98,14 +118,12 @@ def refined_shapes(matrices: Linear) -> tuple[np.ndarray, int]:
     half = np.linalg.solve(lower, stiffness * weight)
     reduced = np.linalg.solve(lower, half.mT)
     _, vectors = np.linalg.eigh(0.5 * (reduced + reduced.mT))
-    shape = scale[..., :, None] * np.linalg.solve(lower.mT, vectors)
-    shape, corrected = _refine(matrices, shape)
-    if corrected <= _REFINED:
-        return shape, 1
-    shape, corrected = _refine(matrices, shape)
+    shape, corrected = _refine(matrices, scale[..., :, None] * np.linalg.solve(lower.mT, vectors))
+    if corrected > _REFINED:
+        shape, corrected = _refine(matrices, shape)
     if corrected > _REFINED:  # rounding alone tells a pair apart, and turns it by chance
         shape = _orthonormal(mass, _orthonormal(mass, shape))
-    return shape, 2
+    return shape
 
 
 def _refine(matrices: Linear, shape: np.ndarray) -> tuple[np.ndarray, float]:
@@ -181,42 +199,40 @@ def _with_nothing(eigenvalue: np.ndarray, error: np.ndarray) -> np.ndarray:
     return floored
 
 
-def _settle_repeated(
-    mass: np.ndarray, shape: np.ndarray, eigenvalue: np.ndarray, error: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Give repeated modes the basis nearest to the coordinates; also each mode's cluster number."""
-    cluster = clusters(eigenvalue, error)
+def _settled(
+    matrices: Linear, shape: np.ndarray, eigenvalue: np.ndarray, cluster: np.ndarray
+) -> np.ndarray:
+    """Shapes of which repeated modes, alike in `cluster` (..., modes), have a basis of their own.
+
+    It is the one nearest to the coordinates, unless the loss H + w C at their frequency w couples
+    that: then one which it does not couple. Where some combination of them has no damping, an
+    order on that frequency has no bound, though each mode of another basis seems damped.
+    """
     size = shape.shape[-1]
-    settled = shape.copy().reshape(-1, *shape.shape[-2:])
-    masses = np.broadcast_to(mass, shape.shape).reshape(settled.shape)
-    flat = cluster.reshape(-1, size)
+    settled = shape.copy().reshape(-1, size, size)
+    mass, damping, structural = (
+        np.broadcast_to(part, shape.shape).reshape(settled.shape)
+        for part in (matrices.mass, matrices.damping, matrices.structural)
+    )
+    flat, square = cluster.reshape(-1, size), eigenvalue.reshape(-1, size)
     # machines whose modes repeat alike are settled together
     alike: dict[bytes, list[int]] = {}
     for place in np.flatnonzero(flat[:, -1] < size - 1).tolist():
         alike.setdefault(flat[place].tobytes(), []).append(place)
     for places in alike.values():
-        for _, members in repeated(flat[places[0]]):
+        for number in np.flatnonzero(np.bincount(flat[places[0]]) > 1).tolist():
+            members = np.flatnonzero(flat[places[0]] == number)
             pick = np.asarray(places)[:, None], members
             # an index before and behind a slice puts its axes first
-            basis = settled[pick[0], :, pick[1]].mT
-            settled[pick[0], :, pick[1]] = _nearest_basis(masses[places], basis).mT
-    return settled.reshape(shape.shape), cluster
-
-
-def clusters(eigenvalue: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Numbers (..., modes) from 0 on, the same for eigenvalues that agree within their errors."""
-    apart = np.diff(eigenvalue, axis=-1) > CLUSTER * (error[..., 1:] + error[..., :-1])
-    first = np.zeros((*apart.shape[:-1], 1), dtype=int)
-    return np.concatenate([first, np.cumsum(apart, axis=-1)], axis=-1)
-
-
-def repeated(cluster: np.ndarray) -> Iterator[tuple[tuple[int, ...], np.ndarray]]:
-    """Leading place and modes of every cluster (..., modes) that has more than one."""
-    for place in map(tuple, np.argwhere(cluster[..., -1] < cluster.shape[-1] - 1).tolist()):
-        for number in range(cluster[place][-1] + 1):
-            members = np.flatnonzero(cluster[place] == number)
-            if len(members) > 1:
-                yield place, members
+            basis = _nearest_basis(mass[places], settled[pick[0], :, pick[1]].mT)
+            rate = np.sqrt(np.maximum(square[pick].mean(axis=-1), 0.0))[:, None, None]
+            loss = basis.mT @ (structural[places] + rate * damping[places]) @ basis
+            between = np.max(np.abs(loss * _off_diagonal(loss)), axis=(-2, -1))
+            coupled = between > _COUPLED * np.max(np.linalg.diagonal(loss), axis=-1)
+            _, turn = np.linalg.eigh(0.5 * (loss + loss.mT))
+            basis = np.where(coupled[:, None, None], basis @ turn, basis)
+            settled[pick[0], :, pick[1]] = basis.mT
+    return settled.reshape(shape.shape)
 
 
 def _nearest_basis(mass: np.ndarray, basis: np.ndarray) -> np.ndarray:
@@ -238,15 +254,15 @@ def _nearest_basis(mass: np.ndarray, basis: np.ndarray) -> np.ndarray:
     return np.concatenate(found, axis=-1)
 
 
-def largest_positive(mass: np.ndarray, shape: np.ndarray) -> np.ndarray:
-    """+1 or -1 (..., modes) so that the largest component, weighed by energy, is positive."""
+def _largest_positive(mass: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    """+1 or -1 (..., 1, modes) so that the largest component, weighed by energy, is positive."""
     weighed = shape * np.sqrt(np.linalg.diagonal(mass))[..., :, None]
     size = np.abs(weighed)
     # ties within rounding go to the first coordinate, so that the sign never flickers
     largest = np.argmax(
         size > (1.0 - 1e-6) * np.max(size, axis=-2, keepdims=True), axis=-2, keepdims=True
     )
-    return np.where(np.take_along_axis(weighed, largest, -2)[..., 0, :] < 0.0, -1.0, 1.0)
+    return np.where(np.take_along_axis(weighed, largest, -2) < 0.0, -1.0, 1.0)
 
 
 def _shape_error(
@@ -262,56 +278,22 @@ def _shape_error(
 
 
 # ----------------------------------------------------------------------------
-# How alike two sets of mode shapes are.
+# How alike mode shapes are.
 # ----------------------------------------------------------------------------
 
 
-def modal_assurance(first: Bounded, second: Bounded, weight: Bounded) -> Bounded:
-    """MAC matrix (m, k) of shapes (6, m) and (6, k), real or complex; and its error.
+def modal_assurance(shape: Bounded, weight: Bounded) -> Bounded:
+    """MAC matrix (modes, modes) of shapes (f, modes), none of them zero, under a diagonal (f,).
 
-        MAC = |v* W u|^2 / ((v* W v) (u* W u))
+        MAC = |v W u|^2 / ((v W v) (u W u))
 
     1 for shapes that differ by a factor only, 0 for shapes that are orthogonal. Coordinates in
-    metres and in radians can be compared under a weight only. The mass matrix makes the answer
-    independent of units and reference point, and the modes of one machine orthogonal; under
-    a diagonal of 1 (m) and a length squared (rad) no masses are needed, and the length is a choice.
+    metres and in radians can be compared under a weight only; under the whole mass matrix the
+    modes of one machine are orthogonal.
 
-    Parameters
-    ----------
-    first, second : modes in columns, any scale and sign.
-    weight : (6, 6) symmetric, positive definite.
-
-    Raises
-    ------
-    NumericalFailure
-        A shape is zero under the weight, to within its error.
-
-    Source: R. J. Allemang (2003), The modal assurance criterion, Sound and Vibration 37 (8);
-    with a weight, the same as the square of the normalised cross-orthogonality.
+    Source: R. J. Allemang (2003), The modal assurance criterion, Sound and Vibration 37 (8).
     """
-    rounded = weight.error + 16.0 * UNIT_ROUNDOFF * np.abs(weight.value)
-
-    def product(a: Bounded, b: Bounded) -> tuple[np.ndarray, np.ndarray]:
-        size, other, matrix = np.abs(a.value).T, np.abs(b.value), np.abs(weight.value)
-        uncertainty = size @ rounded @ other + a.error.T @ matrix @ other
-        return a.value.conj().T @ weight.value @ b.value, uncertainty + (
-            (size + a.error.T) @ matrix @ b.error
-        )
-
-    cross, cross_error = product(first, second)
-    lengths = []
-    for name, shapes in (("first", first), ("second", second)):
-        square, error = (np.diagonal(part).real for part in product(shapes, shapes))
-        if not np.all(square > error):
-            number = int(np.argmax(~(square > error))) + 1
-            raise NumericalFailure(
-                f"shape {number} of the {name} set is zero to rounding: it has no assurance"
-            )
-        lengths.append((square, error / square))
-    (v_square, v_uncertainty), (u_square, u_uncertainty) = lengths
-    scale = np.outer(v_square, u_square)
-    size = np.abs(cross)
-    value = size**2 / scale
-    spread = (2.0 * size + cross_error) * cross_error / scale
-    relative = np.add.outer(v_uncertainty, u_uncertainty) + 8.0 * UNIT_ROUNDOFF
-    return Bounded(np.minimum(value, 1.0), spread + value * relative)
+    cross = shape.T @ (weight[:, None] * shape)
+    size, square = np.abs(cross.value), Bounded(*map(np.diagonal, cross))
+    alike = Bounded(np.square(size), (2.0 * size + cross.error) * cross.error)
+    return alike / (square[:, None] * square)

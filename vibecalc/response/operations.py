@@ -253,9 +253,8 @@ def mean_energy_range(
     left_out : (..., operations) in J, what dropped orders may add (`energies.dropped_mean`); it
         enters the errors.
     """
-    shaking, residual = (energy_by_order(weight, part) for part in state)
-    still = Bounded(shaking.mean, shaking.mean_error).sum()[..., None]
-    still = still + Bounded(residual.mean, residual.mean_error)
+    shaking, residual = (energy_by_order(weight, part).mean for part in state)
+    still = shaking.sum()[..., None] + residual
     start = reshaped(state.shaking[..., None, 0, :], np.conj)
     cross = 0.5 * (start * (state.residual @ weight)).sum()
     swing = abs(cross)

@@ -181,15 +181,13 @@ def energy_speeds(
     """Ascending speeds (speeds,) in [first, last] rad/s, outside the masked intervals.
 
     Even steps, and steps that shrink towards every speed at which an order meets a mode; the ends
-    of masked intervals are among them.
+    of masked intervals are among them, however narrow these are.
     """
     met = (resonances.frequency / np.asarray(orders)[:, None])[~resonances.idle]
     met = met[(met > first) & (met < last)]
     close = np.concatenate([met[:, None] * (1.0 + sign * _NEAR) for sign in (-1.0, 1.0)])
-    points = [np.linspace(first, last, _EVEN), close.ravel(), masked.low, masked.high]
-    speed = np.sort(np.concatenate(points))
-    speed = speed[(speed >= max(first, 0.0)) & (speed <= last)]
-    distinct = np.concatenate([[True], np.diff(speed) > 1e-9 * last])
-    speed = speed[distinct]
-    unmasked: np.ndarray = speed[outside(masked, speed)]
-    return unmasked
+    speed = np.sort(np.concatenate([np.linspace(first, last, _EVEN), close.ravel()]))
+    speed = speed[np.concatenate([[True], np.diff(speed) > 1e-9 * last])]
+    speed = np.sort(np.concatenate([speed, masked.low, masked.high]))
+    speed = speed[np.concatenate([[True], np.diff(speed) > 0.0])]
+    return np.asarray(speed[(speed >= first) & (speed <= last) & outside(masked, speed)])

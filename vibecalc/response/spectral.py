@@ -8,24 +8,15 @@ for each r. The left side outgrows the right one, so that there is a lowest solu
 bracketed between rows of the curves and closed by Brent's method.
 """
 
-from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import Linear
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.modal_damping import (
-    body_resonances,
-    damped_basis,
-    damping_ratio,
-    energy_fraction,
-)
 from vibecalc.response.modes import Modes, modes
-from vibecalc.response.resonances import Resonances
 
 if TYPE_CHECKING:
     from vibecalc.parts.mount_curves import Spectrum
@@ -91,16 +82,8 @@ def spectral_system(constant: Linear, mounts: Mounts, stretch: np.ndarray) -> Sp
 _PARTS = 8
 
 
-class OwnMode(NamedTuple):
-    """One mode: matrices at its frequency, all modes of these, and the error of the frequency."""
-
-    matrices: Linear
-    shapes: Modes
-    frequency_error: float
-
-
-def own_modes(system: SpectralSystem) -> list[OwnMode]:
-    """Of each mode r the matrices at its own frequency, and their modes, of which it is one."""
+def own_modes(system: SpectralSystem) -> Modes:
+    """Modes, each of the matrices at its own frequency, so that shapes are not orthogonal."""
     from scipy.optimize import brentq
 
     rows = system.spectrum.rows()
@@ -123,15 +106,14 @@ def own_modes(system: SpectralSystem) -> list[OwnMode]:
             rate = ends[1]
             if gap(ends[0]) > 0.0 > gap(ends[1]):
                 rate = float(brentq(gap, *ends, xtol=EPSILON * ends[1], rtol=8.0 * EPSILON))
-        matrices = system.at(rate)
-        shapes = damped_basis(matrices, modes(matrices))
+        shapes = modes(system.at(rate))
         vector, frequency = shapes.shape[:, place], float(shapes.natural_frequency[place])
         growth = float(vector @ system.slope(rate, 1).real @ vector) / max(2.0 * frequency, 1e-300)
         off = float(shapes.natural_frequency_error[place]) + abs(frequency - rate)
-        found.append(
-            OwnMode(matrices, shapes, off / abs(1.0 - growth) if growth != 1.0 else np.inf)
-        )
-    return found
+        one = Modes(*(part[..., place] for part in shapes))
+        error = np.array(off / abs(1.0 - growth) if growth != 1.0 else np.inf)
+        found.append(one._replace(natural_frequency_error=error))
+    return Modes(*(np.stack(parts, axis=-1) for parts in zip(*found, strict=True)))
 
 
 def _eigenvalues(matrices: Linear) -> np.ndarray:
@@ -140,42 +122,3 @@ def _eigenvalues(matrices: Linear) -> np.ndarray:
     half = np.linalg.solve(lower, matrices.stiffness)
     reduced = np.linalg.solve(lower, half.mT)
     return np.asarray(np.linalg.eigvalsh(0.5 * (reduced + reduced.mT)))
-
-
-def joined(found: Sequence[OwnMode]) -> Modes:
-    """All modes together: shapes of different matrices, not square to each other."""
-    picked = [Modes(*(part[..., r] for part in one.shapes)) for r, one in enumerate(found)]
-    whole = Modes(*(np.stack(parts, axis=-1) for parts in zip(*picked, strict=True)))
-    error = np.array([one.frequency_error for one in found])
-    return whole._replace(natural_frequency_error=error)
-
-
-def own_damping_ratio(found: Sequence[OwnMode]) -> Bounded:
-    """Damping ratio (modes,) of each mode at its own frequency."""
-    ratios = [damping_ratio(one.matrices, one.shapes)[r] for r, one in enumerate(found)]
-    return Bounded(np.array([x.value for x in ratios]), np.array([x.error for x in ratios]))
-
-
-def own_energy_fraction(found: Sequence[OwnMode], translations: int) -> Bounded:
-    """Share (modes, f) of each coordinate in the kinetic energy of each mode."""
-    shares = [
-        energy_fraction(one.matrices, one.shapes, translations)[r] for r, one in enumerate(found)
-    ]
-    return Bounded(np.array([x.value for x in shares]), np.array([x.error for x in shares]))
-
-
-def own_resonances(found: Sequence[OwnMode], force: Bounded) -> Resonances:
-    """Resonances under forces (orders, f), each at its own frequency.
-
-    An undamped one counts as driven: of matrices that change with the frequency no mode can be
-    left out of an order.
-    """
-    each = [body_resonances(one.matrices, one.shapes, force) for one in found]
-    return Resonances(
-        np.array([one.frequency[r] for r, one in enumerate(each)]),
-        np.array([one.damping_ratio[r] for r, one in enumerate(each)]),
-        np.array([one.half_width[r] for r, one in enumerate(each)]),
-        np.stack(
-            [one.idle[..., r] & (one.exposed()[r] == 0.0) for r, one in enumerate(each)], axis=-1
-        ),
-    )

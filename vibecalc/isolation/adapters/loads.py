@@ -9,9 +9,8 @@ from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import as_loads, at_speed
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.linear import require_digits, response
 from vibecalc.parts.firing import torque_reaches_mounts
-from vibecalc.response.resonances import Resonances, check_operating_point
+from vibecalc.response.resonances import Resonances
 
 
 class BodyLoads(NamedTuple):
@@ -63,10 +62,5 @@ def steady_motion(
     Raises NumericalFailure where an order drives an undamped mode at its natural frequency.
     """
     speed = scene.case.machine.speed
-    resonances = system.resonances(loads)
-    for warning in check_operating_point(resonances, order, speed):
-        scene.warn(warning)
-    dynamic = system.dynamics(order * np.asarray(speed)[..., None], resonances)
-    motion = response(dynamic, loads.value, loads.error)
-    require_digits(system.matrices, dynamic, loads, motion, order, speed)
-    return motion, resonances
+    resonances = system.checked(loads, order, speed, scene.warn)
+    return system.forced(loads, order, speed, resonances), resonances

@@ -22,13 +22,7 @@ from vibecalc.parts.crank_train import (
     weights_and_shafts,
 )
 from vibecalc.parts.firing import shakes_with_torque
-from vibecalc.response.adapters.response import (
-    LinearSystem,
-    forcing_of,
-    linear_system,
-    resonances_of,
-    undriven_at_operating_point,
-)
+from vibecalc.response.adapters.response import forcing_of, mounted_body
 from vibecalc.response.energies import (
     dropped_mean,
     energy_by_order,
@@ -47,6 +41,7 @@ from vibecalc.response.operations import (
     superpose,
 )
 from vibecalc.response.results import OperationsEnergy, OperationsKinetic, OperationsPotential
+from vibecalc.response.system import MountedBody
 from vibecalc.response.tables import Balance, Operation
 
 if TYPE_CHECKING:
@@ -130,7 +125,7 @@ def _stacked(rows: Sequence[Bounded], axis: int) -> Bounded:
 
 def run_operations(scene: Scene) -> None:
     """Emit mean, peak and range of the energies of all combinations."""
-    forcing, system, options = forcing_of(scene), linear_system(scene), scene.case.response
+    forcing, system, options = forcing_of(scene), mounted_body(scene), scene.case.response
     assert options is not None
     scene.cite(
         "operations and balances combined as phasors",
@@ -162,7 +157,7 @@ def run_operations(scene: Scene) -> None:
 
 
 def _undriven(
-    scene: Scene, system: LinearSystem, loads: OperationLoads, orders: np.ndarray
+    scene: Scene, system: MountedBody, loads: OperationLoads, orders: np.ndarray
 ) -> UndrivenModes:
     """Modes that no part of a load drives where an order meets them.
 
@@ -172,8 +167,8 @@ def _undriven(
     running, balances = loads.residual.shape[-4:-2]
     parts = [loads.shaking[..., i, :, :] for i in range(running)]
     parts += [loads.residual[..., i, j, :, :] for i in range(running) for j in range(balances)]
-    known = resonances_of(system, parts[0])
-    found = [undriven_at_operating_point(scene, system, one, orders, known) for one in parts]
+    speed, warn = scene.case.machine.speed, scene.warn
+    found = [system.undriven(system.checked(one, orders, speed, warn)) for one in parts]
     pairs = functools.reduce(np.logical_and, (each.pairs for each in found))
     return found[0]._replace(pairs=pairs)
 
@@ -192,10 +187,6 @@ def _energies(
     shares = np.array([operation.weight for operation in options.operations])
     shares = (shares / shares.sum())[:, None]
 
-    def peak() -> Bounded:
-        found = energy_over_cycle(of_each, whole, orders, used, tail[..., None])
-        return Bounded(found.peak, found.peak_error)
-
     @functools.cache
     def means() -> PhaseRange:
         dropped = dropped_mean(weight, state.shaking[..., used:, :], tail)
@@ -209,13 +200,13 @@ def _energies(
 
     return group(
         mean=mean,
-        peak=peak,
+        peak=lambda: energy_over_cycle(of_each, whole, orders, used, tail[..., None]).peak,
         mean_low=lambda: means().low,
         mean_high=lambda: means().high,
         peak_low=lambda: peaks().low,
         peak_high=lambda: peaks().high,
-        rotating_mean=Bounded(rotating.mean, rotating.mean_error),
-        rotating_peak=Bounded(rotating.peak, rotating.peak_error),
+        rotating_mean=rotating.mean,
+        rotating_peak=rotating.peak,
         difference=mean.max(axis=-2) + (-mean).max(axis=-2),
         weighted=(mean * shares).sum(axis=-2),
     )

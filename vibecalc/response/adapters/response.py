@@ -1,6 +1,7 @@
 """Adapter: the body on its suspension, at operating speed and over a range of speeds."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,23 +16,14 @@ from vibecalc.excitation.adapter import (
 )
 from vibecalc.excitation.inertia_forces import as_loads, at_speed, with_terms
 from vibecalc.numerics.bounded import Bounded, Summed, reshaped, where
-from vibecalc.numerics.leading import leave_alone
-from vibecalc.numerics.linear import (
-    Linear,
-    UndrivenModes,
-    bounded_parts,
-    dynamics,
-    dynamics_by_order,
-    require_digits,
-    response,
-)
+from vibecalc.numerics.linear import bounded_parts, response
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON
 from vibecalc.parts.body import COORDINATES
 from vibecalc.parts.matrices import build_system, displacement_at
 from vibecalc.parts.mount_state import mounts_of
 from vibecalc.response.energies import (
-    energies_over_cycle,
     energy_by_order,
+    energy_over_cycle,
     mass_of,
     mean_over_cycle,
     square_root,
@@ -39,25 +31,9 @@ from vibecalc.response.energies import (
     velocity,
 )
 from vibecalc.response.forced import modal_response
-from vibecalc.response.modal_damping import (
-    body_resonances,
-    damped_basis,
-    damping_ratio,
-    energy_fraction,
-    idle_modes,
-    modal_damping,
-)
-from vibecalc.response.modes import Modes, modal_assurance, modes
-from vibecalc.response.resonances import (
-    MaskedSpeeds,
-    Resonances,
-    check_operating_point,
-    energy_speeds,
-    idle_warnings,
-    left_out,
-    masked_speeds,
-    outside,
-)
+from vibecalc.response.modal_damping import with_modal_damping
+from vibecalc.response.modes import modal_assurance
+from vibecalc.response.resonances import energy_speeds, idle_warnings, masked_speeds
 from vibecalc.response.results import (
     Energy,
     KineticEnergy,
@@ -67,128 +43,26 @@ from vibecalc.response.results import (
     OverSpeed,
     PotentialEnergy,
 )
-from vibecalc.response.spectral import (
-    OwnMode,
-    SpectralSystem,
-    joined,
-    own_damping_ratio,
-    own_energy_fraction,
-    own_modes,
-    own_resonances,
-    spectral_system,
-)
+from vibecalc.response.system import MountedBody, modes_on_mounts
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
 
-# ----------------------------------------------------------------------------
-# The body on its suspension as a linear system that several stages of the response share.
-# ----------------------------------------------------------------------------
 
-
-class LinearSystem(NamedTuple):
-    """Matrices with all damping in them, and modes in a basis that the damping leaves apart.
-
-    Where the stiffness of mounts follows the frequency, `spectral` has the matrices at all of
-    them and `own` each mode at its own.
-    """
-
-    matrices: Linear
-    shapes: Modes
-    spectral: SpectralSystem | None = None
-    own: tuple[OwnMode, ...] = ()
-
-
-def linear_system(scene: Scene) -> LinearSystem:
-    """The system of the case, built once per run."""
-    system: LinearSystem = scene.once("linear_system", _build)
+def mounted_body(scene: Scene) -> MountedBody:
+    """The body of the case on its suspension, built once per run."""
+    system: MountedBody = scene.once("mounted_body", _build)
     return system
 
 
-def _build(case: "Case") -> LinearSystem:
-    machine = case.machine
-    matrices = build_system(case)
-    mounts = mounts_of(case)
-    if mounts is not None and mounts.spectrum is not None:
-        spectral = spectral_system(matrices.free(), mounts, displacement_at(mounts.position))
-        own = tuple(own_modes(spectral))
-        return LinearSystem(matrices, joined(own), spectral, own)
-    shapes = modes(matrices)
-    ratio = None if machine.mounts is None else machine.mounts.modal_damping
-    if ratio:
-        added = modal_damping(matrices, shapes, np.full(6, ratio))
-        matrices = matrices._replace(
-            damping=matrices.damping + added.value,
-            damping_error=matrices.damping_error + added.error,
-        )
-    return LinearSystem(matrices, damped_basis(matrices, shapes))
-
-
-def ratios_of(scene: Scene, system: LinearSystem) -> Bounded:
-    """Damping ratio (modes,) of each mode, what the case gives as a ratio counting exactly.
-
-    Modal damping is that, and a loss factor of the whole stiffness is twice that. Raises
-    NumericalFailure for a mode that nothing holds.
-    """
-    if system.own:
-        return own_damping_ratio(system.own)
-    machine = scene.case.machine
-    mounts = machine.mounts
-    system_without = build_system(scene.case)
-    given = 0.0 if mounts is None else mounts.modal_damping or 0.0
-    if mounts is not None and mounts.stiffness_matrix is not None:
-        given += 0.5 * (mounts.loss_factor or 0.0)
-        system_without = system_without._replace(
-            structural=np.zeros((6, 6)), structural_error=np.zeros((6, 6))
-        )
-    ratios = damping_ratio(system_without, system.shapes)
-    value = ratios.value + given
-    return Bounded(value, ratios.error + EPSILON * np.abs(value))
-
-
-def undriven_at_operating_point(
-    scene: Scene,
-    system: LinearSystem,
-    load: Bounded,
-    orders: np.ndarray,
-    known: Resonances | None = None,
-) -> UndrivenModes:
-    """Modes that an order meets without driving them; NumericalFailure where it drives one.
-
-    `load` (orders, 6) may have any scale; `known` are the resonances under another one.
-    """
-    held = system.shapes.eigenvalue > system.shapes.eigenvalue_error
-    if known is None or system.own or not np.all(held):
-        resonances = resonances_of(system, load)
-    else:
-        resonances = known._replace(idle=idle_modes(system.shapes, load))
-    for warning in check_operating_point(resonances, orders, scene.case.machine.speed):
-        scene.warn(warning)
-    pairs = left_out(resonances)
-    if system.own:
-        pairs = np.zeros_like(pairs)
-    return UndrivenModes(pairs, system.shapes.shape, system.shapes.eigenvalue)
-
-
-def resonances_of(system: LinearSystem, load: Bounded) -> Resonances:
-    """Where orders with these loads (..., orders, 6) meet the modes.
-
-    A mode that nothing holds has no resonance: it stands at infinity, where no order meets it.
-    """
-    matrices, shapes = system.matrices, system.shapes
-    if system.own:
-        return own_resonances(system.own, load)
-    held = shapes.eigenvalue > shapes.eigenvalue_error
-    if held.ndim > 1:
-        leave_alone(~np.all(held, axis=-1))
-    if np.all(held):
-        return body_resonances(matrices, shapes, load)
-    found = body_resonances(matrices, Modes(*(part[..., held] for part in shapes)), load)
-    frequency, ratio, width = np.full(6, np.inf), np.zeros(6), np.zeros(6)
-    idle = np.ones(load.shape, dtype=bool)
-    frequency[held], ratio[held], width[held] = found[:3]
-    idle[..., held] = found.idle
-    return Resonances(frequency, ratio, width, idle)
+def _build(case: "Case") -> MountedBody:
+    matrices, mounts = build_system(case), mounts_of(case)
+    stretch = np.zeros(0) if mounts is None else displacement_at(mounts.position)
+    shapes, spectral = modes_on_mounts(matrices, mounts, stretch)
+    given = case.machine.mounts
+    if given is not None and given.modal_damping:
+        matrices = with_modal_damping(matrices, shapes, given.modal_damping)
+    return MountedBody(matrices=matrices, shapes=shapes, spectral=spectral)
 
 
 def forcing_of(scene: Scene) -> Forcing:
@@ -201,10 +75,6 @@ def forcing_of(scene: Scene) -> Forcing:
 # Adapter: the body on its suspension at operating speed.
 # ----------------------------------------------------------------------------
 
-GROUND = paths_of(
-    MotionOfBody, "ground_force", "ground_couple", "ground_force_peak", "ground_couple_peak"
-)
-NEAREST = paths_of(ModesOfBody, "nearest_order", "distance")
 METHODS = {
     "modal": (
         "superposition of modes",
@@ -219,86 +89,64 @@ METHODS = {
 
 def run_response(scene: Scene) -> None:
     """Emit modes, motion, forces on the ground and, where asked for, energies."""
-    forcing = forcing_of(scene)
-    system = linear_system(scene)
-    matrices = system.matrices
-    options = scene.case.response
+    forcing, system, options = forcing_of(scene), mounted_body(scene), scene.case.response
     if options is None:
         raise ValueError("the case has no [response]")
     name, citation = METHODS[options.method]
     scene.cite(name, "motion of the body", citation)
 
-    speed = scene.case.machine.speed
-    undriven = undriven_at_operating_point(
-        scene, system, as_loads(forcing.per_speed_squared), forcing.order
-    )
-    _emit_modes(scene, system, forcing)
+    order, speed = forcing.order, scene.case.machine.speed
+    frequency = order * np.asarray(speed)[..., None]
     driven = as_loads(at_speed(forcing.per_speed_squared, speed))
-    frequency = forcing.order * np.asarray(speed)[..., None]
-    motion = _motion(options.method, system, frequency, driven, undriven, forcing, speed)
-    scene.handed_on["motion_by_order"] = MotionByOrder(
-        forcing.order, forcing.retained, forcing.tail, motion
-    )
-    _emit_motion(scene, forcing, motion)
-    if scene.wants(*GROUND):
-        _emit_ground(scene, forcing, _ground(system, frequency, driven, motion))
-    if options.energies:
-        _emit_energies(scene, forcing, matrices, motion, frequency)
-
-
-def _motion(
-    method: str,
-    system: LinearSystem,
-    frequency: np.ndarray,
-    driven: Bounded,
-    undriven: UndrivenModes,
-    forcing: Forcing,
-    speed: float,
-) -> Bounded:
-    matrices = system.matrices
-    if method == "modal":
-        shape = system.shapes.shape
-        return modal_response(matrices, shape, frequency, driven.value, driven.error)
-    if system.spectral is None:
-        stiffness = dynamics(matrices, frequency, undriven)
+    resonances = system.checked(driven, order, speed, scene.warn)
+    _emit_modes(scene, system, forcing)
+    if options.method == "modal":
+        undriven = system.undriven(resonances)
+        motion = modal_response(
+            system.matrices, system.shapes.shape, order, speed, driven, undriven
+        )
     else:
-        stiffness = dynamics_by_order(system.spectral.at(frequency), frequency)
-    motion = response(stiffness, driven.value, driven.error)
-    require_digits(matrices, stiffness, driven, motion, forcing.order, speed)
-    return motion
+        motion = system.forced(driven, order, speed, resonances)
+    scene.handed_on["motion_by_order"] = MotionByOrder(
+        order, forcing.retained, forcing.tail, motion
+    )
+    _emit_motion(scene, forcing, motion, system, frequency, driven)
+    if options.energies:
+        scene.cite(
+            "energy of harmonic motion, phasors added before squares",
+            "kinetic and potential energy, mean and peak",
+            "docs/theory.md",
+        )
+        moving = velocity(motion, frequency)
+        _emit_energy(scene, KineticEnergy, mass_of(system.matrices), moving, forcing)
+        _emit_energy(scene, PotentialEnergy, stiffness_of(system.matrices), motion, forcing)
 
 
-def _emit_modes(scene: Scene, system: LinearSystem, forcing: Forcing) -> None:
-    matrices, shapes, own = system.matrices, system.shapes, system.own
-    numbers = np.arange(1, 7)
-    axes = {"mode": numbers, "coordinate": COORDINATES, "other_mode": numbers}
-    frequency = Bounded(shapes.natural_frequency, shapes.natural_frequency_error)
-    held = np.all(shapes.eigenvalue > shapes.eigenvalue_error)
+def _emit_modes(scene: Scene, system: MountedBody, forcing: Forcing) -> None:
+    shapes, numbers = system.shapes, np.arange(1, 7)
+    held = np.all(shapes.held)
     found = ModesOfBody(
-        natural_frequency=frequency,
-        damping_ratio=ratios_of(scene, system) if held else None,
-        shape=Bounded(shapes.shape.mT, shapes.shape_error.mT),
-        energy_fraction=(
-            own_energy_fraction(own, 3) if own else energy_fraction(matrices, shapes, 3)
-        ),
+        natural_frequency=shapes.bounded_frequency,
+        damping_ratio=system.damping_ratio() if held else None,
+        shape=reshaped(shapes.bounded_shape, np.matrix_transpose),
+        energy_fraction=system.energy_fraction,
         assurance=lambda: _assurance(system),
     )
+    axes = {"mode": numbers, "coordinate": COORDINATES, "other_mode": numbers}
     scene.emit_all(found, axes)
-    if held and scene.wants(*NEAREST):
-        _emit_nearest(scene, forcing, frequency, axes)
+    load = as_loads(forcing.per_speed_squared)[: forcing.retained]
+    if held and scene.wants(*paths_of(ModesOfBody, "nearest_order", "distance")):
+        driven = np.any(np.abs(load.value) > 4.0 * load.error, axis=-1)
+        orders = forcing.order[: forcing.retained][driven]
+        if len(orders):
+            _emit_nearest(scene, orders, shapes.bounded_frequency, axes)
 
 
-def _assurance(system: LinearSystem) -> Bounded:
-    """Which modes look alike.
-
-    Weighed by the diagonal alone: under the whole mass matrix the modes of one machine are
-    orthogonal by definition.
-    """
-    diagonal = np.diag(np.diagonal(system.matrices.mass))
-    vectors = Bounded(system.shapes.shape, system.shapes.shape_error)
-    alike = modal_assurance(
-        vectors, vectors, Bounded(diagonal, DATA_ROUNDINGS * EPSILON * diagonal)
-    )
+def _assurance(system: MountedBody) -> Bounded:
+    """Which modes look alike, weighed by the diagonal of the mass matrix alone."""
+    diagonal = np.diagonal(system.matrices.mass)
+    weight = Bounded(diagonal, DATA_ROUNDINGS * EPSILON * diagonal)
+    alike = modal_assurance(system.shapes.bounded_shape, weight)
     # a mode is like itself, whatever rounding has done to it
     np.fill_diagonal(alike.value, 1.0)
     np.fill_diagonal(alike.error, 0.0)
@@ -306,61 +154,48 @@ def _assurance(system: LinearSystem) -> Bounded:
 
 
 def _emit_nearest(
-    scene: Scene,
-    forcing: Forcing,
-    frequency: Bounded,
-    axes: dict[str, object],
+    scene: Scene, orders: np.ndarray, frequency: Bounded, axes: dict[str, object]
 ) -> None:
     """The excited order next to each mode: how far the machine stays away from resonance."""
-    load = as_loads(forcing.per_speed_squared)
-    driven = np.any(np.abs(load.value) > 4.0 * load.error, axis=-1)
-    orders = forcing.order[: forcing.retained][driven[: forcing.retained]]
-    if not orders.size:
-        return
     met = orders * scene.case.machine.speed / frequency.value[:, None]
     nearest = np.argmin(np.abs(np.log(met)), axis=1)
-    ratio = met[np.arange(6), nearest]
-    error = ratio * (frequency.error / frequency.value + 4.0 * EPSILON)
-    found = ModesOfBody(nearest_order=orders[nearest], distance=Bounded(ratio - 1.0, error))
+    ratio = orders[nearest] * scene.case.machine.speed / frequency
+    scene.emit_all(ModesOfBody(nearest_order=orders[nearest], distance=ratio - 1.0), axes)
+
+
+def _emit_motion(
+    scene: Scene,
+    forcing: Forcing,
+    motion: Bounded,
+    system: MountedBody,
+    frequency: np.ndarray,
+    driven: Bounded,
+) -> None:
+    ground = cache(lambda: _ground(system, frequency, driven, motion))
+    move, turn = slice(None, 3), slice(3, None)
+
+    def by_order(rows: Bounded) -> Summed:
+        return with_terms(rows[..., : forcing.retained, :])
+
+    def peak(rows: Bounded) -> Summed:
+        return peak_with_tail(reshaped(rows, np.matrix_transpose), forcing)
+
+    found = MotionOfBody(
+        translation_harmonics=by_order(motion[..., move]),
+        rotation_harmonics=by_order(motion[..., turn]),
+        translation_peak=lambda: peak(motion[..., move]),
+        rotation_peak=lambda: peak(motion[..., turn]),
+        ground_force=lambda: by_order(ground()[..., move]),
+        ground_couple=lambda: by_order(ground()[..., turn]),
+        ground_force_peak=lambda: peak(ground()[..., move]),
+        ground_couple_peak=lambda: peak(ground()[..., turn]),
+    )
+    axes = {"order": forcing.order[: forcing.retained], "direction": DIRECTIONS}
     scene.emit_all(found, axes)
 
 
-def _emit_motion(scene: Scene, forcing: Forcing, motion: Bounded) -> None:
-    move, turn = motion[..., :3], motion[..., 3:]
-    found = MotionOfBody(
-        translation_harmonics=_by_order(move, forcing),
-        rotation_harmonics=_by_order(turn, forcing),
-        translation_peak=lambda: _peak(move, forcing),
-        rotation_peak=lambda: _peak(turn, forcing),
-    )
-    scene.emit_all(found, _axes(forcing))
-
-
-def _emit_ground(scene: Scene, forcing: Forcing, ground: Bounded) -> None:
-    force, couple = ground[..., :3], ground[..., 3:]
-    found = MotionOfBody(
-        ground_force=_by_order(force, forcing),
-        ground_couple=_by_order(couple, forcing),
-        ground_force_peak=lambda: _peak(force, forcing),
-        ground_couple_peak=lambda: _peak(couple, forcing),
-    )
-    scene.emit_all(found, _axes(forcing))
-
-
-def _axes(forcing: Forcing) -> dict[str, object]:
-    return {"order": forcing.order[: forcing.retained], "direction": DIRECTIONS}
-
-
-def _by_order(rows: Bounded, forcing: Forcing) -> Summed:
-    return with_terms(rows[..., : forcing.retained, :])
-
-
-def _peak(rows: Bounded, forcing: Forcing) -> Summed:
-    return peak_with_tail(reshaped(rows, np.matrix_transpose), forcing)
-
-
 def _ground(
-    system: LinearSystem, frequency: np.ndarray, driven: Bounded, motion: Bounded
+    system: MountedBody, frequency: np.ndarray, driven: Bounded, motion: Bounded
 ) -> Bounded:
     """Force and couple (..., orders, 6) of the suspension on the ground.
 
@@ -368,56 +203,26 @@ def _ground(
     the better one above the natural frequencies, the latter below, where the errors of K X and of F
     are nearly the same. A mode that is left out of an order is in the first alone.
     """
-    rate = frequency[..., None]
-    if system.spectral is not None:
-        mass, stiffness, damping, structural = bounded_parts(system.spectral.at(frequency))
-        rate, motion, driven = rate[..., None], motion[..., None, :], driven[..., None, :]
-    else:
-        mass, stiffness, damping, structural = bounded_parts(system.matrices)
-    # the matrices are symmetric, so that rows times them are what they make of columns
-    held = motion @ stiffness + 1j * (motion @ structural + rate * (motion @ damping))
-    moved = driven + np.square(rate) * (motion @ mass)
-    better = where(moved.error < held.error, moved, held)
-    return better if system.spectral is None else better[..., 0, :]
+    held = (system.at(frequency).passing(frequency) @ motion[..., None])[..., 0]
+    # the mass matrix is symmetric, so that rows times it are what it makes of columns
+    moved = driven + np.square(frequency)[..., None] * (motion @ bounded_parts(system.matrices)[0])
+    return where(moved.error < held.error, moved, held)
 
 
-def _emit_energies(
-    scene: Scene,
-    forcing: Forcing,
-    matrices: Linear,
-    motion: Bounded,
-    frequency: np.ndarray,
+def _emit_energy(
+    scene: Scene, group: type[Energy], weight: Bounded, state: Bounded, forcing: Forcing
 ) -> None:
-    scene.cite(
-        "energy of harmonic motion, phasors added before squares",
-        "kinetic and potential energy, mean and peak",
-        "docs/theory.md",
+    """Energies of velocities or displacements (..., orders, 6), the peaks where they are wanted."""
+    order, used, tail = forcing.order, forcing.retained, forcing.tail
+    each = cache(lambda: energy_by_order(weight, state[..., :used, :]))
+    square_root(weight)  # which refuses an energy without a lower bound
+    found = group(
+        mean_by_order=lambda: each().mean,
+        peak_by_order=lambda: each().peak,
+        mean=lambda: mean_over_cycle(weight, state, used, tail),
+        peak=lambda: energy_over_cycle(weight, state, order, used, tail).peak,
     )
-    used = forcing.retained
-    axes = {"order": forcing.order[:used]}
-    kinds: tuple[tuple[type[Energy], Bounded, Bounded], ...] = (
-        (KineticEnergy, mass_of(matrices), velocity(motion, frequency)),
-        (PotentialEnergy, stiffness_of(matrices), motion),
-    )
-    for group, weight, state in kinds:
-        if scene.wants(*paths_of(group, "mean_by_order", "peak_by_order")):
-            each = energy_by_order(weight, state)
-            by_order = group(
-                mean_by_order=Bounded(each.mean, each.mean_error)[..., :used],
-                peak_by_order=Bounded(each.peak, each.peak_error)[..., :used],
-            )
-            scene.emit_all(by_order, axes)
-    sought = [kind for kind in kinds if scene.wants(*paths_of(kind[0], "peak"))]
-    found = energies_over_cycle(
-        [(weight, state) for _, weight, state in sought], forcing.order, used, forcing.tail
-    )
-    for (group, _, _), total in zip(sought, found, strict=True):
-        mean, peak = Bounded(total.mean, total.mean_error), Bounded(total.peak, total.peak_error)
-        scene.emit_all(group(mean=mean, peak=peak))
-    for group, weight, state in kinds:
-        if scene.wants(*paths_of(group, "mean")) and not scene.wants(*paths_of(group, "peak")):
-            square_root(weight)  # which refuses an energy without a lower bound
-            scene.emit_all(group(mean=mean_over_cycle(weight, state, used, forcing.tail)))
+    scene.emit_all(found, {"order": order[:used]})
 
 
 # ----------------------------------------------------------------------------
@@ -430,72 +235,42 @@ WORTH_POINTS = 1e-10
 
 
 def run_speeds(scene: Scene) -> None:
-    """Emit mean energies at each speed, and the intervals left out around resonances."""
+    """Emit mean energies at each speed, and the intervals left out around resonances.
+
+    Errors count the dropped orders by a few of them.
+    """
     options = scene.case.response
     if options is None or options.run_up is None:
         raise ValueError("the case has no run-up in [response]")
-    forcing, system = forcing_of(scene), linear_system(scene)
-    first, last = options.run_up.start, options.run_up.stop
-    used, orders = forcing.retained, forcing.order[: forcing.retained]
-    load = as_loads(forcing.per_speed_squared)
-    resonances = resonances_of(system, Bounded(load.value[:used], load.error[:used]))
+    forcing, system = forcing_of(scene), mounted_body(scene)
+    first, last, used = options.run_up.start, options.run_up.stop, forcing.retained
+    few, tail = few_orders(forcing)
+    chosen = np.concatenate([np.arange(used), few])
+    load, every = as_loads(forcing.per_speed_squared)[chosen], forcing.order[chosen]
+    met, orders = system.resonances(load), every[:used]
+    resonances = met._replace(idle=met.idle[:used])
     masked = masked_speeds(resonances, orders, first, last)
     for warning in idle_warnings(resonances, orders, first, last):
         scene.warn(warning)
-    shown = _worth_points(system, resonances, load.value[:used], orders)
-    speed = _with_ends(energy_speeds(shown, orders, masked, first, last), masked, first, last)
-    axes = {"speed": speed, "masked": np.arange(1, len(masked.centre) + 1)}
-    scene.emit_all(OverSpeed(*_energies(system, resonances, forcing, load, speed)), axes)
-    off = masked.centre_error
-    low, centre, high = (Bounded(one, off) for one in (masked.low, masked.centre, masked.high))
-    scene.emit_all(LeftOut(low, centre, high, masked.order, masked.mode), axes)
+    moved = np.abs(load.value[:used] @ system.shapes.shape) / np.square(orders)[:, None]
+    weak = moved < WORTH_POINTS * np.max(moved)
+    shown = resonances._replace(idle=resonances.idle | weak)
+    speed = energy_speeds(shown, orders, masked, first, last)
 
-
-def _worth_points(
-    system: LinearSystem, resonances: Resonances, load: np.ndarray, orders: np.ndarray
-) -> Resonances:
-    """The resonances without those of orders too weak to be seen."""
-    moved = np.abs(load @ system.shapes.shape) / np.square(orders)[:, None]
-    return resonances._replace(idle=resonances.idle | (moved < WORTH_POINTS * np.max(moved)))
-
-
-def _with_ends(speed: np.ndarray, masked: MaskedSpeeds, first: float, last: float) -> np.ndarray:
-    """The speeds, and all ends of the masked intervals, however narrow these are."""
-    ends = np.concatenate([masked.low, masked.high])
-    ends = ends[(ends >= first) & (ends <= last) & outside(masked, ends)]
-    every = np.sort(np.concatenate([speed, ends]))
-    distinct: np.ndarray = every[np.concatenate([[True], np.diff(every) > 0.0])]
-    return distinct
-
-
-def _energies(
-    system: LinearSystem,
-    resonances: Resonances,
-    forcing: Forcing,
-    load: Bounded,
-    speed: np.ndarray,
-) -> list[Bounded]:
-    """Mean kinetic and potential energy (speeds,), errors counting the dropped orders by a few.
-
-    At rest nothing moves, held or not.
-    """
-    matrices, used = system.matrices, forcing.retained
-    few, few_tail = few_orders(forcing)
-    chosen = np.concatenate([np.arange(used), few])
-    count = len(few)
-    idle = np.pad(left_out(resonances), ((0, count), (0, 0)))
-    undriven = UndrivenModes(idle, system.shapes.shape, system.shapes.eigenvalue)
+    # at rest nothing moves, held or not
     turning = speed > 0.0
-    frequency = speed[turning][:, None] * forcing.order[chosen]
-    square = np.square(speed[turning])[:, None, None]
-    stiffness = dynamics(matrices, frequency, undriven)
-    motion = response(stiffness, square * load.value[chosen], square * load.error[chosen])
-    found = []
-    for weight, state in (
-        (mass_of(matrices), velocity(motion, frequency)),
-        (stiffness_of(matrices), motion),
-    ):
-        value, error = np.zeros(speed.shape), np.zeros(speed.shape)
-        value[turning], error[turning] = mean_over_cycle(weight, state, used, few_tail)
-        found.append(Bounded(value, error))
-    return found
+    at = np.where(turning, speed, last)
+    frequency, square = at[:, None] * every, np.square(at)[:, None, None]
+    driven = square * load
+    motion = response(system.dynamics(frequency, met), driven.value, driven.error)
+    kinetic, potential = (
+        mean_over_cycle(weight, state, used, tail) * turning
+        for weight, state in (
+            (mass_of(system.matrices), velocity(motion, frequency)),
+            (stiffness_of(system.matrices), motion),
+        )
+    )
+    axes = {"speed": speed, "masked": np.arange(1, len(masked.centre) + 1)}
+    scene.emit_all(OverSpeed(kinetic, potential), axes)
+    ends = (Bounded(one, masked.centre_error) for one in (masked.low, masked.centre, masked.high))
+    scene.emit_all(LeftOut(*ends, masked.order, masked.mode), axes)

@@ -13,7 +13,7 @@ from vibecalc.numerics.bounded import Bounded, rounded, stack
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.response import results
 from vibecalc.response.adapters.operations import operation_loads
-from vibecalc.response.adapters.response import LinearSystem, forcing_of, linear_system, ratios_of
+from vibecalc.response.adapters.response import forcing_of, mounted_body
 from vibecalc.response.results import BesidesChanges, Change, Instant, Reversal
 from vibecalc.response.switching.follow import (
     Passages,
@@ -133,19 +133,19 @@ def modes_and_loads(scene: Scene) -> tuple[ModalSystem, ModalLoads]:
     assert response is not None and response.switching is not None
     known = {operation.name: operation for operation in response.operations}
     found = operation_loads(scene, [known[name] for name in response.switching.between])
-    forcing, linear = forcing_of(scene), linear_system(scene)
+    forcing, body = forcing_of(scene), mounted_body(scene)
     each = found.shaking + found.residual[:, 0]
     orders = np.arange(1, each.shape[1] + 1)
     # the errors count the guard orders, which stand for all that is dropped
     share = np.where(orders > forcing.retained, forcing.tail, 1.0)[:, None]
-    ratio = ratios_of(scene, LinearSystem(linear.matrices, linear.shapes)).value
-    system = ModalSystem(linear.shapes.shape, linear.shapes.natural_frequency, ratio)
+    ratio = body.damping_ratio().value
+    system = ModalSystem(body.shapes.shape, body.shapes.natural_frequency, ratio)
     return system, modal_loads(system, Loads(orders, each * share, forcing.retained))
 
 
 def _warn_of_coupling(scene: Scene) -> None:
     """Say so where damping leads from one mode to another, which the motion in time leaves out."""
-    matrices, shapes = linear_system(scene)[:2]
+    matrices, shapes = mounted_body(scene).matrices, mounted_body(scene).shapes
     shape, root = shapes.shape, np.sqrt(shapes.natural_frequency)
     between = shape.T @ matrices.damping @ shape
     between = np.abs(between + (shape.T @ matrices.structural @ shape) / np.outer(root, root))
