@@ -15,7 +15,7 @@ from vibecalc.core.results.record import (
 from vibecalc.isolation.efficiency_results import AXES as EFFICIENCY_AXES
 from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces
 from vibecalc.isolation.mount_results import OfMounts
-from vibecalc.response.results import LeftOut
+from vibecalc.response.results import LeftOut, Modes, Motion
 
 # ----------------------------------------------------------------------------
 # The model: one angle, or the modes of the body; and how the body moves.
@@ -60,37 +60,17 @@ class Pitch:
     )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class BodyModes:
+class BodyModes(Modes):
     """Modes of a body on mounts that stand on rigid ground."""
 
-    ROOT: ClassVar[str] = "isolation/modes"
-    natural_frequency: Any = q(
-        "mode", "rad/s", "undamped natural frequency",
-        headline=Headline(
-            "natural frequency", "Hz", pick="ends",
-            unless="foundation/coupled/modes/natural_frequency",
-        ),
-    )  # fmt: skip
-    damping_ratio: Any = q("mode", "", "modal damping ratio")
-    shape: Any = q(
-        "mode coordinate", "",
-        "mode shape at the reference point, metres and radians, of unit modal mass",
-    )  # fmt: skip
-    energy_fraction: Any = q(
-        "mode coordinate", "", "share of the kinetic energy of a mode, about the mass centre"
-    )
+    ROOT = "isolation/modes"
+    WORDS: ClassVar = {"elsewhere": "foundation/coupled/modes/natural_frequency"}
 
 
-@dataclass(frozen=True)
-class BodyMotion:
+class BodyMotion(Motion):
     """Motion of the body at the operating speed."""
 
-    ROOT: ClassVar[str] = "isolation/body"
-    translation_harmonics: Any = q(
-        "order direction", "m", "displacement of the reference point", PEAK
-    )
-    rotation_harmonics: Any = q("order direction", "rad", "rotation", PEAK)
+    ROOT = "isolation/body"
 
 
 # ----------------------------------------------------------------------------

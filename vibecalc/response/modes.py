@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.linear import Linear
+from vibecalc.numerics.linear import Linear, bounded_parts
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
@@ -76,12 +76,21 @@ def modes(matrices: Linear) -> Modes:
     rising = np.argsort(quotient, axis=-1, kind="stable")
     shape = np.take_along_axis(shape, rising[..., None, :], -1)
     eigenvalue, coupling = _eigenvalues(matrices, shape)
-    uncertainty = _eigenvalue_error(eigenvalue, coupling)
-    error = _with_nothing(eigenvalue, uncertainty)
-    apart = np.diff(eigenvalue, axis=-1) > CLUSTER * (error[..., 1:] + error[..., :-1])
-    cluster = np.cumsum(np.insert(apart, 0, False, axis=-1), axis=-1)
+    gap = np.abs(eigenvalue[..., :, None] - eigenvalue[..., None, :])
+    apart = gap > coupling
+    mixing = np.where(apart, coupling / np.where(apart, gap, 1.0), 1.0) * _off_diagonal(gap)
+    uncertainty = np.linalg.diagonal(coupling) + np.sum(coupling * mixing, axis=-1)
+    # what the rounding of the stiffest mode would hide is no stiffness at all, however little
+    # uncertainty there is of it: where rows of it are zero, a quotient of rounding errors remains
+    size = np.abs(eigenvalue)
+    nothing = _NOTHING * np.max(size, axis=-1, keepdims=True)
+    error = np.where(size <= nothing, np.maximum(uncertainty, nothing), uncertainty)
+    rises = np.diff(eigenvalue, axis=-1) > CLUSTER * (error[..., 1:] + error[..., :-1])
+    cluster = np.cumsum(np.insert(rises, 0, False, axis=-1), axis=-1)
     shape = _settled(matrices, shape, eigenvalue, cluster)
     shape = shape * _largest_positive(matrices.mass, shape)
+    # modes of one cluster span a space, into which others may mix
+    mixing = mixing * (cluster[..., :, None] != cluster[..., None, :])
     frequency = np.sqrt(np.maximum(eigenvalue, 0.0))
     above = np.sqrt(np.maximum(eigenvalue, 0.0) + uncertainty) - frequency
     below = frequency - np.sqrt(np.maximum(eigenvalue - error, 0.0))
@@ -89,7 +98,7 @@ def modes(matrices: Linear) -> Modes:
         frequency,
         np.maximum(above, below) + UNIT_ROUNDOFF * frequency,
         shape,
-        _shape_error(shape, eigenvalue, coupling, cluster),
+        np.abs(shape) @ mixing + 32.0 * UNIT_ROUNDOFF * np.abs(shape),
         eigenvalue,
         error,
     )
@@ -122,7 +131,7 @@ def _refined_shapes(matrices: Linear) -> np.ndarray:
     if corrected > _REFINED:
         shape, corrected = _refine(matrices, shape)
     if corrected > _REFINED:  # rounding alone tells a pair apart, and turns it by chance
-        shape = _orthonormal(mass, _orthonormal(mass, shape))
+        shape = np.linalg.solve(np.linalg.cholesky(shape.mT @ mass @ shape), shape.mT).mT
     return shape
 
 
@@ -141,62 +150,23 @@ def _refine(matrices: Linear, shape: np.ndarray) -> tuple[np.ndarray, float]:
     close = np.abs(numerator) >= 1e-3 * np.abs(gap)
     close |= close.mT
     correction = np.where(close, 0.5 * defect, numerator / np.where(close, 1.0, gap))
-    refined: np.ndarray = shape + shape @ correction
-    return refined, float(np.max(np.abs(correction)))
-
-
-def _orthonormal(mass: np.ndarray, shape: np.ndarray) -> np.ndarray:
-    """Shapes whose products with the mass are off those of an orthonormal basis by the square."""
-    gram = shape.mT @ mass @ shape
-    refined: np.ndarray = shape + shape @ (0.5 * (np.eye(gram.shape[-1]) - gram))
-    return refined
+    return shape + shape @ correction, float(np.max(np.abs(correction)))
 
 
 def _eigenvalues(matrices: Linear, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rayleigh quotients, and how strongly the modes are still coupled, errors included."""
-    gram = shape.mT @ matrices.mass @ shape
-    energy = shape.mT @ matrices.stiffness @ shape
-    eigenvalue = np.linalg.diagonal(energy) / np.linalg.diagonal(gram)
+    mass, stiffness, *_ = bounded_parts(matrices)
+    gram, energy = (shape.mT @ part @ shape for part in (mass, stiffness))
+    eigenvalue = np.linalg.diagonal(energy.value) / np.linalg.diagonal(gram.value)
     rows, columns = eigenvalue[..., :, None], eigenvalue[..., None, :]
-    size = np.abs(shape)
-    rounding = 14.0 * UNIT_ROUNDOFF
-    uncertainty_k = matrices.stiffness_error + rounding * np.abs(matrices.stiffness)
-    uncertainty_m = matrices.mass_error + rounding * np.abs(matrices.mass)
-    mean = np.sqrt(np.abs(rows) * np.abs(columns))
+    off = np.abs(energy.value - 0.5 * (rows + columns) * gram.value) * _off_diagonal(gram.value)
     larger = np.maximum(np.abs(rows), np.abs(columns))
-    off = np.abs(energy - 0.5 * (rows + columns) * gram) * _off_diagonal(gram)
-    uncertainty = size.mT @ uncertainty_k @ size + np.maximum(mean, larger) * (
-        size.mT @ uncertainty_m @ size
-    )
-    return eigenvalue, off + uncertainty
+    return eigenvalue, off + energy.error + larger * gram.error
 
 
 def _off_diagonal(matrix: np.ndarray) -> np.ndarray:
     """One (n, n) beside the diagonal, zero on it."""
     return np.asarray(1.0 - np.eye(matrix.shape[-1]))
-
-
-def _eigenvalue_error(eigenvalue: np.ndarray, coupling: np.ndarray) -> np.ndarray:
-    """First-order uncertainty of each quotient plus the second-order effect of the coupling."""
-    gap = np.abs(eigenvalue[..., :, None] - eigenvalue[..., None, :])
-    apart = gap > coupling
-    second = coupling * np.divide(coupling, gap, out=np.ones_like(gap), where=apart)
-    second = second * _off_diagonal(second)
-    error: np.ndarray = np.linalg.diagonal(coupling) + np.sum(second, axis=-1)
-    return error
-
-
-def _with_nothing(eigenvalue: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """The errors, at least `_NOTHING` of the largest eigenvalue for those that are not above it.
-
-    What the rounding of the stiffest mode would hide is no stiffness at all, however little
-    uncertainty there is of it: where rows of the stiffness are zero, a quotient of rounding errors
-    remains.
-    """
-    size = np.abs(eigenvalue)
-    nothing = _NOTHING * np.max(size, axis=-1, keepdims=True)
-    floored: np.ndarray = np.where(size <= nothing, np.maximum(error, nothing), error)
-    return floored
 
 
 def _settled(
@@ -263,18 +233,6 @@ def _largest_positive(mass: np.ndarray, shape: np.ndarray) -> np.ndarray:
         size > (1.0 - 1e-6) * np.max(size, axis=-2, keepdims=True), axis=-2, keepdims=True
     )
     return np.where(np.take_along_axis(weighed, largest, -2) < 0.0, -1.0, 1.0)
-
-
-def _shape_error(
-    shape: np.ndarray, eigenvalue: np.ndarray, coupling: np.ndarray, cluster: np.ndarray
-) -> np.ndarray:
-    """First-order mixing with the modes outside of the own cluster, plus rounding."""
-    gap = np.abs(eigenvalue[..., :, None] - eigenvalue[..., None, :])
-    outside = cluster[..., :, None] != cluster[..., None, :]
-    mixing = np.where(outside, coupling / np.where(outside, gap, 1.0), 0.0)
-    size = np.abs(shape)
-    error: np.ndarray = size @ np.minimum(mixing, 1.0) + 32.0 * UNIT_ROUNDOFF * size
-    return error
 
 
 # ----------------------------------------------------------------------------

@@ -18,20 +18,19 @@ from vibecalc.core.results.record import (
 # Results of the body on its suspension: modes, motion, energies.
 # ----------------------------------------------------------------------------
 
+_ORDERS = "order direction"
 #: with mounts at known places the force on each says more than the sum
 _SUPPORTS = "isolation/support_force/steady_peak"
 
 
 @dataclass(frozen=True)
-class ModesOfBody:
-    """Modes of the body on its suspension, and how near the orders are."""
+class Modes:
+    """Of a body on its suspension; its natural frequencies stand `elsewhere` in the first table."""
 
-    ROOT: ClassVar[str] = "response/modes"
+    ROOT: ClassVar[str]
     natural_frequency: Any = q(
         "mode", "rad/s", "undamped natural frequency",
-        headline=Headline(
-            "natural frequency", "Hz", pick="ends", unless="isolation/modes/natural_frequency"
-        ),
+        headline=Headline("natural frequency", "Hz", pick="ends", unless="{elsewhere}"),
     )  # fmt: skip
     damping_ratio: Any = q("mode", "", "modal damping ratio")
     shape: Any = q(
@@ -41,23 +40,35 @@ class ModesOfBody:
     energy_fraction: Any = q(
         "mode coordinate", "", "share of the kinetic energy of a mode, about the mass centre"
     )
+
+
+@dataclass(frozen=True)
+class ModesOfBody(Modes):
+    """How alike they are, too, and how near the orders are."""
+
+    ROOT: ClassVar[str] = "response/modes"
+    WORDS: ClassVar = {"elsewhere": "isolation/modes/natural_frequency"}
     assurance: Any = q(
-        "mode other_mode", "",
-        "modal assurance criterion, rotations times their radius of inertia",
-    )  # fmt: skip
+        "mode other_mode", "", "modal assurance criterion, rotations times their radius of inertia"
+    )
     nearest_order: Any = q("mode", "", "excited order nearest to a mode at operating speed")
     distance: Any = q("mode", "", "frequency of that order over the natural frequency, less 1")
 
 
 @dataclass(frozen=True)
-class MotionOfBody:
-    """Motion of the body, and what its suspension sends into the ground."""
+class Motion:
+    """Of a body at the operating speed."""
+
+    ROOT: ClassVar[str]
+    translation_harmonics: Any = q(_ORDERS, "m", "displacement of the reference point", PEAK)
+    rotation_harmonics: Any = q(_ORDERS, "rad", "rotation", PEAK)
+
+
+@dataclass(frozen=True)
+class MotionOfBody(Motion):
+    """Its largest values, too, and what its suspension sends into the ground."""
 
     ROOT: ClassVar[str] = "response"
-    translation_harmonics: Any = q(
-        "order direction", "m", "displacement of the reference point", PEAK
-    )
-    rotation_harmonics: Any = q("order direction", "rad", "rotation", PEAK)
     translation_peak: Any = q(
         "direction", "m", "largest over a turn", PEAK,
         headline=Headline("motion of the body, peak", "mm"),
@@ -66,8 +77,8 @@ class MotionOfBody:
         "direction", "rad", "largest over a turn", PEAK,
         headline=Headline("rotation of the body, peak", "mrad"),
     )  # fmt: skip
-    ground_force: Any = q("order direction", "N", "force on the ground", PEAK)
-    ground_couple: Any = q("order direction", "N*m", "couple on the ground", PEAK)
+    ground_force: Any = q(_ORDERS, "N", "force on the ground", PEAK)
+    ground_couple: Any = q(_ORDERS, "N*m", "couple on the ground", PEAK)
     ground_force_peak: Any = q(
         "direction", "N", "largest over a turn", PEAK,
         headline=Headline("force on the ground, peak", "N", unless=_SUPPORTS),
@@ -111,39 +122,25 @@ class PotentialEnergy(Energy):
     WORDS: ClassVar = {"kind": "potential"}
 
 
+_WAYS = "operation balance"
+_ALONE = "of throws and balance weights, without pistons, counterweights and shafts"
+
+
 @dataclass(frozen=True)
 class OperationsEnergy:
     """Of one kind, of all operations with all balances."""
 
     ROOT: ClassVar[str]
-    mean: Any = q("operation balance", "J", "mean {kind} energy over a turn")
-    peak: Any = q("operation balance", "J", "largest {kind} energy over a turn")
-    mean_low: Any = q(
-        "operation balance", "J",
-        "mean {kind} energy, weights at the best angle to the pistons",
-    )  # fmt: skip
-    mean_high: Any = q(
-        "operation balance", "J",
-        "mean {kind} energy, weights at the worst angle to the pistons",
-    )  # fmt: skip
-    peak_low: Any = q(
-        "operation balance", "J",
-        "largest {kind} energy, weights at the best angle to the pistons",
-    )  # fmt: skip
+    mean: Any = q(_WAYS, "J", "mean {kind} energy over a turn")
+    peak: Any = q(_WAYS, "J", "largest {kind} energy over a turn")
+    mean_low: Any = q(_WAYS, "J", "mean {kind} energy, weights at the best angle to the pistons")
+    mean_high: Any = q(_WAYS, "J", "mean {kind} energy, weights at the worst angle to the pistons")
+    peak_low: Any = q(_WAYS, "J", "largest {kind} energy, weights at the best angle to the pistons")
     peak_high: Any = q(
-        "operation balance", "J",
-        "largest {kind} energy, weights at the worst angle to the pistons",
-    )  # fmt: skip
-    rotating_mean: Any = q(
-        "operation balance", "J",
-        "mean {kind} energy of throws and balance weights, without pistons, "
-        "counterweights and shafts",
-    )  # fmt: skip
-    rotating_peak: Any = q(
-        "operation balance", "J",
-        "largest {kind} energy of throws and balance weights, without pistons, "
-        "counterweights and shafts",
-    )  # fmt: skip
+        _WAYS, "J", "largest {kind} energy, weights at the worst angle to the pistons"
+    )
+    rotating_mean: Any = q(_WAYS, "J", f"mean {{kind}} energy {_ALONE}")
+    rotating_peak: Any = q(_WAYS, "J", f"largest {{kind}} energy {_ALONE}")
     difference: Any = q(
         "balance", "J", "largest less smallest mean {kind} energy of the operations"
     )
@@ -190,22 +187,21 @@ class LeftOut:
 # ----------------------------------------------------------------------------
 
 
+_CHANGE = "change direction"
+
+
 @dataclass(frozen=True)
 class Change:
     """Of one way of changing."""
 
     ROOT: ClassVar[str]
     translation_peak: Any = q(
-        "change direction", "m", "largest displacement of the reference point on the way", PEAK,
+        _CHANGE, "m", "largest displacement of the reference point on the way", PEAK,
         headline=Headline("motion in a change {how}, peak", "mm"),
     )  # fmt: skip
-    rotation_peak: Any = q("change direction", "rad", "largest rotation on the way", PEAK)
-    ground_force_peak: Any = q(
-        "change direction", "N", "largest force on the ground on the way", PEAK
-    )
-    ground_couple_peak: Any = q(
-        "change direction", "N*m", "largest couple on the ground on the way", PEAK
-    )
+    rotation_peak: Any = q(_CHANGE, "rad", "largest rotation on the way", PEAK)
+    ground_force_peak: Any = q(_CHANGE, "N", "largest force on the ground on the way", PEAK)
+    ground_couple_peak: Any = q(_CHANGE, "N*m", "largest couple on the ground on the way", PEAK)
     kinetic_energy_peak: Any = q("change", "J", "largest kinetic energy on the way")
     potential_energy_peak: Any = q("change", "J", "largest potential energy on the way")
     peak_time: Any = q("change", "s", "time of the largest kinetic energy", exempt=PLACE)
@@ -219,13 +215,11 @@ class Change:
         "change {time}", "J", "largest sample of the kinetic energy in each interval of time"
     )
     translation_high: Any = q(
-        "change direction {time}", "m",
-        "largest sample of the displacement in each interval of time",
-    )  # fmt: skip
+        f"{_CHANGE} {{time}}", "m", "largest sample of the displacement in each interval of time"
+    )
     translation_low: Any = q(
-        "change direction {time}", "m",
-        "smallest sample of the displacement in each interval of time",
-    )  # fmt: skip
+        f"{_CHANGE} {{time}}", "m", "smallest sample of the displacement in each interval of time"
+    )
 
 
 @dataclass(frozen=True)
@@ -250,7 +244,7 @@ class Reversal(Change):
     ROOT: ClassVar[str] = "response/switching/reversal"
     WORDS: ClassVar = {"how": "by reversal", "time": "reversal_time"}
     ground_force_peak: Any = q(
-        "change direction", "N", "largest force on the ground on the way", PEAK,
+        _CHANGE, "N", "largest force on the ground on the way", PEAK,
         headline=Headline("force on the ground in it, peak", "N"),
     )  # fmt: skip
     speed: Any = q("change reversal_time", "rad/s", "crank speed, negative after reversal")

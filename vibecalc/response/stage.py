@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 from vibecalc.core.results.described import paths_of
-from vibecalc.core.run.stage import Entries, Leading, Stage, Subject, Unit, Work, below
+from vibecalc.core.run.stage import Entries, Leading, Stage, Subject, Unit, below
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.mount_needs import why_alone
@@ -23,39 +24,28 @@ if TYPE_CHECKING:
 
 #: what compares the modes of one machine with each other and with its orders
 _OF_ONE_MACHINE = paths_of(ModesOfBody, "nearest_order", "distance", "assurance")
+#: speeds that a run-up takes, refined where its curves bend
+_RUN_UP = 300
 
 
 def plan_response(case: "Case") -> Iterator[Stage]:
     """Motion of the body, then what is made from it: operations, run-up, switching."""
     options = case.response
-    if options is None:
+    if options is None or case.machine.body is None or case.machine.mounts is None:
         return
-    if case.machine.body is not None and case.machine.mounts is not None:
-        yield _motion(case)
-        if options.operations:
-            yield _operations(case)
-        if options.run_up is not None:
-            yield _run_up(case)
-        if options.switching is not None:
-            yield _switching(case)
-
-
-def _motion(case: "Case") -> Stage:
-    options = case.response
-    assert options is not None
+    parts = ("body", "mounts")
+    stage = partial(Stage, orders=orders_words(case), is_last=True, harmonics=orders_of_motion)
     energies = (*paths_of(KineticEnergy), *paths_of(PotentialEnergy)) * options.energies
     quantities = (*paths_of(ModesOfBody), *paths_of(MotionOfBody), *energies)
-    return Stage(
+    yield stage(
         name="response",
         adapter="vibecalc.response.adapters.response:run_response",
         why=f'[response] is in the case, method = "{options.method}"',
-        parts=("body", "mounts"),
-        orders=orders_words(case),
+        parts=parts,
         cost=f"one solve per order at {case.machine.speed:.6g} rad/s",
         quantities=quantities,
         is_last=not case.point or case.isolation is not None,
-        harmonics=orders_of_motion,
-        work=_work_of_response,
+        work=lambda _, number: ((2 * number, "body_solve"), (1, "modes")),
         topics=("vibecalc.response.accuracy:response_topics",),
         leading=Leading(
             keys=MOUNT_KEYS,
@@ -64,98 +54,50 @@ def _motion(case: "Case") -> Stage:
             most=1024,
         ),
     )
-
-
-def _operations(case: "Case") -> Stage:
-    options = case.response
-    assert options is not None
-    balances = max(len(options.balances), 1)
-    return Stage(
-        name="operations",
-        adapter="vibecalc.response.adapters.operations:run_operations",
-        why="[response] operations are in the case",
-        parts=("crank_train", "body", "mounts"),
-        orders=orders_words(case),
-        cost=f"{len(options.operations)} operations x {balances} balances in one batch",
-        quantities=below("response/operations/"),
-        is_last=True,
-        harmonics=orders_of_motion,
-        work=_work_of_operations,
-        topics=("vibecalc.response.accuracy:operations_topics",),
-        leading=Leading(
-            only=below("response/operations/", without=("/peak_low", "/peak_high")),
-            why_not=why_alone(case),
-            most=256,
-        ),
-    )
-
-
-def _run_up(case: "Case") -> Stage:
-    options = case.response
-    assert options is not None and options.run_up is not None
-    first, last = options.run_up.start, options.run_up.stop
-    return Stage(
-        name="speeds",
-        adapter="vibecalc.response.adapters.response:run_speeds",
-        why="[response] run_up is in the case",
-        parts=("body", "mounts"),
-        orders=orders_words(case),
-        cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
-        quantities=paths_of(OverSpeed) + paths_of(LeftOut),
-        is_last=True,
-        harmonics=orders_of_motion,
-        work=_work_of_speeds,
-        topics=("vibecalc.response.accuracy:speeds_topics",),
-    )
-
-
-def _switching(case: "Case") -> Stage:
-    options = case.response
-    assert options is not None and options.switching is not None
-    there, back = options.switching.between
-    return Stage(
-        name="switching",
-        adapter="vibecalc.response.adapters.switching:run_switching",
-        why="[response.switching] is in the case",
-        parts=("crank_train", "body", "mounts"),
-        orders=orders_words(case),
-        cost=f"exact modal motion from {there} to {back} and back, at once and by reversal",
-        quantities=below("response/switching/"),
-        is_last=True,
-        harmonics=orders_of_motion,
-        work=_work_of_switching,
-        topics=("vibecalc.response.accuracy:switching_topics",),
-    )
-
-
-# ----------------------------------------------------------------------------
-# Harmonics and counted work of each stage, read from the case: nothing is solved.
-# ----------------------------------------------------------------------------
-
-#: speeds that a run-up takes, refined where its curves bend
-_RUN_UP = 300
-_TURN = 2.0 * math.pi
-
-
-def _work_of_response(case: "Case", orders: int) -> Work:
-    return ((2 * orders, "body_solve"), (1, "modes"))
-
-
-def _work_of_speeds(case: "Case", orders: int) -> Work:
-    return ((orders * _RUN_UP, "body_solve"), (1, "modes"))
-
-
-def _work_of_operations(case: "Case", orders: int) -> Work:
-    assert case.response is not None
-    combinations = len(case.response.operations) * max(len(case.response.balances), 1)
-    return ((10, "modes"), (orders * combinations, "way_order"))
-
-
-def _work_of_switching(case: "Case", orders: int) -> Work:
-    assert case.response is not None and case.response.switching is not None
-    change = case.response.switching
-    seconds = change.run_down + change.stand + change.run_up + change.after
-    return ((math.ceil(seconds * (case.machine.speed or 0.0) / _TURN), "turn_of_change"),)
+    if options.operations:
+        count, balances = len(options.operations), max(len(options.balances), 1)
+        yield stage(
+            name="operations",
+            adapter="vibecalc.response.adapters.operations:run_operations",
+            why="[response] operations are in the case",
+            parts=("crank_train", *parts),
+            cost=f"{count} operations x {balances} balances in one batch",
+            quantities=below("response/operations/"),
+            work=lambda _, number: ((10, "modes"), (number * count * balances, "way_order")),
+            topics=("vibecalc.response.accuracy:operations_topics",),
+            leading=Leading(
+                only=below("response/operations/", without=("/peak_low", "/peak_high")),
+                why_not=why_alone(case),
+                most=256,
+            ),
+        )
+    if options.run_up is not None:
+        first, last = options.run_up.start, options.run_up.stop
+        yield stage(
+            name="speeds",
+            adapter="vibecalc.response.adapters.response:run_speeds",
+            why="[response] run_up is in the case",
+            parts=parts,
+            cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
+            quantities=paths_of(OverSpeed) + paths_of(LeftOut),
+            work=lambda _, number: ((number * _RUN_UP, "body_solve"), (1, "modes")),
+            topics=("vibecalc.response.accuracy:speeds_topics",),
+        )
+    if options.switching is not None:
+        change = options.switching
+        there, back = change.between
+        seconds = change.run_down + change.stand + change.run_up + change.after
+        turns = math.ceil(seconds * (case.machine.speed or 0.0) / (2.0 * math.pi))
+        yield stage(
+            name="switching",
+            adapter="vibecalc.response.adapters.switching:run_switching",
+            why="[response.switching] is in the case",
+            parts=("crank_train", *parts),
+            cost=f"exact modal motion from {there} to {back} and back, at once and by reversal",
+            quantities=below("response/switching/"),
+            work=lambda _, number: ((turns, "turn_of_change"),),
+            topics=("vibecalc.response.accuracy:switching_topics",),
+        )
 
 
 def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
