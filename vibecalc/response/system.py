@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, concatenate, quadratic, reshaped
@@ -147,7 +146,7 @@ class MountedBody:
         )
 
     def checked(
-        self, load: Bounded, order: np.ndarray, speed: ArrayLike, warn: Callable[[str], None]
+        self, load: Bounded, order: np.ndarray, speed: float, warn: Callable[[str], None]
     ) -> Resonances:
         """The same at a speed in rad/s: NumericalFailure where an order drives an undamped mode.
 
@@ -168,7 +167,7 @@ class MountedBody:
         return dynamics_by_order(self.at(frequency), frequency, undriven)
 
     def forced(
-        self, load: Bounded, order: np.ndarray, speed: ArrayLike, resonances: Resonances
+        self, load: Bounded, order: np.ndarray, speed: float, resonances: Resonances
     ) -> Bounded:
         """Motion (..., orders, f) under loads of that shape at a speed in rad/s.
 

@@ -272,5 +272,5 @@ def run_speeds(scene: Scene) -> None:
     )
     axes = {"speed": speed, "masked": np.arange(1, len(masked.centre) + 1)}
     scene.emit_all(OverSpeed(kinetic, potential), axes)
-    ends = (Bounded(one, masked.centre_error) for one in (masked.low, masked.centre, masked.high))
-    scene.emit_all(LeftOut(*ends, masked.order, masked.mode), axes)
+    low, centre, high = (Bounded(one, masked.centre_error) for one in masked[:3])
+    scene.emit_all(LeftOut(low, centre, high, masked.order, masked.mode), axes)
