@@ -157,9 +157,7 @@ def operations_topics(scene: Scene) -> list[Topic]:
     moving = states(parts, 1j * orders * speed)
     still = energy_signal(weight, moving.shaking[at[0]][None])
     turned = energy_signal(weight, moving.residual[at][None, None]).harmonics[..., 0]
-    used = still.used.copy()
-    used[0] = True
-    harmonics, orders, rtol = still.harmonics[..., used], orders[used], scene.case.accuracy.rtol
+    harmonics, rtol = still.harmonics, scene.case.accuracy.rtol
 
     def curve(phase: FloatArray) -> FloatArray:
         signal = np.repeat(harmonics, len(phase), axis=0)
@@ -191,24 +189,23 @@ def switching_topics(scene: Scene) -> list[Topic]:
     if options is None or scene.case.response is None:
         return []
     system, every = modes_and_loads(scene)
-    modal, matrices = every.some(slice(every.retained)), mounted_body(scene).matrices
-    shape, orders = system.shape, modal.orders
+    modal, shape = every.some(slice(every.retained)), system.shape
+    orders, load = modal.orders, modal.amplitude.value
     speed, angle = scene.case.machine.speed, options.crank_angle
-    momentum, frequency = matrices.mass @ shape, system.frequency
-    stiffness, damping = (
-        (momentum * own) @ momentum.T
-        for own in (frequency**2, 2.0 * system.damping_ratio * frequency)
-    )
-    inverse, load = shape @ shape.T, modal.amplitude.value @ momentum.T
-    matrix = np.block([[np.zeros((6, 6)), np.eye(6)], [-inverse @ stiffness, -inverse @ damping]])
+    frequency, none = system.frequency, np.zeros((6, 6))
+    loss = np.diag(2.0 * system.damping_ratio * frequency)
+    matrix = np.block([[none, np.eye(6)], [-np.diag(np.square(frequency)), -loss]])
     old, new = (steady_motion(system, modal, k, speed) for k in (0, 1))
 
     def steady(motion: SteadyMotion, at: np.ndarray) -> np.ndarray:
         return steady_state(motion.amplitude, orders, speed, at)
 
+    def translations(displacement: np.ndarray) -> np.ndarray:
+        return np.asarray(displacement[:, :6] @ shape[:3].T)
+
     begin = steady(old, np.asarray(angle))
-    start = np.concatenate([shape @ begin[:, 0], shape @ begin[:, 1]])
-    length = np.maximum(np.abs(start[:6]), 1e-3 * np.max(np.abs(start[:3])))
+    start = begin.T.ravel()
+    length = np.maximum(np.abs(start[:6]), 1e-3 * np.max(np.abs(start[:6])))
     scale = np.concatenate([length, length * speed])
 
     def rates(operation: int, acceleration: float, time: float, state: FloatArray) -> FloatArray:
@@ -216,7 +213,7 @@ def switching_topics(scene: Scene) -> list[Topic]:
         theta = angle + time * (speed + 0.5 * acceleration * time)
         wave = (now * now - 1j * acceleration / orders) * np.exp(1j * orders * theta)
         result = matrix @ state
-        result[6:] += inverse @ (wave @ load[operation]).real
+        result[6:] += (wave @ load[operation]).real
         return np.asarray(result)
 
     times = TURN / (16.0 * speed) * np.arange(33)
@@ -224,8 +221,7 @@ def switching_topics(scene: Scene) -> list[Topic]:
     def closed(_: float) -> Answer:
         forced_part = steady(new, angle + speed * times[1:])
         free = free_motion(system, times[1:], begin - steady(new, np.asarray(angle)))
-        moved = (forced_part + free)[..., 0] @ shape.T
-        return Answer(moved[:, :3], 32.0)
+        return Answer(translations((forced_part + free)[..., 0]), 32.0)
 
     path = "response/switching/{}/translation_high, translation_low"
     ask = Ask("switching", "change at once", "translations in the two turns after the change",
@@ -233,7 +229,7 @@ def switching_topics(scene: Scene) -> list[Topic]:
     solver = ours("closed form of modes", "steady and free motion of each mode", closed,
                   citation="cf. Goloskokow and Filippow (1971)")  # fmt: skip
     topics = [time_history(
-        ask, [solver], partial(rates, 1, 0.0), start, times, lambda states: states[:, :3], scale,
+        ask, [solver], partial(rates, 1, 0.0), start, times, translations, scale,
         lambda: closed(1.0).values, matrix,
     )]  # fmt: skip
     if not options.run_down > 0.0:
@@ -249,7 +245,7 @@ def switching_topics(scene: Scene) -> list[Topic]:
         node = np.union1d(found.node, moments)
         panels = Panels(node, np.zeros(len(node) - 1, dtype=int))
         moved = march(course, panels)[np.searchsorted(node, moments[1:])]
-        return Answer((moved[..., 0] @ shape.T)[:, :3], 13.0 * len(panels.run))
+        return Answer(translations(moved[..., 0]), 13.0 * len(panels.run))
 
     ask = Ask("switching", "run-down", f"translations in its first {span:.3g} s",
               path.format("reversal"), "m", 3.5, "short panels bound peaks between")  # fmt: skip
@@ -257,6 +253,6 @@ def switching_topics(scene: Scene) -> list[Topic]:
                   "phase of a panel [rad]", (32.0, 16.0, 8.0, 4.0), PANEL_PHASE, "geometric",
                   "cf. Goloskokow and Filippow (1971)", falling=True)  # fmt: skip
     return [*topics, time_history(
-        ask, [solver], partial(rates, 0, acceleration), start, moments,
-        lambda states: states[:, :3], scale, lambda: quadrature(0.5 * PANEL_PHASE).values, matrix,
+        ask, [solver], partial(rates, 0, acceleration), start, moments, translations, scale,
+        lambda: quadrature(0.5 * PANEL_PHASE).values, matrix,
     )]  # fmt: skip

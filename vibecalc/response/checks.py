@@ -1,6 +1,7 @@
 """Can the machine change from one operation to another?"""
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
@@ -17,15 +18,10 @@ SWITCHING: KeyPath = ("response", "switching")
 MOUNTS: KeyPath = ("machine", "mounts")
 
 
-def operation_problems(case: Case) -> list[Problem]:
+def operation_problems(case: Case) -> Iterator[Problem]:
     """Problems of [response.switching]."""
-    if not has_crank_train(case.machine):
-        return []
-    return list(_switching(case))
-
-
-def _switching(case: Case) -> Iterator[Problem]:
-    if case.response is None or case.response.switching is None:
+    asked = case.response is not None and case.response.switching is not None
+    if not asked or not has_crank_train(case.machine):
         return
     if shakes_with_torque(case):
         reported = (
@@ -43,7 +39,9 @@ def _switching(case: Case) -> Iterator[Problem]:
             also=("excitation", "driven_machine") if reported else None,
         )
     mounts = case.machine.mounts
-    if mounts is not None and mounts.stiffness_matrix is None and (free := never_held(case)):
+    if mounts is None:
+        return
+    if mounts.stiffness_matrix is None and (free := never_held(case)):
         yield Problem(
             path=MOUNTS,
             message="a change between operations needs a body that its mounts hold: else it never "
@@ -52,35 +50,31 @@ def _switching(case: Case) -> Iterator[Problem]:
             allowed="a stiffness against each of the six motions",
             also=SWITCHING,
         )
-    if mounts is None or _decays(mounts):
+    if _decays(mounts):
         return
+    undamped = partial(
+        Problem,
+        path=MOUNTS,
+        allowed="modal_damping, a damping_matrix, or mounts with damping",
+        also=SWITCHING,
+    )
     if has_loss_factor(mounts):
-        yield Problem(
-            path=MOUNTS,
+        yield undamped(
             message="a loss factor describes steady vibration at one frequency, not how a motion "
             "dies away in time, and nothing else damps this body",
             found="a loss_factor and no other damping",
-            allowed="modal_damping, a damping_matrix, or mounts with damping",
             hint="half the loss factor is the damping ratio at resonance: modal_damping",
-            also=SWITCHING,
         )
-        return
-    yield Problem(
-        path=MOUNTS,
-        message="a change between operations needs damping: without it the body never settles",
-        allowed="modal_damping, a damping_matrix, or mounts with damping",
-        hint="modal_damping = 0.03 gives every mode a damping ratio of 3 %",
-        also=SWITCHING,
-    )
+    else:
+        yield undamped(
+            message="a change between operations needs damping: without it the body never settles",
+            hint="modal_damping = 0.03 gives every mode a damping ratio of 3 %",
+        )
 
 
 def _decays(mounts: parts.Mounts) -> bool:
     """Tell whether anything viscous damps the body."""
-    if mounts.modal_damping:
-        return True
-    if mounts.damping_matrix is not None and np.any(mounts.damping_matrix.values):
-        return True
-    return any(
-        properties.damping is not None and np.any(properties.damping)
-        for properties in mount_properties(mounts)
-    )
+    matrix = mounts.damping_matrix
+    each = (properties.damping for properties in mount_properties(mounts))
+    given = (mounts.modal_damping, None if matrix is None else matrix.values, *each)
+    return any(one is not None and np.any(one) for one in given)

@@ -19,16 +19,13 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 class Signal(NamedTuple):
     """Vector signals y(a) = Re sum y_n exp(i n a); the energy is y.y / 2.
 
-    `harmonics` (..., 6, retained). `used` (retained,): the others together are below rounding
-    everywhere and are counted in `spread` (...), a bound of the error of the length of y(a) at any
-    angle. `left_out` (...) is the part of it that the dropped orders may add. `form_error` (...) is
-    the error of the energy, in J, that comes from the weight itself.
+    `harmonics` (..., 6, retained). `spread` (...) bounds the error of the length of y(a) at any
+    angle, with what dropped orders may add. `form_error` (...) is the error of the energy, in J,
+    that comes from the weight itself.
     """
 
     harmonics: np.ndarray
-    used: np.ndarray
     spread: np.ndarray
-    left_out: np.ndarray
     form_error: np.ndarray
 
 
@@ -45,15 +42,12 @@ def energy_signal(
     """
     half = square_root(weight)
     signal = state @ half.value.mT
-    reach = np.hypot.reduce(np.abs(signal.value), axis=-1)
-    used = _noticeable(reach[..., :retained])
-    left_out = tail * np.sum(reach[..., len(used) :], axis=-1)
-    unused = np.sum(reach[..., :retained][..., ~used], axis=-1)
-    noise = np.linalg.norm(np.sum(signal.error[..., :retained, :], axis=-2), axis=-1)
+    kept, guards = signal[..., :retained, :], signal[..., retained:, :]
+    left_out = tail * np.sum(np.hypot.reduce(np.abs(guards.value), axis=-1), axis=-1)
+    noise = np.linalg.norm(np.sum(kept.error, axis=-2), axis=-1)
     total = np.sum(np.abs(state.value[..., :retained, :]), axis=-2)[..., None, :]
     form = 0.5 * np.sum(total @ half.error * total, axis=(-2, -1))
-    harmonics = signal.value[..., :retained, :].mT
-    return Signal(harmonics, used, noise + left_out + unused, left_out, form)
+    return Signal(kept.value.mT, noise + left_out, form)
 
 
 def square_root(weight: Bounded) -> Bounded:
@@ -85,18 +79,6 @@ def square_root(weight: Bounded) -> Bounded:
     size = np.abs(half)
     apart = np.abs(half.mT @ half - matrix) + 8.0 * UNIT_ROUNDOFF * (size.mT @ size)
     return Bounded(half, weight.error + apart)
-
-
-def _noticeable(reach: np.ndarray) -> np.ndarray:
-    """Orders (n,), at least one, that count: the others of (..., n) add less than rounding."""
-    total = np.sum(reach, axis=-1, keepdims=True)
-    share = reach / np.where(total > 0.0, total, 1.0)
-    largest = np.max(share.reshape(-1, reach.shape[-1]), axis=0, initial=0.0)
-    ascending = np.argsort(largest, kind="stable")
-    used = np.ones(len(largest), dtype=bool)
-    used[ascending] = np.cumsum(largest[ascending]) > 0.5 * UNIT_ROUNDOFF
-    used[ascending[-1:]] = True
-    return used
 
 
 # ----------------------------------------------------------------------------
@@ -199,8 +181,7 @@ def energy_over_cycle(
         The weight is not positive semidefinite, or an amplitude is not finite.
     """
     signal = energy_signal(weight, state, retained, tail)
-    used = signal.used
-    peak = vector_cycle_peak(signal.harmonics[..., used], np.asarray(orders)[:retained][used])
+    peak = vector_cycle_peak(signal.harmonics, np.asarray(orders)[:retained])
     spread = peak.error + signal.spread
     error = spread * (peak.value + 0.5 * spread) + signal.form_error
     return Energy(

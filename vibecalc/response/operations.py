@@ -290,12 +290,8 @@ def peak_energy_range(
     """
     shaking = energy_signal(weight, state.shaking, retained, tail)
     residual = energy_signal(weight, state.residual[..., None, :])
-    used = shaking.used.copy()
-    used[0] = True
-    found, _ = search_phases(
-        shaking.harmonics[..., None, :, used], np.asarray(orders)[: len(used)][used],
-        residual.harmonics[..., 0], rtol,
-    )  # fmt: skip
+    harmonics, turned = shaking.harmonics[..., None, :, :], residual.harmonics[..., 0]
+    found, _ = search_phases(harmonics, np.asarray(orders)[:retained], turned, rtol)
     spread = shaking.spread[..., None] + residual.spread
     weighing = 2.0 * (shaking.form_error[..., None] + residual.form_error)
     low, high = (

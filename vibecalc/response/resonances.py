@@ -42,21 +42,20 @@ class Resonances(NamedTuple):
 
     def sought(self) -> "Resonances":
         """All resonances that a search of speeds has to examine, those moved by damping too."""
-        count = self.moved_frequency.shape[-1]
-        if count == 0:
-            return self
-        points = self.moved_frequency.shape[:-1]
-
-        def both(own: np.ndarray, moved: np.ndarray) -> np.ndarray:
-            own = np.broadcast_to(own, (*points, own.shape[-1]))
-            return np.concatenate([own, np.broadcast_to(moved, (*points, count))], axis=-1)
-
+        none = np.zeros(self.moved_frequency.shape)
         return Resonances(
-            both(self.frequency, self.moved_frequency),
-            both(self.damping_ratio, self.moved_ratio),
-            both(self.half_width, np.zeros(count)),
-            np.concatenate([self.idle, np.zeros((*self.idle.shape[:-1], count), bool)], axis=-1),
+            _joined(self.frequency, self.moved_frequency),
+            _joined(self.damping_ratio, self.moved_ratio),
+            _joined(self.half_width, none),
+            _joined(self.idle, none[..., None, :] > 0.0),
         )
+
+
+def _joined(first: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Arrays (..., n) and (..., m) side by side; either may lack leading axes of the other."""
+    leading = np.broadcast_shapes(first.shape[:-1], other.shape[:-1])
+    both = (np.broadcast_to(part, (*leading, part.shape[-1])) for part in (first, other))
+    return np.concatenate(list(both), axis=-1)
 
 
 # ----------------------------------------------------------------------------

@@ -44,12 +44,13 @@ class SpectralSystem(NamedTuple):
         rounding = 4.0 * UNIT_ROUNDOFF * np.abs(self.blocks)
         error = np.tensordot(size, self.errors + rounding, 1)
         lost = np.tensordot(np.abs(factor.imag), self.errors + rounding, 1)
-        whole = (np.broadcast_to(part, error.shape) for part in self.constant)
-        mass, still, damping, loss, mass_error, still_error, damping_error, loss_error = whole
-        return Linear(
-            mass, still + total.real, damping, loss + total.imag,
-            mass_error, still_error + error, damping_error, loss_error + lost,
-        )  # fmt: skip
+        whole = Linear(*(np.broadcast_to(part, error.shape) for part in self.constant))
+        return whole._replace(
+            stiffness=whole.stiffness + total.real,
+            structural=whole.structural + total.imag,
+            stiffness_error=whole.stiffness_error + error,
+            structural_error=whole.structural_error + lost,
+        )
 
     def slope(self, rate: Any, derivative: int) -> np.ndarray:
         """Derivative of K + iH (..., f, f) by the rate."""
