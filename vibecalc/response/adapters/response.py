@@ -1,5 +1,6 @@
 """Adapter: the body on its suspension, at operating speed and over a range of speeds."""
 
+from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -110,7 +111,8 @@ def run_response(scene: Scene) -> None:
     scene.handed_on["motion_by_order"] = MotionByOrder(
         order, forcing.retained, forcing.tail, motion
     )
-    _emit_motion(scene, forcing, motion, system, frequency, driven)
+    ground = cache(lambda: _ground(system, frequency, driven, motion))
+    _emit_motion(scene, forcing, motion, ground)
     if options.energies:
         scene.cite(
             "energy of harmonic motion, phasors added before squares",
@@ -134,12 +136,16 @@ def _emit_modes(scene: Scene, system: MountedBody, forcing: Forcing) -> None:
     )
     axes = {"mode": numbers, "coordinate": COORDINATES, "other_mode": numbers}
     scene.emit_all(found, axes)
-    load = as_loads(forcing.per_speed_squared)[: forcing.retained]
-    if held and scene.wants(*paths_of(ModesOfBody, "nearest_order", "distance")):
-        driven = np.any(np.abs(load.value) > 4.0 * load.error, axis=-1)
-        orders = forcing.order[: forcing.retained][driven]
-        if len(orders):
-            _emit_nearest(scene, orders, shapes.bounded_frequency, axes)
+    if not held or not scene.wants(*paths_of(ModesOfBody, "nearest_order", "distance")):
+        return
+    load, speed = as_loads(forcing.per_speed_squared), scene.case.machine.speed
+    driven = np.any(np.abs(load.value) > 4.0 * load.error, axis=-1)
+    orders = forcing.order[: forcing.retained][driven[: forcing.retained]]
+    if len(orders):
+        met = orders * speed / shapes.natural_frequency[:, None]
+        nearest = orders[np.argmin(np.abs(np.log(met)), axis=1)]
+        distance = nearest * speed / shapes.bounded_frequency - 1.0
+        scene.emit_all(ModesOfBody(nearest_order=nearest, distance=distance), axes)
 
 
 def _assurance(system: MountedBody) -> Bounded:
@@ -153,25 +159,10 @@ def _assurance(system: MountedBody) -> Bounded:
     return alike
 
 
-def _emit_nearest(
-    scene: Scene, orders: np.ndarray, frequency: Bounded, axes: dict[str, object]
-) -> None:
-    """The excited order next to each mode: how far the machine stays away from resonance."""
-    met = orders * scene.case.machine.speed / frequency.value[:, None]
-    nearest = np.argmin(np.abs(np.log(met)), axis=1)
-    ratio = orders[nearest] * scene.case.machine.speed / frequency
-    scene.emit_all(ModesOfBody(nearest_order=orders[nearest], distance=ratio - 1.0), axes)
-
-
 def _emit_motion(
-    scene: Scene,
-    forcing: Forcing,
-    motion: Bounded,
-    system: MountedBody,
-    frequency: np.ndarray,
-    driven: Bounded,
+    scene: Scene, forcing: Forcing, motion: Bounded, ground: Callable[[], Bounded]
 ) -> None:
-    ground = cache(lambda: _ground(system, frequency, driven, motion))
+    """Motion (..., orders, 6) of the body, and the load on the ground where that is wanted."""
     move, turn = slice(None, 3), slice(3, None)
 
     def by_order(rows: Bounded) -> Summed:
