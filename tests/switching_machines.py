@@ -74,7 +74,7 @@ def compressor_loads(highest_order: int = 24, rotor: float = 0.0) -> Loads:
         stroke=np.array([0.0, 1.0, 0.0]),
         across=np.array([1.0, 0.0, 0.0]),
     )
-    both = np.concatenate([excitation.force, excitation.couple], axis=-1)
+    both = excitation.value
     push = np.zeros((4, 6))
     push[:, 5] = -rotor
     return Loads(np.arange(1, highest_order + 1), both, push)

@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.bearings.crank_loads import bearing_shares
 from vibecalc.bearings.rod_forces import RunningGear, mixed
-from vibecalc.excitation.adapter import rod_difference
+from vibecalc.excitation.crank_forces import rod_difference
 from vibecalc.excitation.gas_tables import (
     card_weights,
     force_at,

@@ -201,12 +201,7 @@ def with_tangential_effort(
         swept_volume=geometry.piston_area * stroke(*geometry[:2], geometry.wrist_pin_offset),
         cycle=cycle_angle(machine),
     )
-    return found.speed, torque._replace(
-        gas=found.gas.value,
-        gas_error=found.gas.error,
-        mean=found.mean.value,
-        mean_error=found.mean.error,
-    )
+    return found.speed, torque._replace(gas=found.gas, mean=found.mean)
 
 
 def cycle_of(machine: Machine) -> Any:

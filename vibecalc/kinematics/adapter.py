@@ -22,7 +22,7 @@ from vibecalc.kinematics.truncated_series import (
     truncated_harmonics,
     truncated_motion,
 )
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.leading import agreed
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.parts.firing import shakes_with_torque
@@ -45,8 +45,7 @@ class PistonMotion(NamedTuple):
     `tail` (...) times as much as they do.
     """
 
-    harmonics: np.ndarray
-    error: np.ndarray
+    harmonics: Bounded
     highest_order: int
     tail: np.ndarray
     dropped_after_guard: np.ndarray
@@ -56,18 +55,14 @@ def run_kinematics(scene: Scene) -> None:
     """Emit position and acceleration harmonics, what is left out of them, and the curves."""
     motion, dropped = _series(scene)
     scene.handed_on["motion"] = motion
-    radius = np.asarray(scene.parts.crank_train.crank_radius)
-    unit = radius * np.square(scene.case.machine.speed)
+    radius = rounded(scene.parts.crank_train.crank_radius, 4)
+    square = np.square(scene.case.machine.speed)
     orders = np.arange(motion.highest_order + 1)
-    values = motion.harmonics[..., : motion.highest_order + 1]
-    rounding = 4.0 * EPSILON
-    error = motion.error[..., : motion.highest_order + 1] + rounding * np.abs(values)
-    position, bent = radius[..., None], unit[..., None] * orders**2
-    lost = dropped.error + rounding * dropped.value
+    place = motion.harmonics[..., orders] * radius[..., None]
     found = OfPiston(
-        position_harmonics=Bounded(position * values, position * error),
-        acceleration_harmonics=Bounded(-bent * values, bent * error),
-        dropped_acceleration=Bounded(unit * dropped.value, unit * lost),
+        position_harmonics=place,
+        acceleration_harmonics=place * -np.asarray(square)[..., None] * orders**2,
+        dropped_acceleration=dropped * radius * square,
     )
     scene.emit_all(found, {"order": orders})
     if scene.case.machine.crank_train.has_slave_rods:
@@ -122,10 +117,8 @@ def _exact(case: "Case", train: "CrankTrain", least: int = 1) -> tuple[PistonMot
     crank = crank.reshape(-1)
     highest = max(agreed(np.broadcast_to(enough, cranks[0].shape)[crank]), least)
     motion, dropped = _exact_series(cranks[0], cranks[1], highest, cylinders)
-    arrays = {
-        name: getattr(motion, name)[crank]
-        for name in ("harmonics", "error", "tail", "dropped_after_guard")
-    }
+    names = ("harmonics", "tail", "dropped_after_guard")
+    arrays = {name: getattr(motion, name)[crank] for name in names}
     return motion._replace(**arrays), dropped[crank]
 
 
@@ -136,13 +129,13 @@ def _cut_series(
     ratio = np.asarray(rod_ratio)
     highest = int(_highest_order(case, lambda: last_order(case, terms)))
     values = truncated_harmonics(ratio, terms, max(highest, last_order(case, terms)))
-    error = RELATIVE_ERROR * np.abs(values)
     tail = np.array(1.0 if values.shape[-1] > highest + 1 else 0.0)
     dropped = truncated_dropped_acceleration(ratio, terms, highest)
     # of this size unless R / L is so close to 1 that the closed form takes over
     relative = EPSILON * (8.0 + 4.0 * terms / (1.0 - ratio * ratio))
     relative = np.where(ratio < 0.99, relative, 1e-12)
-    motion = _with_ratio_error(values, error, ratio, highest, tail, np.zeros(()))
+    harmonics = _with_ratio_error(values, RELATIVE_ERROR * np.abs(values), ratio)
+    motion = PistonMotion(harmonics, highest, tail, np.zeros(()))
     return motion, Bounded(dropped, relative * dropped)
 
 
@@ -162,7 +155,7 @@ def _one_series(
     ratio: float, offset: float, highest: int, cylinders: int
 ) -> tuple[PistonMotion, Bounded]:
     motion, dropped = _exact_series(np.asarray(ratio), np.asarray(offset), highest, cylinders)
-    for array in (motion.harmonics, motion.error):
+    for array in motion.harmonics:
         array.flags.writeable = False
     return motion, dropped
 
@@ -179,7 +172,8 @@ def _exact_series(
     beyond = dropped_with_error(ratio, highest + guard, offset).value
     shown = dropped.value - beyond
     tail = np.where(shown > 0.0, dropped.value / np.where(shown > 0.0, shown, 1.0), 1.0)
-    motion = _with_ratio_error(exact.values, exact.error, ratio, highest, tail, beyond)
+    harmonics = _with_ratio_error(exact.values, exact.error, ratio)
+    motion = PistonMotion(harmonics, highest, tail, beyond)
     reach = ratio * (1.0 + np.abs(offset))
     slip = EPSILON * (highest + 2.0 + 1.0 / decay) / np.sqrt(1.0 - reach * reach)
     return motion, Bounded(dropped.value, dropped.error + slip * dropped.value)
@@ -196,18 +190,10 @@ def _highest_order(case: "Case", enough: Callable[[], int | IntArray]) -> int | 
     return np.maximum(enough(), max([1, *(abs(shaft.speed_ratio) for shaft in shafts)]))
 
 
-def _with_ratio_error(
-    values: np.ndarray,
-    error: np.ndarray,
-    ratio: FloatArray,
-    highest: int,
-    tail: FloatArray,
-    beyond: FloatArray,
-) -> PistonMotion:
+def _with_ratio_error(values: np.ndarray, error: np.ndarray, ratio: FloatArray) -> Bounded:
     # R / L is itself rounded: d ln C_n / d ln(R / L) is about n / sqrt(1 - (R / L)^2)
     steepness = np.arange(values.shape[-1]) / np.sqrt(1.0 - ratio * ratio)[..., None]
-    total = error + 0.5 * EPSILON * steepness * np.abs(values)
-    return PistonMotion(values, total, highest, tail, beyond)
+    return Bounded(values, error + 0.5 * EPSILON * steepness * np.abs(values))
 
 
 def _emit_curves(scene: Scene) -> None:

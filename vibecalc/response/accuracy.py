@@ -16,7 +16,7 @@ from vibecalc.core.accuracy.kinds import (
 )
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.inertia_forces import Excitation, add, as_loads, at_speed
+from vibecalc.excitation.inertia_forces import at_speed
 from vibecalc.numerics.bounded import Bounded, stack
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.linear import dynamics, response
@@ -100,7 +100,7 @@ def response_topics(scene: Scene) -> list[Topic]:
 def _driven(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Orders (m,) kept that shake the body; their loads (m, 6) per speed squared, with errors."""
     forcing = forcing_of(scene)
-    load = as_loads(forcing.per_speed_squared)
+    load = forcing.per_speed_squared
     value, error = load.value[: forcing.retained], load.error[: forcing.retained]
     value = np.where(np.abs(value) > 4.0 * error, value, 0.0)
     driven = np.any(value != 0.0, axis=-1)
@@ -149,11 +149,8 @@ def operations_topics(scene: Scene) -> list[Topic]:
     speed, kept = scene.case.machine.speed, forcing.retained
     orders, weight = forcing.order[:kept], mass_of(system.matrices)
 
-    def at_operating_speed(load: Excitation) -> Bounded:
-        return as_loads(at_speed(load, speed))
-
-    shaking = [at_operating_speed(load) for load in loads.shaking]
-    residual = [[at_operating_speed(load) for load in row] for row in loads.residual]
+    shaking = [at_speed(load, speed) for load in loads.shaking]
+    residual = [[at_speed(load, speed) for load in row] for row in loads.residual]
     parts = superpose(
         system.matrices, orders, speed,
         stack([x[:kept] for x in shaking], axis=0),
@@ -212,7 +209,7 @@ def switching_topics(scene: Scene) -> list[Topic]:
     found = operation_loads(scene, [known[name] for name in options.between])
     kept, linear = forcing_of(scene).retained, linear_system(scene)
     rows = [
-        as_loads(add(shaking, residual[0]))
+        shaking + residual[0]
         for shaking, residual in zip(found.shaking, found.residual, strict=True)
     ]
     load = np.stack([

@@ -8,8 +8,9 @@ import numpy as np
 
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import Forcing, rotating_part, train_excitation
-from vibecalc.excitation.inertia_forces import Excitation, as_loads, at_speed
+from vibecalc.excitation.adapter import Forcing
+from vibecalc.excitation.crank_forces import rotating_part, train_excitation
+from vibecalc.excitation.inertia_forces import at_speed
 from vibecalc.kinematics.adapter import PistonMotion
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import UndrivenModes
@@ -69,8 +70,8 @@ class OperationLoads(NamedTuple):
 
     operations: tuple[str, ...]
     balances: tuple[str, ...]
-    shaking: tuple[Excitation, ...]
-    residual: tuple[tuple[Excitation, ...], ...]
+    shaking: tuple[Bounded, ...]
+    residual: tuple[tuple[Bounded, ...], ...]
 
 
 def operation_loads(
@@ -97,7 +98,7 @@ def operation_loads(
         for operation in operations
     ]
 
-    def residual(case: "Case") -> tuple[tuple[Excitation, ...], ...]:
+    def residual(case: "Case") -> tuple[tuple[Bounded, ...], ...]:
         """What turns and is not balanced, which no weight of the case changes."""
         train = build_crank_train(case.machine.crank_train)
         running = [throws(moving(train, operation.working, idle)) for operation in operations]
@@ -141,16 +142,16 @@ def run_operations(scene: Scene) -> None:
         system.matrices,
         orders,
         speed,
-        _stacked([as_loads(at_speed(load, speed)) for load in loads.shaking], -3),
+        _stacked([at_speed(load, speed) for load in loads.shaking], -3),
         _stacked([_first(row, speed) for row in loads.residual], -3),
         _undriven(scene, system, loads, orders),
     )
     _emit(scene, system, options, forcing, loads, parts)
 
 
-def _first(row: Sequence[Excitation], speed: float) -> Bounded:
+def _first(row: Sequence[Bounded], speed: float) -> Bounded:
     """Order 1 (..., balances, 6) of each residual load at a crank speed."""
-    each = [as_loads(at_speed(load, speed)) for load in row]
+    each = [at_speed(load, speed) for load in row]
     return _stacked([load[..., 0, :] for load in each], -2)
 
 
@@ -169,10 +170,8 @@ def _undriven(
     at the others, over which the range of the energies goes.
     """
     parts = [*loads.shaking, *(residual for row in loads.residual for residual in row)]
-    known = resonances_of(system, as_loads(parts[0]))
-    found = [
-        undriven_at_operating_point(scene, system, as_loads(load), orders, known) for load in parts
-    ]
+    known = resonances_of(system, parts[0])
+    found = [undriven_at_operating_point(scene, system, load, orders, known) for load in parts]
     pairs = functools.reduce(np.logical_and, (each.pairs for each in found))
     return found[0]._replace(pairs=pairs)
 

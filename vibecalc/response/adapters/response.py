@@ -13,7 +13,7 @@ from vibecalc.excitation.adapter import (
     few_orders,
     peak_with_tail,
 )
-from vibecalc.excitation.inertia_forces import as_loads, at_speed, with_terms
+from vibecalc.excitation.inertia_forces import at_speed, with_terms
 from vibecalc.numerics.bounded import Bounded, Summed, reshaped, where
 from vibecalc.numerics.leading import leave_alone
 from vibecalc.numerics.linear import (
@@ -229,11 +229,9 @@ def run_response(scene: Scene) -> None:
     scene.cite(name, "motion of the body", citation)
 
     speed = scene.case.machine.speed
-    undriven = undriven_at_operating_point(
-        scene, system, as_loads(forcing.per_speed_squared), forcing.order
-    )
+    undriven = undriven_at_operating_point(scene, system, forcing.per_speed_squared, forcing.order)
     _emit_modes(scene, system, forcing)
-    driven = as_loads(at_speed(forcing.per_speed_squared, speed))
+    driven = at_speed(forcing.per_speed_squared, speed)
     frequency = forcing.order * np.asarray(speed)[..., None]
     motion = _motion(options.method, system, frequency, driven, undriven, forcing, speed)
     scene.handed_on["motion_by_order"] = MotionByOrder(
@@ -312,7 +310,7 @@ def _emit_nearest(
     axes: dict[str, object],
 ) -> None:
     """The excited order next to each mode: how far the machine stays away from resonance."""
-    load = as_loads(forcing.per_speed_squared)
+    load = forcing.per_speed_squared
     driven = np.any(np.abs(load.value) > 4.0 * load.error, axis=-1)
     orders = forcing.order[: forcing.retained][driven[: forcing.retained]]
     if not orders.size:
@@ -437,7 +435,7 @@ def run_speeds(scene: Scene) -> None:
     forcing, system = forcing_of(scene), linear_system(scene)
     first, last = options.run_up.start, options.run_up.stop
     used, orders = forcing.retained, forcing.order[: forcing.retained]
-    load = as_loads(forcing.per_speed_squared)
+    load = forcing.per_speed_squared
     resonances = resonances_of(system, Bounded(load.value[:used], load.error[:used]))
     masked = masked_speeds(resonances, orders, first, last)
     for warning in idle_warnings(resonances, orders, first, last):

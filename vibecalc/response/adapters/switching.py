@@ -8,7 +8,6 @@ import numpy as np
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS
-from vibecalc.excitation.inertia_forces import add, as_loads
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.linear import Linear
 from vibecalc.numerics.rounding import EPSILON
@@ -144,7 +143,7 @@ def _study(scene: Scene) -> _Study:
     chosen: list[Operation] = [known[name] for name in options.between]
     of_operations = operation_loads(scene, chosen)
     each = [
-        as_loads(add(shaking, residual[0]))
+        shaking + residual[0]
         for shaking, residual in zip(of_operations.shaking, of_operations.residual, strict=True)
     ]
     forcing = forcing_of(scene)
