@@ -284,7 +284,7 @@ def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:
         return found
 
     scene.emit_all(BalanceColumns(**summed(balance_table(orders, **placed), False)), known)
-    if every or banks:
+    if (every or banks) and scene.wants(*paths_of(BankColumns)):
         sums = bank_sums(orders, **placed, stroke=train.stroke, across=train.across)
         scene.emit_all(BankColumns(**summed(sums, True)), known)
 
