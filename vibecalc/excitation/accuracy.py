@@ -47,10 +47,11 @@ def motor_topics(scene: Scene) -> list[Topic]:
         motor.torque.order, motor.torque.cosine, motor.torque.sine,
         rotor_diameter=motor.rotor_diameter, skew_angle=motor.skew_angle,
     )  # fmt: skip
-    if not np.any(force.harmonics != 0.0):
+    harmonics = force.harmonics.value
+    if not np.any(harmonics != 0.0):
         return []
     ask = Ask("motor", "axial force peak", "largest axial force", "excitation/motor/peak", "N")
-    return [peak_over_cycle(ask, force.harmonics[None, :], force.orders)]
+    return [peak_over_cycle(ask, harmonics[None, :], force.orders)]
 
 
 def pump_topics(scene: Scene) -> list[Topic]:

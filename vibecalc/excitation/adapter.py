@@ -307,7 +307,7 @@ def run_motor(scene: Scene) -> None:
         skew_angle=motor.skew_angle,
     )
     found = OfMotor(
-        axial_force=Bounded(force.harmonics, force.error),
+        axial_force=force.harmonics,
         mean_force=force.mean,
         sum_of_amplitudes=force.sum_of_amplitudes,
         peak=force.peak,

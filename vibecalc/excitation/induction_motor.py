@@ -1,12 +1,13 @@
 """Equivalent circuit of an induction motor: steady torque over slip, breakdown."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 
 # ----------------------------------------------------------------------------
@@ -156,33 +157,38 @@ def _frequency(motor: InductionMotor, slip_speed: ArrayLike) -> FloatArray:
 
 
 class TorqueCurve(NamedTuple):
-    """Points of the curve of one motor; slips in rad/s, mechanical, torques in N m.
+    """Points of the curve of one motor; slips in rad/s, mechanical, torques in N m; or `Bounded`.
 
     `breakdown_slip` and `breakdown_torque`: the largest torque at slips above 0. `gain` (N m s)
     is the slope at synchronous speed.
     """
 
-    gain: Bounded
-    breakdown_slip: Bounded
-    breakdown_torque: Bounded
-    locked_rotor_torque: Bounded
+    gain: Any
+    breakdown_slip: Any
+    breakdown_torque: Any
+    locked_rotor_torque: Any
 
 
 def torque_curve(motor: InductionMotor) -> TorqueCurve:
     """Gain, breakdown and locked-rotor torque of one motor, with errors."""
-    slips, errors = _extremes(motor)
-    torque = steady_torque(motor, slips)
-    top = int(np.argmax(torque.value))
+    found: TorqueCurve = with_errors(_curve, motor)
+    return found
+
+
+def _curve(motor: InductionMotor) -> TorqueCurve:
+    slips = _extremes(motor)
+    torque = steady_torque(motor, slips).value
+    top = int(np.argmax(torque))
     return TorqueCurve(
-        gain=torque_slope(motor, 0.0),
-        breakdown_slip=Bounded(slips[top], errors[top]),
-        breakdown_torque=Bounded(torque.value[top], torque.error[top]),
-        locked_rotor_torque=steady_torque(motor, motor.synchronous_speed),
+        gain=torque_slope(motor, 0.0).value,
+        breakdown_slip=slips[top],
+        breakdown_torque=torque[top],
+        locked_rotor_torque=steady_torque(motor, motor.synchronous_speed).value,
     )
 
 
-def _extremes(motor: InductionMotor) -> tuple[FloatArray, FloatArray]:
-    """Slips above 0 at which the slope is zero, ascending, and their errors."""
+def _extremes(motor: InductionMotor) -> FloatArray:
+    """Slips above 0 at which the slope is zero, ascending."""
     pairs = float(np.asarray(motor.pole_pairs))
     resistance, leakage = np.asarray(motor.rotor_resistance), np.asarray(motor.rotor_leakage)
     unit = float(np.exp(np.mean(np.log(resistance / leakage))))
@@ -191,32 +197,10 @@ def _extremes(motor: InductionMotor) -> tuple[FloatArray, FloatArray]:
     below_slope = np.asarray(np.polyder(below), dtype=np.float64)
     roots = np.roots(np.polysub(np.polymul(above_slope, below), np.polymul(above, below_slope)))
     real = np.asarray(roots.real[np.abs(roots.imag) <= 1e-7 * np.abs(roots)])
-    rough = np.sort(real[real > 0.0]) * unit / pairs
-    if rough.size == 0:
+    slips = np.sort(real[real > 0.0]) * unit / pairs
+    if slips.size == 0:
         raise NumericalFailure("the motor's torque curve has no breakdown: parameters out of range")
-    return _polished(motor, rough)
-
-
-def _polished(motor: InductionMotor, slip: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Newton steps on the slope. Where they fail, two extremes merge, and the roots stay."""
-    roots, error = slip.copy(), np.zeros_like(slip)
-    for index, start in enumerate(slip):
-        place, step = float(start), float(np.inf)
-        for _ in range(4):
-            width = 1e-4 * abs(place)
-            sides = torque_slope(motor, place + width * np.array([-1.0, 1.0])).value
-            curvature = float(sides[1] - sides[0]) / (2.0 * width)
-            slope = torque_slope(motor, place)
-            if curvature == 0.0:
-                break
-            step = float(slope.value / curvature)
-            place -= step
-        if abs(place - start) < 1e-5 * abs(start):
-            noise = float(torque_slope(motor, place).error) / abs(curvature)
-            roots[index], error[index] = place, 2.0 * (abs(step) + noise)
-        else:
-            error[index] = max(1e-5 * abs(start), abs(place - start))
-    return roots, error
+    return np.asarray(slips)
 
 
 def _quotient(motor: InductionMotor, unit: float) -> tuple[FloatArray, FloatArray]:

@@ -100,23 +100,20 @@ def exact_motion(case: "Case", train: "CrankTrain", least: int) -> PistonMotion:
 
 def _exact(case: "Case", train: "CrankTrain", least: int = 1) -> tuple[PistonMotion, Bounded]:
     """Points with the same crank and rod share their motion; all keep equally many orders."""
-    ratio = train.crank_radius / train.rod_length
-    offset = train.wrist_pin_offset / train.crank_radius
     rtol, cylinders = case.accuracy.rtol, len(train.names)
+    lengths = (train.crank_radius / train.rod_length, train.wrist_pin_offset / train.crank_radius)
+    pairs = np.stack(np.broadcast_arrays(*lengths))
+    cranks, crank = np.unique(pairs.reshape(2, -1), axis=1, return_inverse=True)
+    crank = crank.reshape(pairs.shape[1:])
+    known = tuple(map(tuple, cranks.tolist()))
     if case.machine.crank_train.has_slave_rods:
         from vibecalc.parts.articulated import steepest_ratio
 
-        steepest = steepest_ratio(case.machine.crank_train)
-        least = max(int(_highest_order(case, lambda: _enough(steepest, rtol, offset))), least)
-    if not (np.ndim(ratio) or np.ndim(offset)):
-        highest = max(int(_highest_order(case, lambda: _enough(ratio, rtol, offset))), least)
-        return _one_series(ratio, offset, highest, cylinders)
-    pairs = np.stack(np.broadcast_arrays(ratio, offset))
-    cranks, crank = np.unique(pairs, axis=1, return_inverse=True)
-    enough = _highest_order(case, lambda: order_for_tolerance(cranks[0], rtol, cranks[1]))
-    crank = crank.reshape(-1)
+        steepest = (steepest_ratio(case.machine.crank_train),), known[1]
+        least = max(int(_highest_order(case, lambda: _enough(steepest, rtol))[0]), least)
+    enough = _highest_order(case, lambda: _enough(known, rtol))
     highest = max(agreed(np.broadcast_to(enough, cranks[0].shape)[crank]), least)
-    motion, dropped = _exact_series(cranks[0], cranks[1], highest, cylinders)
+    motion, dropped = _exact_series(known, highest, cylinders)
     names = ("harmonics", "tail", "dropped_after_guard")
     arrays = {name: getattr(motion, name)[crank] for name in names}
     return motion._replace(**arrays), dropped[crank]
@@ -127,7 +124,7 @@ def _cut_series(
 ) -> tuple[PistonMotion, Bounded]:
     """A cut series has no orders beyond its own: the guard orders are all that is left out."""
     ratio = np.asarray(rod_ratio)
-    highest = int(_highest_order(case, lambda: last_order(case, terms)))
+    highest = int(_highest_order(case, lambda: last_order(case, terms))[0])
     values = truncated_harmonics(ratio, terms, max(highest, last_order(case, terms)))
     tail = np.array(1.0 if values.shape[-1] > highest + 1 else 0.0)
     dropped = truncated_dropped_acceleration(ratio, terms, highest)
@@ -144,25 +141,20 @@ def last_order(case: "Case", terms: int) -> int:
     return 4 * terms if shakes_with_torque(case) else 2 * terms
 
 
+#: R / L and e / R of some cranks
+Cranks = tuple[tuple[float, ...], ...]
+
+
 # A study changes masses and mounts far more often than the crank: these two need not run again.
-@lru_cache(maxsize=64)
-def _enough(ratio: float, rtol: float, offset: float) -> int:
-    return int(order_for_tolerance(ratio, rtol, offset))
+@lru_cache(maxsize=16)
+def _enough(cranks: Cranks, rtol: float) -> IntArray:
+    ratio, offset = map(np.array, cranks)
+    return np.asarray(order_for_tolerance(ratio, rtol, offset))
 
 
-@lru_cache(maxsize=64)
-def _one_series(
-    ratio: float, offset: float, highest: int, cylinders: int
-) -> tuple[PistonMotion, Bounded]:
-    motion, dropped = _exact_series(np.asarray(ratio), np.asarray(offset), highest, cylinders)
-    for array in motion.harmonics:
-        array.flags.writeable = False
-    return motion, dropped
-
-
-def _exact_series(
-    ratio: FloatArray, offset: FloatArray, highest: int, cylinders: int
-) -> tuple[PistonMotion, Bounded]:
+@lru_cache(maxsize=16)
+def _exact_series(cranks: Cranks, highest: int, cylinders: int) -> tuple[PistonMotion, Bounded]:
+    ratio, offset = map(np.array, cranks)
     # evenly spaced cranks may leave every 2 c-th order only, so the guard has to reach one
     decay = -np.log(pole(ratio, np.abs(offset)).radius)
     guard = max(math.ceil(np.max(-math.log(BEYOND_GUARD) / decay)) + 2, 2 * cylinders)
@@ -179,15 +171,15 @@ def _exact_series(
     return motion, Bounded(dropped.value, dropped.error + slip * dropped.value)
 
 
-def _highest_order(case: "Case", enough: Callable[[], int | IntArray]) -> int | IntArray:
+def _highest_order(case: "Case", enough: Callable[[], int | IntArray]) -> IntArray:
     """Highest order: the case's own word, else enough for the series and every turning weight.
 
     How many are enough is asked only where the case does not say: close to R/L = 1 nobody can.
     """
     if case.excitation is not None and case.excitation.orders is not None:
-        return case.excitation.orders
+        return np.atleast_1d(case.excitation.orders)
     shafts = case.machine.crank_train.balance_shafts
-    return np.maximum(enough(), max([1, *(abs(shaft.speed_ratio) for shaft in shafts)]))
+    return np.atleast_1d(np.maximum(enough(), max([1, *(abs(one.speed_ratio) for one in shafts)])))
 
 
 def _with_ratio_error(values: np.ndarray, error: np.ndarray, ratio: FloatArray) -> Bounded:

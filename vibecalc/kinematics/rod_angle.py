@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure
 from vibecalc.kinematics.harmonics import pole, series_terms
 from vibecalc.kinematics.slider_crank import rod_projection
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.numerics.rounding import EPSILON, FloatArray, two_sum
 
 MOST_SAMPLES = 1 << 20
@@ -89,10 +89,8 @@ def rod_angle_harmonics(
         even = order % 2 == parity
         harmonics[row] = np.where(even, harmonics[row].real, 1j * harmonics[row].imag)
         there = has_offset | ~even
-        harmonics[row], error[row] = (
-            np.where(there, harmonics[row], 0.0),
-            np.where(there, error[row], 0.0),
-        )
+        for part in (harmonics, error):
+            part[row] = np.where(there, part[row], 0.0)
     harmonics[1:3, ..., 0] = error[1:3, ..., 0] = 0.0  # the mean of a derivative
     return _integrated(harmonics, error)
 
@@ -186,10 +184,8 @@ def _integrated(harmonics: np.ndarray, error: FloatArray) -> RodAngle:
         Bounded(*pair) for pair in zip(harmonics, error, strict=True)
     )
     order = np.arange(1, harmonics.shape[-1])
-    value, slip = acceleration.value[..., 1:], acceleration.error[..., 1:]
-    velocity = Bounded(np.zeros_like(acceleration.value), np.zeros_like(acceleration.error))
-    velocity.value[..., 1:] = -1j * value / order
-    velocity.error[..., 1:] = (slip + EPSILON * np.abs(value)) / order
-    angle.value[..., 1:] = -value / order**2
-    angle.error[..., 1:] = (slip + EPSILON * np.abs(value)) / order**2
+    none = Bounded(np.zeros((*angle.shape[:-1], 1)), np.zeros((*angle.shape[:-1], 1)))
+    velocity = acceleration[..., 1:] / (1j * order)
+    turned = velocity / (1j * order)
+    velocity, angle = concatenate([none, velocity]), concatenate([angle[..., :1], turned])
     return RodAngle(angle, velocity, acceleration, product, tangent)
