@@ -5,9 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from vibecalc.balance.model import Sought, orders_of_weights, orders_that_count, sought_weights
+from vibecalc.balance.tables import Balance
 from vibecalc.balance.weights import Places
-from vibecalc.errors import KeyPath, Problem
+from vibecalc.errors import KeyPath, Problem, listing
 from vibecalc.parts.body import DIRECTIONS, build_frame
+from vibecalc.parts.tables import CrankTrain
 from vibecalc.schema import Case
 
 BALANCE: KeyPath = ("balance",)
@@ -15,19 +17,20 @@ BALANCE: KeyPath = ("balance",)
 _SAME = 1e-9
 
 
-def balance_problems(case: Case) -> list[Problem]:
+@listing
+def balance_problems(case: Case) -> Iterator[Problem]:
     """Problems of orders, places and shafts."""
-    if case.balance is None or case.machine.crank_train is None:
-        return []
-    if case.machine.crank_train.axis == case.machine.crank_train.stroke:
-        return []  # reported with the crank train
-    sought = sought_weights(case.balance, case.machine.crank_train)
-    return [*_orders(case), *_shafts(case), *_places(sought), *_levers(case, sought.places)]
+    given, train = case.balance, case.machine.crank_train
+    if given is None or train is None or train.axis == train.stroke:  # reported with the train
+        return
+    sought = sought_weights(given, train)
+    yield from _orders(case, given)
+    yield from _shafts(train, given)
+    yield from _places(sought)
+    yield from _levers(train, given, sought.places)
 
 
-def _orders(case: Case) -> Iterator[Problem]:
-    given = case.balance
-    assert given is not None
+def _orders(case: Case, given: Balance) -> Iterator[Problem]:
     turning, counting = orders_of_weights(given), orders_that_count(given)
     for order in sorted({*counting} - {*turning}):
         yield Problem(
@@ -61,11 +64,10 @@ def _orders(case: Case) -> Iterator[Problem]:
         )
 
 
-def _shafts(case: Case) -> Iterator[Problem]:
+def _shafts(train: CrankTrain, given: Balance) -> Iterator[Problem]:
     """Where along the crankshaft its weights stand, the weights of a shaft say."""
-    assert case.balance is not None
-    along = DIRECTIONS.index(case.machine.crank_train.axis)
-    for i, shaft in enumerate(case.balance.shafts):
+    along = DIRECTIONS.index(train.axis)
+    for i, shaft in enumerate(given.shafts):
         if shaft.position[along] != 0.0:
             yield Problem(
                 path=(*BALANCE, "shafts", i, "position", along),
@@ -108,10 +110,8 @@ def _places(sought: Sought) -> Iterator[Problem]:
             )
 
 
-def _levers(case: Case, places: Places) -> Iterator[Problem]:
+def _levers(train: CrankTrain, given: Balance, places: Places) -> Iterator[Problem]:
     """Without forces a weight counts by its couple: along the crankshaft, or off its axis."""
-    given, train = case.balance, case.machine.crank_train
-    assert given is not None
     if given.force_weight:
         return
     axis = build_frame(train.axis, train.stroke).axis

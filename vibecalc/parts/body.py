@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.errors import KeyPath, Problem
+from vibecalc.errors import KeyPath, Problem, listing
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF, BoolArray
@@ -202,10 +202,11 @@ BODY: KeyPath = ("machine", "body")
 SLACK = 1e-6
 
 
-def body_problems(case: Case) -> list[Problem]:
+@listing
+def body_problems(case: Case) -> Iterator[Problem]:
     """Problems of the moments and products of inertia, of the body or of its parts."""
-    body = case.machine.body
-    return [] if body is None else list(moment_problems(BODY, body))
+    if case.machine.body is not None:
+        yield from moment_problems(BODY, case.machine.body)
 
 
 def moment_problems(path: KeyPath, body: parts.Body) -> Iterator[Problem]:

@@ -168,7 +168,7 @@ def _sunk(case: Case, up: int) -> float:
         return 0.0  # the run says it
     if mounts is None or mounts.rest is None:
         return 0.0
-    return -float(mounts.rest.body[up])
+    return -float(mounts.rest.body.value[up])
 
 
 RULES = (

@@ -81,13 +81,13 @@ def mounts_of(case: Case) -> Mounts | None:
     for place, (one, law) in enumerate(zip(entries, laws, strict=True)):
         if one.over_load is not None:
             curve = Level(one.over_load.load, _over_load(one.over_load, 1.0))
-            factor, bend = (float(curve(rest.load[place], n)) for n in (0, 1))
-            uncertain[place] = abs(bend) * rest.load_error[place] / factor
+            factor, bend = (float(curve(rest.load.value[place], n)) for n in (0, 1))
+            uncertain[place] = abs(bend) * rest.load.error[place] / factor
             along[place] *= factor
             across[place] *= factor
         elif law.cubic or law.range[0] > -np.inf:
-            along[place] = ratio[place] * rest.slope[place]
-            uncertain[place] = rest.slope_error[place] / rest.slope[place]
+            along[place] = ratio[place] * rest.slope.value[place]
+            uncertain[place] = rest.slope.error[place] / rest.slope.value[place]
     along += rest.stop
     stiffness = across + along[:, None, None] * (axis[:, :, None] * axis[:, None, :])
     loss = np.array([one.loss_factor or 0.0 for one in entries])
@@ -186,7 +186,9 @@ def _weight(body: RigidBody, up: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _require_rows(entries: tuple[MountEntry, ...], laws: "list[Law]", rest: "Rest") -> None:
     """Refuse a rest beyond the rows of load over deflection."""
-    for one, law, u, load in zip(entries, laws, rest.deflection, rest.load, strict=True):
+    for one, law, u, load in zip(
+        entries, laws, rest.deflection.value, rest.load.value, strict=True
+    ):
         low, high = law.range
         if not low <= u <= high:
             raise NumericalFailure(
