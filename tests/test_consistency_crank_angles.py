@@ -32,7 +32,7 @@ def train_of(phases: np.ndarray, ratio: float = 0.3, orders: tuple[int, ...] = (
 
 
 def squared(phases: np.ndarray, length: float, ratio: float = 0.3) -> float:
-    return float(residual(train_of(phases, ratio), reference_length=length).value) ** 2
+    return float(residual(train_of(phases, ratio), reference_length=length).norm().value) ** 2
 
 
 def longest(ratio: float) -> float:

@@ -15,7 +15,7 @@ from vibecalc.balance.weights import (
     residual,
 )
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import DIRECTIONS, Forcing, length_over_cycle
+from vibecalc.excitation.adapter import DIRECTIONS, Forcing, length_over_cycle, norm_with_tail
 from vibecalc.excitation.inertia_forces import (
     at_speed,
     couples_of,
@@ -120,10 +120,9 @@ def _emit_shaking(
         for name, one in by_order.items():
             terms[name] = max(terms.get(name, 0.0), size_of_terms(one.error))
         sums = {name: Summed(*one, terms[name]) for name, one in by_order.items()}
-        left, dropped = every[:used].norm(), np.linalg.norm(forcing.tail * every.value[used:])
         found = group(
             **sums,
-            all_orders=with_terms(Bounded(left.value, left.error + dropped), left.error),
+            all_orders=norm_with_tail(every, forcing),
             force_peak=partial(length_over_cycle, force.T, forcing),
             couple_peak=partial(length_over_cycle, couple.T, forcing),
         )

@@ -84,15 +84,6 @@ class MotionByOrder(NamedTuple):
     motion: Bounded
 
 
-class FewOrders(NamedTuple):
-    """Places of a few dropped orders that stand for all where a response is wanted thousands of
-    times: the rest costs `tail` (...) times as much as they do.
-    """
-
-    few: np.ndarray
-    tail: np.ndarray | float
-
-
 def left_out(harmonics: Bounded, of: Orders) -> tuple[np.ndarray, np.ndarray]:
     """Rounding of the kept orders and size of the dropped ones, summed: (...) of (..., orders)."""
     value, error = harmonics
@@ -123,6 +114,16 @@ def length_over_cycle(vector: Bounded, of: Orders) -> Summed:
     rounding, dropped = left_out(vector, of)
     whole = peak.error + np.linalg.norm(rounding + dropped, axis=-1)
     return Summed(peak.value, whole, size_of_terms(peak.error + np.linalg.norm(rounding, axis=-1)))
+
+
+def norm_with_tail(sizes: Bounded, of: Orders) -> Summed:
+    """Root of the sum of squares (...) of sizes (..., orders), the dropped ones in its error."""
+    first = sizes[..., : of.retained].norm()
+    dropped = of.tail * np.linalg.norm(sizes.value[..., of.retained :], axis=-1)
+    # hypot(first, dropped) - first
+    total = first.value + np.hypot(first.value, dropped)
+    added = dropped * (dropped / np.where(total > 0.0, total, 1.0))
+    return with_terms(Bounded(first.value, first.error + added), first.error)
 
 
 def run_excitation(scene: Scene) -> None:
@@ -226,25 +227,21 @@ def _residual(scene: Scene, driven: Bounded, forcing: Forcing) -> None:
     options = scene.case.excitation.residual if scene.case.excitation else None
     if options is None:
         raise ValueError("the case has no residual")
-    first, guards = (
-        residual(
-            driven[..., orders, :],
-            force_weight=options.force_weight,
-            couple_weight=options.couple_weight,
-            reference_length=options.reference_length,
-        )
-        for orders in (slice(forcing.retained), slice(forcing.retained, None))
+    every = residual(
+        driven,
+        force_weight=options.force_weight,
+        couple_weight=options.couple_weight,
+        reference_length=options.reference_length,
     )
-    dropped = forcing.tail * guards.value
-    # hypot(first, dropped) - first
-    total = first.value + np.hypot(first.value, dropped)
-    added = dropped * (dropped / np.where(total > 0.0, total, 1.0))
-    found = with_terms(Bounded(first.value, first.error + added), first.error)
-    scene.emit_all(OnBody(residual=found))
+    scene.emit_all(OnBody(residual=norm_with_tail(every, forcing)))
 
 
-def few_orders(forcing: Forcing) -> FewOrders:
-    """The dropped orders that carry nine tenths of each component; of many points those of all."""
+def few_orders(forcing: Forcing) -> tuple[np.ndarray, np.ndarray | float]:
+    """Places of the dropped orders that carry nine tenths of each component, of any point.
+
+    They stand for all where a response is wanted thousands of times: the rest costs so many times
+    as much as they do (...).
+    """
     retained = forcing.retained
     beyond = forcing.per_speed_squared[..., retained:, :]
     size = np.abs(beyond.value)
@@ -258,7 +255,7 @@ def few_orders(forcing: Forcing) -> FewOrders:
     chosen = np.flatnonzero(leads.any(axis=(*range(share.ndim - 2), -1)))
     covered = np.where(size.any(-2), share[..., chosen, :].sum(-2), 1.0)
     tail = forcing.tail / covered.min(axis=-1, initial=1.0) if chosen.size else 0.0
-    return FewOrders(retained + chosen, tail)
+    return retained + chosen, tail
 
 
 def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:

@@ -93,14 +93,15 @@ def residual(
     couple_weight: ArrayLike = 1.0,
     reference_length: ArrayLike,
 ) -> Bounded:
-    """Size (...) of all forces and couples (..., n, 6) as one number, and its error:
+    """Size (..., n) of the forces and couples (..., n, 6) of each order as one number:
 
-    sqrt(sum over orders of wf^2 |F_n|^2 + wc^2 |M_n|^2 / l^2), in N, at the speed of the input.
+    sqrt(wf^2 |F_n|^2 + wc^2 |M_n|^2 / l^2), in N, at the speed of the input, each vector with its
+    three complex components.
 
-    All orders count, each vector with its three complex components. The value is a norm: it is
-    smooth in angles and masses except where it is zero, as a cone is smooth except at its tip. A
-    search that ends in full balance had better work with its square, which is smooth everywhere.
+    The norm over all orders is smooth in angles and masses except where it is zero, as a cone is
+    smooth except at its tip. A search that ends in full balance had better work with its square,
+    which is smooth everywhere.
     """
     of_couples = np.asarray(couple_weight, dtype=float) / np.asarray(reference_length, dtype=float)
     weights = side_by_side([force_weight] * 3 + [of_couples] * 3)
-    return (loads * weights[..., None, :]).norm().norm()
+    return (loads * weights[..., None, :]).norm()
