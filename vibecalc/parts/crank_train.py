@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,9 @@ class CrankTrain:
     is (points, n) or, of the origin, (points, 3).
     """
 
-    geometry: CrankGeometry
+    crank_radius: Any
+    rod_length: Any
+    wrist_pin_offset: Any
     names: tuple[str, ...]
     position: Array
     crank_phase: Array
@@ -49,18 +52,6 @@ class CrankTrain:
     axis: Array
     stroke: Array
     across: Array
-
-    @property
-    def crank_radius(self) -> float:
-        return self.geometry.crank_radius  # type: ignore[no-any-return]
-
-    @property
-    def rod_length(self) -> float:
-        return self.geometry.rod_length  # type: ignore[no-any-return]
-
-    @property
-    def wrist_pin_offset(self) -> float:
-        return self.geometry.wrist_pin_offset  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -123,7 +114,9 @@ def build_crank_train(train: parts.CrankTrain) -> CrankTrain:
     masses = [c.reciprocating_mass for c in cylinders]
     pins = [train.rotating_mass if c.rotating_mass is None else c.rotating_mass for c in cylinders]
     return CrankTrain(
-        geometry=crank_geometry(train),
+        crank_radius=train.crank_radius,
+        rod_length=train.rod_length,
+        wrist_pin_offset=train.wrist_pin_offset,
         names=tuple(c.name for c in cylinders),
         position=side_by_side([c.position for c in cylinders]),
         crank_phase=side_by_side([c.crank_phase for c in cylinders]),
