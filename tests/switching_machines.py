@@ -77,8 +77,7 @@ def compressor_loads(highest_order: int = 24) -> Loads:
         stroke=np.array([0.0, 1.0, 0.0]),
         across=np.array([1.0, 0.0, 0.0]),
     )
-    both = np.concatenate([excitation.force, excitation.couple], axis=-1)
-    return Loads(np.arange(1, highest_order + 1), both)
+    return Loads(np.arange(1, highest_order + 1), excitation.value)
 
 
 def one_mode(

@@ -16,7 +16,7 @@ from vibecalc.excitation.pressure_cycle import (
     card_of_mean_pressure,
     card_of_peak,
     motored_cycle,
-    spark_cycle,
+    usual_cycle,
 )
 from vibecalc.parts.geometry import CrankGeometry
 
@@ -31,14 +31,14 @@ def test_no_card_is_continued_beyond_its_range(speed: float) -> None:
 
 def test_cycles_without_a_pressure_to_be_found_are_refused() -> None:
     with pytest.raises(NumericalFailure, match="not above what the compression alone reaches"):
-        card_of_peak(spark_cycle(), CAR, 8e5)
+        card_of_peak(usual_cycle("spark"), CAR, 8e5)
     # the charge is still being compressed while it begins to burn
-    cycle = spark_cycle()
+    cycle = usual_cycle("spark")
     reached = pressure_at(motored_cycle(cycle, CAR), cycle.combustion_starts)
     with pytest.raises(NumericalFailure, match="not above what the compression alone reaches"):
         card_of_peak(cycle, CAR, 1.001 * float(reached) + cycle.crankcase_pressure)
     with pytest.raises(NumericalFailure, match="mean indicated pressure of -1e\\+06 Pa is below"):
-        card_of_mean_pressure(spark_cycle(), CAR, -1e6)
+        card_of_mean_pressure(usual_cycle("spark"), CAR, -1e6)
 
 
 def test_a_formula_with_a_corner_inside_an_interval_is_refused() -> None:

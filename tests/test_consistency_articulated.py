@@ -252,7 +252,7 @@ def test_second_order_of_a_radial_engine_turns_with_the_crank(count: int) -> Non
         SlaveMasses(np.ones((1, 1)), np.zeros((1, 1)), np.zeros((1, 3))),
         **frame,
     )  # fmt: skip
-    force = slaves.force[1] + master.force[1]
+    force = (slaves + master).value[1, :3]
     along, ahead = force[2], -force[1]
     law = count * radius**2 * knuckle / ((length - knuckle) * length)
     with_crank, against = 0.5 * (along + 1j * ahead), 0.5 * (along - 1j * ahead)

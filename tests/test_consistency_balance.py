@@ -1,7 +1,7 @@
 """Claim: weights of [balance] leave the least that any within their bounds and places can leave."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -10,11 +10,10 @@ from shipped_cases import CASES
 
 from vibecalc.balance.pictures import draw_weights
 from vibecalc.balance.weights import (
-    Frame,
-    Measure,
     Places,
     Solution,
     counted,
+    counting,
     least_residual,
     longest,
 )
@@ -25,8 +24,25 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 
 AXIS = np.array([1.0, 0.0, 0.0])
+COUNTS = counting(1.0, 0.8, 0.3, 0.15, AXIS)
+
+
+class Frame(NamedTuple):
+    """What is read of a train."""
+
+    origin: Any
+    stroke: Any
+    across: Any
+
+
 FRAME = Frame(np.array([0.1, 0.0, -0.2]), np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]))
-MEASURE = Measure(1.0, 0.8, 0.3, 0.15, AXIS)
+
+
+def least(
+    force: Any, couple: Any, places: Places, frame: Any = FRAME, counts: Any = COUNTS
+) -> Solution:
+    load = np.concatenate([force, couple])
+    return least_residual(Bounded(load, np.zeros(6)), places, frame, counts)
 
 
 class Drawn:
@@ -47,7 +63,7 @@ class Drawn:
         self.force[0] = 0.0
 
     def solve(self) -> Solution:
-        return least_residual(self.force, self.couple, 0.0, self.places, FRAME, MEASURE)
+        return least(self.force, self.couple, self.places)
 
     def left(self, parts: np.ndarray, share: np.ndarray) -> float:
         """|what counts| with the parts (m, 2) at shares of the ways: vectors that turn, by hand."""
@@ -72,9 +88,9 @@ def parts_of(found: Solution) -> np.ndarray:
 def test_no_solver_finds_less_at_given_places(seed: int) -> None:
     drawn = Drawn(seed, 4, free=False)
     found, none = drawn.solve(), np.zeros(4)
-    assert drawn.left(parts_of(found), none) == pytest.approx(found.value, rel=1e-12)
+    assert drawn.left(parts_of(found), none) == pytest.approx(found.left.value, rel=1e-12)
     assert np.all(found.unbalance.value <= drawn.places.largest * (1.0 + 1e-12))
-    assert found.value - found.lower_bound <= 1e-11 * drawn.left(np.zeros((4, 2)), none)
+    assert found.left.value - found.lower_bound <= 1e-11 * drawn.left(np.zeros((4, 2)), none)
     room = {
         "type": "ineq",
         "fun": lambda x: drawn.places.largest**2 - (x.reshape(4, 2) ** 2).sum(axis=1),
@@ -83,7 +99,7 @@ def test_no_solver_finds_less_at_given_places(seed: int) -> None:
         lambda x: drawn.left(x.reshape(4, 2), none) ** 2, np.zeros(8), method="SLSQP",
         constraints=[room], options={"ftol": 1e-14, "maxiter": 400},
     )  # fmt: skip
-    assert found.value == pytest.approx(np.sqrt(other.fun), rel=1e-6)
+    assert found.left.value == pytest.approx(np.sqrt(other.fun), rel=1e-6)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -98,12 +114,12 @@ def test_given_angles_are_linear_least_squares_within_bounds(seed: int) -> None:
         pull = drawn.order**2 * np.exp(1j * np.sign(places.speed_ratio[i]) * angle[i])
         way: Any = pull * np.array([0.0, 1j * np.sign(places.speed_ratio[i]), 1.0])
         couple: Any = np.cross(FRAME.origin + places.start[i], way)
-        columns.append(counted(way, couple, MEASURE))
-    constant = counted(drawn.force, drawn.couple, MEASURE)
+        columns.append(counted(np.concatenate([way, couple]), COUNTS))
+    constant = counted(np.concatenate([drawn.force, drawn.couple]), COUNTS)
     other = lsq_linear(
         np.stack(columns, axis=1), -constant, (-places.largest, places.largest), tol=1e-14
     )
-    assert found.value == pytest.approx(np.sqrt(2.0 * other.cost), rel=1e-9)
+    assert found.left.value == pytest.approx(np.sqrt(2.0 * other.cost), rel=1e-9)
     signed = found.unbalance.value * np.cos(found.phase.value - angle)
     assert signed == pytest.approx(other.x, abs=1e-6)
 
@@ -113,7 +129,7 @@ def test_no_search_finds_less_where_places_are_free(seed: int) -> None:
     drawn = Drawn(20 + seed, 2, free=True)
     found = drawn.solve()
     assert np.all((found.share >= 0.0) & (found.share <= 1.0))
-    assert drawn.left(parts_of(found), found.share) == pytest.approx(found.value, rel=1e-11)
+    assert drawn.left(parts_of(found), found.share) == pytest.approx(found.left.value, rel=1e-11)
     room = {
         "type": "ineq",
         "fun": lambda x: drawn.places.largest**2 - (x[:4].reshape(2, 2) ** 2).sum(axis=1),
@@ -126,8 +142,8 @@ def test_no_search_finds_less_where_places_are_free(seed: int) -> None:
         ).fun
         for start in np.random.default_rng(seed).uniform(0.0, 0.5, (4, 6))
     )  # fmt: skip
-    assert found.value <= np.sqrt(best) * (1.0 + 1e-7)
-    assert found.lower_bound <= found.value
+    assert found.left.value <= np.sqrt(best) * (1.0 + 1e-7)
+    assert found.lower_bound <= found.left.value
 
 
 def test_of_equally_good_weights_the_least_are_given() -> None:
@@ -137,18 +153,16 @@ def test_of_equally_good_weights_the_least_are_given() -> None:
     couple: Any = np.cross(0.1 * AXIS, force)
     stand = places[:, None] * AXIS
     frame, largest = FRAME._replace(origin=np.zeros(3)), np.array([0.2, 0.6, 0.9])
-    found = least_residual(
-        force, couple, 0.0,
-        Places(np.ones(3, int), stand, stand, np.full(3, np.nan), largest),
-        frame, MEASURE,
-    )  # fmt: skip
+    found = least(
+        force, couple, Places(np.ones(3, int), stand, stand, np.full(3, np.nan), largest), frame
+    )
     # all stand opposite to the throw: u with sum u = 1, sum z u = 0.1, least sum (u / largest)^2
     other = minimize(
         lambda u: np.sum((u / largest) ** 2), largest, method="SLSQP",
         constraints=[{"type": "eq", "fun": lambda u: [u.sum() - 1.0, places @ u - 0.1]}],
         bounds=[(0.0, one) for one in largest], options={"ftol": 1e-15},
     )  # fmt: skip
-    assert (found.value < 1e-14, found.free_directions) == (True, 2)
+    assert (found.left.value < 1e-14, found.free_directions) == (True, 2)
     assert found.unbalance.value == pytest.approx(other.x, abs=1e-7)
     assert found.phase.value == pytest.approx(np.pi, abs=1e-12)
 
@@ -160,9 +174,9 @@ def test_errors_do_not_grow_with_a_bound_that_is_far_off() -> None:
     far, drawn.places = drawn.solve(), none
     free = drawn.solve()
     assert far.unbalance.value == pytest.approx(free.unbalance.value, rel=1e-9)
-    assert far.error <= 2.0 * free.error < 1e-12
+    assert far.left.error <= 2.0 * free.left.error < 1e-12
     assert np.all(far.unbalance.error <= 2.0 * free.unbalance.error)
-    assert far.value - far.lower_bound <= 1e-12
+    assert far.left.value - far.lower_bound <= 1e-12
 
 
 def test_a_free_place_is_found_to_the_last_digits_where_it_removes_all() -> None:
@@ -170,12 +184,10 @@ def test_a_free_place_is_found_to_the_last_digits_where_it_removes_all() -> None
     force: Any = 0.7 * np.array([0.0, 1j, 1.0])
     couple: Any = np.cross(FRAME.origin + 0.123 * AXIS, force)
     first, last = -0.3 * AXIS[None, :], 0.4 * AXIS[None, :]
-    found = least_residual(
-        force, couple, 0.0,
-        Places(np.array([1]), first, last, np.array([np.nan]), np.array([np.inf])),
-        FRAME, MEASURE,
-    )  # fmt: skip
-    assert found.value <= 1e-14
+    found = least(
+        force, couple, Places(np.array([1]), first, last, np.array([np.nan]), np.array([np.inf]))
+    )
+    assert found.left.value <= 1e-14
     assert -0.3 + 0.7 * found.share[0] == pytest.approx(0.123, abs=1e-13)
     assert (found.unbalance.value[0], found.phase.value[0]) == pytest.approx((0.7, np.pi))
 
@@ -192,10 +204,10 @@ def test_the_longest_of_a_turn_is_the_half_axis_of_its_ellipse() -> None:
 def test_weights_that_change_nothing_that_counts_are_refused() -> None:
     place = np.zeros((1, 3))
     places = Places(np.array([1]), place, place, np.array([np.nan]), np.array([1.0]))
-    none = Measure(0.0, 1.0, 0.0, 0.1, AXIS)
+    none = counting(0.0, 1.0, 0.0, 0.1, AXIS)
     with pytest.raises(NumericalFailure, match=r"no weight of .balance. changes anything"):
-        least_residual(
-            np.ones(3, complex), np.ones(3, complex), 0.0, places,
+        least(
+            np.ones(3, complex), np.ones(3, complex), places,
             FRAME._replace(origin=np.zeros(3)), none,
         )  # fmt: skip
 

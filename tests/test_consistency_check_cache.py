@@ -41,7 +41,7 @@ def test_all_checks_take_part() -> None:
     named = {check.__name__ for check in OF_PARTS} - {"matrices", "mounts", "slave_rods"}
     for subject in subjects().values():
         named |= {one.partition(":")[2] for one in (*subject.checks, *subject.last_checks)}
-    pattern = r"^def (\w+_problems)\(case: \"?Case\"?\) -> list"
+    pattern = r"^def (\w+_problems)\(case: \"?Case\"?\) -> (?:list|Iterator)\["
     package = Path(machine_checks.__file__).parents[2]
     offers = {
         name

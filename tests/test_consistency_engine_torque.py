@@ -152,8 +152,8 @@ def test_the_series_is_the_curve() -> None:
     mixed = weighted(torque, card_weights([100.0, 300.0], [150.0]))
     where = np.linspace(0.3, 6.1, 23)
     wave = np.exp(1j * np.outer(torque.order, where))
-    gas = mixed.mean[0] + (mixed.gas[0] @ wave).real
-    inertia = (torque.inertia @ wave).real
+    gas = mixed.mean.value[0] + (mixed.gas.value[0] @ wave).real
+    inertia = (torque.inertia.value @ wave).real
     direct = 1.125 * gas_torque_at(cards[0], CAR, where)
     # the third derivative jumps at the nodes of a spline: order q has 2 / cycle / q^4 of that
     unit = gas_card(angle, np.ones_like(angle), cycle=TWO_STROKE)

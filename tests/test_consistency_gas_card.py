@@ -16,10 +16,9 @@ from vibecalc.excitation.pressure_cycle import (
     card_of_mean_pressure,
     card_of_peak,
     cylinder_volume,
-    diesel_cycle,
     mean_pressure,
     motored_cycle,
-    spark_cycle,
+    usual_cycle,
 )
 from vibecalc.parts.geometry import CrankGeometry
 
@@ -75,10 +74,10 @@ def test_cards_at_several_speeds_are_mixed_linearly_and_met_exactly() -> None:
 
 
 CYCLES = {
-    "spark": spark_cycle(),
-    "diesel": diesel_cycle(injection_ends=0.4),
-    "spark_two_stroke": spark_cycle("two_stroke"),
-    "diesel_two_stroke": diesel_cycle("two_stroke", injection_ends=0.5),
+    "spark": usual_cycle("spark"),
+    "diesel": usual_cycle("diesel", injection_ends=0.4),
+    "spark_two_stroke": usual_cycle("spark", "two_stroke"),
+    "diesel_two_stroke": usual_cycle("diesel", "two_stroke", injection_ends=0.5),
 }
 
 
@@ -134,7 +133,7 @@ def test_short_combustion_and_late_exhaust_give_the_ideal_cycles(kind: str) -> N
 @pytest.mark.parametrize("geometry", [CAR, OFFSET], ids=["centred", "offset"])
 def test_a_mirrored_compression_is_the_cycle_without_combustion(geometry: CrankGeometry) -> None:
     """Where nothing burns before top dead centre, both ways to a motored card agree."""
-    cycle = spark_cycle(combustion_starts=0.05, combustion_ends=0.9)
+    cycle = usual_cycle("spark", combustion_starts=0.05, combustion_ends=0.9)
     fired = card_of_peak(cycle, geometry, 45e5)
     mirrored = motored_card(fired, geometry, cycle.exhaust_opens)
     computed = motored_cycle(cycle, geometry)

@@ -107,17 +107,17 @@ def test_the_rest_is_where_all_loads_are_in_balance(kind: str) -> None:
     assert np.abs(plain.loads(found.x)).max() < 1e-7
     mounts = mounts_of(validate(data))
     rest = mounts.rest
-    body = plain.of_origin(rest.body)
+    body = plain.of_origin(rest.body.value)
     assert np.abs(body - found.x).max() < 1e-11
-    assert np.all(rest.body_error < 1e-13)
+    assert np.all(rest.body.error < 1e-13)
     left = np.abs(plain.loads(body)).max()
     assert left < 1e-8
     touching = rest.stop > 0.0
     assert touching.any() == (kind == "stops")
     for n, (place, turn, k, static, ratio) in enumerate(plain.mounts):
         own = turn.T @ (found.x[:3] + np.cross(found.x[3:], place))
-        assert rest.deflection[n] == pytest.approx(-own[2], abs=1e-12)
-        assert rest.load[n] == pytest.approx(plain.load(static, k[2], -own[2]), rel=1e-8)
+        assert rest.deflection.value[n] == pytest.approx(-own[2], abs=1e-12)
+        assert rest.load.value[n] == pytest.approx(plain.load(static, k[2], -own[2]), rel=1e-8)
         step = 1e-7
         slope = plain.load(static, k[2], -own[2] + step) - plain.load(static, k[2], -own[2] - step)
         stop = STOPS["stiffness"] * bool(touching[n])
@@ -131,7 +131,7 @@ def test_no_other_place_has_less_energy() -> None:
     plain = Plain(data)
     scale = np.array([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3])
     found = minimize(lambda y: plain.energy(scale * y), np.zeros(6), method="BFGS")
-    rest = plain.of_origin(mounts_of(validate(data)).rest.body)
+    rest = plain.of_origin(mounts_of(validate(data)).rest.body.value)
     assert np.abs(scale * found.x - rest).max() < 1e-7
     assert plain.energy(rest) <= found.fun + 1e-9 * abs(found.fun)
 
@@ -184,7 +184,9 @@ def test_over_load_picks_the_stiffness_of_the_load() -> None:
     curve = PchipInterpolator(rows["load"], rows["stiffness_factor"])
     flat = curve.derivative()(rows["load"])
     flat[[0, -1]] = 0.0
-    factor = CubicHermiteSpline(rows["load"], rows["stiffness_factor"], flat)(mounts.rest.load)
+    factor = CubicHermiteSpline(rows["load"], rows["stiffness_factor"], flat)(
+        mounts.rest.load.value
+    )
     expected = factor[:, None, None] * np.diag([2e5, 2e5, 4e5])
     assert mounts.stiffness == pytest.approx(expected, rel=1e-12)
     # at rest the tangent of the load over deflection is that of the load too
@@ -285,7 +287,7 @@ def test_small_motions_in_time_are_those_about_the_rest() -> None:
     from vibecalc.parts.body import build_body
 
     inverse = np.linalg.inv(build_body(case.machine.body).mass_matrix)
-    rest = plain.of_origin(mounts_of(case).rest.body)
+    rest = plain.of_origin(mounts_of(case).rest.body.value)
     force = np.concatenate(
         [record["excitation/force"].values, record["excitation/couple"].values], axis=-1
     )

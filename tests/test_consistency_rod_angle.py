@@ -33,8 +33,6 @@ def truth(radius, length, offset, samples):
     angle = fourier(lambda t: rod_angle(t, *geometry), ORDERS, samples)
     energy = fourier(lambda t: slope(t) ** 2 / 2, ORDERS, samples)
     return {
-        "angle": angle,
-        "velocity": [1j * n * c for n, c in zip(ORDERS, angle, strict=True)],
         "acceleration": [-(n**2) * c for n, c in zip(ORDERS, angle, strict=True)],
         "product": [1j * n * c for n, c in zip(ORDERS, energy, strict=True)],
         "tangent": fourier(lambda t: mp.tan(rod_angle(t, *geometry)), ORDERS, samples),

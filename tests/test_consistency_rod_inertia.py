@@ -9,13 +9,10 @@ import numpy as np
 import pytest
 from exact_rod import couple_of, energy_of, three_masses, two_masses
 
-from vibecalc.excitation.rod_inertia import (
-    rod_couple_peak,
-    rod_inertia_excitation,
-    rod_torque_reaction,
-    split_inertia,
-)
+from vibecalc.excitation.inertia_forces import couple_about_axis
+from vibecalc.excitation.rod_inertia import rod_couple_peak, split_inertia
 from vibecalc.kinematics.rod_angle import rod_angle_harmonics
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
 
 AXIS, STROKE = np.eye(3)[2], np.eye(3)[1]
@@ -26,24 +23,16 @@ ANGLES = np.array([0.0, 0.3, 1.1, 1.57, 2.6, 3.3, 4.2, 4.72, 5.9])
 HIGHEST = 80
 
 
-def one_rod(geometry, inertia, make=rod_inertia_excitation, phase=0.0, bank=0.0):
+def one_rod(geometry, inertia, name="acceleration", phase=0.0, bank=0.0):
     """Couple about the axis of one rod at ANGLES, and the sum of its errors."""
     turning = rod_angle_harmonics(*geometry, highest_order=HIGHEST)
-    harmonics = turning.acceleration if make is rod_inertia_excitation else turning.product
+    harmonics = getattr(turning, name)[1:]
     difference = inertia - split_inertia(MASS, FIRST, geometry[1]).value
-    found = make(
-        harmonics.value,
-        inertia_difference=[difference],
-        crank_phase=[phase],
-        bank_angle=[bank],
-        axis=AXIS,
-        motion_error=harmonics.error,
-    )
+    found = couple_about_axis(harmonics, [difference], [phase], [bank], AXIS)
     waves = np.exp(1j * np.multiply.outer(ANGLES, np.arange(1, HIGHEST + 1)))
-    assert np.all(found.force == 0.0)
-    assert np.all(found.force_error == 0.0)
-    assert np.all(found.couple[:, :2] == 0.0)
-    return (waves @ found.couple).real[:, 2], found.couple_error[:, 2].sum()
+    assert np.all(found.value[:, :5] == 0.0)
+    assert np.all(found.error[:, :5] == 0.0)
+    return (waves @ found.value).real[:, 5], found.error[:, 5].sum()
 
 
 def exact(geometry, inertia, of, angle):
@@ -73,7 +62,7 @@ def test_couple_of_three_masses(geometry, inertia):
 def test_torque_of_a_separate_machine_from_the_energy(geometry):
     """At constant speed the rods' energy comes from the crankshaft: T = -dE/d(angle)."""
     inertia = 2e-4
-    ours, error = one_rod(geometry, inertia, rod_torque_reaction)
+    ours, error = one_rod(geometry, inertia, "product")
     with mp.workdps(40):
         truth = np.array(
             [
@@ -89,7 +78,7 @@ def test_torque_of_a_separate_machine_from_the_energy(geometry):
 def test_peak_is_that_of_the_harmonics(geometry):
     turning = rod_angle_harmonics(*geometry, highest_order=HIGHEST).acceleration
     peak = cycle_peak(-3e-4 * turning.value, np.arange(HIGHEST + 1))
-    ours = rod_couple_peak(-3e-4, *geometry, inertia_error=1e-19)
+    ours = rod_couple_peak(Bounded(np.array(-3e-4), np.array(1e-19)), *geometry)
     slack = peak.error + ours.error + 3e-4 * turning.error.sum()
     assert abs(peak.value - ours.value) <= slack
     assert ours.error >= 1e-19 * ours.value / 3e-4

@@ -5,6 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibecalc.excitation.rod_inertia import rod_couple_peak, split_inertia
+from vibecalc.numerics.bounded import Bounded
 
 shares = st.lists(
     st.tuples(st.floats(1e-3, 1.0), st.floats(0.0, 1.0)), min_size=1, max_size=6, unique=True
@@ -27,6 +28,6 @@ def test_bound_holds_for_rods_of_point_masses(parts, ratio, offset, length):
     points = split_inertia(mass, first, length)
     bound = rod_couple_peak(points.value, *lengths)
     rounding = 1e-14 * mass * length**2
-    couple = rod_couple_peak(inertia - points.value, *lengths, inertia_error=rounding)
+    couple = rod_couple_peak(Bounded(inertia - points.value, np.asarray(rounding)), *lengths)
     assert couple.value <= bound.value + couple.error + bound.error
     assert points.value >= inertia - rounding

@@ -10,7 +10,7 @@ from vibecalc.torsion.variable_inertia.motion import VariableLine, inertia_varia
 
 def piston_variation(rod_ratio: float, highest: int) -> np.ndarray:
     """Orders 1 .. highest of (ds/dtheta)^2 / R^2 less its mean."""
-    torque = inertia_torque(motion_harmonics(rod_ratio, 24), highest).harmonics[1:]
+    torque = inertia_torque(motion_harmonics(rod_ratio, 24), highest).value[1:]
     return inertia_variation(torque)
 
 

@@ -1,6 +1,7 @@
 """The tree of errors, each with the exit code the command line returns for it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import wraps
 from typing import Any, NamedTuple
 
 EXIT_FINE = 0
@@ -44,6 +45,11 @@ class Problem(NamedTuple):
     place: str = ""
     file: str = ""
     line: int = 0
+
+
+def listing(check: Callable[[Any], Iterator[Problem]]) -> Callable[[Any], list[Problem]]:
+    """A check of a case that yields its problems, as one that gives them all."""
+    return wraps(check)(lambda case: list(check(case)))
 
 
 def _dotted(path: KeyPath) -> str:

@@ -52,7 +52,7 @@ def test_the_right_torque_is_that_of_the_package():
     geometry = CrankGeometry(source.CRANK_RADIUS, source.ROD_LENGTH, source.BORE)
     mass = source.RECIPROCATING_MASS
     found = cylinder_torque([card], geometry, reciprocating_mass=mass, harmonics=30)
-    total = found.gas[0] + found.inertia * source.SPEED_OF_TEXT**2
+    total = found.gas.value[0] + found.inertia.value * source.SPEED_OF_TEXT**2
     mine = full_torque(7, **RIGHT)[:, 0]
     assert np.abs(total - mine).max() < 1e-12 * np.abs(mine).max()
 

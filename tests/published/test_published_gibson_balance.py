@@ -46,13 +46,11 @@ def rows(scheme: int, place: str) -> tuple[np.ndarray, np.ndarray]:
     """Rows as printed, with totals, and their error estimates."""
     table = balance_table(
         [1, 2], crank_phase=PHASES[scheme], bank_angle=np.zeros(3), position=POSITION
-    )._asdict()
+    )
     order = [(n, name) for n in (0, 1) for name in ("sine", "cosine")]
-    values = [[*table[place + name][n], table[f"total_{place}{name}"][n]] for n, name in order]
-    errors = [
-        [*table[f"{place}{name}_error"][n], table[f"total_{place}{name}_error"][n]]
-        for n, name in order
-    ]
+    parts = [(table[place + name][n], table[f"total_{place}{name}"][n]) for n, name in order]
+    values = [[*entries.value, total.value] for entries, total in parts]
+    errors = [[*entries.error, total.error] for entries, total in parts]
     return np.array(values), np.array(errors)
 
 
@@ -90,7 +88,7 @@ def couple() -> np.ndarray:
     classic = np.array([0.0, 1.0, 0.3 / 4])  # equation 4: one term of the series
     arguments = train(PHASES[120], positions=POSITION)
     per_speed_squared = reciprocating_excitation(classic, **arguments)
-    return at_speed(per_speed_squared, 4900 * 2 * math.pi / 60).couple
+    return at_speed(per_speed_squared, 4900 * 2 * math.pi / 60).value[:, 3:]
 
 
 def test_forces_of_section_2_2() -> None:
@@ -119,8 +117,9 @@ def test_why_four_cylinders_do_not_stand_at_quarter_turns() -> None:
         table = balance_table(
             [1, 2], crank_phase=np.radians(degrees), bank_angle=np.zeros(4), position=position
         )
-        forces = np.hypot(table.total_sine, table.total_cosine)
-        couples = np.hypot(table.total_position_sine, table.total_position_cosine)
+        value = {name: column.value for name, column in table.items()}
+        forces = np.hypot(value["total_sine"], value["total_cosine"])
+        couples = np.hypot(value["total_position_sine"], value["total_position_cosine"])
         return forces.tolist(), couples.tolist()
 
     flat = sums([0, 180, 180, 0])

@@ -224,8 +224,7 @@ def in_a_row(phase: float, bank: float, working: str) -> Both:
         across=[-1.0, 0.0, 0.0],
     )
     orders = np.arange(1, 81)
-    force = ong.SPEED**2 * np.concatenate([loads.force, loads.couple], axis=-1)
-    error = ong.SPEED**2 * np.concatenate([loads.force_error, loads.couple_error], axis=-1)
+    force, error = ong.SPEED**2 * loads.value, ong.SPEED**2 * loads.error
     motion = response(dynamics(MATRICES, orders * ong.SPEED), force, error)
     return both(motion, orders)
 

@@ -22,7 +22,7 @@ from stability.hard_case import HardCase, Numbers, Way, condition_of, singular
 
 from vibecalc.excitation.balance import balance_table
 from vibecalc.isolation.run_up import run_up
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, concatenate
 
 STIFFNESS, ARM = 1e4, 0.4
 
@@ -125,10 +125,7 @@ def own_sum(count: int) -> Bounded:
     phase = PHASES[count]
     one, two = np.zeros(count), np.arange(count, dtype=float)
     table = balance_table(np.array([1, 2]), crank_phase=phase, bank_angle=one, position=two)
-    return Bounded(
-        np.concatenate([table.total_sine, table.total_cosine]),
-        np.concatenate([table.total_sine_error, table.total_cosine_error]),
-    )
+    return concatenate([table["total_sine"], table["total_cosine"]])
 
 
 def plain_sum(count: int) -> np.ndarray:

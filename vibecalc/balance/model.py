@@ -1,10 +1,10 @@
 """The weights of a case as arrays: names, shafts, where they may stand."""
 
-import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from vibecalc.balance.weights import Places
 from vibecalc.parts.body import build_frame
 from vibecalc.parts.tables import CrankTrain
 
@@ -13,60 +13,52 @@ if TYPE_CHECKING:
 
 
 class Sought(NamedTuple):
-    """One weight: its name, speed ratio, the ends (3,) of where it may stand from the train's
-    origin in m, its phase in rad (nan: free), largest unbalance in kg m (inf: none), its radius in
-    m (nan: not given), and the keys of its table below [balance].
+    """m weights: their names, the keys of their tables below [balance], where each may stand, and
+    the radii (m,) of their mass centres in m, nan where not given.
     """
 
-    name: str
-    speed_ratio: int
-    start: np.ndarray
-    end: np.ndarray
-    phase: float
-    largest: float
-    radius: float
-    path: tuple[str | int, ...]
+    names: tuple[str, ...]
+    paths: tuple[tuple[str | int, ...], ...]
+    places: Places
+    radius: np.ndarray
 
 
-def sought_weights(balance: "Balance", train: CrankTrain) -> list[Sought]:
+def sought_weights(balance: "Balance", train: CrankTrain) -> Sought:
     """Weights on the crankshaft, then those of the shafts."""
     axis = build_frame(train.axis, train.stroke).axis
     throws = {cylinder.name: cylinder.position for cylinder in train.cylinders}
-    found = []
+    names, paths, ratios, ends = [], [], [], []
+    weights: list[Weight] = [*balance.counterweights]
     for i, weight in enumerate(balance.counterweights):
         place = throws[weight.throw] if weight.throw is not None else weight.position
-        keys = ("counterweights", i)
-        found.append(_sought(weight.name, weight, 1, place, axis, np.zeros(3), keys))
+        names.append(weight.name)
+        paths.append(("counterweights", i))
+        ratios.append(1)
+        ends.append(_ends(weight, place)[:, None] * axis)
     for i, shaft in enumerate(balance.shafts):
+        weights += shaft.weights
         for k, one in enumerate(shaft.weights):
-            name = shaft.name if len(shaft.weights) == 1 else f"{shaft.name}, {one.name or k + 1}"
-            path = ("shafts", i, "weights", k)
-            centre = np.array(shaft.position)
-            found.append(_sought(name, one, shaft.speed_ratio, one.position, axis, centre, path))
-    return found
-
-
-def _sought(
-    name: str,
-    weight: "Weight",
-    ratio: int,
-    place: float | None,
-    axis: np.ndarray,
-    centre: np.ndarray,
-    path: tuple[str | int, ...],
-) -> Sought:
-    ends = (place, place) if place is not None else weight.between
-    assert ends is not None
-    return Sought(
-        name=name,
-        speed_ratio=ratio,
-        start=centre + ends[0] * axis,
-        end=centre + ends[1] * axis,
-        phase=math.nan if weight.phase is None else weight.phase,
-        largest=math.inf if weight.largest_unbalance is None else weight.largest_unbalance,
-        radius=math.nan if weight.radius is None else weight.radius,
-        path=path,
+            single = len(shaft.weights) == 1
+            names.append(shaft.name if single else f"{shaft.name}, {one.name or k + 1}")
+            paths.append(("shafts", i, "weights", k))
+            ratios.append(shaft.speed_ratio)
+            ends.append(np.array(shaft.position) + _ends(one, one.position)[:, None] * axis)
+    phase, largest, radius = (
+        np.array([other if one is None else one for one in values])
+        for values, other in (
+            ([one.phase for one in weights], np.nan),
+            ([one.largest_unbalance for one in weights], np.inf),
+            ([one.radius for one in weights], np.nan),
+        )
     )
+    start, end = np.moveaxis(np.array(ends), 1, 0)
+    places = Places(np.array(ratios), start, end, phase, largest)
+    return Sought(tuple(names), tuple(paths), places, radius)
+
+
+def _ends(weight: "Weight", place: float | None) -> np.ndarray:
+    """From where to where (2,) along the crankshaft a weight may stand."""
+    return np.array(weight.between if place is None else (place, place))
 
 
 def orders_that_count(balance: "Balance") -> tuple[int, ...]:

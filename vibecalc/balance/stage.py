@@ -1,6 +1,5 @@
 """The stage of the weights sought for the least force and couple."""
 
-import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -17,8 +16,7 @@ def plan_balance(case: "Case") -> Iterator[Stage]:
     balance = case.balance
     if balance is None:
         return
-    on_crank, on_shafts = _counts(case)
-    weights = _weights(case)
+    weights, on_crank = _weights(case), len(balance.counterweights)
     given = {
         "weight/mass": any(one.radius is not None for one in weights),
         "weight/use": any(one.largest_unbalance is not None for one in weights),
@@ -29,18 +27,13 @@ def plan_balance(case: "Case") -> Iterator[Stage]:
         why="[balance] is in the case",
         parts=("crank_train",),
         orders=orders_words(case),
-        cost=f"least squares within bounds: {on_crank} weights on the crank, {on_shafts} on shafts",
+        cost=f"least squares within bounds: {on_crank} weights on the crank, "
+        f"{len(weights) - on_crank} on shafts",
         quantities=below("balance/", without=tuple(k for k, there in given.items() if not there)),
         is_last=True,
         harmonics=orders_of_motion,
         work=_work,
     )
-
-
-def _counts(case: "Case") -> tuple[int, int]:
-    assert case.balance is not None
-    shafts = case.balance.shafts
-    return len(case.balance.counterweights), sum(len(shaft.weights) for shaft in shafts)
 
 
 def _weights(case: "Case") -> "list[Weight]":
@@ -69,10 +62,11 @@ def _names(case: "Case") -> dict[str, tuple[str, ...]]:
     from vibecalc.balance.model import sought_weights
 
     sought = sought_weights(case.balance, case.machine.crank_train)
+    given = list(zip(sought.names, _weights(case), strict=True))
     return {
-        "weight": tuple(one.name for one in sought),
-        "balance_radius": tuple(one.name for one in sought if one.radius == one.radius),
-        "balance_bound": tuple(one.name for one in sought if one.largest < math.inf),
+        "weight": sought.names,
+        "balance_radius": tuple(name for name, one in given if one.radius is not None),
+        "balance_bound": tuple(name for name, one in given if one.largest_unbalance is not None),
     }
 
 

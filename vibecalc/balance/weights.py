@@ -8,54 +8,54 @@ are searched (variable projection: Golub and Pereyra, SIAM J. Numer. Anal. 10, 1
 """
 
 from itertools import product
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.inertia_forces import Complex, Excitation, Real, rotating_excitation
+from vibecalc.excitation.inertia_forces import Complex, Real, rotating_excitation
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.least_norm import LeastNorm, least_norm, range_of
 from vibecalc.numerics.rounding import EPSILON, BoolArray
+
+if TYPE_CHECKING:
+    from vibecalc.parts.crank_train import CrankTrain
 
 # ----------------------------------------------------------------------------
 # What counts: forces, couples across the crankshaft and about it, as one vector of real numbers.
 # ----------------------------------------------------------------------------
 
 
-class Measure(NamedTuple):
-    """Weights of forces, of couples across the crankshaft and of that about it, and the length in
-    m that couples are divided by; `axis` (3,) is the unit vector of the crankshaft.
+def counting(
+    force_weight: float,
+    couple_weight: float,
+    roll_weight: float,
+    reference_length: float,
+    axis: Real,
+) -> Real:
+    """Columns (6, 7) that take loads to what counts of them.
+
+    The weights are of forces, of couples across the crankshaft and of that about it; couples are
+    divided by the length in m. `axis` (3,) is the unit vector of the crankshaft.
     """
-
-    force_weight: float
-    couple_weight: float
-    roll_weight: float
-    reference_length: float
-    axis: Real
-
-
-def parted(couple: Complex, axis: Real) -> tuple[Complex, Complex]:
-    """Couples (..., 3) across the axis (..., 3), and about it (...)."""
-    about = couple @ axis
-    return couple - about[..., None] * axis, about
+    columns = np.zeros((6, 7))
+    columns[:3, :3] = force_weight * np.eye(3)
+    columns[3:, 3:6] = couple_weight / reference_length * across_of(axis)
+    columns[3:, 6] = roll_weight / reference_length * axis
+    return columns
 
 
-def counted(force: Complex, couple: Complex, measure: Measure) -> Real:
-    """Real rows (..., 14) of which the norm is sqrt(wf^2 |F|^2 + (wc^2 |M|^2 + wr^2 |R|^2) / l^2).
+def across_of(axis: Real) -> Real:
+    """Matrix (3, 3) of what a vector has across an axis (3,)."""
+    return np.asarray(np.eye(3) - np.outer(axis, axis))
 
-    `force` and `couple` (..., 3) are complex amplitudes; R is the couple about the crankshaft.
+
+def counted(loads: Complex, counts: Real) -> Real:
+    """Real rows (..., 14) of loads (..., 6), complex amplitudes, of which the norm is
+
+    sqrt(wf^2 |F|^2 + (wc^2 |M|^2 + wr^2 |R|^2) / l^2), R the couple about the crankshaft.
     """
-    across, about = parted(couple, measure.axis)
-    length = measure.reference_length
-    whole = np.concatenate(
-        [
-            measure.force_weight * force,
-            measure.couple_weight / length * across,
-            measure.roll_weight / length * about[..., None],
-        ],
-        axis=-1,
-    )
+    whole = loads @ counts
     return np.concatenate([whole.real, whole.imag], axis=-1)
 
 
@@ -71,13 +71,9 @@ def longest(vector: Bounded) -> Bounded:
     return Bounded(length, error + 8.0 * EPSILON * size)
 
 
-def residual(excitation: Excitation, measure: Measure) -> Bounded:
-    """Size (...) of what counts of forces and couples (..., 3), and its error."""
-    value = np.linalg.norm(counted(excitation.force, excitation.couple, measure), axis=-1)
-    largest = max(measure.couple_weight, measure.roll_weight) / measure.reference_length
-    error = measure.force_weight * np.linalg.norm(excitation.force_error, axis=-1)
-    error = error + 3.0 * largest * np.linalg.norm(excitation.couple_error, axis=-1)
-    return Bounded(value, error + 8.0 * EPSILON * value)
+def residual(loads: Bounded, counts: Real) -> Bounded:
+    """Size (...) of what counts of loads (..., 6), and its error."""
+    return (loads @ counts).norm()
 
 
 # ----------------------------------------------------------------------------
@@ -99,65 +95,57 @@ class Places(NamedTuple):
     phase: Real
     largest: Real
 
-
-class Frame(NamedTuple):
-    """(3,) each: the train's origin from the body's reference point in m, and unit vectors."""
-
-    origin: Real
-    stroke: Real
-    across: Real
+    def only(self, which: np.ndarray) -> "Places":
+        """Some of the weights."""
+        return Places(*(part[which] for part in self))
 
 
 class Solution(NamedTuple):
     """The weights found and what proves them; errors are absolute.
 
     `unbalance` (m,) in kg m, 0 or more, `phase` (m,) in rad from 0 to below a turn, of no weight 0,
-    `share` (m,) of the way from `start` to `end`. The residual there is `value`, off by no more
-    than `error`; no weights within their bounds leave less than `lower_bound`, wherever they may
-    stand. `held` (m,) tells which stand at their largest unbalance, `free_directions` counts those
-    in which the residual does not change. All per crank speed squared.
+    `share` (m,) of the way from `start` to `end`. The residual there is `left`; no weights within
+    their bounds leave less than `lower_bound`, wherever they may stand. `free_directions` counts
+    those in which the residual does not change. All per crank speed squared.
     """
 
     unbalance: Bounded
     phase: Bounded
     share: Real
-    value: float
-    error: float
+    left: Bounded
     lower_bound: float
-    held: BoolArray
     free_directions: int
 
 
-def columns_at(places: Places, position: Real, frame: Frame, measure: Measure) -> Real:
+def columns_at(places: Places, position: Real, train: "CrankTrain", counts: Real) -> Real:
     """(14, m, 2): what a unit of the cosine and of the sine part of each weight adds."""
-    order = int(np.max(np.abs(places.speed_ratio)))
     pull = rotating_excitation(
         unbalance=np.ones((len(position), 1)),
         speed_ratio=places.speed_ratio[:, None],
         phase=np.zeros((len(position), 1)),
         position=position[:, None, :],
-        origin=frame.origin,
-        stroke=frame.stroke,
-        across=frame.across,
-        highest_order=order,
-    )
+        origin=train.origin,
+        stroke=train.stroke,
+        across=train.across,
+        highest_order=int(np.max(np.abs(places.speed_ratio))),
+    ).value[:, -1]
     sense = 1j * np.sign(places.speed_ratio)[:, None]
-    force, couple = pull.force[:, -1], pull.couple[:, -1]
-    parts = [counted(force, couple, measure), counted(sense * force, sense * couple, measure)]
+    parts = [counted(pull, counts), counted(sense * pull, counts)]
     return np.moveaxis(np.stack(parts, axis=-1), 0, 1)
 
 
 class _Linear(NamedTuple):
     """constant (k,) + (columns + share columns_along) x, of shares x (n,) of `scale` (n,) kg m.
 
-    `block` (n,) is the weight of each x, `radius` (m,) the largest share of each, 1 or inf, and
-    `free` are the weights whose place is.
+    `block` (n,) is the weight of each x and `turn` (n,) its direction, as a phasor; `radius` (m,)
+    is the largest share of each weight, 1 or inf, and `free` are those whose place is.
     """
 
     constant: Real
     columns: Real
     along: Real
     block: np.ndarray
+    turn: Complex
     scale: Real
     radius: Real
     free: np.ndarray
@@ -171,19 +159,16 @@ class _Linear(NamedTuple):
         return least_norm(self.constant, self.at(share), self.block, self.radius)
 
 
-def _linear(
-    force: Complex, couple: Complex, places: Places, frame: Frame, measure: Measure
-) -> _Linear:
-    constant = counted(force, couple, measure)
-    fixed, ends = ~np.isnan(places.phase), []
-    for position in (places.start, places.end):
-        parts = columns_at(places, position, frame, measure)
-        rows = [
-            parts[:, i] @ [[np.cos(phase)], [np.sin(phase)]] if fixed[i] else parts[:, i]
-            for i, phase in enumerate(places.phase)
-        ]
-        ends.append(np.concatenate(rows, axis=1))
+def _linear(load: Complex, places: Places, train: "CrankTrain", counts: Real) -> _Linear:
+    constant = counted(load, counts)
+    fixed = ~np.isnan(places.phase)
     block = np.repeat(np.arange(fixed.size), np.where(fixed, 1, 2))
+    turn = np.where(fixed, np.exp(1j * places.phase), 1.0)[block]
+    turn[1:][block[1:] == block[:-1]] = 1j
+    ends = []
+    for position in (places.start, places.end):
+        cosine, sine = np.moveaxis(columns_at(places, position, train, counts), -1, 0)
+        ends.append(turn.real * cosine[:, block] + turn.imag * sine[:, block])
     strongest = float(np.max(np.linalg.norm(np.hstack(ends), axis=0)))
     if strongest == 0.0:
         raise NumericalFailure(
@@ -199,6 +184,7 @@ def _linear(
         ends[0] * scale,
         (ends[1] - ends[0]) * scale,
         block,
+        turn,
         scale,
         np.where(bounded, 1.0, np.inf),
         np.flatnonzero(np.any(places.start != places.end, axis=1)),
@@ -313,22 +299,15 @@ def _in_the_middle(problem: _Linear) -> LeastNorm:
 # ----------------------------------------------------------------------------
 
 
-def least_residual(
-    force: Complex,
-    couple: Complex,
-    error: float,
-    places: Places,
-    frame: Frame,
-    measure: Measure,
-) -> Solution:
+def least_residual(load: Bounded, places: Places, train: "CrankTrain", counts: Real) -> Solution:
     """Weights that leave the least of one order.
 
     Parameters
     ----------
-    force, couple : (3,) complex amplitudes without the weights, per crank speed squared, in kg m
-        and kg m^2 about the body's reference point.
-    error : of what counts of them, in kg m.
-    places, frame, measure : the weights, the train, and what counts.
+    load : (6,) complex amplitudes without the weights, per crank speed squared, in kg m and kg m^2
+        about the body's reference point.
+    places, train : the weights; the train with its origin, stroke and across.
+    counts : (6, 7) of `counting`.
 
     Raises
     ------
@@ -342,13 +321,13 @@ def least_residual(
     of its way and a couple besides: it may lie below what is possible. The error then
     holds the slope along the ways that is left, times all of them.
     """
-    problem = _linear(force, couple, places, frame, measure)
+    problem = _linear(load.value, places, train, counts)
     share = _search(problem) if problem.free.size else np.zeros(problem.radius.size)
     columns, found = problem.at(share), problem.least(share)
     # a bound that is far off must not enlarge errors: of each column by itself
     length = np.linalg.norm(columns, axis=0)
     terms = np.linalg.norm(problem.constant) + length @ np.abs(found.unknowns)
-    rounding = _ROUNDINGS * EPSILON * float(terms) + error
+    rounding = _ROUNDINGS * EPSILON * float(terms) + float(residual(load, counts).error)
     unit = np.where(length > 0.0, length, 1.0)
     size = np.linalg.svd(columns / unit, compute_uv=False)
     bound, freedom = found.lower_bound, found.free_directions
@@ -364,41 +343,25 @@ def least_residual(
         bound = _in_the_middle(problem).lower_bound
     weakest = float(size[size > _RANK * size[0]][-1])
     slack = float(size[0]) * rounding / weakest**2 / unit
-    unbalance, phase = _as_weights(found.unknowns, slack, problem, places)
+    unbalance, phase = _as_weights(found.unknowns, slack, problem)
     return Solution(
         unbalance=unbalance,
         phase=phase,
         share=share,
-        value=found.value,
-        error=off,
+        left=Bounded(np.asarray(found.value), np.asarray(off)),
         lower_bound=max(0.0, bound - rounding),
-        held=found.held,
         free_directions=freedom,
     )
 
 
-def _as_weights(
-    found: Real, slack: Real, problem: _Linear, places: Places
-) -> tuple[Bounded, Bounded]:
-    """Unbalances and phases of unknowns (n,) that are off by no more than `slack` (n,)."""
-    parts = found * problem.scale
-    sizes, phases, size_errors, phase_errors = [], [], [], []
-    for i, phase in enumerate(places.phase):
-        mine = problem.block == i
-        off, of_weight = float(np.max(slack[mine] * problem.scale[mine])), parts[mine]
-        size = float(np.linalg.norm(of_weight))
-        none = size <= off
-        if np.isnan(phase):
-            angle = float(np.arctan2(of_weight[1], of_weight[0]))
-        else:
-            angle = float(phase) + (np.pi if of_weight[0] < 0.0 else 0.0)
-        turned = angle % (2.0 * np.pi)
-        near = 2.0 * np.pi - turned < 1e-12
-        sizes.append(0.0 if none else size)
-        phases.append(0.0 if none or near else turned)
-        size_errors.append(off)
-        phase_errors.append(0.0 if none else off / size + 8.0 * EPSILON)
-    return (
-        Bounded(np.array(sizes), np.array(size_errors)),
-        Bounded(np.array(phases), np.array(phase_errors)),
-    )
+def _as_weights(found: Real, slack: Real, problem: _Linear) -> tuple[Bounded, Bounded]:
+    """Unbalances and phases (m,) of unknowns (n,) that are off by no more than `slack` (n,)."""
+    weight = np.zeros(problem.radius.size, dtype=complex)
+    off = np.zeros(weight.size)
+    np.add.at(weight, problem.block, found * problem.scale * problem.turn)
+    np.maximum.at(off, problem.block, slack * problem.scale)
+    size, angle = np.abs(weight), np.angle(weight) % (2.0 * np.pi)
+    none = size <= off
+    angle = np.where(none | (2.0 * np.pi - angle < 1e-12), 0.0, angle)
+    turned = np.where(none, 0.0, off / np.where(none, 1.0, size) + 8.0 * EPSILON)
+    return Bounded(np.where(none, 0.0, size), off), Bounded(angle, turned)

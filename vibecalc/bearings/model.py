@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.bearings.crank_loads import bearing_shares
 from vibecalc.bearings.rod_forces import RunningGear, mixed
-from vibecalc.excitation.adapter import rod_difference
+from vibecalc.excitation.crank_forces import rod_difference
 from vibecalc.excitation.gas_tables import (
     card_weights,
     force_at,
@@ -17,7 +17,7 @@ from vibecalc.excitation.model import force_curves, has_cards
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.parts.body import DIRECTIONS
-from vibecalc.parts.crank_train import CrankTrain, RotatingMasses, rod_share
+from vibecalc.parts.crank_train import CrankTrain, RotatingMasses, crank_geometry, rod_share
 from vibecalc.parts.firing import TURN
 from vibecalc.unit_table import FREE_FALL
 
@@ -61,7 +61,7 @@ def running_gear(case: "Case", train: CrankTrain) -> RunningGear:
     if rod is not None and rod.inertia is not None:
         difference = float(rod_difference(train, rod).value)
     return RunningGear(
-        train.geometry,
+        crank_geometry(written),
         train.crank_phase - train.bank_angle,
         train.reciprocating_mass,
         moves * mass * share,
@@ -135,13 +135,13 @@ def _none(angle: FloatArray, speed: FloatArray, count: int) -> Bounded:
 
 
 def _of_cards(case: "Case", train: CrankTrain, runs: FloatArray) -> Gas:
-    from vibecalc.excitation.model import build_firing, crank_geometry, gas_cards, misfire_cards
+    from vibecalc.excitation.model import build_firing, gas_cards, misfire_cards
 
     count, machine = len(train.names), case.machine
     speeds, cards = gas_cards(machine)
     if not cards:
         return Gas(lambda angle, speed: _none(angle, speed, count), np.zeros(0))
-    area = crank_geometry(machine).piston_area
+    area = crank_geometry(machine.crank_train).piston_area
     if machine.kind == "pump":
         zero, scale = train.bank_angle - train.crank_phase, runs
         silent, dead = np.zeros(count, dtype=bool), cards

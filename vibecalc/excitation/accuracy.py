@@ -8,7 +8,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS, Forcing
 from vibecalc.excitation.axial_force import axial_force
 from vibecalc.excitation.cylinder_torque import gas_harmonics
-from vibecalc.excitation.inertia_forces import at_speed
+from vibecalc.excitation.inertia_forces import at_speed, couples_of, forces_of
 from vibecalc.excitation.model import crank_geometry, liquid_of
 from vibecalc.excitation.pressure_cycle import cylinder_pressure, pump_card, pump_turn
 from vibecalc.excitation.results import OfPump
@@ -25,8 +25,8 @@ def excitation_topics(scene: Scene) -> list[Topic]:
     driven = at_speed(forcing.per_speed_squared, scene.case.machine.speed)
     orders, kept, found = forcing.order[: forcing.retained], forcing.retained, []
     for name, unit, value, error in (
-        ("force", "N", driven.force, driven.force_error),
-        ("couple", "N*m", driven.couple, driven.couple_error),
+        ("force", "N", *forces_of(driven)),
+        ("couple", "N*m", *couples_of(driven)),
     ):
         rows = np.where(np.abs(value[:kept]) > error[:kept], value[:kept], 0.0).T
         size = cycle_peak(rows, orders).value
@@ -47,10 +47,11 @@ def motor_topics(scene: Scene) -> list[Topic]:
         motor.torque.order, motor.torque.cosine, motor.torque.sine,
         rotor_diameter=motor.rotor_diameter, skew_angle=motor.skew_angle,
     )  # fmt: skip
-    if not np.any(force.harmonics != 0.0):
+    harmonics = force.harmonics.value
+    if not np.any(harmonics != 0.0):
         return []
     ask = Ask("motor", "axial force peak", "largest axial force", "excitation/motor/peak", "N")
-    return [peak_over_cycle(ask, force.harmonics[None, :], force.orders)]
+    return [peak_over_cycle(ask, harmonics[None, :], force.orders)]
 
 
 def pump_topics(scene: Scene) -> list[Topic]:

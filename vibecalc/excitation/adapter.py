@@ -1,15 +1,21 @@
 """Adapter: pistons, turning weights, skewed conductors to forces and couples on the body."""
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.axial_force import axial_force
-from vibecalc.excitation.balance import balance_columns, residual
-from vibecalc.excitation.crank_forces import TurningWeights, crank_forces, turning_forces
-from vibecalc.excitation.inertia_forces import Excitation, add, at_speed, size_of_terms, with_terms
+from vibecalc.excitation.balance import balance_table, bank_sums, residual
+from vibecalc.excitation.crank_forces import rod_difference, train_excitation
+from vibecalc.excitation.inertia_forces import (
+    at_speed,
+    couples_of,
+    forces_of,
+    size_of_terms,
+    with_terms,
+)
 from vibecalc.excitation.results import (
     BalanceColumns,
     BankColumns,
@@ -24,78 +30,8 @@ from vibecalc.numerics.bounded import Bounded, Summed, reshaped, rounded
 from vibecalc.numerics.cycle_peak import numbered, vector_cycle_peak
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.rounding import EPSILON
-from vibecalc.parts.crank_train import CrankTrain, RotatingMasses
+from vibecalc.parts.crank_train import CrankTrain
 from vibecalc.parts.firing import shakes_with_torque
-
-if TYPE_CHECKING:
-    from vibecalc.parts.weight_tables import Rod
-    from vibecalc.schema import Machine
-
-# ----------------------------------------------------------------------------
-# Adapter: a crank train, what turns and a rod's moment to the forces of one way of running it.
-# ----------------------------------------------------------------------------
-
-
-def train_excitation(
-    train: CrankTrain,
-    rotating: RotatingMasses,
-    motion: PistonMotion,
-    machine: "Machine",
-    with_torque: bool = False,
-) -> Excitation:
-    """Forces and couples of orders 1 .. n; `train` holds the masses that move.
-
-    Leading axes are those of the train, its motion and the rotor. `with_torque`: the body bears
-    minus the torque of the masses.
-    """
-    rod, rotor = machine.crank_train.rod, machine.rotor
-    difference = None
-    slaves: tuple[Excitation, ...] = ()
-    if machine.crank_train.has_slave_rods:
-        from vibecalc.excitation.articulated import on_crank_pins, slave_forces
-
-        slaves = (slave_forces(train, motion, machine, with_torque),)
-        train = on_crank_pins(train, machine)
-    if rod is not None and rod.inertia is not None:
-        difference = reshaped(rod_difference(train, rod), lambda part: part[..., None])
-    found = crank_forces(
-        train,
-        motion,
-        train.origin[..., None, :],
-        turning=_turning(rotating) if rotating.names else None,
-        rod_difference=difference,
-        with_torque=with_torque,
-        rotor_inertia=None if rotor is None else rotor.inertia,
-    )
-    return add(found, *slaves)
-
-
-def rotating_part(train: CrankTrain, rotating: RotatingMasses, highest: int) -> Excitation:
-    """Forces and couples of what turns, orders 1 .. highest."""
-    return turning_forces(train, _turning(rotating), train.origin[..., None, :], highest)
-
-
-def _turning(rotating: RotatingMasses) -> TurningWeights:
-    return TurningWeights(
-        rotating.unbalance, rotating.speed_ratio, rotating.phase, rotating.position
-    )
-
-
-def rod_difference(train: CrankTrain, rod: "Rod") -> Bounded:
-    """Moment (...) of one rod beyond that of its two point masses, in kg m^2.
-
-    Minus that of the point masses where the case does not give the rod's own moment.
-    """
-    from vibecalc.excitation.rod_inertia import split_inertia
-
-    place = rod.crank_pin_to_mass_centre
-    if place is None:
-        share = 0.0 if rod.reciprocating_fraction is None else rod.reciprocating_fraction
-        place = share * train.rod_length
-    points = split_inertia(rod.mass, place, train.rod_length)
-    own = 0.0 if rod.inertia is None else rod.inertia
-    return own - points
-
 
 # ----------------------------------------------------------------------------
 # Adapter: pistons and turning weights to forces and couples on the body.
@@ -107,12 +43,12 @@ LEADING_SHARE = 0.9
 
 
 class Forcing(NamedTuple):
-    """Forces and couples per crank speed squared for orders 1 .. retained, then guard orders.
+    """Loads (..., m, 6) per crank speed squared for orders 1 .. retained, then guard orders.
 
     The response to the guard orders tells what dropping the rest costs: `tail` (...) times as much.
     """
 
-    per_speed_squared: Excitation
+    per_speed_squared: Bounded
     order: np.ndarray
     retained: int
     tail: np.ndarray
@@ -148,15 +84,6 @@ class MotionByOrder(NamedTuple):
     motion: Bounded
 
 
-class FewOrders(NamedTuple):
-    """Places of a few dropped orders that stand for all where a response is wanted thousands of
-    times: the rest costs `tail` (...) times as much as they do.
-    """
-
-    few: np.ndarray
-    tail: np.ndarray | float
-
-
 def left_out(harmonics: Bounded, of: Orders) -> tuple[np.ndarray, np.ndarray]:
     """Rounding of the kept orders and size of the dropped ones, summed: (...) of (..., orders)."""
     value, error = harmonics
@@ -189,6 +116,16 @@ def length_over_cycle(vector: Bounded, of: Orders) -> Summed:
     return Summed(peak.value, whole, size_of_terms(peak.error + np.linalg.norm(rounding, axis=-1)))
 
 
+def norm_with_tail(sizes: Bounded, of: Orders) -> Summed:
+    """Root of the sum of squares (...) of sizes (..., orders), the dropped ones in its error."""
+    first = sizes[..., : of.retained].norm()
+    dropped = of.tail * np.linalg.norm(sizes.value[..., of.retained :], axis=-1)
+    # hypot(first, dropped) - first
+    total = first.value + np.hypot(first.value, dropped)
+    added = dropped * (dropped / np.where(total > 0.0, total, 1.0))
+    return with_terms(Bounded(first.value, first.error + added), first.error)
+
+
 def run_excitation(scene: Scene) -> None:
     """Emit forces, couples, their peaks, the balance table and the residual, as asked."""
     motion: PistonMotion = scene.handed_on["motion"]
@@ -197,7 +134,7 @@ def run_excitation(scene: Scene) -> None:
         train, scene.parts.rotating_masses, motion, machine, shakes_with_torque(scene.case)
     )
     _masses(scene, train)
-    orders = np.arange(1, per_square.force.shape[-2] + 1)
+    orders = np.arange(1, per_square.shape[-2] + 1)
     forcing = Forcing(per_square, orders, motion.highest_order, motion.tail)
     scene.handed_on["forcing"] = forcing
     scene.cite(
@@ -238,16 +175,6 @@ def run_excitation(scene: Scene) -> None:
         _residual(scene, driven, forcing)
 
 
-def forces_of(excitation: Excitation) -> Bounded:
-    """Forces (..., n, 3) with their errors."""
-    return Bounded(excitation.force, excitation.force_error)
-
-
-def couples_of(excitation: Excitation) -> Bounded:
-    """Couples (..., n, 3) with their errors."""
-    return Bounded(excitation.couple, excitation.couple_error)
-
-
 def _masses(scene: Scene, train: CrankTrain) -> None:
     found = Masses(
         reciprocating=rounded(train.reciprocating_mass, 8),
@@ -283,8 +210,7 @@ def _rod(scene: Scene, train: CrankTrain, forcing: Forcing) -> None:
     difference = rod_difference(train, rod)
     points = (0.0 if rod.inertia is None else rod.inertia) - difference.value
     scene.emit_all(OfRod(split_inertia=Bounded(points, difference.error + EPSILON * points)))
-    largest = rod_couple_peak(difference.value, *lengths, inertia_error=difference.error)
-    peak = square * largest
+    peak = square * rod_couple_peak(difference, *lengths)
     if rod.inertia is None:
         scene.emit_all(OfRod(couple_bound=peak))
         return
@@ -292,40 +218,34 @@ def _rod(scene: Scene, train: CrankTrain, forcing: Forcing) -> None:
         "moment of the rod beyond its two point masses", "couple on the body", "docs/theory.md"
     )
     turning = rod_angle_harmonics(*lengths, highest_order=forcing.retained).acceleration
-    couple = reshaped(square * difference, lambda part: part[..., None]) * turning
+    couple = (square * difference)[..., None] * turning
     orders = np.arange(forcing.retained + 1)
     scene.emit_all(OfRod(couple=couple, couple_peak=peak), {"order": orders})
 
 
-def _residual(scene: Scene, driven: Excitation, forcing: Forcing) -> None:
+def _residual(scene: Scene, driven: Bounded, forcing: Forcing) -> None:
     options = scene.case.excitation.residual if scene.case.excitation else None
     if options is None:
         raise ValueError("the case has no residual")
-    first, guards = (
-        residual(
-            Excitation._make(part[..., orders, :] for part in driven),
-            force_weight=options.force_weight,
-            couple_weight=options.couple_weight,
-            reference_length=options.reference_length,
-        )
-        for orders in (slice(forcing.retained), slice(forcing.retained, None))
+    every = residual(
+        driven,
+        force_weight=options.force_weight,
+        couple_weight=options.couple_weight,
+        reference_length=options.reference_length,
     )
-    dropped = forcing.tail * guards.value
-    # hypot(first, dropped) - first
-    total = first.value + np.hypot(first.value, dropped)
-    added = dropped * (dropped / np.where(total > 0.0, total, 1.0))
-    found = with_terms(Bounded(first.value, first.error + added), first.error)
-    scene.emit_all(OnBody(residual=found))
+    scene.emit_all(OnBody(residual=norm_with_tail(every, forcing)))
 
 
-def few_orders(forcing: Forcing) -> FewOrders:
-    """The dropped orders that carry nine tenths of each component; of many points those of all."""
-    whole, retained = forcing.per_speed_squared, forcing.retained
-    beyond = np.broadcast_arrays(*(part[..., retained:, :] for part in whole))
-    force, couple, force_error, couple_error = beyond
-    size = np.abs(np.concatenate([force, couple], axis=-1))
-    uncertainty = np.concatenate([force_error, couple_error], axis=-1)
-    size = np.where(size > uncertainty, size, 0.0)
+def few_orders(forcing: Forcing) -> tuple[np.ndarray, np.ndarray | float]:
+    """Places of the dropped orders that carry nine tenths of each component, of any point.
+
+    They stand for all where a response is wanted thousands of times: the rest costs so many times
+    as much as they do (...).
+    """
+    retained = forcing.retained
+    beyond = forcing.per_speed_squared[..., retained:, :]
+    size = np.abs(beyond.value)
+    size = np.where(size > beyond.error, size, 0.0)
     share = size / np.maximum(size.sum(-2, keepdims=True), np.finfo(float).tiny)
     downwards = np.argsort(-share, axis=-2, kind="stable")
     ranked = np.take_along_axis(share, downwards, axis=-2)
@@ -335,17 +255,19 @@ def few_orders(forcing: Forcing) -> FewOrders:
     chosen = np.flatnonzero(leads.any(axis=(*range(share.ndim - 2), -1)))
     covered = np.where(size.any(-2), share[..., chosen, :].sum(-2), 1.0)
     tail = forcing.tail / covered.min(axis=-1, initial=1.0) if chosen.size else 0.0
-    return FewOrders(retained + chosen, tail)
+    return retained + chosen, tail
 
 
 def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:
     known = {"order": orders, "cylinder": train.names, "direction": DIRECTIONS}
-    numbers, vectors = balance_columns(orders, train)
+    banks = scene.case.machine.crank_train.has_banks
     # a sweep may make banks of one and one of banks: it gets what it asks for
-    if scene.wanted is None and scene.case.machine.crank_train.has_banks:
-        numbers = {name: one for name, one in numbers.items() if not name.startswith("total_")}
-    elif scene.wanted is None:
-        vectors = {}
+    every = scene.wanted is not None
+    placed = {
+        "crank_phase": train.crank_phase,
+        "bank_angle": train.bank_angle,
+        "position": train.position,
+    }
     place, one = np.abs(train.position), np.ones(len(train.names))
 
     def summed(columns: dict[str, Bounded], whole: bool) -> dict[str, Summed]:
@@ -354,11 +276,14 @@ def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:
         for name, column in columns.items():
             terms = place if "position" in name else one
             size = terms.sum() if whole or name.startswith("total_") else terms.max()
-            found[name] = Summed(column.value, column.error, float(size))
+            if every or not (banks and name.startswith("total_")):
+                found[name] = Summed(column.value, column.error, float(size))
         return found
 
-    scene.emit_all(BalanceColumns(**summed(numbers, False)), known)
-    scene.emit_all(BankColumns(**summed(vectors, True)), known)
+    scene.emit_all(BalanceColumns(**summed(balance_table(orders, **placed), False)), known)
+    if (every or banks) and scene.wants(*paths_of(BankColumns)):
+        sums = bank_sums(orders, **placed, stroke=train.stroke, across=train.across)
+        scene.emit_all(BankColumns(**summed(sums, True)), known)
 
 
 # ----------------------------------------------------------------------------
@@ -379,7 +304,7 @@ def run_motor(scene: Scene) -> None:
         skew_angle=motor.skew_angle,
     )
     found = OfMotor(
-        axial_force=Bounded(force.harmonics, force.error),
+        axial_force=force.harmonics,
         mean_force=force.mean,
         sum_of_amplitudes=force.sum_of_amplitudes,
         peak=force.peak,

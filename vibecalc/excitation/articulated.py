@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.articulated_forces import SlaveMasses, slave_excitation
-from vibecalc.excitation.inertia_forces import Excitation
+from vibecalc.excitation.inertia_forces import forces_of
 from vibecalc.excitation.results import Masses, Turning
 from vibecalc.kinematics.adapter import PistonMotion
 from vibecalc.kinematics.slave_adapter import slave_rods
@@ -29,7 +29,7 @@ def on_crank_pins(train: CrankTrain, machine: "Machine") -> CrankTrain:
 
 def slave_forces(
     train: CrankTrain, motion: PistonMotion, machine: "Machine", with_torque: bool
-) -> Excitation:
+) -> Bounded:
     """Forces and couples of the pistons on slave rods, for the orders of `motion`."""
     slaves = build_slaves(machine.crank_train)
     places = train.origin + train.position[slaves.cylinder][:, None] * train.axis
@@ -49,14 +49,14 @@ def slave_forces(
     )
 
 
-def emit_slaves(scene: Scene, driven: Excitation, used: int) -> None:
+def emit_slaves(scene: Scene, driven: Bounded, used: int) -> None:
     """Emit the masses at knuckle pins, and the parts of the force that turn either way."""
     train = scene.parts.crank_train
     slaves = build_slaves(scene.case.machine.crank_train)
     names = [train.names[place] for place in slaves.cylinder]
     masses = Masses(knuckle=rounded(slaves.knuckle_mass, 4))
     scene.emit_all(masses, {"slave_rod": names})
-    force = Bounded(driven.force, driven.force_error)[:used]
+    force = forces_of(driven)[:used]
     along, ahead = force @ train.stroke, force @ -train.across
     terms = float(np.max(0.5 * (np.abs(along.value) + np.abs(ahead.value))))
 

@@ -4,14 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.excitation.inertia_forces import Excitation
 from vibecalc.kinematics.articulated_rod import (
     FIRST_SAMPLES,
     SlaveRods,
     harmonics_of_turn,
     slave_motion,
 )
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.numerics.rounding import FloatArray
 
 # ----------------------------------------------------------------------------
@@ -52,8 +51,8 @@ def slave_excitation(
     across: FloatArray,
     highest_order: int,
     with_torque: bool = False,
-) -> Excitation:
-    """Forces (n, 3) in kg m and couples in kg m^2 of k slaves for the orders 1 .. highest_order.
+) -> Bounded:
+    """Loads (n, 6) in kg m and kg m^2 of k slaves for the orders 1 .. highest_order.
 
     `with_torque`: the body bears minus the torque of these masses on the crankshaft.
 
@@ -74,16 +73,16 @@ def slave_excitation(
             moment = moment + rod * motion.turn * motion.bend
         return np.stack([force.real, force.imag, moment], axis=-2)
 
-    found = harmonics_of_turn(signals, highest_order)[..., 1:]
+    found = reshaped(
+        harmonics_of_turn(signals, highest_order)[..., 1:], lambda part: np.swapaxes(part, -1, -2)
+    )
     both = np.stack([stroke, -np.asarray(across)])
-    forces = Bounded(*(np.swapaxes(part[:, :2], -1, -2) for part in found))
     levers = np.cross(masses.place[:, None, :], both)
-    force = (forces @ both).sum(axis=0)
-    moments = found[:, 2].sum(axis=0)
+    pulls = (
+        found[..., :2] @ np.concatenate([np.broadcast_to(both, levers.shape), levers], -1)
+    ).sum(0)
+    moments = found[..., 2].sum(0)
     swing = slave_motion(rods, np.linspace(0.0, 2.0 * np.pi, FIRST_SAMPLES))
     slip = masses.rod_difference.error * np.abs(swing.bend) * (1.0 + np.abs(swing.turn))
     moments = Bounded(moments.value, moments.error + slip.max(axis=-1).sum())
-    couple = (forces @ levers).sum(axis=0) + Bounded(
-        *(part[:, None] * one for part, one in zip(moments, (axis, np.abs(axis)), strict=True))
-    )
-    return Excitation(force.value, couple.value, force.error, couple.error)
+    return pulls + moments[:, None] * np.concatenate([np.zeros(3), axis])

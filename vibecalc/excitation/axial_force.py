@@ -6,24 +6,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.inertia_forces import Complex, Real
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.rounding import EPSILON
 
 
 class AxialForce(NamedTuple):
     """Force of the torque on the rotor along its axis, N.
 
-    `harmonics` (..., n) and `error` belong to the `orders` (n,) above 0, complex 0-peak amplitudes
-    F with f(t) = Re(F exp(i order angle)). `mean` (...,) is the force of order 0, in none of the
-    others: `sum_of_amplitudes` bounds the `peak` of the signal over a turn, and `rms` is its
-    effective value. Errors are absolute, of the same unit.
+    `harmonics` (..., n) belong to the `orders` (n,) above 0, complex 0-peak amplitudes F with
+    f(t) = Re(F exp(i order angle)). `mean` (...,) is the force of order 0, in none of the others:
+    `sum_of_amplitudes` bounds the `peak` of the signal over a turn, and `rms` is its effective
+    value.
     """
 
     orders: np.ndarray
-    harmonics: Complex
-    error: Real
+    harmonics: Bounded
     mean: Bounded
     sum_of_amplitudes: Bounded
     peak: Bounded
@@ -83,25 +80,16 @@ def axial_force(
             "the diameter of its rotor is out of range"
         )
     order = order[sequence]
-    harmonics, steady = force[..., order > 0], force[..., order == 0].real.sum(-1)
-    size = np.abs(harmonics)
-    error = 4.0 * EPSILON * size
+    bounded = rounded(force, 8)
+    harmonics, steady = bounded[..., order > 0], bounded[..., order == 0].real.sum()
+    largest = np.abs(force).max(axis=-1, initial=0.0)
+    scale = np.where(largest > 0.0, largest, 1.0)  # free of overflow
     peak = cycle_peak(np.where(order > 0, force, 0.0), order)
-    total, spread = size.sum(-1), error.sum(-1)
-    rms, rounding = _root_mean_square(size), (0.5 * size.shape[-1] + 6.0) * EPSILON
     return AxialForce(
         orders=order[order > 0],
         harmonics=harmonics,
-        error=error,
-        mean=Bounded(steady, 4.0 * EPSILON * np.abs(steady)),
-        sum_of_amplitudes=Bounded(total, spread + size.shape[-1] * EPSILON * total),
-        peak=Bounded(peak.value, peak.error + spread),
-        rms=Bounded(rms, rounding * rms),
+        mean=steady,
+        sum_of_amplitudes=abs(harmonics).sum(),
+        peak=Bounded(peak.value, peak.error + harmonics.error.sum(-1)),
+        rms=(harmonics * (np.sqrt(0.5) / scale)[..., None]).norm() * scale,
     )
-
-
-def _root_mean_square(size: Real) -> Real:
-    """Of a signal with these amplitudes, by Parseval; free of overflow."""
-    largest = size.max(axis=-1, keepdims=True, initial=0.0)
-    scale = np.where(largest > 0.0, largest, 1.0)
-    return np.asarray(scale[..., 0] * np.sqrt(0.5 * np.sum((size / scale) ** 2, axis=-1)))

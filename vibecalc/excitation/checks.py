@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 from vibecalc.core.case.raw import listed
-from vibecalc.errors import KeyPath, NumericalFailure, Problem
+from vibecalc.errors import KeyPath, NumericalFailure, Problem, listing
 from vibecalc.kinds import TRAIN
 from vibecalc.parts.crank_train import turns
 from vibecalc.parts.drive_checks import degrees, pressure_problems
@@ -21,41 +22,35 @@ CYCLE: KeyPath = ("machine", "crank_train", "pump_cycle")
 STIFFEST = 1e-6
 
 
-def pump_problems(case: Case) -> list[Problem]:
+@listing
+def pump_problems(case: Case) -> Iterator[Problem]:
     """Problems of dead volume and bulk modulus, which have to leave something to be drawn."""
     if case.machine.kind != "pump" or not turns(case.machine.crank_train):
-        return []
+        return
     train = case.machine.crank_train
     given, bore = train.pump_cycle, train.bore
     if given is None or bore is None:
-        return []
+        return
     strain = (given.discharge_pressure - given.suction_pressure) / given.bulk_modulus
-    if strain < STIFFEST:
-        return [
-            Problem(
-                path=(*CYCLE, "bulk_modulus"),
-                message="the liquid is too stiff for its pressures: its valves would open at once",
-                found=f"it gives way by {strain:.3g} of its volume",
-                allowed=f"{STIFFEST:g} or more: water and oil have 1.5 to 2.3 GPa",
-                also=(*CYCLE, "discharge_pressure"),
-            )
-        ]
     # the offset makes the stroke a little longer than this, which draws a little more
-    swept = 0.5 * math.pi * bore**2 * train.crank_radius
-    expanded = given.dead_volume * math.expm1(min(strain, 50.0))
-    if expanded < swept:
-        return []
-    return [
-        Problem(
+    swept, grown = 0.5 * math.pi * bore**2 * train.crank_radius, math.expm1(min(strain, 50.0))
+    if strain < STIFFEST:
+        yield Problem(
+            path=(*CYCLE, "bulk_modulus"),
+            message="the liquid is too stiff for its pressures: its valves would open at once",
+            found=f"it gives way by {strain:.3g} of its volume",
+            allowed=f"{STIFFEST:g} or more: water and oil have 1.5 to 2.3 GPa",
+            also=(*CYCLE, "discharge_pressure"),
+        )
+    elif not given.dead_volume * grown < swept:
+        yield Problem(
             path=(*CYCLE, "dead_volume"),
             message="the pump draws nothing: what it leaves in the dead volume expands by more "
             "than the plunger sweeps",
-            found=f"{1e6 * expanded:.4g} cm^3 of {1e6 * swept:.4g} cm^3",
-            allowed=f"dead_volume below {1e6 * swept / math.expm1(min(strain, 50.0)):.4g} cm^3 "
-            "at these pressures",
+            found=f"{1e6 * given.dead_volume * grown:.4g} cm^3 of {1e6 * swept:.4g} cm^3",
+            allowed=f"dead_volume below {1e6 * swept / grown:.4g} cm^3 at these pressures",
             also=(*CYCLE, "bulk_modulus"),
         )
-    ]
 
 
 # ----------------------------------------------------------------------------
@@ -66,16 +61,15 @@ def pump_problems(case: Case) -> list[Problem]:
 AGREES = math.radians(0.1)
 
 
-def engine_problems(case: Case) -> list[Problem]:
+@listing
+def engine_problems(case: Case) -> Iterator[Problem]:
     """Problems of firing and of gas, of a machine of kind "engine"."""
     machine = case.machine
     if machine.kind != "engine" or machine.cycle is None:
-        return []
+        return
     train, cycle = machine.crank_train, CYCLES[machine.cycle]
-    problems = [*_order(train, cycle)] or [*_angles(train, cycle)]
-    problems = problems or [*_phases(case)]
-    gas = [*_cards(train, cycle)]
-    return [*problems, *gas, *([] if gas else _cycle(case))]
+    yield from [*_order(train, cycle)] or [*_angles(train, cycle)] or _phases(case)
+    yield from [*_cards(train, cycle)] or _cycle(case)
 
 
 def _order(train: CrankTrain, cycle: float) -> Iterator[Problem]:
@@ -134,27 +128,27 @@ def _phases(case: Case) -> Iterator[Problem]:
     reported = bool(train.firing_order) or any(c.firing_angle is not None for c in train.cylinders)
     if not reported:
         return
-    angles = firing_angle(case.machine)
+    angles = firing_angle(case.machine).tolist()
     off = [
-        math.remainder(float(angle) + cylinder.crank_phase - cylinder.bank_angle, TURN)
+        math.remainder(angle + cylinder.crank_phase - cylinder.bank_angle, TURN)
         for cylinder, angle in zip(train.cylinders, angles, strict=True)
     ]
     wrong = [place for place, one in enumerate(off) if abs(one) > AGREES]
-    for place, (cylinder, angle) in enumerate(zip(train.cylinders, angles, strict=True)):
-        if place in wrong[:1]:
-            wanted = math.fmod(cylinder.bank_angle - float(angle), TURN) % TURN
-            has_angle = cylinder.firing_angle is not None
-            path: KeyPath = (*TRAIN, "cylinders", place)
-            yield Problem(
-                path=(*path, "crank_phase"),
-                message=f"cylinder {cylinder.name[:60]!r} fires at {degrees(float(angle))}, where "
-                "its crank is at no top dead centre",
-                found=f"crank_phase {degrees(cylinder.crank_phase)}"
-                + (f", and {len(wrong) - 1} more like it" if len(wrong) > 1 else ""),
-                allowed=f"{degrees(wanted)}, or no crank_phase at any cylinder: it then follows",
-                hint="crank_phase is bank_angle less the firing angle, whole turns apart",
-                also=(*path, "firing_angle") if has_angle else (*TRAIN, "firing_order"),
-            )
+    for place in wrong[:1]:
+        cylinder, angle = train.cylinders[place], angles[place]
+        wanted = math.fmod(cylinder.bank_angle - angle, TURN) % TURN
+        has_angle = cylinder.firing_angle is not None
+        path: KeyPath = (*TRAIN, "cylinders", place)
+        yield Problem(
+            path=(*path, "crank_phase"),
+            message=f"cylinder {cylinder.name[:60]!r} fires at {degrees(angle)}, where its crank "
+            "is at no top dead centre",
+            found=f"crank_phase {degrees(cylinder.crank_phase)}"
+            + (f", and {len(wrong) - 1} more like it" if len(wrong) > 1 else ""),
+            allowed=f"{degrees(wanted)}, or no crank_phase at any cylinder: it then follows",
+            hint="crank_phase is bank_angle less the firing angle, whole turns apart",
+            also=(*path, "firing_angle") if has_angle else (*TRAIN, "firing_order"),
+        )
 
 
 def _cards(train: CrankTrain, cycle: float) -> Iterator[Problem]:
@@ -189,31 +183,24 @@ def _cycle(case: Case) -> Iterator[Problem]:
 
     path: KeyPath = (*TRAIN, "gas_cycle")
     made = cycle_of(case.machine)
-    events: tuple[str, ...] = (
-        "inlet_closes",
-        "combustion_starts",
-        "combustion_ends",
-        "exhaust_opens",
-    )
-    if given.kind == "diesel":
-        events = (*events[:3], "injection_ends", events[3])
-    angles = [getattr(made, event) for event in events]
-    for earlier, later in zip(range(len(events) - 1), range(1, len(events)), strict=True):
-        strictly = events[later] != "injection_ends"
-        if angles[later] < angles[earlier] or (strictly and angles[later] == angles[earlier]):
-            said = events[later] if getattr(given, events[later]) is not None else events[earlier]
+    held = ("injection_ends",) if given.kind == "diesel" else ()
+    events = ("inlet_closes", "combustion_starts", "combustion_ends", *held, "exhaust_opens")
+    for earlier, later in pairwise(events):
+        before, after = getattr(made, earlier), getattr(made, later)
+        if after < before or (after == before and later not in held):
+            said = [one for one in (later, earlier) if getattr(given, one) is not None]
             yield Problem(
-                path=(*path, said) if getattr(given, said) is not None else path,
-                message=f"{events[later]} comes before {events[earlier]}",
-                found=f"{degrees(angles[later])} and {degrees(angles[earlier])}",
+                path=(*path, *said[:1]),
+                message=f"{later} comes before {earlier}",
+                found=f"{degrees(after)} and {degrees(before)}",
                 allowed=", ".join(events) + ", in this order",
             )
             return
-    if not angles[-1] < math.pi:
+    if not made.exhaust_opens < math.pi:
         yield Problem(
             path=(*path, "exhaust_opens"),
             message="the exhaust opens before the lower dead centre",
-            found=degrees(angles[-1]),
+            found=degrees(made.exhaust_opens),
             allowed="below 180 deg",
         )
         return

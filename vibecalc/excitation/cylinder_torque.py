@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import GasCard, fitted_card, pressure_at
-from vibecalc.excitation.inertia_forces import TorqueHarmonics, inertia_torque
+from vibecalc.excitation.inertia_forces import inertia_torque
 from vibecalc.kinematics.harmonics import (
     dropped_acceleration,
     harmonics_with_error,
@@ -18,7 +18,7 @@ from vibecalc.kinematics.harmonics import (
 )
 from vibecalc.kinematics.rod_angle import rod_angle_harmonics
 from vibecalc.kinematics.slider_crank import piston_path, top_dead_centre
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, rounded, stack, where
 from vibecalc.numerics.gauss import gauss_rule
 from vibecalc.numerics.rounding import (
     EPSILON,
@@ -53,7 +53,6 @@ BLOCK = 250_000
 SAMPLE_ROUNDINGS = 12.0
 #: errors without a common sign add as their squares do; this many times the root is not exceeded
 INDEPENDENT = 4.0
-PARTS = ("value", "error")
 
 
 class CylinderTorque(NamedTuple):
@@ -61,16 +60,13 @@ class CylinderTorque(NamedTuple):
 
     `order` (m,) are the orders q = 1/2, 1, 3/2 ... (four-stroke) or 1, 2 ... (two-stroke); `gas`
     (..., m) in N m, one entry for each card; `inertia` (m,) in N m per (rad/s)^2, without mean;
-    `mean` (...) of the gas in N m. The errors are absolute and real.
+    `mean` (...) of the gas in N m.
     """
 
     order: FloatArray
-    gas: ComplexArray
-    gas_error: FloatArray
-    inertia: ComplexArray
-    inertia_error: FloatArray
-    mean: FloatArray
-    mean_error: FloatArray
+    gas: Bounded
+    inertia: Bounded
+    mean: Bounded
 
 
 def cylinder_torque(
@@ -89,25 +85,15 @@ def cylinder_torque(
         The crank does not turn over, or R/L is too close to 1 for its harmonics.
     """
     order = np.arange(1, harmonics + 1, dtype=np.float64) * float(2.0 * np.pi / cards[0].cycle)
-    computed = [gas_harmonics(card, geometry, order) for card in cards]
-    gas = Bounded(*(np.stack([getattr(each, part) for each, _ in computed]) for part in PARTS))
-    mean = Bounded(*(np.stack([getattr(each, part) for _, each in computed]) for part in PARTS))
+    gas, mean = zip(*(gas_harmonics(card, geometry, order) for card in cards), strict=True)
     inertia = inertia_harmonics(geometry, reciprocating_mass, rod_inertia_difference, order)
-    return CylinderTorque(
-        order, gas.value, gas.error, inertia.value, inertia.error, mean.value, mean.error
-    )
+    return CylinderTorque(order, stack(gas, axis=0), inertia, stack(mean, axis=0))
 
 
 def weighted(torque: CylinderTorque, weights: ArrayLike) -> CylinderTorque:
     """Torque of cards (c, ...) mixed by weights (..., c), see `gas_card.card_weights`."""
-    share = np.asarray(weights, dtype=float)
-    size = np.abs(share)
-    return torque._replace(
-        gas=share @ torque.gas,
-        gas_error=size @ (torque.gas_error + 2.0 * EPSILON * np.abs(torque.gas)),
-        mean=share @ torque.mean,
-        mean_error=size @ (torque.mean_error + 2.0 * EPSILON * np.abs(torque.mean)),
-    )
+    share = rounded(weights, 2)
+    return torque._replace(gas=share @ torque.gas, mean=share @ torque.mean)
 
 
 def gas_harmonics(
@@ -173,15 +159,11 @@ def inertia_harmonics(
     radius, length, offset = geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset
     highest = max(1, int(np.floor(orders.max(initial=1.0))))
     torque, rod = _of_unit_masses(float(radius), float(length), float(offset), highest)
-    mass = reciprocating_mass * radius**2
-    value = mass * torque.harmonics - rod_inertia_difference * rod.value
-    error = mass * torque.error + np.abs(rod_inertia_difference) * rod.error
-    error = error + 4.0 * EPSILON * (
-        np.abs(mass * torque.harmonics) + np.abs(rod_inertia_difference * rod.value)
-    )
+    mass, moment = rounded(reciprocating_mass * radius**2, 4), rounded(rod_inertia_difference, 2)
+    found = mass * torque - moment * rod
     whole = orders == np.floor(orders)
     index = np.where(whole, orders, 0.0).astype(int)
-    return Bounded(np.where(whole, value[index], 0.0), np.where(whole, error[index], 0.0))
+    return found[index] * whole
 
 
 #: orders of the motion in a torque where no number of them would be enough
@@ -191,7 +173,7 @@ MOST_ORDERS = 4096
 @lru_cache(maxsize=16)
 def _of_unit_masses(
     radius: float, length: float, offset: float, highest: int
-) -> tuple[TorqueHarmonics, Bounded]:
+) -> tuple[Bounded, Bounded]:
     """Torque of a piston over m R^2 w^2, and what a rod's moment of inertia is multiplied with.
 
     A machine asks for the same crank drive with several masses.
@@ -204,10 +186,9 @@ def _of_unit_masses(
     used = max(highest, enough) + 4
     motion = harmonics_with_error(ratio, used, shift)
     torque = inertia_torque(
-        motion.values,
+        Bounded(motion.values, motion.error),
         highest,
         dropped_acceleration=dropped_acceleration(ratio, used, shift),
-        motion_error=motion.error,
     )
     return torque, rod_angle_harmonics(radius, length, offset, highest_order=highest).product
 
@@ -275,26 +256,16 @@ def _panels(
 PI = float(np.pi)
 
 
-class CylinderGas(NamedTuple):
-    """Gas torque of c cylinders, each from its own firing: harmonics (..., c, m), mean (..., c).
-
-    Complex and 0-to-peak, N m, with absolute errors.
-    """
-
-    value: ComplexArray
-    error: FloatArray
-    mean: FloatArray
-    mean_error: FloatArray
-
-
 def cylinder_gas(
     torque: CylinderTorque,
     pressure_scale: ArrayLike,
     *,
     misfiring: ArrayLike = False,
     motored: CylinderTorque | None = None,
-) -> CylinderGas:
-    """Gas torque of every cylinder from that of a healthy one.
+) -> tuple[Bounded, Bounded]:
+    """Gas torque (..., c, m) of every cylinder and its mean (..., c) from that of a healthy one.
+
+    Each is from its own firing, in N m.
 
     Parameters
     ----------
@@ -310,21 +281,11 @@ def cylinder_gas(
     """
     scale = np.asarray(pressure_scale, dtype=float)
     out = np.broadcast_to(np.asarray(misfiring, dtype=bool), scale.shape)
-    parts = []
-    for name in ("gas", "gas_error", "mean", "mean_error"):
-        healthy = np.asarray(getattr(torque, name))
-        ill = np.zeros_like(healthy) if motored is None else np.asarray(getattr(motored, name))
-        if name.startswith("gas"):
-            each, on, by = healthy[..., None, :], out[:, None], scale[:, None]
-            parts.append(np.where(on, ill[..., None, :], each) * by)
-        else:
-            parts.append(np.where(out, ill[..., None], healthy[..., None]) * scale)
-    value, error, mean, mean_error = parts
-    return CylinderGas(
-        value,
-        np.abs(error) + EPSILON * np.abs(value),
-        mean,
-        np.abs(mean_error) + EPSILON * np.abs(mean),
+    gas = 0.0 if motored is None else motored.gas[..., None, :]
+    mean = 0.0 if motored is None else motored.mean[..., None]
+    return (
+        where(out[:, None], gas, torque.gas[..., None, :]) * scale[:, None],
+        where(out, mean, torque.mean[..., None]) * scale,
     )
 
 

@@ -122,7 +122,10 @@ def fitted_card(
         size = np.abs(exact).max(axis=1)
         errors.append(2.0 * off + FORMULA_ROUNDINGS * EPSILON * size + EPSILON * scale)
     node = np.concatenate([*nodes, [ends[0] + cycle]])
-    return GasCard(node, np.concatenate(polynomials), float(cycle), np.concatenate(errors))
+    card = GasCard(node, np.concatenate(polynomials), float(cycle), np.concatenate(errors))
+    for array in (card.node, card.coefficient, card.error):  # those who ask for it may share it
+        array.flags.writeable = False
+    return card
 
 
 def pressure_at(card: GasCard, angle: ArrayLike) -> FloatArray:
@@ -201,7 +204,8 @@ def card_weights(card_value: ArrayLike, value: ArrayLike) -> FloatArray:
     return np.asarray(above + below)
 
 
-def _linear(node: FloatArray, value: FloatArray) -> FloatArray:
+def straight(node: FloatArray, value: FloatArray) -> FloatArray:
+    """Coefficients (m, 2) of straight lines between values (m + 1,) at nodes."""
     return np.stack([value[:-1], np.diff(value) / np.diff(node)], axis=1)
 
 
@@ -209,6 +213,13 @@ def _cubic(node: FloatArray, value: FloatArray) -> FloatArray:
     from scipy.interpolate import CubicSpline
 
     return np.asarray(CubicSpline(node, value, bc_type="periodic").c[::-1].T)
+
+
+def _parabola(node: FloatArray, value: FloatArray) -> FloatArray:
+    step = np.diff(node)
+    slope = np.diff(value) / step
+    bend = (slope - np.roll(slope, 1)) / (step + np.roll(step, 1))
+    return np.stack([value[:-1], slope - bend * step, bend], axis=1)
 
 
 def _monotone(node: FloatArray, value: FloatArray) -> FloatArray:
@@ -227,7 +238,12 @@ def _monotone(node: FloatArray, value: FloatArray) -> FloatArray:
     return np.stack([value[:-1], slope, square, cube], axis=1)
 
 
-_INTERPOLANTS = {"linear": _linear, "cubic": _cubic, "monotone": _monotone}
+_INTERPOLANTS = {
+    "linear": straight,
+    "parabola": _parabola,
+    "cubic": _cubic,
+    "monotone": _monotone,
+}
 
 # ----------------------------------------------------------------------------
 # Force of the gas on a piston over one turn of its crank, from a table: piecewise polynomials.
@@ -252,6 +268,9 @@ class GasForce(NamedTuple):
     harmonics: ComplexArray
 
 
+FORCE_INTERPOLATIONS = ("linear", "parabola", "cubic", "trigonometric")
+
+
 def gas_force(angle: ArrayLike, force: ArrayLike, interpolation: str) -> GasForce:
     """A curve through a table over one turn, whose last row repeats the first.
 
@@ -259,9 +278,9 @@ def gas_force(angle: ArrayLike, force: ArrayLike, interpolation: str) -> GasForc
     ----------
     angle, force : (m + 1,) in rad, ascending, and N.
     interpolation
-        "linear": straight lines. "parabola": on each interval the parabola through its ends and
-        the node before it. "cubic": the periodic cubic spline. "trigonometric": the trigonometric
-        polynomial of least degree; its nodes have to be evenly spaced.
+        As of `gas_card`. "parabola": on each interval the parabola through its ends and the node
+        before it. "trigonometric": the trigonometric polynomial of least degree; its nodes have to
+        be evenly spaced.
 
     Raises
     ------
@@ -271,7 +290,8 @@ def gas_force(angle: ArrayLike, force: ArrayLike, interpolation: str) -> GasForc
     angle, force = np.asarray(angle, dtype=float), np.asarray(force, dtype=float)
     if interpolation == "trigonometric":
         return GasForce(np.empty(0), np.empty((0, 1)), _harmonics(angle, force))
-    polynomials = _FORCE_INTERPOLANTS[interpolation](np.diff(angle), force)
+    closed = np.append(force[:-1], force[0])
+    polynomials = _INTERPOLANTS[interpolation](angle, closed)
     start = np.mod(angle[:-1], TURN)
     order = np.argsort(start)
     return GasForce(start[order], polynomials[order], np.empty(0, dtype=complex))
@@ -299,24 +319,6 @@ def force_at(gas: GasForce, angle: FloatArray) -> FloatArray:
     return _height(gas.coefficient[place], away)
 
 
-def _linear_force(step: FloatArray, force: FloatArray) -> FloatArray:
-    return np.stack([force[:-1], np.diff(force) / step], axis=1)
-
-
-def _parabolic_force(step: FloatArray, force: FloatArray) -> FloatArray:
-    slope = np.diff(force) / step
-    bend = (slope - np.roll(slope, 1)) / (step + np.roll(step, 1))
-    return np.stack([force[:-1], slope - bend * step, bend], axis=1)
-
-
-def _cubic_force(step: FloatArray, force: FloatArray) -> FloatArray:
-    from scipy.interpolate import CubicSpline
-
-    nodes = np.concatenate([[0.0], np.cumsum(step)])
-    closed = np.concatenate([force[:-1], force[:1]])
-    return np.asarray(CubicSpline(nodes, closed, bc_type="periodic").c[::-1].T)
-
-
 def _harmonics(angle: FloatArray, force: FloatArray) -> ComplexArray:
     count = len(angle) - 1
     step = TURN / count
@@ -327,7 +329,3 @@ def _harmonics(angle: FloatArray, force: FloatArray) -> ComplexArray:
     if count % 2 == 0:
         found[-1] *= 0.5
     return np.asarray(found * np.exp(-1j * np.arange(len(found)) * angle[0]))
-
-
-_FORCE_INTERPOLANTS = {"linear": _linear_force, "parabola": _parabolic_force, "cubic": _cubic_force}
-FORCE_INTERPOLATIONS = (*_FORCE_INTERPOLANTS, "trigonometric")

@@ -1,12 +1,13 @@
 """Equivalent circuit of an induction motor: steady torque over slip, breakdown."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 
 # ----------------------------------------------------------------------------
@@ -60,12 +61,11 @@ class InductionMotor(NamedTuple):
 class Circuit(NamedTuple):
     """The circuit at a steady slip, complex (...,).
 
-    `inverse_inductance` Y = i_stator / f_m in 1/H, `stator` Z = R + i w l_stator in ohm,
-    `divisor` D = i w + Z Y, so that f_m = V / D; `size` is the sum of the magnitudes in D.
+    `inverse_inductance` Y = i_stator / f_m in 1/H, `divisor` D = i w + Z Y, so that f_m = V / D,
+    with Z = R + i w l_stator in ohm; `size` is the sum of the magnitudes in D.
     """
 
     inverse_inductance: ComplexArray
-    stator: ComplexArray
     divisor: ComplexArray
     size: FloatArray
 
@@ -87,63 +87,64 @@ def steady_torque(motor: InductionMotor, slip_speed: ArrayLike) -> Bounded:
         (3/2) p V^2 Im Y / |D|^2. Nothing cancels in Im Y; what cancels in D as a generator is
         in the error.
     """
-    circuit = at_slip(motor, slip_speed)
-    p, voltage = np.asarray(motor.pole_pairs), np.asarray(motor.phase_voltage)
-    divisor = np.abs(circuit.divisor)
-    value = 1.5 * p * (voltage / divisor) ** 2 * circuit.inverse_inductance.imag
-    rounding = 16.0 + 8.0 * circuit.size / divisor
-    return Bounded(np.asarray(value), np.asarray(EPSILON * rounding * np.abs(value)))
+    value, circuit = (
+        torque_of(motor, np.asarray(slip_speed, dtype=float)),
+        at_slip(motor, slip_speed),
+    )
+    rounding = 16.0 + 8.0 * circuit.size / np.abs(circuit.divisor)
+    return Bounded(value, np.asarray(EPSILON * rounding * np.abs(value)))
 
 
-def torque_slope(motor: InductionMotor, slip_speed: ArrayLike) -> Bounded:
-    """Derivative of `steady_torque` by the slip, N m s (...,), with its rounding error.
+#: a step into the imaginary of that size leaves nothing but the derivative: no digits cancel
+STEP = 1e-30
+
+
+def torque_of(motor: InductionMotor, slip_speed: Any) -> Any:
+    """`steady_torque` by functions that are analytic in the slip and in each parameter.
+
+    With an imaginary part h of one of them the imaginary part over h is the derivative by it
+    (W. Squire and G. Trapp, SIAM Review 40, 1998, p. 110).
+    """
+    real, imaginary = _admittance(motor, slip_speed)
+    line, resistance = np.asarray(motor.line_frequency), np.asarray(motor.stator_resistance)
+    reactance = line * np.asarray(motor.stator_leakage)
+    along, across = (
+        resistance * real - reactance * imaginary,
+        line + resistance * imaginary + reactance * real,
+    )
+    power = 1.5 * np.asarray(motor.pole_pairs) * np.asarray(motor.phase_voltage) ** 2
+    return np.asarray(power * imaginary / (along * along + across * across))
+
+
+def torque_slope(motor: InductionMotor, slip_speed: ArrayLike) -> FloatArray:
+    """Derivative of `steady_torque` by the slip, N m s (...,).
 
     Positive where the motor runs stably; at slip 0 it is the motor's gain.
     """
-    circuit = at_slip(motor, slip_speed)
-    p, voltage = np.asarray(motor.pole_pairs), np.asarray(motor.phase_voltage)
-    resistance, leakage = np.asarray(motor.rotor_resistance), np.asarray(motor.rotor_leakage)
-    impedance = resistance + 1j * _frequency(motor, slip_speed)[..., None] * leakage
-    by_frequency = (1j * resistance / impedance**2).sum(axis=-1)
-    terms = change_of_torque(circuit, by_frequency, circuit.stator * by_frequency)
-    factor = 1.5 * (p * voltage) ** 2
-    rounding = 24.0 + 16.0 * circuit.size / np.abs(circuit.divisor)
-    # a derivative passes through zero: its rounding is that of its two parts
-    return Bounded(
-        np.asarray(factor * (terms[0] + terms[1])),
-        np.asarray(factor * EPSILON * rounding * (np.abs(terms[0]) + np.abs(terms[1]))),
-    )
-
-
-def change_of_torque(
-    circuit: Circuit, in_admittance: ArrayLike, in_divisor: ArrayLike
-) -> tuple[FloatArray, FloatArray]:
-    """Change of Im Y / |D|^2 with changes of Y and D, in its two parts (through Y, through D)."""
-    squared = np.abs(circuit.divisor) ** 2
-    first = np.asarray(in_admittance).imag / squared
-    bend = (np.conj(circuit.divisor) * np.asarray(in_divisor)).real
-    second = -2.0 * circuit.inverse_inductance.imag * bend / squared**2
-    return np.asarray(first), np.asarray(second)
+    moved = np.asarray(slip_speed, dtype=float) + 1j * STEP
+    return np.asarray(torque_of(motor, moved).imag / STEP)
 
 
 def at_slip(motor: InductionMotor, slip_speed: ArrayLike) -> Circuit:
     """The equivalent circuit at a steady slip (rad/s, mechanical), see `Circuit`."""
-    frequency = _frequency(motor, slip_speed)[..., None]
+    real, imaginary = _admittance(motor, np.asarray(slip_speed, dtype=float))
+    admittance, line = real + 1j * imaginary, np.asarray(motor.line_frequency)
+    stator = np.asarray(motor.stator_resistance) + 1j * line * np.asarray(motor.stator_leakage)
+    size = line + (np.abs(stator.real) + np.abs(stator.imag)) * np.abs(admittance)
+    return Circuit(admittance, 1j * line + stator * admittance, np.asarray(size))
+
+
+def _admittance(motor: InductionMotor, slip_speed: Any) -> tuple[Any, Any]:
+    """Real and imaginary part of Y, of the slip frequency v = p s in the rotor."""
+    frequency = (np.asarray(motor.pole_pairs) * slip_speed)[..., None]
     resistance, leakage = np.asarray(motor.rotor_resistance), np.asarray(motor.rotor_leakage)
     reactance = frequency * leakage
     squared = resistance**2 + reactance**2
-    real = (frequency * reactance / squared).sum(axis=-1)
-    imaginary = (frequency * resistance / squared).sum(axis=-1)
-    admittance = 1.0 / np.asarray(motor.magnetising_inductance) + real + 1j * imaginary
-    line = np.asarray(motor.line_frequency)
-    stator = np.asarray(motor.stator_resistance) + 1j * line * np.asarray(motor.stator_leakage)
-    size = line + (np.abs(stator.real) + np.abs(stator.imag)) * np.abs(admittance)
-    return Circuit(admittance, stator, 1j * line + stator * admittance, np.asarray(size))
-
-
-def _frequency(motor: InductionMotor, slip_speed: ArrayLike) -> FloatArray:
-    """Slip frequency in the rotor, rad/s: v = p s."""
-    return np.asarray(np.asarray(motor.pole_pairs) * np.asarray(slip_speed, dtype=float))
+    real = 1.0 / np.asarray(motor.magnetising_inductance)
+    return (
+        real + (frequency * reactance / squared).sum(axis=-1),
+        (frequency * resistance / squared).sum(axis=-1),
+    )
 
 
 # ----------------------------------------------------------------------------
@@ -156,33 +157,38 @@ def _frequency(motor: InductionMotor, slip_speed: ArrayLike) -> FloatArray:
 
 
 class TorqueCurve(NamedTuple):
-    """Points of the curve of one motor; slips in rad/s, mechanical, torques in N m.
+    """Points of the curve of one motor; slips in rad/s, mechanical, torques in N m; or `Bounded`.
 
     `breakdown_slip` and `breakdown_torque`: the largest torque at slips above 0. `gain` (N m s)
     is the slope at synchronous speed.
     """
 
-    gain: Bounded
-    breakdown_slip: Bounded
-    breakdown_torque: Bounded
-    locked_rotor_torque: Bounded
+    gain: Any
+    breakdown_slip: Any
+    breakdown_torque: Any
+    locked_rotor_torque: Any
 
 
 def torque_curve(motor: InductionMotor) -> TorqueCurve:
     """Gain, breakdown and locked-rotor torque of one motor, with errors."""
-    slips, errors = _extremes(motor)
-    torque = steady_torque(motor, slips)
-    top = int(np.argmax(torque.value))
+    found: TorqueCurve = with_errors(_curve, motor)
+    return found
+
+
+def _curve(motor: InductionMotor) -> TorqueCurve:
+    slips = _extremes(motor)
+    torque = torque_of(motor, slips)
+    top = int(np.argmax(torque))
     return TorqueCurve(
         gain=torque_slope(motor, 0.0),
-        breakdown_slip=Bounded(slips[top], errors[top]),
-        breakdown_torque=Bounded(torque.value[top], torque.error[top]),
-        locked_rotor_torque=steady_torque(motor, motor.synchronous_speed),
+        breakdown_slip=slips[top],
+        breakdown_torque=torque[top],
+        locked_rotor_torque=torque_of(motor, motor.synchronous_speed),
     )
 
 
-def _extremes(motor: InductionMotor) -> tuple[FloatArray, FloatArray]:
-    """Slips above 0 at which the slope is zero, ascending, and their errors."""
+def _extremes(motor: InductionMotor) -> FloatArray:
+    """Slips above 0 at which the slope is zero, ascending."""
     pairs = float(np.asarray(motor.pole_pairs))
     resistance, leakage = np.asarray(motor.rotor_resistance), np.asarray(motor.rotor_leakage)
     unit = float(np.exp(np.mean(np.log(resistance / leakage))))
@@ -191,32 +197,10 @@ def _extremes(motor: InductionMotor) -> tuple[FloatArray, FloatArray]:
     below_slope = np.asarray(np.polyder(below), dtype=np.float64)
     roots = np.roots(np.polysub(np.polymul(above_slope, below), np.polymul(above, below_slope)))
     real = np.asarray(roots.real[np.abs(roots.imag) <= 1e-7 * np.abs(roots)])
-    rough = np.sort(real[real > 0.0]) * unit / pairs
-    if rough.size == 0:
+    slips = np.sort(real[real > 0.0]) * unit / pairs
+    if slips.size == 0:
         raise NumericalFailure("the motor's torque curve has no breakdown: parameters out of range")
-    return _polished(motor, rough)
-
-
-def _polished(motor: InductionMotor, slip: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Newton steps on the slope. Where they fail, two extremes merge, and the roots stay."""
-    roots, error = slip.copy(), np.zeros_like(slip)
-    for index, start in enumerate(slip):
-        place, step = float(start), float(np.inf)
-        for _ in range(4):
-            width = 1e-4 * abs(place)
-            sides = torque_slope(motor, place + width * np.array([-1.0, 1.0])).value
-            curvature = float(sides[1] - sides[0]) / (2.0 * width)
-            slope = torque_slope(motor, place)
-            if curvature == 0.0:
-                break
-            step = float(slope.value / curvature)
-            place -= step
-        if abs(place - start) < 1e-5 * abs(start):
-            noise = float(torque_slope(motor, place).error) / abs(curvature)
-            roots[index], error[index] = place, 2.0 * (abs(step) + noise)
-        else:
-            error[index] = max(1e-5 * abs(start), abs(place - start))
-    return roots, error
+    return np.asarray(slips)
 
 
 def _quotient(motor: InductionMotor, unit: float) -> tuple[FloatArray, FloatArray]:

@@ -7,12 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.induction_motor import InductionMotor, steady_torque
+from vibecalc.excitation.induction_motor import STEP, InductionMotor, steady_torque, torque_of
 from vibecalc.excitation.induction_motor_identify import (
     Identifiability,
     identifiability,
     product_of_powers,
-    torque_sensitivity,
     transient_inductance,
     with_stator_leakage,
 )
@@ -54,13 +53,13 @@ class FitTable(NamedTuple):
 
     def residual(self, logarithms: FloatArray) -> FloatArray:
         """Weighted relative differences (..., rows) for parameters (..., 2 cages)."""
-        value = steady_torque(self._with(logarithms[..., None, :]), self.slip).value
+        value = torque_of(self._with(logarithms[..., None, :]), self.slip)
         return np.asarray((value / self.torque - 1.0) * np.sqrt(self.weight))
 
     def jacobian(self, logarithms: FloatArray) -> FloatArray:
         """Derivatives (rows, 2 cages) of the residual."""
-        change = torque_sensitivity(self._with(logarithms[None, :]), self.slip)[:, 3:]
-        return np.asarray(change * (np.sqrt(self.weight) / self.torque)[:, None])
+        moved = logarithms + 1j * STEP * np.eye(logarithms.size)
+        return np.asarray(self.residual(moved).imag.T / STEP)
 
     def gradient(self, logarithms: FloatArray) -> FloatArray:
         """Of half the sum of squares."""

@@ -9,8 +9,8 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.induction_motor import (
     InductionMotor,
     at_slip,
-    steady_torque,
     torque_curve,
+    torque_of,
     torque_slope,
 )
 from vibecalc.excitation.slip_torque import Torque
@@ -371,4 +371,4 @@ def circuit_motor(motor: InductionMotor) -> CircuitMotor:
 
 def circuit_torque(circuit: CircuitMotor, slip: FloatArray) -> Torque:
     """Steady torque at slips (...,) in rad/s, and its slope."""
-    return Torque(steady_torque(circuit.motor, slip).value, torque_slope(circuit.motor, slip).value)
+    return Torque(torque_of(circuit.motor, slip), torque_slope(circuit.motor, slip))

@@ -6,13 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.induction_motor import (
-    Circuit,
-    InductionMotor,
-    at_slip,
-    change_of_torque,
-    steady_torque,
-)
+from vibecalc.excitation.induction_motor import STEP, InductionMotor, torque_of
 from vibecalc.numerics.rounding import BoolArray, FloatArray
 
 # ----------------------------------------------------------------------------
@@ -39,29 +33,14 @@ def torque_sensitivity(motor: InductionMotor, slip_speed: ArrayLike) -> FloatArr
     order; columns as in `parameter_names`. The voltage needs none: torque goes with its square.
     Leading axes of the motor and of `slip_speed` (rad/s, mechanical) broadcast.
     """
-    circuit = at_slip(motor, slip_speed)
-    p, voltage = np.asarray(motor.pole_pairs), np.asarray(motor.phase_voltage)
-    frequency = np.asarray(p * np.asarray(slip_speed, dtype=float))[..., None]
-    resistance, leakage = np.asarray(motor.rotor_resistance), np.asarray(motor.rotor_leakage)
-    squared = (resistance + 1j * frequency * leakage) ** 2
-    nothing = np.zeros_like(circuit.inverse_inductance)[..., None]
-    in_admittance = np.concatenate(
-        [
-            nothing,
-            nothing,
-            nothing - 1.0 / np.asarray(motor.magnetising_inductance)[..., None],
-            -1j * frequency * resistance / squared,
-            frequency**2 * leakage / squared,
-        ],
-        axis=-1,
-    )
-    in_divisor = circuit.stator[..., None] * in_admittance
-    in_divisor[..., 0] += circuit.stator.real * circuit.inverse_inductance
-    in_divisor[..., 1] += 1j * circuit.stator.imag * circuit.inverse_inductance
-    admittance, stator, divisor, size = circuit
-    column = Circuit(admittance[..., None], stator[..., None], divisor[..., None], size[..., None])
-    first, second = change_of_torque(column, in_admittance, in_divisor)
-    return np.asarray((1.5 * p * voltage**2)[..., None] * (first + second))
+    columns = []
+    for name in InductionMotor._fields[3:]:
+        value = np.asarray(getattr(motor, name), dtype=float)
+        cages = np.eye(value.shape[-1]) if name.startswith("rotor") else [1.0]
+        for share in cages:
+            moved = motor._replace(**{name: value * (1.0 + 1j * STEP * np.asarray(share))})
+            columns.append(torque_of(moved, np.asarray(slip_speed, dtype=float)).imag / STEP)
+    return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
 
 # ----------------------------------------------------------------------------
@@ -112,7 +91,7 @@ def identifiability(motor: InductionMotor, slip: FloatArray, weight: FloatArray)
     of weight 1 has the error `TABLE_ERROR`, others that over the root of their weight.
     """
     names = parameter_names(np.asarray(motor.rotor_resistance).shape[-1])[1:]
-    torque = steady_torque(motor, slip).value
+    torque = torque_of(motor, slip)
     change = torque_sensitivity(motor, slip)[:, 1:] / torque[:, None] * np.sqrt(weight)[:, None]
     _, singular, rows = np.linalg.svd(change, full_matrices=True)
     values = np.zeros(len(names))

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from vibecalc.schema import Case, Machine
 if TYPE_CHECKING:
     from vibecalc.excitation.cylinder_torque import CylinderTorque
     from vibecalc.excitation.pressure_cycle import PressureCycle
+    from vibecalc.parts.gas_tables import GasPressure
 
 Array = NDArray[np.float64]
 
@@ -68,10 +69,11 @@ def firing_sequence(machine: Machine) -> tuple[float, Array]:
         angle_of = angles_in_order(train.firing_order, train.firing_intervals, cycle, 0.0)
         angles = np.array([angle_of[cylinder.name] for cylinder in train.cylinders])
         return top[train.firing_order[0]], np.asarray(np.mod(angles, cycle))
-    angles = np.mod([
+    found = [
         top[cylinder.name] if angle is None else angle
         for cylinder, angle in zip(train.cylinders, given, strict=True)
-    ], cycle)  # fmt: skip
+    ]
+    angles = np.mod(found, cycle)
     return float(angles.min()), angles - angles.min()
 
 
@@ -105,26 +107,22 @@ def gas_cards(machine: Machine) -> tuple[Array, tuple[GasCard, ...]]:
 
     Raises NumericalFailure where a cycle of such a peak or mean pressure does not exist.
     """
-    train = machine.crank_train
-    cycle = cycle_angle(machine)
-    interpolation = train.gas_interpolation or "linear"
-    if train.gas_cards:
-        cards = sorted(train.gas_cards, key=lambda card: card.speed)
-        tables = [card.gas_pressure for card in cards]
-        made = tuple(
-            gas_card(t.crank_angle, t.pressure, interpolation, cycle=cycle) for t in tables
-        )
-        return np.array([card.speed for card in cards]), made
+    train, geometry = machine.crank_train, crank_geometry(machine)
+    how = train.gas_interpolation or "linear"
+
+    def read(table: "GasPressure") -> GasCard:
+        return gas_card(table.crank_angle, table.pressure, how, cycle=cycle_angle(machine))
+
+    cards = sorted(train.gas_cards, key=lambda card: card.speed)
+    speeds = np.array([card.speed for card in cards])
+    if cards:
+        return speeds, tuple(read(card.gas_pressure) for card in cards)
     if train.gas_pressure is not None:
-        table = train.gas_pressure
-        return np.empty(0), (
-            gas_card(table.crank_angle, table.pressure, interpolation, cycle=cycle),
-        )
-    if train.gas_cycle is not None:
-        return np.empty(0), (_computed(machine),)
-    if train.pump_cycle is not None:
-        return np.empty(0), (pump_card(machine),)
-    return np.empty(0), ()
+        return speeds, (read(train.gas_pressure),)
+    if (given := train.gas_cycle) is not None:
+        targets = given.peak_pressure, given.mean_indicated_pressure
+        return speeds, (_computed(cycle_of(machine), geometry, *targets),)
+    return speeds, () if train.pump_cycle is None else (pump_card(machine),)
 
 
 def has_cards(machine: Machine) -> bool:
@@ -201,48 +199,31 @@ def with_tangential_effort(
         swept_volume=geometry.piston_area * stroke(*geometry[:2], geometry.wrist_pin_offset),
         cycle=cycle_angle(machine),
     )
-    return found.speed, torque._replace(
-        gas=found.gas.value,
-        gas_error=found.gas.error,
-        mean=found.mean.value,
-        mean_error=found.mean.error,
-    )
+    return found.speed, torque._replace(gas=found.gas, mean=found.mean)
 
 
-def cycle_of(machine: Machine) -> Any:
+def cycle_of(machine: Machine) -> "PressureCycle":
     """The computed cycle of an engine, with usual values for what the case does not say."""
-    from vibecalc.excitation.pressure_cycle import diesel_cycle, spark_cycle
+    from vibecalc.excitation.pressure_cycle import usual_cycle
 
     given = machine.crank_train.gas_cycle
     assert given is not None
     targets = {"kind", "peak_pressure", "mean_indicated_pressure"}
     said = given.model_dump(exclude_none=True, exclude=targets)
-    make = diesel_cycle if given.kind == "diesel" else spark_cycle
-    return make(machine.cycle or "four_stroke", **said)
-
-
-def _computed(machine: Machine) -> GasCard:
-    given = machine.crank_train.gas_cycle
-    assert given is not None
-    peak, mean = given.peak_pressure, given.mean_indicated_pressure
-    return _card(cycle_of(machine), crank_geometry(machine), peak, mean)
+    return usual_cycle(given.kind, machine.cycle or "four_stroke", **said)
 
 
 # checks and several stages ask for the same one, and it takes longer than most of what they do
 @lru_cache(maxsize=16)
-def _card(
+def _computed(
     cycle: "PressureCycle", geometry: CrankGeometry, peak: float | None, mean: float | None
 ) -> GasCard:
     from vibecalc.excitation.pressure_cycle import card_of_mean_pressure, card_of_peak
 
     if peak is not None:
-        card = card_of_peak(cycle, geometry, peak)
-    else:
-        assert mean is not None
-        card = card_of_mean_pressure(cycle, geometry, mean)
-    for array in (card.node, card.coefficient):
-        array.flags.writeable = False
-    return card
+        return card_of_peak(cycle, geometry, peak)
+    assert mean is not None
+    return card_of_mean_pressure(cycle, geometry, mean)
 
 
 # ----------------------------------------------------------------------------
@@ -264,9 +245,4 @@ def pump_card(machine: Machine) -> GasCard:
 
 
 # the stages of the pump and of its mounts ask for the same one
-@lru_cache(maxsize=16)
-def _pump_card(liquid: Liquid, geometry: CrankGeometry) -> GasCard:
-    card = pump_cycle.pump_card(liquid, geometry)
-    for array in (card.node, card.coefficient):
-        array.flags.writeable = False
-    return card
+_pump_card = lru_cache(maxsize=16)(pump_cycle.pump_card)

@@ -1,7 +1,7 @@
 """Computed pressure in a cylinder over its cycle: spark and diesel engines, pumps."""
 
 from collections.abc import Callable
-from typing import Literal, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +16,8 @@ from vibecalc.kinematics.slider_crank import (
     stroke,
     top_dead_centre,
 )
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, rounded
+from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.parts.geometry import CrankGeometry
 
@@ -36,6 +37,8 @@ from vibecalc.parts.geometry import CrankGeometry
 # ----------------------------------------------------------------------------
 
 PI = float(np.pi)
+#: absolute, in Pa, at angles in rad
+Pressure: TypeAlias = Callable[[FloatArray], FloatArray]
 #: samples of the search for the largest pressure, and halvings of the interval around it
 PEAK_SAMPLES = 512
 PEAK_ROUNDS = 60
@@ -53,8 +56,8 @@ class PressureCycle(NamedTuple):
     subtracted from all.
     """
 
-    stroke: Literal["four_stroke", "two_stroke"]
-    kind: Literal["spark", "diesel"]
+    stroke: str
+    kind: str
     compression_ratio: float
     intake_pressure: float
     exhaust_pressure: float
@@ -69,57 +72,44 @@ class PressureCycle(NamedTuple):
     crankcase_pressure: float
 
 
-def spark_cycle(
-    stroke_kind: Literal["four_stroke", "two_stroke"] = "four_stroke",
-    *,
-    compression_ratio: float = 9.0,
-    intake_pressure: float = 0.9e5,
-    exhaust_pressure: float = 1.1e5,
-    compression_exponent: float = 1.32,
-    expansion_exponent: float = 1.28,
-    combustion_starts: float = -np.radians(20.0),
-    combustion_ends: float = np.radians(40.0),
-    inlet_closes: float | None = None,
-    exhaust_opens: float | None = None,
-    overlap: float = np.radians(15.0),
-    crankcase_pressure: float = 101325.0,
-) -> PressureCycle:
-    """A spark ignition cycle with usual values; see `Cycle`."""
-    closes, opens = _valves(stroke_kind, inlet_closes, exhaust_opens)
-    return PressureCycle(
-        stroke_kind, "spark", compression_ratio, intake_pressure, exhaust_pressure,
-        compression_exponent, expansion_exponent, combustion_starts, combustion_ends, 0.0,
-        closes, opens, overlap, crankcase_pressure,
-    )  # fmt: skip
+#: Pa and rad: what is usual of each kind, and of each number of strokes
+USUAL: dict[str, dict[str, float]] = {
+    "spark": {
+        "compression_ratio": 9.0,
+        "intake_pressure": 0.9e5,
+        "exhaust_pressure": 1.1e5,
+        "compression_exponent": 1.32,
+        "expansion_exponent": 1.28,
+        "combustion_starts": -np.radians(20.0),
+        "combustion_ends": np.radians(40.0),
+        "injection_ends": 0.0,
+        "overlap": np.radians(15.0),
+    },
+    "diesel": {
+        "compression_ratio": 15.0,
+        "intake_pressure": 2.0e5,
+        "exhaust_pressure": 1.8e5,
+        "compression_exponent": 1.36,
+        "expansion_exponent": 1.30,
+        "combustion_starts": -np.radians(8.0),
+        "combustion_ends": np.radians(14.0),
+        "injection_ends": np.radians(14.0),
+        "overlap": np.radians(30.0),
+    },
+    "four_stroke": {"inlet_closes": -np.radians(180.0), "exhaust_opens": np.radians(130.0)},
+    "two_stroke": {"inlet_closes": -np.radians(120.0), "exhaust_opens": np.radians(110.0)},
+}
 
 
-def diesel_cycle(
-    stroke_kind: Literal["four_stroke", "two_stroke"] = "four_stroke",
-    *,
-    compression_ratio: float = 15.0,
-    intake_pressure: float = 2.0e5,
-    exhaust_pressure: float = 1.8e5,
-    compression_exponent: float = 1.36,
-    expansion_exponent: float = 1.30,
-    combustion_starts: float = -np.radians(8.0),
-    combustion_ends: float = np.radians(14.0),
-    injection_ends: float = np.radians(14.0),
-    inlet_closes: float | None = None,
-    exhaust_opens: float | None = None,
-    overlap: float = np.radians(30.0),
-    crankcase_pressure: float = 101325.0,
-) -> PressureCycle:
-    """A diesel cycle of limited pressure with usual values; see `Cycle`.
+def usual_cycle(kind: str, stroke_kind: str = "four_stroke", **said: float) -> PressureCycle:
+    """A cycle "spark" or "diesel" with usual values for all that is not said, see `PressureCycle`.
 
     `injection_ends` before `combustion_ends` counts as there: the plateau is as long as the share B
     still rises.
     """
-    closes, opens = _valves(stroke_kind, inlet_closes, exhaust_opens)
-    return PressureCycle(
-        stroke_kind, "diesel", compression_ratio, intake_pressure, exhaust_pressure,
-        compression_exponent, expansion_exponent, combustion_starts, combustion_ends,
-        max(injection_ends, combustion_ends), closes, opens, overlap, crankcase_pressure,
-    )  # fmt: skip
+    values = {"crankcase_pressure": 101325.0, **USUAL[kind], **USUAL[stroke_kind], **said}
+    values["injection_ends"] = max(values["injection_ends"], values["combustion_ends"])
+    return PressureCycle(stroke=stroke_kind, kind=kind, **values)
 
 
 def card_of_peak(cycle: PressureCycle, geometry: CrankGeometry, peak_pressure: float) -> GasCard:
@@ -157,7 +147,7 @@ def card_of_peak(cycle: PressureCycle, geometry: CrankGeometry, peak_pressure: f
         if right - left < 1e-9 * (high - low):
             break
         grid = np.linspace(left, right, 17)
-    return _card(cycle, base, unit, float(allowed(grid).min()))
+    return _card(cycle, _raised(base, unit, float(allowed(grid).min())))
 
 
 def card_of_mean_pressure(
@@ -171,9 +161,9 @@ def card_of_mean_pressure(
         So little work that the level would have to be below zero.
     """
     base, unit = _parts(cycle, geometry)
-    without = mean_pressure(_card(cycle, base, unit, 0.0), geometry)
+    without = mean_pressure(_card(cycle, base), geometry)
     level = cycle.intake_pressure * cycle.compression_ratio
-    gain = mean_pressure(_card(cycle, base, unit, level), geometry)
+    gain = mean_pressure(_card(cycle, _raised(base, unit, level)), geometry)
     per_level = (gain.value - without.value) / level
     pressure = float((mean_indicated_pressure - without.value) / per_level)
     if not pressure > 0.0:
@@ -181,25 +171,19 @@ def card_of_mean_pressure(
             f"gas cycle: a mean indicated pressure of {mean_indicated_pressure:.6g} Pa is below "
             "what the cycle has without any pressure after combustion; raise it"
         )
-    return _card(cycle, base, unit, pressure)
+    return _card(cycle, _raised(base, unit, pressure))
 
 
 def motored_cycle(cycle: PressureCycle, geometry: CrankGeometry) -> GasCard:
     """Card of the same cylinder without combustion: the charge expands as it was compressed."""
-
-    def pressure(angle: FloatArray) -> FloatArray:
-        closed = _compression(cycle, geometry, angle)
-        return _gas_exchange(cycle, closed, angle) - cycle.crankcase_pressure
-
-    return fitted_card(pressure, _breakpoints(cycle), _length(cycle))
+    return _card(cycle, lambda angle: _compression(cycle, geometry, angle))
 
 
 def mean_pressure(card: GasCard, geometry: CrankGeometry) -> Bounded:
     """Mean indicated pressure, Pa: the work of one cycle over the swept volume."""
     _, mean = gas_harmonics(card, geometry, np.empty(0))
     travel = stroke(geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset)
-    factor = card.cycle / (geometry.piston_area * float(travel))
-    return Bounded(mean.value * factor, mean.error * factor + 8e-16 * np.abs(mean.value * factor))
+    return mean * rounded(card.cycle / (geometry.piston_area * float(travel)), 6)
 
 
 def cylinder_volume(
@@ -217,9 +201,7 @@ def smooth_step(share: FloatArray) -> FloatArray:
     return np.asarray(x**3 * (10.0 + x * (6.0 * x - 15.0)))
 
 
-def _parts(
-    cycle: PressureCycle, geometry: CrankGeometry
-) -> tuple[Callable[[FloatArray], FloatArray], Callable[[FloatArray], FloatArray]]:
+def _parts(cycle: PressureCycle, geometry: CrankGeometry) -> tuple[Pressure, Pressure]:
     """(1 - B) p_compression and B g of the closed cylinder, absolute, against the angle."""
     burning = cycle.combustion_ends - cycle.combustion_starts
 
@@ -246,15 +228,15 @@ def _compression(cycle: PressureCycle, geometry: CrankGeometry, angle: FloatArra
     return np.asarray(cycle.intake_pressure * (start / volume) ** cycle.compression_exponent)
 
 
-def _card(
-    cycle: PressureCycle,
-    base: Callable[[FloatArray], FloatArray],
-    unit: Callable[[FloatArray], FloatArray],
-    level: float,
-) -> GasCard:
+def _raised(base: Pressure, unit: Pressure, level: float) -> Pressure:
+    return lambda angle: base(angle) + level * unit(angle)
+
+
+def _card(cycle: PressureCycle, closed: Pressure) -> GasCard:
+    """Of the absolute pressure in the closed cylinder, and what the exchange of gas makes of it."""
+
     def pressure(angle: FloatArray) -> FloatArray:
-        closed = base(angle) + level * unit(angle)
-        return _gas_exchange(cycle, closed, angle) - cycle.crankcase_pressure
+        return _gas_exchange(cycle, closed(angle), angle) - cycle.crankcase_pressure
 
     return fitted_card(pressure, _breakpoints(cycle), _length(cycle))
 
@@ -285,15 +267,6 @@ def _length(cycle: PressureCycle) -> float:
     return FOUR_STROKE if cycle.stroke == "four_stroke" else TWO_STROKE
 
 
-def _valves(kind: str, closes: float | None, opens: float | None) -> tuple[float, float]:
-    """Four-stroke: bottom dead centre and 130 degrees; two-stroke: 120 before, 110 after firing."""
-    early, late = (-180.0, 130.0) if kind == "four_stroke" else (-120.0, 110.0)
-    return (
-        float(np.radians(early)) if closes is None else closes,
-        float(np.radians(late)) if opens is None else opens,
-    )
-
-
 # ----------------------------------------------------------------------------
 # Pressure on the plunger of a pump over one turn, in closed form.
 #
@@ -314,10 +287,6 @@ def _valves(kind: str, closes: float | None, opens: float | None) -> tuple[float
 # pumps.) The volumes drawn and delivered differ, their masses do not.
 # ----------------------------------------------------------------------------
 
-#: roundings of a volume, and of the square of a half angle that follows from one
-VOLUME_ROUNDINGS = 12.0
-HALF_ANGLE_ROUNDINGS = 32.0
-
 
 class Liquid(NamedTuple):
     """What a cylinder works with: absolute pressures and the bulk modulus in Pa, m^3."""
@@ -335,61 +304,60 @@ class Liquid(NamedTuple):
 
 
 class PumpTurn(NamedTuple):
-    """One turn of one cylinder, each a value with its absolute error.
+    """One turn of one cylinder, numbers or each with its absolute error.
 
     `suction_opens`, `discharge_opens`: the cylinder's own crank angle, rad, from `top`, about 0, to
     a turn beyond it; `swept`, `drawn` (at the suction pressure) and `delivered` (at the discharge
     pressure) volumes, m^3; `work` that the crank gives to the liquid, J.
     """
 
-    top: Bounded
-    suction_opens: Bounded
-    bottom: Bounded
-    discharge_opens: Bounded
-    swept: Bounded
-    drawn: Bounded
-    delivered: Bounded
-    work: Bounded
+    top: Any
+    suction_opens: Any
+    bottom: Any
+    discharge_opens: Any
+    swept: Any
+    drawn: Any
+    delivered: Any
+    work: Any
 
 
 def pump_turn(liquid: Liquid, geometry: CrankGeometry) -> PumpTurn:
-    """Angles, volumes and work of a turn.
+    """Angles, volumes and work of a turn, each with its error.
 
     Raises
     ------
     NumericalFailure
         What is left at top dead centre expands beyond the stroke: nothing is drawn.
     """
+    found: PumpTurn = with_errors(_pump_turn, liquid, geometry)
+    return found
+
+
+def _pump_turn(liquid: Liquid, geometry: CrankGeometry) -> PumpTurn:
     radius, length, _, offset = geometry
-    outer, inner = (
+    top, bottom = (
         centre(radius, length, offset) for centre in (top_dead_centre, bottom_dead_centre)
     )
-    swept = geometry.piston_area * float(stroke(radius, length, offset))
+    area = geometry.piston_area
+    swept = area * float(stroke(radius, length, offset))
     dead, full = liquid.dead_volume, liquid.dead_volume + swept
     expanded = dead * float(np.expm1(liquid.strain))
     compressed = -full * float(np.expm1(-liquid.strain))
-    uncertainty = VOLUME_ROUNDINGS * EPSILON
     if not expanded < swept * (1.0 - 64.0 * EPSILON):
         raise NumericalFailure(
             f"pump: the {1e6 * dead:.4g} cm^3 of dead volume expand by {1e6 * expanded:.4g} cm^3 "
             f"and the plunger sweeps {1e6 * swept:.4g} cm^3: nothing is drawn; the dead volume or "
             "the pressure is too large, or the bulk modulus too small"
         )
-    area = geometry.piston_area
-    opened = _from_top(expanded / area, float(outer.position), geometry)
-    closed = _from_bottom(compressed / area, float(inner.position), geometry)
     return PumpTurn(
-        Bounded(np.asarray(outer.angle), np.asarray(outer.angle_error)),
-        opened,
-        Bounded(np.asarray(inner.angle), np.asarray(inner.angle_error)),
-        closed,
-        _with_error(swept, uncertainty * swept),
-        _with_error(swept - expanded, uncertainty * (swept + expanded)),
-        _with_error(swept - compressed, uncertainty * (swept + compressed)),
-        _with_error(
-            liquid.bulk_modulus * (compressed - expanded),
-            uncertainty * liquid.bulk_modulus * (compressed + expanded),
-        ),
+        float(top.angle),
+        _opening(expanded / area, float(top.position), geometry, radius),
+        float(bottom.angle),
+        np.pi + _opening(compressed / area, float(bottom.position), geometry, -radius),
+        swept,
+        swept - expanded,
+        swept - compressed,
+        liquid.bulk_modulus * (compressed - expanded),
     )
 
 
@@ -441,31 +409,17 @@ def pump_card(liquid: Liquid, geometry: CrankGeometry) -> GasCard:
     return card._replace(error=card.error + 4.0 * np.pi * EPSILON * steepest)
 
 
-def _from_top(travel: float, top: float, geometry: CrankGeometry) -> Bounded:
-    """Crank angle at which the wrist pin, at first at `top`, has come in by `travel`."""
+def _opening(travel: float, start: float, geometry: CrankGeometry, stretch: float) -> float:
+    """Angle of the crank to the line of the dead centre where the wrist pin has gone by `travel`.
+
+    It leaves `start`, where the linkage is stretched by `stretch`, R at the top, or folded, -R.
+    """
     radius, length, _, offset = geometry
-    pin = top - travel
+    pin = start - float(np.sign(stretch)) * travel
     reach = float(np.hypot(pin, offset))
-    short = travel * (top + pin) / (radius + length + reach)  # of the stretched linkage
-    square = short * (length + reach - radius) / (4.0 * radius * reach)
-    half = float(np.arcsin(np.sqrt(square)))
-    return _turned(2.0 * half, float(np.arctan2(offset, pin)), square)
-
-
-def _from_bottom(travel: float, bottom: float, geometry: CrankGeometry) -> Bounded:
-    """Crank angle beyond bottom dead centre at which the wrist pin has come out by `travel`."""
-    radius, length, _, offset = geometry
-    pin = bottom + travel
-    reach = float(np.hypot(pin, offset))
-    beyond = travel * (pin + bottom) / (length - radius + reach)  # the folded linkage
-    square = beyond * (length + reach + radius) / (4.0 * radius * reach)
-    half = float(np.arcsin(np.sqrt(square)))
-    return _turned(2.0 * half, float(np.pi + np.arctan2(offset, pin)), square)
-
-
-def _turned(turn: float, start: float, square: float) -> Bounded:
-    slack = HALF_ANGLE_ROUNDINGS * EPSILON * float(np.sqrt(square / (1.0 - square)))
-    return _with_error(start + turn, slack + 2.0 * EPSILON * (abs(start) + turn))
+    short = travel * (start + pin) / (length + reach + stretch)
+    square = short * (length + reach - stretch) / (4.0 * radius * reach)
+    return 2.0 * float(np.arcsin(np.sqrt(square))) + float(np.arctan2(offset, pin))
 
 
 def _travel_from_bottom(angle: FloatArray, geometry: CrankGeometry) -> FloatArray:
@@ -485,7 +439,3 @@ def _travel_from_bottom(angle: FloatArray, geometry: CrankGeometry) -> FloatArra
     half_swing = half_swing / np.cos(0.5 * (rod_angle - start))
     travel = 2.0 * (radius * half_turn**2 - length * half_swing**2) / np.cos(start)
     return np.asarray(np.maximum(travel, 0.0))
-
-
-def _with_error(value: float, error: float) -> Bounded:
-    return Bounded(np.asarray(value), np.asarray(error))

@@ -9,7 +9,6 @@ from vibecalc.core.report.rows import (
     Cells,
     Found,
     Rows,
-    by_axis,
     loud,
     others,
     rows_of,
@@ -176,7 +175,7 @@ def excitation(result: Result) -> Section | None:
     orders = _excitation_orders(record)
     residual = scalars(record, ["excitation/residual"])
     blocks = [rows_of(record, _PEAKS), residual, rows_of(record, _TURNING)]
-    details = {"balance table": balance(result), "counterweights": _counterweights(record)}
+    details = {"balance table": balance(result), "counterweights": rows_of(record, _WEIGHTS)}
     if height(orders[0]) <= _BRIEF:
         blocks.insert(0, orders)
     else:
@@ -226,12 +225,13 @@ def _excitation_orders(record: Record) -> tuple[list[str], set[str]]:
     return lines, shown
 
 
-_WEIGHTS = (
-    ("excitation/counterweight/force", "force N"),
-    ("excitation/counterweight/couple", "couple N*m"),
+_WEIGHTS = Rows(
+    "counterweight",
+    "counterweight, alone",
+    (Cells("force", "force N"), Cells("couple", "couple N*m")),
+    root="excitation/counterweight",
+    merge=True,
 )
-
-
 _PEAKS = Rows(
     "direction",
     "largest over a turn",
@@ -252,12 +252,6 @@ _TURNING = Rows(
     root="excitation/turning",
     places=loud(FAINT, _ROWS, 2),
 )
-_KNUCKLE = "excitation/mass/knuckle"
-
-
-def _counterweights(record: Record) -> tuple[list[str], set[str]]:
-    lines = by_axis(record, "counterweight", "counterweight, alone", _WEIGHTS)
-    return lines, {path for path, _ in _WEIGHTS}
 
 
 # ----------------------------------------------------------------------------
@@ -265,11 +259,20 @@ def _counterweights(record: Record) -> tuple[list[str], set[str]]:
 # ----------------------------------------------------------------------------
 
 _STEM = "excitation/rod/"
-_MASSES = (
-    ("excitation/mass/reciprocating", "moves with the piston kg"),
-    ("excitation/mass/rotating", "turns with the pin kg"),
+_MASSES = tuple(
+    Rows(axis, title, columns, width=20, each=27, root="excitation/mass", merge=True)
+    for axis, title, columns in (
+        (
+            "cylinder",
+            "cylinder",
+            (
+                Cells("reciprocating", "moves with the piston kg"),
+                Cells("rotating", "turns with the pin kg"),
+            ),
+        ),
+        ("slave_rod", "slave rod of", (Cells("knuckle", "with its pin kg"),)),
+    )
 )
-
 _OF_ROD = Rows(
     "order",
     "couple of the rod",
@@ -286,15 +289,9 @@ _OF_ROD = Rows(
 def rod(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    parts = (_masses(record), _inertia(record), rows_of(record, _OF_ROD))
-    details = {"running gear": together(*parts)}
+    masses = together(*(rows_of(record, of) for of in _MASSES))
+    details = {"running gear": together(masses, _inertia(record), rows_of(record, _OF_ROD))}
     return section("Running gear: masses and rod inertia", (), details)
-
-
-def _masses(record: Record) -> tuple[list[str], set[str]]:
-    lines = by_axis(record, "cylinder", "cylinder", _MASSES, 20, 27)
-    slaves = by_axis(record, "slave_rod", "slave rod of", ((_KNUCKLE, "with its pin kg"),), 20, 27)
-    return stacked(lines, slaves), {*dict(_MASSES), _KNUCKLE}
 
 
 def _inertia(record: Record) -> tuple[list[str], set[str]]:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vibecalc.excitation.gas_tables import straight
 from vibecalc.numerics.rounding import FloatArray, IntArray
 
 
@@ -128,10 +129,6 @@ def _flat_places(rows: FloatArray, width: FloatArray) -> tuple[FloatArray, ...]:
         return tuple(np.where((x > 0.0) & (x < width), x, 0.0) for x in (half / a, c / half))
 
 
-def _linear(nodes: FloatArray, values: FloatArray) -> FloatArray:
-    return np.stack([values[:-1], np.diff(values) / np.diff(nodes)], axis=1)
-
-
 def _parabola(nodes: FloatArray, values: FloatArray) -> FloatArray:
     # the odd branch mirrors the other one, so that the curve stays odd
     middle = len(nodes) // 2
@@ -155,4 +152,4 @@ def _monotone(nodes: FloatArray, values: FloatArray) -> FloatArray:
     return np.asarray(PchipInterpolator(nodes, values).c[::-1].T)
 
 
-_INTERPOLANTS = {"linear": _linear, "parabola": _parabola, "monotone": _monotone}
+_INTERPOLANTS = {"linear": straight, "parabola": _parabola, "monotone": _monotone}

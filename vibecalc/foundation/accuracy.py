@@ -48,7 +48,7 @@ def foundation_topics(scene: Scene) -> list[Topic]:
     forcing: Forcing = scene.handed_on["forcing"]
     one, up = two_masses(scene)
     speed, kept = scene.case.machine.speed, forcing.retained
-    force = forcing.per_speed_squared.force[:kept, up] * speed**2
+    force = forcing.per_speed_squared.value[:kept, up] * speed**2
     w = forcing.order[:kept] * speed
     if not np.any(np.abs(force) > 0.0):
         return []

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import forces_of, peak_with_tail
+from vibecalc.excitation.adapter import peak_with_tail
 from vibecalc.foundation.results import UpAndDown
 from vibecalc.foundation.two_masses import TwoMasses, motion, natural_frequencies
 from vibecalc.numerics.bounded import Bounded
@@ -19,7 +19,7 @@ def run_foundation(scene: Scene) -> None:
     natural = natural_frequencies(system)
     rounding = 16.0 * EPSILON * natural.max(axis=-1, keepdims=True)
     axes = {"foundation_mode": np.arange(1, 3), "order": forcing.order[:used]}
-    per_square = forces_of(forcing.per_speed_squared)[..., up]
+    per_square = forcing.per_speed_squared[..., up]
     square = np.asarray(speed**2)[..., None]
     frequency = forcing.order * np.asarray(speed)[..., None]
     motions = motion(system, per_square.value * square, per_square.error * square, frequency)

@@ -100,7 +100,7 @@ def foundation_problems(case: "Case") -> list[Problem]:
             return []
         from vibecalc.parts.body import moment_problems
 
-        return moment_problems(("foundation", "body"), given)
+        return list(moment_problems(("foundation", "body"), given))
     return [
         Problem(
             path=("foundation",),

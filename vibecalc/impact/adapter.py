@@ -329,5 +329,5 @@ def _motor(scene: Scene, orders: np.ndarray) -> Bounded:
     value, error = np.zeros(len(orders)), np.zeros(len(orders))
     here = np.isin(force.orders, orders)
     at = force.orders[here] - orders[0]
-    value[at], error[at] = np.abs(force.harmonics[here]), force.error[here]
+    value[at], error[at] = abs(force.harmonics[here])
     return Bounded(value, error)

@@ -7,7 +7,6 @@ import numpy as np
 
 from vibecalc.core.run.columns import PointsScene
 from vibecalc.excitation.adapter import Forcing, few_orders
-from vibecalc.excitation.inertia_forces import as_loads
 from vibecalc.isolation.adapters.body_run_up import run_up_rows
 from vibecalc.isolation.adapters.common import emit_run_up_peaks, isolation_of
 from vibecalc.isolation.on_mounts import OnMounts
@@ -47,7 +46,7 @@ class RunUps(NamedTuple):
 def hand_on(scene: PointsScene, system: OnMounts) -> None:
     """Of the bodies of all points, under the shaking."""
     forcing: Forcing = scene.handed_on["forcing"]
-    load = system.felt(as_loads(forcing.per_speed_squared))
+    load = system.felt(forcing.per_speed_squared)
     few, tail = few_orders(forcing)
     read = run_up_rows(scene, system)
     given, alone = run_ups_of_bodies(

@@ -22,7 +22,7 @@ from vibecalc.kinematics.truncated_series import (
     truncated_harmonics,
     truncated_motion,
 )
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.leading import agreed
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.parts.firing import shakes_with_torque
@@ -45,8 +45,7 @@ class PistonMotion(NamedTuple):
     `tail` (...) times as much as they do.
     """
 
-    harmonics: np.ndarray
-    error: np.ndarray
+    harmonics: Bounded
     highest_order: int
     tail: np.ndarray
     dropped_after_guard: np.ndarray
@@ -56,18 +55,14 @@ def run_kinematics(scene: Scene) -> None:
     """Emit position and acceleration harmonics, what is left out of them, and the curves."""
     motion, dropped = _series(scene)
     scene.handed_on["motion"] = motion
-    radius = np.asarray(scene.parts.crank_train.crank_radius)
-    unit = radius * np.square(scene.case.machine.speed)
+    radius = rounded(scene.parts.crank_train.crank_radius, 4)
+    square = np.square(scene.case.machine.speed)
     orders = np.arange(motion.highest_order + 1)
-    values = motion.harmonics[..., : motion.highest_order + 1]
-    rounding = 4.0 * EPSILON
-    error = motion.error[..., : motion.highest_order + 1] + rounding * np.abs(values)
-    position, bent = radius[..., None], unit[..., None] * orders**2
-    lost = dropped.error + rounding * dropped.value
+    place = motion.harmonics[..., orders] * radius[..., None]
     found = OfPiston(
-        position_harmonics=Bounded(position * values, position * error),
-        acceleration_harmonics=Bounded(-bent * values, bent * error),
-        dropped_acceleration=Bounded(unit * dropped.value, unit * lost),
+        position_harmonics=place,
+        acceleration_harmonics=place * -np.asarray(square)[..., None] * orders**2,
+        dropped_acceleration=dropped * radius * square,
     )
     scene.emit_all(found, {"order": orders})
     if scene.case.machine.crank_train.has_slave_rods:
@@ -105,27 +100,22 @@ def exact_motion(case: "Case", train: "CrankTrain", least: int) -> PistonMotion:
 
 def _exact(case: "Case", train: "CrankTrain", least: int = 1) -> tuple[PistonMotion, Bounded]:
     """Points with the same crank and rod share their motion; all keep equally many orders."""
-    ratio = train.crank_radius / train.rod_length
-    offset = train.wrist_pin_offset / train.crank_radius
     rtol, cylinders = case.accuracy.rtol, len(train.names)
+    lengths = (train.crank_radius / train.rod_length, train.wrist_pin_offset / train.crank_radius)
+    pairs = np.stack(np.broadcast_arrays(*lengths))
+    cranks, crank = np.unique(pairs.reshape(2, -1), axis=1, return_inverse=True)
+    crank = crank.reshape(pairs.shape[1:])
+    known = tuple(map(tuple, cranks.tolist()))
     if case.machine.crank_train.has_slave_rods:
         from vibecalc.parts.articulated import steepest_ratio
 
-        steepest = steepest_ratio(case.machine.crank_train)
-        least = max(int(_highest_order(case, lambda: _enough(steepest, rtol, offset))), least)
-    if not (np.ndim(ratio) or np.ndim(offset)):
-        highest = max(int(_highest_order(case, lambda: _enough(ratio, rtol, offset))), least)
-        return _one_series(ratio, offset, highest, cylinders)
-    pairs = np.stack(np.broadcast_arrays(ratio, offset))
-    cranks, crank = np.unique(pairs, axis=1, return_inverse=True)
-    enough = _highest_order(case, lambda: order_for_tolerance(cranks[0], rtol, cranks[1]))
-    crank = crank.reshape(-1)
+        steepest = (steepest_ratio(case.machine.crank_train),), known[1]
+        least = max(int(_highest_order(case, lambda: _enough(steepest, rtol))[0]), least)
+    enough = _highest_order(case, lambda: _enough(known, rtol))
     highest = max(agreed(np.broadcast_to(enough, cranks[0].shape)[crank]), least)
-    motion, dropped = _exact_series(cranks[0], cranks[1], highest, cylinders)
-    arrays = {
-        name: getattr(motion, name)[crank]
-        for name in ("harmonics", "error", "tail", "dropped_after_guard")
-    }
+    motion, dropped = _exact_series(known, highest, cylinders)
+    names = ("harmonics", "tail", "dropped_after_guard")
+    arrays = {name: getattr(motion, name)[crank] for name in names}
     return motion._replace(**arrays), dropped[crank]
 
 
@@ -134,15 +124,15 @@ def _cut_series(
 ) -> tuple[PistonMotion, Bounded]:
     """A cut series has no orders beyond its own: the guard orders are all that is left out."""
     ratio = np.asarray(rod_ratio)
-    highest = int(_highest_order(case, lambda: last_order(case, terms)))
+    highest = int(_highest_order(case, lambda: last_order(case, terms))[0])
     values = truncated_harmonics(ratio, terms, max(highest, last_order(case, terms)))
-    error = RELATIVE_ERROR * np.abs(values)
     tail = np.array(1.0 if values.shape[-1] > highest + 1 else 0.0)
     dropped = truncated_dropped_acceleration(ratio, terms, highest)
     # of this size unless R / L is so close to 1 that the closed form takes over
     relative = EPSILON * (8.0 + 4.0 * terms / (1.0 - ratio * ratio))
     relative = np.where(ratio < 0.99, relative, 1e-12)
-    motion = _with_ratio_error(values, error, ratio, highest, tail, np.zeros(()))
+    harmonics = _with_ratio_error(values, RELATIVE_ERROR * np.abs(values), ratio)
+    motion = PistonMotion(harmonics, highest, tail, np.zeros(()))
     return motion, Bounded(dropped, relative * dropped)
 
 
@@ -151,25 +141,20 @@ def last_order(case: "Case", terms: int) -> int:
     return 4 * terms if shakes_with_torque(case) else 2 * terms
 
 
+#: R / L and e / R of some cranks
+Cranks = tuple[tuple[float, ...], ...]
+
+
 # A study changes masses and mounts far more often than the crank: these two need not run again.
-@lru_cache(maxsize=64)
-def _enough(ratio: float, rtol: float, offset: float) -> int:
-    return int(order_for_tolerance(ratio, rtol, offset))
+@lru_cache(maxsize=16)
+def _enough(cranks: Cranks, rtol: float) -> IntArray:
+    ratio, offset = map(np.array, cranks)
+    return np.asarray(order_for_tolerance(ratio, rtol, offset))
 
 
-@lru_cache(maxsize=64)
-def _one_series(
-    ratio: float, offset: float, highest: int, cylinders: int
-) -> tuple[PistonMotion, Bounded]:
-    motion, dropped = _exact_series(np.asarray(ratio), np.asarray(offset), highest, cylinders)
-    for array in (motion.harmonics, motion.error):
-        array.flags.writeable = False
-    return motion, dropped
-
-
-def _exact_series(
-    ratio: FloatArray, offset: FloatArray, highest: int, cylinders: int
-) -> tuple[PistonMotion, Bounded]:
+@lru_cache(maxsize=16)
+def _exact_series(cranks: Cranks, highest: int, cylinders: int) -> tuple[PistonMotion, Bounded]:
+    ratio, offset = map(np.array, cranks)
     # evenly spaced cranks may leave every 2 c-th order only, so the guard has to reach one
     decay = -np.log(pole(ratio, np.abs(offset)).radius)
     guard = max(math.ceil(np.max(-math.log(BEYOND_GUARD) / decay)) + 2, 2 * cylinders)
@@ -179,35 +164,28 @@ def _exact_series(
     beyond = dropped_with_error(ratio, highest + guard, offset).value
     shown = dropped.value - beyond
     tail = np.where(shown > 0.0, dropped.value / np.where(shown > 0.0, shown, 1.0), 1.0)
-    motion = _with_ratio_error(exact.values, exact.error, ratio, highest, tail, beyond)
+    harmonics = _with_ratio_error(exact.values, exact.error, ratio)
+    motion = PistonMotion(harmonics, highest, tail, beyond)
     reach = ratio * (1.0 + np.abs(offset))
     slip = EPSILON * (highest + 2.0 + 1.0 / decay) / np.sqrt(1.0 - reach * reach)
     return motion, Bounded(dropped.value, dropped.error + slip * dropped.value)
 
 
-def _highest_order(case: "Case", enough: Callable[[], int | IntArray]) -> int | IntArray:
+def _highest_order(case: "Case", enough: Callable[[], int | IntArray]) -> IntArray:
     """Highest order: the case's own word, else enough for the series and every turning weight.
 
     How many are enough is asked only where the case does not say: close to R/L = 1 nobody can.
     """
     if case.excitation is not None and case.excitation.orders is not None:
-        return case.excitation.orders
+        return np.atleast_1d(case.excitation.orders)
     shafts = case.machine.crank_train.balance_shafts
-    return np.maximum(enough(), max([1, *(abs(shaft.speed_ratio) for shaft in shafts)]))
+    return np.atleast_1d(np.maximum(enough(), max([1, *(abs(one.speed_ratio) for one in shafts)])))
 
 
-def _with_ratio_error(
-    values: np.ndarray,
-    error: np.ndarray,
-    ratio: FloatArray,
-    highest: int,
-    tail: FloatArray,
-    beyond: FloatArray,
-) -> PistonMotion:
+def _with_ratio_error(values: np.ndarray, error: np.ndarray, ratio: FloatArray) -> Bounded:
     # R / L is itself rounded: d ln C_n / d ln(R / L) is about n / sqrt(1 - (R / L)^2)
     steepness = np.arange(values.shape[-1]) / np.sqrt(1.0 - ratio * ratio)[..., None]
-    total = error + 0.5 * EPSILON * steepness * np.abs(values)
-    return PistonMotion(values, total, highest, tail, beyond)
+    return Bounded(values, error + 0.5 * EPSILON * steepness * np.abs(values))
 
 
 def _emit_curves(scene: Scene) -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vibecalc.core.report.rows import Cells, Rows, by_axis, first, others, rows_of
+from vibecalc.core.report.rows import Cells, Rows, first, others, rows_of
 from vibecalc.core.report.sections import (
     Section,
     along,
@@ -37,20 +37,23 @@ def kinematics(result: Result) -> Section | None:
     record = result.record
     dropped = scalars(record, ["kinematics/dropped_acceleration"])
     details = {"harmonics of the pistons": together(rows_of(record, _HARMONICS), dropped)}
-    return section("Piston motion", [_extremes(record), _cylinders(record)], details)
+    return section("Piston motion", [_extremes(record), rows_of(record, _CYLINDERS)], details)
 
 
-_CYLINDERS = (
-    ("kinematics/cylinder/stroke", "stroke", "mm"),
-    ("kinematics/cylinder/top_dead_centre", "top dead centre at", "deg"),
-    ("kinematics/cylinder/bottom_dead_centre", "bottom dead centre at", "deg"),
+#: strokes and dead centres, where slave rods make them differ
+_CYLINDERS = Rows(
+    "cylinder",
+    "cylinder",
+    (
+        Cells("stroke", "stroke mm", "mm"),
+        Cells("top_dead_centre", "top dead centre at deg", "deg"),
+        Cells("bottom_dead_centre", "bottom dead centre at deg", "deg"),
+    ),
+    width=14,
+    each=26,
+    root="kinematics/cylinder",
+    merge=True,
 )
-
-
-def _cylinders(record: Record) -> tuple[list[str], set[str]]:
-    """Strokes and dead centres, where slave rods make them differ."""
-    lines = by_axis(record, "cylinder", "cylinder", _CYLINDERS, 14, 26)
-    return lines, {path for path, *_ in _CYLINDERS}
 
 
 def _extremes(record: Record) -> tuple[list[str], set[str]]:

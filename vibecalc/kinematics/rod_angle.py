@@ -29,13 +29,10 @@ SAMPLE_ROUNDING = 8.0 * EPSILON
 class RodAngle(NamedTuple):
     """Harmonics C_n of orders 0 .. n (..., n + 1), f = Re sum C_n exp(i n t), with errors.
 
-    `angle` is phi in rad, `velocity` and `acceleration` are phi' and phi'' (by the crank angle,
-    times w and w^2 those by time), `product` is phi' phi'', `tangent` is tan phi. The errors are
-    real, absolute, and hold for the lengths as stored.
+    `acceleration` is phi'' (by the crank angle, times w^2 that by time), `product` is phi' phi'',
+    `tangent` is tan phi. The errors hold for the lengths as stored.
     """
 
-    angle: Bounded
-    velocity: Bounded
     acceleration: Bounded
     product: Bounded
     tangent: Bounded
@@ -48,7 +45,7 @@ def rod_angle_harmonics(
     *,
     highest_order: int,
 ) -> RodAngle:
-    """Harmonics of the rod's angle, of its derivatives, of phi' phi'' and of tan phi.
+    """Harmonics of phi'', of phi' phi'' and of tan phi.
 
     Parameters
     ----------
@@ -85,16 +82,14 @@ def rod_angle_harmonics(
 
     order = np.arange(highest_order + 1)
     has_offset = (offset != 0.0)[..., None]
-    for row, parity in ((0, 0), (1, 0), (2, 1), (3, 0)):
+    for row, parity in ((0, 0), (1, 1), (2, 0)):
         even = order % 2 == parity
         harmonics[row] = np.where(even, harmonics[row].real, 1j * harmonics[row].imag)
         there = has_offset | ~even
-        harmonics[row], error[row] = (
-            np.where(there, harmonics[row], 0.0),
-            np.where(there, error[row], 0.0),
-        )
-    harmonics[1:3, ..., 0] = error[1:3, ..., 0] = 0.0  # the mean of a derivative
-    return _integrated(harmonics, error)
+        for part in (harmonics, error):
+            part[row] = np.where(there, part[row], 0.0)
+    harmonics[:2, ..., 0] = error[:2, ..., 0] = 0.0  # the mean of a derivative
+    return RodAngle(*map(Bounded, harmonics, error))
 
 
 def largest_rod_acceleration(
@@ -145,7 +140,7 @@ def _samples(
     offset: FloatArray,
     clearance: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """phi, phi'', phi' phi'' and tan phi (4, ..., count), and the sizes of what forms them."""
+    """phi'', phi' phi'' and tan phi (3, ..., count), and the sizes of what forms them."""
     sine, cosine = _circle(count)
     r, length_, e = radius[..., None], length[..., None], offset[..., None]
     rod = rod_projection(sine, cosine, r, length_, e)
@@ -160,15 +155,8 @@ def _samples(
     cube = (rod / length_) ** 3
     acceleration, strain = (turn + bend) / cube, (np.abs(turn) + np.abs(bend)) / cube
     return (
-        np.stack(
-            [
-                np.arctan2(r * sine - e, rod),
-                acceleration,
-                velocity * acceleration,
-                tangent,
-            ]
-        ),
-        np.stack([lateral, strain, np.abs(velocity) * strain, lateral]),
+        np.stack([acceleration, velocity * acceleration, tangent]),
+        np.stack([strain, np.abs(velocity) * strain, lateral]),
     )
 
 
@@ -178,18 +166,3 @@ def _circle(count: int) -> tuple[FloatArray, FloatArray]:
     half = np.concatenate([quarter, quarter[-2:0:-1]])
     sine = np.concatenate([half, -half])
     return sine, np.roll(sine, -(count // 4))
-
-
-def _integrated(harmonics: np.ndarray, error: FloatArray) -> RodAngle:
-    """phi and phi' from phi'', which leaves their high orders more digits than samples would."""
-    angle, acceleration, product, tangent = (
-        Bounded(*pair) for pair in zip(harmonics, error, strict=True)
-    )
-    order = np.arange(1, harmonics.shape[-1])
-    value, slip = acceleration.value[..., 1:], acceleration.error[..., 1:]
-    velocity = Bounded(np.zeros_like(acceleration.value), np.zeros_like(acceleration.error))
-    velocity.value[..., 1:] = -1j * value / order
-    velocity.error[..., 1:] = (slip + EPSILON * np.abs(value)) / order
-    angle.value[..., 1:] = -value / order**2
-    angle.error[..., 1:] = (slip + EPSILON * np.abs(value)) / order**2
-    return RodAngle(angle, velocity, acceleration, product, tangent)

@@ -10,6 +10,7 @@ cut series has smaller harmonics than the exact motion. There is no wrist pin of
 """
 
 from functools import lru_cache
+from math import comb
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -54,7 +55,7 @@ def truncated_harmonics(
     lower_power = power // 2
     weight = (2.0 * np.arange(count)) ** derivative
     # (..., k, j); the power is split so that a tiny ratio does not underflow too early
-    lower = _coefficients(terms, count) * weight[:, None] * ratio**lower_power
+    lower = np.array(_coefficient_table(terms, count)) * weight[:, None] * ratio**lower_power
     even = np.sum((lower * ratio ** (power - lower_power))[..., ::-1], axis=-1)
     even = np.where(np.abs(even) < SMALLEST_NORMAL, 0.0, even)
     even[..., 0] += weight[0] / ratio[..., 0, 0]
@@ -122,18 +123,9 @@ def truncated_motion(
     )
 
 
-@lru_cache(maxsize=8)
-def _series_factors(terms: int) -> tuple[float, ...]:
+def _series_factors(terms: int) -> list[float]:
     """b_1 ... b_terms, rounded once from exact integers."""
-    central, factors = 1, []
-    for j in range(1, terms + 1):
-        central = central * 2 * (2 * j - 1) // j
-        factors.append(central / ((2 * j - 1) << (2 * j)))
-    return tuple(factors)
-
-
-def _coefficients(terms: int, count: int) -> FloatArray:
-    return np.array(_coefficient_table(terms, count))
+    return [comb(2 * j, j) / ((2 * j - 1) << (2 * j)) for j in range(1, terms + 1)]
 
 
 @lru_cache(maxsize=8)
@@ -171,11 +163,6 @@ def _remainder_at_right_angle(ratio: FloatArray, terms: int) -> FloatArray:
     return np.asarray(first * (ratio ** (2 * terms + 1 - half) * remainder))
 
 
-@lru_cache(maxsize=8)
-def _central_ratios(count: int) -> tuple[float, ...]:
+def _central_ratios(count: int) -> list[float]:
     """C(2j, j) / 4^j for j = 0 ... count - 1, rounded once from exact integers."""
-    central, ratios = 1, []
-    for j in range(count):
-        ratios.append(central / (1 << (2 * j)))
-        central = central * 2 * (2 * j + 1) // (j + 1)
-    return tuple(ratios)
+    return [comb(2 * j, j) / (1 << (2 * j)) for j in range(count)]

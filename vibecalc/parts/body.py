@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.errors import KeyPath, Problem
+from vibecalc.errors import KeyPath, Problem, listing
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF, BoolArray
@@ -127,13 +127,6 @@ def box_inertia(mass: float | Array, box: parts.Box) -> Array:
     return np.asarray(_sums_of_squares(box.length, box.width, box.height) * twelfth)
 
 
-def bare_mass(body: parts.Body) -> float:
-    """Mass in kg of the machine without its block; a body given as a matrix has none."""
-    if body.mass is None:
-        raise ValueError("the body is given as a matrix")
-    return body.mass
-
-
 def inertia_of(given: parts.Body | parts.BodyPart) -> Array:
     """Inertia (..., 3, 3) in kg m^2 of a body without its block, or a part, about its centre."""
     if given.inertia is None:
@@ -147,43 +140,21 @@ def inertia_of(given: parts.Body | parts.BodyPart) -> Array:
 
 
 def build_body(body: parts.Body) -> RigidBody:
-    """Mass matrix of a validated body; a block adds its mass, its inertia and a static moment.
+    """The rigid body of a validated one: of its parts, or of the machine and its inertia block.
 
     The kinetic energy is m v.v/2 + v.(w x S) + w.J w/2 with v of the reference point, the static
-    moment S and the inertia J about that point (Goldstein, Classical Mechanics, ch. 5).
+    moment S and the inertia J about that point (Goldstein, Classical Mechanics, ch. 5); the
+    theorem of parallel axes is taken from the reference point and from the common centre.
     """
-    if body.parts:
-        return _assembled(body.parts)
-    bare_inertia = inertia_of(body)
+    given = [(one.mass, one.centre, inertia_of(one)) for one in body.parts or ()]
+    if not given:
+        given.append((body.mass, body.centre or (0.0, 0.0, 0.0), inertia_of(body)))
     block = body.inertia_block
-    added = 0.0 if block is None else block.mass
-    own = np.zeros(3) if body.centre is None else side_by_side(body.centre)
-    if block is None or not np.any(added):
-        place, block_inertia = np.zeros(3), np.zeros((3, 3))
-    else:
-        place, block_inertia = side_by_side(block.position), box_inertia(added, block.box)
-    bare = bare_mass(body)
-    mass = np.asarray(bare + added)
-    static_moment = np.asarray(added)[..., None] * place
-    about_reference = bare_inertia + block_inertia + point_inertia(added, place)
-    if np.any(own):
-        static_moment = static_moment + np.asarray(bare)[..., None] * own
-        about_reference = about_reference + point_inertia(bare, own)
-    # Two masses about their common centre act as the reduced mass: no difference of large terms.
-    reduced, apart = added * (bare / mass), place - own if np.any(added) else place
-    return RigidBody(
-        mass=bare + added,
-        centre=static_moment / mass[..., None],
-        mass_matrix=_mass_matrix(mass, static_moment, about_reference),
-        inertia=bare_inertia + block_inertia + point_inertia(reduced, apart),
-    )
-
-
-def _assembled(given: Sequence[parts.BodyPart]) -> RigidBody:
-    """A body of parts: theorem of parallel axes, from the reference point and from the centre."""
-    masses = side_by_side([one.mass for one in given])
-    places = rounded(side_by_side([side_by_side(one.centre) for one in given], own=1), 1)
-    own = side_by_side([inertia_of(one) for one in given], own=2)
+    if block is not None:
+        given.append((block.mass, block.position, box_inertia(block.mass, block.box)))
+    masses = side_by_side([mass for mass, _, _ in given])
+    places = rounded(side_by_side([side_by_side(centre) for _, centre, _ in given], own=1), 1)
+    own = side_by_side([inertia for _, _, inertia in given], own=2)
     mass = masses.sum(axis=-1)
     moments = places * masses[..., None]
     static_moment = moments.sum(axis=-2)
@@ -231,34 +202,33 @@ BODY: KeyPath = ("machine", "body")
 SLACK = 1e-6
 
 
-def body_problems(case: Case) -> list[Problem]:
+@listing
+def body_problems(case: Case) -> Iterator[Problem]:
     """Problems of the moments and products of inertia, of the body or of its parts."""
-    body = case.machine.body
-    return [] if body is None else moment_problems(BODY, body)
+    if case.machine.body is not None:
+        yield from moment_problems(BODY, case.machine.body)
 
 
-def moment_problems(path: KeyPath, body: parts.Body) -> list[Problem]:
+def moment_problems(path: KeyPath, body: parts.Body) -> Iterator[Problem]:
     """The same of one body, which stands at `path`."""
     problems = list(_moments(path, body, 1e-12))
     for place, part in enumerate(body.parts or ()):
         problems += _moments((*path, "parts", place), part, -1e-12)
+    yield from problems
     if not body.parts or problems:
-        return problems
+        return
     built = build_body(body)
     principal = np.linalg.eigvalsh(built.inertia)
     extent = np.abs([part.centre for part in body.parts]).max()
-    if principal[0] > 1e-12 * max(principal[2], built.mass * extent**2):
-        return []
-    shown = ", ".join(f"{moment:.6g}" for moment in principal)
-    return [
-        Problem(
+    if not principal[0] > 1e-12 * max(principal[2], built.mass * extent**2):
+        shown = ", ".join(f"{moment:.6g}" for moment in principal)
+        yield Problem(
             path=(*path, "parts"),
             message="the parts have no moment of inertia about some axis: they are points in a "
             "line, or too small beside their distance from the reference point",
             found=f"principal moments of {shown} kg*m^2",
             allowed="all principal moments > 0",
         )
-    ]
 
 
 def _moments(path: KeyPath, given: parts.Body | parts.BodyPart, least: float) -> Iterator[Problem]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vibecalc.errors import NumericalFailure
 from vibecalc.kinds import asks_roll, finds_speed, has_crank_train, has_speed
 from vibecalc.parts import body_tables as parts
-from vibecalc.parts.body import DIRECTIONS, build_body, build_frame
+from vibecalc.parts.body import DIRECTIONS, RigidBody, build_body, build_frame
 from vibecalc.parts.crank_train import build_crank_train, rod_share
 from vibecalc.parts.firing import has_gas, torque_reaches_mounts
 from vibecalc.parts.mount_needs import loads_count
@@ -142,18 +142,16 @@ def masses(case: Case) -> NamedNumbers:
 
 def sag(case: Case) -> NamedNumbers:
     """Sag of the body under its weight over the longest distance between its mounts."""
-    machine, options = case.machine, case.isolation
-    if options is None or machine.body is None or machine.mounts is None:
+    machine, options, built = case.machine, case.isolation, _built(case.machine)
+    if options is None or built is None:
         return
-    if machine.body.mass_matrix is not None or machine.mounts.stiffness_matrix is not None:
-        return
-    mounts, up = build_mounts(machine.mounts), "xyz".index(options.up)
-    body = build_body(machine.body)
+    (body, mounts), up = built, "xyz".index(options.up)
     stiffness = float(mounts.stiffness.sum(axis=0)[up, up])
     away = mounts.position[:, None] - mounts.position
     size = float(np.sqrt(np.square(away).sum(axis=-1)).max())
-    if machine.body.box is not None:
-        size = max(size, *(getattr(machine.body.box, k) for k in ("length", "width", "height")))
+    box = machine.body.box
+    if box is not None:
+        size = max(size, box.length, box.width, box.height)
     if loads_count(machine.mounts):
         deep = _sunk(case, up)
     else:
@@ -170,7 +168,7 @@ def _sunk(case: Case, up: int) -> float:
         return 0.0  # the run says it
     if mounts is None or mounts.rest is None:
         return 0.0
-    return -float(mounts.rest.body[up])
+    return -float(mounts.rest.body.value[up])
 
 
 RULES = (
@@ -184,25 +182,21 @@ RULES = (
         "the mean piston speed is {x:.3g} m/s, where machines stay below 30: is the speed in "
         "rad/s ('4900 rpm' otherwise) and the crank radius in m?",
     ),
-    Rule(
-        at("machine", "crank_train", "bore"), 2.0,
-        "the {what} is {x:.4g} m: is it in m ('{x:.4g} mm' otherwise)?",
-    ),
-    Rule(
-        at("machine", "crank_train", "crank_radius"), 3.0,
-        "the {what} is {x:.4g} m: is it in m ('{x:.4g} mm' otherwise)?",
-    ),
-    Rule(
-        at("machine", "crank_train", "cylinders[]", "position"), 50.0,
-        "the {what} is {x:.4g} m: is it in m ('{x:.4g} mm' otherwise)?",
+    *(
+        Rule(
+            at(*path.split(".")), limit,
+            "the {what} is {x:.4g} m: is it in m ('{x:.4g} mm' otherwise)?",
+        )
+        for path, limit in (
+            ("machine.crank_train.bore", 2.0),
+            ("machine.crank_train.crank_radius", 3.0),
+            ("machine.crank_train.cylinders[].position", 50.0),
+            ("machine.mounts.individual[].position", 50.0),
+        )
     ),
     Rule(
         at("machine", "mounts", "positions"), 50.0,
         "a mount stands {x:.4g} m away: is its place in m ('{x:.4g} mm' otherwise)?",
-    ),
-    Rule(
-        at("machine", "mounts", "individual[]", "position"), 50.0,
-        "the {what} is {x:.4g} m: is it in m ('{x:.4g} mm' otherwise)?",
     ),
     Rule(
         bore, 6.0,
@@ -224,15 +218,13 @@ RULES = (
         "under its weight the machine sinks by about {what}, more than a tenth of its length: "
         "is the stiffness of the mounts in N/m ('10 kN/m', '10 N/mm' otherwise)?",
     ),
-    Rule(
-        at("machine", "secondary", "mass_ratio"), 1.0,
-        "the {what} is {x:.4g}, an absorber heavier than what it is to keep still: should it "
-        "be '{x:.4g} %'?",
-    ),
-    Rule(
-        at("machine", "secondaries[]", "mass_ratio"), 1.0,
-        "the {what} is {x:.4g}, an absorber heavier than what it is to keep still: should it "
-        "be '{x:.4g} %'?",
+    *(
+        Rule(
+            at("machine", table, "mass_ratio"), 1.0,
+            "the {what} is {x:.4g}, an absorber heavier than what it is to keep still: should it "
+            "be '{x:.4g} %'?",
+        )
+        for table in ("secondary", "secondaries[]")
     ),
     Rule(
         at("machine", "motor", "synchronous_speed"), 378.0,
@@ -261,57 +253,46 @@ NOTICEABLE = 1e-6
 
 def part_warnings(case: Case) -> list[str]:
     """Sentences for the report, on a case without problems."""
-    if not has_crank_train(case.machine):
-        return [*implausible(case), *_without_effect(case)]
-    return [
-        *implausible(case),
-        *_places(case),
-        *_orders(case),
-        *_pitch_coupling(case),
-        *_without_effect(case),
-        *_rod(case),
-    ]
+    train = has_crank_train(case.machine)
+    of_train = (_places, _orders, _pitch_coupling) if train else ()
+    said = (implausible, *of_train, _without_effect, *((_rod,) if train else ()))
+    return [text for some in said for text in some(case)]
 
 
-def _placed(machine: Machine) -> tuple[parts.Body, parts.Mounts] | None:
+def _built(machine: Machine) -> tuple[RigidBody, Mounts] | None:
     """Body and mounts, if neither is missing nor a matrix."""
     body, mounts = machine.body, machine.mounts
-    if body is None or mounts is None:
+    if body is None or mounts is None or body.mass_matrix or mounts.stiffness_matrix:
         return None
-    matrices = body.mass_matrix is not None or mounts.stiffness_matrix is not None
-    return None if matrices else (body, mounts)
+    return build_body(body), build_mounts(mounts)
 
 
-def _places(case: Case) -> list[str]:
+def _places(case: Case) -> Iterator[str]:
     roll = None if case.response is None else case.response.roll
     if not has_speed(case.machine) and not (roll is not None and roll.classical):
-        return []  # no couples are computed
+        return  # no couples are computed
     if case.machine.kind == "engine" and case.machine.body is None and case.excitation is None:
-        return []  # only torques on a shaft line
+        return  # only torques on a shaft line
     train = build_crank_train(case.machine.crank_train)
     seen: dict[tuple[float, float], str] = {}
-    texts = []
     for name, place, bank in zip(train.names, train.position, train.bank_angle, strict=True):
         spot = (float(place), float(bank))
         if spot in seen:
-            texts.append(
+            yield (
                 f"cylinders '{seen[spot]}' and '{name}' stand in the same place, at position "
                 f"{place:.6g} m and bank angle {bank:.6g} rad: couples between them are zero"
             )
         seen.setdefault(spot, name)
-    return texts
 
 
-def _orders(case: Case) -> list[str]:
+def _orders(case: Case) -> Iterator[str]:
     highest = None if case.excitation is None else case.excitation.orders
-    if highest is None:
-        return []
-    return [
-        f"balance shaft '{shaft.name}' turns at {abs(shaft.speed_ratio)} times the crank speed "
-        f"and is left out, since excitation.orders = {highest}"
-        for shaft in case.machine.crank_train.balance_shafts
-        if abs(shaft.speed_ratio) > highest
-    ]
+    for shaft in case.machine.crank_train.balance_shafts:
+        if highest is not None and abs(shaft.speed_ratio) > highest:
+            yield (
+                f"balance shaft '{shaft.name}' turns at {abs(shaft.speed_ratio)} times the crank "
+                f"speed and is left out, since excitation.orders = {highest}"
+            )
 
 
 _REACHES = (
@@ -380,63 +361,58 @@ def _overridden(case: Case, mounts: parts.Mounts) -> Iterator[str]:
             yield one.name
 
 
-def _rod(case: Case) -> list[str]:
+def _rod(case: Case) -> Iterator[str]:
     train = case.machine.crank_train
     rod, share = train.rod, rod_share(train)
     if rod is None or rod.inertia is None:
-        return []
+        return
     between = rod.mass * train.rod_length**2 * share * (1.0 - share)
-    if rod.inertia <= between * (1.0 + NOTICEABLE):
-        return []
-    return [
-        f"the rod's moment of inertia is {rod.inertia:.4g} kg*m^2, more than the {between:.4g} "
-        "kg*m^2 of a rod whose material lies between its bearings: is it about the mass centre?"
-    ]
+    if rod.inertia > between * (1.0 + NOTICEABLE):
+        yield (
+            f"the rod's moment of inertia is {rod.inertia:.4g} kg*m^2, more than the "
+            f"{between:.4g} kg*m^2 of a rod whose material lies between its bearings: is it about "
+            "the mass centre?"
+        )
 
 
-def _pitch_coupling(case: Case) -> list[str]:
+def _pitch_coupling(case: Case) -> Iterator[str]:
     """What the pitch model leaves out of the body's other five motions, as shares."""
     machine = case.machine
-    if case.isolation is None or case.isolation.model != "pitch":
-        return []
-    placed = _placed(machine)
-    if placed is None:
-        return []
-    body, mounts = build_body(placed[0]), build_mounts(placed[1])
+    built = _built(machine)
+    if case.isolation is None or case.isolation.model != "pitch" or built is None:
+        return
+    body, mounts = built
     frame = build_frame(machine.crank_train.axis, machine.crank_train.stroke)
     place = mounts.position - body.centre
-    texts = []
 
     pitch = np.cross(frame.across, place)  # displacement of each mount for a unit of pitch
     heights = (place @ frame.stroke)[:, None] * np.cross(frame.across, frame.stroke)
     exact = _work(mounts, pitch, pitch)
     model = _work(mounts, pitch - heights, pitch - heights)
     if abs(exact - model) > NOTICEABLE * model:
-        texts.append(
+        yield (
             f"the pitch model leaves out {100.0 * abs(exact - model) / model:.3g} % of the pitch "
             "stiffness, from mounts above or below the mass centre; rigid_body has it"
         )
-    others = [np.broadcast_to(row, place.shape) for row in (frame.axis, frame.across, frame.stroke)]
-    others += [np.cross(turn, place) for turn in (frame.axis, frame.stroke)]
-    names = [f"motion along {_name(row)}" for row in (frame.axis, frame.across, frame.stroke)]
-    names += [f"turning about {_name(row)}" for row in (frame.axis, frame.stroke)]
+    turned = body.inertia @ frame.across
     coupled = []
-    for name, motion in zip(names, others, strict=True):
-        scale = math.sqrt(max(exact, model) * _work(mounts, motion, motion))
-        if abs(_work(mounts, pitch, motion)) > NOTICEABLE * scale:
-            coupled.append(name)
-    inertia = body.inertia @ frame.across
-    for axis in (frame.axis, frame.stroke):
-        share = abs(float(axis @ inertia)) > NOTICEABLE * float(frame.across @ inertia)
-        name = f"turning about {_name(axis)}"
-        if share and name not in coupled:
-            coupled.append(name)
+    for along in (frame.axis, frame.across, frame.stroke):
+        if _coupled(mounts, pitch, np.broadcast_to(along, place.shape), max(exact, model)):
+            coupled.append(f"motion along {_name(along)}")
+    for about in (frame.axis, frame.stroke):
+        by_mass = abs(float(about @ turned)) > NOTICEABLE * float(frame.across @ turned)
+        if by_mass or _coupled(mounts, pitch, np.cross(about, place), max(exact, model)):
+            coupled.append(f"turning about {_name(about)}")
     if coupled:
-        texts.append(
+        yield (
             "pitch is coupled with " + ", ".join(coupled) + ": the pitch model is then an "
             "approximation, and rigid_body is exact"
         )
-    return texts
+
+
+def _coupled(mounts: Mounts, pitch: Array, motion: Array, stiffness: float) -> bool:
+    scale = math.sqrt(stiffness * _work(mounts, motion, motion))
+    return abs(_work(mounts, pitch, motion)) > NOTICEABLE * scale
 
 
 def _work(mounts: Mounts, first: Array, second: Array) -> float:

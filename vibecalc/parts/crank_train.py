@@ -1,13 +1,13 @@
 """The crank train as arrays, and whether it can turn: cylinders, throws, rotating weights."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vibecalc.errors import Problem
+from vibecalc.errors import Problem, listing
 from vibecalc.kinds import TRAIN, has_crank_train
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.rounding import BoolArray
@@ -39,7 +39,9 @@ class CrankTrain:
     is (points, n) or, of the origin, (points, 3).
     """
 
-    geometry: CrankGeometry
+    crank_radius: Any
+    rod_length: Any
+    wrist_pin_offset: Any
     names: tuple[str, ...]
     position: Array
     crank_phase: Array
@@ -50,18 +52,6 @@ class CrankTrain:
     axis: Array
     stroke: Array
     across: Array
-
-    @property
-    def crank_radius(self) -> float:
-        return self.geometry.crank_radius  # type: ignore[no-any-return]
-
-    @property
-    def rod_length(self) -> float:
-        return self.geometry.rod_length  # type: ignore[no-any-return]
-
-    @property
-    def wrist_pin_offset(self) -> float:
-        return self.geometry.wrist_pin_offset  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
@@ -124,7 +114,9 @@ def build_crank_train(train: parts.CrankTrain) -> CrankTrain:
     masses = [c.reciprocating_mass for c in cylinders]
     pins = [train.rotating_mass if c.rotating_mass is None else c.rotating_mass for c in cylinders]
     return CrankTrain(
-        geometry=crank_geometry(train),
+        crank_radius=train.crank_radius,
+        rod_length=train.rod_length,
+        wrist_pin_offset=train.wrist_pin_offset,
         names=tuple(c.name for c in cylinders),
         position=side_by_side([c.position for c in cylinders]),
         crank_phase=side_by_side([c.crank_phase for c in cylinders]),
@@ -207,15 +199,15 @@ def cancelling_weights(train: CrankTrain, balanced_for: Sequence[str] | None) ->
 def weights_and_shafts(train: parts.CrankTrain) -> list[Row]:
     """Counterweights and balance shafts, as the case has them."""
     along = build_frame(train.axis, train.stroke).axis
-    weights: list[Row] = [
+    rows: list[Row] = [
         (weight.name, weight.unbalance, 1, weight.phase, _on_shaft(weight.position, along))
         for weight in train.counterweights
     ]
-    shafts: list[Row] = [
+    rows += (
         (shaft.name, shaft.unbalance, shaft.speed_ratio, shaft.phase, side_by_side(shaft.position))
         for shaft in train.balance_shafts
-    ]
-    return [*weights, *shafts]
+    )
+    return rows
 
 
 def rotating_masses(rows: Sequence[Row]) -> RotatingMasses:
@@ -230,26 +222,12 @@ def rotating_masses(rows: Sequence[Row]) -> RotatingMasses:
     )
 
 
-class Running(Protocol):
-    """What [excitation] says of the cylinders: which work, what the others do, what is balanced."""
-
-    @property
-    def working(self) -> tuple[str, ...] | None: ...
-
-    @property
-    def idle(self) -> Literal["stopped", "unloaded"]: ...
-
-    @property
-    def balanced_for(self) -> tuple[str, ...] | None: ...
-
-
-def build_rotating_masses(
-    train: parts.CrankTrain, options: Running | None = None
-) -> RotatingMasses:
+def build_rotating_masses(case: Case) -> RotatingMasses:
     """All that turns: throws with a rotating mass, then weights, then balance shafts.
 
-    `options` says which cylinders work and for which the crankshaft is balanced.
+    `[excitation]` says which cylinders work and for which the crankshaft is balanced.
     """
+    train, options = case.machine.crank_train, case.excitation
     whole = build_crank_train(train)
     runs = whole if options is None else moving(whole, options.working, options.idle)
     ideal = [] if options is None else cancelling_weights(whole, options.balanced_for)
@@ -261,28 +239,24 @@ def build_rotating_masses(
 # ----------------------------------------------------------------------------
 
 
-def crank_train_problems(case: Case) -> list[Problem]:
+@listing
+def crank_train_problems(case: Case) -> Iterator[Problem]:
     """Problems of directions, lengths, masses and of the series chosen for the motion."""
     if not has_crank_train(case.machine):
-        return []
+        return
     train = case.machine.crank_train
-    masses = _masses(case)
-    return [*_directions(train), *_lengths(train), *_series(case), *masses]
-
-
-def _directions(train: parts.CrankTrain) -> list[Problem]:
-    if train.axis != train.stroke:
-        return []
-    others = " or ".join(repr(name) for name in DIRECTIONS if name != train.axis)
-    return [
-        Problem(
+    if train.axis == train.stroke:
+        others = " or ".join(repr(name) for name in DIRECTIONS if name != train.axis)
+        yield Problem(
             path=(*TRAIN, "stroke"),
             message="the pistons cannot move along the crankshaft",
             found=f"stroke = '{train.stroke}', and axis = '{train.axis}'",
             allowed=f"{others} with this axis",
             also=(*TRAIN, "axis"),
         )
-    ]
+    yield from _lengths(train)
+    yield from _series(case)
+    yield from _masses(case)
 
 
 def _lengths(train: parts.CrankTrain) -> list[Problem]:
@@ -313,78 +287,62 @@ def rod_problems(radius: float, rod_length: float, offset: float) -> list[Proble
     ]
 
 
-def _series(case: Case) -> list[Problem]:
+def _series(case: Case) -> Iterator[Problem]:
     """What the truncated series has no terms for."""
     train = case.machine.crank_train
     if case.kinematics is None or case.kinematics.series != "truncated":
-        return []
-    problems = []
+        return
     if train.wrist_pin_offset != 0.0:
-        problems.append(
-            Problem(
-                path=("kinematics", "series"),
-                message="the truncated series has no term for a wrist-pin offset",
-                found=f"series = 'truncated' with an offset of {train.wrist_pin_offset:.6g} m",
-                allowed="series = 'exact', or no offset",
-                also=(*TRAIN, "wrist_pin_offset"),
-            )
+        yield Problem(
+            path=("kinematics", "series"),
+            message="the truncated series has no term for a wrist-pin offset",
+            found=f"series = 'truncated' with an offset of {train.wrist_pin_offset:.6g} m",
+            allowed="series = 'exact', or no offset",
+            also=(*TRAIN, "wrist_pin_offset"),
         )
     if train.rod is not None and train.rod.inertia is not None:
-        problems.append(
-            Problem(
-                path=("kinematics", "series"),
-                message="the truncated series has no terms for the turning of the rod",
-                found=f"series = 'truncated' with a rod inertia of {train.rod.inertia:.6g} kg*m^2",
-                allowed="series = 'exact', or no inertia of the rod",
-                also=(*TRAIN, "rod", "inertia"),
-            )
+        yield Problem(
+            path=("kinematics", "series"),
+            message="the truncated series has no terms for the turning of the rod",
+            found=f"series = 'truncated' with a rod inertia of {train.rod.inertia:.6g} kg*m^2",
+            allowed="series = 'exact', or no inertia of the rod",
+            also=(*TRAIN, "rod", "inertia"),
         )
-    return problems
 
 
-def _masses(case: Case) -> list[Problem]:
+def _masses(case: Case) -> Iterator[Problem]:
     train = case.machine.crank_train
-    problems = []
     rod = train.rod
     if rod is not None and rod_share(train) > 1.0:
-        problems.append(
-            Problem(
-                path=(*TRAIN, "rod", "crank_pin_to_mass_centre"),
-                message="the rod's mass centre lies beyond its wrist pin",
-                found=f"{rod.crank_pin_to_mass_centre:.6g} m from the crank pin",
-                allowed=f"at most the rod length, {train.rod_length:.6g} m",
-                also=(*TRAIN, "rod_length"),
-            )
+        yield Problem(
+            path=(*TRAIN, "rod", "crank_pin_to_mass_centre"),
+            message="the rod's mass centre lies beyond its wrist pin",
+            found=f"{rod.crank_pin_to_mass_centre:.6g} m from the crank pin",
+            allowed=f"at most the rod length, {train.rod_length:.6g} m",
+            also=(*TRAIN, "rod_length"),
         )
-    if problems:
-        return problems
+        return
     arrays = build_crank_train(train)
     moving = float(arrays.reciprocating_mass.sum() + arrays.rotating_mass.sum())
-    unbalance = sum(weight.unbalance for weight in train.counterweights)
-    unbalance += sum(shaft.unbalance for shaft in train.balance_shafts)
-    if moving == 0.0 and unbalance == 0.0:
-        problems.append(
-            Problem(
-                path=(*TRAIN, "reciprocating_mass"),
-                message="nothing in the crank train has a mass, so nothing shakes the body",
-                found="reciprocating and rotating masses of 0 kg",
-                allowed="a mass above zero on at least one cylinder, throw, weight or shaft",
-            )
+    turning = (*train.counterweights, *train.balance_shafts)
+    if moving == 0.0 and not any(one.unbalance for one in turning):
+        yield Problem(
+            path=(*TRAIN, "reciprocating_mass"),
+            message="nothing in the crank train has a mass, so nothing shakes the body",
+            found="reciprocating and rotating masses of 0 kg",
+            allowed="a mass above zero on at least one cylinder, throw, weight or shaft",
         )
     body = case.machine.body
     whole = None if body is None else _whole_mass(body)
     if body is not None and whole is not None and moving >= whole:
-        problems.append(
-            Problem(
-                path=("machine", "body", "mass" if body.mass_matrix is None else "mass_matrix"),
-                message="the moving parts weigh more than the whole machine, which includes them",
-                found=f"{whole:.6g} kg, with {moving:.6g} kg of pistons, rods and throws",
-                allowed=f"> {moving:.6g} kg",
-                hint="masses are in kg unless they carry a unit, as in '400 g'",
-                also=TRAIN,
-            )
+        yield Problem(
+            path=("machine", "body", "mass" if body.mass_matrix is None else "mass_matrix"),
+            message="the moving parts weigh more than the whole machine, which includes them",
+            found=f"{whole:.6g} kg, with {moving:.6g} kg of pistons, rods and throws",
+            allowed=f"> {moving:.6g} kg",
+            hint="masses are in kg unless they carry a unit, as in '400 g'",
+            also=TRAIN,
         )
-    return problems
 
 
 def _whole_mass(body: body_tables.Body) -> float | None:
@@ -412,9 +370,8 @@ def crank_train_suspects(case: Case) -> BoolArray:
     if case.kinematics is not None and case.kinematics.series == "truncated":
         fine = fine & np.asarray(train.wrist_pin_offset == 0.0)
     moving = (train.reciprocating_mass + train.rotating_mass).sum(axis=-1)
-    turning = [weight.unbalance for weight in written.counterweights]
-    turning += [shaft.unbalance for shaft in written.balance_shafts]
-    fine = fine & (sum(turning, moving) > 0.0)
+    turning = (*written.counterweights, *written.balance_shafts)
+    fine = fine & (sum((one.unbalance for one in turning), moving) > 0.0)
     if written.firing_order or any(c.firing_angle is not None for c in written.cylinders):
         placed = [angle for c in written.cylinders for angle in (c.crank_phase, c.bank_angle)]
         fine = fine & (not any(isinstance(angle, np.ndarray) for angle in placed))

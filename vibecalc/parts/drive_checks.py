@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from vibecalc.errors import KeyPath, Problem
+from vibecalc.errors import KeyPath, Problem, listing
 from vibecalc.kinds import TRAIN, gas_turns, has_crank_train
 from vibecalc.parts.firing import cycle_angle
 from vibecalc.schema import Case
@@ -89,18 +89,13 @@ def degrees(angle: float) -> str:
 PRESSURE: KeyPath = ("machine", "crank_train", "gas_pressure")
 
 
-def drive_problems(case: Case) -> list[Problem]:
+@listing
+def drive_problems(case: Case) -> Iterator[Problem]:
     """Problems of the table of gas pressure."""
-    return list(_pressure(case))
-
-
-def _pressure(case: Case) -> Iterator[Problem]:
-    if not has_crank_train(case.machine):
-        return
-    table = case.machine.crank_train.gas_pressure
-    if table is None:
-        return
-    yield from pressure_problems(PRESSURE, table, cycle_angle(case.machine))
+    if has_crank_train(case.machine):
+        table = case.machine.crank_train.gas_pressure
+        if table is not None:
+            yield from pressure_problems(PRESSURE, table, cycle_angle(case.machine))
 
 
 def pressure_problems(path: KeyPath, table: "GasPressure", period: float) -> Iterator[Problem]:
@@ -119,18 +114,17 @@ def pressure_problems(path: KeyPath, table: "GasPressure", period: float) -> Ite
 FEWEST = {"linear": 3, "parabola": 4, "cubic": 4, "trigonometric": 3}
 
 
-def gas_problems(case: Case) -> list[Problem]:
-    """Problems of the gas force of each cylinder, and of how the gas tables are read."""
-    return list(_gas(case)) if has_crank_train(case.machine) else []
-
-
 def suits(interpolation: str, angle: Sequence[float]) -> bool:
     """Whether a table with rows at these angles, rad, can be read in this way."""
     even = interpolation != "trigonometric" or evenly_spaced(angle)
     return even and len(angle) >= FEWEST[interpolation]
 
 
-def _gas(case: Case) -> Iterator[Problem]:
+@listing
+def gas_problems(case: Case) -> Iterator[Problem]:
+    """Problems of the gas force of each cylinder, and of how the gas tables are read."""
+    if not has_crank_train(case.machine):
+        return
     train = case.machine.crank_train
     interpolation = train.gas_interpolation or "linear"
     for place, cylinder in enumerate(train.cylinders):
@@ -142,9 +136,7 @@ def _gas(case: Case) -> Iterator[Problem]:
         if len(table.crank_angle) < FEWEST["linear"]:
             yield _short(path, what, len(table.crank_angle), FEWEST["linear"])
             continue
-        problems = [
-            *turn_problems(path, what, table.crank_angle, "force", table.force, "N"),
-        ]
+        problems = list(turn_problems(path, what, table.crank_angle, "force", table.force, "N"))
         yield from problems or _readable(path, what, interpolation, table.crank_angle)
     pressure = train.gas_pressure
     # the others are refused for an engine

@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, FloatArray
 from vibecalc.parts.body import cross_matrix
 from vibecalc.parts.mount_curves import Law
 
 
 class Rest(NamedTuple):
-    """A body at rest, errors absolute; all of small displacements.
+    """A body at rest; all of small displacements.
 
     `body` (6,) in m and rad of the point that couples are about; `motion` (n, 3) of the body at the
     mounts, m; `force` (n, 3) of each mount on the ground, N; `deflection` (n,) in m and `load` (n,)
@@ -28,18 +29,12 @@ class Rest(NamedTuple):
     static stiffness about this rest, stops included.
     """
 
-    body: FloatArray
-    body_error: FloatArray
-    motion: FloatArray
-    motion_error: FloatArray
-    force: FloatArray
-    force_error: FloatArray
-    deflection: FloatArray
-    deflection_error: FloatArray
-    load: FloatArray
-    load_error: FloatArray
-    slope: FloatArray
-    slope_error: FloatArray
+    body: Bounded
+    motion: Bounded
+    force: Bounded
+    deflection: Bounded
+    load: Bounded
+    slope: Bounded
     stop: FloatArray
     tangent: FloatArray
 
@@ -145,18 +140,24 @@ def equilibrium(
     error = np.zeros(6)
     error[free] = size @ (np.abs(left) + rounding + load_error[free])
     error += 4.0 * UNIT_ROUNDOFF * np.abs(body)
-    motion, deflection, pressed, slope, stop, force, tangent = found
-    motion_error = np.abs(turn) @ error + 4.0 * UNIT_ROUNDOFF * (np.abs(turn) @ np.abs(body))
-    deflection_error = np.einsum("ni,ni->n", np.abs(axis), motion_error)
-    bend = np.array([law.bend(float(u)) for law, u in zip(laws, deflection, strict=True)])
-    pressed_error = (slope + stop) * deflection_error + 8.0 * UNIT_ROUNDOFF * np.abs(pressed)
-    force_error = np.einsum("nij,nj->ni", np.abs(across), motion_error + EPSILON * np.abs(motion))
+    _, pressed_in, pressed, slope, stop, _, tangent = found
+    bend = np.array([law.bend(float(u)) for law, u in zip(laws, pressed_in, strict=True)])
+    place = Bounded(body, error)
+    motion = turn @ place
+    deflection = -(motion * axis).sum()
+    load = Bounded(
+        pressed, (slope + stop) * deflection.error + 8.0 * UNIT_ROUNDOFF * np.abs(pressed)
+    )
     return Rest(
-        body, error, motion, motion_error,
-        force, force_error + pressed_error[:, None] * np.abs(axis) + EPSILON * np.abs(force),
-        deflection, deflection_error, pressed, pressed_error,
-        slope, bend * deflection_error + 8.0 * UNIT_ROUNDOFF * slope, stop, tangent,
-    )  # fmt: skip
+        place,
+        motion,
+        (across @ motion[..., None])[..., 0] - load[:, None] * axis,
+        deflection,
+        load,
+        Bounded(slope, bend * deflection.error + 8.0 * UNIT_ROUNDOFF * slope),
+        stop,
+        tangent,
+    )
 
 
 def _size(turn: FloatArray, axis: FloatArray, body: FloatArray) -> FloatArray:

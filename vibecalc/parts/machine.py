@@ -39,9 +39,7 @@ def _train(case: Case) -> CrankTrain | None:
 
 
 def _rotating(case: Case) -> RotatingMasses | None:
-    if not has_crank_train(case.machine):
-        return None
-    return build_rotating_masses(case.machine.crank_train, case.excitation)
+    return build_rotating_masses(case) if has_crank_train(case.machine) else None
 
 
 def _body(case: Case) -> RigidBody | None:

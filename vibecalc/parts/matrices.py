@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.core.case.number_range import LARGEST, SMALLEST
-from vibecalc.errors import KeyPath, Problem
+from vibecalc.errors import KeyPath, Problem, listing
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.linear import Linear, added_up
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON
@@ -75,15 +75,8 @@ def block_matrix(matrix: "BlockMatrix") -> np.ndarray:
 
 def _factors(matrix: "BlockMatrix") -> np.ndarray:
     units = matrix.units or matrix.SI
-    along, coupled, turning = (
-        convert(1.0, unit, si) for unit, si in zip(units, matrix.SI, strict=True)
-    )
-    return np.block(
-        [
-            [np.full((3, 3), along), np.full((3, 3), coupled)],
-            [np.full((3, 3), coupled), np.full((3, 3), turning)],
-        ]
-    )
+    along, coupled, turning = map(lambda unit, si: convert(1.0, unit, si), units, matrix.SI)
+    return np.kron([[along, coupled], [coupled, turning]], np.ones((3, 3)))
 
 
 def _with_rounding(matrix: "BlockMatrix") -> Bounded:
@@ -168,27 +161,20 @@ _STIFFNESS = _Kind("stiffness", "potential energy", "J", False, True)
 _DAMPING = _Kind("damping", "dissipated power", "W", True, True)
 
 
-def matrix_problems(case: Case) -> list[Problem]:
+@listing
+def matrix_problems(case: Case) -> Iterator[Problem]:
     """Problems of the matrices of the case; of each matrix the first kind found."""
-    body, mounts = case.machine.body, case.machine.mounts
-    places: list[tuple[KeyPath, BlockMatrix | None, _Kind]] = []
-    if body is not None:
-        places.append((("machine", "body", "mass_matrix"), body.mass_matrix, _MASS))
-    if mounts is not None:
-        path: KeyPath = ("machine", "mounts")
-        places.append(((*path, "stiffness_matrix"), mounts.stiffness_matrix, _STIFFNESS))
-        places.append(((*path, "damping_matrix"), mounts.damping_matrix, _DAMPING))
-    problems: list[Problem] = []
-    for path, matrix, kind in places:
+    for part, key, kind in (
+        ("body", "mass_matrix", _MASS),
+        ("mounts", "stiffness_matrix", _STIFFNESS),
+        ("mounts", "damping_matrix", _DAMPING),
+    ):
+        matrix = getattr(getattr(case.machine, part), key, None)
         if matrix is None:
             continue
-        values = block_matrix(matrix)
-        for check in (_range, _symmetry, _diagonal, _energy):
-            faults = list(check(path, matrix, values, kind))
-            problems += faults
-            if faults:
-                break
-    return problems
+        path, values = ("machine", part, key), block_matrix(matrix)
+        found = (list(check(path, matrix, values, kind)) for check in _CHECKS)
+        yield from next((faults for faults in found if faults), ())
 
 
 def _written(matrix: "BlockMatrix", row: int, column: int) -> str:
@@ -294,3 +280,6 @@ def _words(motion: Array, per_second: bool) -> str:
         for place, (name, amount) in enumerate(zip(COORDINATES, motion.tolist(), strict=True))
         if amount
     )
+
+
+_CHECKS = (_range, _symmetry, _diagonal, _energy)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from vibecalc.errors import KeyPath, Problem
+from vibecalc.errors import KeyPath, Problem, listing
 from vibecalc.parts import body_tables as parts
 from vibecalc.parts.mount_needs import foundation_kind, frequency_counts, loads_count
 from vibecalc.parts.mounts import mount_entries
@@ -15,50 +15,48 @@ _ROWS = ("over_frequency", "over_load")
 _PLACED = "model = 'rigid_body', or 'planar'"
 
 
-def mount_problems(case: Case) -> list[Problem]:
+@listing
+def mount_problems(case: Case) -> Iterator[Problem]:
     """Problems of mounts of which some have static, over_load or over_frequency."""
-    given = case.machine.mounts
+    given, isolation = case.machine.mounts, case.isolation
     assert given is not None
-    problems = [*_twice(given), *_factor_of_nothing(given)]
+    yield from _twice(given)
+    yield from _factor_of_nothing(given)
     where = _place_of(given)
-    isolation = case.isolation
     if isolation is not None and isolation.model == "pitch":
-        problems.append(
-            Problem(
-                path=("isolation", "model"),
-                message="the pitch model takes mounts of constant stiffness",
-                found=f"{where[-1]} of [machine.mounts]",
-                allowed=_PLACED,
-                also=where,
-            )
+        yield Problem(
+            path=("isolation", "model"),
+            message="the pitch model takes mounts of constant stiffness",
+            found=f"{where[-1]} of [machine.mounts]",
+            allowed=_PLACED,
+            also=where,
         )
     if loads_count(given) and isolation is None:
-        problems.append(
-            Problem(
-                path=where,
-                message="the static load of a mount needs [isolation], which says what is up",
-                allowed=f"[isolation] with {_PLACED}, or mounts of constant stiffness",
-            )
+        yield Problem(
+            path=where,
+            message="the static load of a mount needs [isolation], which says what is up",
+            allowed=f"[isolation] with {_PLACED}, or mounts of constant stiffness",
         )
     if frequency_counts(given):
-        problems += _of_one_frequency(case, _place_of(given, ("over_frequency",)))
-    return problems
+        yield from _of_one_frequency(case, _place_of(given, ("over_frequency",)))
+
+
+def _tables(mounts: parts.Mounts) -> list[_At]:
+    """All tables with properties of mounts, that of `each` first."""
+    own = [((*MOUNTS, "individual", n), one) for n, one in enumerate(mounts.individual or ())]
+    return [((*MOUNTS, "each"), mounts.each), *own]
 
 
 def _place_of(mounts: parts.Mounts, keys: tuple[str, ...] = ("static", *_ROWS)) -> KeyPath:
     """Where the first of these keys stands."""
-    tables: list[tuple[KeyPath, parts.MountProperties | None]] = [((*MOUNTS, "each"), mounts.each)]
-    for place, one in enumerate(mounts.individual or ()):
-        tables.append(((*MOUNTS, "individual", place), one))
-    return next((*path, key) for path, table in tables for key in keys if getattr(table, key, None))
+    return next(
+        (*path, key) for path, one in _tables(mounts) for key in keys if getattr(one, key, None)
+    )
 
 
 def _twice(mounts: parts.Mounts) -> Iterator[Problem]:
     """Of each mount, with what it takes from `each`, a value stands once."""
-    common: _At = ((*MOUNTS, "each"), mounts.each)
-    own: list[_At] = [
-        ((*MOUNTS, "individual", n), one) for n, one in enumerate(mounts.individual or ())
-    ]
+    common, *own = _tables(mounts)
     for tables in [[one, common] for one in own] or [[common]]:
         for value in ("stiffness", "loss_factor"):
             places = [_stands(tables, value), *(_stands(tables, rows, value) for rows in _ROWS)]

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import comb
 from typing import Any
 
 import numpy as np
@@ -66,16 +67,11 @@ class Spectrum:
         Derivatives are by the rate in rad/s.
         """
         place = np.asarray(rate, dtype=float)
-        s = [self._of(self.factor, place, order, 1.0) for order in range(derivative + 1)]
-        eta = [
-            self._of(self.loss_factor, place, order, self.loss) for order in range(derivative + 1)
-        ]
-        if derivative == 0:
-            return np.asarray(s[0] * (1.0 + 1j * eta[0]))
-        if derivative == 1:
-            return np.asarray(s[1] * (1.0 + 1j * eta[0]) + 1j * s[0] * eta[1])
-        bent = s[2] * (1.0 + 1j * eta[0]) + 1j * (2.0 * s[1] * eta[1] + s[0] * eta[2])
-        return np.asarray(bent)
+        orders = range(derivative + 1)
+        stiff = [self._of(self.factor, place, order, 1.0) for order in orders]
+        lossy = [1j * self._of(self.loss_factor, place, order, self.loss) for order in orders]
+        lossy[0] = 1.0 + lossy[0]
+        return np.sum([comb(derivative, k) * stiff[k] * lossy[derivative - k] for k in orders], 0)
 
     def _of(
         self, curves: tuple[Level | None, ...], place: FloatArray, derivative: int, usual: Any

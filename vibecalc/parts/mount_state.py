@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray
 from vibecalc.parts.body import DIRECTIONS, RigidBody, build_body, cross_matrix, dofs_of_model
+from vibecalc.parts.body_tables import Mount
 from vibecalc.parts.mount_needs import frequency_counts, loads_count
 from vibecalc.parts.mounts import (
-    MountEntry,
     Mounts,
     build_mounts,
     free_motions,
@@ -81,13 +81,13 @@ def mounts_of(case: Case) -> Mounts | None:
     for place, (one, law) in enumerate(zip(entries, laws, strict=True)):
         if one.over_load is not None:
             curve = Level(one.over_load.load, _over_load(one.over_load, 1.0))
-            factor, bend = (float(curve(rest.load[place], n)) for n in (0, 1))
-            uncertain[place] = abs(bend) * rest.load_error[place] / factor
+            factor, bend = (float(curve(rest.load.value[place], n)) for n in (0, 1))
+            uncertain[place] = abs(bend) * rest.load.error[place] / factor
             along[place] *= factor
             across[place] *= factor
         elif law.cubic or law.range[0] > -np.inf:
-            along[place] = ratio[place] * rest.slope[place]
-            uncertain[place] = rest.slope_error[place] / rest.slope[place]
+            along[place] = ratio[place] * rest.slope.value[place]
+            uncertain[place] = rest.slope.error[place] / rest.slope.value[place]
     along += rest.stop
     stiffness = across + along[:, None, None] * (axis[:, :, None] * axis[:, None, :])
     loss = np.array([one.loss_factor or 0.0 for one in entries])
@@ -123,7 +123,7 @@ def _bends(static: "Static") -> bool:
     return bool(static.load_deflection or static.cubic_stiffness or static.stops)
 
 
-def _axes(entries: tuple[MountEntry, ...], up: str) -> tuple[list[int], list[FloatArray], Any]:
+def _axes(entries: tuple[Mount, ...], up: str) -> tuple[list[int], list[FloatArray], Any]:
     """Which of its own axes each mount carries along, its turn, and that axis (n, 3)."""
     axes = [
         DIRECTIONS.index(up if one.static is None else one.static.axis or up) for one in entries
@@ -139,22 +139,20 @@ def _turned(turns: list[FloatArray], values: FloatArray) -> FloatArray:
     return np.array([0.5 * (one + one.T) for one in turned])
 
 
-def _law(entry: MountEntry, linear: float) -> "Law":
+def _law(entry: Mount, linear: float) -> "Law":
     """Static load over deflection: as given, or with the tangent of `over_load` at each load."""
     from vibecalc.parts.mount_curves import Law
+    from vibecalc.parts.mount_tables import Static
 
-    static, rows = entry.static, entry.over_load
-    given = None if static is None else static.load_deflection
-    cubic = 0.0 if static is None else static.cubic_stiffness or 0.0
+    static, rows = entry.static or Static(), entry.over_load
+    given, cubic, stops = static.load_deflection, static.cubic_stiffness or 0.0, static.stops
     curve = None if given is None else (given.deflection, given.load)
     own = None
     if rows is not None and given is None and not cubic:
         own = _tangent(rows.load, _over_load(rows, linear))
-    stops = None if static is None else static.stops
     if stops is None:
         return Law(linear, cubic, curve, by_load=own)
-    down = np.inf if stops.down is None else stops.down
-    up = np.inf if stops.up is None else stops.up
+    down, up = (np.inf if end is None else end for end in (stops.down, stops.up))
     return Law(linear, cubic, curve, down, up, stops.stiffness, own)
 
 
@@ -184,9 +182,11 @@ def _weight(body: RigidBody, up: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.concatenate([pull, np.zeros(3)]), error
 
 
-def _require_rows(entries: tuple[MountEntry, ...], laws: "list[Law]", rest: "Rest") -> None:
+def _require_rows(entries: tuple[Mount, ...], laws: "list[Law]", rest: "Rest") -> None:
     """Refuse a rest beyond the rows of load over deflection."""
-    for one, law, u, load in zip(entries, laws, rest.deflection, rest.load, strict=True):
+    for one, law, u, load in zip(
+        entries, laws, rest.deflection.value, rest.load.value, strict=True
+    ):
         low, high = law.range
         if not low <= u <= high:
             raise NumericalFailure(
@@ -196,7 +196,7 @@ def _require_rows(entries: tuple[MountEntry, ...], laws: "list[Law]", rest: "Res
             )
 
 
-def _spectrum(entries: tuple[MountEntry, ...]) -> "Spectrum":
+def _spectrum(entries: tuple[Mount, ...]) -> "Spectrum":
     """Stiffness over its nominal one and loss factor; equal rows are one curve."""
     from vibecalc.parts.mount_curves import Level, Spectrum
 

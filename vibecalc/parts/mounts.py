@@ -15,7 +15,6 @@ from vibecalc.parts.mount_needs import mount_properties
 if TYPE_CHECKING:
     from vibecalc.parts.equilibrium import Rest
     from vibecalc.parts.mount_curves import Law, Spectrum
-    from vibecalc.parts.mount_tables import OverFrequency, OverLoad, Static
 
 # ----------------------------------------------------------------------------
 # Mounts as stiffness and damping matrices in the axes of the body.
@@ -65,51 +64,30 @@ class Mounts:
         )
 
 
-@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
-class MountEntry:
-    """One mount as the case has it, with what it does not say taken from `each`."""
+def mount_entries(mounts: parts.Mounts) -> tuple[parts.Mount, ...]:
+    """All mounts of a case, with what they do not say taken from `each`.
 
-    name: str
-    position: tuple[float, float, float]
-    orientation: tuple[float, float, float]
-    stiffness: Scalars | None
-    damping: Scalars | None
-    loss_factor: float | None
-    static: "Static | None"
-    over_frequency: "OverFrequency | None"
-    over_load: "OverLoad | None"
-
-
-_PROPERTIES = ("stiffness", "damping", "loss_factor", "static", "over_frequency", "over_load")
-
-
-def mount_entries(mounts: parts.Mounts) -> tuple[MountEntry, ...]:
-    """All mounts of a case; those given by position only are named 1, 2, 3 ..."""
+    Those given by position only are named 1, 2, 3 ...; of what stands in rows the nominal value is
+    that of the first.
+    """
     each = mounts.each or parts.MountProperties()
+    given = mounts.individual or tuple(
+        parts.Mount.model_construct(name=str(n), position=place)
+        for n, place in enumerate(mounts.positions or (), start=1)
+    )
 
-    def of_mount(mount: parts.MountProperties | None, key: str) -> object:
-        value = None if mount is None else getattr(mount, key)
-        return getattr(each, key) if value is None else value
-
-    def entry(
-        name: str,
-        position: tuple[float, float, float],
-        orientation: tuple[float, float, float],
-        mount: parts.Mount | None,
-    ) -> MountEntry:
-        found: dict[str, Any] = {key: of_mount(mount, key) for key in _PROPERTIES}
-        rows = [one for one in (found["over_frequency"], found["over_load"]) if one is not None]
-        for key in ("stiffness", "loss_factor"):  # nominal is that of the first row
-            for column in (getattr(one, key, None) for one in rows):
-                if column is not None:
+    def filled(mount: parts.Mount) -> parts.Mount:
+        found: dict[str, Any] = {}
+        for key in parts.MountProperties.model_fields:
+            own = getattr(mount, key)
+            found[key] = getattr(each, key) if own is None else own
+        for rows in (found["over_frequency"], found["over_load"]):
+            for key in ("stiffness", "loss_factor"):
+                if (column := getattr(rows, key, None)) is not None:
                     found[key] = column[0]
-        return MountEntry(name=name, position=position, orientation=orientation, **found)
+        return mount.model_copy(update=found)
 
-    if mounts.individual is not None:
-        return tuple(entry(m.name, m.position, m.orientation, m) for m in mounts.individual)
-    level = (0.0, 0.0, 0.0)
-    places = mounts.positions or ()
-    return tuple(entry(str(n), place, level, None) for n, place in enumerate(places, start=1))
+    return tuple(filled(mount) for mount in given)
 
 
 def rotation(about_x: float, about_y: float, about_z: float) -> Array:

@@ -17,7 +17,6 @@ from vibecalc.core.accuracy.kinds import (
 )
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.inertia_forces import as_loads
 from vibecalc.numerics.bounded import Bounded, where
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.linear import dynamics, response
@@ -98,7 +97,7 @@ def response_topics(scene: Scene) -> list[Topic]:
 def _driven(scene: Scene) -> tuple[np.ndarray, Bounded]:
     """Orders (m,) kept that shake the body, and their loads (m, 6) per speed squared."""
     forcing = forcing_of(scene)
-    load = as_loads(forcing.per_speed_squared)[: forcing.retained]
+    load = forcing.per_speed_squared[: forcing.retained]
     load = where(np.abs(load.value) > 4.0 * load.error, load, 0.0)
     driven = np.any(load.value != 0.0, axis=-1)
     return forcing.order[: forcing.retained][driven], load[driven]

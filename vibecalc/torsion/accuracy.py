@@ -133,7 +133,7 @@ def torsion_topics(scene: Scene) -> list[Topic]:
     setup = build_setup(scene.case)
     line, drive, speed = setup.model.at(setup.speed), setup.drive, setup.speed
     if any(one.varies for one in setup.shaft.couplings):  # at every frequency another line
-        return [_cylinder(setup)] if drive.cards and np.any(drive.healthy(speed).gas) else []
+        return [_cylinder(setup)] if drive.cards and np.any(drive.healthy(speed).gas.value) else []
     parts, n, found = connected_parts(line), len(line.inertia), []
     if n <= MOST_FREEDOMS and line.inertia.all() and len(parts) == 1 and parts[0].is_tree:
         row = all(len(others) <= 2 for others in parts[0].spring.values())
@@ -149,7 +149,7 @@ def torsion_topics(scene: Scene) -> list[Topic]:
                            exact=lambda: exact_matrices(line).stiffness))  # fmt: skip
     if not _by_modes(setup):
         found.append(_by_order(setup, line))
-    if drive.cards and np.any(drive.healthy(speed).gas):
+    if drive.cards and np.any(drive.healthy(speed).gas.value):
         found.append(_cylinder(setup))
     if len(distinct(drive.cycles.group)) > 1:  # of cycles that never meet no cycle is sampled
         return found

@@ -120,11 +120,7 @@ def _weight(scene: Scene, system: OnMounts, body: RigidBody) -> tuple[Bounded, B
     options, rest = isolation_of(scene), system.mounts.rest
     up = np.eye(3)["xyz".index(options.up)]
     if rest is not None:
-        size = np.abs(up)
-        return (
-            Bounded(-rest.motion @ up, rest.motion_error @ size),
-            Bounded(-rest.force @ up, rest.force_error @ size),
-        )
+        return -(rest.motion @ up), -(rest.force @ up)
     load = weight_load(body.mass, body.centre, options.gravity, up, body.centre_error)
     down, few = deflected(system.resting, load), -up[list(system.directions)]
     sag, share = (one @ few for one in down)

@@ -8,7 +8,6 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing, few_orders
-from vibecalc.excitation.inertia_forces import as_loads
 from vibecalc.isolation.adapters.common import (
     KeptRows,
     OfBody,
@@ -92,7 +91,7 @@ def _setup(scene: Scene, orders: _Orders, gas: _Gas | None, low: float, high: fl
     order = orders.order
     axis, ends = scene.parts.crank_train.axis, np.array([low, high])
     none = Bounded(np.zeros(len(order)), np.zeros(len(order)))
-    shaking = with_shaking(none, order, axis, as_loads(forcing.per_speed_squared))
+    shaking = with_shaking(none, order, axis, forcing.per_speed_squared)
     about = np.concatenate([np.zeros(3), axis]) @ system.reach
 
     def of_orders(

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
-from vibecalc.excitation.inertia_forces import as_loads, at_speed
+from vibecalc.excitation.inertia_forces import at_speed
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.firing import torque_reaches_mounts
@@ -32,7 +32,7 @@ class BodyLoads(NamedTuple):
 def body_loads(scene: Scene) -> BodyLoads:
     """Shaking of the crank train and, where it reaches the mounts, the torque of the cylinders."""
     forcing: Forcing = scene.handed_on["forcing"]
-    shaking = as_loads(at_speed(forcing.per_speed_squared, scene.case.machine.speed))
+    shaking = at_speed(forcing.per_speed_squared, scene.case.machine.speed)
     if not torque_reaches_mounts(scene.case):
         return BodyLoads(forcing.order, shaking, forcing.retained, forcing.tail)
     from vibecalc.isolation.adapters.torque_couple import couples_of

@@ -36,18 +36,16 @@ def emit_mounts(scene: Scene, mounts: Mounts, orders: np.ndarray, speed: float) 
         )
         along = np.einsum("ni,nij,nj->n", mounts.axis, mounts.stiffness, mounts.axis)
         found = OfMounts(
-            load=Bounded(rest.load, rest.load_error),
-            deflection=Bounded(rest.deflection, rest.deflection_error),
-            static_stiffness=Bounded(
-                rest.slope + rest.stop, rest.slope_error + EPSILON * rest.stop
-            ),
+            load=rest.load,
+            deflection=rest.deflection,
+            static_stiffness=rest.slope + rest.stop,
             stiffness=Bounded(along, mounts.relative_error * along),
         )
         scene.emit_all(found, names)
         _emit_curves(scene, mounts, rest)
         if any(law.stop for law in mounts.laws):
-            left = _to_stop(mounts.laws, rest.deflection, rest.deflection)
-            error = np.where(np.isfinite(left), rest.deflection_error, 0.0)
+            left = _to_stop(mounts.laws, rest.deflection.value, rest.deflection.value)
+            error = np.where(np.isfinite(left), rest.deflection.error, 0.0)
             scene.emit_all(OfMounts(clearance_at_rest=Bounded(left, error)), names)
             for place in np.flatnonzero(rest.stop):
                 scene.warn(
@@ -81,7 +79,7 @@ def _emit_curves(scene: Scene, mounts: Mounts, rest: Rest) -> None:
     laws = mounts.laws
     ends = [(law.down, -law.up) if law.stop else law.range for law in laws]
     shown = 1.1 * np.array(ends).ravel()
-    seen = [0.0, *(1.6 * rest.deflection), *shown[np.isfinite(shown)]]
+    seen = [0.0, *(1.6 * rest.deflection.value), *shown[np.isfinite(shown)]]
     low = max(min(seen), *(law.range[0] for law in laws))
     high = min(max(seen), *(law.range[1] for law in laws))
     at = np.linspace(low, max(high, low + 1e-9), CURVE_POINTS)
@@ -100,7 +98,7 @@ def _beyond_rows(scene: Scene, mounts: Mounts, rest: Rest) -> None:
     from vibecalc.parts.mounts import mount_entries
 
     given = scene.case.machine.mounts
-    for one, load in zip(mount_entries(given) if given else (), rest.load, strict=True):
+    for one, load in zip(mount_entries(given) if given else (), rest.load.value, strict=True):
         rows = None if one.over_load is None else one.over_load.load
         if rows is not None and not rows[0] <= load <= rows[-1]:
             scene.warn(
@@ -135,7 +133,7 @@ def emit_travel(
     swing = extremes(Bounded(np.zeros(()), np.zeros(())), along, of)
     travel = np.maximum(swing.highest.value, -swing.lowest.value)
     names = {"mount": mounts.names}
-    still = Bounded(rest.deflection, rest.deflection_error) + _pressed(mounts, mean)
+    still = rest.deflection + _pressed(mounts, mean)
     ends = still + swing.highest, still + swing.lowest
     deepest, highest = (end.value for end in ends)
     left = _to_stop(mounts.laws, deepest, highest)
@@ -145,7 +143,7 @@ def emit_travel(
     for place, law in enumerate(mounts.laws):
         if not law.stop:
             continue
-        name, u = mounts.names[place], float(rest.deflection[place])
+        name, u = mounts.names[place], float(rest.deflection.value[place])
         if not rest.stop[place] and left[place] < 0.0:
             end = "lower" if law.down - deepest[place] < highest[place] + law.up else "upper"
             scene.warn(
@@ -180,12 +178,12 @@ def emit_run_up_travel(scene: Scene, peak: RunUpPeak, means: Sequence[Bounded]) 
     names = {"mount": mounts.names}
     finite = np.isfinite(peak.value)
     error = np.where(finite, peak.error, 0.0)
-    places = [mounts.rest.deflection + _pressed(mounts, mean).value for mean in means]
+    places = [mounts.rest.deflection.value + _pressed(mounts, mean).value for mean in means]
     at_rest = np.min([_to_stop(mounts.laws, u, u) for u in places], axis=0)
     has = np.isfinite(at_rest)
     left = np.where(has & finite, at_rest, 0.0) - np.where(finite, peak.value, 0.0)
     left = np.where(has, np.where(finite, left, -np.inf), np.inf)
-    off = np.where(np.isfinite(left), error + mounts.rest.deflection_error, 0.0)
+    off = np.where(np.isfinite(left), error + mounts.rest.deflection.error, 0.0)
     found = OfMounts(
         run_up_travel=Bounded(peak.value, error),
         run_up_travel_speed=Bounded(peak.speed, peak.speed_error),

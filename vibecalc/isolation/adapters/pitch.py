@@ -8,13 +8,11 @@ from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import (
     Forcing,
-    couples_of,
-    forces_of,
     kept,
     length_over_cycle,
     peak_with_tail,
 )
-from vibecalc.excitation.inertia_forces import about_point, as_loads
+from vibecalc.excitation.inertia_forces import about_point, couples_of, forces_of
 from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.adapters.steady import Moved
@@ -76,7 +74,7 @@ def emit_pitch(scene: Scene, system: OnMounts, loads: BodyLoads, moved: Moved) -
     still = None
     if scene.wants(*STILL):
         # of all speeds at once
-        couple = system.felt(as_loads(forcing.per_speed_squared))[..., 0]
+        couple = system.felt(forcing.per_speed_squared)[..., 0]
         still = _at_speed(peak_with_tail(couple, forcing), speed)
     if still is not None and scene.wants(STILL[0]):
         _emit_rigid(scene, system, still)

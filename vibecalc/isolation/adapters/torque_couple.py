@@ -6,10 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import rod_difference
-from vibecalc.excitation.crank_forces import share_of_rotor
+from vibecalc.excitation.crank_forces import rod_difference, share_of_rotor
 from vibecalc.excitation.cylinder_torque import (
-    CylinderGas,
     cylinder_gas,
     cylinder_torque,
     inertia_harmonics,
@@ -27,7 +25,7 @@ from vibecalc.excitation.model import (
 )
 from vibecalc.excitation.stage import USUAL_ORDERS
 from vibecalc.isolation.torque_reaction import couple_on_body, line_transfer
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, rounded, stack
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.firing import TURN, cycle_angle, is_separate, shakes_with_torque
 
@@ -123,10 +121,7 @@ def torque_law(scene: Scene, shaking_orders: int) -> TorqueLaw:
 
 def total_torque(law: TorqueLaw, speed: np.ndarray | float) -> Bounded:
     """Torque (..., c, m) of gas and inertia at speeds (...)."""
-    gas, square = law.gas_at(speed), np.square(speed)[..., None, None]
-    inertia = Bounded(square * law.inertia.value, square * law.inertia.error)
-    value = gas.value + inertia.value
-    return Bounded(value, gas.error + inertia.error + EPSILON * np.abs(value))
+    return law.gas_at(speed) + law.inertia * np.square(speed)[..., None, None]
 
 
 def _mixed(cards: Bounded, weights: np.ndarray) -> Bounded:
@@ -156,64 +151,52 @@ def _torques(scene: Scene, order: np.ndarray) -> tuple[np.ndarray, Bounded, Boun
     working = None if options is None else options.working
     runs = np.array([working is None or name in working for name in firing.names])
     geometry = crank_geometry(case.machine)
-    speeds, gas = _gas(scene, len(order), runs * firing.pressure_scale, ~firing.fires)
+    scale = runs * firing.pressure_scale
+    speeds, gas, mean = _gas(scene, len(order), scale, ~firing.fires)
     # the shaking of the masses counts from crank phase zero
-    turned = phasor(order, firing_angle(case.machine)).T
+    turned = rounded(phasor(order, firing_angle(case.machine)).T, 12)
     rod = case.machine.crank_train.rod
-    mass = train.reciprocating_mass[:, None]
-    piston = inertia_harmonics(geometry, 1.0, 0.0, order)
-    value, error = mass * piston.value, mass * piston.error
+    inertia = train.reciprocating_mass[:, None] * inertia_harmonics(geometry, 1.0, 0.0, order)
     if rod is not None and rod.inertia is not None:
-        difference = rod_difference(train, rod)
         moves = (train.reciprocating_mass + train.rotating_mass > 0.0)[:, None]
-        turning = inertia_harmonics(geometry, 0.0, 1.0, order)
-        value = value + moves * difference.value * turning.value
-        error = error + moves * (
-            np.abs(difference.value) * turning.error + difference.error * np.abs(turning.value)
-        )
-    uncertainty = 8.0 * EPSILON
-    mean_error = gas.mean_error.sum(-1) + len(runs) * EPSILON * np.abs(gas.mean).sum(-1)
-    return (
-        speeds,
-        Bounded(gas.value * turned, gas.error + uncertainty * np.abs(gas.value)),
-        Bounded(gas.mean.sum(-1), mean_error),
-        Bounded(value * turned, error + uncertainty * np.abs(value)),
-    )
+        turning = rod_difference(train, rod) * inertia_harmonics(geometry, 0.0, 1.0, order)
+        inertia = inertia + moves * turning
+    return speeds, gas * turned, mean.sum(), inertia * turned
 
 
 def _gas(
     scene: Scene, count: int, scale: np.ndarray, misfiring: np.ndarray
-) -> tuple[np.ndarray, CylinderGas]:
-    """Gas torque of every cylinder at the speeds of the cards.
+) -> tuple[np.ndarray, Bounded, Bounded]:
+    """Gas torque of every cylinder and its mean at the speeds of the cards.
 
     One that misfires has none, or that of a motored one.
     """
     case = scene.case
     if not has_cards(case.machine):
-        return np.empty(0), _gas_of_forces(case.machine, count, scale)
+        return np.empty(0), *_gas_of_forces(case.machine, count, scale)
     speeds, cards = gas_cards(case.machine)
     motored, geometry = None, crank_geometry(case.machine)
     dead = misfire_cards(case, cards)
     if dead:
         motored = cylinder_torque(dead, geometry, reciprocating_mass=0.0, harmonics=count)
     healthy = cylinder_torque(cards, geometry, reciprocating_mass=0.0, harmonics=count)
-    return speeds, cylinder_gas(healthy, scale, misfiring=misfiring, motored=motored)
+    return speeds, *cylinder_gas(healthy, scale, misfiring=misfiring, motored=motored)
 
 
-def _gas_of_forces(machine: "Machine", count: int, scale: np.ndarray) -> CylinderGas:
+def _gas_of_forces(machine: "Machine", count: int, scale: np.ndarray) -> tuple[Bounded, Bounded]:
     """The same of cylinders that have curves of their own over a turn, one set for all speeds."""
     geometry = crank_geometry(machine)._replace(bore=2.0 / np.sqrt(np.pi))  # of 1 m^2
-    shape = (1, len(scale), count)
-    value, error = np.zeros(shape, dtype=complex), np.zeros(shape)
-    mean, mean_error = np.zeros(shape[:2]), np.zeros(shape[:2])
+    none = rounded(np.zeros((1, count), dtype=complex), 0), rounded(np.zeros(1), 0)
+    rows = []
     for row, curve in enumerate(force_curves(machine)):
         if curve is None or not scale[row]:
+            rows.append(none)
             continue
         card = card_of_force(curve)
         found = cylinder_torque([card], geometry, reciprocating_mass=0.0, harmonics=count)
-        value[0, row], error[0, row] = found.gas[0], found.gas_error[0]
-        mean[0, row], mean_error[0, row] = found.mean[0], found.mean_error[0]
-    return CylinderGas(value, error, mean, mean_error)
+        rows.append((found.gas, found.mean))
+    gas, mean = zip(*rows, strict=True)
+    return stack(gas, axis=1), stack(mean, axis=1)
 
 
 def line_passing(scene: Scene) -> Passing:

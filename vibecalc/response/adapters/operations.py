@@ -8,8 +8,7 @@ import numpy as np
 
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import rotating_part, train_excitation
-from vibecalc.excitation.inertia_forces import as_loads
+from vibecalc.excitation.crank_forces import rotating_part, train_excitation
 from vibecalc.kinematics.adapter import PistonMotion
 from vibecalc.numerics.bounded import Bounded, reshaped, stack
 from vibecalc.numerics.linear import UndrivenModes
@@ -103,12 +102,12 @@ def operation_loads(
             ]
             for row in running
         ]
-        return _stacked([_stacked([as_loads(one) for one in row], -3) for row in rows], -4)
+        return _stacked([_stacked(row, -3) for row in rows], -4)
 
     which = [(operation.name, operation.working) for operation in operations]
     return OperationLoads(
         tuple(name for name, _ in named),
-        _stacked([as_loads(one) for one in shaking], -3),
+        _stacked(shaking, -3),
         scene.once(f"residual of {which} with {named} to order {highest}, {idle}", residual),
     )
 

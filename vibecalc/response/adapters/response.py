@@ -15,7 +15,7 @@ from vibecalc.excitation.adapter import (
     few_orders,
     peak_with_tail,
 )
-from vibecalc.excitation.inertia_forces import as_loads, at_speed, with_terms
+from vibecalc.excitation.inertia_forces import at_speed, with_terms
 from vibecalc.numerics.bounded import Bounded, Summed, reshaped, where
 from vibecalc.numerics.linear import bounded_parts, response
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON
@@ -98,7 +98,7 @@ def run_response(scene: Scene) -> None:
 
     order, speed = forcing.order, scene.case.machine.speed
     frequency = order * np.asarray(speed)[..., None]
-    driven = as_loads(at_speed(forcing.per_speed_squared, speed))
+    driven = at_speed(forcing.per_speed_squared, speed)
     resonances = system.checked(driven, order, speed, scene.warn)
     _emit_modes(scene, system, forcing)
     if options.method == "modal":
@@ -138,7 +138,7 @@ def _emit_modes(scene: Scene, system: MountedBody, forcing: Forcing) -> None:
     scene.emit_all(found, axes)
     if not held or not scene.wants(*paths_of(ModesOfBody, "nearest_order", "distance")):
         return
-    load, speed = as_loads(forcing.per_speed_squared), scene.case.machine.speed
+    load, speed = forcing.per_speed_squared, scene.case.machine.speed
     driven = np.any(np.abs(load.value) > 4.0 * load.error, axis=-1)
     orders = forcing.order[: forcing.retained][driven[: forcing.retained]]
     if len(orders):
@@ -237,7 +237,7 @@ def run_speeds(scene: Scene) -> None:
     first, last, used = options.run_up.start, options.run_up.stop, forcing.retained
     few, tail = few_orders(forcing)
     chosen = np.concatenate([np.arange(used), few])
-    load, every = as_loads(forcing.per_speed_squared)[chosen], forcing.order[chosen]
+    load, every = forcing.per_speed_squared[chosen], forcing.order[chosen]
     met, orders = system.resonances(load), every[:used]
     resonances = met._replace(idle=met.idle[:used])
     masked = masked_speeds(resonances, orders, first, last)

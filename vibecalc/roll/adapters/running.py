@@ -3,8 +3,8 @@
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import train_excitation
-from vibecalc.excitation.inertia_forces import size_of_terms
+from vibecalc.excitation.crank_forces import train_excitation
+from vibecalc.excitation.inertia_forces import couples_of, forces_of, size_of_terms
 from vibecalc.kinematics.adapter import exact_motion
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
@@ -418,8 +418,8 @@ def emit_shaking(scene: Scene, solved: MachineTurn, finer: MachineTurn, orders: 
     square, uncertainty = speed**2, abs(speed**2 - other**2)
     numbers, retained = np.arange(1, motion.highest_order + 1), motion.highest_order
     for name, value, error in (
-        ("force", driven.force, driven.force_error),
-        ("couple", driven.couple, driven.couple_error),
+        ("force", *forces_of(driven)),
+        ("couple", *couples_of(driven)),
     ):
         off = square * error + uncertainty * np.abs(value)
         axes = {"order": numbers[:orders], "direction": DIRECTIONS}

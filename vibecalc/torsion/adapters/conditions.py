@@ -92,8 +92,7 @@ def changed_drive(
     old = cylinder_gas(one, firing.pressure_scale)
     new = cylinder_gas(one, scale, misfiring=out, motored=motored)
     other = (out | (scale != firing.pressure_scale)).astype(float)
-    gas = Bounded(new.value - old.value, (new.error + old.error) * other[:, None])
-    mean = Bounded(new.mean - old.mean, (new.mean_error + old.mean_error) * other)
+    gas, mean = (new[0] - old[0]) * other[:, None], (new[1] - old[1]) * other
     where = placed(np.searchsorted(drive.station, shaft.cylinder_station), len(drive.station))
     on = where * shaft.station_ratio[shaft.cylinder_station][:, None]
     turned = rounded(phasor(one.order, firing.angle).T, PHASOR_ROUNDINGS)

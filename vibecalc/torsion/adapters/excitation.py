@@ -45,8 +45,7 @@ def emit_excitation(scene: Scene, setup: Setup) -> None:
         _over_the_cycle(scene, setup)
     one = drive.healthy(speed)
     axes = {"half_order": drive.order, "cylinder": drive.firing.names}
-    gas = Bounded(one.gas, one.gas_error)
-    inertia = rounded(speed**2, 4.0) * Bounded(one.inertia, one.inertia_error)
+    gas, inertia = one.gas, rounded(speed**2, 4.0) * one.inertia
     scene.emit(f"{PLACE}/gas", gas, axes=axes)
     scene.emit(f"{PLACE}/inertia", inertia, axes=axes)
     scene.emit(f"{PLACE}/total", gas + inertia, axes=axes)
@@ -54,7 +53,7 @@ def emit_excitation(scene: Scene, setup: Setup) -> None:
     if volume > 0.0:
         pressure = (gas + inertia) * rounded(1.0 / volume, 4.0)
         scene.emit(f"{PLACE}/tangential_pressure", pressure, axes=axes)
-    _means(scene, setup, Bounded(one.mean, one.mean_error))
+    _means(scene, setup, one.mean)
     scene.emit(
         f"{PLACE}/firing_angle", drive.firing.angle, 8.0 * EPSILON * drive.firing.cycle, axes
     )
@@ -113,8 +112,9 @@ def _over_the_cycle(scene: Scene, setup: Setup) -> None:
         off_gas = lever * off
     else:
         one = drive.healthy(setup.speed)
-        gas = one.mean + np.real(np.exp(1j * angle[:, None] * drive.order) @ one.gas)
-        off_gas = float(one.mean_error + one.gas_error.sum())
+        turned = np.exp(1j * angle[:, None] * drive.order)
+        gas = one.mean.value + np.real(turned @ one.gas.value)
+        off_gas = float(one.mean.error + one.gas.error.sum())
     values |= {"gas_torque": gas, "inertia_torque": inertia, "total_torque": gas + inertia}
     errors |= {
         "gas_torque": uncertainty(gas) + off_gas,

@@ -235,16 +235,14 @@ def with_orders(
         whole[..., fires] = values[..., kept]
         return whole
 
-    parts = ("gas", "gas_error", "inertia", "inertia_error")
-    return torque._replace(order=order, **{name: spread(getattr(torque, name)) for name in parts})
+    gas, inertia = (reshaped(one, spread) for one in (torque.gas, torque.inertia))
+    return torque._replace(order=order, gas=gas, inertia=inertia)
 
 
 def _no_cylinders() -> Drive:
     none, nowhere = np.zeros(0), np.zeros(0, dtype=np.int64)
-    torque = CylinderTorque(
-        none, np.zeros((1, 0), complex), np.zeros((1, 0)), none.astype(complex), none,
-        np.zeros(1), np.zeros(1),
-    )  # fmt: skip
+    inertia = rounded(none.astype(complex), 0.0)
+    torque = CylinderTorque(none, inertia[None], inertia, rounded(np.zeros(1), 0.0))
     return Drive(
         orders=columns(none, [], 1.0),
         given=NOTHING_GIVEN,
@@ -315,17 +313,16 @@ def _cylinders(
             without, geometry, reciprocating_mass=0.0, harmonics=harmonics
         )
         motored = _thinned(without_combustion, every)
-    gas = cylinder_gas(
+    gas, mean = cylinder_gas(
         healthy, firing.pressure_scale, misfiring=~firing.fires, motored=motored
     )  # (cards, cylinders, orders)
     turned = rounded(phasor(healthy.order, firing.angle).T, PHASOR_ROUNDINGS)  # (cylinders, orders)
     moved = inertia_harmonics(geometry, 1.0, 0.0, healthy.order)
     rocked = inertia_harmonics(geometry, 0.0, rod_inertia, healthy.order)
-    by_order = Bounded(gas.value, gas.error) * turned
     return _Cylinders(
-        gas=reshaped(by_order, lambda one: np.swapaxes(one, -1, -2)),
+        gas=reshaped(gas * turned, lambda one: np.swapaxes(one, -1, -2)),
         inertia=((masses[:, None] * moved + rocked) * turned).T,
-        mean=Bounded(gas.mean, gas.mean_error),
+        mean=mean,
         card_speed=card_speed,
         cards=tuple(cards),
         geometry=geometry,
@@ -366,7 +363,7 @@ def rod_difference(machine: "Machine") -> float:
     rod = machine.crank_train.rod
     if rod is None or rod.inertia is None:
         return 0.0
-    from vibecalc.excitation.adapter import rod_difference as beyond
+    from vibecalc.excitation.crank_forces import rod_difference as beyond
 
     return float(beyond(build_crank_train(machine.crank_train), rod).value)
 
@@ -386,9 +383,7 @@ def _thinned(torque: CylinderTorque, every: int) -> CylinderTorque:
     return torque._replace(
         order=torque.order[keep],
         gas=torque.gas[..., keep],
-        gas_error=torque.gas_error[..., keep],
         inertia=torque.inertia[keep],
-        inertia_error=torque.inertia_error[keep],
     )
 
 

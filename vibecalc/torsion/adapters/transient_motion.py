@@ -314,10 +314,10 @@ def _lost(setup: Setup, machine: "Machine", name: str) -> ComplexArray:
     if not drive.firing.fires[place]:
         raise NumericalFailure(f"cylinder {name!r} misfires from the beginning: no onset")
     healthy = drive.healthy(setup.speed)
-    value, mean = healthy.gas, healthy.mean
+    value, mean = healthy.gas.value, healthy.mean.value
     if setup.torsion.misfire_kind == "motored":
         left = weighted(motored_torque(machine, drive), drive.weights(np.asarray(setup.speed)))
-        value, mean = value - left.gas, mean - left.mean
+        value, mean = value - left.gas.value, mean - left.mean.value
     scale = drive.firing.pressure_scale[place] * shaft.station_ratio[shaft.cylinder_station[place]]
     turned = phasor(drive.order, drive.firing.angle[place])
     lost = np.zeros((setup.model.line.inertia.size, len(drive.order) + 1), dtype=complex)
