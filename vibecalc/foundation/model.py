@@ -4,17 +4,35 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.foundation.impedance import Curve, FlexibleFoundation
+from vibecalc.foundation.systems import (
+    Curve,
+    FlexibleFoundation,
+    Second,
+    on_second_body,
+    on_second_mass,
+)
 from vibecalc.foundation.tables import Flexibility, Foundation
-from vibecalc.foundation.two_bodies import Second, on_second_body
 from vibecalc.isolation.on_mounts import OnMounts
-from vibecalc.parts.body import COORDINATES, RigidBody, build_body
+from vibecalc.parts.body import COORDINATES, DIRECTIONS, RigidBody, build_body
 from vibecalc.parts.mount_needs import foundation_kind, frequency_counts, loads_count
 from vibecalc.parts.mounts import Mounts, build_mounts, free_motions, mount_entries
 from vibecalc.schema import Case
 
 FOUNDATION: KeyPath = ("foundation",)
+
+
+def on_mass(scene: Scene) -> tuple[OnMounts, OnMounts]:
+    """Machine and foundation as two masses that move up and down, and the machine alone."""
+    case, body, mounts = scene.case, scene.parts.body, scene.parts.mounts
+    given = case.foundation
+    if given is None or body is None or mounts is None or case.isolation is None:
+        raise ValueError("[foundation] needs [isolation], a body and mounts")
+    if given.mass is None or given.stiffness is None:
+        raise ValueError("a foundation of kind 'mass' has a mass and a stiffness")
+    spring = given.stiffness, given.damping, given.loss_factor * given.stiffness
+    return on_second_mass(body, mounts, DIRECTIONS.index(case.isolation.up), given.mass, spring)
 
 
 def on_body(given: Foundation, body: RigidBody, mounts: Mounts) -> OnMounts:
