@@ -1,6 +1,6 @@
 """Kernel: mean squares of the responses to a motion of the base that is a spectrum."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.gauss import GaussRule, gauss_rule
-from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 
 # ----------------------------------------------------------------------------
 # With the one-sided density S(f) of the acceleration of the base and the response H(f) to a unit
@@ -26,21 +26,25 @@ _STEPS = np.array([0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0])
 
 
 class Density(NamedTuple):
-    """One-sided density (rows,) for each hertz at frequencies (rows,) in rad/s, both ascending."""
+    """One-sided density (rows,) for each hertz at frequencies (rows,) in rad/s, both ascending.
+
+    It is that of the acceleration, or of the velocity.
+    """
 
     frequency: FloatArray
     density: FloatArray
     logarithmic: bool
+    by_velocity: bool
 
     def at(self, frequency: FloatArray) -> FloatArray:
-        """Densities at frequencies in rad/s, zero outside of the table."""
+        """Densities of the acceleration at frequencies in rad/s, zero outside of the table."""
         if self.logarithmic:
             drawn = np.interp(np.log(frequency), np.log(self.frequency), np.log(self.density))
             found = np.exp(drawn)
         else:
             found = np.interp(frequency, self.frequency, self.density)
         inside = (frequency >= self.frequency[0]) & (frequency <= self.frequency[-1])
-        return np.asarray(np.where(inside, found, 0.0))
+        return np.where(inside, found * frequency**2 if self.by_velocity else found, 0.0)
 
 
 def panel_ends(densities: list[Density], natural: FloatArray, ratio: FloatArray) -> FloatArray:
@@ -56,19 +60,21 @@ def panel_ends(densities: list[Density], natural: FloatArray, ratio: FloatArray)
     return np.asarray(ends[apart])
 
 
-def mean_squares(
-    powers: Callable[[FloatArray], FloatArray],
-    ends: FloatArray,
-    alike: IntArray,
-    tolerance: float,
-) -> Bounded:
-    """Integral over f (Hz) of `powers`, (frequencies,) in rad/s to (frequencies, responses).
+#: of frequencies (n,) in rad/s to what is integrated, each (n, its own axes)
+Powers = Callable[[FloatArray], Mapping[str, FloatArray]]
 
-    `ends` (panels + 1,) in rad/s. Each response is good to `tolerance` of itself, or to what
-    rounding leaves of the largest of its kind: `alike` (responses,) numbers these.
+
+def mean_squares(powers: Powers, ends: FloatArray, tolerance: float) -> dict[str, Bounded]:
+    """Integral over f (Hz) of each of the `powers`.
+
+    `ends` (panels + 1,) in rad/s. Each entry is good to `tolerance` of itself, or to what rounding
+    leaves of the largest in its array.
 
     Raises NumericalFailure where that takes too many panels.
     """
+    shapes = {name: part.shape[1:] for name, part in powers(ends[:1]).items()}
+    sizes = [int(np.prod(shape)) for shape in shapes.values()]
+    alike = np.repeat(np.arange(len(sizes)), sizes)
     few, many = gauss_rule(_FEW), gauss_rule(_MANY)
     low, high = ends[:-1], ends[1:]
     total: FloatArray | None = None
@@ -87,7 +93,10 @@ def mean_squares(
         total = good if total is None else total + good
         lost = lost + off[~poor].sum(axis=0)
         if not np.any(poor):
-            return Bounded(total, lost + 64.0 * EPSILON * total + _NOTHING * largest[alike])
+            error = lost + 64.0 * EPSILON * total + _NOTHING * largest[alike]
+            each = np.split(np.stack([total, error]), np.cumsum(sizes)[:-1], axis=-1)
+            named = zip(shapes.items(), each, strict=True)
+            return {name: Bounded(*part.reshape(2, *shape)) for (name, shape), part in named}
         middle = 0.5 * (low[poor] + high[poor])
         low, high = np.concatenate([low[poor], middle]), np.concatenate([middle, high[poor]])
         if len(low) > _PANELS:
@@ -98,11 +107,10 @@ def mean_squares(
     )
 
 
-def _panels(
-    powers: Callable[[FloatArray], FloatArray], rule: GaussRule, low: FloatArray, high: FloatArray
-) -> FloatArray:
-    """Integral over each panel (panels, responses), per hertz."""
+def _panels(powers: Powers, rule: GaussRule, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Integral over each panel (panels, entries), per hertz."""
     width = high - low
     at = low[:, None] + width[:, None] * rule.nodes
-    found = powers(at.ravel()).reshape(*at.shape, -1)
+    every = [part.reshape(*at.shape, -1) for part in powers(at.ravel()).values()]
+    found = np.concatenate(every, axis=-1)
     return np.asarray(np.einsum("pqr,q->pr", found, rule.weights) * width[:, None] / (2.0 * np.pi))

@@ -33,7 +33,6 @@ from vibecalc.core.case.rules import (
 Velocity = Annotated[float, Unit("m/s")]
 AngularAcceleration = Annotated[float, Unit("rad/s^2")]
 _DENSITY = "a spectral density"
-_Frequency = Annotated[Frequency, Field(gt=0)]
 _LINEAR = ("displacement", "velocity", "acceleration")
 _ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
 
@@ -84,40 +83,37 @@ class BaseHarmonic(Table):
     )
 
 
-class AccelerationDensities(Table):
-    """One-sided density of the acceleration, (m/s^2)^2/Hz, at ascending frequencies."""
+class _Densities(Table):
+    """One-sided density at ascending frequencies."""
 
-    frequency: tuple[_Frequency, ...] = Field(
+    frequency: tuple[Annotated[Frequency, Field(gt=0)], ...] = Field(
         min_length=2, max_length=20_000, description="ascending"
     )
+    RULES = (ascending("frequency"), same_length("frequency", "density"))
+
+
+class AccelerationDensities(_Densities):
+    """One-sided density of the acceleration, (m/s^2)^2/Hz, at ascending frequencies."""
+
     density: tuple[Annotated[float, Field(ge=0), Unit("m^2/s^3", _DENSITY)], ...] = Field(
         min_length=2, max_length=20_000, description="(m/s^2)^2/Hz is m^2/s^3"
     )
-    RULES = (ascending("frequency"), same_length("frequency", "density"))
 
 
-class VelocityDensities(Table):
+class VelocityDensities(_Densities):
     """One-sided density of the velocity, (m/s)^2/Hz, at ascending frequencies."""
 
-    frequency: tuple[_Frequency, ...] = Field(
-        min_length=2, max_length=20_000, description="ascending"
-    )
     density: tuple[Annotated[float, Field(ge=0), Unit("m^2/s", _DENSITY, "'1e-6 m^2/s'")], ...] = (
         Field(min_length=2, max_length=20_000, description="(m/s)^2/Hz is m^2/s")
     )
-    RULES = (ascending("frequency"), same_length("frequency", "density"))
 
 
-class AngularDensities(Table):
+class AngularDensities(_Densities):
     """One-sided density of the angular acceleration, (rad/s^2)^2/Hz, at ascending frequencies."""
 
-    frequency: tuple[_Frequency, ...] = Field(
-        min_length=2, max_length=20_000, description="ascending"
-    )
     density: tuple[Annotated[float, Field(ge=0), Unit("rad^2/s^3", _DENSITY)], ...] = Field(
         min_length=2, max_length=20_000, description="(rad/s^2)^2/Hz is rad^2/s^3"
     )
-    RULES = (ascending("frequency"), same_length("frequency", "density"))
 
 
 _TURNS = ("rx", "ry", "rz")

@@ -1,6 +1,6 @@
 """Adapter: loads of the machine onto machine and foundation, and what a rigid one would get."""
 
-from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from vibecalc.isolation.adapters.loads import BodyLoads, steady_motion
 from vibecalc.isolation.adapters.steady import Moved, emit_steady
 from vibecalc.isolation.at_mounts import displacement
 from vibecalc.isolation.efficiency import efficiency, is_more, rms
-from vibecalc.isolation.on_mounts import OnMounts, frequency_grid
+from vibecalc.isolation.on_mounts import OnMounts, frequency_grid, of_each
 from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.parts.body import COORDINATES, DIRECTIONS
 from vibecalc.parts.matrices import displacement_at
@@ -73,14 +73,12 @@ def run_coupled(scene: Scene) -> None:
     grid = frequency_grid(natural, highest=float(frequency[loads.retained - 1]))
     axes = {"coordinate": COORDINATES, "foundation_frequency": grid / _TURN}
 
-    def of_one(one: OnMounts) -> Callable[[], Bounded]:
-        """Of each coordinate, of a load along itself."""
-        return lambda: reshaped(
-            abs(one.transmissibility(grid)), lambda part: np.diagonal(part, axis1=-2, axis2=-1).T
-        )
+    for group, one in ((OnGround, system), (OnRigid, still)):
+        scene.emit_all(group(transmissibility=partial(_curves, one, grid)), axes)
 
-    scene.emit_all(OnGround(transmissibility=of_one(system)), axes)
-    scene.emit_all(OnRigid(transmissibility=of_one(still)), axes)
+
+def _curves(system: OnMounts, frequency: np.ndarray) -> Bounded:
+    return of_each(system.transmissibility(frequency))
 
 
 def _emit_modes(scene: Scene, system: OnMounts) -> None:

@@ -26,57 +26,52 @@ from vibecalc.core.case.rules import (
 )
 from vibecalc.parts.body_tables import Body, Mounts
 
-_Frequencies = Annotated[
-    tuple[Annotated[Frequency, Field(gt=0)], ...],
-    Field(min_length=1, max_length=20_000, description="ascending; beyond its ends they hold"),
-]
 _Stiffnesses = tuple[Annotated[float, Unit("N/m")], ...]
 _Dampings = tuple[Annotated[float, Unit("N*s/m")], ...]
 _Turnings = tuple[Annotated[float, Unit("N*m/rad")], ...]
 _TurnDampings = tuple[Annotated[float, Unit("N*m*s/rad")], ...]
 
 
-class DynamicStiffness(Table):
+class _OverFrequency(Table):
+    """Something complex at ascending frequencies."""
+
+    frequency: Annotated[
+        tuple[Annotated[Frequency, Field(gt=0)], ...],
+        Field(min_length=1, max_length=20_000, description="ascending; beyond its ends they hold"),
+    ]
+    RULES = (ascending("frequency"), same_length("frequency", "real", "imaginary"))
+
+
+class DynamicStiffness(_OverFrequency):
     """Force over displacement, complex, over frequency."""
 
-    frequency: _Frequencies
     real: _Stiffnesses = Field(description="in phase with the displacement; negative above a mode")
     imaginary: _Stiffnesses = Field(description="in phase with the velocity: what takes energy")
-    RULES = (ascending("frequency"), same_length("frequency", "real", "imaginary"))
 
 
-class Impedance(Table):
+class Impedance(_OverFrequency):
     """Force over velocity, complex, over frequency."""
 
-    frequency: _Frequencies
     real: _Dampings = Field(description="in phase with the velocity: what takes energy")
     imaginary: _Dampings = Field(description="positive like a mass, negative like a spring")
-    RULES = (ascending("frequency"), same_length("frequency", "real", "imaginary"))
 
 
-class AngularDynamicStiffness(Table):
+class AngularDynamicStiffness(_OverFrequency):
     """Couple over rotation, complex, over frequency."""
 
-    frequency: _Frequencies
     real: _Turnings = Field(description="in phase with the rotation; negative above a mode")
     imaginary: _Turnings = Field(description="in phase with the angular velocity")
-    RULES = (ascending("frequency"), same_length("frequency", "real", "imaginary"))
 
 
-class AngularImpedance(Table):
+class AngularImpedance(_OverFrequency):
     """Couple over angular velocity, complex, over frequency."""
 
-    frequency: _Frequencies
     real: _TurnDampings = Field(description="in phase with the angular velocity")
     imaginary: _TurnDampings = Field(description="positive like an inertia")
-    RULES = (ascending("frequency"), same_length("frequency", "real", "imaginary"))
 
 
 _TURNS = ("rx", "ry", "rz")
-_LINEAR, _ANGULAR = (
-    ("dynamic_stiffness", "impedance"),
-    ("angular_dynamic_stiffness", "angular_impedance"),
-)
+_LINEAR, _ANGULAR = "dynamic_stiffness impedance", "angular_dynamic_stiffness angular_impedance"
 
 
 class Flexibility(Table):
