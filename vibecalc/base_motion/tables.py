@@ -19,7 +19,6 @@ from vibecalc.core.case.fields import (
 from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import (
     Row,
-    Rule,
     ascending,
     at_most_one,
     needs,
@@ -29,6 +28,7 @@ from vibecalc.core.case.rules import (
     unique,
     wants,
 )
+from vibecalc.parts.body_tables import NO_MATRICES
 
 Velocity = Annotated[float, Unit("m/s")]
 AngularAcceleration = Annotated[float, Unit("rad/s^2")]
@@ -151,15 +151,6 @@ class BaseSpectrum(Table):
     )
 
 
-def _no_matrix(part: str, matrix: str, instead: str) -> Rule:
-    return refuse(
-        "",
-        f"[base_motion] needs {instead}, not a {matrix}",
-        lambda t: matrix in table_at(t.case, "machine", part),
-        also=("machine", part, matrix),
-    )
-
-
 def _asks_nothing(row: Row) -> bool:
     return row.lacks("harmonics") and row.lacks("spectra")
 
@@ -184,8 +175,7 @@ class BaseMotion(Table):
     RULES = (
         wants("machine.body"),
         wants("machine.mounts"),
-        _no_matrix("body", "mass_matrix", "a body with mass and inertia"),
-        _no_matrix("mounts", "stiffness_matrix", "mounts with places"),
+        *NO_MATRICES,
         unique("harmonics"),
         unique("spectra", "spectra", "direction"),
         refuse(

@@ -15,6 +15,7 @@ from vibecalc.core.case.fields import (
     Table,
     Unit,
 )
+from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import (
     Row,
     ascending,
@@ -24,7 +25,7 @@ from vibecalc.core.case.rules import (
     same_length,
     wants,
 )
-from vibecalc.parts.body_tables import Body, Mounts
+from vibecalc.parts.body_tables import NO_MATRICES, Body, Mounts
 
 _Stiffnesses = tuple[Annotated[float, Unit("N/m")], ...]
 _Dampings = tuple[Annotated[float, Unit("N*s/m")], ...]
@@ -71,7 +72,10 @@ class AngularImpedance(_OverFrequency):
 
 
 _TURNS = ("rx", "ry", "rz")
-_LINEAR, _ANGULAR = "dynamic_stiffness impedance", "angular_dynamic_stiffness angular_impedance"
+_LINEAR = ("dynamic_stiffness", "impedance")
+_ANGULAR = ("angular_dynamic_stiffness", "angular_impedance")
+#: keys of a flexibility that have its curve
+CURVES = (*_LINEAR, *_ANGULAR)
 
 
 class Flexibility(Table):
@@ -99,7 +103,7 @@ class Flexibility(Table):
         None, description="couple over angular velocity instead"
     )
     RULES = (
-        one_of(*_LINEAR, *_ANGULAR),
+        one_of(*CURVES),
         refuse(
             "direction",
             "the flexibility about an axis is an angular_dynamic_stiffness or angular_impedance",
@@ -173,4 +177,23 @@ class Foundation(Table):
             impedance="flexibilities | position",
         ),
         wants("isolation", '[isolation] with model = "pitch", "rigid_body" or "planar"'),
+        *NO_MATRICES,
+        refuse(
+            "body.mass_matrix",
+            "the body of a foundation has a mass, and inertia or a box",
+            lambda t: "mass_matrix" in table_at(t.data, "body"),
+            "mass with inertia or box, or parts",
+        ),
+        refuse(
+            "springs.stiffness_matrix",
+            "the springs of a foundation have places",
+            lambda t: "stiffness_matrix" in table_at(t.data, "springs"),
+            "positions of equal springs, or individual ones",
+        ),
+        refuse(
+            "springs.modal_damping",
+            "the springs of a foundation damp by dampers or a loss factor",
+            lambda t: table_at(t.data, "springs").get("modal_damping"),
+            "damping and loss_factor of the springs",
+        ),
     )
