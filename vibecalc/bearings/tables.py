@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 
 from vibecalc.core.case.fields import AngularSpeed, Force, Length, Mass, Name, Table
-from vibecalc.core.case.rules import Row, needs, one_of, ordered, unique
+from vibecalc.core.case.raw import table_at
+from vibecalc.core.case.rules import Row, needs, one_of, ordered, refuse, unique
 from vibecalc.errors import Problem
 
 
@@ -106,4 +107,17 @@ class BearingLoads(Table):
     speeds: BearingSpeeds | None = Field(
         None, description="highest loads over a range of speeds as well"
     )
-    RULES = (unique("main_bearings"), unique("shaft_loads"), _places, _sizes)
+    RULES = (
+        unique("main_bearings"),
+        unique("shaft_loads"),
+        _places,
+        _sizes,
+        refuse(
+            ("kinematics", "series"),
+            "bearing loads follow from the exact motion of piston and rod",
+            lambda t: table_at(t.case, "kinematics").get("series") == "truncated",
+            "series = 'exact', or no [bearing_loads]",
+            found="series = 'truncated'",
+            also="",
+        ),
+    )
