@@ -53,24 +53,6 @@ class BearingSpeeds(Table):
     RULES = (ordered("from", "to", "speeds go from a lower one to a higher one"),)
 
 
-def _places(row: Row) -> Iterator[Problem]:
-    """Two main bearings at one place leave no bay between them."""
-    seen: dict[float, int] = {}
-    for place, bearing in enumerate(row.each("main_bearings")):
-        at = bearing.number("position")
-        if at is None:
-            continue
-        if at in seen:
-            yield bearing.problem(
-                "position",
-                "two main bearings stand at one place",
-                found=f"{at:.6g} m",
-                allowed="a place of its own for each",
-                also=(*row.path, "main_bearings", seen[at], "position"),
-            )
-        seen.setdefault(at, place)
-
-
 def _sizes(row: Row) -> Iterator[Problem]:
     """Sizes of all main bearings or of none."""
     bearings = row.each("main_bearings")
@@ -110,7 +92,7 @@ class BearingLoads(Table):
     RULES = (
         unique("main_bearings"),
         unique("shaft_loads"),
-        _places,
+        unique("main_bearings", "main bearings", "position"),
         _sizes,
         refuse(
             ("kinematics", "series"),

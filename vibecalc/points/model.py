@@ -16,6 +16,8 @@ from vibecalc.points.severity import grade
 from vibecalc.points.tables import BAND, GRADES, MeasuringPoint, VibrationSeverity
 from vibecalc.schema import Case
 
+#: cosine of the angle between two axes above which they are not square to each other
+_SQUARE = 1e-6
 QUANTITIES = ("displacement", "velocity", "acceleration")
 
 
@@ -33,16 +35,16 @@ class Readings(NamedTuple):
 def directions_of(point: MeasuringPoint) -> dict[str, FloatArray]:
     """Unit vectors (3,) of the readings of a point, by the name of each."""
     if point.direction is not None:
-        return {point.name: _unit(point.direction)}
+        return {point.name: _unit(np.array(point.direction))}
     if point.axes is not None:
-        return {f"{point.name} {i + 1}": _unit(axis) for i, axis in enumerate(point.axes)}
+        return {f"{point.name} {i + 1}": _unit(axis) for i, axis in enumerate(np.array(point.axes))}
     return {f"{point.name} {name}": np.eye(3)[i] for i, name in enumerate(DIRECTIONS)}
 
 
-def _unit(vector: tuple[float, float, float]) -> FloatArray:
-    array = np.array(vector, dtype=float)
-    array = array / np.max(np.abs(array))
-    return np.asarray(array / np.linalg.norm(array))
+def _unit(vector: FloatArray) -> FloatArray:
+    """Of length 1; a vector of length zero stays."""
+    scaled = vector / max(np.max(np.abs(vector)), np.finfo(float).tiny)
+    return np.asarray(scaled / max(np.linalg.norm(scaled), np.finfo(float).tiny))
 
 
 def readings_of(case: Case) -> Readings:
@@ -100,7 +102,20 @@ def points_problems(case: Case) -> Iterator[Problem]:
         )
     taken: dict[str, int] = {}
     for number, point in enumerate(case.point):
-        for name in directions_of(point):
+        directions = directions_of(point)
+        rows = np.array([*directions.values()])
+        if np.any(np.abs(rows @ rows.T - np.eye(len(rows))) > _SQUARE):
+            alone = point.direction is not None
+            yield Problem(
+                path=("point", number, "direction" if alone else "axes"),
+                message="a direction of length zero"
+                if alone
+                else "the axes of a point stand square to each other, each of them of some length",
+                allowed="[0, 0, 1], e.g."
+                if alone
+                else "[[1, 0, 0], [0, 1, 0], [0, 0, 1]], e.g., or a direction for one sensor alone",
+            )
+        for name in directions:
             if taken.setdefault(name, number) != number:
                 yield Problem(
                     path=("point", number, "name"),
