@@ -64,7 +64,7 @@ def _responses(
         "acceleration angular_acceleration": own * rate**2,
         "foundation_translation foundation_rotation": motion[..., 6:],
     }
-    found = {}
+    found: dict[str, Bounded] = {}
     for names, part in pairs.items():
         along, about = names.split()
         found |= {along: part[..., :3], about: part[..., 3:]}

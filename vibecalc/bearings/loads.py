@@ -141,16 +141,17 @@ class Loads(NamedTuple):
     def crank_pin(self, angle: FloatArray, speed: FloatArray) -> ComplexArray:
         """Of the rods on the crank pins (..., c), with their big ends."""
         rods = self.rods(angle, speed)
-        return (rods.on_rod + rods.big_end) * np.exp(1j * self.bank)
+        return np.asarray((rods.on_rod + rods.big_end) * np.exp(1j * self.bank))
 
     def crank_pin_of_throw(self, angle: FloatArray, speed: FloatArray) -> ComplexArray:
         """The same outwards along each throw + i ahead of it."""
         rods = self.rods(angle, speed)
-        return (rods.on_rod + rods.big_end) * np.exp(-1j * (angle[..., None] + self.gear.angle))
+        turned = np.exp(-1j * (angle[..., None] + self.gear.angle))
+        return np.asarray((rods.on_rod + rods.big_end) * turned)
 
     def wrist_pin(self, angle: FloatArray, speed: FloatArray) -> ComplexArray:
         """Of the pistons on the rods (..., c)."""
-        return self.rods(angle, speed).wrist_pin * np.exp(1j * self.bank)
+        return np.asarray(self.rods(angle, speed).wrist_pin * np.exp(1j * self.bank))
 
     def wall(self, angle: FloatArray, speed: FloatArray) -> ComplexArray:
         """Side thrust (..., c) of the pistons, real, positive ahead."""

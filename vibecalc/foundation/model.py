@@ -9,7 +9,6 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.foundation.systems import (
     Curve,
     FlexibleFoundation,
-    Second,
     on_second_body,
     on_second_mass,
 )
@@ -40,8 +39,8 @@ def on_body(given: Foundation, body: RigidBody, mounts: Mounts) -> OnMounts:
     """Machine and foundation as two rigid bodies."""
     if given.body is None or given.springs is None or given.position is None:
         raise ValueError("a foundation of kind 'body' has a body, springs and a position")
-    second = Second(build_body(given.body), np.asarray(given.position), build_mounts(given.springs))
-    return on_second_body(body, mounts, second)
+    second, springs = build_body(given.body), build_mounts(given.springs)
+    return on_second_body(body, mounts, second, np.asarray(given.position), springs)
 
 
 def flexible_foundation(given: Foundation, names: tuple[str, ...]) -> FlexibleFoundation:

@@ -33,14 +33,6 @@ from vibecalc.response.spectral import spectral_system
 # ----------------------------------------------------------------------------
 
 
-class Second(NamedTuple):
-    """The foundation: the body, the place (3,) of its reference point, its springs."""
-
-    body: RigidBody
-    position: FloatArray
-    springs: Mounts
-
-
 def on_second_mass(
     body: RigidBody, mounts: Mounts, up: int, below: ArrayLike, spring: tuple[ArrayLike, ...]
 ) -> tuple[OnMounts, OnMounts]:
@@ -71,17 +63,20 @@ def on_second_mass(
     return moving(2), moving(1)
 
 
-def on_second_body(body: RigidBody, mounts: Mounts, second: Second) -> OnMounts:
-    """A machine on its mounts on a second body, as one system of twelve coordinates.
+def on_second_body(
+    body: RigidBody, mounts: Mounts, second: RigidBody, position: FloatArray, springs: Mounts
+) -> OnMounts:
+    """A machine on its mounts on a second body on springs, as one system of twelve coordinates.
 
-    What is constant deflects the mounts as it does those on rigid ground.
+    The reference point of that body is at the `position` (3,). What is constant deflects the mounts
+    as it does those on rigid ground.
     """
-    below = displacement_at(second.springs.position)
+    below = displacement_at(springs.position)
     lower = np.concatenate([np.zeros_like(below), below], axis=-1)
     mass = Bounded(np.zeros((12, 12)), np.zeros((12, 12)))
-    for place, one in ((slice(6), body), (slice(6, 12), second.body)):
+    for place, one in ((slice(6), body), (slice(6, 12), second)):
         mass.value[place, place], mass.error[place, place] = one.bounded_mass()
-    ground, stretch = on_springs(mass, lower, second.springs), _stretch(mounts, second.position)
+    ground, stretch = on_springs(mass, lower, springs), _stretch(mounts, position)
     return assembled(
         mounts,
         np.arange(12),
@@ -89,7 +84,7 @@ def on_second_body(body: RigidBody, mounts: Mounts, second: Second) -> OnMounts:
         np.eye(6, 12),
         stretch,
         resting_on(body, mounts, np.arange(6)),
-        _carried(second.position),
+        _carried(position),
         below=ground,
     )
 

@@ -25,7 +25,7 @@ def run_points_run_up(scene: Scene) -> None:
         "run-up at points",
         "docs/theory.md, quasi-steady run-up",
     )
-    parts = [passed(part, readings, band) for part in sections(scene)]
+    parts = [passed(p, readings, band_rows(p, readings, band)) for p in sections(scene)]
     peaks, levels = (joined(each) for each in zip(*parts, strict=True))
     if peaks.unresolved:
         scene.warn(
@@ -49,11 +49,9 @@ def band_rows(part: RunUpSection, readings: Readings, band: tuple[float, float])
     return BandRows(rows, beyond, order, kept.beyond, kept.factor, band)
 
 
-def passed(
-    part: RunUpSection, readings: Readings, band: tuple[float, float]
-) -> tuple[RunUp, RunUp]:
+def passed(part: RunUpSection, readings: Readings, counted: BandRows) -> tuple[RunUp, RunUp]:
     """Peaks over the cycle and r.m.s. values of one part of the run-up."""
-    setup, counted = part.setup, band_rows(part, readings, band)
+    setup = part.setup
     size = np.abs(readings.row @ setup.of_body.modes).T
     shows = np.tile(size > 1e-12 * size.max(), 3)
     peaks = run_up(
