@@ -17,8 +17,9 @@ from vibecalc.core.results.renamed import current_path
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure
-from vibecalc.foundation.impedance import Curve, FlexibleFoundation, on_flexible_foundation
+from vibecalc.foundation.systems import Curve, FlexibleFoundation, on_tables
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.linear import response
 from vibecalc.parts.body import RigidBody, build_body
 from vibecalc.parts.machine import build_machine
 from vibecalc.parts.matrices import displacement_at
@@ -156,8 +157,10 @@ def test_what_is_uncertain_of_mass_and_mounts_is_in_the_errors(kind: str) -> Non
 
     def results(body: RigidBody, mounts: Mounts) -> Bounded:
         if kind == "tables":
-            load = Bounded(unit, np.zeros(unit.shape))
-            return on_flexible_foundation(body, mounts, foundation, w, load).force
+            tables = on_tables(body, mounts, foundation)
+            load = Bounded(unit[:, 0], np.zeros((2, 6))) @ tables.reach
+            motion = response(tables.dynamics(w), load.value, load.error)
+            return tables.force(tables.at_mounts(motion), w)
         system = on_base(case if kind == "body" else alone, body, mounts)
         relative, _ = system.moved_by_base(Bounded(unit[:, 0], np.zeros((2, 6))), w)
         return system.force(system.at_mounts(relative), w)

@@ -1,13 +1,10 @@
 """A base that moves, in the report and as pictures."""
 
-from collections.abc import Callable
-from dataclasses import replace
-
 import numpy as np
 
-from vibecalc.base_motion.results import HARMONIC, OF_POINTS, ROOT, SPECTRUM
-from vibecalc.core.report.curves import Curve, Curves, Panel, level, sourced
-from vibecalc.core.report.rows import Cells, Rows, by_axis, reduced, rows_of
+from vibecalc.base_motion.results import HARMONIC, ROOT, SPECTRUM
+from vibecalc.core.report.curves import Curve, Curves, Panel, Source, entry_of, level
+from vibecalc.core.report.rows import Cells, Rows, reduced, rows_of
 from vibecalc.core.report.sections import (
     Section,
     magnitudes,
@@ -16,7 +13,7 @@ from vibecalc.core.report.sections import (
     table_of,
 )
 from vibecalc.core.report.writing import paragraph, show
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.record import Record, Result
 
 #: result, heading, unit
 _LINEAR = (
@@ -63,9 +60,32 @@ _MOUNTS = Rows(
     each=10,
     root=SPECTRUM,
 )
-_SUMS = (
-    (f"{HARMONIC}/deflection_peak", "deflection peak", "mm"),
-    (f"{HARMONIC}/mount_force_peak", "force peak", "N"),
+_SUMS = Rows(
+    "mount",
+    "mount, all harmonics",
+    (
+        Cells("deflection_peak", "deflection peak mm", "mm"),
+        Cells(
+            "mount_force_peak",
+            "force peak N",
+            "N",
+            note="peaks as if all harmonics were at their largest at once: they have no common "
+            "period",
+        ),
+    ),
+    root=HARMONIC,
+    merge=True,
+)
+#: what the base does at the points of the case, under harmonics and at random
+_POINTS = Rows(
+    "sensor",
+    "point, by the base",
+    [
+        Cells(f"{root}/point_{name}_{kind}", f"{name} {words} {unit}", unit)
+        for root, kind, words in ((HARMONIC, "peak", "peak"), (SPECTRUM, "rms", "r.m.s."))
+        for name, unit in (("displacement", "mm"), ("velocity", "mm/s"), ("acceleration", "m/s^2"))
+    ],
+    merge=True,
 )
 
 
@@ -75,36 +95,22 @@ def base_motion(result: Result) -> Section | None:
     if f"{ROOT}/transmissibility" not in record:
         return None
     shown = {path for path in record if path.startswith(f"{ROOT}/")}
-    lines = stacked(_harmonics(record), _spectra(result), _points(record))
+    lines = stacked(_harmonics(record), _spectra(result), rows_of(record, _POINTS)[0])
     return section("Motion of the base", [(lines, shown)])
-
-
-def _points(record: Record) -> list[str]:
-    """What the base does at the points of the case, under harmonics and at random."""
-    columns = [
-        (f"{root}/point_{name}_{kind}", f"{name} {words}", unit)
-        for root, kind, words in ((HARMONIC, "peak", "peak"), (SPECTRUM, "rms", "r.m.s."))
-        for name, _, unit in OF_POINTS
-    ]
-    given = tuple(one for one in columns if one[0] in record)
-    return by_axis(record, "sensor", "point, by the base", given) if given else []
 
 
 def _harmonics(record: Record) -> list[str]:
     """Motion by each harmonic, then the mounts under all of them."""
-    if f"{HARMONIC}/frequency" not in record:
-        return []
     lines, _ = rows_of(record, _BY_HARMONIC)
+    if not lines:
+        return []
     words = "0 to peak, of the axis that moves most; at the reference point of the body"
-    if f"{HARMONIC}/foundation_translation" in record:
-        below = record[f"{HARMONIC}/foundation_translation"]
-        tops = [show(1e3 * float(one), 1e3 * below.error_estimate)
-                for one in np.max(magnitudes(below), axis=1)]  # fmt: skip
-        words += f"; the foundation moves by {', '.join(tops)} mm"
-    lines += paragraph(words)
-    mounts = by_axis(record, "mount", "mount, all harmonics", _SUMS)
-    words = "peaks as if all harmonics were at their largest at once: they have no common period"
-    return [*lines, "", *mounts, *paragraph(words)]
+    below = record.quantities.get(f"{HARMONIC}/foundation_translation")
+    if below is not None:
+        tops = np.max(magnitudes(below), axis=1)
+        moves = (show(1e3 * float(one), 1e3 * below.error_estimate) for one in tops)
+        words += f"; the foundation moves by {', '.join(moves)} mm"
+    return [*lines, *paragraph(words), "", *rows_of(record, _SUMS)[0]]
 
 
 def _spectra(result: Result) -> list[str]:
@@ -140,19 +146,15 @@ TRANSMISSIBILITY = Curves(
 )
 
 
-def _moving(name: str) -> Callable[[Result], Quantity | None]:
+def _moving(name: str) -> Source:
     """Densities of the directions that move at all."""
+    path = f"{SPECTRUM}/{name}"
 
-    def made(result: Result) -> Quantity | None:
-        found = sourced(f"{SPECTRUM}/{name}", result)
-        if found is None:
-            return None
-        size = np.max(np.abs(found.values), axis=1)
-        moving = np.flatnonzero(size > 1e-12 * np.max(size))
-        axis = replace(found.axes[0], values=found.axes[0].values[moving])
-        return replace(found, values=found.values[moving], axes=(axis, found.axes[1]))
+    def places(result: Result) -> np.ndarray:
+        size = np.max(np.abs(result.record[path].values), axis=1)
+        return np.flatnonzero(size > 1e-12 * np.max(size))
 
-    return made
+    return entry_of(path, places)
 
 
 DENSITY = Curves(

@@ -30,114 +30,72 @@ class OverFrequency:
     )  # fmt: skip
 
 
-#: name, unit, words: motions along, then about the axes
-MOTIONS = (
-    ("translation", "m", "displacement of the reference point"),
-    ("rotation", "rad", "rotation"),
-    ("relative_translation", "m", "displacement of the reference point against the base"),
-    ("relative_rotation", "rad", "rotation against the base"),
-    ("velocity", "m/s", "velocity of the reference point"),
-    ("angular_velocity", "rad/s", "angular velocity"),
-    ("acceleration", "m/s^2", "acceleration of the reference point"),
-    ("angular_acceleration", "rad/s^2", "angular acceleration"),
-)
-#: where the mounts stand on a second body
-FOUNDATION = (
-    ("foundation_translation", "m", "displacement of the foundation at its reference point"),
-    ("foundation_rotation", "rad", "rotation of the foundation"),
-)
-#: at the points of the case
-OF_POINTS = (
-    ("displacement", "m", "mm"),
-    ("velocity", "m/s", "mm/s"),
-    ("acceleration", "m/s^2", "m/s^2"),
-)
-OF_MOUNTS = (
-    ("deflection", "m", "deflection of a mount", "mm"),
-    ("mount_force", "N", "force of a mount below it", "N"),
-)
+#: unit, words, axes of what moves by a harmonic; by spectra all but the foundation, on which the
+#: mounts may stand, has an r.m.s. value
+RESPONSES = {
+    "translation": ("m", "displacement of the reference point", "direction"),
+    "rotation": ("rad", "rotation", "direction"),
+    "relative_translation": (
+        "m", "displacement of the reference point against the base", "direction"
+    ),
+    "relative_rotation": ("rad", "rotation against the base", "direction"),
+    "velocity": ("m/s", "velocity of the reference point", "direction"),
+    "angular_velocity": ("rad/s", "angular velocity", "direction"),
+    "acceleration": ("m/s^2", "acceleration of the reference point", "direction"),
+    "angular_acceleration": ("rad/s^2", "angular acceleration", "direction"),
+    "foundation_translation": (
+        "m", "displacement of the foundation at its reference point", "direction"
+    ),
+    "foundation_rotation": ("rad", "rotation of the foundation", "direction"),
+    "deflection": ("m", "deflection of a mount", "mount direction"),
+    "mount_force": ("N", "force of a mount below it", "mount direction"),
+    "point_displacement": ("m", "displacement at a point", "sensor"),
+    "point_velocity": ("m/s", "velocity at a point", "sensor"),
+    "point_acceleration": ("m/s^2", "acceleration at a point", "sensor"),
+}  # fmt: skip
+#: those that have a peak under all harmonics, and its axis
+PEAKS = {
+    "deflection": "mount",
+    "mount_force": "mount",
+    "acceleration": "direction",
+    "point_displacement": "sensor",
+    "point_velocity": "sensor",
+    "point_acceleration": "sensor",
+}
+_HEADLINES = {
+    f"{HARMONIC}/deflection_peak": Headline("deflection of a mount by the base, peak", "mm"),
+    f"{HARMONIC}/mount_force_peak": Headline("force of a mount below it by the base, peak", "N"),
+    f"{HARMONIC}/acceleration_peak": Headline("acceleration by the base, peak", "m/s^2"),
+    f"{SPECTRUM}/acceleration_rms": Headline("acceleration by the base, r.m.s.", "m/s^2"),
+    f"{SPECTRUM}/deflection_peak": Headline("deflection of a mount at random, peak", "mm"),
+    f"{SPECTRUM}/mount_force_peak": Headline("force of a mount below it at random, peak", "N"),
+    f"{SPECTRUM}/point_velocity_rms": Headline("velocity at a point by the base, r.m.s.", "mm/s"),
+}
 
 
-def _harmonics() -> Iterator[Entry]:
+def _entries() -> Iterator[Entry]:
+    def of(path: str, axes: str, unit: str, words: str, amplitude: str) -> Entry:
+        return entry(path, axes, unit, words, amplitude, headline=_HEADLINES.get(path))
+
     yield entry(f"{HARMONIC}/frequency", "base_harmonic", "rad/s", "of each harmonic")
-    for name, unit, words in MOTIONS:
-        axes = "base_harmonic direction"
-        yield entry(f"{HARMONIC}/{name}", axes, unit, f"{words} by a harmonic of the base", PEAK)
-    for name, unit, words in FOUNDATION:
-        axes = "base_harmonic direction"
-        yield entry(f"{HARMONIC}/{name}", axes, unit, f"{words} by a harmonic of the base", PEAK)
-    for name, unit, words, read in OF_MOUNTS:
-        axes = "mount direction base_harmonic"
-        yield entry(f"{HARMONIC}/{name}", axes, unit, f"{words} by a harmonic of the base", PEAK)
-        yield entry(
-            f"{HARMONIC}/{name}_peak",
-            "mount",
-            unit,
-            f"{words}, harmonics at their largest at once",
-            PEAK,
-            headline=Headline(f"{words} by the base, peak", read),
-        )
-    yield entry(
-        f"{HARMONIC}/acceleration_peak",
-        "direction",
-        "m/s^2",
-        "acceleration of the reference point, harmonics at their largest at once",
-        PEAK,
-        headline=Headline("acceleration by the base, peak", "m/s^2"),
-    )
-    for name, unit, _ in OF_POINTS:
-        words = f"{name} at a point by"
-        axes = "sensor base_harmonic"
-        path = f"{HARMONIC}/point_{name}"
-        yield entry(path, axes, unit, f"{words} a harmonic of the base", PEAK)
-        words = f"{words} the base, harmonics at their largest at once"
-        yield entry(f"{path}_peak", "sensor", unit, words, PEAK)
-
-
-def _spectra() -> Iterator[Entry]:
+    for name, (unit, words, axes) in RESPONSES.items():
+        each = f"base_harmonic {axes}" if axes == "direction" else f"{axes} base_harmonic"
+        yield of(f"{HARMONIC}/{name}", each, unit, f"{words} by a harmonic of the base", PEAK)
+    for name, axes in PEAKS.items():
+        unit, words, _ = RESPONSES[name]
+        words = f"{words}, harmonics at their largest at once"
+        yield of(f"{HARMONIC}/{name}_peak", axes, unit, words, PEAK)
     yield entry(f"{SPECTRUM}/base_acceleration_rms", "direction", "m/s^2", "of the base", RMS)
-    for name, unit, words in MOTIONS:
-        lead = name == "acceleration"
-        yield entry(
-            f"{SPECTRUM}/{name}_rms",
-            "direction",
-            unit,
-            f"{words} by the spectra of the base",
-            RMS,
-            headline=Headline("acceleration by the base, r.m.s.", unit) if lead else None,
-        )
-        yield entry(
-            f"{SPECTRUM}/{name}_peak", "direction", unit, f"{words}, peak factor in it", PEAK
-        )
-    for name, unit, words, read in OF_MOUNTS:
-        axes = "mount direction"
-        yield entry(f"{SPECTRUM}/{name}_rms", axes, unit, f"{words} by the spectra", RMS)
-        yield entry(
-            f"{SPECTRUM}/{name}_peak",
-            axes,
-            unit,
-            f"{words}, peak factor in it",
-            PEAK,
-            headline=Headline(f"{words} at random, peak", read),
-        )
-    for name, unit, read in OF_POINTS:
-        words, path = f"{name} at a point by the spectra of the base", f"{SPECTRUM}/point_{name}"
-        head = Headline("velocity at a point by the base, r.m.s.", read)
-        head_of = head if name == "velocity" else None
-        yield entry(f"{path}_rms", "sensor", unit, words, RMS, headline=head_of)
-        yield entry(f"{path}_peak", "sensor", unit, f"{words}, peak factor in it", PEAK)
-    yield entry(
-        f"{SPECTRUM}/base_density",
-        "direction base_frequency",
-        "m^2/s^3",
-        "the same of the base where the reference point is",
-    )
-    yield entry(
-        f"{SPECTRUM}/density",
-        "direction base_frequency",
-        "m^2/s^3",
-        "one-sided density of the acceleration of the reference point, for each hertz",
-    )
+    for name, (unit, words, axes) in RESPONSES.items():
+        if not name.startswith("foundation"):
+            path = f"{SPECTRUM}/{name}"
+            yield of(f"{path}_rms", axes, unit, f"{words} by the spectra of the base", RMS)
+            yield of(f"{path}_peak", axes, unit, f"{words}, peak factor in it", PEAK)
+    for name, words in (
+        ("base_density", "the same of the base where the reference point is"),
+        ("density", "one-sided density of the acceleration of the reference point, for each hertz"),
+    ):
+        yield entry(f"{SPECTRUM}/{name}", "direction base_frequency", "m^2/s^3", words)
 
 
-ENTRIES = (*entries_of(OverFrequency), *_harmonics(), *_spectra())
+ENTRIES = (*entries_of(OverFrequency), *_entries())

@@ -19,7 +19,6 @@ from vibecalc.core.case.fields import (
 from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import (
     Row,
-    Rule,
     ascending,
     at_most_one,
     needs,
@@ -29,11 +28,11 @@ from vibecalc.core.case.rules import (
     unique,
     wants,
 )
+from vibecalc.parts.body_tables import NO_MATRICES
 
 Velocity = Annotated[float, Unit("m/s")]
 AngularAcceleration = Annotated[float, Unit("rad/s^2")]
 _DENSITY = "a spectral density"
-_Frequency = Annotated[Frequency, Field(gt=0)]
 _LINEAR = ("displacement", "velocity", "acceleration")
 _ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
 
@@ -84,40 +83,37 @@ class BaseHarmonic(Table):
     )
 
 
-class AccelerationDensities(Table):
-    """One-sided density of the acceleration, (m/s^2)^2/Hz, at ascending frequencies."""
+class _Densities(Table):
+    """One-sided density at ascending frequencies."""
 
-    frequency: tuple[_Frequency, ...] = Field(
+    frequency: tuple[Annotated[Frequency, Field(gt=0)], ...] = Field(
         min_length=2, max_length=20_000, description="ascending"
     )
+    RULES = (ascending("frequency"), same_length("frequency", "density"))
+
+
+class AccelerationDensities(_Densities):
+    """One-sided density of the acceleration, (m/s^2)^2/Hz, at ascending frequencies."""
+
     density: tuple[Annotated[float, Field(ge=0), Unit("m^2/s^3", _DENSITY)], ...] = Field(
         min_length=2, max_length=20_000, description="(m/s^2)^2/Hz is m^2/s^3"
     )
-    RULES = (ascending("frequency"), same_length("frequency", "density"))
 
 
-class VelocityDensities(Table):
+class VelocityDensities(_Densities):
     """One-sided density of the velocity, (m/s)^2/Hz, at ascending frequencies."""
 
-    frequency: tuple[_Frequency, ...] = Field(
-        min_length=2, max_length=20_000, description="ascending"
-    )
     density: tuple[Annotated[float, Field(ge=0), Unit("m^2/s", _DENSITY, "'1e-6 m^2/s'")], ...] = (
         Field(min_length=2, max_length=20_000, description="(m/s)^2/Hz is m^2/s")
     )
-    RULES = (ascending("frequency"), same_length("frequency", "density"))
 
 
-class AngularDensities(Table):
+class AngularDensities(_Densities):
     """One-sided density of the angular acceleration, (rad/s^2)^2/Hz, at ascending frequencies."""
 
-    frequency: tuple[_Frequency, ...] = Field(
-        min_length=2, max_length=20_000, description="ascending"
-    )
     density: tuple[Annotated[float, Field(ge=0), Unit("rad^2/s^3", _DENSITY)], ...] = Field(
         min_length=2, max_length=20_000, description="(rad/s^2)^2/Hz is rad^2/s^3"
     )
-    RULES = (ascending("frequency"), same_length("frequency", "density"))
 
 
 _TURNS = ("rx", "ry", "rz")
@@ -155,15 +151,6 @@ class BaseSpectrum(Table):
     )
 
 
-def _no_matrix(part: str, matrix: str, instead: str) -> Rule:
-    return refuse(
-        "",
-        f"[base_motion] needs {instead}, not a {matrix}",
-        lambda t: matrix in table_at(t.case, "machine", part),
-        also=("machine", part, matrix),
-    )
-
-
 def _asks_nothing(row: Row) -> bool:
     return row.lacks("harmonics") and row.lacks("spectra")
 
@@ -188,8 +175,7 @@ class BaseMotion(Table):
     RULES = (
         wants("machine.body"),
         wants("machine.mounts"),
-        _no_matrix("body", "mass_matrix", "a body with mass and inertia"),
-        _no_matrix("mounts", "stiffness_matrix", "mounts with places"),
+        *NO_MATRICES,
         unique("harmonics"),
         unique("spectra", "spectra", "direction"),
         refuse(

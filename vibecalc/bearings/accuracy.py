@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from vibecalc.bearings.adapter import highest_loads, loads_of
+from vibecalc.bearings.adapter import highest_loads
+from vibecalc.bearings.loads import Loads
+from vibecalc.bearings.model import loads_of
 from vibecalc.core.accuracy.kinds import Ask, ours, peak_over_range
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
@@ -12,26 +14,24 @@ from vibecalc.parts.firing import cycle_angle
 
 def bearing_topics(scene: Scene) -> list[Topic]:
     """The peak over a cycle of the main bearing whose peak is the highest."""
-    table = scene.case.bearing_loads
-    assert table is not None
-    loads, speed = loads_of(scene, table), np.asarray(scene.case.machine.speed)
+    loads, speed = loads_of(scene), np.asarray(scene.case.machine.speed)
     half = 0.5 * cycle_angle(scene.case.machine)
     asked = [0]
 
-    def counted(angle: FloatArray, at: FloatArray) -> tuple[ComplexArray, FloatArray]:
-        asked[0] += np.broadcast(angle, at).size
-        return loads.main(angle, at)
+    def counted(of: Loads, angle: FloatArray, at: FloatArray) -> ComplexArray:
+        asked[0] += np.broadcast(angle, at).size if of is loads else 0
+        return of.main(angle, at)
 
     def search() -> tuple[float, float, int]:
         asked[0] = 0
-        found, _, _ = highest_loads(scene, loads, counted, speed)
+        found = highest_loads(scene, loads, counted, speed)
         which = int(np.argmax(found.height.value))
         return float(found.height.value[which]), float(found.angle.value[which]), which
 
     _, known, most = search()
 
     def curve(angles: FloatArray) -> FloatArray:
-        return np.abs(loads.main(angles, speed)[0][:, most])
+        return np.abs(loads.main(angles, speed)[:, most])
 
     def own(_: float) -> Answer:
         height, place, _ = search()

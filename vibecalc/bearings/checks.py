@@ -1,10 +1,11 @@
 """What bearing loads cannot be computed of."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.errors import Problem
+from vibecalc.errors import KeyPath, Problem
 from vibecalc.excitation.gas_tables import within_cards
 from vibecalc.kinds import TRAIN
 from vibecalc.parts import tables as parts
@@ -16,114 +17,107 @@ if TYPE_CHECKING:
     from vibecalc.bearings.tables import BearingLoads
 
 
-def bearing_problems(case: Case) -> list[Problem]:
+def bearing_problems(case: Case) -> Iterator[Problem]:
     """Problems of [bearing_loads]: of gas, firing, forces along the shaft, speeds of cards."""
-    if case.bearing_loads is None:
-        return []
-    return [*_gas(case), *_motion(case), *_shaft_loads(case), *_speeds(case)]
+    table = case.bearing_loads
+    if table is not None:
+        yield from _gas(case)
+        if case.machine.crank_train.axis != case.machine.crank_train.stroke:
+            yield from _shaft_loads(table, case.machine.crank_train)
+            yield from _weights(case, table)
+        yield from _speeds(case, table)
 
 
-def _gas(case: Case) -> list[Problem]:
+def _gas(case: Case) -> Iterator[Problem]:
     train, machine = case.machine.crank_train, case.machine
-    if train.tangential_effort is not None:
-        return [
-            Problem(
-                path=("bearing_loads",),
-                message="bearings bear the whole force of the rod, and tangential_effort has only "
-                "its torque",
-                allowed="gas_pressure, gas_cards or gas_cycle in [machine.crank_train]",
-                also=(*TRAIN, "tangential_effort"),
-            )
-        ]
-    if train.gas_pressure is not None and train.bore is None:
-        return [
-            Problem(
-                path=(*TRAIN, "gas_pressure"),
-                message="[bearing_loads] cannot use gas_pressure without bore: the gas force is "
-                "pressure times area",
-                allowed="bore with it, or neither for the loads of inertia alone",
-            )
-        ]
     fires = (
         bool(train.firing_order)
         or all(cylinder.firing_angle is not None for cylinder in train.cylinders)
         or len(train.cylinders) == 1
         or cycle_angle(machine) == TURN
     )
-    if has_gas(case) and not fires:
-        return [
-            Problem(
-                path=TRAIN,
-                message="[machine.crank_train] does not say when its cylinders fire",
-                allowed="firing_order = ['1', '3', '4', '2'], or a firing_angle for every cylinder",
-                hint="[bearing_loads] puts the gas pressure of each cylinder where it fires",
-                also=("bearing_loads",),
-            )
-        ]
-    return []
-
-
-def _motion(case: Case) -> list[Problem]:
-    if case.kinematics is None or case.kinematics.series != "truncated":
-        return []
-    return [
-        Problem(
-            path=("kinematics", "series"),
-            message="bearing loads follow from the exact motion of piston and rod",
-            found="series = 'truncated'",
-            allowed="series = 'exact', or no [bearing_loads]",
+    if train.tangential_effort is not None:
+        yield Problem(
+            path=("bearing_loads",),
+            message="bearings bear the whole force of the rod, and tangential_effort has only "
+            "its torque",
+            allowed="gas_pressure, gas_cards or gas_cycle in [machine.crank_train]",
+            also=(*TRAIN, "tangential_effort"),
+        )
+    elif train.gas_pressure is not None and train.bore is None:
+        yield Problem(
+            path=(*TRAIN, "gas_pressure"),
+            message="[bearing_loads] cannot use gas_pressure without bore: the gas force is "
+            "pressure times area",
+            allowed="bore with it, or neither for the loads of inertia alone",
+        )
+    elif has_gas(case) and not fires:
+        yield Problem(
+            path=TRAIN,
+            message="[machine.crank_train] does not say when its cylinders fire",
+            allowed="firing_order = ['1', '3', '4', '2'], or a firing_angle for every cylinder",
+            hint="[bearing_loads] puts the gas pressure of each cylinder where it fires",
             also=("bearing_loads",),
         )
-    ]
 
 
-def _shaft_loads(case: Case) -> list[Problem]:
-    table, train = case.bearing_loads, case.machine.crank_train
-    if table is None or train.axis == train.stroke:
-        return []
+def _shaft_loads(table: "BearingLoads", train: parts.CrankTrain) -> Iterator[Problem]:
     axis = build_frame(train.axis, train.stroke).axis
-    problems = []
     for place, load in enumerate(table.shaft_loads):
         along = 0.0 if load.force is None else float(np.asarray(load.force) @ axis)
         if along != 0.0:
-            problems.append(
-                Problem(
-                    path=("bearing_loads", "shaft_loads", place, "force"),
-                    message="a force along the shaft is borne by no main bearing",
-                    found=f"{along:.6g} N along {train.axis}",
-                    allowed=f"none along {train.axis}, the axis of the crankshaft",
-                )
+            yield Problem(
+                path=("bearing_loads", "shaft_loads", place, "force"),
+                message="a force along the shaft is borne by no main bearing",
+                found=f"{along:.6g} N along {train.axis}",
+                allowed=f"none along {train.axis}, the axis of the crankshaft",
             )
-    return [*problems, *_weights(case, table, train)]
 
 
-def _weights(case: Case, table: "BearingLoads", train: parts.CrankTrain) -> list[Problem]:
+def _weights(case: Case, table: "BearingLoads") -> Iterator[Problem]:
     """Weights act as those of the body on its mounts do, and not along the shaft."""
-    isolation = case.isolation
+    isolation, axis = case.isolation, case.machine.crank_train.axis
     if isolation is not None and table.up is not None and table.up != isolation.up:
-        return [
-            Problem(
-                path=("bearing_loads", "up"),
-                message="weights act against one direction, and [isolation] has another one",
-                found=f"up = {table.up!r}, and up = {isolation.up!r} in [isolation]",
-                allowed=f"{isolation.up!r}, or no such key",
-                also=("isolation", "up") if "up" in isolation.model_fields_set else ("isolation",),
-            )
-        ]
+        yield Problem(
+            path=("bearing_loads", "up"),
+            message="weights act against one direction, and [isolation] has another one",
+            found=f"up = {table.up!r}, and up = {isolation.up!r} in [isolation]",
+            allowed=f"{isolation.up!r}, or no such key",
+            also=("isolation", "up") if "up" in isolation.model_fields_set else ("isolation",),
+        )
+        return
     weights = any(load.mass is not None for load in table.shaft_loads)
     up = isolation.up if isolation is not None and weights else table.up
-    if up is None or up.strip("-") != train.axis:
-        return []
-    others = ", ".join(repr(name) for name in DIRECTIONS if name != train.axis)
-    return [
-        Problem(
+    if up is not None and up.strip("-") == axis:
+        others = ", ".join(repr(name) for name in DIRECTIONS if name != axis)
+        yield Problem(
             path=("isolation" if table.up is None else "bearing_loads", "up"),
             message="weights along the shaft are borne by no main bearing",
             found=f"up = {up!r}",
-            allowed=f"{others}" + (", or one of these with a minus" if isolation is None else ""),
+            allowed=others + (", or one of these with a minus" if isolation is None else ""),
             also=("bearing_loads", "shaft_loads") if table.up is None else None,
         )
-    ]
+
+
+def _speeds(case: Case, table: "BearingLoads") -> Iterator[Problem]:
+    known = [card.speed for card in case.machine.crank_train.gas_cards]
+    asked: dict[KeyPath, float] = {}
+    if table.speeds is not None:
+        asked = {
+            ("bearing_loads", "speeds", "from"): table.speeds.start,
+            ("bearing_loads", "speeds", "to"): table.speeds.stop,
+        }
+    asked["machine", "speed"] = case.machine.speed
+    for path, speed in asked.items():
+        if len(known) > 1 and not within_cards((min(known), max(known)), speed):
+            low, high = (one * 30.0 / np.pi for one in (min(known), max(known)))
+            yield Problem(
+                path=path,
+                message="a speed beyond those of the gas cards: nothing is extrapolated",
+                found=f"{speed * 30.0 / np.pi:.6g} rpm",
+                allowed=f"{low:.6g} to {high:.6g} rpm",
+                also=(*TRAIN, "gas_cards"),
+            )
 
 
 def bearing_cautions(case: Case) -> list[str]:
@@ -140,28 +134,3 @@ def bearing_cautions(case: Case) -> list[str]:
         ),
     }
     return [text for text, holds in texts.items() if holds]
-
-
-def _speeds(case: Case) -> list[Problem]:
-    table, cards = case.bearing_loads, case.machine.crank_train.gas_cards
-    if table is None or len(cards) < 2:
-        return []
-    low, high = min(card.speed for card in cards), max(card.speed for card in cards)
-    wanted = [("machine", "speed", case.machine.speed)]
-    if table.speeds is not None:
-        wanted = [
-            ("bearing_loads.speeds", "from", table.speeds.start),
-            ("bearing_loads.speeds", "to", table.speeds.stop),
-            *wanted,
-        ]
-    return [
-        Problem(
-            path=(*where.split("."), key),
-            message="a speed beyond those of the gas cards: nothing is extrapolated",
-            found=f"{speed * 30.0 / np.pi:.6g} rpm",
-            allowed=f"{low * 30.0 / np.pi:.6g} to {high * 30.0 / np.pi:.6g} rpm",
-            also=(*TRAIN, "gas_cards"),
-        )
-        for where, key, speed in wanted
-        if not within_cards((low, high), speed)
-    ]

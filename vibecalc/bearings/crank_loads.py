@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.gauss import gauss_rule
+from vibecalc.numerics.gauss import integral
 from vibecalc.numerics.maxima import Maxima, by_values, first_highest
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 
@@ -51,8 +51,6 @@ EveryAt = Callable[[FloatArray], ComplexArray]
 GRID, PANELS = 1440, 144
 #: share of the highest on the grid that a place has, to be looked into on both of its sides
 NEARLY = 0.98
-#: points of a panel, of the rule that it is held against, and panels at most
-POINTS, MORE_POINTS, MOST_PANELS = 8, 13, 200_000
 #: rad, how far aside of a place it is seen whether a curve has a corner there
 ASIDE = 1e-6
 #: relative height below which a curve counts as level
@@ -135,43 +133,26 @@ def cycle_peaks(forces_at: ForcesAt, on_grid: ComplexArray, grid: FloatArray) ->
 def cycle_means(every_at: EveryAt, grid: FloatArray, rtol: float = 1e-11) -> Means:
     """Means of forces over a cycle whose kinks stand on the grid.
 
-    Gauss panels, halved where two rules differ: where a force passes close to zero its magnitude
-    has almost a kink. The difference of both is the error.
-
-    Raises NumericalFailure where 200000 panels do not suffice.
+    Where a force passes close to zero its magnitude has almost a kink. Raises NumericalFailure
+    where the integrals do not settle.
     """
-    starts, widths = grid[:-1], np.diff(grid)
-    short, long = gauss_rule(POINTS), gauss_rule(MORE_POINTS)
     cycle = grid[-1] - grid[0]
-    magnitude = off = vector_off = np.zeros(1)
-    vector = np.zeros(1, dtype=complex)
-    done = 0
-    while len(starts):
-        done += len(starts)
-        if done > MOST_PANELS:
-            raise NumericalFailure(
-                f"bearing loads: the mean load over a cycle does not settle with {MOST_PANELS} "
-                "panels; a gas pressure this steep has to be given with fewer kinks"
-            )
-        sums = []
-        for rule in (short, long):
-            places = starts[:, None] + widths[:, None] * rule.nodes
-            force = every_at(places.ravel()).reshape(-1, *places.shape)
-            weight = widths[:, None] * rule.weights / cycle
-            sums.append(((force * weight).sum(-1), (np.abs(force) * weight).sum(-1)))
-        (vector_1, size_1), (vector_2, size_2) = sums
-        lost = np.abs(size_2 - size_1)
-        whole = magnitude + size_2.sum(-1)
-        bad = np.any(lost > rtol * whole[:, None] * widths / cycle + 1e-15 * whole[:, None], axis=0)
-        bad &= widths > 1e-7
-        good = ~bad
-        vector = vector + vector_2[:, good].sum(-1)
-        magnitude = magnitude + size_2[:, good].sum(-1)
-        off = off + lost[:, good].sum(-1)
-        vector_off = vector_off + np.abs(vector_2 - vector_1)[:, good].sum(-1)
-        starts, widths = (
-            np.concatenate([starts[bad], starts[bad] + 0.5 * widths[bad]]),
-            np.tile(0.5 * widths[bad], 2),
-        )
-    rounding = 8.0 * EPSILON * magnitude
-    return Means(Bounded(magnitude, off + rounding), Bounded(vector, vector_off + rounding))
+
+    def values_at(angle: FloatArray) -> ComplexArray:
+        force = every_at(angle).T / cycle
+        return np.concatenate([np.abs(force), force], axis=-1)
+
+    def allowed(whole: ComplexArray) -> FloatArray:
+        return np.tile(rtol * whole[: len(whole) // 2].real, 2)
+
+    found = integral(
+        values_at,
+        grid,
+        allowed,
+        "bearing loads: the mean load over a cycle does not settle; a gas pressure this steep has "
+        "to be given with fewer kinks",
+    )
+    rows = found.shape[0] // 2
+    magnitude = found[:rows].real
+    rounding = Bounded(np.zeros(rows), 8.0 * EPSILON * magnitude.value)
+    return Means(magnitude + rounding, found[rows:] + rounding)

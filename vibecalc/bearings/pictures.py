@@ -36,16 +36,20 @@ def _size(path: str) -> Callable[[Result], Quantity | None]:
 
 FORCES = Curves(
     "loads on bearings over a cycle",
-    (
-        Panel("main bearings", (Curve(_size(f"{MainLoad.ROOT}/force"), "main bearing {}"),),
-              legend={"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}),
-        Panel("crank pins", (Curve(_size(f"{CrankPin.ROOT}/force"), "cylinder {}"),),
-              legend={"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}),
-        Panel("wrist pins", (Curve(_size(f"{WristPin.ROOT}/force"), "cylinder {}"),),
-              legend={"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}),
+    tuple(
+        Panel(
+            f"{what}s",
+            (Curve(_size(f"{group.ROOT}/force"), f"{of} {{}}"),),
+            legend={"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)},
+        )
+        for what, group, of in (
+            ("main bearing", MainLoad, "main bearing"),
+            ("crank pin", CrankPin, "cylinder"),
+            ("wrist pin", WristPin, "cylinder"),
+        )
     ),
     high=2.2,
-)  # fmt: skip
+)
 
 # ----------------------------------------------------------------------------
 # Polar diagrams: the path of the force over a cycle, one for each bearing.
@@ -61,28 +65,31 @@ _CLOSE = 0.06
 
 def draw_main_bearings(result: Result) -> "Figure | None":
     """The force on each main bearing, stroke upwards where it is an axis of the machine."""
-    return _polar(result, MainLoad.ROOT, "force", "main bearing")
+    return _polar(result, f"{MainLoad.ROOT}/force", "main bearing", "machine", (1, 0))
 
 
 def draw_crank_pins(result: Result) -> "Figure | None":
     """The force on each crank pin in axes that turn with its throw, which points upwards."""
-    return _polar(result, CrankPin.ROOT, "force_of_throw", "crank pin")
+    return _polar(result, f"{CrankPin.ROOT}/force_of_throw", "crank pin", "throw", (0, 1))
 
 
-def _polar(result: Result, path: str, name: str, what: str) -> "Figure | None":
-    found = result.record.quantities.get(f"{path}/{name}")
+def _polar(
+    result: Result, path: str, what: str, axes_of: str, places: tuple[int, int]
+) -> "Figure | None":
+    """Paths in axes of the machine or the throw, of which the first of the `places` is upright."""
+    found = result.record.quantities.get(path)
     if found is None or len(found.axes) != 3:
         return None
     values, angle = np.asarray(found.values), np.degrees(found.axes[-1].values)
     kept = _different(values, 1e-9 * float(np.abs(values).max(initial=0.0)))[:_MOST]
     names, of = labels(found.axes[0]), labels(found.axes[1])
     factor, unit = unit_words(found.unit, float(np.abs(values).max()))
-    upright, flat = (0, 1) if name == "force_of_throw" else (1, 0)
+    upright, flat = places
     columns = min(_ROW, len(kept))
     rows = -(-len(kept) // columns)
-    words = "in axes of the throw" if name == "force_of_throw" else "in axes of the machine"
     figure = canvas(
-        result, f"polar diagrams: {what}s over a cycle, {words}; crank angle in deg",
+        result, f"polar diagrams: {what}s over a cycle, in axes of the {axes_of}; crank angle "
+        "in deg",
         1.0 + (7.8 if columns == 1 else 9.0 / columns) * rows,
     )  # fmt: skip
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)

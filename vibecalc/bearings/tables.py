@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 
 from vibecalc.core.case.fields import AngularSpeed, Force, Length, Mass, Name, Table
-from vibecalc.core.case.rules import Row, needs, one_of, ordered, unique
+from vibecalc.core.case.raw import table_at
+from vibecalc.core.case.rules import Row, needs, one_of, ordered, refuse, unique
 from vibecalc.errors import Problem
 
 
@@ -52,24 +53,6 @@ class BearingSpeeds(Table):
     RULES = (ordered("from", "to", "speeds go from a lower one to a higher one"),)
 
 
-def _places(row: Row) -> Iterator[Problem]:
-    """Two main bearings at one place leave no bay between them."""
-    seen: dict[float, int] = {}
-    for place, bearing in enumerate(row.each("main_bearings")):
-        at = bearing.number("position")
-        if at is None:
-            continue
-        if at in seen:
-            yield bearing.problem(
-                "position",
-                "two main bearings stand at one place",
-                found=f"{at:.6g} m",
-                allowed="a place of its own for each",
-                also=(*row.path, "main_bearings", seen[at], "position"),
-            )
-        seen.setdefault(at, place)
-
-
 def _sizes(row: Row) -> Iterator[Problem]:
     """Sizes of all main bearings or of none."""
     bearings = row.each("main_bearings")
@@ -106,4 +89,17 @@ class BearingLoads(Table):
     speeds: BearingSpeeds | None = Field(
         None, description="highest loads over a range of speeds as well"
     )
-    RULES = (unique("main_bearings"), unique("shaft_loads"), _places, _sizes)
+    RULES = (
+        unique("main_bearings"),
+        unique("shaft_loads"),
+        unique("main_bearings", "main bearings", "position"),
+        _sizes,
+        refuse(
+            ("kinematics", "series"),
+            "bearing loads follow from the exact motion of piston and rod",
+            lambda t: table_at(t.case, "kinematics").get("series") == "truncated",
+            "series = 'exact', or no [bearing_loads]",
+            found="series = 'truncated'",
+            also="",
+        ),
+    )

@@ -1,6 +1,5 @@
 """Adapter: loads of the machine onto machine and foundation, and what a rigid one would get."""
 
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -15,19 +14,18 @@ from vibecalc.foundation.coupled_results import (
     OnGround,
     OnRigid,
 )
-from vibecalc.foundation.impedance import CoupledMotion, FlexibleFoundation, on_flexible_foundation
 from vibecalc.foundation.model import flexible_foundation, on_body
+from vibecalc.foundation.systems import FlexibleFoundation, OnTables, on_tables
 from vibecalc.isolation.adapters.efficiency import Ground
 from vibecalc.isolation.adapters.loads import BodyLoads, steady_motion
 from vibecalc.isolation.adapters.steady import Moved, emit_steady
 from vibecalc.isolation.at_mounts import displacement
 from vibecalc.isolation.efficiency import efficiency, is_more, rms
-from vibecalc.isolation.on_mounts import OnMounts, frequency_grid
+from vibecalc.isolation.on_mounts import OnMounts, frequency_grid, of_each
 from vibecalc.numerics.bounded import Bounded, reshaped
-from vibecalc.parts.body import COORDINATES, DIRECTIONS, RigidBody
+from vibecalc.parts.body import COORDINATES, DIRECTIONS
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mount_needs import foundation_kind
-from vibecalc.parts.mounts import Mounts
 
 _TURN = 2.0 * np.pi
 #: share of the loads' r.m.s. that may be at orders beyond the tables of a foundation
@@ -41,73 +39,46 @@ def run_coupled(scene: Scene) -> None:
         raise ValueError("[foundation] needs a body and mounts")
     loads: BodyLoads = scene.handed_on["loads"]
     frequency = loads.order * scene.case.machine.speed
-    still: OnMounts = scene.handed_on["on_mounts"]
-    alone_moves, _ = steady_motion(scene, still, still.felt(loads.load), loads.order)
-    rigid = still.ground_load(alone_moves, frequency)
-    natural = still.shapes.natural_frequency
-    solve: Callable[[Bounded], CoupledMotion]
-    passing: Callable[[np.ndarray], Bounded]
+    system: OnMounts
     if foundation_kind(scene.case) == "body":
         system = on_body(given, body, mounts)
-        solve = partial(_on_body, scene, system, loads.order)
-        passing = system.transmissibility
         scene.handed_on["on_foundation"] = system
         _emit_modes(scene, system)
-        natural = np.concatenate([natural, system.shapes.natural_frequency])
         words = "two rigid bodies, 12 x 12 complex dynamic stiffness"
     else:
         flexible = flexible_foundation(given, mounts.names)
         _inside(scene, flexible, loads, frequency)
-        solve = partial(on_flexible_foundation, body, mounts, flexible, frequency)
-        passing = partial(_through, body, mounts, flexible)
+        system = on_tables(body, mounts, flexible)
         words = "mounts in series with the dynamic stiffness of their feet"
-    grid = frequency_grid(natural, highest=float(frequency[loads.retained - 1]))
     source = "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3 and 10"
     scene.cite(words, "motion of machine and foundation", source)
-    found, at_rest = solve(loads.load), scene.handed_on["at_rest"]
 
-    def moved(load: Bounded) -> Moved:
-        return _at_mounts(solve(load), mounts)
+    def solve(one: OnMounts, load: Bounded) -> Bounded:
+        return steady_motion(scene, one, one.felt(load), loads.order)[0]
 
-    emit_steady(scene, mounts, loads, at_rest, _at_mounts(found, mounts), moved)
-    _emit_motion(scene, found, loads, frequency)
-    _emit_loads(scene, found.ground, rigid, loads)
-    scene.handed_on["ground"] = Ground(found.ground, passing, natural)
+    def moved(motion: Bounded) -> Moved:
+        deflection = system.at_mounts(motion)
+        at_mounts = displacement(displacement_at(mounts.position), motion[:, :6])
+        return Moved(motion[:, :6], at_mounts, deflection, system.force(deflection, frequency))
+
+    still: OnMounts = scene.handed_on["on_mounts"]
+    motion, alone = solve(system, loads.load), solve(still, loads.load)
+    found, at_rest = moved(motion), scene.handed_on["at_rest"]
+    emit_steady(scene, mounts, loads, at_rest, found, lambda load: moved(solve(system, load)))
+    _emit_motion(scene, system, motion, found.force, loads, frequency)
+    ground = system.ground_load(motion, frequency)
+    _emit_loads(scene, ground, still.ground_load(alone, frequency), loads)
+    natural = np.concatenate([still.shapes.natural_frequency, system.shapes.natural_frequency])
+    scene.handed_on["ground"] = Ground(ground, system.transmissibility, natural)
+    grid = frequency_grid(natural, highest=float(frequency[loads.retained - 1]))
     axes = {"coordinate": COORDINATES, "foundation_frequency": grid / _TURN}
 
-    def alone(through: Callable[[np.ndarray], Bounded]) -> Bounded:
-        """Of each coordinate, of a load along itself."""
-        size = abs(through(grid))
-        return reshaped(size, lambda one: np.diagonal(one, axis1=-2, axis2=-1).T)
-
-    scene.emit_all(OnGround(transmissibility=lambda: alone(passing)), axes)
-    scene.emit_all(OnRigid(transmissibility=lambda: alone(still.transmissibility)), axes)
+    for group, one in ((OnGround, system), (OnRigid, still)):
+        scene.emit_all(group(transmissibility=partial(_curves, one, grid)), axes)
 
 
-def _at_mounts(found: CoupledMotion, mounts: Mounts) -> Moved:
-    """The same as of a body on mounts."""
-    at_mounts = displacement(displacement_at(mounts.position), found.machine)
-    foot, force = (
-        reshaped(one, lambda part: np.moveaxis(part, 0, -1)) for one in (found.foot, found.force)
-    )
-    return Moved(found.machine, at_mounts, at_mounts - foot, force)
-
-
-def _on_body(scene: Scene, system: OnMounts, order: np.ndarray, load: Bounded) -> CoupledMotion:
-    """Motion of two rigid bodies, read as that of a machine on a flexible foundation."""
-    frequency = order * scene.case.machine.speed
-    motion, _ = steady_motion(scene, system, system.felt(load), order)
-    deflection = system.at_mounts(motion)
-    force = system.force(deflection, frequency)
-    force = reshaped(force, lambda part: np.moveaxis(part, -1, 0))
-    lower = Bounded(motion.value[:, None, 6:, None], motion.error[:, None, 6:, None])
-    foot = (-system.stretch[..., 6:].astype(complex) @ lower)[..., 0]
-    rate = frequency[:, None, None]
-    power = (foot * (1j * rate) * Bounded(np.conj(force.value), force.error)).real
-    return CoupledMotion(
-        motion[:, :6], motion[:, 6:], force, foot,
-        system.ground_load(motion, frequency), power.sum(-1).sum(-1) * 0.5,
-    )  # fmt: skip
+def _curves(system: OnMounts, frequency: np.ndarray) -> Bounded:
+    return of_each(system.transmissibility(frequency))
 
 
 def _emit_modes(scene: Scene, system: OnMounts) -> None:
@@ -149,34 +120,33 @@ def _inside(
     scene.warn(f"{words}: their first or last row holds there, for loads of {share:.1e} of all")
 
 
-def _through(
-    body: RigidBody, mounts: Mounts, foundation: FlexibleFoundation, frequency: np.ndarray
-) -> Bounded:
-    """Load on the ground by unit loads, (frequencies, 6, 6)."""
-    unit = np.broadcast_to(np.eye(6, dtype=complex), (len(frequency), 6, 6))
-    load = Bounded(unit, np.zeros(unit.shape))
-    found = on_flexible_foundation(body, mounts, foundation, frequency, load)
-    return reshaped(found.ground, lambda one: np.swapaxes(one, -1, -2))
-
-
 def _emit_motion(
-    scene: Scene, found: CoupledMotion, loads: BodyLoads, frequency: np.ndarray
+    scene: Scene,
+    system: OnMounts,
+    motion: Bounded,
+    force: Bounded,
+    loads: BodyLoads,
+    frequency: np.ndarray,
 ) -> None:
+    """Emit what the foundation does by a motion (m, f) and forces (mounts, 3, m) of the mounts."""
     used = loads.retained
-    mounts = scene.parts.mounts
     axes = {
         "half_order": loads.order[:used].astype(float),
         "direction": DIRECTIONS,
-        "mount": mounts.names if mounts is not None else (),
+        "mount": system.mounts.names,
     }
-    if np.any(found.plate.value != 0.0) or foundation_kind(scene.case) == "body":
-        plate = found.plate[:used]
+    kept = list(system.plate if isinstance(system, OnTables) else range(6))
+    plate = motion[:used, 6 : 6 + len(kept)] @ np.eye(6)[kept]
+    if kept:
         scene.emit_all(FoundationMotion(plate[:, :3], plate[:, 3:]), axes)
-    speed = found.foot * (1j * frequency[:, None, None])
+    foot = displacement(-system.stretch[..., 6:], motion[:, 6:])
+    speed = foot * (1j * frequency)
+    power = (speed * Bounded(np.conj(force.value), force.error)).real.sum((0, 1)) * 0.5
+    by_order = reshaped(speed, lambda one: np.moveaxis(one, -1, 0))
     below = BelowMounts(
-        foot=reshaped(found.foot[:used], lambda one: np.moveaxis(one, 0, -1)),
-        foot_velocity_rms=rms(speed, used, loads.tail).norm().value,
-        power=found.power[:used],
+        foot=foot[..., :used],
+        foot_velocity_rms=rms(by_order, used, loads.tail).norm().value,
+        power=power[:used],
     )
     scene.emit_all(below, axes)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibecalc.core.report.curves import Curve, Curves, Panel, level, sourced
+from vibecalc.core.report.curves import Curve, Curves, Panel, entry_of, level
 from vibecalc.core.report.rows import Cells, Made, Rows, by_axis, loud, percent, reduced, rows_of
 from vibecalc.core.report.sections import (
     Section,
@@ -15,6 +15,7 @@ from vibecalc.core.report.sections import (
 )
 from vibecalc.core.report.writing import Column, number, paragraph, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.parts.body import COORDINATES
 
 COUPLED = "foundation/coupled"
 #: orders below this share of the largest stay in the result file
@@ -112,19 +113,6 @@ def _loads(record: Record) -> list[str]:
 # ----------------------------------------------------------------------------
 
 
-def _one(name: str, coordinate: str) -> Callable[[Result], Quantity | None]:
-    """Transmissibility in one direction."""
-
-    def made(result: Result) -> Quantity | None:
-        found = sourced(f"{COUPLED}/{name}/transmissibility", result)
-        if found is None:
-            return None
-        place = [*found.axes[0].values].index(coordinate)
-        return replace(found, values=found.values[place], axes=found.axes[1:])
-
-    return made
-
-
 def _length(of: Made) -> Callable[[Result], Quantity | None]:
     """Length of the force of the orders that matter, as whole or half numbers."""
 
@@ -143,8 +131,15 @@ def _panel(coordinate: str) -> Panel:
     return Panel(
         "transmissibility",
         (
-            Curve(_one("ground", coordinate), "as it is"),
-            Curve(_one("rigid", coordinate), "on a rigid foundation", {"linestyle": "--"}),
+            Curve(
+                entry_of(f"{COUPLED}/ground/transmissibility", COORDINATES.index(coordinate)),
+                "as it is",
+            ),
+            Curve(
+                entry_of(f"{COUPLED}/rigid/transmissibility", COORDINATES.index(coordinate)),
+                "on a rigid foundation",
+                {"linestyle": "--"},
+            ),
             level(lambda _: 1.0),
         ),
         f"load on the ground over a load on the machine, {coordinate}",

@@ -50,7 +50,7 @@ class BelowMounts:
 
 @dataclass(frozen=True)
 class Passed:
-    """Loads below the mounts."""
+    """Loads below the mounts; efficiencies stand in the first table unless others do."""
 
     ROOT: ClassVar[str]
     force: Any = q(_ORDERS, "N", "force {where}", PEAK)
@@ -58,8 +58,9 @@ class Passed:
         "", "N", "force {where}, all orders", RMS, headline=Headline("force {where}, r.m.s.", "N")
     )
     force_efficiency: Any = q(
-        "", "", "1 - r.m.s. of the force {where} over that of the machine held still"
-    )
+        "", "", "1 - r.m.s. of the force {where} over that of the machine held still",
+        headline=Headline("isolation of the force, r.m.s.", unless="{force}"),
+    )  # fmt: skip
     force_by_order: Any = q(
         "half_order", "", "1 - force {where} over that of the machine held still"
     )
@@ -68,6 +69,7 @@ class Passed:
     couple_efficiency: Any = q(
         "", "",
         "1 - r.m.s. of the couple {where} about the origin over that of the machine held still",
+        headline=Headline("isolation of the couple about the origin, r.m.s.", unless="{couple}"),
     )  # fmt: skip
     couple_by_order: Any = q(
         "half_order", "", "1 - couple {where} over that of the machine held still"
@@ -82,29 +84,22 @@ class OnRigid(Passed):
     """Of the same machine on a rigid foundation."""
 
     ROOT = "foundation/coupled/rigid"
-    WORDS: ClassVar = {"where": "on a rigid foundation"}
+    WORDS: ClassVar = {
+        "where": "on a rigid foundation",
+        "force": "foundation/coupled/ground/force_efficiency",
+        "couple": "foundation/coupled/ground/couple_efficiency",
+    }
 
 
-@dataclass(frozen=True)
 class OnGround(Passed):
-    """Through the foundation, with the efficiencies in the first table."""
+    """Through the foundation."""
 
-    ROOT: ClassVar[str] = "foundation/coupled/ground"
-    WORDS: ClassVar = {"where": "on the ground"}
-    force_efficiency: Any = q(
-        "", "", "1 - r.m.s. of the force {where} over that of the machine held still",
-        headline=Headline(
-            "isolation of the force, r.m.s.", unless="isolation/efficiency/force/rms"
-        ),
-    )  # fmt: skip
-    couple_efficiency: Any = q(
-        "", "",
-        "1 - r.m.s. of the couple {where} about the origin over that of the machine held still",
-        headline=Headline(
-            "isolation of the couple about the origin, r.m.s.",
-            unless="isolation/efficiency/couple/rms",
-        ),
-    )  # fmt: skip
+    ROOT = "foundation/coupled/ground"
+    WORDS: ClassVar = {
+        "where": "on the ground",
+        "force": "isolation/efficiency/force/rms",
+        "couple": "isolation/efficiency/couple/rms",
+    }
 
 
 AXES = {

@@ -4,12 +4,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from vibecalc.core.run.stage import Scene
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.foundation.impedance import Curve, FlexibleFoundation
-from vibecalc.foundation.tables import Flexibility, Foundation
-from vibecalc.foundation.two_bodies import Second, on_second_body
+from vibecalc.foundation.systems import (
+    Curve,
+    FlexibleFoundation,
+    on_second_body,
+    on_second_mass,
+)
+from vibecalc.foundation.tables import CURVES, Flexibility, Foundation
 from vibecalc.isolation.on_mounts import OnMounts
-from vibecalc.parts.body import COORDINATES, RigidBody, build_body
+from vibecalc.parts import body_tables as parts
+from vibecalc.parts.body import COORDINATES, DIRECTIONS, RigidBody, build_body, moment_problems
 from vibecalc.parts.mount_needs import foundation_kind, frequency_counts, loads_count
 from vibecalc.parts.mounts import Mounts, build_mounts, free_motions, mount_entries
 from vibecalc.schema import Case
@@ -17,12 +23,24 @@ from vibecalc.schema import Case
 FOUNDATION: KeyPath = ("foundation",)
 
 
+def on_mass(scene: Scene) -> tuple[OnMounts, OnMounts]:
+    """Machine and foundation as two masses that move up and down, and the machine alone."""
+    case, body, mounts = scene.case, scene.parts.body, scene.parts.mounts
+    given = case.foundation
+    if given is None or body is None or mounts is None or case.isolation is None:
+        raise ValueError("[foundation] needs [isolation], a body and mounts")
+    if given.mass is None or given.stiffness is None:
+        raise ValueError("a foundation of kind 'mass' has a mass and a stiffness")
+    spring = given.stiffness, given.damping, given.loss_factor * given.stiffness
+    return on_second_mass(body, mounts, DIRECTIONS.index(case.isolation.up), given.mass, spring)
+
+
 def on_body(given: Foundation, body: RigidBody, mounts: Mounts) -> OnMounts:
     """Machine and foundation as two rigid bodies."""
     if given.body is None or given.springs is None or given.position is None:
         raise ValueError("a foundation of kind 'body' has a body, springs and a position")
-    second = Second(build_body(given.body), np.asarray(given.position), build_mounts(given.springs))
-    return on_second_body(body, mounts, second)
+    second, springs = build_body(given.body), build_mounts(given.springs)
+    return on_second_body(body, mounts, second, np.asarray(given.position), springs)
 
 
 def flexible_foundation(given: Foundation, names: tuple[str, ...]) -> FlexibleFoundation:
@@ -48,10 +66,7 @@ def _curve(one: Flexibility) -> Curve:
 
 
 def _key(one: Flexibility) -> str:
-    keys = (
-        "dynamic_stiffness", "impedance", "angular_dynamic_stiffness", "angular_impedance",
-    )  # fmt: skip
-    return next(key for key in keys if getattr(one, key) is not None)
+    return next(key for key in CURVES if getattr(one, key) is not None)
 
 
 # ----------------------------------------------------------------------------
@@ -59,24 +74,26 @@ def _key(one: Flexibility) -> str:
 # ----------------------------------------------------------------------------
 
 
-def coupled_problems(case: Case) -> list[Problem]:
+def coupled_problems(case: Case) -> Iterator[Problem]:
     """Problems of a foundation with six freedoms, or of tables."""
     given, kind = case.foundation, foundation_kind(case)
     if given is None or kind in ("", "mass") or case.machine.mounts is None:
-        return []
+        return
     if case.isolation is not None and case.isolation.model != "rigid_body":
-        return [
-            Problem(
-                path=("isolation", "model"),
-                message=f"a foundation of kind {kind!r} carries a machine with all six freedoms",
-                found=f"model = '{case.isolation.model}'",
-                allowed="model = 'rigid_body'",
-                also=FOUNDATION,
-            )
-        ]
-    if kind == "body":
-        return [*_whole_body(given), *_springs(given)]
-    return [*_names(case, given), *_twice(case, given), *_feeding(given)]
+        yield Problem(
+            path=("isolation", "model"),
+            message=f"a foundation of kind {kind!r} carries a machine with all six freedoms",
+            found=f"model = '{case.isolation.model}'",
+            allowed="model = 'rigid_body'",
+            also=FOUNDATION,
+        )
+    elif given.body is not None and given.springs is not None:
+        yield from moment_problems((*FOUNDATION, "body"), given.body)
+        yield from _springs(given.springs)
+    else:
+        names = [one.name for one in mount_entries(case.machine.mounts)]
+        yield from _names(names, given)
+        yield from _feeding(given)
 
 
 def foundation_cautions(case: Case) -> list[str]:
@@ -90,26 +107,8 @@ def foundation_cautions(case: Case) -> list[str]:
     ]
 
 
-def _whole_body(given: Foundation) -> Iterator[Problem]:
-    assert given.body is not None
-    if given.body.mass_matrix is not None:
-        yield Problem(
-            path=(*FOUNDATION, "body", "mass_matrix"),
-            message="the body of a foundation has a mass, and inertia or a box",
-            allowed="mass with inertia or box, or parts",
-        )
-
-
-def _springs(given: Foundation) -> Iterator[Problem]:
-    assert given.springs is not None
-    if given.springs.stiffness_matrix is not None:
-        yield Problem(
-            path=(*FOUNDATION, "springs", "stiffness_matrix"),
-            message="the springs of a foundation have places",
-            allowed="positions of equal springs, or individual ones",
-        )
-        return
-    if loads_count(given.springs) or frequency_counts(given.springs):
+def _springs(springs: parts.Mounts) -> Iterator[Problem]:
+    if loads_count(springs) or frequency_counts(springs):
         yield Problem(
             path=(*FOUNDATION, "springs"),
             message="the springs of a foundation have constant stiffness",
@@ -117,15 +116,7 @@ def _springs(given: Foundation) -> Iterator[Problem]:
             allowed="stiffness, damping and loss_factor",
             hint="[foundation] flexibilities take stiffness over frequency",
         )
-        return
-    if given.springs.modal_damping:
-        yield Problem(
-            path=(*FOUNDATION, "springs", "modal_damping"),
-            message="the springs of a foundation damp by dampers or a loss factor",
-            allowed="damping and loss_factor of the springs",
-        )
-    motions = free_motions(build_mounts(given.springs))
-    if motions:
+    elif motions := free_motions(build_mounts(springs)):
         yield Problem(
             path=(*FOUNDATION, "springs"),
             message="the springs leave the foundation free",
@@ -135,30 +126,24 @@ def _springs(given: Foundation) -> Iterator[Problem]:
         )
 
 
-def _names(case: Case, given: Foundation) -> Iterator[Problem]:
-    assert case.machine.mounts is not None
-    known = [one.name for one in mount_entries(case.machine.mounts)]
-    for place, one in enumerate(given.flexibilities or ()):
-        for number, name in enumerate(one.mounts or ()):
-            if name not in known:
-                yield Problem(
-                    path=(*FOUNDATION, "flexibilities", place, "mounts", number),
-                    message=f"no mount is named {name[:60]!r}",
-                    allowed=", ".join(repr(one) for one in known[:12]),
-                )
-
-
-def _twice(case: Case, given: Foundation) -> Iterator[Problem]:
-    assert case.machine.mounts is not None
-    names = [one.name for one in mount_entries(case.machine.mounts)]
+def _names(names: list[str], given: Foundation) -> Iterator[Problem]:
+    """Mounts that are not there, and directions that two curves tell."""
     seen: dict[tuple[str, str], int] = {}
     for place, one in enumerate(given.flexibilities or ()):
+        path = (*FOUNDATION, "flexibilities", place)
+        for number, name in enumerate(one.mounts or ()):
+            if name not in names:
+                yield Problem(
+                    path=(*path, "mounts", number),
+                    message=f"no mount is named {name[:60]!r}",
+                    allowed=", ".join(repr(one) for one in names[:12]),
+                )
         where = ["whole"] if one.at == "whole" else [f"mount {n}" for n in one.mounts or names]
         for name in where:
             first = seen.setdefault((name, one.direction), place)
             if first != place:
                 yield Problem(
-                    path=(*FOUNDATION, "flexibilities", place),
+                    path=path,
                     message=f"the foundation has two flexibilities for one direction: {name}, "
                     f"{one.direction}",
                     allowed="each direction once for each mount and for the whole",

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from vibecalc.core.run.stage import Leading, Stage, Subject, Unit, Work, below
-from vibecalc.errors import Problem
 from vibecalc.isolation.stage import (
     efficiency_stage,
     of_operating_speed,
@@ -90,26 +89,6 @@ def _work_of_all(case: "Case", orders: int) -> Work:
     return ((2 * orders + 6 * _CURVE, "coupled_solve"),)
 
 
-def foundation_problems(case: "Case") -> list[Problem]:
-    """Problems of what [foundation] needs."""
-    body, mounts = case.machine.body, case.machine.mounts
-    built = body is not None and body.mass_matrix is None
-    if built and mounts is not None and mounts.stiffness_matrix is None:
-        given = None if case.foundation is None else case.foundation.body
-        if given is None:
-            return []
-        from vibecalc.parts.body import moment_problems
-
-        return list(moment_problems(("foundation", "body"), given))
-    return [
-        Problem(
-            path=("foundation",),
-            message="[foundation] needs the mass of the body and its mounts one by one",
-            allowed="mass of [machine.body] and stiffness of [machine.mounts], no matrices",
-        )
-    ]
-
-
 SUBJECT = Subject(
     stages=(plan_foundation,),
     concerns=lambda case: case.foundation is not None,
@@ -117,7 +96,6 @@ SUBJECT = Subject(
         "two_masses": Unit(1.0e-5, "solves of two masses"),
         "coupled_solve": Unit(5.0e-5, "solves of machine and foundation"),
     },
-    checks=("vibecalc.foundation.stage:foundation_problems",),
     last_checks=("vibecalc.foundation.model:coupled_problems",),
     cautions=("vibecalc.foundation.model:foundation_cautions",),
     sections=(

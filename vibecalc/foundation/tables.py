@@ -15,6 +15,7 @@ from vibecalc.core.case.fields import (
     Table,
     Unit,
 )
+from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import (
     Row,
     ascending,
@@ -24,59 +25,57 @@ from vibecalc.core.case.rules import (
     same_length,
     wants,
 )
-from vibecalc.parts.body_tables import Body, Mounts
+from vibecalc.parts.body_tables import NO_MATRICES, Body, Mounts
 
-_Frequencies = Annotated[
-    tuple[Annotated[Frequency, Field(gt=0)], ...],
-    Field(min_length=1, max_length=20_000, description="ascending; beyond its ends they hold"),
-]
 _Stiffnesses = tuple[Annotated[float, Unit("N/m")], ...]
 _Dampings = tuple[Annotated[float, Unit("N*s/m")], ...]
 _Turnings = tuple[Annotated[float, Unit("N*m/rad")], ...]
 _TurnDampings = tuple[Annotated[float, Unit("N*m*s/rad")], ...]
 
 
-class DynamicStiffness(Table):
+class _OverFrequency(Table):
+    """Something complex at ascending frequencies."""
+
+    frequency: Annotated[
+        tuple[Annotated[Frequency, Field(gt=0)], ...],
+        Field(min_length=1, max_length=20_000, description="ascending; beyond its ends they hold"),
+    ]
+    RULES = (ascending("frequency"), same_length("frequency", "real", "imaginary"))
+
+
+class DynamicStiffness(_OverFrequency):
     """Force over displacement, complex, over frequency."""
 
-    frequency: _Frequencies
     real: _Stiffnesses = Field(description="in phase with the displacement; negative above a mode")
     imaginary: _Stiffnesses = Field(description="in phase with the velocity: what takes energy")
-    RULES = (ascending("frequency"), same_length("frequency", "real", "imaginary"))
 
 
-class Impedance(Table):
+class Impedance(_OverFrequency):
     """Force over velocity, complex, over frequency."""
 
-    frequency: _Frequencies
     real: _Dampings = Field(description="in phase with the velocity: what takes energy")
     imaginary: _Dampings = Field(description="positive like a mass, negative like a spring")
-    RULES = (ascending("frequency"), same_length("frequency", "real", "imaginary"))
 
 
-class AngularDynamicStiffness(Table):
+class AngularDynamicStiffness(_OverFrequency):
     """Couple over rotation, complex, over frequency."""
 
-    frequency: _Frequencies
     real: _Turnings = Field(description="in phase with the rotation; negative above a mode")
     imaginary: _Turnings = Field(description="in phase with the angular velocity")
-    RULES = (ascending("frequency"), same_length("frequency", "real", "imaginary"))
 
 
-class AngularImpedance(Table):
+class AngularImpedance(_OverFrequency):
     """Couple over angular velocity, complex, over frequency."""
 
-    frequency: _Frequencies
     real: _TurnDampings = Field(description="in phase with the angular velocity")
     imaginary: _TurnDampings = Field(description="positive like an inertia")
-    RULES = (ascending("frequency"), same_length("frequency", "real", "imaginary"))
 
 
 _TURNS = ("rx", "ry", "rz")
-_LINEAR, _ANGULAR = (
-    ("dynamic_stiffness", "impedance"),
-    ("angular_dynamic_stiffness", "angular_impedance"),
-)
+_LINEAR = ("dynamic_stiffness", "impedance")
+_ANGULAR = ("angular_dynamic_stiffness", "angular_impedance")
+#: keys of a flexibility that have its curve
+CURVES = (*_LINEAR, *_ANGULAR)
 
 
 class Flexibility(Table):
@@ -104,7 +103,7 @@ class Flexibility(Table):
         None, description="couple over angular velocity instead"
     )
     RULES = (
-        one_of(*_LINEAR, *_ANGULAR),
+        one_of(*CURVES),
         refuse(
             "direction",
             "the flexibility about an axis is an angular_dynamic_stiffness or angular_impedance",
@@ -178,4 +177,23 @@ class Foundation(Table):
             impedance="flexibilities | position",
         ),
         wants("isolation", '[isolation] with model = "pitch", "rigid_body" or "planar"'),
+        *NO_MATRICES,
+        refuse(
+            "body.mass_matrix",
+            "the body of a foundation has a mass, and inertia or a box",
+            lambda t: "mass_matrix" in table_at(t.data, "body"),
+            "mass with inertia or box, or parts",
+        ),
+        refuse(
+            "springs.stiffness_matrix",
+            "the springs of a foundation have places",
+            lambda t: "stiffness_matrix" in table_at(t.data, "springs"),
+            "positions of equal springs, or individual ones",
+        ),
+        refuse(
+            "springs.modal_damping",
+            "the springs of a foundation damp by dampers or a loss factor",
+            lambda t: table_at(t.data, "springs").get("modal_damping"),
+            "damping and loss_factor of the springs",
+        ),
     )

@@ -1,5 +1,7 @@
 """Questions of the isolation: forces of the supports at the operating speed and over a run-up."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from vibecalc.core.accuracy.kinds import (
@@ -20,6 +22,7 @@ from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.results import SupportForce
 from vibecalc.isolation.rows import Jet
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import numbered
 from vibecalc.numerics.linear import Linear, dynamics, response
 from vibecalc.numerics.rounding import FloatArray
@@ -68,6 +71,29 @@ def isolation_topics(scene: Scene) -> list[Topic]:
     peak = peak_over_cycle(ask, together(1.0).values.T, numbered(order))
     half = bool(peak.position) and order[0] < 1.0
     return [*found, peak._replace(position="half the crank angle [rad]") if half else peak]
+
+
+def motion_topic(
+    ask: Ask,
+    system: OnMounts,
+    load: Bounded,
+    w: FloatArray,
+    read: Callable[[np.ndarray], np.ndarray] = np.asarray,
+) -> list[Topic]:
+    """Motion under loads (m, f) at frequencies (m,), as `read` shows it; none where none acts."""
+    known = np.where(np.abs(load.value) > load.error, load.value, 0.0)
+    if not np.any(known):
+        return []
+
+    def own(_: float) -> Answer:
+        found = response(dynamics(system.matrices, w), known, np.zeros(known.shape))
+        return Answer(read(found.value), 2.0 * len(w))
+
+    solver = ours(
+        "inverse and one step", "inverse of the scaled matrix, refined once", own,
+        citation="Higham, Accuracy and Stability of Numerical Algorithms, chapter 12",
+    )  # fmt: skip
+    return [forced(ask, [solver], Matrices(*system.matrices[:4]), w, known, read)]
 
 
 def run_up_topics(scene: Scene) -> list[Topic]:

@@ -12,7 +12,7 @@ from vibecalc.isolation.at_mounts import (
     passing_force,
 )
 from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, Readout, body_rows, distinct
-from vibecalc.numerics.bounded import Bounded, rounded
+from vibecalc.numerics.bounded import Bounded, reshaped, rounded
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.linear import (
     Dynamics,
@@ -253,8 +253,14 @@ def pitching(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> OnMount
 
 
 # ----------------------------------------------------------------------------
-# Frequencies at which a transmissibility is drawn.
+# A transmissibility as curves, and the frequencies at which they are drawn.
 # ----------------------------------------------------------------------------
+
+
+def of_each(passing: Bounded) -> Bounded:
+    """Magnitudes (b, frequencies) of what each coordinate does along itself, of all (..., b, b)."""
+    return reshaped(abs(passing), lambda part: np.diagonal(part, axis1=-2, axis2=-1).T)
+
 
 #: around each natural frequency, relative distances of samples; none is on it
 _NEAR = np.geomspace(1.0e-3, 0.3, 12)

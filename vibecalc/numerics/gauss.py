@@ -4,12 +4,15 @@ All matrices come from sums over Legendre polynomials or from barycentric weight
 precision for the numbers of points used here (up to about 30).
 """
 
+from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.rounding import FloatArray
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 
 #: a distance to a node that is none
 _HIT = 1e-150
@@ -103,3 +106,53 @@ def differentiation_matrix(points: int) -> FloatArray:
     np.fill_diagonal(matrix, 0.0)
     np.fill_diagonal(matrix, -matrix.sum(axis=1))
     return np.asarray(matrix)
+
+
+# ----------------------------------------------------------------------------
+# Integrals of what is smooth within panels, or nearly so.
+# ----------------------------------------------------------------------------
+
+#: points of the two rules that are held against each other
+FEW, MANY = 12, 20
+_ROUNDS, _PANELS = 60, 20_000
+
+
+def integral(
+    values_at: Callable[[FloatArray], Any],
+    ends: FloatArray,
+    allowed: Callable[[Any], FloatArray],
+    failure: str,
+) -> Bounded:
+    """Integrals (r,) of values (n, r) at places (n,) from the first to the last of `ends` (k + 1,).
+
+    Two rules on the panels between the ends; a panel is cut in halves where they differ by more
+    than its share of what is `allowed` (r,), which follows from the integrals (r,). The difference
+    that is left is the error.
+
+    Raises NumericalFailure with the words `failure` where that takes too many panels.
+    """
+    low, high = ends[:-1], ends[1:]
+    total, lost = np.zeros(()), np.zeros(())
+    for _ in range(_ROUNDS):
+        rough, fine = (_on_panels(values_at, gauss_rule(n), low, high) for n in (FEW, MANY))
+        off, most = np.abs(fine - rough), allowed(total + fine.sum(axis=0))
+        poor = np.any(off > most / len(ends) ** 0.5, axis=1) & (high - low > 1e-13 * abs(high))
+        total = total + fine[~poor].sum(axis=0)
+        lost = lost + off[~poor].sum(axis=0)
+        if not np.any(poor):
+            return Bounded(total, lost + 64.0 * EPSILON * np.abs(total))
+        middle = 0.5 * (low[poor] + high[poor])
+        low, high = np.concatenate([low[poor], middle]), np.concatenate([middle, high[poor]])
+        if len(low) > _PANELS:
+            break
+    raise NumericalFailure(failure)
+
+
+def _on_panels(
+    values_at: Callable[[FloatArray], Any], rule: GaussRule, low: FloatArray, high: FloatArray
+) -> Any:
+    """Integrals (panels, r) over each panel."""
+    width = (high - low)[:, None]
+    found = values_at((low[:, None] + width * rule.nodes).ravel())
+    each = np.reshape(found, (len(low), len(rule.nodes), -1))
+    return np.einsum("pqr,q->pr", each, rule.weights) * width

@@ -164,7 +164,11 @@ def dynamics_by_order(
     error = passing.error + squared * mass_error
     if undriven is not None and np.any(undriven.pairs):
         stiffness = stiffness + _moved(matrices, np.asarray(frequency), undriven)
-    scale = 1.0 / np.sqrt(np.linalg.diagonal(matrices.mass))
+    inertia = np.linalg.diagonal(matrices.mass)
+    if not np.all(inertia):  # coordinates without mass are scaled by what resists them
+        resists = np.abs(np.linalg.diagonal(stiffness)) / squared[..., 0]
+        inertia = np.where(inertia == 0.0, resists, inertia)
+    scale = 1.0 / np.sqrt(inertia)
     weight = scale[..., :, None] * scale[..., None, :]
     try:
         inverse = _inverse(stiffness * weight) * weight

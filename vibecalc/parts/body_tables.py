@@ -22,6 +22,7 @@ from vibecalc.core.case.fields import (
 from vibecalc.core.case.raw import Data, misspelt, read_number, table_at, tables_at
 from vibecalc.core.case.rules import (
     Row,
+    Rule,
     at_most_one,
     needs,
     one_of,
@@ -266,3 +267,19 @@ class Mounts(Table):
         unique("individual"),
         _no_stiffness,
     )
+
+
+def _no_matrix(part: str, matrix: str, instead: str) -> Rule:
+    return refuse(
+        "",
+        f"{{header}} needs {instead}, not a {matrix}",
+        lambda t: matrix in table_at(t.machine, part),
+        also=("machine", part, matrix),
+    )
+
+
+#: of a table that needs the mass of the body and its mounts one by one
+NO_MATRICES = (
+    _no_matrix("body", "mass_matrix", "a body with mass and inertia"),
+    _no_matrix("mounts", "stiffness_matrix", "mounts with places"),
+)

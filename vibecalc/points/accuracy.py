@@ -5,9 +5,8 @@ import numpy as np
 from vibecalc.core.accuracy.kinds import Ask, ours, peak_over_cycle, peak_over_range
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
-from vibecalc.isolation.adapters.common import KeptRows
 from vibecalc.isolation.adapters.run_up import sections
-from vibecalc.isolation.rows import Jet, Readout
+from vibecalc.isolation.rows import Jet
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.points.adapter import motion_of_body
 from vibecalc.points.model import band_of, readings_of
@@ -38,37 +37,31 @@ def points_topics(scene: Scene) -> list[Topic]:
 def points_run_up_topics(scene: Scene) -> list[Topic]:
     """The largest r.m.s. velocity of a reading in the run-up; none where all have no bound."""
     readings, band = readings_of(scene.case), band_of(scene.case)
-    count, best = len(readings.names), None
+    count, every = len(readings.names), []
     for part in sections(scene):
-        top = passed(part, readings, band)[1].peak
-        for row in range(count, 2 * count):
-            value = float(top.value[row])
-            if np.isfinite(value) and value > 0.0 and (best is None or value > best[0]):
-                best = value, float(top.speed[row]), row, part
-    if best is None:
+        counted = band_rows(part, readings, band)
+        top = passed(part, readings, counted)[1].peak
+        every += [
+            (float(top.value[row]), float(top.speed[row]), row, part, counted)
+            for row in range(count, 2 * count)
+            if np.isfinite(top.value[row])
+        ]
+    if not any(value > 0.0 for value, *_ in every):
         return []
-    _, known, row, part = best
-    counted, ends = band_rows(part, readings, band), (float(part.start), float(part.stop))
+    _, known, row, part, counted = max(every, key=lambda one: one[0])
+    ends = float(part.start), float(part.stop)
 
     def curve(speed: FloatArray) -> FloatArray:
         return np.asarray(rms_at(counted, np.ravel(speed)).value[:, row].reshape(np.shape(speed)))
 
     def alone(_: float) -> Answer:
         asked = [0]
-        rows = part.setup.of_body.rows
 
-        def counting(readout: Readout) -> KeptRows:
-            kept = rows(readout)
+        def rows(speed: FloatArray, slopes: bool = False, errors: bool = False) -> Jet:
+            asked[0] += len(speed)
+            return counted.rows(speed, slopes=slopes, errors=errors)
 
-            def at(speed: FloatArray, slopes: bool = False, errors: bool = False) -> Jet:
-                asked[0] += len(speed)
-                return kept.rows(speed, slopes=slopes, errors=errors)
-
-            return kept._replace(rows=at)
-
-        of_body = part.setup.of_body._replace(rows=counting)
-        same = part._replace(setup=part.setup._replace(of_body=of_body))
-        peak = passed(same, readings, band)[1].peak
+        peak = passed(part, readings, counted._replace(rows=rows))[1].peak
         return Answer(peak.value[[row]], float(asked[0]), float(peak.speed[row]))
 
     words = f"reading {readings.names[row - count]!r}, {ends[0]:.6g} to {ends[1]:.6g} rad/s"

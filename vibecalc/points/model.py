@@ -1,12 +1,13 @@
 """What is read at the points of a case: places, directions and names of the readings."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.errors import Problem
 from vibecalc.kinds import gas_turns
-from vibecalc.numerics.rounding import FloatArray, IntArray
+from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.firing import driven_machine, has_gas, torque_reaches_mounts
 from vibecalc.parts.matrices import displacement_at
@@ -15,48 +16,46 @@ from vibecalc.points.severity import grade
 from vibecalc.points.tables import BAND, GRADES, MeasuringPoint, VibrationSeverity
 from vibecalc.schema import Case
 
+#: cosine of the angle between two axes above which they are not square to each other
+_SQUARE = 1e-6
 QUANTITIES = ("displacement", "velocity", "acceleration")
 
 
 class Readings(NamedTuple):
-    """Readings (r,) by name, each at a `point` (r,) of the case, by its number.
+    """Readings (r,) by name.
 
     `row` (r, 6) takes translation and rotation of the body, x y z rx ry rz about its reference
     point, to the displacement along the direction of the reading.
     """
 
     names: tuple[str, ...]
-    point: IntArray
     row: FloatArray
 
 
 def directions_of(point: MeasuringPoint) -> dict[str, FloatArray]:
     """Unit vectors (3,) of the readings of a point, by the name of each."""
     if point.direction is not None:
-        return {point.name: _unit(point.direction)}
+        return {point.name: _unit(np.array(point.direction))}
     if point.axes is not None:
-        return {f"{point.name} {i + 1}": _unit(axis) for i, axis in enumerate(point.axes)}
+        return {f"{point.name} {i + 1}": _unit(axis) for i, axis in enumerate(np.array(point.axes))}
     return {f"{point.name} {name}": np.eye(3)[i] for i, name in enumerate(DIRECTIONS)}
 
 
-def _unit(vector: tuple[float, float, float]) -> FloatArray:
-    array = np.array(vector, dtype=float)
-    array = array / np.max(np.abs(array))
-    return np.asarray(array / np.linalg.norm(array))
+def _unit(vector: FloatArray) -> FloatArray:
+    """Of length 1; a vector of length zero stays."""
+    scaled = vector / max(np.max(np.abs(vector)), np.finfo(float).tiny)
+    return np.asarray(scaled / max(np.linalg.norm(scaled), np.finfo(float).tiny))
 
 
 def readings_of(case: Case) -> Readings:
     """The readings of all points, in the order of the case."""
-    names: list[str] = []
-    points: list[int] = []
-    rows: list[FloatArray] = []
-    for number, point in enumerate(case.point):
-        at = displacement_at(np.array(point.position, dtype=float))
-        for name, direction in directions_of(point).items():
-            names.append(name)
-            points.append(number)
-            rows.append(direction @ at)
-    return Readings(tuple(names), np.array(points), np.reshape(rows, (-1, 6)))
+    every = [
+        (name, direction @ displacement_at(np.array(point.position, dtype=float)))
+        for point in case.point
+        for name, direction in directions_of(point).items()
+    ]
+    names, rows = tuple(name for name, _ in every), [row for _, row in every]
+    return Readings(names, np.reshape(rows, (-1, 6)))
 
 
 def band_of(case: Case) -> tuple[float, float]:
@@ -80,48 +79,51 @@ def boundaries_of(severity: VibrationSeverity | None) -> dict[str, FloatArray]:
 # ----------------------------------------------------------------------------
 
 
-def points_problems(case: Case) -> list[Problem]:
+def points_problems(case: Case) -> Iterator[Problem]:
     """Problems of what the points need, and of names that two readings share."""
-    if not case.point:
-        return [
-            Problem(
-                path=("vibration_severity",),
-                message="[vibration_severity] is of the vibration at points, and there are none",
-                allowed="[[point]] with name and position",
-            )
-        ]
     machine = case.machine
-    if machine.body is None or machine.mounts is None:
-        return [
-            Problem(
-                path=("point",),
-                message="[[point]] is a place on the body on its mounts, and this machine has none",
-                allowed="[machine.body], [machine.mounts] and [isolation]",
-            )
-        ]
-    if case.isolation is None and case.response is None:
-        return [
-            Problem(
-                path=("point",),
-                message="[[point]] needs the motion of the body",
-                allowed='[isolation] with model = "rigid_body", "planar" or "pitch", or [response]',
-            )
-        ]
+    if not case.point:
+        yield Problem(
+            path=("vibration_severity",),
+            message="[vibration_severity] is of the vibration at points, and there are none",
+            allowed="[[point]] with name and position",
+        )
+    elif machine.body is None or machine.mounts is None:
+        yield Problem(
+            path=("point",),
+            message="[[point]] is a place on the body on its mounts, and this machine has none",
+            allowed="[machine.body], [machine.mounts] and [isolation]",
+        )
+    elif case.isolation is None and case.response is None:
+        yield Problem(
+            path=("point",),
+            message="[[point]] needs the motion of the body",
+            allowed='[isolation] with model = "rigid_body", "planar" or "pitch", or [response]',
+        )
     taken: dict[str, int] = {}
     for number, point in enumerate(case.point):
-        for name in directions_of(point):
-            if name in taken:
-                return [
-                    Problem(
-                        path=("point", number, "name"),
-                        message="two sensors have one name",
-                        found=repr(name),
-                        allowed="names of points that do not end in the axis of another one",
-                        also=("point", taken[name], "name"),
-                    )
-                ]
-            taken[name] = number
-    return []
+        directions = directions_of(point)
+        rows = np.array([*directions.values()])
+        if np.any(np.abs(rows @ rows.T - np.eye(len(rows))) > _SQUARE):
+            alone = point.direction is not None
+            yield Problem(
+                path=("point", number, "direction" if alone else "axes"),
+                message="a direction of length zero"
+                if alone
+                else "the axes of a point stand square to each other, each of them of some length",
+                allowed="[0, 0, 1], e.g."
+                if alone
+                else "[[1, 0, 0], [0, 1, 0], [0, 0, 1]], e.g., or a direction for one sensor alone",
+            )
+        for name in directions:
+            if taken.setdefault(name, number) != number:
+                yield Problem(
+                    path=("point", number, "name"),
+                    message="two sensors have one name",
+                    found=repr(name),
+                    allowed="names of points that do not end in the axis of another one",
+                    also=("point", taken[name], "name"),
+                )
 
 
 def points_cautions(case: Case) -> list[str]:

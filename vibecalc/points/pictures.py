@@ -1,7 +1,5 @@
 """Pictures of vibration at points: by order at the speed, r.m.s. over the run-up with its zones."""
 
-from collections.abc import Callable, Sequence
-
 import numpy as np
 
 from vibecalc.core.report.canvas import LIMIT, QUIET
@@ -11,14 +9,14 @@ from vibecalc.core.report.curves import (
     Mark,
     Panel,
     Plot,
+    entry_of,
     operating,
     peak,
-    sourced,
     spans,
 )
 from vibecalc.core.report.sections import having, labels
 from vibecalc.core.report.writing import hertz
-from vibecalc.core.results.record import Quantity, Result
+from vibecalc.core.results.record import Result
 from vibecalc.points.report import band_in_hertz, band_words, standard_of
 from vibecalc.points.results import RUN_UP, UNITS, AtPoints, Boundaries
 from vibecalc.points.severity import zone_names
@@ -30,21 +28,6 @@ _MOST = 4
 # ----------------------------------------------------------------------------
 # Velocity by order at each point, with the orders that do not count.
 # ----------------------------------------------------------------------------
-
-
-def _of(path: str, chosen: Sequence[int]) -> Callable[[Result], Quantity | None]:
-    """A quantity with some entries of its first axis."""
-
-    def made(result: Result) -> Quantity | None:
-        from dataclasses import replace
-
-        found = sourced(path, result)
-        if found is None:
-            return None
-        axis = replace(found.axes[0], values=found.axes[0].values[list(chosen)])
-        return replace(found, values=found.values[list(chosen)], axes=(axis, *found.axes[1:]))
-
-    return made
 
 
 def _outside(plot: Plot) -> None:
@@ -80,7 +63,7 @@ def _spectra(result: Result) -> list[Panel]:
         Panel(
             "velocity, 0 to peak",
             (
-                *(Curve(_of(f"{AtPoints.ROOT}/velocity", [i]), "{}", bars=True) for i in chosen),
+                *(Curve(entry_of(f"{AtPoints.ROOT}/velocity", i), "{}", bars=True) for i in chosen),
                 _outside,
             ),
             name,

@@ -1,11 +1,12 @@
 """Vibration at points in the report: peaks and r.m.s. values, zones, the run-up, orders."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from vibecalc.core.report.rows import Cells, Rows, part_of, rows_of
+from vibecalc.core.report.rows import Cells, Made, Rows, part_of, rows_of
 from vibecalc.core.report.sections import (
     Section,
     having,
@@ -15,7 +16,7 @@ from vibecalc.core.report.sections import (
     speed_of,
     table_of,
 )
-from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
+from vibecalc.core.report.writing import hertz, paragraph, show
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.points.readings import in_band
 from vibecalc.points.results import RUN_UP, UNITS, AtPoints, Boundaries
@@ -162,24 +163,39 @@ def _by_order(result: Result) -> list[str]:
     found = having(result.record, f"{AtPoints.ROOT}/velocity", "sensor", "order")
     if found is None:
         return []
-    size = magnitudes(found)
-    order, counts = _counted(result, found)
-    worst = int(np.argmax(np.sqrt(np.square(size * counts).sum(axis=1))))
-    columns = [number("order", 7), number("Hz", 10)]
-    cells = [[f"{one:g}" for one in order], [show(one * hertz(speed_of(result) or 0.0), digits=4)
-                                             for one in order]]  # fmt: skip
-    for name, (si, read) in UNITS.items():
-        one = having(result.record, f"{AtPoints.ROOT}/{name}", "sensor", "order")
-        if one is not None:
-            factor = convert(1.0, si, read)
-            columns.append(number(f"{name} {read}", 22))
-            error = one.error_estimate * factor
-            cells.append([show(float(v) * factor, error) for v in magnitudes(one)[worst]])
-    columns.append(Column("r.m.s.", 10))
-    cells.append(["counts" if one else "outside" for one in counts])
-    rows = [list(row) for row in zip(*cells, strict=True) if {*row[2:-1]} != {"0"}]
+    axis, (order, counts) = found.axes[1], _counted(result, found)
+    worst = int(np.argmax(np.sqrt(np.square(magnitudes(found) * counts).sum(axis=1))))
+    hertz_of = part_of(found, order * hertz(speed_of(result) or 0.0), axis)
+    counting = part_of(found, np.where(counts, "counts", "outside"), axis)
+
+    def of_worst(name: str) -> Made:
+        def made(record: Record) -> Quantity | None:
+            every = having(record, f"{AtPoints.ROOT}/{name}", "sensor", "order")
+            return None if every is None else part_of(every, magnitudes(every)[worst], axis)
+
+        return made
+
+    rows = Rows(
+        "order",
+        "order",
+        (
+            Cells(lambda _: hertz_of, "Hz", lambda value, _: show(value, digits=4), 10),
+            *(Cells(of_worst(name), f"{name} {read}", read) for name, (_, read) in UNITS.items()),
+            Cells(lambda _: counting, "r.m.s.", "", 10),
+        ),
+        width=7,
+        each=22,
+        label="{:g}",
+        right=True,
+        places=_moving,
+    )
     title = f"{labels(found.axes[0])[worst]}, 0 to peak by order"
-    return [*paragraph(title), *table(columns, rows[:48])]
+    return [*paragraph(title), *rows_of(result.record, rows)[0]]
+
+
+def _moving(found: Sequence[Quantity]) -> np.ndarray:
+    """Orders that are not zero, as the columns but the first and last say."""
+    return np.flatnonzero(~np.all([one.zero for one in found[1:-1]], axis=0))[:48]
 
 
 def points(result: Result) -> Section | None:

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.isolation.rows import HarmonicsAt
-from vibecalc.isolation.run_up import in_blocks
-from vibecalc.isolation.run_up_peaks import RunUpPeak
+from vibecalc.isolation.run_up import RunUp, in_blocks
+from vibecalc.isolation.run_up_peaks import RunUpPeak, over_all
 from vibecalc.numerics import maxima
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, BoolArray, FloatArray, IntArray
@@ -38,14 +38,6 @@ class BandRows(NamedTuple):
     band: tuple[float, float]
 
 
-class RmsRunUp(NamedTuple):
-    """R.m.s. values `curve` (speeds, rows) at rising speeds (speeds,), and the largest of each."""
-
-    speed: FloatArray
-    curve: Bounded
-    peak: RunUpPeak
-
-
 def rms_at(counted: BandRows, speed: FloatArray, at: FloatArray | None = None) -> Bounded:
     """R.m.s. values (speeds, rows), of the orders that count at the speeds `at` (speeds,)."""
     every = np.concatenate([counted.order, counted.beyond])
@@ -62,55 +54,46 @@ def rms_at(counted: BandRows, speed: FloatArray, at: FloatArray | None = None) -
 
 
 def rms_run_up(
-    counted: BandRows,
-    speed: FloatArray,
-    masked: MaskedSpeeds,
-    shows: BoolArray,
-    start: float,
-    stop: float,
-) -> RmsRunUp:
+    counted: BandRows, passed: RunUp, shows: BoolArray, start: float, stop: float
+) -> RunUp:
     """R.m.s. values over the speeds [start, stop] and the highest of each row.
 
     Parameters
     ----------
-    speed : (speeds,) rising, close where curves bend; the steps are added.
-    masked : intervals without speeds, about an undamped resonance each: a row (modes, rows) that
-        `shows` its mode has no bound there if its order counts.
+    passed : the same with peaks over the cycle, whose speeds are close where curves bend; the steps
+        are added. In its intervals without speeds, about an undamped resonance each, a row (modes,
+        rows) that `shows` the mode has no bound if its order counts.
 
     Maxima are found by Newton's method between speeds that are high, the orders that count being
     those half way. Their errors hold roundings and what the orders left out may add.
     """
+    masked = passed.masked
     edges = (np.array(counted.band)[:, None] / counted.order).ravel()
     edges = np.concatenate([edges * (1.0 - _BESIDE), edges, edges * (1.0 + _BESIDE)])
     edges = edges[(edges > start) & (edges < stop)]
     edges = edges[outside(masked, edges)] if len(masked.low) else edges
-    grid = np.unique(np.concatenate([speed, edges]))
+    grid = np.unique(np.concatenate([passed.speed, edges]))
     curve = rms_at(counted, grid)
-    place = np.argmax(curve.value, axis=0)
-    rows = np.arange(curve.shape[1])
-    found = RunUpPeak(
-        curve.value[place, rows],
-        curve.error[place, rows],
-        grid[place],
-        np.where((grid[place] == start) | (grid[place] == stop), 0.0, UNIT_ROUNDOFF * grid[place]),
-    )
-    _refine(counted, grid, curve, masked, found)
-    for row in rows.tolist():
-        place, height = (
-            Bounded(found.speed[row], found.speed_error[row]),
-            Bounded(found.value[row], found.error[row]),
-        )
-        found.speed_error[row], found.error[row] = maxima.top_errors(
-            place, height, grid, curve[:, row]
-        )
-    _unbounded(counted, masked, shows, found)
-    return RmsRunUp(grid, curve, found)
+    place, rows = np.argmax(curve.value, axis=0), np.arange(curve.shape[1])
+    at_end = (grid[place] == start) | (grid[place] == stop)
+    off = np.where(at_end, 0.0, UNIT_ROUNDOFF * grid[place])
+    sampled = maxima.Maxima(rows, Bounded(grid[place], off), curve[place, rows], 0.0 * off)
+    best = maxima.first_highest([sampled, _tops(counted, grid, curve, masked)])
+    peak = RunUpPeak(best.height.value, best.height.error, best.place.value, best.place.error)
+    found = over_all(peak, lambda unsure: ((row, grid, curve[:, row]) for row in unsure.tolist()))
+    # rows without a bound, at the first of the resonances that they have none at
+    meets = in_band(masked.order * masked.centre, counted.band)[:, None] & shows[masked.mode - 1]
+    for row in np.flatnonzero(np.any(meets, axis=0)):
+        first = int(np.argmax(meets[:, row]))
+        found.value[row], found.speed[row] = np.inf, masked.centre[first]
+        found.speed_error[row] = masked.centre_error[first]
+    return passed._replace(speed=grid, curve=curve, peak=found)
 
 
-def _refine(
-    counted: BandRows, grid: FloatArray, curve: Bounded, masked: MaskedSpeeds, found: RunUpPeak
-) -> None:
-    """Put tops between the speeds in the place of what is sampled, where they are higher."""
+def _tops(
+    counted: BandRows, grid: FloatArray, curve: Bounded, masked: MaskedSpeeds
+) -> maxima.Maxima:
+    """Tops between the speeds, of each row in the steps that are high enough."""
     value = curve.value
     high = np.maximum(value[:-1], value[1:]) >= _HIGH * np.max(value, axis=0)
     high &= value[:-1] + value[1:] > 0.0
@@ -118,8 +101,6 @@ def _refine(
     if len(masked.low):
         high &= outside(masked, middle)[:, None]
     step, row = np.nonzero(high)
-    if not len(step):
-        return
     counts = in_band(middle[:, None] * counted.order, counted.band)
 
     def jet_at(curve: IntArray, place: FloatArray) -> maxima.Jet:
@@ -144,31 +125,15 @@ def _refine(
         )
 
     tops = maxima.by_slopes(jet_at, np.stack([grid[step], grid[step + 1]], axis=1))
-    if not len(tops.row):
-        return
-    own = row[tops.row]
-    heights = rms_at(counted, tops.place.value, middle[step[tops.row]])
+    own, half, each = row[tops.row], middle[step[tops.row]], np.arange(len(tops.row))
+    height = rms_at(counted, tops.place.value, half)[each, own]
     # squares of what is left out move a top by their slope over the curvature
     dropped = counted.left_out(tops.place.value, True)
-    use = in_band(middle[step[tops.row]][:, None] * counted.beyond, counted.band)
+    use = in_band(half[:, None] * counted.beyond, counted.band)
     size, slope = (
-        np.where(use, np.abs(part[np.arange(len(own)), own, 0]), 0.0).sum(axis=-1)
+        np.where(use, np.abs(part[each, own, 0]), 0.0).sum(axis=-1)
         for part in (dropped.value, dropped.slope)
     )
     moved = 2.0 * np.square(counted.factor) * size * slope / np.abs(tops.bend)
-    height = heights[np.arange(len(own)), own]
-    for i in np.argsort(tops.place.value, kind="stable").tolist():
-        if height.value[i] > found.value[own[i]]:
-            off = tops.place.error[i] + moved[i]
-            new = height.value[i], height.error[i], tops.place.value[i], off
-            for part, number in zip(found, new, strict=True):
-                part[own[i]] = number
-
-
-def _unbounded(counted: BandRows, masked: MaskedSpeeds, shows: BoolArray, found: RunUpPeak) -> None:
-    """Rows without a bound, at the first of the resonances that they have none at."""
-    meets = in_band(masked.order * masked.centre, counted.band)[:, None] & shows[masked.mode - 1]
-    for row in np.flatnonzero(np.any(meets, axis=0)):
-        first = int(np.argmax(meets[:, row]))
-        found.value[row], found.speed[row] = np.inf, masked.centre[first]
-        found.speed_error[row] = masked.centre_error[first]
+    place = Bounded(tops.place.value, tops.place.error + moved)
+    return tops._replace(row=own, place=place, height=height)

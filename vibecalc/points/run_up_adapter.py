@@ -7,14 +7,13 @@ from vibecalc.isolation.adapters.common import RunUpSection
 from vibecalc.isolation.adapters.run_up import sections
 from vibecalc.isolation.rows import Readout, with_left_out
 from vibecalc.isolation.run_up import RunUp, joined, run_up
-from vibecalc.isolation.run_up_peaks import RunUpPeak, highest_of
-from vibecalc.numerics.bounded import Bounded, concatenate
-from vibecalc.numerics.maxima import top_errors
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray
+from vibecalc.isolation.run_up_peaks import RunUpPeak, over_all
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.points.model import QUANTITIES, Readings, band_of, readings_of
 from vibecalc.points.readings import with_rates
 from vibecalc.points.results import RUN_UP, SeverityInRunUp
-from vibecalc.points.rms_over_speed import BandRows, RmsRunUp, rms_run_up
+from vibecalc.points.rms_over_speed import BandRows, rms_run_up
 from vibecalc.points.severity import LOWER, UPPER, severity
 
 
@@ -26,22 +25,17 @@ def run_points_run_up(scene: Scene) -> None:
         "run-up at points",
         "docs/theory.md, quasi-steady run-up",
     )
-    found = [passed(part, readings, band) for part in sections(scene)]
-    peaks = joined([peak for peak, _ in found])
+    parts = [passed(p, readings, band_rows(p, readings, band)) for p in sections(scene)]
+    peaks, levels = (joined(each) for each in zip(*parts, strict=True))
     if peaks.unresolved:
         scene.warn(
             f"the run-up at the points has {peaks.unresolved} intervals of speed that are coarser "
             "than asked for, since the number of speeds is capped; its maxima are not affected"
         )
-    _emit(scene, readings, "peak", peaks.speed, peaks.curve, peaks.peak)
-    levels = [level for _, level in found]
-    speed = np.concatenate([one.speed for one in levels])
-    new = np.concatenate([[True], np.diff(speed) > 0.0])
-    curve = concatenate([one.curve for one in levels], axis=0)[new]
-    top = highest_of([one.peak for one in levels])
-    _emit(scene, readings, "rms", speed[new], curve, top)
+    _emit(scene, readings.names, "peak", peaks)
+    _emit(scene, readings.names, "rms", levels)
     if scene.case.vibration_severity is not None:
-        _emit_severity(scene, readings, speed[new], curve, top)
+        _emit_severity(scene, readings.names, levels)
 
 
 def band_rows(part: RunUpSection, readings: Readings, band: tuple[float, float]) -> BandRows:
@@ -55,11 +49,9 @@ def band_rows(part: RunUpSection, readings: Readings, band: tuple[float, float])
     return BandRows(rows, beyond, order, kept.beyond, kept.factor, band)
 
 
-def passed(
-    part: RunUpSection, readings: Readings, band: tuple[float, float]
-) -> tuple[RunUp, RmsRunUp]:
+def passed(part: RunUpSection, readings: Readings, counted: BandRows) -> tuple[RunUp, RunUp]:
     """Peaks over the cycle and r.m.s. values of one part of the run-up."""
-    setup, counted = part.setup, band_rows(part, readings, band)
+    setup = part.setup
     size = np.abs(readings.row @ setup.of_body.modes).T
     shows = np.tile(size > 1e-12 * size.max(), 3)
     peaks = run_up(
@@ -69,41 +61,33 @@ def passed(
         setup.harmonics, setup.resonances, part.start, part.stop, shows,
     )  # fmt: skip
     masked = peaks.masked._replace(order=peaks.masked.order * setup.step)
-    return peaks, rms_run_up(counted, peaks.speed, masked, shows, part.start, part.stop)
+    return peaks, rms_run_up(counted, peaks._replace(masked=masked), shows, part.start, part.stop)
 
 
-def _emit(
-    scene: Scene, readings: Readings, kind: str, speed: FloatArray, curve: Bounded, top: RunUpPeak
-) -> None:
-    axes = {"sensor": readings.names, "speed": speed}
-    count = len(readings.names)
+def _emit(scene: Scene, sensors: tuple[str, ...], kind: str, found: RunUp) -> None:
+    axes, top, count = {"sensor": sensors, "speed": found.speed}, found.peak, len(sensors)
+    value, speed = Bounded(top.value, top.error), Bounded(top.speed, top.speed_error)
     for number, name in enumerate(QUANTITIES):
-        own = slice(number * count, (number + 1) * count)
-        path = f"{RUN_UP}/{name}_{kind}"
-        scene.emit(path, curve.value[:, own].T, curve.error[:, own], axes)
-        known = np.isfinite(top.value[own])
-        scene.emit(f"{path}_largest", top.value[own], np.where(known, top.error[own], 0.0), axes)
-        scene.emit(f"{path}_largest_speed", top.speed[own], top.speed_error[own], axes)
+        own, path = slice(number * count, (number + 1) * count), f"{RUN_UP}/{name}_{kind}"
+        scene.emit(path, found.curve[:, own].T, axes=axes)
+        scene.emit(f"{path}_largest", value[own], axes=axes)
+        scene.emit(f"{path}_largest_speed", speed[own], axes=axes)
 
 
-def _emit_severity(
-    scene: Scene, readings: Readings, speed: FloatArray, curve: Bounded, top: RunUpPeak
-) -> None:
+def _emit_severity(scene: Scene, sensors: tuple[str, ...], found: RunUp) -> None:
     """Severity over speed; its largest is the largest of what the three largest values make."""
-    count = len(readings.names)
+    axes, top, count = {"sensor": sensors, "speed": found.speed}, found.peak, len(sensors)
     own = [slice(number * count, (number + 1) * count) for number in range(3)]
-    axes = {"sensor": readings.names, "speed": speed}
-    whole = severity(*(curve[:, one] for one in own))
+    whole = severity(*(found.curve[:, one] for one in own))
     factor = np.array([[LOWER], [1.0], [1.0 / UPPER]])
     value, error = (np.reshape(part, (3, count)) * factor for part in (top.value, top.error))
     error = np.max(np.where(np.isfinite(value), error, 0.0), axis=0)
-    largest = Bounded(np.max(value, axis=0), error)
     row = np.argmax(value, axis=0) * count + np.arange(count)
-    place = Bounded(top.speed[row], top.speed_error[row])
-    off = [top_errors(place[k], largest[k], speed, whole[:, k])[0] for k in range(count)]
-    found = SeverityInRunUp(
+    highest = RunUpPeak(np.max(value, axis=0), error, top.speed[row], top.speed_error[row])
+    off = over_all(highest, lambda rows: ((k, found.speed, whole[:, k]) for k in rows.tolist()))
+    results = SeverityInRunUp(
         severity=whole.T,
-        severity_largest=largest,
-        severity_largest_speed=Bounded(place.value, np.array(off)),
+        severity_largest=Bounded(highest.value, error),
+        severity_largest_speed=Bounded(highest.speed, off.speed_error),
     )
-    scene.emit_all(found, axes)
+    scene.emit_all(results, axes)

@@ -32,34 +32,6 @@ Acceleration = Annotated[float, Field(gt=0), Unit("m/s^2")]
 Few = Field(min_length=2, max_length=3)
 Vector = tuple[Number, Number, Number]
 
-#: cosine of the angle between two axes above which they are not square to each other
-_SQUARE = 1e-6
-
-
-def _zero(row: Row) -> bool:
-    numbers = row.listed("direction")
-    return len(numbers) == 3 and not any(one is None or one for one in numbers)
-
-
-def _skew(row: Row) -> bool:
-    """Whether three axes that can be read are not square to each other, or one is none."""
-    given = row["axes"]
-    if not isinstance(given, list | tuple):
-        return False
-    rows = [one for one in given if isinstance(one, list | tuple) and len(one) == 3]
-    numbers = [
-        value for one in rows for value in one
-        if isinstance(value, int | float) and not isinstance(value, bool)
-    ]  # fmt: skip
-    if len(given) != 3 or len(numbers) != 9 or not all(map(math.isfinite, numbers)):
-        return False
-    lengths = [math.hypot(*one) for one in rows]
-    if not all(0.0 < length < math.inf for length in lengths):
-        return True
-    unit = [[value / n for value in one] for one, n in zip(rows, lengths, strict=True)]
-    cosines = (sum(map(math.prod, zip(unit[i], unit[i - 1], strict=True))) for i in range(3))
-    return any(abs(cosine) > _SQUARE for cosine in cosines)
-
 
 class MeasuringPoint(Table):
     """A place on the body where vibration is measured; it is read along x, y and z, as written."""
@@ -72,16 +44,7 @@ class MeasuringPoint(Table):
     axes: tuple[Vector, Vector, Vector] | None = Field(
         None, description="of three sensors 1, 2 and 3, square to each other; default: x, y and z"
     )
-    RULES = (
-        at_most_one("direction", "axes"),
-        refuse("direction", "a direction of length zero", _zero, "[0, 0, 1], e.g."),
-        refuse(
-            "axes",
-            "the axes of a point stand square to each other, each of them of some length",
-            _skew,
-            "[[1, 0, 0], [0, 1, 0], [0, 0, 1]], e.g., or a direction for one sensor alone",
-        ),
-    )
+    RULES = (at_most_one("direction", "axes"),)
 
 
 Points = Annotated[tuple[MeasuringPoint, ...], Field(max_length=200)]

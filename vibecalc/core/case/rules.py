@@ -401,7 +401,7 @@ def unique(key: str, what: str = "", name: str = "name") -> Rule:
                     f"two {what or f'entries of {key}'} are named {str(text)[:60]!r}"
                     if isinstance(said, str)
                     else f"two {what} have the same {name}, {text}",
-                    hint="give each its own name",
+                    hint=f"give each its own {name}",
                     also=(*row.path, key, seen[said], name),
                 )
 

@@ -125,15 +125,16 @@ def over_turn(path: str, pick: Callable[[np.ndarray], Any] = np.isfinite) -> Sou
     return made
 
 
-def entry_of(path: str, pick: int | Callable[[Result], int | None] | None) -> Source:
-    """A quantity with one entry of its first axis, at the place that `pick` gives."""
+def entry_of(path: str, pick: int | Callable[[Result], Any] | None) -> Source:
+    """A quantity with one entry of its first axis, or some, at the places that `pick` gives."""
 
     def made(result: Result) -> Quantity | None:
-        found, i = sourced(path, result), pick(result) if callable(pick) else pick
+        found = sourced(path, result)
+        i = None if found is None else pick(result) if callable(pick) else pick
         if found is None or i is None:
             return None
-        only = replace(found.axes[0], values=found.axes[0].values[i : i + 1])
-        return replace(found, values=found.values[i : i + 1], axes=(only, *found.axes[1:]))
+        only = replace(found.axes[0], values=found.axes[0].values[np.atleast_1d(i)])
+        return replace(found, values=found.values[np.atleast_1d(i)], axes=(only, *found.axes[1:]))
 
     return made
 

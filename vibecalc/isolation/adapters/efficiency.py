@@ -10,8 +10,8 @@ from vibecalc.excitation.inertia_forces import with_terms
 from vibecalc.isolation.adapters.loads import BodyLoads, steady_motion
 from vibecalc.isolation.efficiency import Overall, by_order, efficiency, is_more, overall, rms
 from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces, OfVector
-from vibecalc.isolation.on_mounts import OnMounts, frequency_grid
-from vibecalc.numerics.bounded import Bounded, concatenate, reshaped
+from vibecalc.isolation.on_mounts import OnMounts, frequency_grid, of_each
+from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.body import COORDINATES, cross_matrix
 
@@ -135,10 +135,9 @@ def _emit_curve(
     # unit loads at the mass centre are such about the reference point with the couple they have
     size = found.error + 4.0 * EPSILON * np.abs(found.value)
     back = np.linalg.inv(centre)
-    found = abs(Bounded(centre @ found.value @ back, np.abs(centre) @ size @ np.abs(back)))
-    diagonal = reshaped(found, lambda part: np.diagonal(part, axis1=-2, axis2=-1).T)
+    found = Bounded(centre @ found.value @ back, np.abs(centre) @ size @ np.abs(back))
     axes = {
         "coordinate": [COORDINATES[place] for place in system.freedoms],
         "frequency": grid / (2.0 * np.pi),
     }
-    scene.emit_all(ByDirection(transmissibility=diagonal), axes)
+    scene.emit_all(ByDirection(transmissibility=of_each(found)), axes)
