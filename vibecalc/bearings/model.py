@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.bearings.crank_loads import bearing_shares
 from vibecalc.bearings.loads import Gas, Loads, RunningGear, Shaft
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import rod_difference
+from vibecalc.excitation.crank_forces import rod_difference
 from vibecalc.excitation.gas_tables import card_of_force
 from vibecalc.excitation.model import (
     build_firing,
@@ -44,7 +44,7 @@ def running_gear(case: "Case", train: CrankTrain) -> RunningGear:
     if rod is not None and rod.inertia is not None:
         difference = float(rod_difference(train, rod).value)
     return RunningGear(
-        crank_geometry(written),
+        crank_geometry(case.machine),
         train.crank_phase - train.bank_angle,
         train.reciprocating_mass,
         moves * mass * share,

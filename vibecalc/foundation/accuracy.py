@@ -4,7 +4,7 @@ from vibecalc.core.accuracy.kinds import Ask
 from vibecalc.core.accuracy.topic import Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing
-from vibecalc.excitation.inertia_forces import as_loads, at_speed
+from vibecalc.excitation.inertia_forces import at_speed
 from vibecalc.foundation.model import on_mass
 from vibecalc.isolation.accuracy import motion_topic
 from vibecalc.isolation.on_mounts import OnMounts
@@ -31,7 +31,7 @@ def foundation_topics(scene: Scene) -> list[Topic]:
     forcing: Forcing = scene.handed_on["forcing"]
     system, _ = on_mass(scene)
     speed, kept = scene.case.machine.speed, forcing.retained
-    load, w = as_loads(at_speed(forcing.per_speed_squared, speed)), forcing.order[:kept] * speed
+    load, w = at_speed(forcing.per_speed_squared, speed), forcing.order[:kept] * speed
     ask = Ask(
         "foundation", "force on the ground", "force of each order on what carries the foundation",
         "foundation/ground_force", "N", 2.0, _WHY,

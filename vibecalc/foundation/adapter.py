@@ -4,7 +4,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing, peak_with_tail
-from vibecalc.excitation.inertia_forces import as_loads, at_speed
+from vibecalc.excitation.inertia_forces import at_speed
 from vibecalc.foundation.model import on_mass
 from vibecalc.foundation.results import UpAndDown
 from vibecalc.isolation.adapters.loads import steady_motion
@@ -17,7 +17,7 @@ def run_foundation(scene: Scene) -> None:
     forcing: Forcing = scene.handed_on["forcing"]
     speed, used = scene.case.machine.speed, forcing.retained
     system, alone = on_mass(scene)
-    load = as_loads(at_speed(forcing.per_speed_squared, speed))
+    load = at_speed(forcing.per_speed_squared, speed)
     frequency = forcing.order * np.asarray(speed)[..., None]
 
     def moved(one: OnMounts) -> tuple[Bounded, Bounded]:
