@@ -133,7 +133,7 @@ class FlexibleFoundation(NamedTuple):
     position: FloatArray
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class OnTables(OnMounts):
     """A machine whose mounts stand on feet, and these on a plate: neither has a mass of its own.
 
@@ -183,15 +183,15 @@ def on_tables(body: RigidBody, mounts: Mounts, foundation: FlexibleFoundation) -
         spectral = spectral_system(matrices.free(), mounts, stretch)
     none, shapes = np.zeros(0), np.zeros((size, 0))
     return OnTables(
-        mounts,
-        np.arange(size),
-        matrices,
-        Modes(none, none, shapes, shapes, none, none),
-        np.eye(6, size),
-        stretch,
-        resting_on(body, mounts, np.arange(6)),
-        carried,
+        matrices=matrices,
+        shapes=Modes(none, none, shapes, shapes, none, none),
         spectral=spectral,
+        mounts=mounts,
+        freedoms=np.arange(size),
+        reach=np.eye(6, size),
+        stretch=stretch,
+        resting=resting_on(body, mounts, np.arange(6)),
+        carried=carried,
         plate=tuple(plate),
         curves=curves,
     )
