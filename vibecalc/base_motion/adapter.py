@@ -13,7 +13,8 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.on_mounts import OnMounts, frequency_grid, of_each
 from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded, reshaped
-from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, FloatArray
+from vibecalc.numerics.cycle_peak import vector_cycle_peak
+from vibecalc.numerics.rounding import SINGULAR, FloatArray
 from vibecalc.parts.body import COORDINATES, DIRECTIONS
 from vibecalc.points.model import QUANTITIES, readings_of
 
@@ -102,14 +103,9 @@ def _emit_harmonics(
 
 
 def _longest(vector: Bounded) -> Bounded:
-    """Largest length (...) over the cycle of vectors (..., 3) of one frequency, an ellipse.
-
-    |Re(v exp(i a))|^2 = (|v|^2 + Re(v.v exp(2 i a))) / 2.
-    """
-    value = vector.value
-    whole = np.sum(np.square(np.abs(value)), axis=-1)
-    longest = np.sqrt(0.5 * (whole + np.abs(np.sum(value * value, axis=-1))))
-    return Bounded(longest, vector.norm().error + 8.0 * UNIT_ROUNDOFF * longest)
+    """Largest length (...) over the cycle of vectors (..., 3) of one frequency."""
+    found = vector_cycle_peak(vector.value[..., None], [1])
+    return Bounded(found.value, found.error + vector.norm().error)
 
 
 def _require_digits(

@@ -18,7 +18,6 @@ from vibecalc.core.case.fields import (
 )
 from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import (
-    Row,
     ascending,
     at_most_one,
     needs,
@@ -151,10 +150,6 @@ class BaseSpectrum(Table):
     )
 
 
-def _asks_nothing(row: Row) -> bool:
-    return row.lacks("harmonics") and row.lacks("spectra")
-
-
 class BaseMotion(Table):
     """How what the mounts stand on moves, as a rigid body: harmonics, spectra, or both."""
 
@@ -181,7 +176,7 @@ class BaseMotion(Table):
         refuse(
             "",
             "[base_motion] says no motion",
-            _asks_nothing,
+            lambda t: t.lacks("harmonics", "spectra"),
             allowed="harmonics, spectra, or both",
         ),
     )

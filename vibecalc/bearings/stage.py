@@ -53,11 +53,9 @@ def _work(case: "Case", orders: int) -> Work:
 
 def _entries(case: "Case", path: str, axis: str) -> Entries | None:
     table = case.bearing_loads
-    if table is None:
+    if table is None or axis != "speed":
         return None
-    if axis == "speed":
-        return Entries.of_speeds(table.speeds, "bearing_loads.speeds")
-    return None
+    return Entries.of_speeds(table.speeds, "bearing_loads.speeds")
 
 
 def _names(case: "Case") -> dict[str, tuple[str, ...]]:

@@ -1,9 +1,7 @@
 """Machine and foundation in six freedoms: the section of the report, and the picture."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
-
-import numpy as np
 
 from vibecalc.core.report.curves import Curve, Curves, Panel, entry_of, level
 from vibecalc.core.report.rows import Cells, Made, Rows, by_axis, loud, percent, reduced, rows_of
@@ -18,10 +16,8 @@ from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.parts.body import COORDINATES
 
 COUPLED = "foundation/coupled"
-#: orders below this share of the largest stay in the result file
-_SMALL = 1e-3
-_MOST = 12
-_LOADS = (("force", "N"), ("couple", "N m"))
+#: orders below this share of the largest stay in the result file, as those beyond so many
+_LARGE = loud(1e-3, 12)
 
 _MODES = Rows(
     "coupled_mode",
@@ -46,11 +42,6 @@ _MODES = Rows(
 _FORCE, _RIGID = (reduced(f"{COUPLED}/{name}/force") for name in ("ground", "rigid"))
 
 
-def _large(found: Sequence[Quantity]) -> np.ndarray:
-    """Places of the orders that matter on a rigid foundation."""
-    return loud(_SMALL, _MOST)(found[1:])
-
-
 _BY_ORDER = Rows(
     "half_order",
     "order",
@@ -65,7 +56,7 @@ _BY_ORDER = Rows(
     each=12,
     root=COUPLED,
     label="{:g}",
-    places=_large,
+    places=lambda found: _LARGE(found[1:]),
 )
 
 
@@ -86,7 +77,7 @@ def coupled(result: Result) -> Section | None:
 def _loads(record: Record) -> list[str]:
     """R.m.s. of force and couple on the ground, and what a rigid foundation would get."""
     rows = []
-    for what, unit in _LOADS:
+    for what, unit in (("force", "N"), ("couple", "N m")):
         cells = []
         for name in ("ground", "rigid"):
             total = record[f"{COUPLED}/{name}/{what}_rms"]
@@ -120,7 +111,7 @@ def _length(of: Made) -> Callable[[Result], Quantity | None]:
         found, rigid = of(result.record), _RIGID(result.record)
         if found is None or rigid is None:
             return None
-        large = loud(_SMALL, _MOST)([rigid])
+        large = _LARGE([rigid])
         axis = replace(found.axes[0], values=found.axes[0].values[large])
         return replace(found, path="", values=found.values[large], axes=(axis,))
 

@@ -59,11 +59,12 @@ def _work(case: "Case", orders: int) -> Work:
 
 def _of_all_freedoms(case: "Case") -> Stage:
     """Machine and foundation in six freedoms each, or on a foundation of tables."""
-    body, options = foundation_kind(case) == "body", case.isolation
+    body, options, given = foundation_kind(case) == "body", case.isolation, case.foundation
+    plate = given is not None and any(one.at == "whole" for one in given.flexibilities or ())
     torque = torque_reaches_mounts(case)
     line = torque and case.machine.shaft_line is not None and not is_separate(case)
     without: tuple[str, ...] = () if body else ("/modes/",)
-    without += () if body or _has_plate(case) else ("/body/",)
+    without += () if body or plate else ("/body/",)
     return Stage(
         name="flexible foundation",
         adapter="vibecalc.foundation.coupled:run_coupled",
@@ -78,11 +79,6 @@ def _of_all_freedoms(case: "Case") -> Stage:
         work=_work_of_all,
         topics=("vibecalc.foundation.accuracy:coupled_topics",),
     )
-
-
-def _has_plate(case: "Case") -> bool:
-    given = case.foundation
-    return given is not None and any(one.at == "whole" for one in given.flexibilities or ())
 
 
 def _work_of_all(case: "Case", orders: int) -> Work:
