@@ -1,8 +1,8 @@
 """Adapter: running gear, gas and crankshaft of a case to the loads on its bearings."""
 
-from collections.abc import Callable
-from functools import cache, partial
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from vibecalc.bearings.loads import Kind, Loads, force_with_error
 from vibecalc.bearings.model import loads_of
 from vibecalc.bearings.results import (
     NAMES,
-    BearingLoad,
     CrankPin,
     MainLoad,
     OverSpeeds,
@@ -27,23 +26,13 @@ from vibecalc.bearings.results import (
     WristPin,
 )
 from vibecalc.bearings.tables import BearingSize, MainBearing
+from vibecalc.core.results.described import Group
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.bounded import Bounded, Summed, concatenate, reshaped
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.crank_train import CrankTrain
 from vibecalc.parts.firing import cycle_angle
-
-
-class Part(NamedTuple):
-    """One kind of bearing: its results, its forces, the areas of its members in m^2.
-
-    `areas` are diameter times length, zero where the case does not say them.
-    """
-
-    results: type[BearingLoad]
-    kind: Kind
-    areas: list[float]
 
 
 def run_bearing_loads(scene: Scene) -> None:
@@ -60,10 +49,6 @@ def run_bearing_loads(scene: Scene) -> None:
         "Newton and Euler for piston and rod", "loads of crank pins, wrist pins and walls",
         "docs/theory_bearings.md; cf. Biezeno and Grammel (1953), ch. XI",
     )  # fmt: skip
-    mains = [_area(one) for one in table.main_bearings]
-    crank_pins, wrist_pins = (
-        [_area(size)] * len(pins) for size in (table.crank_pin, table.wrist_pin)
-    )
     axes = {
         "main_bearing": loads.shaft.names,
         "cylinder": pins,
@@ -71,25 +56,32 @@ def run_bearing_loads(scene: Scene) -> None:
         "crank_angle": np.linspace(0.0, cycle_angle(case.machine), table.crank_angles),
         **NAMES,
     }
-    _emit(scene, loads, Part(MainLoad, Loads.main, mains), axes)
-    _emit(scene, loads, Part(CrankPin, Loads.crank_pin, crank_pins), axes)
+    crank_pins, wrist_pins = ([size] * len(pins) for size in (table.crank_pin, table.wrist_pin))
+    _emit(scene, loads, MainLoad, Loads.main, table.main_bearings, axes)
+    _emit(scene, loads, CrankPin, Loads.crank_pin, crank_pins, axes)
     if case.machine.crank_train.rod is not None:
-        _emit(scene, loads, Part(WristPin, Loads.wrist_pin, wrist_pins), axes)
-    _side_thrust(scene, loads, axes)
+        _emit(scene, loads, WristPin, Loads.wrist_pin, wrist_pins, axes)
+    _emit(scene, loads, SideThrust, Loads.wall, [None] * len(pins), axes)
     if table.speeds is not None:
         speeds = np.linspace(table.speeds.start, table.speeds.stop, table.speeds.points)
         _over_speeds(scene, loads, speeds, axes)
 
 
-def _emit(scene: Scene, loads: Loads, part: Part, axes: dict[str, Any]) -> None:
-    """Forces over the cycle, their peaks and their means, as far as they are asked for."""
-    speed, areas = np.asarray(scene.case.machine.speed), np.array(part.areas)
-    of_throw = part.kind is Loads.crank_pin
-    own_axes = Loads.crank_pin_of_throw if of_throw else part.kind
+def _emit(
+    scene: Scene,
+    loads: Loads,
+    group: type[Group],
+    kind: Kind,
+    sizes: Sequence[BearingSize | MainBearing | None],
+    axes: dict[str, Any],
+) -> None:
+    """Forces over the cycle, their peaks and their means, as far as they are results of a group."""
+    speed, areas = np.asarray(scene.case.machine.speed), np.array([_area(one) for one in sizes])
+    own_axes = Loads.crank_pin_of_throw if kind is Loads.crank_pin else kind
 
     @cache
     def peaks() -> Peaks:
-        return highest_loads(scene, loads, part.kind, speed)
+        return highest_loads(scene, loads, kind, speed)
 
     def direction() -> Bounded:
         at = peaks().angle
@@ -101,32 +93,37 @@ def _emit(scene: Scene, loads: Loads, part: Part, axes: dict[str, Any]) -> None:
     @cache
     def means() -> Means:
         grid = _grid(scene, loads, PANELS)
-        found = cycle_means(lambda angle: part.kind(loads, angle, speed).T, grid)
-        lost = Bounded(0.0 * areas, force_with_error(part.kind, loads, grid, speed).error.max(0))
+        found = cycle_means(lambda angle: kind(loads, angle, speed).T, grid)
+        lost = Bounded(0.0 * areas, force_with_error(kind, loads, grid, speed).error.max(0))
         return Means(found.magnitude + lost, found.vector + lost)
 
     def mean_force() -> Summed:
         size, (vector, error) = means()
         return Summed(_components(scene, vector), error.max(), size.value.max())
 
+    def across(force: ComplexArray) -> FloatArray:
+        return force.real if group is SideThrust else _components(scene, force, axis=1)
+
     def over_cycle(kind: Kind, components: Callable[[ComplexArray], FloatArray]) -> Summed:
         force, error = force_with_error(kind, loads, axes["crank_angle"], speed)
         return Summed(components(force.T), error.max(), np.abs(force).max())
 
-    results = part.results(
-        force=lambda: over_cycle(part.kind, partial(_components, scene, axis=1)),
-        peak=lambda: peaks().height,
-        peak_angle=lambda: peaks().angle,
-        peak_direction=direction,
-        peak_pressure=(lambda: peaks().height / areas) if all(areas) else None,
-        mean=lambda: means().magnitude,
-        mean_force=mean_force,
-        mean_pressure=(lambda: means().magnitude / areas) if all(areas) else None,
-    )
-    scene.emit_all(results, axes)
-    if of_throw:
-        both = partial(over_cycle, own_axes, lambda own: np.stack([own.real, own.imag], axis=1))
-        scene.emit_all(CrankPin(force_of_throw=both), axes)
+    found = {
+        "force": lambda: over_cycle(kind, across),
+        "force_of_throw": lambda: over_cycle(
+            own_axes, lambda own: np.stack([own.real, own.imag], axis=1)
+        ),
+        "peak": lambda: peaks().height,
+        "peak_angle": lambda: peaks().angle,
+        "peak_direction": direction,
+        "mean": lambda: means().magnitude,
+        "mean_force": mean_force,
+    }
+    if all(areas):
+        found["peak_pressure"] = lambda: peaks().height / areas
+        found["mean_pressure"] = lambda: means().magnitude / areas
+    known = {name: one for name, one in found.items() if name in group.__dataclass_fields__}
+    scene.emit_all(group(**known), axes)
 
 
 def _area(size: BearingSize | MainBearing | None) -> float:
@@ -168,18 +165,6 @@ def highest_loads(scene: Scene, loads: Loads, kind: Kind, speed: FloatArray) -> 
     at = found.angle.value[:, None]
     lost = of_row(row, force_with_error(kind, loads, at, speeds[row // count][:, None]).error)
     return found._replace(height=Bounded(found.height.value, found.height.error + lost[:, 0]))
-
-
-def _side_thrust(scene: Scene, loads: Loads, axes: dict[str, Any]) -> None:
-    speed = np.asarray(scene.case.machine.speed)
-    force, error = force_with_error(Loads.wall, loads, axes["crank_angle"], speed)
-    peaks = highest_loads(scene, loads, Loads.wall, speed)
-    found = SideThrust(
-        force=Summed(force.real.T, error.max(), np.abs(force).max()),
-        peak=peaks.height,
-        peak_angle=peaks.angle,
-    )
-    scene.emit_all(found, axes)
 
 
 #: crank angles times speeds that are followed at once
