@@ -112,7 +112,7 @@ def test_run_on_the_generator_needs_no_torque_and_no_search(generator_run: set[s
         "isolation",
         "response",
     }
-    modes = {"modes", "modal_damping", "resonances", "spectral"}
+    modes = {"modes", "modal_damping", "resonances", "spectral", "system"}
     used = {name.removeprefix("response.") for name in found if name.startswith("response.")}
     assert used <= modes
     assert not found & {"excitation.cylinder_torque", "excitation.rod_inertia", "torsion"}
