@@ -28,6 +28,7 @@ from vibecalc.response.adapters.switching import modes_and_loads
 from vibecalc.response.energies import energy_signal, mass_of, mean_over_cycle, velocity
 from vibecalc.response.forced import modal_response
 from vibecalc.response.operations import search_phases, states, superpose
+from vibecalc.response.stage import names_of
 from vibecalc.response.switching.motion import PANEL_PHASE, Panels, course_of, march, panels_of
 from vibecalc.response.switching.system import (
     SpeedSegment,
@@ -168,8 +169,9 @@ def operations_topics(scene: Scene) -> list[Topic]:
         return Answer(found.high.value, float(peaks[0]))
 
     known = float(search_phases(harmonics, orders, turned, rtol)[0].high_phase[0])
+    names = names_of(scene.case)
     ask = Ask("operations", "highest peak energy",
-              f"{options.operations[at[0]].name!r} with {loads.balances[at[1]]!r} at any angle",
+              f"{names['operation'][at[0]]!r} with {names['balance'][at[1]]!r} at any angle",
               "response/operations/kinetic_energy/peak_low, peak_high", "J", 12.0,
               "no angle is left out, and both ends are proven to within rtol")  # fmt: skip
     solver = ours("branch and bound", "intervals that can hold no end are dropped", bounded, "rtol",

@@ -155,35 +155,28 @@ def search_phases(
     best, ceiling = np.full((2, 2, count), -np.inf)
     for level in range(_LEVELS):
         at, _, reached = met[-1]
+        np.maximum.at(best, (slice(None), at), np.stack([reached, -reached]))
         bounds = _bounds(ends, bend[row], width)
         crowded = np.bincount(row, minlength=count) > _MOST_INTERVALS
-        open_ = np.zeros(len(row), dtype=bool)
-        for side, (sign, bound) in enumerate(zip((1.0, -1.0), bounds, strict=True)):
-            np.maximum.at(best[side], at, sign * reached)
-            enough = best[side] + 0.5 * rtol * np.abs(best[side]) + rounding
-            open_ |= bound > enough[row]
-        open_ &= ~crowded[row] & (level < _LEVELS - 1)
-        for side, bound in enumerate(bounds):
-            np.maximum.at(ceiling[side], row[~open_], bound[~open_])
+        enough = best + 0.5 * rtol * np.abs(best) + rounding
+        open_ = np.any(bounds > enough[:, row], axis=0) & ~crowded[row] & (level < _LEVELS - 1)
+        np.maximum.at(ceiling, (slice(None), row[~open_]), bounds[:, ~open_])
         if not np.any(open_):
             break
-        row, (left, *first), last = row[open_], ends[:3, open_], ends[3:, open_]
+        row, (left, *near), far = row[open_], ends[:3, open_], ends[3:, open_]
         width *= 0.5
         middle = left + width
         here = _peaks(harmonics, orders, turned, row, middle)
         met.append((row, middle, here[0]))
-        ends = np.concatenate([[left, *first, *here], [middle, *here, *last]], axis=1)
+        ends = np.concatenate([[left, *near, *here], [middle, *here, *far]], axis=1)
         row = np.tile(row, 2)
     row, phase, value = (np.concatenate(part) for part in zip(*met, strict=True))
     # of equal ones the first
     rank = [np.lexsort((sign * value, row)) for sign in (1.0, -1.0)]
-    first_of_row = np.searchsorted(row[rank[0]], np.arange(count))
-    phases = (phase[one[first_of_row]].reshape(shape) for one in rank)
-    error = np.maximum(ceiling - best, 0.0) + rounding
-    high, low = (
-        Bounded((sign * top).reshape(shape), off.reshape(shape))
-        for sign, top, off in zip((1.0, -1.0), best, error, strict=True)
-    )
+    first = np.searchsorted(row[rank[0]], np.arange(count))
+    phases = (phase[one[first]].reshape(shape) for one in rank)
+    value, error = (best.T * [1.0, -1.0]).T, np.maximum(ceiling - best, 0.0) + rounding
+    high, low = (Bounded(*(part[k].reshape(shape) for part in (value, error))) for k in (0, 1))
     return PhaseRange(low, high, *phases), np.bincount(row, minlength=count).reshape(shape)
 
 
@@ -218,8 +211,8 @@ def _peaks(
     return 0.5 * np.square(peak.value), np.sum(there * moves, axis=-1)
 
 
-def _bounds(ends: np.ndarray, bend: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
-    """Upper bounds (intervals,) of the peak within each interval, and of the peak below zero."""
+def _bounds(ends: np.ndarray, bend: np.ndarray, width: float) -> np.ndarray:
+    """Upper bounds (2, intervals) within each interval of the peak, and of its negative."""
     _, a, slope, b, right_slope = ends
     lift = 0.5 * bend * width**2
     # with B p^2 / 2 added the parabolas are lines; they meet where the bound is lowest
@@ -228,7 +221,7 @@ def _bounds(ends: np.ndarray, bend: np.ndarray, width: float) -> tuple[np.ndarra
     at = np.clip(np.where(opening > 0.0, meeting, 0.0), 0.0, width)
     valley = a + slope * at - 0.5 * bend * at * at
     below = np.minimum(np.minimum(a, b), valley)
-    return np.maximum(a, b) + 0.25 * lift, -np.maximum(below, 0.0)
+    return np.stack([np.maximum(a, b) + 0.25 * lift, -np.maximum(below, 0.0)])
 
 
 # ----------------------------------------------------------------------------

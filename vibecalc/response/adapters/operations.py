@@ -40,6 +40,7 @@ from vibecalc.response.operations import (
     superpose,
 )
 from vibecalc.response.results import OperationsEnergy, OperationsKinetic, OperationsPotential
+from vibecalc.response.stage import names_of
 from vibecalc.response.system import MountedBody
 from vibecalc.response.tables import Balance, Operation
 
@@ -50,18 +51,15 @@ if TYPE_CHECKING:
 # Loads of several operations of a machine, with several balances of its crankshaft.
 # ----------------------------------------------------------------------------
 
-AS_IN_CASE = "as in the case"
-
 
 class OperationLoads(NamedTuple):
-    """Loads per crank speed squared on the body, of operations and the named balances.
+    """Loads per crank speed squared on the body, of operations and balances.
 
     `shaking` (..., operations, orders, 6) is that of pistons, weights and shafts of the case;
     `residual` (..., operations, balances, orders, 6) that of the throws which turn and of the
     weights which cancel the throws of a balance.
     """
 
-    balances: tuple[str, ...]
     shaking: Bounded
     residual: Bounded
 
@@ -75,11 +73,9 @@ def operation_loads(
     train = scene.case.machine.crank_train
     whole = build_crank_train(train)
     idle = "stopped" if excitation is None else excitation.idle
-    named: list[tuple[str, Sequence[str] | None]] = [
-        (balance.name, balance.balanced_for) for balance in balances
-    ]
-    if not named:
-        named = [(AS_IN_CASE, None if excitation is None else excitation.balanced_for)]
+    balanced: list[Sequence[str] | None] = [balance.balanced_for for balance in balances]
+    if not balanced:
+        balanced = [None if excitation is None else excitation.balanced_for]
     fixed = rotating_masses(weights_and_shafts(train))
     acts = shakes_with_torque(scene.case)
     highest = motion.harmonics.shape[-1] - 1
@@ -94,7 +90,7 @@ def operation_loads(
         """What turns and is not balanced, which no weight of the case changes."""
         train = build_crank_train(case.machine.crank_train)
         running = [throws(moving(train, operation.working, idle)) for operation in operations]
-        cancelling = [cancelling_weights(train, names) for _, names in named]
+        cancelling = [cancelling_weights(train, names) for names in balanced]
         rows = [
             [
                 rotating_part(train, rotating_masses([*row, *weights]), highest)
@@ -104,11 +100,10 @@ def operation_loads(
         ]
         return _stacked([_stacked(row, -3) for row in rows], -4)
 
-    which = [(operation.name, operation.working) for operation in operations]
+    which = [operation.working for operation in operations]
     return OperationLoads(
-        tuple(name for name, _ in named),
         _stacked(shaking, -3),
-        scene.once(f"residual of {which} with {named} to order {highest}, {idle}", residual),
+        scene.once(f"residual of {which} with {balanced} to order {highest}, {idle}", residual),
     )
 
 
@@ -142,17 +137,15 @@ def run_operations(scene: Scene) -> None:
         loads.residual[..., 0, :] * square,
         _undriven(scene, system, loads, orders),
     )
-    axes = {
-        "operation": tuple(operation.name for operation in options.operations),
-        "balance": loads.balances,
-    }
     kinds: tuple[tuple[type[OperationsEnergy], Bounded, np.ndarray], ...] = (
         (OperationsKinetic, mass_of(system.matrices), 1j * orders * speed[..., None]),
         (OperationsPotential, stiffness_of(system.matrices), np.ones(len(orders))),
     )
     for group, weight, rate in kinds:
         if scene.wants(*paths_of(group)):
-            scene.emit_all(_energies(scene, group, weight, states(parts, rate)), axes)
+            scene.emit_all(
+                _energies(scene, group, weight, states(parts, rate)), names_of(scene.case)
+            )
 
 
 def _undriven(

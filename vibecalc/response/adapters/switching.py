@@ -15,6 +15,7 @@ from vibecalc.response import results
 from vibecalc.response.adapters.operations import operation_loads
 from vibecalc.response.adapters.response import forcing_of, mounted_body
 from vibecalc.response.results import BesidesChanges, Change, Instant, Reversal
+from vibecalc.response.stage import names_of
 from vibecalc.response.switching.follow import (
     Passages,
     Transient,
@@ -55,8 +56,7 @@ def run_switching(scene: Scene) -> None:
     response, speed = scene.case.response, scene.case.machine.speed
     assert response is not None and response.switching is not None
     options = response.switching
-    here, there = options.between
-    labels = [f"{here} to {there}", f"{there} to {here}"]
+    labels = names_of(scene.case)["change"]
     scene.cite(
         "modal motion under a load of changing speed, quadrature of the exact propagator",
         "change between operations",

@@ -141,17 +141,18 @@ def _settled(
     reference = float(np.sqrt(2.0 * whole.value[ENERGY]))
     threshold, uncertainty = tolerance * reference, np.linalg.norm(off) + 4.0 * EPSILON * size(0.0)
     uncertainty += tolerance * whole.error[ENERGY] / reference if reference else 0.0
-    if size(0.0) > threshold and threshold <= uncertainty:
+    left = modal_size(system, free_motion(system, course.time[-1] - course.time[-2], deviation))
+    if size(0.0) <= threshold:
+        return Bounded(np.zeros(()), np.zeros(())), left + off
+    if threshold <= uncertainty:
         raise NumericalFailure(
             "no settling time: the final motion is so small that the deviation from it drowns in "
             "rounding, or in what the dropped orders may add, before it is a small part of it; ask "
             "for a larger settle tolerance or keep more orders ([excitation] orders)"
         )
-    after = _first_below(size, threshold)
-    others = [_first_below(size, threshold + side * uncertainty) for side in (1.0, -1.0)]
+    after, *others = (_first_below(size, threshold + k * uncertainty) for k in (0.0, 1.0, -1.0))
     error = np.max(np.abs(np.array(others) - after)) + 8.0 * EPSILON * (after + course.time[-2])
-    left = modal_size(system, free_motion(system, course.time[-1] - course.time[-2], deviation))
-    return Bounded(np.asarray(after), error if after > 0.0 else np.asarray(0.0)), left + off
+    return Bounded(np.asarray(after), error), left + off
 
 
 def _first_below(size: Callable[[float], float], level: float) -> float:
