@@ -14,9 +14,7 @@ from vibecalc.excitation.inertia_forces import (
     reciprocating_excitation,
     rotating_excitation,
 )
-from vibecalc.excitation.rod_inertia import split_inertia
 from vibecalc.kinematics.adapter import PistonMotion
-from vibecalc.kinematics.rod_angle import rod_angle_harmonics
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.crank_train import CrankTrain, RotatingMasses
@@ -103,6 +101,8 @@ def rod_difference(train: CrankTrain, rod: "Rod") -> Bounded:
 
     Minus that of the point masses where the case does not give the rod's own moment.
     """
+    from vibecalc.excitation.rod_inertia import split_inertia
+
     place = rod.crank_pin_to_mass_centre
     if place is None:
         share = 0.0 if rod.reciprocating_fraction is None else rod.reciprocating_fraction
@@ -135,6 +135,8 @@ def share_of_rotor(
 
 
 def _turning_of_rods(train: CrankTrain, highest: int) -> Any:
+    from vibecalc.kinematics.rod_angle import rod_angle_harmonics
+
     lengths = (train.crank_radius, train.rod_length, train.wrist_pin_offset)
     return rod_angle_harmonics(*lengths, highest_order=highest)
 

@@ -70,7 +70,7 @@ def at_speed(loads: Bounded, speed: ArrayLike) -> Bounded:
     NumericalFailure
         If a force or couple is not a finite number.
     """
-    found = loads * np.square(np.asarray(speed, dtype=float))[..., None, None]
+    found: Bounded = loads * np.square(np.asarray(speed, dtype=float))[..., None, None]
     if not np.isfinite(found.value).all():
         raise NumericalFailure(
             "the inertia forces are not finite numbers at a crank speed of "
@@ -167,7 +167,8 @@ def reciprocating_excitation(
     along = np.asarray(position, dtype=float)[..., None] * np.asarray(axis, dtype=float)
     offset = np.asarray(wrist_pin_offset, dtype=float)[..., None, None]
     place = rounded(along, 2) + np.asarray(origin, dtype=float) + offset * sideways
-    return push @ (mass * _pull_along(place, outward))
+    found: Bounded = push @ (_pull_along(place, outward) * mass)
+    return found
 
 
 # ----------------------------------------------------------------------------
@@ -216,7 +217,8 @@ def rotating_excitation(
     place = rounded(position, 2) + np.asarray(origin, dtype=float)
     orders = np.arange(1, highest_order + 1)
     at_order = (np.abs(ratio)[..., None, :] == orders[:, None]).astype(float)
-    return (at_order * pull[..., None, :]) @ _pull_along(place, turning)
+    found: Bounded = (at_order * pull[..., None, :]) @ _pull_along(place, turning)
+    return found
 
 
 # ----------------------------------------------------------------------------
