@@ -84,30 +84,24 @@ def _weights(result: Result, unbalance: Quantity) -> list[str]:
 
 
 def _orders(result: Result) -> list[str]:
-    found = {
-        (name, when): having(result.record, f"{ROOT}/{when}/{name}", "order")
-        for name, _ in _BY_ORDER
-        for when in ("before", "after")
-    }
-    if any(one is None for one in found.values()):
+    record, both = result.record, ("before", "after")
+    found = [
+        [having(record, f"{ROOT}/{when}/{name}", "order") for when in both] for name, _ in _BY_ORDER
+    ]
+    known = [one for pair in found for one in pair if one is not None]
+    if len(known) < 2 * len(_BY_ORDER):
         return []
-    known = {key: one for key, one in found.items() if one is not None}
-    residual = known["residual", "before"]
-    free = having(result.record, f"{ROOT}/free_directions", "balanced_order")
+    free = having(record, f"{ROOT}/free_directions", "balanced_order")
     counting = () if free is None else free.axes[0].values
-    orders, largest = residual.axes[0].values, float(residual.values.max(initial=0.0))
-    rows = []
-    for i, order in enumerate(orders):
-        sizes = [float(known["residual", when].values[i]) for when in ("before", "after")]
-        if order not in counting and max(sizes) <= _FAINT * largest:
-            continue
-        cells = []
-        for name, _ in _BY_ORDER:
-            pair = [known[name, when] for when in ("before", "after")]
-            cells += [show(one.values[i], one.estimate) for one in pair]
-        rows.append([f"{order:g}", *cells])
+    orders, residuals = known[0].axes[0].values, [one.values for one in known[-2:]]
+    faint = np.max(residuals, axis=0) <= _FAINT * residuals[0].max(initial=0.0)
+    rows = [
+        [f"{order:g}", *(show(one.values[i], one.estimate) for one in known)]
+        for i, order in enumerate(orders)
+        if order in counting or not faint[i]
+    ]
     if len(orders) > 1:
-        rows.append(["all", *_all_orders(result.record)])
+        rows.append(["all", *_all_orders(record)])
     heads = [Column("order", 6)]
     for _, words in _BY_ORDER:
         heads += [number(f"{words}\nbefore", 10), number("\nafter", 10)]

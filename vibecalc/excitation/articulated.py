@@ -39,7 +39,7 @@ def slave_forces(
             train.reciprocating_mass[slaves.cylinder][:, None],
             slaves.knuckle_mass[:, None],
             places,
-            Bounded(slaves.rod_difference[:, None], slaves.rod_difference_error[:, None]),
+            slaves.rod_difference[:, None],
         ),
         axis=train.axis,
         stroke=train.stroke,

@@ -11,14 +11,10 @@ import numpy as np
 from vibecalc.excitation.inertia_forces import (
     couple_about_axis,
     inertia_torque,
-    mean_inertia,
     reciprocating_excitation,
     rotating_excitation,
-    rotor_share,
 )
-from vibecalc.excitation.rod_inertia import split_inertia
 from vibecalc.kinematics.adapter import PistonMotion
-from vibecalc.kinematics.rod_angle import rod_angle_harmonics
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.crank_train import CrankTrain, RotatingMasses
@@ -105,6 +101,8 @@ def rod_difference(train: CrankTrain, rod: "Rod") -> Bounded:
 
     Minus that of the point masses where the case does not give the rod's own moment.
     """
+    from vibecalc.excitation.rod_inertia import split_inertia
+
     place = rod.crank_pin_to_mass_centre
     if place is None:
         share = 0.0 if rod.reciprocating_fraction is None else rod.reciprocating_fraction
@@ -118,20 +116,27 @@ def share_of_rotor(
 ) -> Any:
     """Share (...) of the torque on the crankshaft that turns what is fixed to it, and the body.
 
-    `rotor_inertia` is that of all that turns with the crankshaft besides the rotating masses;
-    `difference` is the moment of a rod beyond that of its two point masses, None without any.
+    A rotor of inertia J follows J phi'' = T - m phi'', m the mean over a turn of what moves with
+    the pistons: it takes T J / (J + m), and the body has minus that. What the fluctuation of the
+    speed mixes between the orders is of relative size m / J and left out. `rotor_inertia` is that
+    of all that turns with the crankshaft besides the rotating masses; `difference` is the moment of
+    a rod beyond that of its two point masses, None without any.
     """
-    moving = mean_inertia(motion.harmonics.value, train.crank_radius, train.reciprocating_mass)
+    highest, square = motion.harmonics.shape[-1] - 1, np.square(train.crank_radius)
+    # the mean of m s'^2 is m R^2 sum n^2 |C_n|^2 / 2
+    velocity = np.arange(highest + 1) * np.abs(motion.harmonics.value)
+    moving = train.reciprocating_mass.sum(-1) * square * 0.5 * np.square(velocity).sum(-1)
     if difference is not None:
-        highest = motion.harmonics.shape[-1] - 1
         turned = _turning_of_rods(train, highest).acceleration.value[..., 1:]
-        square = 0.5 * np.square(np.abs(turned) / np.arange(1, highest + 1)).sum(-1)
-        moving = moving + _running(train, difference).value.sum(-1) * square
-    turning = rotor_inertia + train.rotating_mass.sum(-1) * np.square(train.crank_radius)
-    return rotor_share(turning, moving)
+        swing = 0.5 * np.square(np.abs(turned) / np.arange(1, highest + 1)).sum(-1)
+        moving = moving + _running(train, difference).value.sum(-1) * swing
+    turning = rotor_inertia + train.rotating_mass.sum(-1) * square
+    return turning / (turning + moving)
 
 
 def _turning_of_rods(train: CrankTrain, highest: int) -> Any:
+    from vibecalc.kinematics.rod_angle import rod_angle_harmonics
+
     lengths = (train.crank_radius, train.rod_length, train.wrist_pin_offset)
     return rod_angle_harmonics(*lengths, highest_order=highest)
 

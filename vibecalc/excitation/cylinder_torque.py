@@ -160,7 +160,7 @@ def inertia_harmonics(
     highest = max(1, int(np.floor(orders.max(initial=1.0))))
     torque, rod = _of_unit_masses(float(radius), float(length), float(offset), highest)
     mass, moment = rounded(reciprocating_mass * radius**2, 4), rounded(rod_inertia_difference, 2)
-    found = mass * torque - moment * rod
+    found: Bounded = mass * torque - moment * rod
     whole = orders == np.floor(orders)
     index = np.where(whole, orders, 0.0).astype(int)
     return found[index] * whole

@@ -70,7 +70,7 @@ def at_speed(loads: Bounded, speed: ArrayLike) -> Bounded:
     NumericalFailure
         If a force or couple is not a finite number.
     """
-    found = loads * np.square(np.asarray(speed, dtype=float))[..., None, None]
+    found: Bounded = loads * np.square(np.asarray(speed, dtype=float))[..., None, None]
     if not np.isfinite(found.value).all():
         raise NumericalFailure(
             "the inertia forces are not finite numbers at a crank speed of "
@@ -167,7 +167,8 @@ def reciprocating_excitation(
     along = np.asarray(position, dtype=float)[..., None] * np.asarray(axis, dtype=float)
     offset = np.asarray(wrist_pin_offset, dtype=float)[..., None, None]
     place = rounded(along, 2) + np.asarray(origin, dtype=float) + offset * sideways
-    return push @ (mass * _pull_along(place, outward))
+    found: Bounded = push @ (_pull_along(place, outward) * mass)
+    return found
 
 
 # ----------------------------------------------------------------------------
@@ -216,7 +217,8 @@ def rotating_excitation(
     place = rounded(position, 2) + np.asarray(origin, dtype=float)
     orders = np.arange(1, highest_order + 1)
     at_order = (np.abs(ratio)[..., None, :] == orders[:, None]).astype(float)
-    return (at_order * pull[..., None, :]) @ _pull_along(place, turning)
+    found: Bounded = (at_order * pull[..., None, :]) @ _pull_along(place, turning)
+    return found
 
 
 # ----------------------------------------------------------------------------
@@ -273,31 +275,6 @@ def inertia_torque(
     torque = -0.5 * stack(sums)
     none = np.zeros((*torque.shape[:-1], 1))
     return concatenate([Bounded(none, none), Bounded(torque.value, torque.error + cut)])
-
-
-def mean_inertia(
-    motion_harmonics: ArrayLike, crank_radius: ArrayLike, reciprocating_mass: ArrayLike
-) -> Real:
-    """Mean over a turn (...) of what the pistons add to the inertia at the crank, kg m^2.
-
-    That is the sum of m s'^2 over the cylinders: m R^2 sum n^2 |C_n|^2 / 2 each. Arrays as in
-    `reciprocating_excitation`, `motion_harmonics` (..., h + 1) from order 0.
-    """
-    motion = np.asarray(motion_harmonics)
-    velocity = np.arange(motion.shape[-1]) * np.abs(motion)
-    square = 0.5 * np.square(velocity).sum(-1) * np.square(np.asarray(crank_radius, dtype=float))
-    return np.asarray(np.asarray(reciprocating_mass, dtype=float).sum(-1) * square)
-
-
-def rotor_share(rotor_inertia: ArrayLike, moving_inertia: ArrayLike) -> Real:
-    """Share of the torque at constant speed that reaches a rotor of finite inertia.
-
-    The rotor follows J phi'' = T - m phi'', m the mean inertia of what moves with the pistons: it
-    takes T J / (J + m), and the body has minus that. What the fluctuation of the speed mixes
-    between the orders is of relative size m / J and left out.
-    """
-    rotor = np.asarray(rotor_inertia, dtype=float)
-    return np.asarray(rotor / (rotor + np.asarray(moving_inertia, dtype=float)))
 
 
 def couple_about_axis(

@@ -12,7 +12,6 @@ from vibecalc.excitation.gas_tables import FOUR_STROKE, TWO_STROKE, GasCard, fit
 from vibecalc.kinematics.slider_crank import (
     bottom_dead_centre,
     piston_displacement,
-    rod_projection,
     stroke,
     top_dead_centre,
 )
@@ -425,17 +424,8 @@ def _opening(travel: float, start: float, geometry: CrankGeometry, stretch: floa
 def _travel_from_bottom(angle: FloatArray, geometry: CrankGeometry) -> FloatArray:
     """Way of the piston from bottom dead centre, m, as `piston_displacement` is from the top.
 
-    The difference 2 (R sin^2((t - t0)/2) - L sin^2(psi/2)) / cos t0 loses no more than
-    (L + R)/(L - R).
+    The folded linkage is a stretched one of a crank of -R, half a turn on.
     """
     radius, length, _, offset = geometry
-    folded = float(bottom_dead_centre(radius, length, offset).angle)
-    start = folded - np.pi
-    sine, cosine = np.sin(angle), np.cos(angle)
-    rod = rod_projection(sine, cosine, *np.broadcast_arrays(radius, length, offset))
-    rod_angle = np.arctan2(radius * sine - offset, rod)
-    half_turn = np.sin(0.5 * (angle - folded))
-    half_swing = (radius / length) * half_turn * np.cos(0.5 * (angle + folded))
-    half_swing = half_swing / np.cos(0.5 * (rod_angle - start))
-    travel = 2.0 * (radius * half_turn**2 - length * half_swing**2) / np.cos(start)
-    return np.asarray(np.maximum(travel, 0.0))
+    travel = piston_displacement(angle - np.pi, -radius, length, offset).value
+    return np.asarray(np.maximum(-travel, 0.0))

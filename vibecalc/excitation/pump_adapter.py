@@ -11,7 +11,6 @@ from vibecalc.excitation.pressure_cycle import cylinder_pressure, pump_turn
 from vibecalc.excitation.results import OfPump
 from vibecalc.excitation.stage import USUAL_ORDERS
 from vibecalc.numerics.bounded import Bounded, rounded
-from vibecalc.numerics.rounding import EPSILON
 
 if TYPE_CHECKING:
     from vibecalc.schema import Machine
@@ -60,8 +59,5 @@ def run_pump(scene: Scene) -> None:
 def _torque(machine: "Machine", works: np.ndarray, order: np.ndarray) -> tuple[Bounded, Bounded]:
     """By order, each cylinder turned to its own place; the mean by the same panels."""
     one, mean = gas_harmonics(pump_card(machine), crank_geometry(machine), order)
-    turned = phasor(order, firing_angle(machine))[:, works]
-    count = turned.shape[1]
-    off = count * (one.error + (6.0 + count) * EPSILON * np.abs(one.value))
-    torque = Bounded(one.value * turned.sum(axis=1), off)
-    return torque, Bounded(count * mean.value, count * mean.error)
+    turned = rounded(phasor(order, firing_angle(machine))[:, works], 12)
+    return one * turned.sum(), mean * works.sum()

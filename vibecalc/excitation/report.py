@@ -17,6 +17,7 @@ from vibecalc.core.report.sections import (
     FAINT,
     Section,
     along,
+    having,
     labels,
     scalar_of,
     scalars,
@@ -77,7 +78,8 @@ def _masses_differ(record: Record) -> bool:
 
 
 def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]]:
-    entries_of = [quantity for name in _ENTRIES if (quantity := _entry(record, prefix + name))]
+    found = [having(record, prefix + name, "order", "cylinder") for name in _ENTRIES]
+    entries_of = [quantity for quantity in found if quantity is not None]
     if len(entries_of) != len(_ENTRIES):
         return [], set()
     order_axis, cylinder_axis = entries_of[0].axes
@@ -88,18 +90,11 @@ def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]
     for row, order in enumerate(order_axis.values):
         columns = [Column(f"order {int(order)}", 14), number("angle deg", 11), number("z m")]
         columns += [number(head) for head in _HEADS]
-        cells = []
+        cells, errors = [], [_uncertainty(quantity) for quantity in entries_of]
         for i, name in enumerate(labels(cylinder_axis)):
             entries = [float(quantity.values[row, i]) for quantity in entries_of]
-            errors = [_uncertainty(quantity) for quantity in entries_of]
-            cells.append(
-                [
-                    name,
-                    f"{_angle(entries):.2f}",
-                    show(_position(entries), errors[2] + errors[3]),
-                    *(show(entry, error) for entry, error in zip(entries, errors, strict=True)),
-                ]
-            )
+            place = show(_position(entries), errors[2] + errors[3])
+            cells.append([name, f"{_angle(entries):.2f}", place, *map(show, entries, errors)])
         sums = [
             show(total[0].values[row], _uncertainty(total[0])) if total else "" for total in totals
         ]
@@ -111,11 +106,11 @@ def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]
 
 def _banks(record: Record, prefix: str) -> tuple[list[str], set[str]]:
     """Sums of several banks: along two directions, and turning with the crank and against it."""
-    quantities = [record.quantities.get(f"{prefix}banks/{name}") for name in _BANKS]
-    vectors = [quantity for quantity in quantities[:2] if quantity is not None]
-    circles = [quantity for quantity in quantities[2:] if quantity is not None]
-    if len(vectors) != 2 or len(circles) != 4:
+    paths = [f"{prefix}banks/{name}" for name in _BANKS]
+    if not record.quantities.keys() >= {*paths}:
         return [], set()
+    first, second, *circles = (record[path] for path in paths)
+    vectors = (first, second)
     names = labels(vectors[0].axes[1])
     size = np.max([np.abs(one.values).max(0) for one in vectors], axis=0)
     shown = [place for place in range(len(names)) if size[place] > 0.0]
@@ -131,14 +126,7 @@ def _banks(record: Record, prefix: str) -> tuple[list[str], set[str]]:
             rows.append([str(int(order)), of, *cells])
     title = "Sums over the banks: vectors, each cylinder along its own axis"
     lines = ["", f"  {title}", "", *table(columns, rows), *paragraph(_WORDS_OF_BANKS)]
-    return lines, {quantity.path for quantity in (*vectors, *circles)}
-
-
-def _entry(record: Record, path: str) -> Quantity | None:
-    quantity = record.quantities.get(path)
-    if quantity is None or [axis.name for axis in quantity.axes] != ["order", "cylinder"]:
-        return None
-    return quantity
+    return lines, {*paths}
 
 
 def _uncertainty(quantity: Quantity) -> float:
@@ -186,8 +174,8 @@ def excitation(result: Result) -> Section | None:
 def _excitation_orders(record: Record) -> tuple[list[str], set[str]]:
     rows, silent, shown, left_out = [], [], set(), 0
     for kind in _EXCITATION_KINDS:
-        quantity = record.quantities.get(f"excitation/{kind}")
-        if quantity is None or [axis.name for axis in quantity.axes] != ["order", "direction"]:
+        quantity = having(record, f"excitation/{kind}", "order", "direction")
+        if quantity is None:
             continue
         shown.add(quantity.path)
         orders, directions = (labels(axis) for axis in quantity.axes)
@@ -198,16 +186,9 @@ def _excitation_orders(record: Record) -> tuple[list[str], set[str]]:
                 silent.append(f"{kind} {direction}")
                 continue
             left_out += max(len(acting) - _ROWS, 0)
-            rows += [
-                [
-                    f"{kind} {direction}",
-                    orders[i],
-                    show(abs(column[i]), error),
-                    quantity.unit,
-                    show_phase(complex(column[i]), error),
-                ]
-                for i in acting[:_ROWS]
-            ]
+            for i in acting[:_ROWS]:
+                size, phase = show(abs(column[i]), error), show_phase(complex(column[i]), error)
+                rows.append([f"{kind} {direction}", orders[i], size, quantity.unit, phase])
     if not shown:
         return [], shown
     columns = (

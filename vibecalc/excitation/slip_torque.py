@@ -130,20 +130,16 @@ def _flat_places(rows: FloatArray, width: FloatArray) -> tuple[FloatArray, ...]:
 
 
 def _parabola(nodes: FloatArray, values: FloatArray) -> FloatArray:
-    # the odd branch mirrors the other one, so that the curve stays odd
     middle = len(nodes) // 2
-    step, difference = np.diff(nodes), np.diff(values)
-    slope = difference / step
-    bend = np.zeros(len(step))
-    upper = np.arange(middle, len(step))
-    bend[upper] = (slope[upper] - slope[upper - 1]) / (step[upper] + step[upper - 1])
-    polynomials = np.stack([values[:-1], slope - bend * step, bend], axis=1)
-    for place in range(middle):
-        twin = len(step) - 1 - place
-        a, b, c = polynomials[twin]
-        h = step[twin]
-        polynomials[place] = (-(a + b * h + c * h * h), b + 2.0 * c * h, -c)
-    return polynomials
+    step = np.diff(nodes)
+    slope, width = np.diff(values) / step, step[middle:]
+    bend = (slope[middle:] - slope[middle - 1 : -1]) / (width + step[middle - 1 : -1])
+    begin, rise = values[middle:-1], slope[middle:] - bend * width
+    upper = np.stack([begin, rise, bend], axis=1)
+    # the odd branch mirrors the other one, so that the curve stays odd
+    end = begin + (rise + bend * width) * width
+    lower = np.stack([-end, rise + 2.0 * bend * width, -bend], axis=1)
+    return np.concatenate([lower[::-1], upper])
 
 
 def _monotone(nodes: FloatArray, values: FloatArray) -> FloatArray:

@@ -10,7 +10,6 @@ from vibecalc.core.run.stage import (
     Stage,
     Subject,
     Unit,
-    Work,
     below,
     first_orders,
 )
@@ -36,7 +35,7 @@ def plan_pump(case: "Case") -> Iterator[Stage]:
         quantities=below("excitation/pump/"),
         is_last=True,
         harmonics=_orders_of_pump,
-        work=_work_of_pump,
+        work=lambda case, orders: ((1, "closed_forms"),),
         topics=("vibecalc.excitation.accuracy:pump_topics",),
     )
 
@@ -68,7 +67,7 @@ def plan_excitation(case: "Case") -> Iterator[Stage]:
             *residual,
         ),
         harmonics=orders_of_motion,
-        work=_work_of_forces,
+        work=lambda case, orders: ((orders, "order"),),
         topics=("vibecalc.excitation.accuracy:excitation_topics",),
         leading=Leading(
             frozenset(
@@ -121,10 +120,6 @@ USUAL_ORDERS = 24
 # ----------------------------------------------------------------------------
 
 
-def _work_of_pump(case: "Case", orders: int) -> Work:
-    return ((1, "closed_forms"),)
-
-
 def _orders_of_pump(case: "Case") -> Harmonics:
     """Orders of the torque of a liquid."""
     given = None if case.excitation is None else case.excitation.orders
@@ -136,10 +131,6 @@ def _orders_of_motor(case: "Case") -> Harmonics:
     assert motor is not None
     orders = [order for order in motor.torque.order if order]  # the mean is no harmonic
     return Harmonics(len(orders), min(orders), max(orders), "those of its torque")
-
-
-def _work_of_forces(case: "Case", orders: int) -> Work:
-    return ((orders, "order"),)
 
 
 def _entries(case: "Case", path: str, axis: str) -> Entries | None:

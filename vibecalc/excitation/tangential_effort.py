@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.gas_tables import card_weights
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, distinct
 
@@ -78,16 +79,10 @@ def effort_torque(
         )
     if len(at) > 1:
         at, p = _with_rows(at, p, table.load)
-    value = np.zeros((len(p), np.size(order)), dtype=complex)
-    size = np.zeros(value.shape)
-    column = {one: k for k, one in enumerate(table.order.tolist())}
-    for place, one in enumerate(np.asarray(order, dtype=float).tolist()):
-        if one in column:
-            row = table.pressure[:, column[one]]
-            value[:, place] = np.interp(p, table.load, row.real) + 1j * np.interp(
-                p, table.load, row.imag
-            )
-            size[:, place] = np.interp(p, table.load, np.abs(row))
+    share, orders = card_weights(table.load, p), np.asarray(order, dtype=float)
+    column = np.minimum(np.searchsorted(table.order, orders), len(table.order) - 1)
+    rows = table.pressure[:, column] * (table.order[column] == orders)
+    value, size = share @ rows, share @ np.abs(rows)
     gas, mean = lever * value, p * swept_volume / cycle
     off = 8.0 * EPSILON * (lever * size + _moved(at, gas))
     return GasOverSpeed(

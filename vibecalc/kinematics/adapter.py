@@ -90,16 +90,14 @@ def _series(scene: Scene) -> tuple[PistonMotion, Bounded]:
         "piston motion",
         "hypergeometric coefficients, docs/theory.md; cf. Biezeno and Grammel (1953), ch. XI",
     )
-    return _exact(case, train)
+    return exact_motion(case, train)
 
 
-def exact_motion(case: "Case", train: "CrankTrain", least: int) -> PistonMotion:
-    """Exact harmonics of a crank train, of `least` orders or as many as the tolerance needs."""
-    return _exact(case, train, least)[0]
+def exact_motion(case: "Case", train: "CrankTrain", least: int = 1) -> tuple[PistonMotion, Bounded]:
+    """Exact harmonics of `least` orders or as many as the tolerance needs, and what they lack.
 
-
-def _exact(case: "Case", train: "CrankTrain", least: int = 1) -> tuple[PistonMotion, Bounded]:
-    """Points with the same crank and rod share their motion; all keep equally many orders."""
+    Points with the same crank and rod share their motion; all keep equally many orders.
+    """
     rtol, cylinders = case.accuracy.rtol, len(train.names)
     lengths = (train.crank_radius / train.rod_length, train.wrist_pin_offset / train.crank_radius)
     pairs = np.stack(np.broadcast_arrays(*lengths))

@@ -10,7 +10,6 @@ from vibecalc.core.run.stage import (
     Stage,
     Subject,
     Unit,
-    Work,
     below,
     first_orders,
 )
@@ -40,7 +39,7 @@ def plan_kinematics(case: "Case") -> Iterator[Stage]:
         cost="one pass over the orders" + (", 361 crank angles" if asked else ""),
         quantities=paths,
         harmonics=orders_of_motion,
-        work=_work_of_motion,
+        work=lambda case, orders: ((1, "motion"),),
         topics=("vibecalc.kinematics.accuracy:kinematics_topics",),
         leading=_leading(case),
     )
@@ -80,10 +79,6 @@ def orders_words(case: "Case") -> str:
 # ----------------------------------------------------------------------------
 # Harmonics and counted work of each stage, read from the case: nothing is solved.
 # ----------------------------------------------------------------------------
-
-
-def _work_of_motion(case: "Case", orders: int) -> Work:
-    return ((1, "motion"),)
 
 
 def orders_of_motion(case: "Case") -> Harmonics:

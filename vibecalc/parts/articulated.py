@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import TRAIN
-from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.parts import tables as parts
 from vibecalc.parts.crank_train import reciprocating_mass, rod_share
 from vibecalc.parts.firing import has_gas
@@ -28,7 +28,7 @@ class Slaves(NamedTuple):
     """k slave rods, (k,) each: their cylinders and masters by place, lengths in m, angles in rad.
 
     `knuckle_mass` in kg is what moves with the knuckle pin, `rod_difference` in kg m^2 the moment
-    of inertia of the rod beyond that of its two point masses, with its rounding.
+    of inertia of the rod beyond that of its two point masses.
     """
 
     cylinder: NDArray[np.int64]
@@ -37,8 +37,7 @@ class Slaves(NamedTuple):
     knuckle_angle: Array
     rod_length: Array
     knuckle_mass: Array
-    rod_difference: Array
-    rod_difference_error: Array
+    rod_difference: Bounded
 
 
 def build_slaves(train: parts.CrankTrain) -> Slaves:
@@ -59,23 +58,14 @@ def build_slaves(train: parts.CrankTrain) -> Slaves:
         if angle is None:
             angle = cylinder.bank_angle - train.cylinders[master].bank_angle
         mass = at_crank_pin if given.knuckle_mass is None else given.knuckle_mass
-        beyond = _beyond_points(given, mass)
-        rows.append((place, master, given.knuckle_radius, angle, given.rod_length, mass, *beyond))
-    columns = list(zip(*rows, strict=True))
-    return Slaves(
-        np.array(columns[0], dtype=np.int64),
-        np.array(columns[1], dtype=np.int64),
-        *(np.array(column, dtype=float) for column in columns[2:]),
-    )
-
-
-def _beyond_points(given: "ArticulatedRod", knuckle_mass: float) -> tuple[float, float]:
-    """Moment of inertia beyond that of the masses at both pins in kg m^2, and its rounding."""
-    if given.inertia is None or given.rod_mass is None:
-        return 0.0, 0.0
-    share = knuckle_mass / given.rod_mass
-    points = given.rod_mass * share * (1.0 - share) * given.rod_length**2
-    return given.inertia - points, 8.0 * EPSILON * (given.inertia + abs(points))
+        own, points = given.inertia or 0.0, 0.0  # without a moment it is that of the points
+        if given.inertia is not None and given.rod_mass is not None:
+            points = mass * (1.0 - mass / given.rod_mass) * given.rod_length**2
+        rows.append(
+            (place, master, given.knuckle_radius, angle, given.rod_length, mass, own, points)
+        )
+    *columns, own, points = (np.array(column) for column in zip(*rows, strict=True))
+    return Slaves(*columns, rounded(own, 16) - rounded(points, 16))
 
 
 def steepest_ratio(train: parts.CrankTrain) -> float:

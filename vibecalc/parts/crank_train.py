@@ -157,18 +157,13 @@ def moving(train: CrankTrain, working: Sequence[str] | None, idle: str) -> Crank
 
 def throws(train: CrankTrain) -> list[Row]:
     """The unbalance of every throw that has a rotating mass."""
-    return [
-        (f"throw {name}", mass * train.crank_radius, 1, phase, _on_shaft(place, train.axis))
-        for name, mass, phase, place in _by_cylinder(train)
-    ]
-
-
-def _by_cylinder(train: CrankTrain) -> list[tuple[str, Array, Array, Array]]:
-    """Name, rotating mass, phase and place of every throw with such a mass, each (...)."""
     columns = [train.rotating_mass, train.crank_phase, train.position]
     parts = (np.moveaxis(column, -1, 0) for column in columns)
-    rows = zip(train.names, *parts, strict=True)
-    return [row for row in rows if np.any(row[1])]
+    return [
+        (f"throw {name}", mass * train.crank_radius, 1, phase, _on_shaft(place, train.axis))
+        for name, mass, phase, place in zip(train.names, *parts, strict=True)
+        if np.any(mass)
+    ]
 
 
 def _on_shaft(place: float | Array, axis: Array) -> Array:
@@ -182,17 +177,11 @@ def cancelling_weights(train: CrankTrain, balanced_for: Sequence[str] | None) ->
     They cancel the rotating masses of these throws as they are when their cylinders work, so
     `train` is the whole one.
     """
-    names = balanced_for or ()
+    names = {f"throw {name}": f"weight for {name}" for name in balanced_for or ()}
     return [
-        (
-            f"weight for {name}",
-            mass * train.crank_radius,
-            1,
-            phase + np.pi,
-            _on_shaft(place, train.axis),
-        )
-        for name, mass, phase, place in _by_cylinder(train)
-        if name in names
+        (names[throw], unbalance, ratio, phase + np.pi, place)
+        for throw, unbalance, ratio, phase, place in throws(train)
+        if throw in names
     ]
 
 

@@ -73,19 +73,21 @@ def equilibrium(
     )
     outer = axis[:, :, None] * axis[:, None, :]
 
+    def each(name: str, deflection: FloatArray) -> FloatArray:
+        pairs = zip(laws, deflection.tolist(), strict=True)
+        return np.array([getattr(law, name)(u) for law, u in pairs])
+
     def energy(body: FloatArray) -> tuple[float, float]:
         motion = turn @ body
         stored = 0.5 * np.einsum("ni,nij,nj->n", motion, across, motion)
-        work = [law.work(-float(e @ d)) for law, e, d in zip(laws, axis, motion, strict=True)]
-        terms = np.array([*stored, *work, *(-load * body)])
+        work = each("work", -np.einsum("ni,ni->n", axis, motion))
+        terms = np.concatenate([stored, work, -load * body])
         return float(terms.sum()), float(np.abs(terms).sum())
 
     def state(body: FloatArray) -> tuple[FloatArray, ...]:
         motion = turn @ body
         deflection = -np.einsum("ni,ni->n", axis, motion)
-        pressed = np.array([law.load(float(u)) for law, u in zip(laws, deflection, strict=True)])
-        slope = np.array([law.slope(float(u)) for law, u in zip(laws, deflection, strict=True)])
-        stop = np.array([law.touched(float(u)) for law, u in zip(laws, deflection, strict=True)])
+        pressed, slope, stop = (each(name, deflection) for name in ("load", "slope", "touched"))
         force = np.einsum("nij,nj->ni", across, motion) - pressed[:, None] * axis
         tangent = across + (slope + stop)[:, None, None] * outer
         return motion, deflection, pressed, slope, stop, force, tangent
@@ -141,7 +143,6 @@ def equilibrium(
     error[free] = size @ (np.abs(left) + rounding + load_error[free])
     error += 4.0 * UNIT_ROUNDOFF * np.abs(body)
     _, pressed_in, pressed, slope, stop, _, tangent = found
-    bend = np.array([law.bend(float(u)) for law, u in zip(laws, pressed_in, strict=True)])
     place = Bounded(body, error)
     motion = turn @ place
     deflection = -(motion * axis).sum()
@@ -154,7 +155,7 @@ def equilibrium(
         (across @ motion[..., None])[..., 0] - load[:, None] * axis,
         deflection,
         load,
-        Bounded(slope, bend * deflection.error + 8.0 * UNIT_ROUNDOFF * slope),
+        Bounded(slope, each("bend", pressed_in) * deflection.error + 8.0 * UNIT_ROUNDOFF * slope),
         stop,
         tangent,
     )

@@ -71,7 +71,8 @@ class Spectrum:
         stiff = [self._of(self.factor, place, order, 1.0) for order in orders]
         lossy = [1j * self._of(self.loss_factor, place, order, self.loss) for order in orders]
         lossy[0] = 1.0 + lossy[0]
-        return np.sum([comb(derivative, k) * stiff[k] * lossy[derivative - k] for k in orders], 0)
+        terms = [comb(derivative, k) * stiff[k] * lossy[derivative - k] for k in orders]
+        return np.asarray(np.sum(terms, axis=0))
 
     def _of(
         self, curves: tuple[Level | None, ...], place: FloatArray, derivative: int, usual: Any

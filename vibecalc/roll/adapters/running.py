@@ -412,7 +412,7 @@ def emit_shaking(scene: Scene, solved: MachineTurn, finer: MachineTurn, orders: 
     The peaks are of all orders.
     """
     train = scene.parts.crank_train
-    motion = exact_motion(scene.case, train, orders)
+    motion, _ = exact_motion(scene.case, train, orders)
     driven = train_excitation(train, scene.parts.rotating_masses, motion, scene.case.machine)
     speed, other = (2.0 * np.pi / float(one.turn.period[0]) for one in (solved, finer))
     square, uncertainty = speed**2, abs(speed**2 - other**2)
