@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.described import Group
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Orders, left_out
@@ -18,14 +17,6 @@ from vibecalc.response.resonances import Resonances
 
 if TYPE_CHECKING:
     from vibecalc.isolation.tables import Isolation
-
-#: what speeds other than that of the machine are handed on for
-OF_RUN_UP = tuple(
-    path
-    for path in CATALOGUE
-    if path.startswith(("isolation/", "points/"))
-    and any(word in path for word in ("run_up", "masked", "torque_reaction"))
-)
 
 
 class KeptRows(NamedTuple):
