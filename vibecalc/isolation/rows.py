@@ -133,50 +133,35 @@ def read(
 ) -> Jet:
     """Apply the readout to a motion and its derivatives, as far as they are there.
 
-    The readout may have an axis of speeds of its own, each being that of another machine.
+    The readout may have an axis of speeds of its own, each being that of another machine. With P =
+    f(w) still + w rising at w = n v, and ' for d/dv:
+
+        r = P X,    r' = P' X + P X',    r'' = P'' X + 2 P' X' + P X''
     """
-    *_, rows, components, width = readout.still.shape
-    still, rising = (
-        part.reshape(*part.shape[:-3], rows * components, width).mT
-        for part in (readout.still, readout.rising)
+    still, rising = readout.still[..., None, :, :, :], readout.rising[..., None, :, :, :]
+    frequency, n = rate[..., None, None, None], order[:, None, None, None]
+    value, first, second = (
+        (1.0, 0.0, 0.0) if factors is None else (part[..., None, None] for part in factors)
     )
-    frequency = rate[..., None]
-    n = order[:, None]
+    passing, turn = value * still + frequency * rising, n * (first * still + rising)
 
-    def laid_out(flat: np.ndarray) -> np.ndarray:
-        """(speeds, orders, rows * components) to (speeds, rows, components, orders)."""
-        return flat.swapaxes(1, 2).reshape(len(flat), rows, components, len(order))
+    def applied(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+        """Matrices (..., orders, rows, components, f) to (speeds, rows, components, orders)."""
+        return np.moveaxis((matrix @ vector[..., None, :, None])[..., 0], 1, -1)
 
-    def factor(part: int) -> np.ndarray:
-        assert factors is not None
-        return np.repeat(factors[part], components, axis=-1)
-
-    held, risen = motion.value @ still, motion.value @ rising
-    value = (held if factors is None else factor(0) * held) + frequency * risen
     error = slope = slope_error = curvature = EMPTY
     if motion.slope is not EMPTY:
-        held_slope, risen_slope = motion.slope @ still, motion.slope @ rising
-        bent = motion.curvature @ still
-        slope = held_slope if factors is None else factor(0) * held_slope + n * factor(1) * held
-        slope = slope + frequency * risen_slope + n * risen
+        slope = applied(passing, motion.slope) + applied(turn, motion.value)
+        curvature = applied(passing, motion.curvature) + 2.0 * applied(turn, motion.slope)
         if factors is not None:
-            bent = factor(0) * bent + 2.0 * n * factor(1) * held_slope
-            bent = bent + np.square(n) * factor(2) * held
-        curvature = bent + frequency * (motion.curvature @ rising) + 2.0 * n * risen_slope
-        slope, curvature = laid_out(slope), laid_out(curvature)
+            curvature = curvature + applied(np.square(n) * second * still, motion.value)
     if motion.error is not EMPTY:
-        still_size, rising_size = np.abs(still), np.abs(rising)
-        share = 1.0 if factors is None else np.abs(factor(0))
-        spread = motion.error + readout.uncertainty * np.abs(motion.value)
-        held_spread, risen_spread = spread @ still_size, spread @ rising_size
-        error = laid_out(share * held_spread + frequency * risen_spread)
+        size, spread = np.abs(passing), motion.error + readout.uncertainty * np.abs(motion.value)
+        error = applied(size, spread)
         if motion.slope is not EMPTY:
             steeper = motion.slope_error + readout.uncertainty * np.abs(motion.slope)
-            slope_error = share * (steeper @ still_size) + frequency * (steeper @ rising_size)
-            if factors is not None:
-                slope_error = slope_error + n * np.abs(factor(1)) * held_spread
-            slope_error = laid_out(slope_error + n * risen_spread)
-    return Jet(laid_out(value), error, slope, slope_error, curvature)
+            slope_error = applied(size, steeper) + applied(np.abs(turn), spread)
+    return Jet(applied(passing, motion.value), error, slope, slope_error, curvature)
 
 
 # ----------------------------------------------------------------------------
