@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from isolation_machines import gibson_body, random_body, shows
 
-from vibecalc.isolation.arrays import RunUps, peaks_of, run_ups_of_bodies
+from vibecalc.isolation.arrays import Some, machines_of_bodies, peaks_of
 from vibecalc.isolation.at_mounts import mount_readout
 from vibecalc.isolation.rows import Jet, Readout, body_rows
 from vibecalc.isolation.run_up import run_up_peak
@@ -77,13 +77,13 @@ def drawn(seed: int, count: int) -> Drawn:
     return Drawn(matrices, shapes, readout, orders, load, start, stop)
 
 
-def run_ups(given: Drawn, which: slice | list[int] = slice(None)) -> tuple[RunUps, np.ndarray]:
+def run_ups(given: Drawn, which: slice | list[int] = slice(None)) -> tuple[Some, np.ndarray]:
     matrices = Linear(*(part[which] for part in given.matrices))
     shapes = Modes(*(part[which] for part in given.shapes))
     readout = given.readout.rows(which, slice(None))
     load, kept = given.load[which], len(given.orders)
     none = np.zeros(0, dtype=int)
-    return run_ups_of_bodies(
+    return machines_of_bodies(
         len(load.value), matrices, shapes, readout, given.orders, load, kept, none, 0.0
     )
 

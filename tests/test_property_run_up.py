@@ -17,7 +17,8 @@ from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
 from vibecalc.isolation.at_mounts import mount_readout
 from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows
-from vibecalc.isolation.run_up import RunUp, RunUpPeak, cycle_peaks, run_up, run_up_peak
+from vibecalc.isolation.run_up import RunUp, cycle_peaks, run_up, run_up_peak
+from vibecalc.isolation.run_up_peaks import RunUpPeak
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.matrices import assemble, displacement_at
 from vibecalc.response.modes import modes
@@ -79,8 +80,8 @@ def check(seeds: range, light: float) -> tuple[float, float]:
         assert np.all(np.abs(alone.value - whole.peak.value)[finite] <= allowed), seed
         top = whole.curve.value.max(axis=0)[finite]
         assert np.all(top <= whole.peak.value[finite] + allowed), seed
-        # every speed was computed once
-        assert count[0] < len(whole.speed) + 250
+        # but for climbs, and for orders left out, every speed was computed once
+        assert count[0] < len(whole.speed) + 500
     return tuple(np.mean(counts, axis=0))
 
 
@@ -119,7 +120,7 @@ def test_a_dense_sweep_shows_the_same_in_blocks_of_any_size(
     near = [speed * (1.0 + np.linspace(-0.01, 0.01, 101)) for speed in whole.peak.speed]
     sweep = np.concatenate([np.linspace(start, stop, 3000), *near])
     sweep = sweep[(sweep >= start) & (sweep <= stop)]
-    monkeypatch.setattr("vibecalc.isolation.run_up.MOST_AT_ONCE", 40)
+    monkeypatch.setattr("vibecalc.isolation.run_up_samples.MOST_AT_ONCE", 40)
     top = np.max(cycle_peaks(rows, orders, sweep).value, axis=0)
     assert np.all(top <= highest * (1.0 + 1e-12) + whole.peak.error)
     assert top == pytest.approx(highest, rel=1e-5)

@@ -18,6 +18,12 @@ from vibecalc.schema import Case
 Array = NDArray[np.float64]
 
 
+#: of the distance of mounts from the mass centre, up to which it is one lever
+_ONE_LEVER = 1e-9
+#: of the distance of mounts from the mass centre, below which they stand at one place
+_ONE_PLACE = 1e-12
+
+
 class Arms(NamedTuple):
     """What holds a body in pitch: `position` (..., n) of mounts in m along the crankshaft from the
     mass centre, `stiffness` (..., n) along the stroke. It turns about the axis called `turned`.
@@ -26,6 +32,24 @@ class Arms(NamedTuple):
     position: Array
     stiffness: Array
     turned: str
+
+    def free(self) -> BoolArray:
+        """Whether (...) nothing resists turning."""
+        return np.asarray(~((self.stiffness * np.square(self.position)).sum(axis=-1) > 0.0))
+
+    def tips(self) -> BoolArray:
+        """Whether (...) all mounts that count stand at one place."""
+        counts = self.stiffness > 0.0
+        first = np.min(self.position, axis=-1, where=counts, initial=np.inf)
+        last = np.max(self.position, axis=-1, where=counts, initial=-np.inf)
+        farthest = np.max(np.abs(self.position), axis=-1, where=counts, initial=0.0)
+        return np.asarray(~(last - first > _ONE_PLACE * farthest))
+
+    def has_lever(self) -> BoolArray:
+        """Whether (...) all mounts have one distance from the mass centre."""
+        reach = np.abs(self.position)
+        longest = reach.max(axis=-1)
+        return np.asarray(longest - reach.min(axis=-1) <= _ONE_LEVER * longest)
 
 
 def arms_of(body: body_tables.Body, mounts: body_tables.Mounts, train: parts.CrankTrain) -> Arms:
@@ -89,41 +113,34 @@ def _held(motions: list[str]) -> list[Problem]:
     ]
 
 
-#: of the distance of mounts from the mass centre, up to which it is one lever
-_ONE_LEVER = 1e-9
-#: of the distance of mounts from the mass centre, below which they stand at one place
-_ONE_PLACE = 1e-12
-
-
 def _pitch_held(pitch: Arms) -> list[Problem]:
-    if float(pitch.stiffness @ pitch.position**2) > 0.0:
-        places = pitch.position[pitch.stiffness > 0.0]
-        if np.ptp(places) > _ONE_PLACE * np.abs(places).max():
-            return []
+    if pitch.free():
         return [
             Problem(
                 path=MOUNTS,
-                message="all mounts stand at one position along the crankshaft and the mass "
-                "centre does not: the machine would tip",
-                found=f"{abs(places[0]):.6g} m from the mass centre",
-                allowed="mounts at two positions along the crankshaft or more",
+                message="the mounts leave the body free to pitch",
+                found=f"nothing resists turning about {pitch.turned}",
+                allowed="a stiffness along the stroke, away from the mass centre along the "
+                "crankshaft",
             )
         ]
+    if not pitch.tips():
+        return []
     return [
         Problem(
             path=MOUNTS,
-            message="the mounts leave the body free to pitch",
-            found=f"nothing resists turning about {pitch.turned}",
-            allowed="a stiffness along the stroke, away from the mass centre along the crankshaft",
+            message="all mounts stand at one position along the crankshaft and the mass "
+            "centre does not: the machine would tip",
+            found=f"{np.abs(pitch.position).max(where=pitch.stiffness > 0.0, initial=0.0):.6g} m "
+            "from the mass centre",
+            allowed="mounts at two positions along the crankshaft or more",
         )
     ]
 
 
 def _lever(case: Case, pitch: Arms) -> list[Problem]:
     reach = np.abs(pitch.position)
-    if case.isolation is None or case.isolation.lever is not None:
-        return []
-    if reach.max() - reach.min() <= _ONE_LEVER * reach.max():
+    if case.isolation is None or case.isolation.lever is not None or pitch.has_lever():
         return []
     return [
         Problem(
@@ -148,15 +165,8 @@ def isolation_suspects(case: Case) -> BoolArray | None:
         return _nearly_free(build_mounts(mounts))
     train = case.machine.crank_train
     pitch = arms_of(body, mounts, train)
-    turning = (pitch.stiffness * np.square(pitch.position)).sum(axis=-1)
-    fine = (turning > 0.0) & np.isfinite(turning) & (isolation.up == train.stroke)
-    farthest = np.abs(pitch.position).max(axis=-1)
-    fine = fine & (np.ptp(pitch.position, axis=-1) > 2.0 * _ONE_PLACE * farthest)
-    if isolation.lever is None:
-        reach = np.abs(pitch.position)
-        least, longest = reach.min(axis=-1), reach.max(axis=-1)
-        fine = fine & (longest > 0.0) & (longest - least <= 0.9 * _ONE_LEVER * longest)
-    return np.asarray(~fine)
+    refused = pitch.free() | pitch.tips() | np.array(isolation.up != train.stroke)
+    return refused if isolation.lever is not None else refused | ~pitch.has_lever()
 
 
 #: share of the stiffest direction that a body which is held surely has in each

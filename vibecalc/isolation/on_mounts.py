@@ -11,7 +11,7 @@ from vibecalc.isolation.at_mounts import (
     mount_stiffness,
     passing_force,
 )
-from vibecalc.isolation.rows import CoupleAt, HarmonicsAt, Readout, body_rows, distinct
+from vibecalc.isolation.rows import HarmonicsAt, Readout, body_rows, distinct
 from vibecalc.numerics.bounded import Bounded, reshaped, rounded
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.linear import (
@@ -155,7 +155,7 @@ class OnMounts(MountedBody):
         orders: np.ndarray,
         force: Bounded,
         resonances: Resonances,
-        couple_at: CoupleAt | None = None,
+        couple_at: HarmonicsAt | None = None,
         about: np.ndarray | None = None,
         passed_on: bool = True,
     ) -> HarmonicsAt:

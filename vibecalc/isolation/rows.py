@@ -84,6 +84,8 @@ EMPTY = np.zeros(0)
 class Jet(NamedTuple):
     """Harmonics of the rows at some speeds, each array (speeds, rows, components, orders).
 
+    Or of the motion of a body (speeds, orders, coordinates), or of a couple (speeds, orders).
+
     `slope` and `curvature` are the first and second derivative by crank speed; errors are
     absolute. `turn_error` (speeds, rows, components) is what orders that are left out do to the
     derivative by crank angle. What was not asked for has no size.
@@ -98,19 +100,10 @@ class Jet(NamedTuple):
 
 
 class HarmonicsAt(Protocol):
-    """Harmonics of some rows at crank speeds (speeds,), as much of the jet as is asked for."""
+    """Harmonics of some rows, or of a couple, at crank speeds (speeds,), as much of the jet as is
+    asked for."""
 
     def __call__(self, speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet: ...
-
-
-class BodyMotion(NamedTuple):
-    """Coordinates (speeds, orders, coordinates), derivatives by speed, errors."""
-
-    value: np.ndarray
-    error: np.ndarray
-    slope: np.ndarray
-    slope_error: np.ndarray
-    curvature: np.ndarray
 
 
 class Factors(NamedTuple):
@@ -128,55 +121,40 @@ def read(
     readout: Readout,
     order: np.ndarray,
     rate: np.ndarray,
-    motion: BodyMotion,
+    motion: Jet,
     factors: Factors | None = None,
 ) -> Jet:
     """Apply the readout to a motion and its derivatives, as far as they are there.
 
-    The readout may have an axis of speeds of its own, each being that of another machine.
+    The readout may have an axis of speeds of its own, each being that of another machine. With P =
+    f(w) still + w rising at w = n v, and ' for d/dv:
+
+        r = P X,    r' = P' X + P X',    r'' = P'' X + 2 P' X' + P X''
     """
-    *_, rows, components, width = readout.still.shape
-    still, rising = (
-        part.reshape(*part.shape[:-3], rows * components, width).mT
-        for part in (readout.still, readout.rising)
+    still, rising = readout.still[..., None, :, :, :], readout.rising[..., None, :, :, :]
+    frequency, n = rate[..., None, None, None], order[:, None, None, None]
+    value, first, second = (
+        (1.0, 0.0, 0.0) if factors is None else (part[..., None, None] for part in factors)
     )
-    frequency = rate[..., None]
-    n = order[:, None]
+    passing, turn = value * still + frequency * rising, n * (first * still + rising)
 
-    def laid_out(flat: np.ndarray) -> np.ndarray:
-        """(speeds, orders, rows * components) to (speeds, rows, components, orders)."""
-        return flat.swapaxes(1, 2).reshape(len(flat), rows, components, len(order))
+    def applied(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+        """Matrices (..., orders, rows, components, f) to (speeds, rows, components, orders)."""
+        return np.moveaxis((matrix @ vector[..., None, :, None])[..., 0], 1, -1)
 
-    def factor(part: int) -> np.ndarray:
-        assert factors is not None
-        return np.repeat(factors[part], components, axis=-1)
-
-    held, risen = motion.value @ still, motion.value @ rising
-    value = (held if factors is None else factor(0) * held) + frequency * risen
     error = slope = slope_error = curvature = EMPTY
     if motion.slope is not EMPTY:
-        held_slope, risen_slope = motion.slope @ still, motion.slope @ rising
-        bent = motion.curvature @ still
-        slope = held_slope if factors is None else factor(0) * held_slope + n * factor(1) * held
-        slope = slope + frequency * risen_slope + n * risen
+        slope = applied(passing, motion.slope) + applied(turn, motion.value)
+        curvature = applied(passing, motion.curvature) + 2.0 * applied(turn, motion.slope)
         if factors is not None:
-            bent = factor(0) * bent + 2.0 * n * factor(1) * held_slope
-            bent = bent + np.square(n) * factor(2) * held
-        curvature = bent + frequency * (motion.curvature @ rising) + 2.0 * n * risen_slope
-        slope, curvature = laid_out(slope), laid_out(curvature)
+            curvature = curvature + applied(np.square(n) * second * still, motion.value)
     if motion.error is not EMPTY:
-        still_size, rising_size = np.abs(still), np.abs(rising)
-        share = 1.0 if factors is None else np.abs(factor(0))
-        spread = motion.error + readout.uncertainty * np.abs(motion.value)
-        held_spread, risen_spread = spread @ still_size, spread @ rising_size
-        error = laid_out(share * held_spread + frequency * risen_spread)
+        size, spread = np.abs(passing), motion.error + readout.uncertainty * np.abs(motion.value)
+        error = applied(size, spread)
         if motion.slope is not EMPTY:
             steeper = motion.slope_error + readout.uncertainty * np.abs(motion.slope)
-            slope_error = share * (steeper @ still_size) + frequency * (steeper @ rising_size)
-            if factors is not None:
-                slope_error = slope_error + n * np.abs(factor(1)) * held_spread
-            slope_error = laid_out(slope_error + n * risen_spread)
-    return Jet(laid_out(value), error, slope, slope_error, curvature)
+            slope_error = applied(size, steeper) + applied(np.abs(turn), spread)
+    return Jet(applied(passing, motion.value), error, slope, slope_error, curvature)
 
 
 # ----------------------------------------------------------------------------
@@ -228,29 +206,13 @@ def _sized(dropped: np.ndarray, factor: float | np.ndarray) -> np.ndarray:
 # ----------------------------------------------------------------------------
 
 
-class Couple(NamedTuple):
-    """A couple (speeds, orders) in N m with its error; slope and curvature are by crank speed."""
-
-    value: np.ndarray
-    error: np.ndarray
-    slope: np.ndarray
-    slope_error: np.ndarray
-    curvature: np.ndarray
-
-
-class CoupleAt(Protocol):
-    """A couple at crank speeds (speeds,), as much of it as is asked for."""
-
-    def __call__(self, speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Couple: ...
-
-
 def body_rows(
     matrices: Linear,
     readout: Readout,
     orders: np.ndarray,
     force: Bounded,
     undriven: UndrivenModes | None = None,
-    couple_at: CoupleAt | None = None,
+    couple_at: HarmonicsAt | None = None,
     about: np.ndarray | None = None,
     spectral: SpectralSystem | None = None,
     passed_on: bool = True,
@@ -268,6 +230,7 @@ def body_rows(
     """
     order = np.asarray(orders, dtype=float)
     axis = np.zeros(force.value.shape[-1]) if about is None else about
+    none = Jet(*np.zeros((5, 1, 1)))
     _, rising = law(matrices.stiffness, matrices.structural, matrices.damping)
     mass, rising = matrices.mass[..., None, :, :], rising[..., None, :, :]
 
@@ -276,15 +239,12 @@ def body_rows(
         at_rate = each_order(matrices) if spectral is None else spectral.at(rate)
         system = dynamics_by_order(at_rate, rate, undriven)
         column, n = speed[:, None, None], order[:, None, None]
-        load = column * column * force.value
-        added = None if couple_at is None else couple_at(speed, slopes, errors)
-        if added is not None:
-            load = load + added.value[..., None] * axis
+        added = none if couple_at is None else couple_at(speed, slopes, errors)
+        load = column * column * force.value + added.value[..., None] * axis
         error = slope = slope_error = curvature = EMPTY
         if errors:
             load_error = column * column * force.error + 4.0 * UNIT_ROUNDOFF * np.abs(load)
-            if added is not None:
-                load_error = load_error + added.error[..., None] * np.abs(axis)
+            load_error = load_error + added.error[..., None] * np.abs(axis)
             value, error = response(system, load, load_error)
         else:
             value = _apply(system.inverse, load)
@@ -293,11 +253,8 @@ def body_rows(
             if spectral is not None:
                 turn, bend = turn + spectral.slope(rate, 1), bend + spectral.slope(rate, 2)
             turn, bend = n * turn, np.square(n) * bend
-            load_slope = 2.0 * column * force.value
-            load_bend = 2.0 * force.value
-            if added is not None:
-                load_slope = load_slope + added.slope[..., None] * axis
-                load_bend = load_bend + added.curvature[..., None] * axis
+            load_slope = 2.0 * column * force.value + added.slope[..., None] * axis
+            load_bend = 2.0 * force.value + added.curvature[..., None] * axis
             slope = _apply(system.inverse, load_slope - _apply(turn, value))
             bent = load_bend - _apply(bend, value) - 2.0 * _apply(turn, slope)
             curvature = _apply(system.inverse, bent)
@@ -307,11 +264,10 @@ def body_rows(
                 uncertainty + _apply(system.error, np.abs(slope)) + 2.0 * column * force.error
             )
             uncertainty = uncertainty + 16.0 * UNIT_ROUNDOFF * np.abs(load_slope)
-            if added is not None:
-                uncertainty = uncertainty + added.slope_error[..., None] * np.abs(axis)
+            uncertainty = uncertainty + added.slope_error[..., None] * np.abs(axis)
             slope_error = _apply(np.abs(system.inverse), uncertainty)
             slope_error = slope_error + 16.0 * UNIT_ROUNDOFF * np.abs(slope)
-        motion = BodyMotion(value, error, slope, slope_error, curvature)
+        motion = Jet(value, error, slope, slope_error, curvature)
         factors = None
         if spectral is not None and passed_on:
             factors = Factors(*(spectral.spectrum(rate, derivative) for derivative in range(3)))

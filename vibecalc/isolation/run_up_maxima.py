@@ -1,28 +1,23 @@
 """Every local maximum of a run-up, with the order that makes most of it and the mode next to it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.isolation.rows import HarmonicsAt, Jet
-from vibecalc.isolation.run_up import RunUp
-from vibecalc.isolation.run_up_grid import angle_grid, squares
-from vibecalc.isolation.run_up_peaks import Ground, RunUpPeaks, Starts, climb, jets_of, open_between
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.isolation.rows import HarmonicsAt
+from vibecalc.isolation.run_up import RunUp, machine_of
+from vibecalc.isolation.run_up_peaks import local_maxima, tops_of
+from vibecalc.isolation.run_up_samples import Samples
 from vibecalc.numerics.maxima import top_errors
 from vibecalc.response.resonances import Resonances
 
 # ----------------------------------------------------------------------------
-# A local maximum of the curve lies between the neighbours of a speed whose value is no lower than
-# theirs: the curve has a speed wherever it bends. From each the highest branch over the crank angle
-# is climbed, as for the highest of them all. An envelope has its kinks in valleys, so that a
-# maximum is a smooth point of a branch, the end of the range, or a speed at which a gas table has
-# its own kink.
+# A local maximum of the curve lies next to a speed whose value is no lower than those of its
+# neighbours: the curve has a speed wherever it bends. It is refined as the highest of them all is.
+# A gas table has a kink of its own at the end of a part of the run-up, where a maximum may be.
 # ----------------------------------------------------------------------------
 
-#: candidates climbed at once
-_MOST = 24
 #: a sample is lower than the maximum next to it by no more than the curve's tolerance
 _SAMPLED = 0.97
 #: relative: closer ones are one maximum
@@ -64,144 +59,100 @@ class Maxima(NamedTuple):
     at_end: np.ndarray
 
 
-def local_maxima(parts: Sequence[Range], run: RunUp, share: float) -> Maxima:
+def all_maxima(parts: Sequence[Range], run: RunUp, share: float) -> Maxima:
     """All local maxima of the rows of `run` from `share` of the highest of each row on.
 
     `parts` are those of the run-up, one after the other. Speeds next to an interval that is left
     out are none; the unbounded maximum in it is one for the rows that show its mode.
     """
-    found: list[tuple[float, ...]] = []
-    for row in range(run.curve.value.shape[1]):
-        places = _candidates(run, parts, row, share)
-        rows = [one for place in places for one in _climbed(parts, run, row, place)]
-        top = max((one[1] for one in rows), default=0.0)
-        rows = [one for one in rows if one[1] >= share * top]
-        rows = [_uncertain(run, row, one) for one in rows]
-        rows.sort(key=lambda one: one[3])
-        apart: list[tuple[float, ...]] = []
-        for one in rows:
-            if apart and one[3] - apart[-1][3] <= _ONE * one[3]:
-                apart[-1] = max(apart[-1], one, key=lambda each: each[1])
-            else:
-                apart.append(one)
-        found += sorted([*apart, *_unbounded(run, parts[0], row)], key=lambda one: one[3])
-    columns = np.array(found, dtype=float).reshape(-1, len(Maxima._fields)).T
-    return Maxima(*columns)
-
-
-def _uncertain(run: RunUp, row: int, one: tuple[float, ...]) -> tuple[float, ...]:
-    """The same with the error of its speed where that of the curve moves it on its hill."""
-    _, value, error, speed, speed_error, *others = one
-    top, height = (
-        Bounded(np.array(speed), np.array(speed_error)),
-        Bounded(np.array(value), np.array(error)),
-    )
-    off, _ = top_errors(top, height, run.speed, run.curve[:, row], alone=True)
-    return (row, value, error, speed, off, *others)
-
-
-def _candidates(run: RunUp, parts: Sequence[Range], row: int, share: float) -> list[int]:
-    """Places among the speeds that are no lower than their neighbours and high enough."""
-    value = run.curve.value[:, row]
-    padded = np.concatenate([[-1.0], value, [-1.0]])
-    local = (value > padded[:-2]) & (value >= padded[2:]) & (value > 0.0)
-    masked = run.masked
-    for place in range(len(masked.low)):
-        if parts[0].shows[int(masked.mode[place]) - 1, row]:
-            local &= (run.speed < masked.low[place]) | (run.speed > masked.high[place])
-    top = float(np.max(value, where=local, initial=0.0))
-    return [int(place) for place in np.flatnonzero(local & (value >= _SAMPLED * share * top))]
-
-
-def _climbed(parts: Sequence[Range], run: RunUp, row: int, place: int) -> list[tuple[float, ...]]:
-    """The maximum between the neighbours of a speed; none where a next one is it."""
-    low = float(run.speed[max(place - 1, 0)])
-    high = float(run.speed[min(place + 1, len(run.speed) - 1)])
-    here = float(run.speed[place])
-    best: tuple[float, ...] | None = None
+    high = _high(parts[0], run, share)
+    best: dict[tuple[float, float], _Maximum] = {}
     for part in parts:
-        start, stop = max(low, part.start), min(high, part.stop)
-        if not start < stop:
+        for sample, one in _of_part(part, run, high, (parts[0].start, parts[-1].stop)):
+            key = one.row, sample
+            best[key] = max(best.get(key, one), one, key=lambda each: each.value)
+    ends = np.array([parts[0].start, *(part.stop for part in parts)])
+    found: list[_Maximum] = []
+    for one in sorted(best.values()):
+        # at a sample next to it the curve goes on upwards, unless the range ends or has a kink
+        if not (one.inner or np.any(np.abs(one.speed - ends) <= _ONE * one.speed)):
             continue
-        peaks = _highest(part, row, min(max(here, start), stop), start, stop)
-        if peaks.value[0] > 0.0 and (best is None or peaks.value[0] > best[1]):
-            best = _described(part, peaks, row, parts[0].start, parts[-1].stop)
-    if best is None:
-        return []
-    # at a neighbour the curve goes on upwards, unless the range ends there or has a kink
-    inner = [part.start for part in parts[1:]]
-    ends = [parts[0].start, parts[-1].stop, *inner]
-    inside = low < best[3] < high or any(abs(best[3] - end) <= _ONE * end for end in ends)
-    return [best] if inside else []
+        if found and one.row == found[-1].row and one.speed - found[-1].speed <= _ONE * one.speed:
+            found[-1] = max(found[-1], one, key=lambda each: each.value)
+        else:
+            found.append(one)
+    top = np.zeros(run.curve.shape[1])
+    for one in found:
+        top[int(one.row)] = max(top[int(one.row)], one.value)
+    found = [one for one in found if one.value >= share * top[int(one.row)]]
+    columns = np.array(sorted([*found, *_unbounded(run, parts[0])])).reshape(-1, 12).T[:-1]
+    order = ("row", "speed", "value", "error", "speed_error")
+    return Maxima(**dict(zip((*order, *Maxima._fields[5:]), columns, strict=True)))
 
 
-def _one_row(part: Range, row: int) -> HarmonicsAt:
-    def harmonics_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
-        jet = part.harmonics_at(speed, slopes, errors)
-        return Jet(*(each[:, row : row + 1] if each.size else each for each in jet))
+class _Maximum(NamedTuple):
+    """One of `Maxima`; `inner` where no sample next to it is the highest."""
 
-    return harmonics_at
-
-
-def _highest(part: Range, row: int, here: float, start: float, stop: float) -> RunUpPeaks:
-    """The highest point of one row between two speeds, from all high branches at a third."""
-
-    one_row = _one_row(part, row)
-    order = np.asarray(part.orders, dtype=int)
-    angle = angle_grid(order)
-    height = squares(one_row(np.array([here])).value, order, angle)[0, 0]
-    around = np.maximum(np.roll(height, 1), np.roll(height, -1))
-    high = np.flatnonzero((height >= around) & (height >= 0.8 * height.max()))[:_MOST]
-    reach = max(stop - start, 1e-12 * here)
-    starts = Starts(
-        np.full(len(high), here), angle[high], np.zeros(len(high), int),
-        np.full(len(high), reach),
-    )  # fmt: skip
-    ends = np.array([start]), np.array([stop])
-    peaks, all_ends = climb(Ground(jets_of(one_row), order, *ends), starts, np.zeros(1))
-    return open_between(peaks, [all_ends])
+    row: float
+    speed: float
+    value: float
+    error: float
+    speed_error: float
+    order: float
+    share: float
+    bending: float
+    mode: float
+    ratio: float
+    at_end: float
+    inner: float
 
 
-def _described(
-    part: Range, peaks: RunUpPeaks, row: int, first: float, last: float
-) -> tuple[float, ...]:
-    """A row of `Maxima`."""
-    speed, value = float(peaks.speed[0]), float(peaks.value[0])
-    size = np.linalg.norm(peaks.harmonics[0], axis=0)
-    largest = int(np.argmax(size))
-    order, share = float(part.orders[largest]), float(size[largest] / value)
-    at_end = speed in (first, last)
-    bending = order if at_end else _bending(part, row, speed, float(peaks.angle[0]))
-    mode, ratio = _nearest(part, row, bending * speed)
-    errors = float(peaks.error[0]), float(peaks.speed_error[0])
-    return (
-        row, value, errors[0], speed, errors[1], order, share, bending, mode, ratio, float(at_end)
-    )  # fmt: skip
+def _high(part: Range, run: RunUp, share: float) -> np.ndarray:
+    """Speeds (speeds, rows) of the curve that are no lower than their neighbours, and high."""
+    value, masked = run.curve.value, run.masked
+    high = local_maxima(Samples(np.zeros(len(run.speed), int), run.speed, value)) & (value > 0.0)
+    for low, mode, top in zip(masked.low, masked.mode, masked.high, strict=True):
+        beside = (run.speed >= low) & (run.speed <= top)
+        high &= ~(beside[:, None] & part.shows[int(mode) - 1])
+    most = np.max(value, axis=0, where=high, initial=0.0)
+    return np.asarray(high & (value >= _SAMPLED * share * most))
 
 
-def _bending(part: Range, row: int, speed: float, angle: float) -> float:
-    """The order whose part of the second derivative of the squared length is the most negative."""
-    jet = _one_row(part, row)(np.array([speed]), slopes=True)
-    turn = np.exp(1j * angle * np.asarray(part.orders, dtype=float))
-    length = (jet.value[0, 0] * turn).real.sum(axis=-1)
-    parts = length @ (jet.curvature[0, 0] * turn).real
-    return float(part.orders[int(np.argmin(parts))])
+def _of_part(
+    part: Range, run: RunUp, high: np.ndarray, ends: tuple[float, float]
+) -> Iterator[tuple[float, _Maximum]]:
+    """Maxima in one part, each with the speed of the sample that it is next to."""
+    within = (run.speed >= part.start) & (run.speed <= part.stop)
+    speed, value = run.speed[within], run.curve.value[within]
+    samples = Samples(np.zeros(len(speed), int), speed, value)
+    tops = tops_of(machine_of(*part), samples, high[within], 1, within=True)
+    order, natural = np.asarray(part.orders, dtype=float), part.resonances.frequency
+    # the order whose part of the second derivative of the squared length is the most negative
+    turn = np.exp(1j * tops.angle[:, None] * order)[:, None]
+    length = (tops.jet.value * turn).real.sum(axis=-1)
+    bends = np.einsum("nc,nco->no", length, (tops.jet.curvature * turn).real)
+    sizes = np.linalg.norm(tops.jet.value, axis=1)
+    for i, row in enumerate(tops.row.tolist()):
+        place, height = tops.place[i], tops.height[i]
+        off, _ = top_errors(place, height, run.speed, run.curve[:, row], alone=True)
+        at_end, largest = place.value in ends, int(np.argmax(sizes[i]))
+        bending = order[largest if at_end else int(np.argmin(bends[i]))]
+        # the nearest mode by ratio, of those shown
+        ratio = np.maximum(bending * place.value, _TINY) / np.maximum(natural, _TINY)
+        away = np.where(part.shows[: len(natural), row], np.abs(np.log(ratio)), np.inf)
+        mode = int(np.argmin(away))
+        share = sizes[i, largest] / height.value
+        yield speed[tops.sample[i]], _Maximum(
+            row, *(float(one) for one in (
+                place.value, height.value, height.error, off, order[largest], share, bending,
+                mode + 1, bending * place.value / natural[mode], at_end, tops.inner[i],
+            ))
+        )  # fmt: skip
 
 
-def _nearest(part: Range, row: int, frequency: float) -> tuple[float, float]:
-    """Number of the mode whose frequency is nearest by ratio, of those shown, and the ratio."""
-    natural = part.resonances.frequency
-    away = np.abs(np.log(np.maximum(frequency, _TINY) / np.maximum(natural, _TINY)))
-    away = np.where(part.shows[: len(natural), row], away, np.inf)
-    place = int(np.argmin(away))
-    return float(place + 1), frequency / float(natural[place])
-
-
-def _unbounded(run: RunUp, part: Range, row: int) -> list[tuple[float, ...]]:
+def _unbounded(run: RunUp, part: Range) -> Iterator[_Maximum]:
     masked = run.masked
-    return [
-        (row, np.inf, 0.0, masked.centre[i], masked.centre_error[i], masked.order[i], 1.0,
-         masked.order[i], masked.mode[i], 1.0, 0.0)
-        for i in range(len(masked.low))
-        if part.shows[int(masked.mode[i]) - 1, row]
-    ]  # fmt: skip
+    for i, (place, order, mode) in enumerate(zip(*masked[1::2], masked.mode, strict=True)):
+        for row in np.flatnonzero(part.shows[int(mode) - 1]).tolist():
+            off = masked.centre_error[i]
+            yield _Maximum(row, place, np.inf, 0.0, off, order, 1.0, order, mode, 1.0, 0.0, 1.0)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.isolation.rows import EMPTY, Couple, CoupleAt
+from vibecalc.isolation.rows import EMPTY, HarmonicsAt, Jet
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.response.modes import Modes
@@ -109,25 +109,25 @@ def couple_on_body(torque: Bounded, transfer: Bounded | None = None, share: floa
     return Bounded(value, (uncertainty + given.error * (size + torque.error)).sum(-2))
 
 
-def linear_couple(ends: np.ndarray, low: Bounded, high: Bounded) -> CoupleAt:
+def linear_couple(ends: np.ndarray, low: Bounded, high: Bounded) -> HarmonicsAt:
     """Couple (speeds, m) that is linear in the speed between two `ends`, given there (m,)."""
     span = ends[1] - ends[0]
     slope = (high.value - low.value) / span
     uncertainty = (low.error + high.error) / span
 
-    def couple_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Couple:
+    def couple_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
         share = ((speed - ends[0]) / span)[:, None]
         value = (1.0 - share) * low.value + share * high.value
         empty = np.zeros_like(value)
         error = (1.0 - share) * low.error + share * high.error + 4.0 * EPSILON * np.abs(value)
-        return Couple(value, error, empty + slope, empty.real + uncertainty, empty)
+        return Jet(value, error, empty + slope, empty.real + uncertainty, empty)
 
     return couple_at
 
 
 def couple_by_differences(
     by_speed: Callable[[np.ndarray], Bounded], low: float, high: float
-) -> CoupleAt:
+) -> HarmonicsAt:
     """Couple of any law (speeds,) to (speeds, m) between two speeds, derivatives by differences.
 
     The differences are central, and next to the ends those of the nearest place that has room for
@@ -135,11 +135,11 @@ def couple_by_differences(
     for maxima: what they are off is in the error of the slope.
     """
 
-    def couple_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Couple:
+    def couple_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
         at = np.maximum(speed, SLOWEST)
         value, error = by_speed(at)
         if not slopes:
-            return Couple(value, error, EMPTY, EMPTY, EMPTY)
+            return Jet(value, error, EMPTY, EMPTY, EMPTY)
         step = np.minimum(STEP * at, 0.25 * (high - low))
         middle = np.clip(at, low + 2.0 * step, high - 2.0 * step)
         far_before, before, here, after, far_after = (
@@ -152,7 +152,7 @@ def couple_by_differences(
         uncertainty = np.abs(wider / (4.0 * step) - slope) + (after.error + before.error) / (
             2.0 * step
         )
-        return Couple(value, error, slope + curvature * moved, uncertainty, curvature)
+        return Jet(value, error, slope + curvature * moved, uncertainty, curvature)
 
     return couple_at
 

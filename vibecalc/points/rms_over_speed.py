@@ -10,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.isolation.rows import HarmonicsAt
-from vibecalc.isolation.run_up import RunUp, in_blocks
+from vibecalc.isolation.run_up import RunUp
 from vibecalc.isolation.run_up_peaks import RunUpPeak, over_all
+from vibecalc.isolation.run_up_samples import in_blocks
 from vibecalc.numerics import maxima
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, BoolArray, FloatArray, IntArray

@@ -40,10 +40,10 @@ def run_points_run_up(scene: Scene) -> None:
 
 def band_rows(part: RunUpSection, readings: Readings, band: tuple[float, float]) -> BandRows:
     """Displacements, velocities and accelerations over crank speed, with the band."""
-    setup, of_body = part.setup, part.setup.of_body
-    row = (readings.row @ of_body.motion)[:, None, :]
+    setup = part.setup
+    row = (readings.row @ setup.system.reach)[:, None, :]
     rounding = 8.0 * UNIT_ROUNDOFF
-    kept = of_body.rows(Readout(row.astype(complex), np.zeros(row.shape), rounding))
+    kept = setup.rows_of(Readout(row.astype(complex), np.zeros(row.shape), rounding))
     order = setup.harmonics * setup.step
     rows, beyond = with_rates(kept.rows, order), with_rates(kept.left_out, kept.beyond)
     return BandRows(rows, beyond, order, kept.beyond, kept.factor, band)
@@ -52,7 +52,7 @@ def band_rows(part: RunUpSection, readings: Readings, band: tuple[float, float])
 def passed(part: RunUpSection, readings: Readings, counted: BandRows) -> tuple[RunUp, RunUp]:
     """Peaks over the cycle and r.m.s. values of one part of the run-up."""
     setup = part.setup
-    size = np.abs(readings.row @ setup.of_body.modes).T
+    size = np.abs(readings.row @ setup.system.reach @ setup.system.shapes.shape).T
     shows = np.tile(size > 1e-12 * size.max(), 3)
     peaks = run_up(
         with_left_out(

@@ -4,9 +4,8 @@ from functools import partial
 
 import numpy as np
 
-from vibecalc.core.run.columns import PointsScene
 from vibecalc.core.run.stage import Scene
-from vibecalc.isolation.adapters.common import OF_RUN_UP, isolation_of
+from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads, body_loads, steady_motion
 from vibecalc.isolation.adapters.steady import AtRest, Moved, emit_steady
 from vibecalc.isolation.at_mounts import AtMounts, deflected, require_weight, weight_load
@@ -64,10 +63,6 @@ def run_isolation(scene: Scene) -> None:
             emit_pitch(scene, system, loads, moved)
         if loads.torque is not None and scene.wants(*NEAREST):
             _emit_nearest(scene, system, loads)
-    if isinstance(scene, PointsScene) and scene.wants(*OF_RUN_UP):
-        from vibecalc.isolation.arrays import hand_on
-
-        hand_on(scene, system)
 
 
 def _moved(scene: Scene, system: OnMounts, loads: BodyLoads, load: Bounded) -> Moved:

@@ -10,14 +10,12 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing, few_orders
 from vibecalc.isolation.adapters.common import (
     KeptRows,
-    OfBody,
     RunUpSection,
     RunUpSetup,
     isolation_of,
 )
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.rows import (
-    CoupleAt,
     HarmonicsAt,
     Readout,
     joined_rows,
@@ -141,7 +139,8 @@ def _setup(scene: Scene, orders: _Orders, gas: _Gas | None, low: float, high: fl
         row_of=readout.row_of,
         lever_rows=readout.lever_rows,
         idle=lambda first, last: idle_warnings(resonances, listed, first, last),
-        of_body=OfBody(rows, system.reach, system.reach @ system.shapes.shape),
+        system=system,
+        rows_of=rows,
         travel=None if travel is None else with_left_out(*rows(travel)[:3], beyond / step),
         mean=() if gas is None else tuple(_mean(scene, gas.law, end) for end in (low, high)),
     )
@@ -188,7 +187,7 @@ def _line_frequencies(scene: Scene, speed: float) -> np.ndarray:
     return frequency[frequency > 0.0]
 
 
-def _couple(gas: _Gas, ends: np.ndarray, part: slice | np.ndarray) -> CoupleAt:
+def _couple(gas: _Gas, ends: np.ndarray, part: slice | np.ndarray) -> HarmonicsAt:
     """Couple of the orders `part` that the shaking lacks, as a function of the speed."""
     law, passing = gas
     if passing is None:

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.described import Group
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Orders, left_out
+from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.results import LeverForce, SupportForce
 from vibecalc.isolation.rows import HarmonicsAt, Readout
 from vibecalc.isolation.run_up_peaks import RunUpPeak
@@ -18,14 +18,6 @@ from vibecalc.response.resonances import Resonances
 
 if TYPE_CHECKING:
     from vibecalc.isolation.tables import Isolation
-
-#: what speeds other than that of the machine are handed on for
-OF_RUN_UP = tuple(
-    path
-    for path in CATALOGUE
-    if path.startswith(("isolation/", "points/"))
-    and any(word in path for word in ("run_up", "masked", "torque_reaction"))
-)
 
 
 class KeptRows(NamedTuple):
@@ -40,25 +32,14 @@ class KeptRows(NamedTuple):
     beyond: np.ndarray
 
 
-class OfBody(NamedTuple):
-    """How other readings of the body in its run-up are had.
-
-    `rows` makes those of any readout of its coordinates (f,), of motions. `motion` (6, f) takes
-    these to the motion of the reference point, and `modes` (6, modes) are its motions in the modes.
-    """
-
-    rows: Callable[[Readout], KeptRows]
-    motion: np.ndarray
-    modes: np.ndarray
-
-
 class RunUpSetup(NamedTuple):
     """What the run-up needs of a model: its rows, what it drops in their errors, its resonances.
 
     The orders are the whole numbers `harmonics` times `step`, which is 1/2 where a cycle is two
     turns; the frequencies of `resonances` are divided by it. `row_of` tells which of the rows each
     result reads: of the first `lever_rows` results, which are the couple over the lever, then of
-    the mounts. `travel` has the motion of each mount along its axis, where mounts have stops;
+    the mounts. `rows_of` makes rows of any readout of the coordinates of the `system`, of motions.
+    `travel` has the motion of each mount along its axis, where mounts have stops;
     `mean` the constant couples about the crankshaft at both ends of the range.
     """
 
@@ -70,7 +51,8 @@ class RunUpSetup(NamedTuple):
     row_of: np.ndarray
     lever_rows: int
     idle: Callable[[float, float], tuple[str, ...]]
-    of_body: OfBody
+    system: OnMounts
+    rows_of: Callable[[Readout], KeptRows]
     travel: HarmonicsAt | None = None
     mean: tuple[Bounded, ...] = ()
 

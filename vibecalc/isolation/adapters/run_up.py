@@ -19,7 +19,7 @@ from vibecalc.isolation.at_mounts import deflected
 from vibecalc.isolation.mount_results import OF_RUN_UP
 from vibecalc.isolation.results import LeverForce, Masked, RunUpMaxima, SupportForce
 from vibecalc.isolation.run_up import joined, run_up, run_up_peak
-from vibecalc.isolation.run_up_maxima import Maxima, Range, local_maxima
+from vibecalc.isolation.run_up_maxima import Maxima, Range, all_maxima
 from vibecalc.isolation.run_up_peaks import RunUpPeak, highest_of
 from vibecalc.numerics.bounded import Bounded
 
@@ -51,7 +51,7 @@ def run_run_up(scene: Scene) -> None:
     _emit_peaks(scene, setup, passed.peak)
     share = isolation_of(scene).run_up_maxima
     if share is not None:
-        _emit_maxima(scene, setup, local_maxima([Range(*each) for each in given], passed, share))
+        _emit_maxima(scene, setup, all_maxima([Range(*each) for each in given], passed, share))
     curve = passed.curve[:, setup.row_of].T
     for group, rows, axes in rows_of_results(scene, setup.lever_rows):
         scene.emit_all(group(run_up=curve[rows]), {"speed": passed.speed, **axes})
