@@ -202,7 +202,7 @@ def render_plan(
     for number, stage in enumerate(plan, start=1):
         lines += ["", f"{number}. {stage['stage']}"]
         shown = {**stage, "quantities": _by_folder(stage.get("quantities", ""))}
-        lines += pairs([(name, shown[key]) for key, name in ROWS if shown.get(key)], width=8)
+        lines += pairs([(name, shown[key]) for key, name in ROWS if shown.get(key)])
     counted = [row for row in case.reference if row.kind == "published"]
     counted = [row for row in counted if not row.known_difference]
     lines += [

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.core.report.goals import bound_unit, in_unit
 from vibecalc.core.report.sections import (
     Part,
     Section,
@@ -16,7 +17,6 @@ from vibecalc.core.report.sections import (
     section,
     table_of,
 )
-from vibecalc.core.report.studies import bound_unit, in_unit
 from vibecalc.core.report.writing import Column, number, paragraph, show, table
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.units import convert, parse_quantity

@@ -6,9 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.choices import PICKED, label_of
+from vibecalc.core.report.goals import PICKED, bound_units, label_of
 from vibecalc.core.report.sections import by_size, magnitudes, read_as, table_of
-from vibecalc.core.report.studies import bound_units
 from vibecalc.core.report.verdicts import place_of
 from vibecalc.core.report.writing import decibels, number, read, rpm, show, table
 from vibecalc.core.results.catalogue import HEADLINES, OWNER

@@ -1,7 +1,6 @@
-"""Pictures of a result as files: which there are, how they are written, and those of studies."""
+"""Pictures of a result as files: which there are and how they are written; that of methods."""
 
 import math
-import re
 import struct
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -16,24 +15,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.report.accuracy import TopicView, TrialView, topics_of
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, note, unit_words
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas
 from vibecalc.core.report.curves import Curves, named_curves
 from vibecalc.core.report.defects import failed_parts, survived
-from vibecalc.core.report.fronts import in_words
-from vibecalc.core.report.sections import scalar_of, table_of
-from vibecalc.core.report.studies import VARIABLE, bound_unit, start_of
 from vibecalc.core.report.sweep.view import SweepView, view_of
-from vibecalc.core.report.writing import fold, show
+from vibecalc.core.report.writing import fold
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.layout import is_accuracy
 from vibecalc.core.results.named import named
-from vibecalc.core.results.record import AT_START, Result
-from vibecalc.core.results.select import Side, worst
+from vibecalc.core.results.record import Result
 from vibecalc.core.results.sweep_file import SweepResult, opened
-from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.run.stage import subjects, subjects_of
-from vibecalc.errors import ResultError, UsageError
-from vibecalc.units import convert, parse_quantity
+from vibecalc.errors import UsageError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,10 +39,10 @@ if TYPE_CHECKING:
 #: Pictures of studies; each subject names its own. A picture is a function of the result, or a
 #: `Curves`, which is called like one: `picture(result) -> Figure | None`.
 OF_STUDIES: dict[str, str] = {
-    "pareto": "vibecalc.core.report.fronts:draw_front",
-    "optimisation": "vibecalc.core.report.plots:draw_start_and_optimum",
-    "combinations": "vibecalc.core.report.choices:draw_combinations",
-    "robust": "vibecalc.core.report.robust:draw_robust",
+    "pareto": "vibecalc.core.report.study_pictures:draw_front",
+    "optimisation": "vibecalc.core.report.study_pictures:draw_start_and_optimum",
+    "combinations": "vibecalc.core.report.study_pictures:draw_combinations",
+    "robust": "vibecalc.core.report.study_pictures:draw_robust",
     "fit": "vibecalc.core.report.fit_pictures:draw_fit",
 }
 
@@ -490,144 +483,3 @@ def _span(values: Sequence[float], decades: float) -> tuple[float, float]:
     low, high = math.log10(min(values)) - 0.3, math.log10(max(values)) + 0.3
     more = max(0.5 * (decades - (high - low)), 0.0)
     return 10.0 ** (low - more), 10.0 ** (high + more)
-
-
-# ----------------------------------------------------------------------------
-# Start against optimum: variables inside their bounds, and how much of each limit is used.
-# ----------------------------------------------------------------------------
-
-
-def draw_start_and_optimum(result: Result) -> "Figure | None":
-    """Variables above, limits and objective below; None without variables in the result."""
-    variables = _variables(result)
-    if not variables:
-        return None
-    uses = _uses(result)
-    rows = [len(variables), len(uses)] if uses else [len(variables)]
-    figure = canvas(result, "optimisation: start and optimum", 2.2 + 0.62 * sum(rows))
-    panels = figure.subplots(len(rows), 1, squeeze=False, height_ratios=rows)[:, 0]
-    _draw_variables(panels[0], variables)
-    if uses:
-        _draw_uses(panels[1], uses)
-    return figure
-
-
-#: of the width between its bounds, below which an optimum is written as 0
-_ROUNDING = 1e-9
-_ABOVE: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": 2}
-Variable = tuple[str, str, float, float, float | None, float]
-Use = tuple[str, float | None, float, bool]
-
-
-def _variables(result: Result) -> list[Variable]:
-    given: Any = table_of(result.case, "optimisation").get("variables") or ()
-    found: list[Variable] = []
-    for variable in given:
-        key = str(variable["key"])
-        quantity = result.record.quantities.get(VARIABLE + key)
-        value = scalar_of(result.record, VARIABLE + key)
-        if quantity is None or value is None or "choices" in variable or variable.get("integer"):
-            continue
-        written = bound_unit(variable, quantity.unit)
-        unit = {"m": "mm", "rad": "deg"}.get(written, written)
-        lower, upper = (parse_quantity(variable[end], quantity.unit) for end in ("lower", "upper"))
-        start = start_of(result, key)
-        lower, upper, value = (convert(one, quantity.unit, unit) for one in (lower, upper, value))
-        start = None if start is None else convert(start, quantity.unit, unit)
-        found.append((key, unit, lower, upper, start, value))
-    return found
-
-
-def _key_words(key: str) -> str:
-    """`cylinders[1].crank_phase`, which counts from 0, as cylinder 2: crank phase."""
-    *way, last = key.replace("_", " ").split(".")
-    way = [re.sub(r"s\[(\d+)\]$", lambda place: f" {int(place[1]) + 1}", part) for part in way[-2:]]
-    return ": ".join([*([", ".join(way)] if way else ()), last])
-
-
-def _draw_variables(axes: "Axes", variables: list[Variable]) -> None:
-    names = []
-    for i, (key, unit, lower, upper, start, optimum) in enumerate(variables):
-        names.append(_key_words(key.removeprefix("machine.")))
-        span = 100.0 / (upper - lower)
-        axes.plot([0.0, 100.0], [i, i], color="#cccccc", linewidth=3.0, zorder=1)
-        if start is not None:
-            place = float(np.clip((start - lower) * span, 0.0, 100.0))
-            axes.plot([place], [i], "o", color=QUIET, mfc="white", ms=8, zorder=2, label="start")
-        if abs(optimum) < _ROUNDING * (upper - lower):
-            optimum = 0.0  # as far as a search finds it
-        place = (optimum - lower) * span
-        axes.plot([place], [i], "o", color=COLOURS[0], ms=8, zorder=3, label="optimum")
-        was = "" if start is None else f"{show(start, digits=4)} → "
-        words = f"{was}{show(optimum, digits=4)} {unit_words(unit)[1]}".rstrip()
-        note(axes, words, (50.0, i), (0, 7), ha="center")
-    axes.set_yticks(range(len(names)), names)
-    axes.set_ylim(len(names) - 0.5, -0.7)
-    axes.set_xlim(-2.0, 102.0)
-    axes.set_xlabel("place between lower (0) and upper bound (100) in %")
-    axes.grid(visible=False, axis="y")
-    handles, texts = axes.get_legend_handles_labels()
-    once = dict(zip(texts, handles, strict=True))
-    axes.legend(once.values(), once.keys(), **_ABOVE)
-
-
-def _uses(result: Result) -> list[Use]:
-    """Name, start and optimum in percent of the bound or of the start, whether it is a limit."""
-    uses: list[Use] = []
-    for row in verdicts_of(result):
-        if row.max and not row.element and row.at != "start" and np.isfinite(row.computed):
-            start = _start_value(result, row.quantity, dict(row.where), "max")
-            if start is not None:
-                start = 100.0 * convert(start, result.record[row.quantity].unit, row.unit) / row.max
-            limit = f"max {row.max:g} {unit_words(row.unit)[1]}".rstrip()
-            uses.append(
-                (
-                    f"{in_words(result, row.quantity)}\n{limit}",
-                    start,
-                    100.0 * row.use,
-                    True,
-                )
-            )
-    objective = table_of(result.case, "optimisation", "objective")
-    path, where = str(objective.get("quantity") or ""), dict(objective.get("where") or {})
-    if path in result.record:
-        side: Side = "max" if objective.get("sense", "min") == "min" else "min"
-        start = _start_value(result, path, where, side)
-        if start:
-            end, _ = worst(result.record[path], where, side)
-            uses.append(
-                (f"objective:\n{in_words(result, path)}", 100.0, 100.0 * end / start, False)
-            )
-    return uses
-
-
-def _start_value(result: Result, path: str, where: dict[str, Any], side: Side) -> float | None:
-    quantity = result.record.quantities.get(AT_START + path)
-    if quantity is None:
-        return None
-    try:
-        value, _ = worst(quantity, where, side)
-    except ResultError:
-        return None
-    return value if np.isfinite(value) else None
-
-
-def _draw_uses(axes: "Axes", uses: list[Use]) -> None:
-    place = np.arange(len(uses), dtype=float)
-    starts = [use[1] if use[1] is not None else 0.0 for use in uses]
-    ends = [use[2] for use in uses]
-    axes.barh(place - 0.19, starts, 0.36, color="#c9c9c9", label="start")
-    axes.barh(place + 0.19, ends, 0.36, color=COLOURS[0], label="optimum")
-    for i, (start, end) in enumerate(zip(starts, ends, strict=True)):
-        for shift, value in ((-0.19, start), (0.19, end)):
-            note(axes, f"{value:.1f} %", (value, i + shift), (4, 0), va="center")
-    limited, aimed = any(use[3] for use in uses), not all(use[3] for use in uses)
-    if limited:
-        axes.axvline(100.0, color=LIMIT, linestyle="--", linewidth=1.3)
-    axes.set_yticks(place, [use[0] for use in uses])
-    axes.invert_yaxis()
-    axes.set_xlim(0.0, 1.18 * max([100.0, *starts, *ends]))
-    parts = ["% of the limit"] * limited + ["objective: % of its start"] * aimed
-    axes.set_xlabel("; ".join(parts))
-    axes.grid(visible=False, axis="y")
-    axes.legend(**_ABOVE)

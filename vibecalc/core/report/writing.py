@@ -316,6 +316,11 @@ def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
     return f"{mantissa}e{exponent}"
 
 
+def show_in(value: Any, unit: str, error: float = 0.0, digits: int = DIGITS) -> str:
+    """A number as `show` writes it, with its unit."""
+    return f"{show(value, error, digits)} {unit}".rstrip()
+
+
 def show_error(error: float) -> str:
     """An error estimate with two digits; 0 is `exact`."""
     return "exact" if error == 0.0 else f"{error:.1e}"
