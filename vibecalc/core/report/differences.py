@@ -6,18 +6,11 @@ import re
 from collections.abc import Sequence
 from xml.etree import ElementTree
 
-from vibecalc.core.report.writing import Column, number, table
+from vibecalc.core.report.writing import number, table
 from vibecalc.core.results.compare import ComparedRow, Comparison, FilePair
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, ResultError
 
-_COLUMNS = (
-    Column("quantity", 42),
-    number("reference", 14),
-    number("value", 14),
-    number("off by", 8),
-    number("allowed", 8),
-    number("ratio", 7),
-)
+_COLUMNS = "quantity", *map(number, ("reference", "value", "off by", "allowed", "ratio"))
 
 #: characters that XML 1.0 cannot hold, escaped or not
 _NOT_IN_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -203,21 +196,12 @@ def _short(entry: float | complex | str | None) -> str:
 
 
 def _row_object(row: ComparedRow) -> dict[str, object]:
-    return {
-        "quantity": row.path,
-        "same": row.same,
-        "compare": row.kind,
-        "unit": row.unit,
-        "entry": row.entry,
-        "reference": _json(row.reference),
-        "value": _json(row.value),
-        "difference": _json(row.difference),
-        "allowed": _json(row.allowed),
-        "ratio": row.ratio if math.isfinite(row.ratio) else None,
-        "failed": row.failed,
-        "entries": row.entries,
-        "problems": list(row.problems),
-    }
+    numbers = {name: _json(getattr(row, name))
+               for name in ("reference", "value", "difference", "allowed")}  # fmt: skip
+    told = {name: getattr(row, name) for name in ("same", "unit", "entry", "failed", "entries")}
+    ratio = row.ratio if math.isfinite(row.ratio) else None
+    names = {"quantity": row.path, "compare": row.kind, "problems": list(row.problems)}
+    return names | told | numbers | {"ratio": ratio}
 
 
 def _json(entry: float | complex | str | None) -> object:
