@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.report.accuracy import TopicView, TrialView, topics_of
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, panels_of
 from vibecalc.core.report.curves import Curves, named_curves
 from vibecalc.core.report.defects import failed_parts, survived
 from vibecalc.core.report.sweep.view import SweepView, view_of
@@ -407,11 +407,9 @@ def draw_accuracy(result: Result) -> "Figure | None":
     widest = max(len(topic.methods) for topic in topics)
     legend = 0.0 if widest <= _INSIDE or across == 1 else 0.21 * widest
     figure = canvas(result, "accuracy and time of the methods", 1.2 + (3.6 + legend) * down)
-    panels = figure.subplots(down, across, squeeze=False).ravel()
-    for axes, topic in zip(panels, topics, strict=False):
+    panels = panels_of(figure, len(topics), across)
+    for axes, topic in zip(panels, topics, strict=True):
         _panel(axes, topic, nearby=across == 1)
-    for axes in panels[len(topics) :]:
-        axes.set_visible(False)
     ring, dot = {"mfc": "none", "color": TOTAL, "ls": "none"}, {"color": QUIET, "ls": "none"}
     figure.legend(
         loc="outside lower center", ncols=2,

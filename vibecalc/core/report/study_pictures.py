@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, canvas, note, unit_words
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, canvas, note, panels_of, unit_words
 from vibecalc.core.report.goals import (
     FRONT,
     NAMES,
@@ -114,20 +114,13 @@ def draw_front(result: Result) -> "Figure | None":
     if not goals:
         return None
     pairs = list(combinations(range(len(goals)), 2))
-    if len(pairs) == 1:
-        figure = canvas(result, "front between two objectives", 5.4)
-        panels = np.array([figure.subplots()])
-    else:
-        across = 2 if len(pairs) < 9 else 3
-        down = -(-len(pairs) // across)
-        figure = canvas(result, f"front between {len(goals)} objectives", 3.9 * down + 0.6)
-        panels = figure.subplots(down, across, squeeze=False).ravel()
-    for panel, pair in zip(panels, pairs, strict=False):
+    across = 1 if len(pairs) == 1 else 2 if len(pairs) < 9 else 3
+    count, high = "two" if across == 1 else len(goals), 3.9 * -(-len(pairs) // across) + 0.6
+    figure = canvas(result, f"front between {count} objectives", 5.4 if across == 1 else high)
+    for panel, pair in zip(panels_of(figure, len(pairs), across), pairs, strict=True):
         _draw_pair(result, panel, [goals[one] for one in pair], len(pairs) == 1)
         if [NAMES[one] for one in pair] == list(NAMES[:2]):
             panel.legend(loc="best")
-    for panel in panels[len(pairs) :]:
-        panel.set_visible(False)
     return figure
 
 
