@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from vibecalc.core.report.pages import rerun, warnings
 from vibecalc.core.report.writing import (
+    finite,
     heading,
     number,
     pairs,
@@ -371,7 +372,7 @@ def _topic(topic: TopicView) -> dict[str, Any]:
         "words": words["why"],
         "quantity": words["quantity"] or None,
         "work": words["work"],
-        "reference": {"words": words["reference"], "agreement": _finite(topic.agreement)},
+        "reference": {"words": words["reference"], "agreement": finite(topic.agreement)},
         "trials": [_trial(trial, bool(words["position"])) for trial in topic.trials],
         "methods": [
             {"method": method.name, "shown": method.shown or None, "theory": method.theory or None}
@@ -385,13 +386,13 @@ def _topic(topic: TopicView) -> dict[str, Any]:
             }
             for target in TARGETS
         ],
-        "extra_work": _finite(topic.extra_work),
-        "extra_seconds": _finite(topic.extra_seconds),
+        "extra_work": finite(topic.extra_work),
+        "extra_seconds": finite(topic.extra_seconds),
     }
 
 
 def _trial(trial: TrialView, with_position: bool) -> dict[str, Any]:
-    position = {"position_error": _finite(trial.position)} if with_position else {}
+    position = {"position_error": finite(trial.position)} if with_position else {}
     return position | {
         "method": trial.method,
         "setting": float(trial.setting) if trial.setting else None,
@@ -399,8 +400,8 @@ def _trial(trial: TrialView, with_position: bool) -> dict[str, Any]:
         "cause": trial.cause or None,
         "work": trial.work,
         "seconds": trial.seconds,
-        "worst_relative": _finite(trial.relative),
-        "worst_level": _finite(trial.level),
+        "worst_relative": finite(trial.relative),
+        "worst_level": finite(trial.level),
         "default": trial.is_default,
         "front_in_work": trial.in_work,
         "front_in_seconds": trial.in_seconds,
@@ -410,7 +411,3 @@ def _trial(trial: TrialView, with_position: bool) -> dict[str, Any]:
 def _place(topic: TopicView, trial: TrialView | None) -> int | None:
     """Place in the list of levels."""
     return None if trial is None else topic.trials.index(trial)
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from vibecalc.core.report.writing import pairs, paragraph
+from vibecalc.core.report.writing import many, pairs, paragraph
 from vibecalc.core.run.plan import (
     FURTHER_RUN,
     LIBRARIES,
@@ -208,14 +208,10 @@ def render_plan(
     lines += [
         "",
         str(total["text"]),
-        f"{_count(len(case.reference), 'reference')}, {len(counted)} of them counted; "
-        f"{_count(len(case.limit), 'limit')} in [[limit]]",
+        f"{many(len(case.reference), 'reference')}, {len(counted)} of them counted; "
+        f"{many(len(case.limit), 'limit')} in [[limit]]",
     ]
     return "\n".join(lines)
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 def _by_folder(quantities: str) -> str:

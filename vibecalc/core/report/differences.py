@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from xml.etree import ElementTree
 
-from vibecalc.core.report.writing import number, table
+from vibecalc.core.report.writing import many, number, table
 from vibecalc.core.results.compare import ComparedRow, Comparison, FilePair
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, ResultError
 
@@ -33,7 +33,7 @@ def render_differences(comparison: Comparison, count: int = 10) -> str:
     for row in shown:
         lines += [f"  {row.path}: {problem}" for problem in row.problems]
     if len(differing) > len(shown):
-        more = _count(len(differing) - len(shown), "quantity differs", "quantities differ")
+        more = many(len(differing) - len(shown), "quantity differs", "quantities differ")
         lines.append(f"  ... and {more}")
     if lines and lines[-1]:
         lines.append("")
@@ -48,8 +48,8 @@ def render_differences(comparison: Comparison, count: int = 10) -> str:
         named = ", ".join(comparison.ignored[:3])
         further = len(comparison.ignored) - 3
         lines += [f"Not compared: {named}{f' and {further} more' if further > 0 else ''}", ""]
-    compared = f"{_count(len(comparison.rows), 'quantity', 'quantities')} compared"
-    verdict = _count(len(differing), "differs", "differ") if differing else "all the same"
+    compared = f"{many(len(comparison.rows), 'quantity', 'quantities')} compared"
+    verdict = many(len(differing), "differs", "differ") if differing else "all the same"
     return "\n".join([*lines, f"{compared}, {verdict}."]) + "\n"
 
 
@@ -68,7 +68,7 @@ def render_files(pairs: Sequence[FilePair], by_name: bool) -> str:
         unusable = sum(pair.comparison is None for pair in pairs)
         same = len(pairs) - differ - unusable
         texts.append(f"{same} of {len(pairs)} files the same")
-        texts[-1] += f", {_count(differ, 'differs', 'differ')}" if differ else ""
+        texts[-1] += f", {many(differ, 'differs', 'differ')}" if differ else ""
         texts[-1] += f", {unusable} not compared" if unusable else ""
         texts[-1] += ".\n"
     return "".join(texts)
@@ -149,10 +149,6 @@ def _test_case(suite: ElementTree.Element, path: str) -> ElementTree.Element:
     folder, _, name = path.rpartition("/")
     place = _xml(folder.replace("/", ".")) or "vibecalc"
     return ElementTree.SubElement(suite, "testcase", {"classname": place, "name": _xml(name)})
-
-
-def _count(number_of: int, one: str, many: str) -> str:
-    return f"{number_of} {one if number_of == 1 else many}"
 
 
 def _cells(row: ComparedRow) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from vibecalc.core.report.verdicts import (
     place_of,
 )
 from vibecalc.core.report.writing import (
+    many,
     number,
     pairs,
     paragraph,
@@ -121,19 +122,19 @@ def brief(rows: Sequence[ReferenceRow]) -> list[str]:
     sources = Counter(_source(row) for row in rows if row.verdict == WITHIN)
     named = ", ".join(f"{source} ({count})" for source, count in sources.most_common(_MOST_SOURCES))
     further = len(sources) - _MOST_SOURCES
-    named += f" and {_many(further, 'more source')}" if further > 0 else ""
+    named += f" and {many(further, 'more source')}" if further > 0 else ""
     lines = paragraph(f"match: {named}") if named else []
     known: dict[str, list[ReferenceRow]] = {}
     for row in (row for row in rows if row.verdict == KNOWN):
         known.setdefault(_note(row), []).append(row)
     for reason, (row, *others) in [*known.items()][:_MOST_REASONS]:
-        more = f" (the same for {_many(len(others), 'more number')})" if others else ""
+        more = f" (the same for {many(len(others), 'more number')})" if others else ""
         lines += paragraph(f"{_compared(row, 'printed')}: {reason}{more}", "-")
     measured = [row for row in rows if row.verdict == MEASURED]
     for row in measured[:_MOST_REASONS]:
         lines += paragraph(_compared(row, MEASURED), "-")
     left = ((len(known), "more reason"), (len(measured), "more measured number"))
-    hidden = [_many(n - _MOST_REASONS, noun) for n, noun in left if n > _MOST_REASONS]
+    hidden = [many(n - _MOST_REASONS, noun) for n, noun in left if n > _MOST_REASONS]
     words = f"and {' and '.join(hidden)}; `vibecalc report --full` shows all"
     return lines + (paragraph(words) if hidden else [])
 
@@ -192,7 +193,7 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) ->
     if limits:
         kept = sum(bool(row.kept) for row in limits)
         verb = "is" if 1 in (kept, len(limits)) else "are"
-        clause = f"{kept} of {_many(len(limits), 'limit')} {verb} kept"
+        clause = f"{kept} of {many(len(limits), 'limit')} {verb} kept"
         barred = sum(row.state == BARRED for row in limits)
         clause += f", {barred} of them by barring a speed range" if barred else ""
         broken = sorted((row for row in limits if row.state == BROKEN), key=lambda r: r.satisfied)
@@ -213,11 +214,11 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) ->
     if counted:
         good = sum(bool(row.within) for row in counted)
         verb = "matches" if good == 1 else "match"
-        clauses.append(f"{good} of {_many(len(counted), 'counted reference number')} {verb}")
+        clauses.append(f"{good} of {many(len(counted), 'counted reference number')} {verb}")
     known = sum(row.verdict == KNOWN for row in references)
     measured = sum(row.verdict == MEASURED for row in references)
     if known:
-        what = str(known) if counted else _many(known, "reference number")
+        what = str(known) if counted else many(known, "reference number")
         clauses.append(f"{what} {'differs' if known == 1 else 'differ'} for a known reason")
     if measured:
         clauses.append(f"{measured} measured {'is' if measured == 1 else 'are'} for comparison")
@@ -242,10 +243,6 @@ def _spoken(row: Verdict) -> str:
         return ", ".join(filter(None, (row.element, row.limit, row.condition, at)))
     where = f" at {place_of(row)}" if place_of(row) else ""
     return read_as(row.quantity, row.unit)[0] + where
-
-
-def _many(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def _picks(where: Mapping[str, object]) -> str:

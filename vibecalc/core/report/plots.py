@@ -422,34 +422,35 @@ def draw_accuracy(result: Result) -> "Figure | None":
 
 
 def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
-    done = [trial for trial in topic.trials if trial.done and trial.seconds]
-    errors = [_height(trial) for trial in done if trial.relative > 0.0] or [1.0]
-    low, top = _span(errors, 2.0)
+    timed = [trial for trial in topic.trials if trial.seconds]
+    done = [trial for trial in timed if trial.done]
+    low, top = _span([_height(one) for one in done if one.relative > 0.0] or [1.0], 2.0)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_xlim(*_span([_across(trial) for trial in topic.trials if trial.seconds] or [1.0], 1.0))
+    axes.set_xlim(*_span([trial.seconds or 0.0 for trial in timed] or [1.0], 1.0))
     axes.set_ylim(low, top)
     axes.minorticks_off()
+
+    def dots(trials: Iterable[TrialView], height: float | None = None, **style: Any) -> None:
+        """Each at its error, or all at one height."""
+        points = [
+            (one.seconds or 0.0, _height(one) if height is None else height) for one in trials
+        ]
+        axes.plot(*zip(*points, strict=True) if points else ([], []), **style)
+
     for place, method in enumerate(topic.methods):
         colour, marker = _MANY[place % len(_MANY)], _MARKERS[place % len(_MARKERS)]
-        line = "-" if place < len(COLOURS) else "--"
-        trials = [trial for trial in topic.of(method.name) if trial.seconds]
-        measured = [trial for trial in trials if trial.done]
-        front = [trial for trial in measured if trial.in_seconds]
-        failed = [trial for trial in trials if not trial.done]
+        own = [trial for trial in timed if trial.method == method.name]
+        measured = [trial for trial in own if trial.done]
         style: dict[str, Any] = {"color": colour, "marker": marker, "ms": 5}
-        _dots(
-            axes, measured, linestyle=line, linewidth=1.2, mfc="white", label=method.name, **style
-        )
-        _dots(axes, front, linestyle="none", **style)
-        exact = [_across(trial) for trial in measured if trial.relative == 0.0]
-        if exact:
-            axes.plot(exact, [low] * len(exact), "v", color=colour, ms=6, clip_on=False)
-        if failed:
-            edge = [_across(trial) for trial in failed]
-            axes.plot(edge, [top] * len(edge), "x", color=colour, ms=7, clip_on=False)
-    defaults = [trial for trial in done if trial.is_default]
-    _dots(axes, defaults, linestyle="none", marker="o", color=TOTAL, mfc="none", ms=12, mew=1.4)
+        line = "-" if place < len(COLOURS) else "--"
+        dots(measured, ls=line, lw=1.2, mfc="white", label=method.name, **style)
+        dots((one for one in measured if one.in_seconds), ls="none", **style)
+        alone = {"color": colour, "clip_on": False, "ls": "none"}
+        dots((one for one in measured if one.relative == 0.0), low, marker="v", ms=6, **alone)
+        dots((one for one in own if not one.done), top, marker="x", ms=7, **alone)
+    ring = {"ls": "none", "marker": "o", "color": TOTAL, "mfc": "none", "ms": 12, "mew": 1.4}
+    dots((trial for trial in done if trial.is_default), **ring)
     if topic.agreement > low:
         axes.axhline(topic.agreement, color=LIMIT, linestyle=":", linewidth=1.0)
     axes.set_title("\n".join(fold(f"{topic.words['stage']}: {topic.words['name']}", 44)))
@@ -461,14 +462,6 @@ def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
         axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
     else:
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
-
-
-def _dots(axes: "Axes", trials: Sequence[TrialView], **style: Any) -> None:
-    axes.plot([_across(trial) for trial in trials], [_height(trial) for trial in trials], **style)
-
-
-def _across(trial: TrialView) -> float:
-    return trial.seconds or 0.0
 
 
 def _height(trial: TrialView) -> float:

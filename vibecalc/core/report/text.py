@@ -1,6 +1,5 @@
 """The report of a result: as text, and as the object that `--json` prints."""
 
-import math
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -25,7 +24,16 @@ from vibecalc.core.report.verdicts import (
     judge_references,
     misses,
 )
-from vibecalc.core.report.writing import heading, pairs, paragraph, rpm, show, text_of, titled
+from vibecalc.core.report.writing import (
+    finite,
+    heading,
+    pairs,
+    paragraph,
+    rpm,
+    show,
+    text_of,
+    titled,
+)
 from vibecalc.core.results.catalogue import HEADLINES
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Quantity, Record, Result, Verdict
@@ -209,7 +217,7 @@ def _parts(row: Any, names: str, **others: str) -> dict[str, Any]:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, float):
-        return _finite(value)
+        return finite(value)
     return dict(value) if isinstance(value, Mapping) else value
 
 
@@ -230,14 +238,14 @@ def _number(quantity: Quantity) -> dict[str, Any]:
     if value.dtype.kind in "biu":
         shown = int(value)
     else:
-        shown = _finite(float(value)) if value.dtype.kind == "f" else str(value)
+        shown = finite(float(value)) if value.dtype.kind == "f" else str(value)
     known = not isinstance(shown, int | float)
     if not known and quantity.estimate.is_zero(float(value)):
         shown = 0.0 if isinstance(shown, float) else shown
     return {
         "value": shown,
         "unit": quantity.unit,
-        "error": _finite(quantity.error_estimate),
+        "error": finite(quantity.error_estimate),
         "resolved": known or not quantity.estimate.unresolved(float(value)),
     }
 
@@ -257,7 +265,7 @@ def _array(quantity: Quantity) -> dict[str, Any]:
     return {
         **{name: _list(part) for name, part in parts.items()},
         "unit": quantity.unit,
-        "error": _finite(quantity.error_estimate),
+        "error": finite(quantity.error_estimate),
         "axes": [
             {"name": axis.name, "unit": axis.unit, "values": _list(axis.values)}
             for axis in quantity.axes
@@ -274,7 +282,3 @@ def _list(values: np.ndarray) -> list[Any]:
     elif values.dtype.kind not in "biuf":
         values = np.vectorize(str, otypes=[object])(values) if values.size else values
     return list(values.tolist())
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -166,9 +166,8 @@ def table(
     body, below = ([[row[i] for i in places] for row in part] for part in whole)
     cells = [[row[i] for row in body + below] for i in range(len(heads))]
     lines: list[str] = []
-    for group in _groups(heads, cells, width - len(INDENT)):
+    for group, wide in _groups(heads, cells, width - len(INDENT)):
         chosen = [heads[i] for i in group]
-        wide = _widths(chosen, [cells[i] for i in group], width - len(INDENT))
         rule = (INDENT + _GAP.join("-" * one for one in wide)).rstrip()
         lines += [""] * bool(lines) + _row([one.title for one in chosen], chosen, wide) + [rule]
         for part in (body, below):
@@ -183,19 +182,6 @@ def _column(head: Column | str, cells: Sequence[str]) -> Column:
     if isinstance(head, Column):
         return head
     return Column(head, right=bool(cells) and all(_NUMERIC.fullmatch(one.strip()) for one in cells))
-
-
-def _widths(heads: Sequence[Column], cells: Sequence[Sequence[str]], room: int) -> list[int]:
-    """As wide as cells and titles in two lines; the widest less where there is no room for that."""
-    wide = [max(_title_width(one.title), *map(_longest, each), 1)
-            for one, each in zip(heads, cells, strict=True)]  # fmt: skip
-    over = sum(wide) + len(_GAP) * (len(wide) - 1) - room
-    least = [_least(*one) for one in zip(heads, cells, strict=True)] if over > 0 else wide
-    while over > 0 and wide != least:
-        most = max((i for i in range(len(wide)) if wide[i] > least[i]), key=lambda i: wide[i])
-        wide[most] -= 1
-        over -= 1
-    return wide
 
 
 def _longest(text: str) -> int:
@@ -219,15 +205,34 @@ def _least(head: Column, cells: Sequence[str]) -> int:
     return least
 
 
-def _groups(heads: Sequence[Column], cells: Sequence[Sequence[str]], room: int) -> list[list[int]]:
-    """Places of columns, the first one and as many others as there is room for at a time."""
-    least = [_least(*one) + len(_GAP) for one in zip(heads, cells, strict=True)]
+def _groups(
+    heads: Sequence[Column], cells: Sequence[Sequence[str]], room: int
+) -> list[tuple[list[int], list[int]]]:
+    """Places of columns that stand beside each other, with their widths.
+
+    As wide as cells and titles in two lines; the widest less where there is no room for that. The
+    first one and as many others as there is room for stand together.
+    """
+    both = list(zip(heads, cells, strict=True))
+    wide = [max(1, _title_width(one.title), *map(_longest, each)) for one, each in both]
+    if sum(wide) + len(_GAP) * (len(wide) - 1) <= room:
+        return [([*range(len(wide))], wide)]
+    least = [_least(*one) for one in both]
+    wide = [max(*pair) for pair in zip(wide, least, strict=True)]
     groups: list[list[int]] = [[0]]
-    for place in range(1, len(heads)):
-        if len(groups[-1]) > 1 and sum(least[i] for i in (*groups[-1], place)) > room + len(_GAP):
+    for i in range(1, len(wide)):
+        if len(groups[-1]) > 1 and sum(least[j] + len(_GAP) for j in groups[-1]) + least[i] > room:
             groups.append([0])
-        groups[-1].append(place)
-    return groups
+        groups[-1].append(i)
+    found = []
+    for group in groups:
+        set_, over = {i: wide[i] for i in group}, -len(_GAP) - room
+        over += sum(set_.values()) + len(_GAP) * len(group)
+        while over > 0 and (able := [i for i in group if set_[i] > least[i]]):
+            set_[max(able, key=set_.__getitem__)] -= 1
+            over -= 1
+        found.append((group, [*set_.values()]))
+    return found
 
 
 def _row(cells: Sequence[str], columns: Sequence[Column], wide: Sequence[int]) -> list[str]:
@@ -319,6 +324,16 @@ def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
 def show_in(value: Any, unit: str, error: float = 0.0, digits: int = DIGITS) -> str:
     """A number as `show` writes it, with its unit."""
     return f"{show(value, error, digits)} {unit}".rstrip()
+
+
+def many(count: int, noun: str, plural: str = "") -> str:
+    """`1 point`, `2 points`."""
+    return f"{count} {noun if count == 1 else plural or f'{noun}s'}"
+
+
+def finite(value: float) -> float | None:
+    """A number as JSON has a word for it; None for what is not finite."""
+    return value if math.isfinite(value) else None
 
 
 def show_error(error: float) -> str:

@@ -10,7 +10,7 @@ from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, length_scale, pla
 from vibecalc.core.report.sweep.limits import Limit, best, case_values, judge, nearest
 from vibecalc.core.report.sweep.statistics import Worst, numeric, worst
 from vibecalc.core.report.sweep.view import Cause, GridAxis, SweepView, causes
-from vibecalc.core.report.writing import fold, is_speed, show
+from vibecalc.core.report.writing import fold, is_speed, many, show
 from vibecalc.units import convert
 
 if TYPE_CHECKING:
@@ -272,7 +272,7 @@ def failure_marks(sweep: SweepView, points: np.ndarray) -> list[Mark]:
     marks = [_mark(place, cause, inside) for place, (cause, inside) in enumerate(found[:named])]
     if len(found) > named:
         rest = np.concatenate([inside for _, inside in found[named:]])
-        words = f"{_many(rest.size)} of {len(found) - named} other causes"
+        words = f"{many(rest.size, 'point')} of {len(found) - named} other causes"
         marks.append(Mark(rest, *_MARKS[2], words))
     return marks
 
@@ -323,9 +323,5 @@ def hatch_style() -> dict[str, Any]:
 
 
 def _mark(place: int, cause: Cause, inside: np.ndarray) -> Mark:
-    words = f"{_many(inside.size)}: {cause.title}"
+    words = f"{many(inside.size, 'point')}: {cause.title}"
     return Mark(inside, *_MARKS[place], textwrap.shorten(words, _WORDS, placeholder=" ..."))
-
-
-def _many(count: int) -> str:
-    return "1 point" if count == 1 else f"{count} points"

@@ -19,6 +19,7 @@ from vibecalc.core.report.sweep.view import (
 )
 from vibecalc.core.report.writing import (
     heading,
+    many,
     number,
     pairs,
     paragraph,
@@ -79,9 +80,9 @@ def render_forecast(
     sizes = " x ".join(str(size) for size in design.shape)
     shape = f", a grid of {sizes}" if design.sampling == "grid" else f", {design.sampling} sampling"
     were = "was" if forecast.tried == 1 else "were"
-    tried = f"from {_count(forecast.tried, 'point')} that {were} tried"
+    tried = f"from {many(forecast.tried, 'point')} that {were} tried"
     size = f"{strategy.chunk_size} points each" if chunks > 1 else "all points"
-    processes = _count(forecast.jobs, "process", "es")
+    processes = many(forecast.jobs, "process", "processes")
     rows = [
         ("points", f"{design.count}{shape}"),
         ("strategy", f"{strategy.kind}: {strategy.reason}"),
@@ -142,7 +143,7 @@ def failure_words(sweep: SweepView, most: int = 5) -> list[str]:
     """One line for each of the most frequent causes of failure, for stderr."""
     found = causes(sweep)
     lines = [
-        f"  {_count(cause.points.size, 'point')}: {cause.title}; as at "
+        f"  {many(cause.points.size, 'point')}: {cause.title}; as at "
         + " ".join(example(sweep, int(cause.points[0]), 10_000).split())
         for cause in found[:most]
     ]
@@ -171,10 +172,6 @@ def _bytes(size: int) -> str:
         if size >= 10**power:
             return f"{size / 10**power:.3g} {name}"
     return f"{size} bytes"
-
-
-def _count(number: int, what: str, plural: str = "s") -> str:
-    return f"{number} {what}" if number == 1 else f"{number} {what}{plural}"
 
 
 def missing_words(missing: Sequence[tuple[int, int]], most: int = 4) -> str:
