@@ -54,7 +54,7 @@ SWEEP_PICTURES: dict[str, str] = {
 }
 
 #: The one picture of a measurement of methods, which bears the name of its file alone.
-_OF_METHODS = ("accuracy",)
+OF_METHODS = {"accuracy": "vibecalc.core.report.plots:draw_accuracy"}
 
 #: A font that matplotlib brings along, so that the same result gives the same picture anywhere.
 STYLE: dict[str, Any] = {
@@ -183,11 +183,9 @@ def _figures(of: Source, look: Look) -> tuple[Iterable[str], list[tuple[str, "Fi
     """Names of the pictures that a file or result may have, and those that it has of them."""
     with opened(of) as found:
         if isinstance(found, SweepResult):
-            return SWEEP_PICTURES, list(_made(SWEEP_PICTURES, view_of(found), make_sweep, look))
-        if is_accuracy(found):
-            return _OF_METHODS, list(_made(_OF_METHODS, found, _make_methods, look))
-        names = pictures_of(found)
-        return names, list(_made(names, found, make, look))
+            return SWEEP_PICTURES, list(_made(SWEEP_PICTURES, view_of(found), look))
+        names = OF_METHODS if is_accuracy(found) else pictures_of(found)
+        return names, list(_made(names, found, look))
 
 
 def vector_pictures(of: Source) -> Iterator[tuple[str, bytes]]:
@@ -216,19 +214,13 @@ def as_vector(figure: "Figure") -> tuple[str, bytes]:
         return title, _by_matplotlib(figure, "svg", _RESOLUTION)
 
 
-def _make_methods(result: Result, _name: str) -> "Figure | None":
-    return draw_accuracy(result)
-
-
-def _made(
-    names: Iterable[str], of: Any, maker: Callable[[Any, str], "Figure | None"], look: Look
-) -> Iterator[tuple[str, "Figure"]]:
+def _made(names: Iterable[str], of: Any, look: Look) -> Iterator[tuple[str, "Figure"]]:
     matplotlib = _matplotlib()
     for name in names:
         if look.only and name not in look.only:
             continue
         with matplotlib.rc_context(STYLE):
-            figure = survived(f"the picture {name}", partial(maker, of, name))
+            figure = survived(f"the picture {name}", partial(make, of, name))
         if figure is not None:
             yield name, figure
 
@@ -284,7 +276,7 @@ def _file_name(stem: str, name: str, names: Iterable[str]) -> str:
 
     A name keeps the words that the stem has if another would lose its difference to it.
     """
-    if name in _OF_METHODS:
+    if name in OF_METHODS:
         return stem
 
     def short(one: str) -> str:
@@ -356,17 +348,11 @@ def pictures_of(result: Result) -> dict[str, str | Curves]:
     return found | {name: one for name, one in named_curves().items() if name in there} | OF_STUDIES
 
 
-def make(result: Result, name: str) -> "Figure | None":
-    """One figure by its name in `every_picture`, None if the result lacks the numbers for it."""
-    picture = every_picture()[name]
-    drawn: Figure | None = (named(picture) if isinstance(picture, str) else picture)(result)
+def make(of: Result | SweepView, name: str) -> "Figure | None":
+    """One figure of a result or a sweep by its name, None if it lacks the numbers for it."""
+    picture = (every_picture() | SWEEP_PICTURES | OF_METHODS)[name]
+    drawn: Figure | None = (named(picture) if isinstance(picture, str) else picture)(of)
     return drawn
-
-
-def make_sweep(sweep: SweepView, name: str) -> "Figure | None":
-    """One figure of a sweep by its name in `SWEEP_PICTURES`, None if it does not suit the sweep."""
-    picture: Callable[[SweepView], Figure | None] = named(SWEEP_PICTURES[name])
-    return picture(sweep)
 
 
 def _matplotlib() -> Any:

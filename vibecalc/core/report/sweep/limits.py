@@ -60,18 +60,12 @@ def judge(sweep: SweepView) -> tuple[list[Limit], list[str]]:
 
 def keeping_all(sweep: SweepView, limits: Sequence[Limit]) -> np.ndarray:
     """Which points are computed and keep every limit, (points,)."""
-    kept = sweep.done.copy()
-    for limit in limits:
-        kept &= limit.kept
-    return kept
+    return np.logical_and.reduce([sweep.done, *(limit.kept for limit in limits)])
 
 
 def breaking_any(sweep: SweepView, limits: Sequence[Limit]) -> np.ndarray:
     """Which points are computed and break a limit, (points,); the rest is kept or undecided."""
-    broken = np.zeros_like(sweep.done)
-    for limit in limits:
-        broken |= limit.broken
-    return broken
+    return np.logical_or.reduce([np.zeros_like(sweep.done), *(one.broken for one in limits)])
 
 
 def best(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit] | None:
@@ -94,11 +88,8 @@ def best(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit] | None:
 
 def goal(sweep: SweepView, limits: Sequence[Limit]) -> Limit | None:
     """The limit on the first of the kept results that has one."""
-    for path in numeric(sweep):
-        for limit in limits:
-            if limit.quantity == path:
-                return limit
-    return None
+    first = (one for path in numeric(sweep) for one in limits if one.quantity == path)
+    return next(first, None)
 
 
 def least_broken(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit, float] | None:

@@ -279,20 +279,14 @@ def conclusion(sweep: SweepView, limits: Sequence[Limit]) -> str:
 
 
 def _identity(sweep: SweepView) -> list[str]:
-    rows = [("case", sweep.name)]
-    if sweep.case.get("source"):
-        rows.append(("source", str(sweep.case["source"])))
-    rows.append(("points", _points(sweep)))
-    return pairs([*rows, *sweep.facts], 20)
-
-
-def _points(sweep: SweepView) -> str:
-    if not sweep.grid:
-        method = sweep.sampling.replace("_", " ")
-        runs = ", in the order that Sobol indices need" if sweep.indices else ""
-        return f"{sweep.count}, {method} sampling{runs}"
     sizes = " x ".join(str(size) for size in sweep.shape)
-    return f"{sweep.count}, a grid" + (f" of {sizes}" if len(sweep.shape) > 1 else "")
+    points = f"{sweep.count}, a grid" + (f" of {sizes}" if len(sweep.shape) > 1 else "")
+    if not sweep.grid:
+        runs = ", in the order that Sobol indices need" if sweep.indices else ""
+        points = f"{sweep.count}, {sweep.sampling.replace('_', ' ')} sampling{runs}"
+    source = str(sweep.case.get("source") or "")
+    rows = [("case", sweep.name), ("source", source), ("points", points), *sweep.facts]
+    return pairs(row for row in rows if row[1])
 
 
 def _varied(sweep: SweepView) -> list[str]:
