@@ -84,7 +84,7 @@ def test_a_section_that_fails_takes_nothing_along(monkeypatch: pytest.MonkeyPatc
 
 def test_a_report_that_fails_as_a_whole_leaves_the_result(monkeypatch: pytest.MonkeyPatch) -> None:
     assert _run("-q").code == 0
-    monkeypatch.setattr("vibecalc.core.report.text._identity", _broken)
+    monkeypatch.setattr("vibecalc.core.report.text.identity", _broken)
     found = _run("-q")
     assert found.code == 70 and "the text report: IndexError" in found.err
     assert Path("one.h5").exists() and not Path("one.txt").exists()
@@ -100,7 +100,7 @@ def test_the_result_stands_before_words_are_made(monkeypatch: pytest.MonkeyPatch
         assert Path("one.h5").exists()
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("vibecalc.core.report.text._identity", stopped)
+    monkeypatch.setattr("vibecalc.core.report.text.identity", stopped)
     assert _run("-q").code == 130
     _mended(monkeypatch)
     _stands()

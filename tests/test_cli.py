@@ -52,7 +52,7 @@ def test_run_writes_result_and_report_and_says_where() -> None:
     assert Path("outputs/generator.h5").is_file()
     report = Path("outputs/generator.txt").read_text(encoding="utf-8")
     assert "202.1 N" in report and "outputs/generator.h5" in outcome.out
-    assert "98.00 N" in outcome.out and "8 differ" in outcome.out
+    assert "98.00  N" in outcome.out and "8 differ" in outcome.out
 
 
 def test_json_has_the_keys_of_the_design_and_nothing_else_on_stdout() -> None:

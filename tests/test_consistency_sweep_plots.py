@@ -29,7 +29,7 @@ from sweep_views import (
 
 pytest.importorskip("matplotlib")
 
-from vibecalc.core.report.plots import STYLE, SWEEP_PICTURES, draw_file, make_sweep
+from vibecalc.core.report.plots import STYLE, SWEEP_PICTURES, draw_file, make
 from vibecalc.core.report.sweep.limits import best, judge, keeping_all
 from vibecalc.core.report.sweep.picture_parts import failure_marks, plane, shown_unit
 from vibecalc.core.report.sweep.view import GridAxis, SweepView
@@ -52,7 +52,7 @@ def figure(sweep: SweepView, name: str, dpi: float | None = None) -> Any:
     import matplotlib
 
     with matplotlib.rc_context(STYLE):
-        made = make_sweep(sweep, name)
+        made = make(sweep, name)
         assert made is not None
         if dpi is not None:
             made.set_dpi(dpi)
@@ -103,7 +103,7 @@ def three_axes(lengths: tuple[int, int, int] = (9, 3, 8)) -> SweepView:
 
 @pytest.mark.parametrize("name", OWN)
 def test_a_sweep_has_the_picture_that_suits_it_and_no_other(name: str) -> None:
-    found = [other for other in SWEEP_PICTURES if make_sweep(OWN[name](), other) is not None]
+    found = [other for other in SWEEP_PICTURES if make(OWN[name](), other) is not None]
     assert found == [name]
 
 
@@ -363,7 +363,7 @@ def test_units_suit_the_size() -> None:
 def test_nothing_computed_has_no_picture() -> None:
     failed = dict.fromkeys(range(12), (2, "no"))
     sweep = mounts(4, 3, failed=failed)
-    assert [make_sweep(sweep, name) for name in SWEEP_PICTURES] == [None] * 3
+    assert [make(sweep, name) for name in SWEEP_PICTURES] == [None] * 3
 
 
 @pytest.mark.long

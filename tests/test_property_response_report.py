@@ -165,7 +165,7 @@ def test_many_balances_are_set_below_each_other() -> None:
         for what in ("mean", "peak", "mean_low", "mean_high")
     ]
     text = render_report(compressor(energies), full=True)
-    assert all(text.count(str(name)) >= 2 for name in names)
+    assert text.count("weights") >= 2 * len(names)
     assert max(len(line) for line in text.splitlines()) <= 100
 
 
@@ -279,7 +279,7 @@ def test_many_references_leave_the_first_page_to_those_that_matter() -> None:
     below = text[text.index("\nReference numbers\n") :]
     assert (below.count(" within"), below.count("known [")) == (30, 30)
     # no number is folded in two, and ours has its digits next to a published one of its size
-    assert re.search(r"mean_by_order +1\.0000e-59 +1\.00000e-59 J +0\.0000 % within", below)
+    assert re.search(r"mean_by_order +1\.00000e-59 +1\.00000e-59 +J +0\.0000 % +within", below)
 
 
 def test_round_off_nearby_a_published_number_is_zero() -> None:

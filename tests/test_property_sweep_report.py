@@ -93,7 +93,7 @@ def test_extremes_are_those_of_the_array_with_their_points() -> None:
     text = "\n".join(extreme_lines(sweep))
     for point in (int(np.nanargmin(forces)), int(np.nanargmax(forces))):
         row = re.search(
-            rf"{show(forces[point])} N +stiffness = (\S+) N/mm\n +damping = (\S+)", text
+            rf"{show(forces[point])} +N +stiffness = (\S+) N/mm\n +damping = (\S+)", text
         )
         assert row is not None, text
         stiffness, damping = sweep.values_of(np.array([point]))[0]
@@ -124,12 +124,12 @@ def test_values_that_errors_do_not_tell_apart_are_no_constant() -> None:
 
 def test_round_off_on_equal_values_is_one_constant() -> None:
     (row,) = text_of(extreme_lines(one_axis([2.0, 2.0 + 1e-13, 2.0 - 1e-13]))).splitlines()[2:]
-    assert "constant" in row and "2.000 N" in row
+    assert "constant" in row and "2.000  N" in row
 
 
 def test_unbounded_values_are_counted_nearby_the_largest_finite_one() -> None:
     text = "\n".join(extreme_lines(one_axis([1.0, np.inf, 7.0, np.inf])))
-    assert "largest     unbounded N       stiffness = 0.002 N/mm" in text
+    assert "largest   unbounded  N     stiffness = 0.002 N/mm" in text
     assert "unbounded at 2 points; the largest finite value is 7.000 N" in text
     _, high = ranges(one_axis([1.0, np.inf]), np.array([True, True]))
     assert high[0] == 2.0

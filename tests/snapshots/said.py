@@ -66,7 +66,7 @@ def _pictures(path: Path) -> Iterator[str]:
         with open_sweep(path) as opened:
             view = view_of(opened)
             for name in plots.SWEEP_PICTURES:
-                yield from _picture(name, plots.make_sweep(view, name))
+                yield from _picture(name, plots.make(view, name))
         return
     result = read_result(path)
     for name in plots.pictures_of(result):

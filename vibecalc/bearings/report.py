@@ -30,12 +30,12 @@ def bearing_loads(result: Result) -> Section | None:
             (f"{path}/peak_pressure", "peak\npressure", "MPa"),
             (f"{path}/mean_pressure", "mean\npressure", "MPa"),
         ]
-        blocks.append(by_axis(record, axis, title, names, 14, 11, 5))
+        blocks.append(by_axis(record, axis, title, names, digits=5))
     names = [
         (f"{SideThrust.ROOT}/peak", "side thrust", "kN"),
         (f"{SideThrust.ROOT}/peak_angle", "at crank angle", "deg"),
     ]
-    blocks.append(by_axis(record, "cylinder", "piston of", names, 14, 18, 5))
+    blocks.append(by_axis(record, "cylinder", "piston of", names, digits=5))
     words = paragraph(
         "main bearings: each bay of the crankshaft on two supports, bending over several bearings "
         "and clearances left out; directions count in the sense of rotation, from the stroke or, "

@@ -18,8 +18,8 @@ _TABLES = tuple(
             "principal",
             "",
             (
-                Cells("principal_moments", "principal moment kg*m^2", "", 26),
-                Cells("principal_axes", "axis, {}", "", 12),
+                Cells("principal_moments", "principal moment kg*m^2", ""),
+                Cells("principal_axes", "axis, {}", ""),
             ),
         ),
     )

@@ -14,8 +14,6 @@ _BY_ORDER = Rows(
         Cells("ground_force", "force on ground N"),
         Cells("rigid_force", "on a rigid one N"),
     ),
-    width=6,
-    each=18,
     root=UpAndDown.ROOT,
     right=True,
     places=first(12),

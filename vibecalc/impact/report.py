@@ -20,22 +20,22 @@ _DIGITS = 4
 _CONTACTS = 7
 #: names, title and width of the columns of the two tables over clearances
 _FORCES = (
-    ("mean_force", "mean force N", 13),
-    ("+-", "+-", 8),
-    ("mean_force_low", "quantile 5 %", 11),
-    ("mean_force_high", "quantile 95 %", 11),
-    ("average_amplitude", "spectrum mean", 14),
-    ("peak_force", "mean peak N", 12),
-    ("peak_force_high", "quantile 95 %", 11),
+    ("mean_force", "mean force N"),
+    ("+-", "+-"),
+    ("mean_force_low", "quantile 5 %"),
+    ("mean_force_high", "quantile 95 %"),
+    ("average_amplitude", "spectrum mean"),
+    ("peak_force", "mean peak N"),
+    ("peak_force_high", "quantile 95 %"),
 )
 _COUNTS = (
-    ("impacts", "impacts/turn", 12),
-    ("contact_share", "in contact %", 12),
-    ("dissipated", "lost/turn J", 12),
-    ("parting", "turns to diverge", 13),
-    ("divergence", "Lyapunov exponent", 11),
-    ("dominant_from", "dominant from", 11),
-    ("energy_residual", "energy error", 10),
+    ("impacts", "impacts/turn"),
+    ("contact_share", "in contact %"),
+    ("dissipated", "lost/turn J"),
+    ("parting", "turns to diverge"),
+    ("divergence", "Lyapunov exponent"),
+    ("dominant_from", "dominant from"),
+    ("energy_residual", "energy error"),
 )
 _LEADERS = ("inertia of the piston", "added by impacts", "motor")
 _MOST_RANGES = 4
@@ -64,12 +64,12 @@ def impact(result: Result) -> Section | None:
 def _over_clearances(
     record: Record,
     clearances: Sequence[str],
-    fields: Sequence[tuple[str, str, int]],
+    fields: Sequence[tuple[str, str]],
     turns: int | None,
 ) -> list[str]:
-    columns = [Column("wrist pin play mm", 10)]
+    columns = [Column("wrist pin play mm")]
     cells: list[list[str]] = [[clearance] for clearance in clearances]
-    for name, words, width in fields:
+    for name, words in fields:
         if name == "+-":
             spread = standard_errors(record, "mean_force")
             texts = None if spread is None else [show_error(float(value)) for value in spread]
@@ -79,7 +79,7 @@ def _over_clearances(
             texts = None if quantity is None else [_cell(quantity, name, i, turns) for i in count]
         if texts is None:
             continue
-        columns.append(number(words, width))
+        columns.append(number(words))
         for row, text in zip(cells, texts, strict=True):
             row.append(text)
     return table(columns, cells)
@@ -151,7 +151,7 @@ def _leaders(record: Record, clearances: Sequence[str]) -> list[str]:
     rows = []
     for clearance, row in zip(clearances, np.asarray(quantity.values), strict=True):
         rows.append([clearance, *(ranges(orders, row == i) for i in range(len(names)))])
-    columns = [Column("largest at orders, play mm", 26), *(Column(name, 23) for name in names)]
+    columns = [Column("largest at orders, play mm"), *(Column(name) for name in names)]
     return table(columns, rows)
 
 
@@ -186,11 +186,11 @@ def _other_joints(record: Record, clearances: Sequence[str]) -> list[str]:
     if not rows:
         return []
     columns = (
-        Column("also at the", 16),
-        number("wrist pin play mm", 18),
-        number("mean force N", 14),
-        number("+-", 9),
-        number("impacts per turn", 17),
+        Column("also at the"),
+        number("wrist pin play mm"),
+        number("mean force N"),
+        number("+-"),
+        number("impacts per turn"),
     )
     return table(columns, rows)
 
@@ -210,8 +210,8 @@ def _first_contacts(record: Record, clearances: Sequence[str]) -> list[str]:
         ]
         rows.append([clearance, *cells])
     columns = (
-        Column("first contacts at deg, play mm", 17),
-        *(number(f"{i + 1}", 10) for i in range(count)),
+        Column("first contacts at deg, play mm"),
+        *(number(f"{i + 1}") for i in range(count)),
     )
     return table(columns, rows)
 

@@ -46,8 +46,8 @@ def isolation_efficiency(result: Result) -> Section | None:
 def _overall(record: Record) -> list[str]:
     """A line for the root mean square and the peak of forces and couples each."""
     columns = (
-        Column("on the ground", 16), number("held still", 14), number("on mounts", 14),
-        number("efficiency", 12), number("dB", 8),
+        Column("on the ground"), number("held still"), number("on mounts"),
+        number("efficiency"), number("dB")
     )  # fmt: skip
     rows = []
     for path, word, unit in _NAMES:
@@ -79,7 +79,6 @@ _BY_DIRECTION = Rows(
     "coordinate",
     "r.m.s. along and about",
     (Cells("by_direction", "efficiency", _percent),),
-    each=10,
     root=ByDirection.ROOT,
     across=True,
 )
@@ -109,13 +108,13 @@ def _resultant(path: str) -> Made:
 def _by_order(path: str, unit: str) -> Rows:
     held, ground = _sizes(path)
     columns = (
-        Cells(held, f"held still {unit}", "", 15),
-        Cells(ground, f"on mounts {unit}", "", 15),
-        Cells("by_order", "{} %", lambda share, _: _percent(share).removesuffix(" %"), 11),
-        Cells(_resultant(path), "dB", _level, 8),
+        Cells(held, f"held still {unit}", ""),
+        Cells(ground, f"on mounts {unit}", ""),
+        Cells("by_order", "{} %", lambda share, _: _percent(share).removesuffix(" %")),
+        Cells(_resultant(path), "dB", _level),
     )
     return Rows(
-        "half_order", "order", columns, width=6, root=path, label="{:g}",
+        "half_order", "order", columns, root=path, label="{:g}",
         places=loud(_SMALL, _MOST, 2), rest=others(OTHERS),
     )  # fmt: skip
 

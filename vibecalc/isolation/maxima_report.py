@@ -63,9 +63,9 @@ def _table(record: Record) -> list[str]:
         for one, members in groups
     ]
     heads = (
-        number("rpm", 10), number("force N", 10), Column("mount", 14), number("largest", 7),
-        number("of the peak", 11), number("peaking", 7), number("mode", 5),
-        number("order/mode", 11), Column("", 3),
+        number("rpm"), number("force N"), Column("mount"), number("largest"),
+        number("of the peak"), number("peaking"), number("mode"),
+        number("order/mode"), Column("")
     )  # fmt: skip
     lines = table(heads, rows)
     return lines + (paragraph(f"the other {left} are lower, and in the file") if left > 0 else [])

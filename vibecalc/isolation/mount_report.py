@@ -45,7 +45,7 @@ def mounts(result: Result) -> Section | None:
     shown = {path for path in record if path.startswith(f"{OfMounts.ROOT}/")}
     if not shown:
         return None
-    loads = by_axis(record, "mount", "mount", _LOADS, 16) if AT_REST[0] in record else []
+    loads = by_axis(record, "mount", "mount", _LOADS) if AT_REST[0] in record else []
     none = (*OF_STOPS, MOVING[1], OF_RUN_UP[2])
     stops, passed = (
         by_axis(record, "mount", title, columns, blank=none)
@@ -98,8 +98,5 @@ def _over_orders(record: Record) -> list[str]:
             )
         )
         rows.setdefault(cells, []).append(name)
-    columns = [
-        Column("kN/mm, loss factor", 20),
-        *(number(f"order {order}", 18) for order in orders),
-    ]
+    columns = [Column("kN/mm, loss factor"), *(number(f"order {order}") for order in orders)]
     return table(columns, [[", ".join(names), *cells] for cells, names in rows.items()])

@@ -65,8 +65,8 @@ _MOVES = (
 
 def supports(record: Record) -> tuple[list[str], set[str]]:
     """Tables of forces and of displacements per mount, and the paths shown."""
-    forces = by_axis(record, "mount", "force", _FORCES, 10, 11)
-    lines = stacked(forces, by_axis(record, "mount", "motion", _MOVES, 10, 11))
+    forces = by_axis(record, "mount", "force", _FORCES)
+    lines = stacked(forces, by_axis(record, "mount", "motion", _MOVES))
     return lines + (paragraph(_LOADS) if forces else []), {path for path, *_ in (*_FORCES, *_MOVES)}
 
 
@@ -87,10 +87,10 @@ _LEFT_OUT = Rows(
     "masked",
     "",
     (
-        Cells("order", "order", short, 8),
-        Cells("mode", "mode", whole, 8),
-        Cells("centre", "rpm", "rpm", 14),
-        Cells(_half_width, "half width, relative", lambda share, _: f"{share:.1e}", 22),
+        Cells("order", "order", short),
+        Cells("mode", "mode", whole),
+        Cells("centre", "rpm", "rpm"),
+        Cells(_half_width, "half width, relative", lambda share, _: f"{share:.1e}"),
     ),
     root=Masked.ROOT,
 )
@@ -140,12 +140,11 @@ _MODES = Rows(
     "mode",
     "mode",
     (
-        Cells("natural_frequency", "Hz", "Hz", 10),
-        Cells("natural_frequency", "rpm", "rpm", 10),
-        Cells("damping_ratio", "damping ratio", "", 13),
-        Cells("energy_fraction", "{} %", percent(2), 7, "%: share of the energy of the mode"),
+        Cells("natural_frequency", "Hz", "Hz"),
+        Cells("natural_frequency", "rpm", "rpm"),
+        Cells("damping_ratio", "damping ratio", ""),
+        Cells("energy_fraction", "{} %", percent(2), note="%: share of the energy of the mode"),
     ),
-    width=4,
     root=BodyModes.ROOT,
 )
 
@@ -162,12 +161,11 @@ _TRANSMISSIBILITY = Rows(
     "order",
     "order",
     (
-        Cells("transmissibility", "transmissibility", "", 18),
-        Cells("transmissibility", "dB", _level, 10),
-        Cells("transmissibility", "isolated", _isolated, 12),
-        Cells("transmissibility", "phase deg", show_phase, 10),
+        Cells("transmissibility", "transmissibility", ""),
+        Cells("transmissibility", "dB", _level),
+        Cells("transmissibility", "isolated", _isolated),
+        Cells("transmissibility", "phase deg", show_phase),
     ),
-    width=6,
     root=Pitch.ROOT,
 )
 
@@ -220,11 +218,10 @@ _ORDERS = Rows(
     "half_order",
     "order",
     (
-        Cells("couple", "couple N m", "", 16),
-        Cells("couple", "phase deg", show_phase, 12),
-        Cells(_rotation, "rotation {} mrad", "mrad", 16),
+        Cells("couple", "couple N m", ""),
+        Cells("couple", "phase deg", show_phase),
+        Cells(_rotation, "rotation {} mrad", "mrad"),
     ),
-    width=8,
     root=TorqueReaction.ROOT,
     label="{:g}",
     places=loud(1e-3, 16),
@@ -241,8 +238,6 @@ _CAUSES = Rows(
             note="peaks over the cycle by each cause alone: they do not add up",
         ),
     ),
-    width=12,
-    each=26,
 )
 _MODES_MET = Rows(
     "mode",
@@ -253,12 +248,10 @@ _MODES_MET = Rows(
             "margin",
             "margin",
             relative,
-            12,
-            "of the orders whose force on the mode is a thousandth of the largest or more; "
+            note="of the orders whose force on the mode is a thousandth of the largest or more; "
             "positive: the order is above it",
         ),
     ),
-    width=18,
     root=TorqueReaction.ROOT,
 )
 

@@ -19,12 +19,11 @@ _HARMONICS = Rows(
     "order",
     "order",
     (
-        Cells("position_harmonics", "position mm", "mm", 20),
-        Cells("position_harmonics", "phase deg", show_phase, 10),
-        Cells("acceleration_harmonics", "acceleration m/s^2", "", 20),
-        Cells("acceleration_harmonics", "phase deg", show_phase, 10),
+        Cells("position_harmonics", "position mm", "mm"),
+        Cells("position_harmonics", "phase deg", show_phase),
+        Cells("acceleration_harmonics", "acceleration m/s^2", ""),
+        Cells("acceleration_harmonics", "phase deg", show_phase),
     ),
-    width=6,
     root="kinematics",
     places=first(12),
     rest=others("{left} more, up to order {last}, in the result file"),
@@ -49,8 +48,6 @@ _CYLINDERS = Rows(
         Cells("top_dead_centre", "top dead centre at deg", "deg"),
         Cells("bottom_dead_centre", "bottom dead centre at deg", "deg"),
     ),
-    width=14,
-    each=26,
     root="kinematics/cylinder",
     merge=True,
 )
@@ -75,11 +72,11 @@ def _extremes(record: Record) -> tuple[list[str], set[str]]:
     if not rows:
         return [], set()
     columns = [
-        Column("over one turn, as sampled", 28),
-        number("minimum", 13),
-        number("at deg", 8),
-        number("maximum", 13),
-        number("at deg", 8),
-        Column("unit", 8),
+        Column("over one turn, as sampled"),
+        number("minimum"),
+        number("at deg"),
+        number("maximum"),
+        number("at deg"),
+        Column("unit"),
     ]
     return table(columns, rows), shown

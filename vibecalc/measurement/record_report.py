@@ -49,12 +49,12 @@ def records(result: Result) -> Section | None:
                 ]
             )
     columns = (
-        Column("channel", 24),
-        number("order", 6),
-        number("m/s^2", 12),
-        number("+-", 10),
-        number("phase deg", 10),
-        number("+-", 8),
+        Column("channel"),
+        number("order"),
+        number("m/s^2"),
+        number("+-"),
+        number("phase deg"),
+        number("+-"),
     )
     lines = table(columns, rows[:_MOST])
     if len(rows) > _MOST:

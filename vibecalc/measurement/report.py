@@ -41,10 +41,10 @@ def readings(record: Record) -> list[str]:
         cells = ["" if one is None else f"{float(one.values[i]):.2f}" for one in values]
         rows.append([names[i], *cells, f"{float(residual.values[i]):+.2f}"])
     columns = (
-        Column("order: reading", 30),
-        number("read dB", 12),
-        number("computed dB", 12),
-        number("residual dB", 12),
+        Column("order: reading"),
+        number("read dB"),
+        number("computed dB"),
+        number("residual dB"),
     )
     met = len(names) - len(apart)
     words = f"{met} of {len(names)} levels are met exactly; the motion was found from them"
@@ -85,7 +85,7 @@ def candidates(record: Record) -> list[str]:
             quantity = having(record, f"{_STEM}candidate/{path}", "candidate")
             row.append("" if quantity is None else f"{factor * float(quantity.values[i]):.2f}")
         rows.append(row)
-    heads = (Column("motion", 14), Column("", 6), *(number(words, 12) for *_, words in columns))
+    heads = (Column("motion"), Column(""), *(number(words) for *_, words in columns))
     lines = table(heads, rows[:_MOST])
     lines += paragraph(
         "named by harmonic and the signs of the phases of roll and pitch; the same with all phases "
@@ -145,14 +145,14 @@ def _motion(record: Record) -> list[str]:
         row += [_degrees(record, part, i) for part in _PARTS]
         rows.append(row)
     columns = (
-        number("order", 5),
-        number("Hz", 8),
-        number("origin dB", 13),
-        number("roll dB", 13),
-        number("pitch dB", 13),
-        number("phase: origin", 13),
-        number("roll", 13),
-        number("pitch deg", 13),
+        number("order"),
+        number("Hz"),
+        number("origin dB"),
+        number("roll dB"),
+        number("pitch dB"),
+        number("phase: origin"),
+        number("roll"),
+        number("pitch deg"),
     )
     words = (
         "levels refer to reference_level and, of roll and pitch, to angular_reference_level; "
@@ -206,11 +206,11 @@ def _levels(record: Record) -> list[str]:
             sure = "" if uncertainty is None else _plus_minus_alone(uncertainty.values[place, i])
             rows.append([*row[:3], sure, *row[3:]])
     columns = (
-        Column("position", 18),
-        number("order", 5),
-        number("whole dB", 10),
-        number("+-", 6),
-        *(number(words, 9) for _, words in _LEVELS[1:]),
+        Column("position"),
+        number("order"),
+        number("whole dB"),
+        number("+-"),
+        *(number(words) for _, words in _LEVELS[1:]),
     )
     lines = table(columns, rows[:_MOST_LEVELS])
     if len(rows) > _MOST_LEVELS:
@@ -246,5 +246,5 @@ def _quiet(record: Record) -> list[str]:
         rows.append(
             ["all", *(show(s.values[()], s.error_estimate) for s in singles if s is not None)]
         )
-    columns = (number("order", 8), number("x m", 12), number("y m", 12), number("m/s^2", 12))
+    columns = (number("order"), number("x m"), number("y m"), number("m/s^2"))
     return [*lines, "", *paragraph("where on the plate it moves least:"), *table(columns, rows)]

@@ -58,7 +58,7 @@ def _bending(record: Record) -> list[str]:
             ("frequency", "at rest,"), ("forward", "with the\nspin,"), ("backward", "against\nit,"),
         )
     ]  # fmt: skip
-    lines = by_axis(record, "mode", "bending of the rod, mode", names, width=26)
+    lines = by_axis(record, "mode", "bending of the rod, mode", names)
     guess = scalar_of(record, HARDWARE + "bending/rayleigh")
     if guess is not None:
         lines += paragraph(
@@ -80,15 +80,15 @@ def _oils(record: Record) -> list[str]:
     thick = having(record, HARDWARE + "oil/kinematic_viscosity", "stock_oil")
     if thick is None:
         return []
-    columns = [Column("oil in stock", 22), number("viscosity\ncSt", 12),
-               number("viscosity\nmPa*s", 12), number("damping\nN*m*s/rad", 12),
-               number("damping\nratio", 12)]  # fmt: skip
+    columns = [Column("oil in stock"), number("viscosity\ncSt"),
+               number("viscosity\nmPa*s"), number("damping\nN*m*s/rad"),
+               number("damping\nratio")]  # fmt: skip
     others = [
         having(record, f"{HARDWARE}oil/{name}", "stock_oil")
         for name in ("damping", "secondary_damping", "right_temperature")
     ]
     right = others.pop()
-    columns += [number("right at\ndegC", 11)] if right is not None else []
+    columns += [number("right at\ndegC")] if right is not None else []
     rows = []
     for place, label in enumerate(labels(thick.axes[0])):
         row = [label, show(1e6 * float(thick.values[place])), _dynamic(record, place)]
@@ -149,8 +149,8 @@ def _pairs(result: Result) -> list[str]:
     if penalty is None or least is None:
         return []
     other = penalty.axes[1].name.removeprefix("stock_")
-    columns = (Column("the best pairs: springs", 26), Column(other, 26), number("peak", 12),
-               number("penalty, %", 12))  # fmt: skip
+    columns = (Column("the best pairs: springs"), Column(other), number("peak"),
+               number("penalty, %"))  # fmt: skip
     rows = [
         [spring, oil, show(least * (1.0 + cost)), show(100.0 * cost, digits=3)]
         for spring, oil, cost in _best(record, penalty)[:_PAIRS]
@@ -173,7 +173,7 @@ def _warming(record: Record) -> list[str]:
         for name, words in names
         if (quantity := having(record, f"{HARDWARE}warming/{name}", "temperature")) is not None
     ]
-    columns = [number("oil at degC", 12), *(number(words, 13) for _, words in shown)]
+    columns = [number("oil at degC"), *(number(words) for _, words in shown)]
     rows = [
         [f"{warm[i] - ICE:.1f}", *(show(float(q.values[i]), q.error_estimate) for q, _ in shown)]
         for i in chosen

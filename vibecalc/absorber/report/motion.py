@@ -34,8 +34,8 @@ def absorber_motion(result: Result) -> Section | None:
     said = (
         f" for {cause.replace('_', ' ')} = {show(options[cause])} {_UNITS[cause]}" if cause else ""
     )
-    columns = [Column("largest within the frequencies drawn", 44), number("with", 12),
-               number("at Hz", 10), number("without", 12), number("at Hz", 10)]  # fmt: skip
+    columns = [Column("largest within the frequencies drawn"), number("with"),
+               number("at Hz"), number("without"), number("at Hz")]  # fmt: skip
     rows = []
     for names in (TRANSLATION, TORSION):
         for name, unit, read, words in names.values():
@@ -80,8 +80,8 @@ def tolerances(record: Record) -> list[str]:
     worst = scalar_of(record, root + "worst_peak")
     if worst is None:
         return []
-    columns = [Column("tuned for", 26), number("stiffness\nratio", 14), number("damping", 14)]
-    columns += [number("peak without\nerrors", 16), number("peak, worst\ncase", 14)]
+    columns = [Column("tuned for"), number("stiffness\nratio"), number("damping")]
+    columns += [number("peak without\nerrors"), number("peak, worst\ncase")]
     rows = []
     for words, paths in (
         ("the tolerances", ("tuning/stiffness_ratio", "tuning/secondary_damping",
@@ -106,8 +106,8 @@ def states(record: Record) -> list[str]:
     if found is None:
         return []
     names = [str(one) for one in found.axes[1].values]
-    columns = [number("peak that holds it", 20)]
-    columns += [number(f"{name.replace('_', chr(10))}, %", 13) for name in names]
+    columns = [number("peak that holds it")]
+    columns += [number(f"{name.replace('_', chr(10))}, %") for name in names]
     rows = [
         [str(place), *(show(100.0 * float(one), digits=3) for one in row)]
         for place, row in enumerate(np.asarray(found.values), start=1)

@@ -71,14 +71,14 @@ def _curves(result: Result) -> list[str]:
             ("largest", "largest\nresponse"),
             ("largest_frequency_ratio", "at frequency\nratio"),
             ("largest_travel", "largest\ntravel"),
-        )], width=30,
+        )],
     )  # fmt: skip
     if not lines:
         return []
     moved = having(result.record, ABSORBER + "each/largest_travel", "curve", "absorber")
     if moved is not None:
-        columns = [Column("largest travel of curve", 30)]
-        columns += [number(name, 14) for name in labels(moved.axes[1])]
+        columns = [Column("largest travel of curve")]
+        columns += [number(name) for name in labels(moved.axes[1])]
         rows = [
             [name, *(show(float(one), moved.error_estimate) for one in values)]
             for name, values in zip(labels(moved.axes[0]), np.asarray(moved.values), strict=True)
@@ -102,9 +102,9 @@ def _peaks(record: Record) -> list[str]:
     if height is None or place is None:
         return []
     natural = scalar_of(record, ABSORBER + "primary_frequency")
-    columns = [Column("maxima of curve", 30), number("frequency\nratio", 13)]
-    columns += [number("Hz", 12)] if natural is not None else []
-    columns += [number("height", 13)]
+    columns = [Column("maxima of curve"), number("frequency\nratio")]
+    columns += [number("Hz")] if natural is not None else []
+    columns += [number("height")]
     rows = []
     tops, spots = np.asarray(height.values), np.asarray(place.values)
     for label, heights, places in zip(labels(height.axes[0]), tops, spots, strict=True):
@@ -120,8 +120,8 @@ def _poles(record: Record) -> list[str]:
     quantity = having(record, ABSORBER + "pole", "pole")
     if quantity is None:
         return []
-    columns = (number("pole", 6), number("decay", 13), number("frequency\nratio", 13),
-               number("damping\nratio", 13))  # fmt: skip
+    columns = (number("pole"), number("decay"), number("frequency\nratio"),
+               number("damping\nratio"))  # fmt: skip
     rows = []
     for place, value in enumerate(np.asarray(quantity.values), start=1):
         if value.imag < -quantity.error_estimate:
@@ -317,7 +317,6 @@ def _methods(result: Result) -> list[str]:
             ("stiffness_ratio", "stiffness\nratio"), ("secondary_damping", "damping"),
             ("promised", "promised\npeak"), ("peak", "true peak"), ("loss", what, "%"),
         )],
-        width=18, each=13,
         blank=(f"{TUNING}method/promised",),
     )  # fmt: skip
     if lines and TUNING + "bounds/penalty" in record.quantities:
@@ -343,8 +342,8 @@ def _mistuned(result: Result) -> list[str]:
     }
     what = "mean square" if is_mean(result) else "peak"
     sizes = np.asarray(loss.axes[1].values, dtype=float)
-    columns = [Column(f"higher {what}, %, for an error of", 30)]
-    columns += [number(f"{100.0 * size:+.3g} %", 9) for size in sizes[:6]]
+    columns = [Column(f"higher {what}, %, for an error of")]
+    columns += [number(f"{100.0 * size:+.3g} %") for size in sizes[:6]]
     rows = []
     for label, row in zip(labels(loss.axes[0]), np.asarray(loss.values), strict=True):
         if label in absent:
@@ -395,8 +394,8 @@ def _chart(record: Record) -> list[str]:
         return []
     masses = np.asarray(peak.axes[1].values, dtype=float)
     chosen = np.unique(np.linspace(0, len(masses) - 1, 6).round().astype(int))
-    columns = [number("primary damping", 16)]
-    columns += [number(f"m = {masses[i]:.4g}", 12) for i in chosen]
+    columns = [number("primary damping")]
+    columns += [number(f"m = {masses[i]:.4g}") for i in chosen]
     rows = [
         [show(float(damping), digits=4), *(show(row[i], peak.error_estimate) for i in chosen)]
         for damping, row in zip(peak.axes[0].values, np.asarray(peak.values), strict=True)
@@ -436,7 +435,7 @@ def _order_of_swing(record: Record) -> list[str]:
     swings = np.asarray(quantity.axes[0].values, dtype=float)
     chosen = np.unique(np.linspace(0, len(swings) - 1, _MOST_ROWS).round().astype(int))
     small = float(quantity.values[0])
-    columns = (number("swing, deg", 12), number("order", 13), number("off by, %", 12))
+    columns = (number("swing, deg"), number("order"), number("off by, %"))
     rows = []
     for i in chosen:
         value = float(quantity.values[i])

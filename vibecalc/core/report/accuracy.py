@@ -5,11 +5,9 @@ import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from vibecalc.core.report.pages import rerun, warnings
 from vibecalc.core.report.writing import (
-    Column,
+    finite,
     heading,
     number,
     pairs,
@@ -47,21 +45,25 @@ class TrialView(NamedTuple):
 
     method: str
     setting: str
+    seconds: float | None
+    in_seconds: bool
     status: int
     cause: str
     work: float
-    seconds: float | None
     relative: float
     level: float
-    position: float
     is_default: bool
     in_work: bool
-    in_seconds: bool
+    position: float
 
     @property
     def done(self) -> bool:
         """Whether it has an error."""
         return self.status == TRIAL_DONE
+
+
+#: results of a trial, in the order in which `TrialView` has them
+_COLUMNS = ("status", "cause", "work", "worst_relative", "worst_level", "is_default", "on_front")
 
 
 class MethodView(NamedTuple):
@@ -129,39 +131,28 @@ def topics_of(result: Result) -> tuple[TopicView, ...]:
 
 def _topic_view(result: Result, words: dict[str, str], seconds: list[Any]) -> TopicView:
     folder, record = words["folder"], result.record
-    names = [str(name) for name in record[f"{folder}/work"].axes[0].values]
-    count = len(names)
-    times = [None if one is None else float(one) for one in seconds or [None] * count]
+    names = [str(name).partition(BETWEEN) for name in record[f"{folder}/work"].axes[0].values]
+    times = [None if one is None else float(one) for one in seconds or [None] * len(names)]
 
-    def column(name: str) -> Any:
-        return record[f"{folder}/{name}"].values
+    def column(name: str) -> list[Any]:
+        return list(record[f"{folder}/{name}"].values.tolist())
 
-    away = f"{folder}/position_error"
-    position = column("position_error") if away in record else np.full(count, math.inf)
-    relative = column("worst_relative")
-    agreement = float(column("agreement"))
-    error = np.maximum(relative, max(agreement, 64.0 * EPSILON)).tolist()
-    cost = [math.inf if one is None else one for one in times]
-    fast = on_front(error, cost) if seconds else [False] * count
-    trials = tuple(
-        TrialView(
-            method=names[i].partition(BETWEEN)[0],
-            setting=_shown_setting(names[i].partition(BETWEEN)[2]),
-            status=int(column("status")[i]),
-            cause=str(column("cause")[i]),
-            work=float(column("work")[i]),
-            seconds=times[i],
-            relative=float(relative[i]),
-            level=float(column("worst_level")[i]),
-            position=float(position[i]),
-            is_default=bool(column("is_default")[i]),
-            in_work=bool(column("on_front")[i]),
-            in_seconds=fast[i],
-        )
-        for i in range(count)
+    away = f"{folder}/position_error" in record
+    position = column("position_error") if away else [math.inf] * len(names)
+    agreement, more = (
+        float(record[f"{folder}/{one}"].values) for one in ("agreement", "extra_work")
     )
-    methods, more = _methods(result, folder), float(column("extra_work"))
-    slower = extra(error, cost, column("is_default").tolist()) if seconds else math.inf
+    error = [max(one, agreement, 64.0 * EPSILON) for one in column("worst_relative")]
+    cost = [math.inf if one is None else one for one in times]
+    fast = on_front(error, cost) if seconds else [False] * len(names)
+    trials = tuple(
+        TrialView(method, f"{float(setting):.6g}" if setting else "", *parts)
+        for (method, _, setting), *parts in zip(
+            names, times, fast, *map(column, _COLUMNS), position, strict=True
+        )
+    )
+    slower = extra(error, cost, column("is_default")) if seconds else math.inf
+    methods = _methods(result, folder)
     return TopicView(folder, words, agreement, trials, methods, more, slower)
 
 
@@ -180,10 +171,6 @@ def _methods(result: Result, folder: str) -> tuple[MethodView, ...]:
         }.get(str(kind[place]), "")
         found.append(MethodView(name, row["why"], row["setting"], shown, row["theory"]))
     return tuple(found)
-
-
-def _shown_setting(text: str) -> str:
-    return f"{float(text):.6g}" if text else ""
 
 
 # ----------------------------------------------------------------------------
@@ -226,7 +213,7 @@ def accuracy_lines(result: Result) -> list[str]:
     """The blocks of that report."""
     topics = topics_of(result)
     lines = heading(f"Speed against error: {result.case.get('title') or result.name}", 1)
-    lines += pairs([("case", result.name), ("sha256 of the case", result.case_sha256)], 20)
+    lines += pairs([("case", result.name), ("sha256 of the case", result.case_sha256)])
     lines += ["", *paragraph(_LEGEND), "", *_summary(topics)]
     for topic in topics:
         lines += _section(topic)
@@ -238,14 +225,6 @@ def accuracy_lines(result: Result) -> list[str]:
 
 def _summary(topics: tuple[TopicView, ...]) -> list[str]:
     """One row for each topic: what the default reaches and what it costs against the cheapest."""
-    columns = (
-        Column("question", 41),
-        number("error", 7),
-        number("seconds", 8),
-        Column("fastest as accurate", 25),
-        number("time x", 6),
-        number("work x", 6),
-    )
     rows = []
     for topic in topics:
         ours, name = topic.default, f"{topic.words['stage']}: {topic.words['name']}"[:41]
@@ -258,10 +237,12 @@ def _summary(topics: tuple[TopicView, ...]) -> list[str]:
         times = [f"{one:.3g}" if one < 100.0 else f"{one:.0f}"
                  for one in (topic.extra_seconds, topic.extra_work)]  # fmt: skip
         rows.append([name, _error(ours.relative), _seconds(ours), shown, *times])
+    heads = ("question", number("error"), number("seconds"), "fastest as accurate",
+             number("time x"), number("work x"))  # fmt: skip
     words = (
         "Error and time of what vibecalc takes; time and work over the least that is as accurate."
     )
-    return [*table(columns, rows), "", *paragraph(words)]
+    return [*table(heads, rows), "", *paragraph(words)]
 
 
 def _section(topic: TopicView) -> list[str]:
@@ -274,7 +255,7 @@ def _section(topic: TopicView) -> list[str]:
     about.append(("work", words["work"]))
     if words["position"]:
         about.append(("position", words["position"]))
-    lines += [*pairs(about, 12), "", *_trials(topic)]
+    lines += [*pairs(about), "", *_trials(topic)]
     lines += ["", *_orders(topic), "", *_cheapest(topic)]
     if topic.failed:
         lines += ["", *_failures(topic)]
@@ -285,57 +266,34 @@ def _section(topic: TopicView) -> list[str]:
 
 
 def _trials(topic: TopicView) -> list[str]:
-    columns = [
-        Column("method", _NARROW + 4),
-        number("setting", 11),
-        number("work", 10),
-        number("seconds", 9),
-        number("relative", 9),
-        number("dB", 9),
-    ]
-    if topic.words["position"]:
-        columns.append(number("position", 9))
-    columns.append(Column("marks", 5))
     rows = []
     last = ""
     for trial in topic.trials:
         cells = [trial.method if trial.method != last else "", trial.setting or "-"]
         last = trial.method
+        errors = [_error(trial.relative), _error(trial.level)]
         cells += [_work(trial), _seconds(trial)]
-        if trial.done:
-            cells += [_error(trial.relative), _error(trial.level)]
-        else:
-            cells += [TRIAL_STATUS_WORDS[trial.status], ""]
-        if topic.words["position"]:
-            cells.append(_error(trial.position) if math.isfinite(trial.position) else "-")
-        rows.append([*cells, _marks(trial)])
-    return table(columns, rows)
+        cells += errors if trial.done else [TRIAL_STATUS_WORDS[trial.status], ""]
+        away = _error(trial.position) if math.isfinite(trial.position) else "-"
+        rows.append([*cells, away if topic.words["position"] else "", _marks(trial)])
+    heads = map(number, ("setting", "work", "seconds", "relative", "dB", "position"))
+    return table(("method", *heads, "marks"), rows)
 
 
 def _orders(topic: TopicView) -> list[str]:
-    columns = (
-        Column("method", _NARROW + 4),
-        Column("steps", 21),
-        Column("convergence shown", 20),
-        Column("theory", 24),
-    )
     rows = [
-        [method.name, method.setting or "nothing to set", method.shown or "-", method.theory or "-"]
-        for method in topic.methods
+        [one.name, one.setting or "nothing to set", one.shown or "-", one.theory or "-"]
+        for one in topic.methods
     ]
-    return table(columns, rows)
+    return table(("method", "steps", "convergence shown", "theory"), rows)
 
 
 def _cheapest(topic: TopicView) -> list[str]:
-    columns = (number("error", 9), Column("cheapest in work", 42), Column("in seconds", 42))
     rows = [
-        [
-            f"{target:g}",
-            *(_pick(topic.cheapest(target, by_work), by_work) for by_work in (True, False)),
-        ]
+        [f"{target:g}", *(_pick(topic.cheapest(target, one), one) for one in (True, False))]
         for target in TARGETS
     ]
-    return table(columns, rows)
+    return table((number("error"), "cheapest in work", "in seconds"), rows)
 
 
 def _pick(trial: TrialView | None, by_work: bool) -> str:
@@ -362,7 +320,7 @@ def _machine(result: Result) -> list[str]:
     rows = [(name, str(found[name])) for name in names if name in found]
     for name, seconds in result.timings.items():
         rows.append((f"{name} s", f"{seconds:.2f}"))
-    return pairs([*rows, ("rerun", rerun(result))], 44)
+    return pairs([*rows, ("rerun", rerun(result))])
 
 
 def _name(trial: TrialView) -> str:
@@ -414,7 +372,7 @@ def _topic(topic: TopicView) -> dict[str, Any]:
         "words": words["why"],
         "quantity": words["quantity"] or None,
         "work": words["work"],
-        "reference": {"words": words["reference"], "agreement": _finite(topic.agreement)},
+        "reference": {"words": words["reference"], "agreement": finite(topic.agreement)},
         "trials": [_trial(trial, bool(words["position"])) for trial in topic.trials],
         "methods": [
             {"method": method.name, "shown": method.shown or None, "theory": method.theory or None}
@@ -428,23 +386,22 @@ def _topic(topic: TopicView) -> dict[str, Any]:
             }
             for target in TARGETS
         ],
-        "extra_work": _finite(topic.extra_work),
-        "extra_seconds": _finite(topic.extra_seconds),
+        "extra_work": finite(topic.extra_work),
+        "extra_seconds": finite(topic.extra_seconds),
     }
 
 
 def _trial(trial: TrialView, with_position: bool) -> dict[str, Any]:
-    position = {"position_error": _finite(trial.position)} if with_position else {}
-    return {
+    position = {"position_error": finite(trial.position)} if with_position else {}
+    return position | {
         "method": trial.method,
         "setting": float(trial.setting) if trial.setting else None,
         "status": TRIAL_STATUS_WORDS[trial.status],
         "cause": trial.cause or None,
         "work": trial.work,
         "seconds": trial.seconds,
-        "worst_relative": _finite(trial.relative),
-        "worst_level": _finite(trial.level),
-        **position,
+        "worst_relative": finite(trial.relative),
+        "worst_level": finite(trial.level),
         "default": trial.is_default,
         "front_in_work": trial.in_work,
         "front_in_seconds": trial.in_seconds,
@@ -454,7 +411,3 @@ def _trial(trial: TrialView, with_position: bool) -> dict[str, Any]:
 def _place(topic: TopicView, trial: TrialView | None) -> int | None:
     """Place in the list of levels."""
     return None if trial is None else topic.trials.index(trial)
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -9,7 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibecalc.core.report import pages
-from vibecalc.core.report.defects import failed_parts, survived
+from vibecalc.core.report.defects import survived
 from vibecalc.core.report.html import (
     STYLE,
     anchor,
@@ -21,7 +21,7 @@ from vibecalc.core.report.html import (
     html_written,
 )
 from vibecalc.core.report.plots import make, pictures_of, vector_picture
-from vibecalc.core.report.sections import Section, other
+from vibecalc.core.report.sections import Section, other, section
 from vibecalc.core.report.text import identity, sections_of
 from vibecalc.core.report.verdicts import judge_references
 from vibecalc.core.report.writing import pairs, paragraph
@@ -197,11 +197,11 @@ class _Maker:
             return ("", self.html(made)) if made else None
         return self.picture(lambda: made)
 
-    def section(self, section: Section) -> Below | None:
+    def section(self, one: Section) -> Below | None:
         """A section of the text report; its details are for the appendix."""
-        self.shown |= section.shown
-        self.left += [section] if section.detail else []
-        return (section.title, self.html(section.lines)) if section.lines else None
+        self.shown |= one.shown
+        self.left += [one] if one.detail else []
+        return (one.title, self.html(one.lines)) if one.lines else None
 
     def html(self, lines: Iterable[str]) -> list[str]:
         """Blocks as HTML, which are kept in mind."""
@@ -232,10 +232,8 @@ class _Maker:
         for where in sections_of(self.result.record):
             if where in known:
                 continue
-            section: Section | None = survived(where, partial(named(where), self.result))
-            if section is None:
-                continue
-            below = self.section(section)
+            one: Section | None = survived(where, partial(named(where), self.result))
+            below = None if one is None else self.section(one)
             if where not in calculation.elsewhere and below is not None:
                 yield below[0], [("", below[1])]
         pictures = [
@@ -249,24 +247,16 @@ class _Maker:
 
     def appendix(self) -> Iterator[Below]:
         """What is left: further results, details, reference numbers, accuracy and methods."""
-        result, full = self.result, self.full
-        references = judge_references(result)
+        references, full = judge_references(self.result), self.full
         compared = pages.references(references) if full else pages.brief(references)
         off = [] if full else pages.references(pages.missed(references))
         words = pages.conclusion(references, [])
-        parts: list[Section | None] = [
-            Section("Reference numbers", [*paragraph(words), *compared, *off], frozenset())
-            if words
-            else None
-        ]
-        for section in self.left if full else ():
-            lines = [line for line in section.detail if line not in self.blocks]
-            parts.append(Section(f"{section.title}: {section.detail_name}", lines, frozenset()))
-        closings = (pages.tolerance, pages.accuracy, pages.methods_section, pages.plan_section,
-                    pages.provenance) if full else (pages.appendix, pages.run_of)  # fmt: skip
-        parts += [other(result, self.shown), *(make_(result) for make_ in closings)]
-        failed = [line for one in failed_parts() for line in paragraph(one, "-")]
-        parts.append(Section("Parts that could not be made", failed, frozenset()))
+        numbers = [*paragraph(words), *compared, *off] if words else []
+        parts = [section("Reference numbers", [numbers])]
+        for one in self.left if full else ():
+            lines = [line for line in one.detail if line not in self.blocks]
+            parts.append(section(f"{one.title}: {one.detail_name}", [lines]))
+        parts += [other(self.result, self.shown), *pages.closings(self.result, full)]
         for part in parts:
             if part is not None and any(part.lines):
                 yield _CLOSING.get(part.title, part.title), list(html_blocks(part.lines))

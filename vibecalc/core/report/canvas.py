@@ -80,6 +80,14 @@ def canvas(result: Titled, subtitle: str, height: float) -> "Figure":
     return figure
 
 
+def panels_of(figure: "Figure", count: int, columns: int, **more: Any) -> "list[Axes]":
+    """So many panels in columns; the last row may have fewer."""
+    grid = figure.subplots(-(-count // columns), columns, squeeze=False, **more).ravel().tolist()
+    for spare in grid[count:]:
+        spare.set_visible(False)
+    return list(grid[:count])
+
+
 def ticks(axis: Any, places: Any, words: Sequence[str] | None = None) -> None:
     """Ticks at these places, with their numbers or `words`."""
     from matplotlib.ticker import FixedFormatter, FixedLocator

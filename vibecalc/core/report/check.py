@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from vibecalc.core.report.writing import pairs, paragraph
+from vibecalc.core.report.writing import many, pairs, paragraph
 from vibecalc.core.run.plan import (
     FURTHER_RUN,
     LIBRARIES,
@@ -202,20 +202,16 @@ def render_plan(
     for number, stage in enumerate(plan, start=1):
         lines += ["", f"{number}. {stage['stage']}"]
         shown = {**stage, "quantities": _by_folder(stage.get("quantities", ""))}
-        lines += pairs([(name, shown[key]) for key, name in ROWS if shown.get(key)], width=8)
+        lines += pairs([(name, shown[key]) for key, name in ROWS if shown.get(key)])
     counted = [row for row in case.reference if row.kind == "published"]
     counted = [row for row in counted if not row.known_difference]
     lines += [
         "",
         str(total["text"]),
-        f"{_count(len(case.reference), 'reference')}, {len(counted)} of them counted; "
-        f"{_count(len(case.limit), 'limit')} in [[limit]]",
+        f"{many(len(case.reference), 'reference')}, {len(counted)} of them counted; "
+        f"{many(len(case.limit), 'limit')} in [[limit]]",
     ]
     return "\n".join(lines)
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
 
 
 def _by_folder(quantities: str) -> str:

@@ -6,22 +6,17 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.report.text import identity
-from vibecalc.core.report.writing import Column, heading, number, pairs, show, table, text_of
+from vibecalc.core.report.writing import heading, number, pairs, show, table, text_of
 from vibecalc.core.results.record import Quantity, Result
 
 
 def render_contents(result: Result) -> str:
     """Case, program, stages; under each group the quantities, with unit, axes and size."""
-    lines = heading(str(result.case.get("title") or result.name), 1) + pairs(_head(result), 20)
+    lines = heading(str(result.case.get("title") or result.name), 1) + pairs(_head(result))
     groups: dict[str, list[Quantity]] = {}
     for path, quantity in result.items():
         groups.setdefault(path.rpartition("/")[0], []).append(quantity)
-    columns = (
-        Column("quantity", 28),
-        number("value or largest", 16),
-        Column("unit", 9),
-        Column("axes", 40),
-    )
+    columns = "quantity", number("value or largest"), "unit", "axes"
     for group, quantities in groups.items():
         rows = [
             [one.path.rpartition("/")[2], _size(one), one.unit, _axes(one)] for one in quantities

@@ -6,18 +6,11 @@ import re
 from collections.abc import Sequence
 from xml.etree import ElementTree
 
-from vibecalc.core.report.writing import Column, number, table
+from vibecalc.core.report.writing import many, number, table
 from vibecalc.core.results.compare import ComparedRow, Comparison, FilePair
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, ResultError
 
-_COLUMNS = (
-    Column("quantity", 42),
-    number("reference", 14),
-    number("value", 14),
-    number("off by", 8),
-    number("allowed", 8),
-    number("ratio", 7),
-)
+_COLUMNS = "quantity", *map(number, ("reference", "value", "off by", "allowed", "ratio"))
 
 #: characters that XML 1.0 cannot hold, escaped or not
 _NOT_IN_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -40,7 +33,7 @@ def render_differences(comparison: Comparison, count: int = 10) -> str:
     for row in shown:
         lines += [f"  {row.path}: {problem}" for problem in row.problems]
     if len(differing) > len(shown):
-        more = _count(len(differing) - len(shown), "quantity differs", "quantities differ")
+        more = many(len(differing) - len(shown), "quantity differs", "quantities differ")
         lines.append(f"  ... and {more}")
     if lines and lines[-1]:
         lines.append("")
@@ -55,8 +48,8 @@ def render_differences(comparison: Comparison, count: int = 10) -> str:
         named = ", ".join(comparison.ignored[:3])
         further = len(comparison.ignored) - 3
         lines += [f"Not compared: {named}{f' and {further} more' if further > 0 else ''}", ""]
-    compared = f"{_count(len(comparison.rows), 'quantity', 'quantities')} compared"
-    verdict = _count(len(differing), "differs", "differ") if differing else "all the same"
+    compared = f"{many(len(comparison.rows), 'quantity', 'quantities')} compared"
+    verdict = many(len(differing), "differs", "differ") if differing else "all the same"
     return "\n".join([*lines, f"{compared}, {verdict}."]) + "\n"
 
 
@@ -75,7 +68,7 @@ def render_files(pairs: Sequence[FilePair], by_name: bool) -> str:
         unusable = sum(pair.comparison is None for pair in pairs)
         same = len(pairs) - differ - unusable
         texts.append(f"{same} of {len(pairs)} files the same")
-        texts[-1] += f", {_count(differ, 'differs', 'differ')}" if differ else ""
+        texts[-1] += f", {many(differ, 'differs', 'differ')}" if differ else ""
         texts[-1] += f", {unusable} not compared" if unusable else ""
         texts[-1] += ".\n"
     return "".join(texts)
@@ -158,10 +151,6 @@ def _test_case(suite: ElementTree.Element, path: str) -> ElementTree.Element:
     return ElementTree.SubElement(suite, "testcase", {"classname": place, "name": _xml(name)})
 
 
-def _count(number_of: int, one: str, many: str) -> str:
-    return f"{number_of} {one if number_of == 1 else many}"
-
-
 def _cells(row: ComparedRow) -> tuple[str, ...]:
     where = f"\n  {row.entry}" if row.entry else ""
     many = f"\n  {row.failed} of {row.entries} entries" if row.failed and row.entries > 1 else ""
@@ -203,21 +192,12 @@ def _short(entry: float | complex | str | None) -> str:
 
 
 def _row_object(row: ComparedRow) -> dict[str, object]:
-    return {
-        "quantity": row.path,
-        "same": row.same,
-        "compare": row.kind,
-        "unit": row.unit,
-        "entry": row.entry,
-        "reference": _json(row.reference),
-        "value": _json(row.value),
-        "difference": _json(row.difference),
-        "allowed": _json(row.allowed),
-        "ratio": row.ratio if math.isfinite(row.ratio) else None,
-        "failed": row.failed,
-        "entries": row.entries,
-        "problems": list(row.problems),
-    }
+    numbers = {name: _json(getattr(row, name))
+               for name in ("reference", "value", "difference", "allowed")}  # fmt: skip
+    told = {name: getattr(row, name) for name in ("same", "unit", "entry", "failed", "entries")}
+    ratio = row.ratio if math.isfinite(row.ratio) else None
+    names = {"quantity": row.path, "compare": row.kind, "problems": list(row.problems)}
+    return names | told | numbers | {"ratio": ratio}
 
 
 def _json(entry: float | complex | str | None) -> object:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.core.report.goals import bound_unit, in_unit
 from vibecalc.core.report.sections import (
     Part,
     Section,
@@ -16,8 +17,7 @@ from vibecalc.core.report.sections import (
     section,
     table_of,
 )
-from vibecalc.core.report.studies import bound_unit, in_unit
-from vibecalc.core.report.writing import Column, number, paragraph, show, table
+from vibecalc.core.report.writing import number, paragraph, show, table
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.units import convert, parse_quantity
 
@@ -50,34 +50,19 @@ def _keys(result: Result) -> list[str]:
     rows = []
     for variable in _variables(result):
         key = str(variable["key"])
-        value = result.record[VALUE + key]
-        unit = bound_unit(variable, value.unit)
-        deviation = result.record[f"{PREFIX}standard_error/{key}"]
-        size, _ = in_unit(deviation, unit)
-        fitted, error = in_unit(value, unit)
-        known = math.isfinite(size)
-        share = "" if not known or not fitted else f"{100.0 * size / abs(fitted):.2g} %"
-        rows.append(
-            [
-                key,
-                show(*in_unit(result.record[f"{PREFIX}start/{key}"], unit)),
-                show(fitted, error, _digits(fitted, size)),
-                show(size, digits=2) if known else "not told",
-                unit,
-                share,
-                _SIDES[int(scalar_of(result.record, f"{PREFIX}active_bound/{key}") or 0)],
-            ]
+        value, deviation, start = (
+            result.record[f"{PREFIX}{part}/{key}"] for part in ("value", "standard_error", "start")
         )
-    columns = (
-        Column("fitted key", 38),
-        number("start", 11),
-        number("fitted", 11),
-        number("+-", 9),
-        Column("unit", 8),
-        number("", 6),
-        Column("", 8),
-    )
-    return table(columns, rows)
+        unit = bound_unit(variable, value.unit)
+        (fitted, error), (size, _) = in_unit(value, unit), in_unit(deviation, unit)
+        known = math.isfinite(size)
+        side = int(scalar_of(result.record, f"{PREFIX}active_bound/{key}") or 0)
+        shown = show(*in_unit(start, unit)), show(fitted, error, _digits(fitted, size))
+        share = "" if not known or not fitted else f"{100.0 * size / abs(fitted):.2g} %"
+        off = show(size, digits=2) if known else "not told"
+        rows.append([key, *shown, off, unit, share, _SIDES[side]])
+    heads = *map(number, ("start", "fitted", "+-")), "unit", number(""), ""
+    return table(("fitted key", *heads), rows)
 
 
 def _digits(value: float, deviation: float) -> int:
@@ -123,8 +108,7 @@ def _correlation(result: Result) -> list[str]:
         key=lambda pair: -abs(values[pair]),
     )
     rows = [[keys[j], keys[i], f"{values[i, j]:+.3f}"] for i, j in pairs[:_MOST]]
-    columns = (Column("correlation of", 42), Column("with", 42), number("", 8))
-    return table(columns, rows) if rows else []
+    return table(("correlation of", "with", number("")), rows) if rows else []
 
 
 def _paste(result: Result) -> list[str]:
@@ -189,15 +173,8 @@ def _points(result: Result, most: int | None) -> list[str]:
             rows.append((abs(off), cells))
     if most is not None:
         rows = sorted(rows, key=lambda row: -row[0])[:most]
-    columns = (
-        Column("measured point" if most is None else "measured point, worst first", 38),
-        number("measured", 11),
-        number("+-", 8),
-        number("start", 10),
-        number("fitted", 10),
-        Column("unit", 6),
-        number("off / +-", 8),
-    )
+    words = "measured point" if most is None else "measured point, worst first"
+    columns = words, *map(number, ("measured", "+-", "start", "fitted")), "unit", number("off / +-")
     return table(columns, [cells for _, cells in rows])
 
 
@@ -217,5 +194,4 @@ def _combinations(result: Result) -> list[str]:
         ]
         known = f"{100.0 * float(size):.2g} %" if math.isfinite(float(size)) else "not told"
         rows.append([" ".join(parts), known])
-    columns = (Column("combination, in ways between bounds", 70), number("+- of the way", 14))
-    return table(columns, rows)
+    return table(("combination, in ways between bounds", number("+- of the way")), rows)

@@ -6,11 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.choices import PICKED, label_of
+from vibecalc.core.report.goals import PICKED, bound_units, label_of
 from vibecalc.core.report.sections import by_size, magnitudes, read_as, table_of
-from vibecalc.core.report.studies import bound_units
 from vibecalc.core.report.verdicts import place_of
-from vibecalc.core.report.writing import Column, decibels, number, read, rpm, show
+from vibecalc.core.report.writing import decibels, number, read, rpm, show, table
 from vibecalc.core.results.catalogue import HEADLINES, OWNER
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import (
@@ -25,9 +24,6 @@ from vibecalc.core.run.stage import subjects
 from vibecalc.numerics.rounding import first_of_largest
 from vibecalc.units import convert
 
-_COLUMNS = (Column("result", 48), number("value", 13), Column("unit", 9), Column("where", 25))
-_WITH_LIMITS = (Column("result", 44), number("value", 10), Column("unit", 8), Column("where", 20),
-                Column("limit", 12))  # fmt: skip
 #: rows of an array of which each entry counts
 _MOST_EACH = 12
 #: entries that all have a row where else the lowest and the highest stand for them
@@ -51,17 +47,11 @@ class Answer(NamedTuple):
     missed: bool = False
 
 
-def columns(answers: Sequence[Answer]) -> tuple[Column, ...]:
-    """The columns of the first table: with one of limits where there are some."""
-    return _WITH_LIMITS if any(answer.limit for answer in answers) else _COLUMNS
-
-
-def cells(answers: Sequence[Answer]) -> list[list[str]]:
-    """The cells of `columns`."""
-    limited = any(answer.limit for answer in answers)
-    return [
-        [one.name, one.shown, read(one.unit), one.where, *[one.limit] * limited] for one in answers
-    ]
+def first_table(result: Result, limits: Sequence[Verdict]) -> list[str]:
+    """The first table of a result as a block; nothing if there is nothing to show."""
+    rows = [[one.name, one.shown, read(one.unit), one.where, one.limit]
+            for one in with_limits(result, limits)]  # fmt: skip
+    return table(("result", number("value"), "unit", "where", "limit"), rows) if rows else []
 
 
 def with_limits(result: Result, limits: Sequence[Verdict]) -> list[Answer]:

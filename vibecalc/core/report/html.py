@@ -9,7 +9,7 @@ from itertools import groupby
 from vibecalc.core.report.writing import Heading, Pairs, Paragraph, Table, read
 
 #: what verdicts are coloured as: those in capitals are not what the case expects
-_VERDICTS = (
+VERDICTS = (
     ("missed", re.compile(r"\b[A-Z]{4,}\b")),
     ("open", re.compile(r"\b(undecided|known)\b")),
     ("kept", re.compile(r"\b(kept|broken|within)\b")),
@@ -88,7 +88,7 @@ def html_table(block: Table) -> str:
         made = []
         for cell, side, verdict in zip(cells, sides, judged, strict=True):
             shown = html_text(cell.strip())
-            colour = next((name for name, words in _VERDICTS if words.search(cell)), "")
+            colour = next((name for name, words in VERDICTS if words.search(cell)), "")
             if verdict and colour:
                 shown = f'<span class="{colour}">{shown}</span>'
             made.append(f"<td{side}>{shown}</td>")

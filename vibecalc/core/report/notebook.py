@@ -1,7 +1,6 @@
 """A quantity as a notebook shows it: name, unit, axes and values in the unit that people read."""
 
 from html import escape
-from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -18,13 +17,8 @@ _ROWS, _COLUMNS = 8, 6
 
 def quantity_html(quantity: Quantity) -> str:
     """A heading and a table of at most eight rows and six columns."""
-    _, unit = read_as(quantity.path, quantity.unit)
-    try:
-        factor = convert(1.0, quantity.unit, unit)
-    except UnitError:
-        factor, unit = 1.0, quantity.unit
-    values = np.asarray(quantity.values)
-    error = quantity.estimate * factor
+    factor, unit = _read_in(quantity.path, quantity.unit)
+    values, error = np.asarray(quantity.values), quantity.estimate * factor
     cells = values * factor if values.dtype.kind in "iufc" else values
     over = ", ".join(f"{axis.name} ({len(axis.values)})" for axis in quantity.axes)
     head = f"<b>{escape(quantity.path)}</b> {escape(quantity.long_name)}"
@@ -34,19 +28,24 @@ def quantity_html(quantity: Quantity) -> str:
     return f"<div>{head}{_table(cells, quantity.axes, error)}</div>"
 
 
+def _read_in(path: str, unit: str) -> tuple[float, str]:
+    """The unit that people read, and the factor to it."""
+    try:
+        read = read_as(path, unit)[1]
+        return convert(1.0, unit, read) if unit else 1.0, read
+    except UnitError:
+        return 1.0, unit
+
+
 def _table(cells: np.ndarray, axes: tuple[Axis, ...], error: Any) -> str:
     """The last two axes down and across; of further ones the first entry."""
     while cells.ndim > 2:
         cells, axes = cells[0], axes[1:]
-    down, across = axes[0], axes[1] if len(axes) > 1 else None
-    rows = []
-    if across is not None:
-        rows.append(["", *_entries(across, _COLUMNS)])
-    names = _entries(down, _ROWS)
-    for name, row in zip(names, cells, strict=False):
-        entries = islice(np.atleast_1d(row).tolist(), _COLUMNS)
-        rows.append([name, *(_shown(one, error) for one in entries)])
-    if len(cells) > _ROWS or (across is not None and len(across.values) > _COLUMNS):
+    across = len(axes) > 1
+    rows = [["", *_entries(axes[1], _COLUMNS)]] if across else []
+    for name, row in zip(_entries(axes[0], _ROWS), cells, strict=False):
+        rows.append([name, *(_shown(one, error) for one in np.atleast_1d(row)[:_COLUMNS].tolist())])
+    if len(cells) > _ROWS or (across and len(axes[1].values) > _COLUMNS):
         rows.append(["..."])
     body = "".join(
         f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows
@@ -56,14 +55,9 @@ def _table(cells: np.ndarray, axes: tuple[Axis, ...], error: Any) -> str:
 
 def _entries(axis: Axis, most: int) -> list[str]:
     """The first entries of an axis, speeds in rpm and angles in deg."""
-    _, unit = read_as(axis.name, axis.unit)
-    try:
-        factor = convert(1.0, axis.unit, unit) if axis.unit else 1.0
-    except UnitError:
-        factor, unit = 1.0, axis.unit
-    values = [one * factor if isinstance(one, float) else one for one in axis.values.tolist()]
-    return [f"{one:.5g} {unit}".strip() if isinstance(one, float) else str(one)
-            for one in values[:most]]  # fmt: skip
+    factor, unit = _read_in(axis.name, axis.unit)
+    return [f"{one * factor:.5g} {unit}".strip() if isinstance(one, float) else str(one)
+            for one in axis.values[:most].tolist()]  # fmt: skip
 
 
 def _shown(value: Any, error: Any) -> str:

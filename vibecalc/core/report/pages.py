@@ -3,12 +3,13 @@
 import math
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, magnitudes, read_as, table_of
+from vibecalc.core.report.defects import failed_parts, survived
+from vibecalc.core.report.sections import Section, magnitudes, read_as, section, table_of
 from vibecalc.core.report.verdicts import (
     KNOWN,
     MEASURED,
@@ -18,8 +19,7 @@ from vibecalc.core.report.verdicts import (
     place_of,
 )
 from vibecalc.core.report.writing import (
-    Column,
-    fold,
+    many,
     number,
     pairs,
     paragraph,
@@ -35,7 +35,6 @@ from vibecalc.core.results.record import (
     KEPT,
     UNDECIDED,
     Estimate,
-    Method,
     Quantity,
     Result,
     Verdict,
@@ -47,23 +46,12 @@ from vibecalc.units import convert
 # The first page: limits with margins, the conclusion, reference numbers next to ours.
 # ----------------------------------------------------------------------------
 
-_LIMITS = (
-    Column("limit on", 37),
-    number("bound", 16),
-    number("computed", 11),
-    number("margin", 11),
-    Column("unit", 7),
-    Column("verdict", 11),
-)
+_LIMITS = ("limit on", number("bound"), number("computed"), number("margin"), "unit", "verdict")
 _REFERENCES = (
-    Column("reference number (source)", 44),
-    number("reference", 10),
-    number("computed", 11),
-    Column("unit", 7),
-    number("difference", 11),
-    Column("verdict", 10),
-)
-#: Longer values, such as a root written out, are shown with as many digits as ours, or as fit.
+    "reference number (source)", number("reference"), number("computed"), "unit",
+    number("difference"), "verdict",
+)  # fmt: skip
+#: Longer values, such as a root written out, are shown with as many digits as ours.
 LONGEST_PRINTED = 10
 #: A computed number is shown with its digits next to a published one of no more than so many times
 #: its size, even where both are within the error estimate of the quantity as a whole.
@@ -82,26 +70,15 @@ def limits(rows: Sequence[Verdict]) -> list[str]:
     """The table of limits: those of the case in its order, then those of rules and makers."""
     cells = []
     for row in rows:
-        bounds = []
-        if row.min is not None:
-            bounds.append(f"min {row.min:.6g}")
-        if row.max is not None:
-            bounds.append(f"max {row.max:.6g}")
+        bounds = [f"{side} {bound:.6g}" for side, bound in (("min", row.min), ("max", row.max))
+                  if bound is not None]  # fmt: skip
         picks = _picks(row.where)
         entry = f"worst {row.label}" if row.label not in ("", picks) else picks
         if row.element:
             entry = ", ".join(filter(None, (row.element, row.limit, row.condition)))
-        source = f"({row.source})" if row.source else ""
-        cells.append(
-            [
-                _name(_LIMITS, row.quantity, row.at, entry, source),
-                "\n".join(bounds),
-                show(row.computed, row.error_estimate),
-                margin(row),
-                row.unit,
-                limit_verdict(row),
-            ]
-        )
+        name = _name(row, entry, f"({row.source})" if row.source else "")
+        shown = show(row.computed, row.error_estimate)
+        cells.append([name, "\n".join(bounds), shown, margin(row), row.unit, limit_verdict(row)])
     return table(_LIMITS, cells) if cells else []
 
 
@@ -129,16 +106,8 @@ def references(rows: Sequence[ReferenceRow]) -> list[str]:
         verdict = row.verdict.upper() if row.verdict in (OUTSIDE, UNRESOLVED) else row.verdict
         if row.verdict == KNOWN:
             verdict = f"known [{notes.index(_note(row, shown=True)) + 1}]"
-        cells.append(
-            [
-                _name(_REFERENCES, row.quantity, row.at, _picks(row.where), f"({row.source})"),
-                _printed(row),
-                computed(row),
-                row.unit,
-                difference(row),
-                verdict,
-            ]
-        )
+        name = _name(row, _picks(row.where), f"({row.source})")
+        cells.append([name, _printed(row), computed(row), row.unit, difference(row), verdict])
     lines = table(_REFERENCES, cells) if cells else []
     for i, note in enumerate(notes):
         lines += paragraph(note, f"[{i + 1}]")
@@ -153,26 +122,21 @@ def brief(rows: Sequence[ReferenceRow]) -> list[str]:
     sources = Counter(_source(row) for row in rows if row.verdict == WITHIN)
     named = ", ".join(f"{source} ({count})" for source, count in sources.most_common(_MOST_SOURCES))
     further = len(sources) - _MOST_SOURCES
-    named += f" and {_many(further, 'more source')}" if further > 0 else ""
+    named += f" and {many(further, 'more source')}" if further > 0 else ""
     lines = paragraph(f"match: {named}") if named else []
-    known = [row for row in rows if row.verdict == KNOWN]
-    reasons = Counter(_note(row) for row in known)
-    firsts = [next(row for row in known if _note(row) == reason) for reason in reasons]
-    for row in firsts[:_MOST_REASONS]:
-        count = reasons[_note(row)] - 1
-        more = f" (the same for {_many(count, 'more number')})" if count else ""
-        lines += paragraph(f"{_compared(row, 'printed')}: {_note(row)}{more}", "-")
+    known: dict[str, list[ReferenceRow]] = {}
+    for row in (row for row in rows if row.verdict == KNOWN):
+        known.setdefault(_note(row), []).append(row)
+    for reason, (row, *others) in [*known.items()][:_MOST_REASONS]:
+        more = f" (the same for {many(len(others), 'more number')})" if others else ""
+        lines += paragraph(f"{_compared(row, 'printed')}: {reason}{more}", "-")
     measured = [row for row in rows if row.verdict == MEASURED]
     for row in measured[:_MOST_REASONS]:
         lines += paragraph(_compared(row, MEASURED), "-")
-    left = (
-        (len(firsts) - _MOST_REASONS, "more reason"),
-        (len(measured) - _MOST_REASONS, "more measured number"),
-    )
-    hidden = " and ".join(_many(count, noun) for count, noun in left if count > 0)
-    return lines + (
-        paragraph(f"and {hidden}; `vibecalc report --full` shows all") if hidden else []
-    )
+    left = ((len(known), "more reason"), (len(measured), "more measured number"))
+    hidden = [many(n - _MOST_REASONS, noun) for n, noun in left if n > _MOST_REASONS]
+    words = f"and {' and '.join(hidden)}; `vibecalc report --full` shows all"
+    return lines + (paragraph(words) if hidden else [])
 
 
 def _compared(row: ReferenceRow, kind: str) -> str:
@@ -187,7 +151,8 @@ def _compared(row: ReferenceRow, kind: str) -> str:
 
 
 def _printed(row: ReferenceRow) -> str:
-    return row.printed if len(row.printed) <= LONGEST_PRINTED else _fit(row.value)
+    fits = len(row.printed) <= LONGEST_PRINTED
+    return row.printed if fits else show(row.value, digits=_DIGITS)
 
 
 def _source(row: ReferenceRow) -> str:
@@ -216,12 +181,10 @@ def computed(row: ReferenceRow, digits: int = _DIGITS) -> str:
     """Our number next to a published one; 0 where it is nothing but round-off."""
     if row.unit == "dB" and row.computed == -math.inf:
         return "zero"
-    error = row.error_estimate
     if not row.resolved:
-        return show(row.computed, Estimate(error, 0.0))
-    if row.value:
-        error = min(error, abs(row.value) / _COMPARABLE)
-    return _fit(row.computed, error, _REFERENCES[2].width, digits)
+        return show(row.computed, Estimate(row.error_estimate, 0.0))
+    error = min(row.error_estimate, abs(row.value) / _COMPARABLE or math.inf)
+    return show(row.computed, error, digits)
 
 
 def conclusion(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) -> str:
@@ -230,7 +193,7 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) ->
     if limits:
         kept = sum(bool(row.kept) for row in limits)
         verb = "is" if 1 in (kept, len(limits)) else "are"
-        clause = f"{kept} of {_many(len(limits), 'limit')} {verb} kept"
+        clause = f"{kept} of {many(len(limits), 'limit')} {verb} kept"
         barred = sum(row.state == BARRED for row in limits)
         clause += f", {barred} of them by barring a speed range" if barred else ""
         broken = sorted((row for row in limits if row.state == BROKEN), key=lambda r: r.satisfied)
@@ -251,23 +214,15 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) ->
     if counted:
         good = sum(bool(row.within) for row in counted)
         verb = "matches" if good == 1 else "match"
-        clauses.append(f"{good} of {_many(len(counted), 'counted reference number')} {verb}")
+        clauses.append(f"{good} of {many(len(counted), 'counted reference number')} {verb}")
     known = sum(row.verdict == KNOWN for row in references)
     measured = sum(row.verdict == MEASURED for row in references)
     if known:
-        what = str(known) if counted else _many(known, "reference number")
+        what = str(known) if counted else many(known, "reference number")
         clauses.append(f"{what} {'differs' if known == 1 else 'differ'} for a known reason")
     if measured:
         clauses.append(f"{measured} measured {'is' if measured == 1 else 'are'} for comparison")
     return "; ".join(clauses) + "." if clauses else ""
-
-
-def _fit(
-    value: float, error: float = 0.0, width: int = LONGEST_PRINTED, digits: int = _DIGITS
-) -> str:
-    """A number with fewer digits where it would not fit: folded in two it reads as another one."""
-    texts = [show(value, error, digits) for digits in range(digits, 2, -1)]
-    return next((text for text in texts if len(text) <= width), texts[-1])
 
 
 def _note(row: ReferenceRow, *, shown: bool = False) -> str:
@@ -290,28 +245,19 @@ def _spoken(row: Verdict) -> str:
     return read_as(row.quantity, row.unit)[0] + where
 
 
-def _many(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
-
-
-def _picks(where: object) -> str:
-    if not isinstance(where, dict):
-        return ""
+def _picks(where: Mapping[str, object]) -> str:
     return ", ".join(f"{axis}={entry}" for axis, entry in where.items())
 
 
-def _name(columns: Sequence[Column], quantity: str, at: str, *remarks: str) -> str:
+def _name(row: Verdict | ReferenceRow, *remarks: str) -> str:
     """The path, and below it, a little to the right, what else belongs to the row."""
-    name = quantity + (" (start)" if at == "start" else "")
-    below = fold(" ".join(remark for remark in remarks if remark), columns[0].width - 2)
-    return "\n".join([name, *(f"  {line}" for line in below if line)])
+    below = " ".join(filter(None, remarks))
+    return row.quantity + (" (start)" if row.at == "start" else "") + f"\n  {below}" * bool(below)
 
 
 # ----------------------------------------------------------------------------
 # The tolerance of a run: how much of it was reached, and what each stage took for that.
 # ----------------------------------------------------------------------------
-
-_STAGES = (Column("stage", 28), number("s", 10), number("share %", 8), Column("work", 48))
 
 
 def tolerance(result: Result) -> Section | None:
@@ -321,7 +267,7 @@ def tolerance(result: Result) -> Section | None:
         return None
     rows = [("tolerance", _tolerance_words(result, found))]
     rows += [("not held to it", f"{count}: {words}") for words, count in found.exempt]
-    return Section("Tolerance", pairs(rows, 16), frozenset())
+    return section("Tolerance", [pairs(rows)])
 
 
 def _tolerance_words(result: Result, summary: ToleranceSummary) -> str:
@@ -334,27 +280,9 @@ def tolerance_line(result: Result) -> str:
     found = _summary(result)
     if found is None:
         return ""
-    worst = f", the worst {_share(found.share, 'has ', 'is ')}" if found.worst else ""
+    share = f"is {UNRESOLVED}" if found.share >= 1.0 else f"has {show_error(found.share)}"
+    worst = f", the worst {share}" if found.worst else ""
     return f"rtol = {found.rtol:g} reached by {found.met} of {found.held} results{worst}"
-
-
-def _share(share: float, has: str = "", is_: str = "") -> str:
-    return f"{is_}{UNRESOLVED}" if share >= 1.0 else f"{has}{show_error(share)}"
-
-
-def stage_times(result: Result) -> list[str]:
-    """A table of seconds by stage, with the work that the plan says it takes."""
-    total = sum(result.timings.values())
-    if not total:
-        return []
-    planned = {row.get("stage", ""): row.get("cost", "") for row in result.plan}
-    rows = [
-        [stage, f"{seconds:.4f}", f"{100.0 * seconds / total:.1f}", planned.get(stage, "")]
-        for stage, seconds in result.timings.items()
-    ]
-    if len(rows) > 1:
-        rows.append(["together", f"{total:.4f}", "100.0", ""])
-    return [*table(_STAGES, rows), ""]
 
 
 def _summary(result: Result) -> ToleranceSummary | None:
@@ -370,23 +298,34 @@ def _summary(result: Result) -> ToleranceSummary | None:
 _CHANGING = "Provenance (changes from run to run)"
 
 
+def closings(result: Result, full: bool) -> Iterator[Section]:
+    """The last sections of a report, and what could not be made of it."""
+    brief_: tuple[Callable[[Result], Section | None], ...] = (appendix, run_of)
+    whole = (tolerance, accuracy, methods_section, plan_section, provenance)
+    made = [survived(make.__name__, partial(make, result)) for make in (whole if full else brief_)]
+    failed = [line for one in failed_parts() for line in paragraph(one, "-")]
+    made.append(section("Parts that could not be made, by a fault of vibecalc", [failed]))
+    yield from (one for one in made if one is not None)
+
+
 def warnings(result: Result) -> Section | None:
     """Warnings of the run, equal ones once with their count."""
-    counts: dict[str, int] = {}
-    for text in result.record.warnings:
-        counts[text] = counts.get(text, 0) + 1
     lines: list[str] = []
-    for text, count in counts.items():
+    for text, count in Counter(result.record.warnings).items():
         lines += paragraph(text + (f" ({count} times)" if count > 1 else ""), "-")
-    return Section("Warnings", lines, frozenset()) if lines else None
+    return section("Warnings", [lines])
 
 
 def plan_section(result: Result) -> Section | None:
     """Which stages ran and why, as planned before anything was computed."""
-    lines: list[str] = []
-    for row in result.plan:
-        lines += pairs([(row.get("stage", "stage"), _planned(row))], 16)
-    return Section("Plan", lines, frozenset()) if lines else None
+    keys = ("parts", "orders", "cost")
+    rows = [
+        (row.get("stage", "stage"),
+         "; ".join([*filter(None, [row.get("why")]),
+                    *(f"{key}: {row[key]}" for key in keys if row.get(key))]))
+        for row in result.plan
+    ]  # fmt: skip
+    return section("Plan", [pairs(rows)])
 
 
 def methods_section(result: Result) -> Section | None:
@@ -394,35 +333,36 @@ def methods_section(result: Result) -> Section | None:
     lines: list[str] = []
     for i, method in enumerate(result.record.methods):
         lines += paragraph(f"{method.name}: {method.purpose}. {method.citation}", f"[{i + 1}]")
-    return Section("Methods", lines, frozenset()) if lines else None
+    return section("Methods", [lines])
 
 
 def accuracy(result: Result) -> Section | None:
     """Largest magnitude of each quantity, its error estimate and their ratio."""
-    columns = (
-        Column("quantity", 48),
-        number("largest", 13),
-        Column("unit", 10),
-        number("error", 11),
-        number("relative", 11),
-    )
-    rows = [
-        [
-            quantity.path,
-            show(_largest(quantity), quantity.error_estimate),
-            quantity.unit,
-            show_error(quantity.error_estimate),
-            _shown_ratio(quantity),
-        ]
-        for quantity in result.record.values()
-        if np.size(quantity.values)
-    ]
-    asked = _asked(result.case)
-    title = "Accuracy: error estimates" + (f" (asked for: rtol = {asked})" if asked else "")
-    return Section(title, table(columns, rows), frozenset()) if rows else None
+    rows = []
+    for one in result.record.values():
+        values = magnitudes(one)
+        if values.size:
+            largest = float(np.max(np.abs(values))) if values.dtype.kind in "biuf" else 0.0
+            error = one.error_estimate
+            cells = show(largest, error), one.unit, show_error(error), _shown_ratio(one, largest)
+            rows.append([one.path, *cells])
+    rtol = table_of(result.case, "accuracy").get("rtol")
+    title = "Accuracy: error estimates" + ("" if rtol is None else f" (asked for: rtol = {rtol:g})")
+    heads = ("quantity", number("largest"), "unit", number("error"), number("relative"))
+    return section(title, [table(heads, rows) if rows else []])
 
 
-def appendix(result: Result) -> Section:
+def _shown_ratio(quantity: Quantity, largest: float) -> str:
+    error, zero = quantity.error_estimate, quantity.estimate.is_zero(largest)
+    if math.isinf(largest):
+        return "unbounded"
+    if error and largest <= error:
+        return "a check" if is_check(quantity.path) else "zero" if zero else UNRESOLVED
+    # Where all cancels the estimate is all there is; that is no loss of accuracy.
+    return show_error(float(error) / largest if error and not is_check(quantity.path) else 0.0)
+
+
+def appendix(result: Result) -> Section | None:
     """Tolerance, error and methods in a few lines; no line changes from run to run."""
     rows = []
     found = _summary(result)
@@ -430,82 +370,43 @@ def appendix(result: Result) -> Section:
         exempt = sum(count for _, count in found.exempt)
         more = f"; {exempt} not held to it" if exempt else ""
         rows.append(("tolerance", _tolerance_words(result, found) + more))
-    if result.record.methods:
-        rows.append(("methods", "; ".join(dict.fromkeys(map(_short_name, result.record.methods)))))
-    rows.append(("case", f"sha256 {result.case_sha256}"))
-    return Section("Appendix", pairs(rows, 15), frozenset())
+    if result.record.methods:  # without what is said behind a colon or in brackets
+        names = (re.split(r"[:(]", method.name)[0].strip() for method in result.record.methods)
+        rows.append(("methods", "; ".join(dict.fromkeys(names))))
+    return section("Appendix", [pairs([*rows, ("case", f"sha256 {result.case_sha256}")])])
 
 
-def _short_name(method: Method) -> str:
-    """The name of a method without what is said behind a colon or in brackets."""
-    return re.split(r"[:(]", method.name)[0].strip()
-
-
-def run_of(result: Result) -> Section:
+def run_of(result: Result) -> Section | None:
     """Seconds by stage, versions and command in three lines. Nothing stable stands below."""
     seconds = [f"{stage} {time:.3f}" for stage, time in result.timings.items()]
     seconds += [f"together {sum(result.timings.values()):.3f}"] if seconds else []
-    known = result.provenance
+    names = {"time": "", "vibecalc_version": "vibecalc"}
     versions = [
-        f"{words} {known[key]}".strip()
-        for key, words in (("time", ""), ("vibecalc_version", "vibecalc"), ("python", "python"),
-                           ("numpy", "numpy"), ("scipy", "scipy"))
-        if known.get(key)
-    ]  # fmt: skip
+        f"{names.get(key, key)} {result.provenance[key]}".strip()
+        for key in ("time", "vibecalc_version", "python", "numpy", "scipy")
+        if result.provenance.get(key)
+    ]
     rows = [("seconds", ", ".join(seconds)), ("run", ", ".join(versions))]
-    rows = [(name, words) for name, words in rows if words] + [("command", rerun(result))]
-    return Section(_CHANGING, pairs(rows, 15), frozenset())
+    return section(
+        _CHANGING, [pairs([*filter(lambda row: row[1], rows), ("command", rerun(result))])]
+    )
 
 
-def provenance(result: Result) -> Section:
+def provenance(result: Result) -> Section | None:
     """Time per stage, versions, and how to run the case again. Nothing stable stands below."""
-    known = result.provenance.items()
-    rows = [(str(key), str(value)) for key, value in known if key != "command"]
-    wide = max(24, *(len(name) for name, _ in rows)) if rows else 24
-    lines = [*stage_times(result), *pairs([*rows, ("rerun", rerun(result))], wide)]
-    return Section(_CHANGING, lines, frozenset())
+    total = sum(result.timings.values())
+    planned = {row.get("stage", ""): row.get("cost", "") for row in result.plan}
+    rows = [
+        [stage, f"{seconds:.4f}", f"{100.0 * seconds / total:.1f}", planned.get(stage, "")]
+        for stage, seconds in result.timings.items()
+        if total
+    ]
+    rows += [["together", f"{total:.4f}", "100.0", ""]] if len(rows) > 1 else []
+    times = table(("stage", number("s"), number("share %"), "work"), rows) if rows else []
+    known = [(str(key), str(value)) for key, value in result.provenance.items() if key != "command"]
+    return section(_CHANGING, [times, pairs([*known, ("rerun", rerun(result))])])
 
 
 def rerun(result: Result) -> str:
     """The command that makes this result again."""
     return str(result.provenance.get("command") or f"vibecalc run {result.name}.toml")
-
-
-def _planned(row: Mapping[str, str]) -> str:
-    parts = [row["why"]] if row.get("why") else []
-    parts += [f"{key}: {row[key]}" for key in ("parts", "orders", "cost") if row.get(key)]
-    return "; ".join(parts)
-
-
-def _asked(case: Mapping[str, Any]) -> str:
-    table_ = case.get("accuracy")
-    rtol = table_.get("rtol") if isinstance(table_, Mapping) else None
-    return "" if rtol is None else f"{rtol:g}"
-
-
-def _largest(quantity: Quantity) -> float:
-    values = magnitudes(quantity)
-    if values.dtype.kind not in "biuf":
-        return 0.0
-    return float(np.max(np.abs(values)))
-
-
-def _ratio(quantity: Quantity) -> float:
-    largest = _largest(quantity)
-    if quantity.error_estimate == 0.0 or np.isinf(largest):
-        return 0.0
-    # Where all cancels the estimate is all there is; that is no loss of accuracy.
-    if quantity.estimate.is_zero(largest) or is_check(quantity.path):
-        return 0.0
-    return float(quantity.error_estimate) / largest if largest else float("inf")
-
-
-def _shown_ratio(quantity: Quantity) -> str:
-    largest = _largest(quantity)
-    if np.isinf(largest):
-        return "unbounded"
-    if quantity.error_estimate and largest <= quantity.error_estimate:
-        if is_check(quantity.path):
-            return "a check"
-        return "zero" if quantity.estimate.is_zero(largest) else UNRESOLVED
-    return show_error(_ratio(quantity))

@@ -1,7 +1,6 @@
-"""Pictures of a result as files: which there are, how they are written, and those of studies."""
+"""Pictures of a result as files: which there are and how they are written; that of methods."""
 
 import math
-import re
 import struct
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -16,24 +15,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.report.accuracy import TopicView, TrialView, topics_of
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, note, unit_words
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, panels_of
 from vibecalc.core.report.curves import Curves, named_curves
 from vibecalc.core.report.defects import failed_parts, survived
-from vibecalc.core.report.fronts import in_words
-from vibecalc.core.report.sections import scalar_of, table_of
-from vibecalc.core.report.studies import VARIABLE, bound_unit, start_of
 from vibecalc.core.report.sweep.view import SweepView, view_of
-from vibecalc.core.report.writing import fold, show
+from vibecalc.core.report.writing import fold
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.layout import is_accuracy
 from vibecalc.core.results.named import named
-from vibecalc.core.results.record import AT_START, Result
-from vibecalc.core.results.select import Side, worst
+from vibecalc.core.results.record import Result
 from vibecalc.core.results.sweep_file import SweepResult, opened
-from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.run.stage import subjects, subjects_of
-from vibecalc.errors import ResultError, UsageError
-from vibecalc.units import convert, parse_quantity
+from vibecalc.errors import UsageError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,10 +39,10 @@ if TYPE_CHECKING:
 #: Pictures of studies; each subject names its own. A picture is a function of the result, or a
 #: `Curves`, which is called like one: `picture(result) -> Figure | None`.
 OF_STUDIES: dict[str, str] = {
-    "pareto": "vibecalc.core.report.fronts:draw_front",
-    "optimisation": "vibecalc.core.report.plots:draw_start_and_optimum",
-    "combinations": "vibecalc.core.report.choices:draw_combinations",
-    "robust": "vibecalc.core.report.robust:draw_robust",
+    "pareto": "vibecalc.core.report.study_pictures:draw_front",
+    "optimisation": "vibecalc.core.report.study_pictures:draw_start_and_optimum",
+    "combinations": "vibecalc.core.report.study_pictures:draw_combinations",
+    "robust": "vibecalc.core.report.study_pictures:draw_robust",
     "fit": "vibecalc.core.report.fit_pictures:draw_fit",
 }
 
@@ -61,7 +54,7 @@ SWEEP_PICTURES: dict[str, str] = {
 }
 
 #: The one picture of a measurement of methods, which bears the name of its file alone.
-_OF_METHODS = ("accuracy",)
+OF_METHODS = {"accuracy": "vibecalc.core.report.plots:draw_accuracy"}
 
 #: A font that matplotlib brings along, so that the same result gives the same picture anywhere.
 STYLE: dict[str, Any] = {
@@ -190,11 +183,9 @@ def _figures(of: Source, look: Look) -> tuple[Iterable[str], list[tuple[str, "Fi
     """Names of the pictures that a file or result may have, and those that it has of them."""
     with opened(of) as found:
         if isinstance(found, SweepResult):
-            return SWEEP_PICTURES, list(_made(SWEEP_PICTURES, view_of(found), make_sweep, look))
-        if is_accuracy(found):
-            return _OF_METHODS, list(_made(_OF_METHODS, found, _make_methods, look))
-        names = pictures_of(found)
-        return names, list(_made(names, found, make, look))
+            return SWEEP_PICTURES, list(_made(SWEEP_PICTURES, view_of(found), look))
+        names = OF_METHODS if is_accuracy(found) else pictures_of(found)
+        return names, list(_made(names, found, look))
 
 
 def vector_pictures(of: Source) -> Iterator[tuple[str, bytes]]:
@@ -223,19 +214,13 @@ def as_vector(figure: "Figure") -> tuple[str, bytes]:
         return title, _by_matplotlib(figure, "svg", _RESOLUTION)
 
 
-def _make_methods(result: Result, _name: str) -> "Figure | None":
-    return draw_accuracy(result)
-
-
-def _made(
-    names: Iterable[str], of: Any, maker: Callable[[Any, str], "Figure | None"], look: Look
-) -> Iterator[tuple[str, "Figure"]]:
+def _made(names: Iterable[str], of: Any, look: Look) -> Iterator[tuple[str, "Figure"]]:
     matplotlib = _matplotlib()
     for name in names:
         if look.only and name not in look.only:
             continue
         with matplotlib.rc_context(STYLE):
-            figure = survived(f"the picture {name}", partial(maker, of, name))
+            figure = survived(f"the picture {name}", partial(make, of, name))
         if figure is not None:
             yield name, figure
 
@@ -291,7 +276,7 @@ def _file_name(stem: str, name: str, names: Iterable[str]) -> str:
 
     A name keeps the words that the stem has if another would lose its difference to it.
     """
-    if name in _OF_METHODS:
+    if name in OF_METHODS:
         return stem
 
     def short(one: str) -> str:
@@ -363,17 +348,11 @@ def pictures_of(result: Result) -> dict[str, str | Curves]:
     return found | {name: one for name, one in named_curves().items() if name in there} | OF_STUDIES
 
 
-def make(result: Result, name: str) -> "Figure | None":
-    """One figure by its name in `every_picture`, None if the result lacks the numbers for it."""
-    picture = every_picture()[name]
-    drawn: Figure | None = (named(picture) if isinstance(picture, str) else picture)(result)
+def make(of: Result | SweepView, name: str) -> "Figure | None":
+    """One figure of a result or a sweep by its name, None if it lacks the numbers for it."""
+    picture = (every_picture() | SWEEP_PICTURES | OF_METHODS)[name]
+    drawn: Figure | None = (named(picture) if isinstance(picture, str) else picture)(of)
     return drawn
-
-
-def make_sweep(sweep: SweepView, name: str) -> "Figure | None":
-    """One figure of a sweep by its name in `SWEEP_PICTURES`, None if it does not suit the sweep."""
-    picture: Callable[[SweepView], Figure | None] = named(SWEEP_PICTURES[name])
-    return picture(sweep)
 
 
 def _matplotlib() -> Any:
@@ -414,11 +393,9 @@ def draw_accuracy(result: Result) -> "Figure | None":
     widest = max(len(topic.methods) for topic in topics)
     legend = 0.0 if widest <= _INSIDE or across == 1 else 0.21 * widest
     figure = canvas(result, "accuracy and time of the methods", 1.2 + (3.6 + legend) * down)
-    panels = figure.subplots(down, across, squeeze=False).ravel()
-    for axes, topic in zip(panels, topics, strict=False):
+    panels = panels_of(figure, len(topics), across)
+    for axes, topic in zip(panels, topics, strict=True):
         _panel(axes, topic, nearby=across == 1)
-    for axes in panels[len(topics) :]:
-        axes.set_visible(False)
     ring, dot = {"mfc": "none", "color": TOTAL, "ls": "none"}, {"color": QUIET, "ls": "none"}
     figure.legend(
         loc="outside lower center", ncols=2,
@@ -431,34 +408,35 @@ def draw_accuracy(result: Result) -> "Figure | None":
 
 
 def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
-    done = [trial for trial in topic.trials if trial.done and trial.seconds]
-    errors = [_height(trial) for trial in done if trial.relative > 0.0] or [1.0]
-    low, top = _span(errors, 2.0)
+    timed = [trial for trial in topic.trials if trial.seconds]
+    done = [trial for trial in timed if trial.done]
+    low, top = _span([_height(one) for one in done if one.relative > 0.0] or [1.0], 2.0)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_xlim(*_span([_across(trial) for trial in topic.trials if trial.seconds] or [1.0], 1.0))
+    axes.set_xlim(*_span([trial.seconds or 0.0 for trial in timed] or [1.0], 1.0))
     axes.set_ylim(low, top)
     axes.minorticks_off()
+
+    def dots(trials: Iterable[TrialView], height: float | None = None, **style: Any) -> None:
+        """Each at its error, or all at one height."""
+        points = [
+            (one.seconds or 0.0, _height(one) if height is None else height) for one in trials
+        ]
+        axes.plot(*zip(*points, strict=True) if points else ([], []), **style)
+
     for place, method in enumerate(topic.methods):
         colour, marker = _MANY[place % len(_MANY)], _MARKERS[place % len(_MARKERS)]
-        line = "-" if place < len(COLOURS) else "--"
-        trials = [trial for trial in topic.of(method.name) if trial.seconds]
-        measured = [trial for trial in trials if trial.done]
-        front = [trial for trial in measured if trial.in_seconds]
-        failed = [trial for trial in trials if not trial.done]
+        own = [trial for trial in timed if trial.method == method.name]
+        measured = [trial for trial in own if trial.done]
         style: dict[str, Any] = {"color": colour, "marker": marker, "ms": 5}
-        _dots(
-            axes, measured, linestyle=line, linewidth=1.2, mfc="white", label=method.name, **style
-        )
-        _dots(axes, front, linestyle="none", **style)
-        exact = [_across(trial) for trial in measured if trial.relative == 0.0]
-        if exact:
-            axes.plot(exact, [low] * len(exact), "v", color=colour, ms=6, clip_on=False)
-        if failed:
-            edge = [_across(trial) for trial in failed]
-            axes.plot(edge, [top] * len(edge), "x", color=colour, ms=7, clip_on=False)
-    defaults = [trial for trial in done if trial.is_default]
-    _dots(axes, defaults, linestyle="none", marker="o", color=TOTAL, mfc="none", ms=12, mew=1.4)
+        line = "-" if place < len(COLOURS) else "--"
+        dots(measured, ls=line, lw=1.2, mfc="white", label=method.name, **style)
+        dots((one for one in measured if one.in_seconds), ls="none", **style)
+        alone = {"color": colour, "clip_on": False, "ls": "none"}
+        dots((one for one in measured if one.relative == 0.0), low, marker="v", ms=6, **alone)
+        dots((one for one in own if not one.done), top, marker="x", ms=7, **alone)
+    ring = {"ls": "none", "marker": "o", "color": TOTAL, "mfc": "none", "ms": 12, "mew": 1.4}
+    dots((trial for trial in done if trial.is_default), **ring)
     if topic.agreement > low:
         axes.axhline(topic.agreement, color=LIMIT, linestyle=":", linewidth=1.0)
     axes.set_title("\n".join(fold(f"{topic.words['stage']}: {topic.words['name']}", 44)))
@@ -472,14 +450,6 @@ def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
 
 
-def _dots(axes: "Axes", trials: Sequence[TrialView], **style: Any) -> None:
-    axes.plot([_across(trial) for trial in trials], [_height(trial) for trial in trials], **style)
-
-
-def _across(trial: TrialView) -> float:
-    return trial.seconds or 0.0
-
-
 def _height(trial: TrialView) -> float:
     """The error, a gap where there is none."""
     return (trial.relative or math.nan) if math.isfinite(trial.relative) else 1.0
@@ -490,144 +460,3 @@ def _span(values: Sequence[float], decades: float) -> tuple[float, float]:
     low, high = math.log10(min(values)) - 0.3, math.log10(max(values)) + 0.3
     more = max(0.5 * (decades - (high - low)), 0.0)
     return 10.0 ** (low - more), 10.0 ** (high + more)
-
-
-# ----------------------------------------------------------------------------
-# Start against optimum: variables inside their bounds, and how much of each limit is used.
-# ----------------------------------------------------------------------------
-
-
-def draw_start_and_optimum(result: Result) -> "Figure | None":
-    """Variables above, limits and objective below; None without variables in the result."""
-    variables = _variables(result)
-    if not variables:
-        return None
-    uses = _uses(result)
-    rows = [len(variables), len(uses)] if uses else [len(variables)]
-    figure = canvas(result, "optimisation: start and optimum", 2.2 + 0.62 * sum(rows))
-    panels = figure.subplots(len(rows), 1, squeeze=False, height_ratios=rows)[:, 0]
-    _draw_variables(panels[0], variables)
-    if uses:
-        _draw_uses(panels[1], uses)
-    return figure
-
-
-#: of the width between its bounds, below which an optimum is written as 0
-_ROUNDING = 1e-9
-_ABOVE: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": 2}
-Variable = tuple[str, str, float, float, float | None, float]
-Use = tuple[str, float | None, float, bool]
-
-
-def _variables(result: Result) -> list[Variable]:
-    given: Any = table_of(result.case, "optimisation").get("variables") or ()
-    found: list[Variable] = []
-    for variable in given:
-        key = str(variable["key"])
-        quantity = result.record.quantities.get(VARIABLE + key)
-        value = scalar_of(result.record, VARIABLE + key)
-        if quantity is None or value is None or "choices" in variable or variable.get("integer"):
-            continue
-        written = bound_unit(variable, quantity.unit)
-        unit = {"m": "mm", "rad": "deg"}.get(written, written)
-        lower, upper = (parse_quantity(variable[end], quantity.unit) for end in ("lower", "upper"))
-        start = start_of(result, key)
-        lower, upper, value = (convert(one, quantity.unit, unit) for one in (lower, upper, value))
-        start = None if start is None else convert(start, quantity.unit, unit)
-        found.append((key, unit, lower, upper, start, value))
-    return found
-
-
-def _key_words(key: str) -> str:
-    """`cylinders[1].crank_phase`, which counts from 0, as cylinder 2: crank phase."""
-    *way, last = key.replace("_", " ").split(".")
-    way = [re.sub(r"s\[(\d+)\]$", lambda place: f" {int(place[1]) + 1}", part) for part in way[-2:]]
-    return ": ".join([*([", ".join(way)] if way else ()), last])
-
-
-def _draw_variables(axes: "Axes", variables: list[Variable]) -> None:
-    names = []
-    for i, (key, unit, lower, upper, start, optimum) in enumerate(variables):
-        names.append(_key_words(key.removeprefix("machine.")))
-        span = 100.0 / (upper - lower)
-        axes.plot([0.0, 100.0], [i, i], color="#cccccc", linewidth=3.0, zorder=1)
-        if start is not None:
-            place = float(np.clip((start - lower) * span, 0.0, 100.0))
-            axes.plot([place], [i], "o", color=QUIET, mfc="white", ms=8, zorder=2, label="start")
-        if abs(optimum) < _ROUNDING * (upper - lower):
-            optimum = 0.0  # as far as a search finds it
-        place = (optimum - lower) * span
-        axes.plot([place], [i], "o", color=COLOURS[0], ms=8, zorder=3, label="optimum")
-        was = "" if start is None else f"{show(start, digits=4)} → "
-        words = f"{was}{show(optimum, digits=4)} {unit_words(unit)[1]}".rstrip()
-        note(axes, words, (50.0, i), (0, 7), ha="center")
-    axes.set_yticks(range(len(names)), names)
-    axes.set_ylim(len(names) - 0.5, -0.7)
-    axes.set_xlim(-2.0, 102.0)
-    axes.set_xlabel("place between lower (0) and upper bound (100) in %")
-    axes.grid(visible=False, axis="y")
-    handles, texts = axes.get_legend_handles_labels()
-    once = dict(zip(texts, handles, strict=True))
-    axes.legend(once.values(), once.keys(), **_ABOVE)
-
-
-def _uses(result: Result) -> list[Use]:
-    """Name, start and optimum in percent of the bound or of the start, whether it is a limit."""
-    uses: list[Use] = []
-    for row in verdicts_of(result):
-        if row.max and not row.element and row.at != "start" and np.isfinite(row.computed):
-            start = _start_value(result, row.quantity, dict(row.where), "max")
-            if start is not None:
-                start = 100.0 * convert(start, result.record[row.quantity].unit, row.unit) / row.max
-            limit = f"max {row.max:g} {unit_words(row.unit)[1]}".rstrip()
-            uses.append(
-                (
-                    f"{in_words(result, row.quantity)}\n{limit}",
-                    start,
-                    100.0 * row.use,
-                    True,
-                )
-            )
-    objective = table_of(result.case, "optimisation", "objective")
-    path, where = str(objective.get("quantity") or ""), dict(objective.get("where") or {})
-    if path in result.record:
-        side: Side = "max" if objective.get("sense", "min") == "min" else "min"
-        start = _start_value(result, path, where, side)
-        if start:
-            end, _ = worst(result.record[path], where, side)
-            uses.append(
-                (f"objective:\n{in_words(result, path)}", 100.0, 100.0 * end / start, False)
-            )
-    return uses
-
-
-def _start_value(result: Result, path: str, where: dict[str, Any], side: Side) -> float | None:
-    quantity = result.record.quantities.get(AT_START + path)
-    if quantity is None:
-        return None
-    try:
-        value, _ = worst(quantity, where, side)
-    except ResultError:
-        return None
-    return value if np.isfinite(value) else None
-
-
-def _draw_uses(axes: "Axes", uses: list[Use]) -> None:
-    place = np.arange(len(uses), dtype=float)
-    starts = [use[1] if use[1] is not None else 0.0 for use in uses]
-    ends = [use[2] for use in uses]
-    axes.barh(place - 0.19, starts, 0.36, color="#c9c9c9", label="start")
-    axes.barh(place + 0.19, ends, 0.36, color=COLOURS[0], label="optimum")
-    for i, (start, end) in enumerate(zip(starts, ends, strict=True)):
-        for shift, value in ((-0.19, start), (0.19, end)):
-            note(axes, f"{value:.1f} %", (value, i + shift), (4, 0), va="center")
-    limited, aimed = any(use[3] for use in uses), not all(use[3] for use in uses)
-    if limited:
-        axes.axvline(100.0, color=LIMIT, linestyle="--", linewidth=1.3)
-    axes.set_yticks(place, [use[0] for use in uses])
-    axes.invert_yaxis()
-    axes.set_xlim(0.0, 1.18 * max([100.0, *starts, *ends]))
-    parts = ["% of the limit"] * limited + ["objective: % of its start"] * aimed
-    axes.set_xlabel("; ".join(parts))
-    axes.grid(visible=False, axis="y")
-    axes.legend(**_ABOVE)

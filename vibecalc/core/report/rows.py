@@ -37,8 +37,8 @@ class Cells(NamedTuple):
     """A column: a result below the root of its table, or what a function makes of the record.
 
     Of a result with a second axis each entry of that is a column, whose name stands for `{}` in the
-    `head`. Words stand at the left, numbers at the right. The `note` stands below the table. With
-    `blank` an infinite entry is none, shown as "-".
+    `head`; its unit stands at `{unit}`. Words stand at the left, numbers at the right. The `note`
+    stands below the table. With `blank` an infinite entry is none, shown as "-".
     """
 
     of: str | Made
@@ -52,7 +52,7 @@ class Cells(NamedTuple):
 class Rows(NamedTuple):
     """A table with a row for each entry of `axis`, below the `title` of their names.
 
-    Columns are as wide as `each` where they do not say. `label` formats the names, such as "{:g}",
+    `label` formats the names, such as "{:g}",
     and `right` sets them like numbers; without a `title` they are left out. `places` says which
     entries are shown, `rest` what is said of the others, `none` what if there is none to show.
     `merge` makes one row of equal ones; `across` turns the table: a row for each result, with its
@@ -163,19 +163,20 @@ def rows_of(record: Record, of: Rows) -> tuple[list[str], set[str]]:
     if not len(places):
         return paragraph(of.none) if of.none else [], paths
     names = [of.label.format(one) for one in axis.values] if of.label else labels(axis)
-    heads, cells = [Column(of.title, of.width, of.right)], [[names[i] for i in places]]
+    cells = [[names[i] for i in places]]
+    heads: list[Column | str] = [Column(of.title, right=of.right)]
     for one, quantity in found:
-        write, right = _writer(quantity, one, of.digits), quantity.values.dtype.kind != "U"
+        write, kind = _writer(quantity, one, of.digits), quantity.values.dtype.kind
         for name in labels(quantity.axes[1]) if len(quantity.axes) > 1 else [""]:
-            heads.append(Column(one.head.format(name), one.width or of.each, right))
+            head = one.head.format(name, unit=_unit(quantity, one)).rstrip()
+            heads.append(head if callable(one.how) else Column(head, right=kind not in "UO"))
         there = _there(axis, quantity.axes[0], places)
         for entries in quantity.values.reshape(len(quantity.values), -1).T:
             cells.append(["" if i is None else write(entries[i].item()) for i in there])
     if of.across:
-        units = [how if isinstance(how := one.how, str) and how else quantity.unit
-                 for one, quantity in found]  # fmt: skip
+        units = [_unit(quantity, one) for one, quantity in found]
         cells = [[one.head for one, _ in found], *map(list, zip(*cells[1:], strict=True)), units]
-        heads = [heads[0], *(number(name, of.each) for name in names), Column("unit", 8)]
+        heads = [heads[0], *map(number, names), Column("unit")]
     start = 0 if of.title else 1
     lines = [list(row) for row in zip(*cells[start:], strict=True)]
     said = [one.note for one, _ in found] + [of.rest(quantities, places) if of.rest else ""]
@@ -190,6 +191,10 @@ def _found(record: Record, of: Rows, one: Cells) -> Quantity | None:
     if quantity is None or len(quantity.axes) != 1 + one.head.count("{}"):
         return None
     return quantity if quantity.axes[0].name == of.axis and np.size(quantity.values) else None
+
+
+def _unit(quantity: Quantity, one: Cells) -> str:
+    return one.how if isinstance(one.how, str) and one.how else quantity.unit
 
 
 def _there(axis: Axis, own: Axis, places: np.ndarray) -> list[int | None]:

@@ -7,8 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.report.writing import (
-    WIDTH,
-    Column,
     is_speed,
     number,
     paragraph,
@@ -169,7 +167,7 @@ def section(
     return Section(title, lines, frozenset({*paths, *more_paths, *shown}), names, detail)
 
 
-SCALARS = (Column("quantity", 48), number("value", 13), Column("unit", 10), Column("note", 24))
+SCALARS = ("quantity", number("value"), "unit", "note")
 
 
 def scalar_rows(quantities: Iterable[Quantity], prefix: str = "") -> list[list[str]]:
@@ -226,8 +224,6 @@ def merged(rows: Iterable[Sequence[str]]) -> list[list[str]]:
 
 #: Longer arrays belong into pictures and the result file.
 LONGEST = 24
-_COLUMN = 15
-_PER_TABLE = (WIDTH - 2 - 22) // (_COLUMN + 1)
 
 
 def grouped(quantities: Sequence[Quantity], prefix: str = "") -> list[str]:
@@ -235,41 +231,27 @@ def grouped(quantities: Sequence[Quantity], prefix: str = "") -> list[str]:
 
     What is longer than `LONGEST` or has more axes is left out; `prefix` is cut from the paths.
     """
-    scalars = [quantity for quantity in quantities if not quantity.axes]
-    lines = table(SCALARS, scalar_rows(scalars, prefix)) if scalars else []
-    vectors: dict[tuple[str, tuple[str, ...]], list[Quantity]] = {}
+    scalars = scalar_rows((one for one in quantities if not one.axes), prefix)
+    vectors: dict[tuple[str, ...], list[Quantity]] = {}
     for quantity in quantities:
         if len(quantity.axes) == 1 and 0 < np.size(quantity.values) <= LONGEST:
-            axis = quantity.axes[0]
-            vectors.setdefault((axis.name, tuple(labels(axis))), []).append(quantity)
-    for members in vectors.values():
-        for first in range(0, len(members), _PER_TABLE):
-            lines += [""] if lines else []
-            lines += _vectors(members[0].axes[0], members[first : first + _PER_TABLE], prefix)
-    return lines
+            (axis,) = quantity.axes
+            vectors.setdefault((axis.name, *labels(axis)), []).append(quantity)
+    blocks = [table(SCALARS, scalars) if scalars else []]
+    for (name, *entries), members in vectors.items():
+        heads = [f"{name} {members[0].axes[0].unit}".rstrip()]
+        heads += ["\n".join(read_as(one.path.removeprefix(prefix), one.unit)) for one in members]
+        blocks.append(table(heads, zip(entries, *map(_cells, members), strict=True)))
+    return stacked(*blocks)
 
 
-def _vectors(axis: Axis, members: Sequence[Quantity], prefix: str) -> list[str]:
-    head = f"{axis.name} {axis.unit}".rstrip()
-    columns = [Column(head, 22)]
-    columns += [
-        number("\n".join(read_as(quantity.path.removeprefix(prefix), quantity.unit)), _COLUMN)
-        for quantity in members
-    ]
-    rows = [
-        [label, *(_cell(quantity, i) for quantity in members)]
-        for i, label in enumerate(labels(axis))
-    ]
-    return table(columns, rows)
-
-
-def _cell(quantity: Quantity, i: int) -> str:
+def _cells(quantity: Quantity) -> list[str]:
     values = magnitudes(quantity)
     if values.dtype.kind not in "biuf":
-        return str(values[i])
+        return [str(one) for one in values]
     factor = convert(1.0, quantity.unit, read_as(quantity.path, quantity.unit)[1])
     error = quantity.error_estimate * factor
-    return show(values[i] * factor if factor != 1.0 else values[i], error)
+    return [show(one * factor if factor != 1.0 else one, error) for one in values]
 
 
 # ----------------------------------------------------------------------------
@@ -285,20 +267,9 @@ def other(result: Result, shown: Iterable[str]) -> Section | None:
         for path, quantity in result.record.items()
         if path not in done and not path.startswith(AT_START) and not leads(result.record, path)
     ]
-    if not left:
-        return None
-    lines = grouped(left)
-    large = [
-        quantity.path
-        for quantity in left
-        if len(quantity.axes) > 1 or np.size(quantity.values) > LONGEST
-    ]
-    if large:
-        lines += [""] if lines else []
-        lines += paragraph("in the result file only: " + ", ".join(large))
-    if not lines:
-        return None
-    return Section("Further results", lines, frozenset(quantity.path for quantity in left))
+    large = [one.path for one in left if len(one.axes) > 1 or np.size(one.values) > LONGEST]
+    held = paragraph("in the result file only: " + ", ".join(large)) if large else []
+    return section("Further results", [grouped(left), held], shown=[one.path for one in left])
 
 
 #: orders below this share of the largest are counted instead of shown

@@ -1,18 +1,30 @@
 """Sections of optimisations and searches."""
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any, Literal
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-from vibecalc.core.report.choices import combinations, picked, unit_of_choices
-from vibecalc.core.report.fronts import front
-from vibecalc.core.report.robust import robust
+from vibecalc.core.report.goals import (
+    FRONT,
+    NAMES,
+    PICKED,
+    PREFIX,
+    Variable,
+    bound_unit,
+    bound_units,
+    goals_of,
+    in_unit,
+    label_of,
+    objective_of,
+    picked_of,
+    variables_of,
+)
+from vibecalc.core.report.rows import Cells, How, Rows, first, others, part_of, rows_of, whole
 from vibecalc.core.report.sections import (
     Part,
     Section,
-    along,
     grouped,
     labels,
     read_as,
@@ -21,68 +33,334 @@ from vibecalc.core.report.sections import (
     table_of,
     together,
 )
-from vibecalc.core.report.writing import Column, number, paragraph, show, show_percent, table
+from vibecalc.core.report.writing import number, paragraph, show, show_in, show_percent, table
 from vibecalc.core.results.record import AT_START, Quantity, Record, Result
 from vibecalc.core.results.select import worst
 from vibecalc.core.results.verdicts import entries, name_of
 from vibecalc.errors import ResultError
-from vibecalc.units import convert, parse_quantity, split_number
+from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
-# Where a variable of an optimisation started, and in which unit a case thinks of it.
+# The optimum: variables in their bounds, objective, what was held, start next to optimum.
 # ----------------------------------------------------------------------------
 
-VARIABLE = "optimisation/variable/"
+#: What the tables above the generic ones tell, or what belongs into the file alone.
+_REPORTED = tuple(
+    PREFIX + name
+    for name in (
+        "variable/", "choice/", "combinations/", "robust/", "active_bound/", "history/", "optima/",
+        "margin", "multiplier", "objective", "sensitivity/", "deviation/", "gain", "methods/",
+        "front/",
+    )
+)  # fmt: skip
+#: Of vectors with these endings the largest entry stands for the whole.
+_WORST = ("_peak", "/sag", "/excursion")
+_SIDES = {-1: "at lower", 0: "", 1: "at upper"}
+#: rows of searches, optima and combinations
+_ROWS = 12
+_REST = others("{left} further ones are in the result file")
 
 
-def bound_unit(table: Mapping[str, Any], unit: str) -> str:
-    """Unit of the bounds of a variable or a search, as the case writes it; `unit` without one."""
-    for side in ("upper", "lower"):
-        bound = table.get(side)
-        written = split_number(bound)[1] if isinstance(bound, str) else ""
-        if written:
-            return written
-    return unit_of_choices(table) or unit
+def optimisation(result: Result) -> Section | None:
+    """The section, None if the case does not optimise."""
+    record = result.record
+    paths = [path for path in record if path.startswith(PREFIX) and not path.startswith(AT_START)]
+    if not paths:
+        return None
+    left = [record[path] for path in paths if not path.startswith(_REPORTED)]
+    picked = picked_of(result)
+    heads = "picked", "as written", "optimum", number("out of")
+    blocks: list[Part] = [table(heads, picked) if picked else [], _variables(result)]
+    blocks += [_objective(result), _combinations(result), _robust(result), advice(result)]
+    blocks += [rows_of(record, HOLDING), _nearby(record), _front(result)]
+    details: dict[str, Part] = {"methods side by side": rows_of(record, _methods(result))}
+    how = (rows_of(record, OPTIMA), rows_of(record, SEARCHES), grouped(left, PREFIX))
+    details["optima and searches"] = together(*how)
+    return section("Optimisation", blocks, details, paths)
 
 
-def bound_units(case: Mapping[str, Any]) -> dict[str, str]:
-    """Paths of variables and of values found, with the unit of their bounds if these have one."""
-    study: Any = table_of(case, "optimisation").get("variables") or ()
-    found = {VARIABLE + str(one["key"]): bound_unit(one, "") for one in study}
-    fitted: Any = table_of(case, "fit").get("variables") or ()
-    found |= {f"fit/value/{one['key']}": bound_unit(one, "") for one in fitted}
-    searches: Any = case.get("find") or ()
-    found |= {f"find/{one['name']}/value": bound_unit(one, "") for one in searches}
-    return {path: unit for path, unit in found.items() if unit}
+def _ended(record: Record) -> str:
+    """What the search ended in: an optimum, or the nearest to one where limits cannot be kept."""
+    return "optimum" if PREFIX + "objective" in record else "nearest"
 
 
-def in_unit(quantity: Quantity, unit: str) -> tuple[float, float]:
-    """A scalar and its error in another unit."""
-    value = float(quantity.values)
-    return convert(value, quantity.unit, unit), convert(
-        quantity.error_estimate, quantity.unit, unit
+def _variables(result: Result) -> list[str]:
+    rows = []
+    for one in variables_of(result):
+        start = "-" if one.start is None else show(one.start)
+        side = scalar_of(result.record, f"{PREFIX}active_bound/{one.key}")
+        cells = [one.key, start, show(one.value, one.error), one.unit]
+        rows.append([*cells, show(one.lower), show(one.upper), _SIDES[int(side or 0)]])
+    ties = []
+    for variable in table_of(result.case, "optimisation").get("variables") or ():
+        for tie in variable.get("with") or () if _found(result, variable) else ():
+            factor, offset = float(tie.get("factor", 1.0)), tie.get("offset")
+            words = f"{tie['key']} follows {'' if factor == 1.0 else f'{factor:g} times '}"
+            words += str(variable["key"]) + ("" if offset is None else f" + {offset}")
+            ties += paragraph(words, "-")
+    heads = ("variable", number("start"), number(_ended(result.record)), "unit", number("lower"),
+             number("upper"), "")  # fmt: skip
+    return [*(table(heads, rows) if rows else []), *([""] if ties else []), *ties]
+
+
+def _found(result: Result, variable: Mapping[str, Any]) -> bool:
+    return f"{PREFIX}variable/{variable['key']}" in result.record
+
+
+def _objective(result: Result) -> list[str]:
+    path = str(table_of(result.case, "optimisation", "objective").get("quantity") or "")
+    if path not in result.record:
+        return []
+    quantity = result.record[path]
+    goal = objective_of(result, quantity.unit)
+    over = table_of(result.case, "optimisation", "robust")
+    words = "objective, without tolerances: " if over else "objective: "
+    if _ended(result.record) == "optimum" and not over:
+        words += "smallest " if goal.smaller else "largest "
+    words += goal.name
+    try:
+        value, label = worst(quantity, goal.where, goal.side)
+        error = quantity.error_estimate * goal.factor
+        words += f": {show_in(value * goal.factor, goal.unit, error)}"
+        words += f" at {label.replace('=', ' ')}" if label else ""
+        before = goal.at(result.record, AT_START)
+        if before is not None:
+            words += f"; at the start {show_in(before * goal.factor, goal.unit)}"
+    except ResultError as error:
+        words += f": {error}"
+    return paragraph(words)
+
+
+def _nearby(record: Record) -> list[str]:
+    rows = []
+    for path, quantity in record.items():
+        before = record.quantities.get(AT_START + path)
+        peak = len(quantity.axes) == 1 and path.endswith(_WORST)
+        if before is None or path.startswith(PREFIX) or not (peak or not quantity.axes):
+            continue
+        start, end = (worst(each, {}, "max")[0] for each in (before, quantity))
+        if start == end:
+            continue
+        name, unit = read_as(path, quantity.unit)
+        factor = convert(1.0, quantity.unit, unit)
+        shown = [show(value * factor, one.error_estimate * factor)
+                 for value, one in ((start, before), (end, quantity))]  # fmt: skip
+        rows.append(
+            [name, *shown, unit, show_percent((end - start) / abs(start) if start else None)]
+        )
+    ended = _ended(record)
+    heads = f"at start and {ended}", number("start"), number(ended), "unit", number("change")
+    return table(heads, rows) if rows else []
+
+
+# ----------------------------------------------------------------------------
+# How an optimum was found: what holds it, distinct optima, a line for each search and method.
+# ----------------------------------------------------------------------------
+
+
+def _if_finite(word: str) -> How:
+    return lambda value, error: word if math.isinf(value) else show(value, error)
+
+
+def _marked(yes: str, no: str) -> How:
+    return lambda value, _: yes if value else no
+
+
+HOLDING = Rows(
+    "limit",
+    "limit",
+    (
+        Cells("margin", "margin / limit"),
+        Cells("multiplier", "multiplier {unit}"),
+        Cells("multiplier", "", _marked("active", "")),
+    ),
+    root="optimisation",
+)
+OPTIMA = Rows(
+    "optimum",
+    "optimum",
+    (
+        Cells("objective", "objective {unit}", _if_finite("failed")),
+        Cells("found_by", "searches", whole),
+    ),
+    root="optimisation/optima",
+    places=first(_ROWS),
+    rest=_REST,
+)
+SEARCHES = Rows(
+    "search",
+    "search",
+    (
+        Cells("objective", "objective {unit}", _if_finite("failed")),
+        Cells("feasible", "limits kept", _marked("yes", "no")),
+        Cells("evaluations", "evaluations", whole),
+    ),
+    root="optimisation/history",
+    places=first(_ROWS),
+    rest=_REST,
+)
+
+
+def _digits(digits: int) -> How:
+    return lambda value, error: show(value, error, digits)
+
+
+def _methods(result: Result) -> Rows:
+    """One line for each compared method; seconds from the timings, `-` where there are none."""
+
+    def seconds(record: Record) -> Quantity | None:
+        found = record.quantities.get("optimisation/methods/objective")
+        if found is None:
+            return None
+        times = [result.timings.get(f"method {name}") for name in labels(found.axes[0])]
+        told = ["-" if one is None else f"{one:.2f}" for one in times]
+        return part_of(found, np.array(told), *found.axes)
+
+    columns = (
+        Cells("objective", "objective {unit}"),
+        Cells("shortfall", "too high by {unit}", _digits(3)),
+        Cells("distance", "distance", _digits(3)),
+        Cells("kkt_residual", "residual", lambda r, _: "kink" if math.isinf(r) else f"{r:.1e}"),
+        Cells("evaluations", "points", whole),
+        Cells(seconds, "s"),
+        Cells("converged", "converged", _marked("yes", "NO")),
+    )
+    return Rows("method", "methods side by side", columns, root="optimisation/methods")
+
+
+# ----------------------------------------------------------------------------
+# What is picked, tolerances, and the front between objectives.
+# ----------------------------------------------------------------------------
+
+
+def _combinations(result: Result) -> list[str]:
+    """What was examined, in words, and the best combinations."""
+    root = f"{PREFIX}combinations"
+    objective = result.record.quantities.get(f"{root}/objective")
+    if objective is None:
+        return []
+    unit = objective_of(result, objective.unit).unit
+    best = Cells("objective", "objective {unit}", unit, blank=True)
+    kept = Cells("feasible", "limits kept", _marked("", "no"))
+    of = Rows(
+        "combination", "combination", (best, kept), root=root, places=first(_ROWS), rest=_REST
+    )
+    return [*paragraph(_examined(result.record)), *rows_of(result.record, of)[0]]
+
+
+def _examined(record: Record) -> str:
+    """How many combinations were examined, and what that shows."""
+    possible, examined, kept = (
+        int(scalar_of(record, f"{PREFIX}combinations/{name}") or 0)
+        for name in ("possible", "examined", "kept")
+    )
+    runs = int(scalar_of(record, f"{PREFIX}evaluations") or 0)
+    count = f"all {possible} combinations" if examined == possible else f"{examined} of {possible}"
+    words = f"{count} examined, {runs} points in all; "
+    words += f"{kept} of them keep the limits" if kept < examined else "all of them keep the limits"
+    if examined < possible:
+        words += "; none that differs in one choice from the one found is better"
+    return words
+
+
+def sigmas_of(result: Result) -> str:
+    """How many deviations count."""
+    given: Any = table_of(result.case, "optimisation", "robust").get("sigmas", 2.0)
+    return f"{float(given):g}"
+
+
+def _robust(result: Result) -> list[str]:
+    """Mean and deviation at start and optimum, and of what the limits leave; what was drawn."""
+    record, root = result.record, f"{PREFIX}robust"
+    mean = record.quantities.get(f"{root}/mean")
+    if mean is None:
+        return []
+    goal, sigmas = objective_of(result, mean.unit), f"mean and {sigmas_of(result)} deviations"
+    parts = (("nominal", "without tolerances"), ("mean", "mean"),
+             ("mean_error", "  its standard error"), ("deviation", "standard deviation"),
+             ("deviation_error", "  its standard error"), ("value", sigmas),
+             ("value_error", "  its standard error"))  # fmt: skip
+    columns = tuple(Cells(path, words, goal.unit) for path, words in parts)
+    lines, _ = rows_of(record, Rows("point", goal.name, columns, root=root, across=True))
+    columns = tuple(Cells(f"margin_{one}", one) for one in ("nominal", "mean", "deviation"))
+    limits, _ = rows_of(
+        record, Rows("limit", "share of the limit that is left", columns, root=root)
+    )
+    return [*paragraph(_drawn(result)), *lines, *([""] if limits else []), *limits]
+
+
+def _drawn(result: Result) -> str:
+    """What scatters, and how many machines stand for it."""
+    given: Any = table_of(result.case, "optimisation", "robust")
+    scattered = "; ".join(
+        f"{one['key']} evenly within +-{one['half_width']}"
+        if one.get("half_width") is not None
+        else f"{one['key']} normally with a deviation of {one['deviation']}"
+        for one in given.get("tolerances") or ()
+    )
+    count = int(scalar_of(result.record, f"{PREFIX}robust/samples") or 0)
+    points = int(scalar_of(result.record, f"{PREFIX}evaluations") or 0)
+    return (
+        f"over tolerances: {scattered}. {count} machines, the same deviations for each of "
+        f"{points} points; standard errors are those of other machines drawn"
     )
 
 
-def start_of(result: Result, key: str) -> float | None:
-    """The start value of a variable: from the record, else as the case has it; None if neither."""
-    stored = scalar_of(result.record, AT_START + VARIABLE + key)
-    if stored is not None:
-        return stored
-    part: Any = result.case
-    for name in key.replace("[", ".").replace("]", "").split("."):
-        try:
-            part = part[int(name)] if name.isdigit() else part[name]
-        except (KeyError, IndexError, TypeError):
-            return None
-    return float(part) if isinstance(part, int | float) else None
+#: variables that are shown next to two objectives, and to more of them
+_MOST_VARIABLES, _FEWER = 4, 2
+
+
+def _front(result: Result) -> list[str]:
+    """Objectives, what is picked and the first variables along the front, numbers of the result."""
+    goals, record, units = goals_of(result), result.record, bound_units(result.case)
+    if not goals:
+        return []
+    titles = [name.removesuffix("_objective") for name in NAMES[: len(goals)]]
+    columns = [Cells(name, f"{title} {{unit}}", goal.unit)
+               for (goal, _), name, title in zip(goals, NAMES, titles, strict=False)]  # fmt: skip
+
+    def picks(choice: str) -> How:
+        return lambda value, _: label_of(result.case, PICKED + choice, float(value))
+
+    choices = [path.removeprefix(FRONT) for path in record if path.startswith(f"{FRONT}choice/")]
+    columns += [Cells(one, one[7:], picks(one.removeprefix("choice/"))) for one in choices]
+    keys = [path.removeprefix(FRONT) for path in record if path.startswith(f"{FRONT}variable/")]
+    most = _MOST_VARIABLES if len(goals) == 2 else _FEWER
+    for key in keys[:most]:
+        short = ".".join(key.removeprefix("variable/").rsplit(".", 2)[-2:])
+        columns.append(Cells(key, f"{short} {{unit}}", units.get(PREFIX + key, "")))
+    knee = int(scalar_of(record, FRONT + "knee") or 0)
+
+    def mark(_: Record) -> Quantity:
+        along = goals[0][1]
+        marks = np.where(np.arange(len(along.values)) + 1 == knee, "knee", "")
+        return part_of(along, marks, *along.axes)
+
+    columns += [Cells(mark, "")]
+    names = [goal.name for goal, _ in goals]
+    words = f"front: the best objective for each value of the second, {names[1]}"
+    if len(names) > 2:
+        listed = "; ".join(map(": ".join, zip(titles, names, strict=True)))
+        words = f"front: no objective can be better without another being worse. {listed}"
+    further = len(keys) - most
+    if further > 0:
+        words += (
+            f"; {further} further variable{'s are' * (further > 1) or ' is'} in the result file"
+        )
+    best = " and ".join(
+        show_in(goal.best(one.values) * goal.factor, goal.unit, one.error_estimate * goal.factor)
+        for goal, one in goals
+    )
+    below = f"utopia, the best of each alone: {best}; "
+    below += f"the front bends most at point {knee}, its knee" if knee else "the front has no knee"
+    lines, _ = rows_of(record, Rows("front_point", "front", columns, root=FRONT.rstrip("/")))
+    return [*paragraph(words), *lines, *paragraph(below)]
 
 
 # ----------------------------------------------------------------------------
 # What to change, from what to what, what that brings, and what a small error in it costs.
 # ----------------------------------------------------------------------------
 
-_PREFIX = "optimisation/"
 #: relative error up to which two values that it does not tell apart are the same to any user
 _ALIKE = 1e-3
 
@@ -92,87 +370,69 @@ def advice(result: Result) -> list[str]:
 
     Every number is a result or a value of the case.
     """
-    record = result.record
-    study: Mapping[str, Any] = table_of(result.case, "optimisation")
-    keys = [str(variable["key"]) for variable in study.get("variables") or ()]
-    said = [(key, _words(result, key)) for key in keys]
-    lines = []
-    for key, words in said:
-        if words:
-            lines += paragraph(f"{key}: {words}", "-")
-    if not lines:
-        return []
-    return [*paragraph("advice:"), *lines, *_gain(record, study)]
+    said = [(one.key, _advised(result.record, one)) for one in variables_of(result)]
+    lines = [line for key, words in said if words for line in paragraph(f"{key}: {words}", "-")]
+    return [*paragraph("advice:"), *lines, *_gain(result)] if lines else []
 
 
-def _words(result: Result, key: str) -> str:
-    record = result.record
-    if not any(f"{_PREFIX}{part}/{key}" in record for part in ("sensitivity", "deviation/loss")):
+def _advised(record: Record, one: Variable) -> str:
+    slope, size, loss = (
+        record.quantities.get(f"{PREFIX}{part}/{one.key}")
+        for part in ("sensitivity", "deviation/size", "deviation/loss")
+    )
+    if slope is None and loss is None:
         return ""
-    optimum = record.quantities.get(f"{_PREFIX}variable/{key}")
-    if optimum is None:
-        return ""
-    start, end = start_of(result, key), float(optimum.values)
-    unit = bound_units(result.case).get(VARIABLE + key, optimum.unit)
-    factor = convert(1.0, optimum.unit, unit)
-    value = f"{show(end * factor, optimum.error_estimate * factor)} {unit}".rstrip()
-    if start is None:
+    value = show_in(one.value, one.unit, one.error)
+    if one.start is None:
         parts = [f"{value} is best"]
-    elif abs(end - start) <= optimum.error_estimate:
-        off = f"{show(float(optimum.error_estimate) * factor, digits=2)} {unit}".rstrip()
-        rough = optimum.error_estimate > _ALIKE * abs(end)
+    elif abs(one.value - one.start) <= one.error:
+        off = show_in(one.error, one.unit, digits=2)
+        rough = one.error > _ALIKE * abs(one.value)
         parts = [f"leave it at {value}" + f", known to {off} only" * rough]
     else:
-        verb = "raise" if end > start else "lower"
-        parts = [f"{verb} it from {show(start * factor)} to {value}"]
-    slope = record.quantities.get(f"{_PREFIX}sensitivity/{key}")
-    goal = record.quantities.get(_PREFIX + "objective")
+        verb = "raise" if one.value > one.start else "lower"
+        parts = [f"{verb} it from {show(one.start)} to {value}"]
+    goal = record.quantities.get(PREFIX + "objective")
+    each = f" per {one.unit}" if one.unit else ""
     if slope is not None:
-        for place, one in zip(labels(slope.axes[0]), slope.values, strict=True):
-            shown = show(one / factor, slope.error_estimate / factor)
-            size = goal.unit if goal is not None else ""
-            each = f" per {unit}" if unit else ""
-            parts.append(f"slope at the {place} {shown} {size}".rstrip() + each)
-    return "; ".join([*parts, *_deviation(record, key, unit)])
+        for place, steep in zip(labels(slope.axes[0]), slope.values, strict=True):
+            unit, error = goal.unit if goal is not None else "", slope.error_estimate / one.factor
+            shown = show_in(steep / one.factor, unit, error)
+            parts.append(f"slope at the {place} {shown}{each}")
+    if size is not None and loss is not None:
+        parts += _deviation(record, one, size, loss)
+    return "; ".join(parts)
 
 
-def _deviation(record: Record, key: str, unit: str) -> list[str]:
-    size = record.quantities.get(f"{_PREFIX}deviation/size/{key}")
-    loss = record.quantities.get(f"{_PREFIX}deviation/loss/{key}")
-    if size is None or loss is None:
-        return []
+def _deviation(record: Record, one: Variable, size: Quantity, loss: Quantity) -> list[str]:
     moved, lost = float(size.values), float(loss.values)
-    direction = "more" if moved > 0 else "less"
-    amount = f"{show(abs(convert(moved, size.unit, unit)))} {unit}".rstrip()
-    objective = scalar_of(record, _PREFIX + "objective")
+    amount = show_in(abs(convert(moved, size.unit, one.unit)), one.unit)
+    objective = scalar_of(record, PREFIX + "objective")
     if abs(lost) <= loss.error_estimate:
         effect = "changes the objective by nothing that can be seen"
         if loss.error_estimate > _ALIKE * abs(objective or 0.0):
-            off = show(float(loss.error_estimate), digits=2)
-            effect = f"changes the objective by less than its error, {off} {loss.unit}".rstrip()
+            off = show_in(float(loss.error_estimate), loss.unit, digits=2)
+            effect = f"changes the objective by less than its error, {off}"
     else:
         share = f" ({show_percent(abs(lost / objective)).lstrip('+')})" if objective else ""
-        verb = "costs" if lost > 0 else "gains"
-        effect = f"{verb} {show(abs(lost), digits=4)} {loss.unit}".rstrip() + share
-    words = [f"at the optimum {amount} {direction} {effect}"]
-    margin = record.quantities.get(f"{_PREFIX}deviation/margin/{key}")
+        effect = f"{'costs' if lost > 0 else 'gains'} {show_in(abs(lost), loss.unit)}{share}"
+    words = [f"at the optimum {amount} {'more' if moved > 0 else 'less'} {effect}"]
+    margin = record.quantities.get(f"{PREFIX}deviation/margin/{one.key}")
     if margin is not None and float(margin.values) < -margin.error_estimate:
         broken = show_percent(-float(margin.values)).removeprefix("+")
         words.append(f"a deviation of that size may break a limit by {broken} of its bound")
     return words
 
 
-def _gain(record: Record, study: Mapping[str, Any]) -> list[str]:
-    gain = record.quantities.get(_PREFIX + "gain")
+def _gain(result: Result) -> list[str]:
+    gain = result.record.quantities.get(PREFIX + "gain")
     if gain is None:
         return []
-    value = float(gain.values)
-    sense = "lower" if table_of(study, "objective").get("sense", "min") == "min" else "higher"
-    amount = f"{show(abs(value), gain.error_estimate)} {gain.unit}".rstrip()
-    if value < -gain.error_estimate:
-        sense = "higher" if sense == "lower" else "lower"
-        return paragraph(f"together: the objective becomes {sense} by {amount}, to keep the limits")
-    return paragraph(f"together: the objective becomes {sense} by {amount}")
+    value, worse = float(gain.values), float(gain.values) < -gain.error_estimate
+    lower = objective_of(result, gain.unit).smaller != worse
+    amount = show_in(abs(value), gain.unit, gain.error_estimate)
+    words = f"together: the objective becomes {'lower' if lower else 'higher'} by {amount}"
+    return paragraph(words + ", to keep the limits" * worse)
 
 
 # ----------------------------------------------------------------------------
@@ -181,16 +441,7 @@ def _gain(record: Record, study: Mapping[str, Any]) -> list[str]:
 
 FIND_PREFIX = "find/"
 _DIGITS = 5
-_COLUMNS = (
-    Column("name", 13),
-    Column("key", 23),
-    number("written", 10),
-    number("found", 10),
-    Column("unit", 6),
-    number("ratio", 8),
-    number("reached", 10),
-    number("wanted", 11),
-)
+#: further solutions that are named
 _MOST = 8
 _MACHINE, _COUNTS = "machine/", "/evaluations"
 
@@ -199,9 +450,11 @@ def find(result: Result) -> Section | None:
     """The section, None if the case searches for nothing."""
     paths = [path for path in result.record if path.startswith(FIND_PREFIX)]
     rows, below, missing = [], list[str](), list[str]()
-    words, machines = list[str](), list[list[str]]()
+    machines = list[list[str]]()
     for search in entries(result, "find"):
-        parts = _results_of(result, search)
+        root = f"{FIND_PREFIX}{search['name']}/"
+        parts = {path.removeprefix(root): result.record[path]
+                 for path in paths if path.startswith(root)}  # fmt: skip
         if "value" in parts:
             rows.append(_row(search, parts))
             below += paragraph(_find_words(result, search, parts), "-")
@@ -210,11 +463,13 @@ def find(result: Result) -> Section | None:
             missing.append(str(search["name"]))
     if not rows:
         return None
-    if missing:
-        words += paragraph(f"nothing found for {', '.join(missing)}: see the warnings", "-")
-    words += paragraph("all other sections show the case as written", "-")
+    words = [f"nothing found for {', '.join(missing)}: see the warnings"] * bool(missing)
+    words += ["all other sections show the case as written"]
+    notes = [line for one in words for line in paragraph(one, "-")]
     details = {"what each search reached": together(below, *machines)}
-    return section("Found values", [[*table(_COLUMNS, rows), *words]], details, paths)
+    heads = ("name", "key", number("written"), number("found"), "unit", number("ratio"),
+             number("reached"), number("wanted"))  # fmt: skip
+    return section("Found values", [[*table(heads, rows), *notes]], details, paths)
 
 
 def _machine(result: Result, search: Mapping[str, Any], parts: Mapping[str, Quantity]) -> list[str]:
@@ -225,30 +480,13 @@ def _machine(result: Result, search: Mapping[str, Any], parts: Mapping[str, Quan
         before = result.record.quantities.get(path)
         if path == name or before is None or before.axes or path.endswith(_COUNTS):
             continue
-        written, error = before.values[()], quantity.error_estimate
-        if abs(quantity.values[()] - written) > error + before.error_estimate:
-            rows.append(
-                [
-                    path,
-                    show(written, before.error_estimate, _DIGITS),
-                    show(quantity.values[()], error, _DIGITS),
-                    quantity.unit,
-                ]
-            )
-    if not rows:
-        return []
-    head = Column(f"with {search['name']}", 50)
-    return [*table((head, number("written"), number("found"), Column("unit", 10)), rows)]
-
-
-def _results_of(result: Result, search: Mapping[str, Any]) -> dict[str, Quantity]:
-    """What was found, by the last part of its path."""
-    root = f"{FIND_PREFIX}{search['name']}/"
-    return {
-        path.removeprefix(root): quantity
-        for path, quantity in result.record.items()
-        if path.startswith(root)
-    }
+        (written, off), (found, error) = ((one.values[()], one.error_estimate)
+                                          for one in (before, quantity))  # fmt: skip
+        if abs(found - written) > error + off:
+            shown = show(written, off, _DIGITS), show(found, error, _DIGITS)
+            rows.append([path, *shown, quantity.unit])
+    heads = f"with {search['name']}", number("written"), number("found"), "unit"
+    return table(heads, rows) if rows else []
 
 
 def _row(search: Mapping[str, Any], parts: Mapping[str, Quantity]) -> list[str]:
@@ -266,41 +504,34 @@ def _row(search: Mapping[str, Any], parts: Mapping[str, Quantity]) -> list[str]:
 
 
 def _find_words(result: Result, search: Mapping[str, Any], parts: Mapping[str, Quantity]) -> str:
-    where = dict(search.get("where") or {})
-    path, key = str(search["quantity"]), str(search["key"])
-    words = name_of(path, where)
-    words += f": {_number(parts, 'reached')} {parts['reached'].unit}".rstrip()
-    unit = bound_unit(search, parts["value"].unit)
-    words += f" with {key} = {show(*in_unit(parts['value'], unit), _DIGITS)} {unit}".rstrip()
-    words += _written(result, path, where)
+    where, path = dict(search.get("where") or {}), str(search["quantity"])
+    value, unit = parts["value"], bound_unit(search, parts["value"].unit)
+    found, error = in_unit(value, unit)
+    words = f"{name_of(path, where)}: {_with_unit(parts, 'reached')}"
+    words += f" with {search['key']} = {show_in(found, unit, error, _DIGITS)}"
+    written = result.record.quantities.get(path)
+    if written is not None:
+        try:
+            before, _ = worst(written, where, "max")
+            error = written.error_estimate
+            words += f"; as written {show_in(before, written.unit, error, _DIGITS)}"
+        except ResultError:
+            pass
     if search.get("change") is not None:
         words += f"; wanted: a change of {search['change']}"
     if search.get("also"):
-        also = (
-            f"{one} = {_number(parts, f'also/{one}')} {parts[f'also/{one}'].unit}"
-            for one in search["also"]
-        )
+        also = (f"{one} = {_with_unit(parts, f'also/{one}')}" for one in search["also"])
         words += f"; in the same ratio: {', '.join(also)}"
-    others = parts.get("others")
-    if others is not None and others.values.size:
-        values = (convert(float(other), others.unit, unit) for other in others.values[:_MOST])
+    more = parts.get("others")
+    if more is not None and more.values.size:
+        values = (convert(float(other), more.unit, unit) for other in more.values[:_MOST])
         shown = ", ".join(show(other, digits=_DIGITS) for other in values)
-        more = f" and {others.values.size - _MOST} more" if others.values.size > _MOST else ""
+        further = more.values.size - _MOST
         what = "further extremes" if search.get("seek") else "further solutions"
-        words += f"; {what} at {shown}{more} {unit}".rstrip()
+        words += (
+            f"; {what} at {shown}{f' and {further} more' if further > 0 else ''} {unit}".rstrip()
+        )
     return words
-
-
-def _written(result: Result, path: str, where: Mapping[str, Any]) -> str:
-    quantity = result.record.quantities.get(path)
-    if quantity is None:
-        return ""
-    try:
-        value, _ = worst(quantity, where, "max")
-    except ResultError:
-        return ""
-    shown = show(value, quantity.error_estimate, _DIGITS)
-    return f"; as written {shown} {quantity.unit}".rstrip()
 
 
 def _number(parts: Mapping[str, Quantity], name: str) -> str:
@@ -310,299 +541,5 @@ def _number(parts: Mapping[str, Quantity], name: str) -> str:
     return show(quantity.values[()], quantity.error_estimate, _DIGITS)
 
 
-# ----------------------------------------------------------------------------
-# The optimum: variables in their bounds, objective, what was held, start next to optimum.
-# ----------------------------------------------------------------------------
-
-PREFIX = "optimisation/"
-#: What the tables above the generic ones tell, or what belongs into the file alone.
-_REPORTED = tuple(
-    PREFIX + name
-    for name in (
-        "variable/",
-        "choice/",
-        "combinations/",
-        "robust/",
-        "active_bound/",
-        "history/",
-        "optima/",
-        "margin",
-        "multiplier",
-        "objective",
-        "sensitivity/",
-        "deviation/",
-        "gain",
-        "methods/",
-        "front/",
-    )
-)
-#: Of vectors with these endings the largest entry stands for the whole.
-_WORST = ("_peak", "/sag", "/excursion")
-
-
-def optimisation(result: Result) -> Section | None:
-    """The section, None if the case does not optimise."""
-    record = result.record
-    paths = [path for path in record if path.startswith(PREFIX) and not path.startswith(AT_START)]
-    if not paths:
-        return None
-    others = [record[path] for path in paths if not path.startswith(_REPORTED)]
-    blocks = [picked(result), _variables(result), _objective(result), combinations(result)]
-    blocks += [robust(result), advice(result), holding(record)]
-    blocks += [_nearby(record), front(result, bound_units(result.case))]
-    how = together(optima(record), searches(record), grouped(others, PREFIX))
-    details: dict[str, Part] = {"methods side by side": search_methods(result)}
-    details["optima and searches"] = how
-    return section("Optimisation", blocks, details, paths)
-
-
-def _variables(result: Result) -> list[str]:
-    given: Any = table_of(result.case, "optimisation").get("variables") or ()
-    rows, ties = [], list[str]()
-    for variable in given:
-        key = str(variable["key"])
-        quantity = result.record.quantities.get(VARIABLE + key)
-        ties += _ties(variable) if quantity is not None else []
-        if quantity is None or _is_picked(variable):
-            continue
-        start = start_of(result, key)
-        unit = bound_unit(variable, quantity.unit)
-        rows.append(
-            [
-                key,
-                "-" if start is None else show(convert(start, quantity.unit, unit)),
-                show(*in_unit(quantity, unit)),
-                unit,
-                _bound(variable["lower"], quantity.unit, unit),
-                _bound(variable["upper"], quantity.unit, unit),
-                side_of(result.record, key),
-            ]
-        )
-    columns = (
-        Column("variable", 33),
-        number("start", 11),
-        number(_end(result.record), 11),
-        Column("unit", 7),
-        number("lower", 11),
-        number("upper", 11),
-        Column("", 8),
-    )
-    return [*(table(columns, rows) if rows else []), *(["", *ties] if ties else [])]
-
-
-def _is_picked(variable: Mapping[str, Any]) -> bool:
-    return bool(variable.get("choices") or variable.get("integer"))
-
-
-def _end(record: Record) -> str:
-    """What the search ended in: an optimum, or the nearest to one where limits cannot be kept."""
-    return "optimum" if PREFIX + "objective" in record else "nearest"
-
-
-def _ties(variable: Mapping[str, Any]) -> list[str]:
-    """A sentence for each key that follows a variable."""
-    lines = []
-    for tie in variable.get("with") or ():
-        factor, offset = float(tie.get("factor", 1.0)), tie.get("offset")
-        words = f"{tie['key']} follows {'' if factor == 1.0 else f'{factor:g} times '}"
-        words += str(variable["key"]) + ("" if offset is None else f" + {offset}")
-        lines += paragraph(words, "-")
-    return lines
-
-
-def _bound(value: float | str, key_unit: str, unit: str) -> str:
-    """A bound as a number in the unit that is shown."""
-    return show(convert(parse_quantity(value, key_unit), key_unit, unit))
-
-
-def _objective(result: Result) -> list[str]:
-    objective: Mapping[str, Any] = table_of(result.case, "optimisation", "objective")
-    path = str(objective.get("quantity") or "")
-    if path not in result.record:
-        return []
-    sense = "smallest" if objective.get("sense", "min") == "min" else "largest"
-    where = dict(objective.get("where") or {})
-    # The worst entry is the largest of what is made small, and the other way round.
-    side: Literal["max", "min"] = "max" if sense == "smallest" else "min"
-    at_optimum = _end(result.record) == "optimum"
-    quantity = result.record[path]
-    name, unit = read_as(path, quantity.unit)
-    factor = convert(1.0, quantity.unit, unit)
-    over = table_of(result.case, "optimisation", "robust")
-    goal = "objective, without tolerances" if over else "objective"
-    words = f"{goal}: {sense} {name}" if at_optimum and not over else f"{goal}: {name}"
-    try:
-        value, label = worst(quantity, where, side)
-        words += f": {show(value * factor, quantity.error_estimate * factor)} {unit}".rstrip()
-        words += f" at {label.replace('=', ' ')}" if label else ""
-        if AT_START + path in result.record:
-            before, _ = worst(result.record[AT_START + path], where, side)
-            words += f"; at the start {show(before * factor)} {unit}".rstrip()
-    except ResultError as error:
-        words += f": {error}"
-    return paragraph(words)
-
-
-def _nearby(record: Record) -> list[str]:
-    rows = []
-    for path, quantity in record.items():
-        before = record.quantities.get(AT_START + path)
-        peak = len(quantity.axes) == 1 and path.endswith(_WORST)
-        if before is None or path.startswith(PREFIX) or not (peak or not quantity.axes):
-            continue
-        start, end = (worst(each, {}, "max")[0] for each in (before, quantity))
-        if start == end:
-            continue
-        change = (end - start) / abs(start) if start else None
-        name, unit = read_as(path, quantity.unit)
-        factor = convert(1.0, quantity.unit, unit)
-        rows.append(
-            [
-                name,
-                show(start * factor, before.error_estimate * factor),
-                show(end * factor, quantity.error_estimate * factor),
-                unit,
-                show_percent(change),
-            ]
-        )
-    columns = (
-        Column(f"at start and {_end(record)}", 48),
-        number("start"),
-        number(_end(record)),
-        Column("unit", 10),
-        number("change"),
-    )
-    return table(columns, rows) if rows else []
-
-
-# ----------------------------------------------------------------------------
-# How an optimum was found: what holds it, distinct optima, one line for each search.
-# ----------------------------------------------------------------------------
-
-_ROWS = 12
-_SIDES = {-1: "at lower", 0: "", 1: "at upper"}
-
-
-def holding(record: Record) -> list[str]:
-    """Limits with their margin at the optimum; active ones have a multiplier."""
-    margin = along(record, _PREFIX + "margin", "limit")
-    multiplier = along(record, _PREFIX + "multiplier", "limit")
-    if margin is None or multiplier is None:
-        return []
-    rows = []
-    for i, name in enumerate(labels(margin[0].axes[0])):
-        price = float(multiplier[0].values[i])
-        rows.append(
-            [
-                name,
-                show(float(margin[0].values[i]), margin[0].error_estimate),
-                show(price, multiplier[0].error_estimate),
-                multiplier[0].unit,
-                "active" if price else "",
-            ]
-        )
-    columns = (
-        Column("limit", 46),
-        number("margin / limit", 14),
-        number("multiplier", 13),
-        Column("unit", 8),
-        Column("", 8),
-    )
-    return table(columns, rows)
-
-
-def side_of(record: Record, key: str) -> str:
-    """`at lower` or `at upper` for a variable on a bound, else nothing."""
-    quantity = record.quantities.get(f"{_PREFIX}active_bound/{key}")
-    return _SIDES.get(int(quantity.values), "") if quantity is not None else ""
-
-
-def optima(record: Record) -> list[str]:
-    """Distinct optima, best first, with the number of searches that ended there."""
-    found_by = (number("searches", 10), "optima/found_by", str)
-    return _numbered(record, "optimum", "optima", "optima/objective", found_by)
-
-
-def searches(record: Record) -> list[str]:
-    """One line for each search: where its objective ended, whether the limits were kept."""
-    kept = (number("limits kept", 12), "history/feasible", ("no", "yes").__getitem__)
-    evaluations = (number("evaluations", 12), "history/evaluations", str)
-    return _numbered(record, "search", "searches", "history/objective", kept, evaluations)
-
-
-def _numbered(
-    record: Record,
-    axis: str,
-    noun: str,
-    path: str,
-    *more: tuple[Column, str, Callable[[int], str]],
-) -> list[str]:
-    """A line for each entry along an axis: its number, its objective, and counts in words."""
-    objective = along(record, _PREFIX + path, axis)
-    if objective is None:
-        return []
-    quantity, names = objective
-    counts = [(np.asarray(record[_PREFIX + name].values), words) for _, name, words in more]
-    rows = []
-    for i, name in enumerate(names[:_ROWS]):
-        value = float(quantity.values[i])
-        shown = "failed" if math.isinf(value) else show(value, quantity.error_estimate)
-        rows.append([str(int(name)), shown, *(words(int(many[i])) for many, words in counts)])
-    columns = (Column(axis, 8), number(f"objective {quantity.unit}".rstrip(), 20))
-    further = len(names) - _ROWS
-    below = paragraph(f"{further} further {noun} are in the result file") if further > 0 else []
-    return [*table((*columns, *(column for column, _, _ in more)), rows), *below]
-
-
-# ----------------------------------------------------------------------------
-# Search methods side by side: where each ended on its own, and what it cost.
-# ----------------------------------------------------------------------------
-
-_METHODS_PREFIX = "optimisation/methods/"
-_ROOM = 13
-
-
-def search_methods(result: Result) -> list[str]:
-    """One line for each compared method; seconds from the timings, `-` where there are none."""
-    record = result.record
-    objective = along(record, _METHODS_PREFIX + "objective", "method")
-    if objective is None:
-        return []
-    names = labels(objective[0].axes[0])
-    rows = []
-    for i, name in enumerate(names):
-        seconds = result.timings.get(f"method {name}")
-        residual = _value(record, "kkt_residual", i)
-        rows.append(
-            [
-                name,
-                show(objective[0].values[i], objective[0].error_estimate),
-                _cell(record, "shortfall", i),
-                _cell(record, "distance", i),
-                "kink" if math.isinf(residual) else f"{residual:.1e}",
-                show(int(_value(record, "evaluations", i))),
-                "-" if seconds is None else f"{seconds:.2f}",
-                "yes" if _value(record, "converged", i) else "NO",
-            ]
-        )
-    unit = objective[0].unit
-    columns = (
-        Column("methods side by side", 22),
-        number(f"objective {unit}".rstrip(), _ROOM),
-        number(f"too high by {unit}".rstrip(), 11),
-        number("distance", 9),
-        number("residual", 9),
-        number("points", 7),
-        number("s", 7),
-        Column("converged", 9),
-    )
-    return table(columns, rows)
-
-
-def _value(record: Record, name: str, i: int) -> float:
-    return float(np.asarray(record[_METHODS_PREFIX + name].values)[i])
-
-
-def _cell(record: Record, name: str, i: int) -> str:
-    quantity = record[_METHODS_PREFIX + name]
-    return show(quantity.values[i], quantity.error_estimate, digits=3)
+def _with_unit(parts: Mapping[str, Quantity], name: str) -> str:
+    return f"{_number(parts, name)} {parts[name].unit}".rstrip()

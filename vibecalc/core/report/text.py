@@ -1,6 +1,6 @@
-"""The report of a result: as text of fixed columns, and as the object that `--json` prints."""
+"""The report of a result: as text, and as the object that `--json` prints."""
 
-import math
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -8,10 +8,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.report import pages
-from vibecalc.core.report.defects import failed_parts, survived
-from vibecalc.core.report.headline import Answer, cells, columns, headline_rows, with_limits
-from vibecalc.core.report.pages import missed
-from vibecalc.core.report.sections import Section, magnitudes, other, speed_of, stacked, table_of
+from vibecalc.core.report.defects import survived
+from vibecalc.core.report.headline import Answer, first_table, headline_rows
+from vibecalc.core.report.sections import (
+    Section,
+    magnitudes,
+    other,
+    section,
+    speed_of,
+    table_of,
+)
 from vibecalc.core.report.verdicts import (
     ReferenceRow,
     counted_misses,
@@ -19,12 +25,12 @@ from vibecalc.core.report.verdicts import (
     misses,
 )
 from vibecalc.core.report.writing import (
+    finite,
     heading,
     pairs,
     paragraph,
     rpm,
     show,
-    table,
     text_of,
     titled,
 )
@@ -35,7 +41,7 @@ from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.run.stage import subjects_of
 
 # ----------------------------------------------------------------------------
-# The report as text: fixed columns and stable digits, so that two reports can be diffed.
+# The report as text: stable digits, so that two reports can be diffed.
 # ----------------------------------------------------------------------------
 
 
@@ -72,44 +78,33 @@ def report_lines(result: Result, *, full: bool = False) -> list[str]:
         A reference or limit of the case names what the result does not have.
     """
     limits, references = verdicts_of(result), judge_references(result)
-    lines = _identity(result, full)
+    rows = identity(result)
+    rows += [("sha256 of the case", result.case_sha256), ("vibecalc", result.version)] * full
+    lines = [*heading(str(result.case.get("title") or result.name), 1), *pairs(rows)]
     words = pages.conclusion(references, limits)
-    answers = with_limits(result, limits)
-    if answers:
-        lines += titled("Results", table(columns(answers), cells(answers)))
-    margins = pages.limits(limits) if full else []
-    off = pages.references(missed(references))
-    verdicts = stacked(paragraph(words) if words else [], margins, off)
-    lines += titled("Verdicts", verdicts) if verdicts else []
-    warned = pages.warnings(result)
-    if warned is not None:
-        lines += titled(warned.title, warned.lines)
-    shown: set[str] = set()
-    left_out: list[str] = []
-    for where in sections_of(result.record):
-        section: Section | None = survived(where, partial(named(where), result))
-        if section is None:
-            continue
-        shown |= section.shown
-        body = [*section.lines, *section.detail] if full else section.lines
-        lines += titled(section.title, body) if body else []
-        if section.detail and not full:
-            left_out.append(section.detail_name)
+    off = pages.references(pages.missed(references))
     compared = pages.references(references) if full else pages.brief(references)
-    lines += titled("Reference numbers", compared) if compared else []
-    whole = (pages.tolerance, pages.accuracy, pages.methods_section, pages.plan_section)
-    closings = (*whole, pages.provenance) if full else (pages.appendix, pages.run_of)
-    further = other(result, shown)
-    lines += titled(further.title, further.lines) if further is not None else []
-    if left_out:
-        words = f"Left out here: {'; '.join(left_out)}. `vibecalc report --full` shows them."
-        lines += ["", *paragraph(words)]
-    for closing in (survived(make.__name__, partial(make, result)) for make in closings):
-        lines += titled(closing.title, closing.lines) if closing is not None else []
-    failed = [line for one in failed_parts() for line in paragraph(one, "-")]
-    return lines + (
-        titled("Parts that could not be made, by a fault of vibecalc", failed) if failed else []
-    )
+    verdicts = [paragraph(words) if words else [], pages.limits(limits) if full else [], off]
+    parts = [
+        section("Results", [first_table(result, limits)]),
+        section("Verdicts", verdicts),
+        pages.warnings(result),
+        *(survived(where, partial(named(where), result)) for where in sections_of(result.record)),
+        section("Reference numbers", [compared]),
+    ]
+    found: list[Section] = [one for one in parts if one is not None]
+    further = other(result, {path for one in found for path in one.shown})
+    found += [] if further is None else [further]
+    for one in found:
+        body = [*one.lines, *one.detail] if full else one.lines
+        lines += titled(one.title, body) if body else []
+    left_out = "; ".join(one.detail_name for one in found if one.detail)
+    if left_out and not full:
+        lines += [
+            "",
+            *paragraph(f"Left out here: {left_out}. `vibecalc report --full` shows them."),
+        ]
+    return lines + [line for one in pages.closings(result, full) for line in titled(*one[:2])]
 
 
 class Verdicts(NamedTuple):
@@ -145,13 +140,6 @@ def render_verdicts(result: Result) -> str:
         lines += paragraph(miss, "MISSED")
     words = pages.conclusion(references, limits) or "The case names no limit and no reference."
     return "\n".join([*lines, *paragraph(words)]) + "\n"
-
-
-def _identity(result: Result, full: bool) -> list[str]:
-    rows = identity(result)
-    if full:
-        rows += [("sha256 of the case", result.case_sha256), ("vibecalc", result.version)]
-    return [*heading(str(result.case.get("title") or result.name), 1), *pairs(rows, 20)]
 
 
 def identity(result: Result) -> list[tuple[str, str]]:
@@ -208,13 +196,8 @@ def as_json(
 
 def _headline(row: Answer) -> dict[str, Any]:
     """One row of the first table."""
-    return {
-        "name": row.name,
-        "value": 0.0 if row.shown == "0" else _finite(row.value),
-        "unit": row.unit,
-        "where": row.where,
-        "quantity": row.path,
-    }
+    told = _parts(row, "name value unit where", quantity="path")
+    return told | {"value": 0.0} if row.shown == "0" else told
 
 
 def quantity_object(quantity: Quantity) -> dict[str, Any]:
@@ -222,42 +205,31 @@ def quantity_object(quantity: Quantity) -> dict[str, Any]:
     return _array(quantity) if quantity.axes else _number(quantity)
 
 
+_REFERENCE = "quantity where source value computed resolved unit relative_difference within kind"
+_LIMIT = "quantity where source min max unit computed margin kept"
+
+
+def _parts(row: Any, names: str, **others: str) -> dict[str, Any]:
+    """Parts of a row by their names, or by `others`."""
+    parts = {name: name for name in names.split()} | others
+    return {name: _plain(getattr(row, part)) for name, part in parts.items()}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float):
+        return finite(value)
+    return dict(value) if isinstance(value, Mapping) else value
+
+
 def _reference(row: ReferenceRow) -> dict[str, Any]:
-    return {
-        "quantity": row.quantity,
-        "where": dict(row.where),
-        "source": row.source,
-        "value": row.value,
-        "computed": _finite(row.computed),
-        "error": _finite(row.error_estimate),
-        "resolved": row.resolved,
-        "unit": row.unit,
-        "relative_difference": row.relative_difference,
-        "within": row.within,
-        "kind": row.kind,
-        "known_difference": row.known_difference or None,
-    }
+    told = _parts(row, _REFERENCE, error="error_estimate")
+    return told | {"known_difference": row.known_difference or None}
 
 
 def _limit(row: Verdict) -> dict[str, Any]:
-    return {
-        "quantity": row.quantity,
-        "where": dict(row.where),
-        "element": row.element or None,
-        "limit": row.limit or None,
-        "condition": row.condition or None,
-        "source": row.source,
-        "min": row.min,
-        "max": row.max,
-        "unit": row.unit,
-        "computed": _finite(row.computed),
-        "error": _finite(row.error_estimate),
-        "margin": _finite(row.margin),
-        "utilisation": _finite(row.use),
-        "kept": row.kept,
-        "verdict": row.state,
-        "decided_by": row.decided_by or None,
-    }
+    told = _parts(row, _LIMIT, error="error_estimate", utilisation="use", verdict="state")
+    names = ("element", "limit", "condition", "decided_by")
+    return told | {name: getattr(row, name) or None for name in names}
 
 
 def _number(quantity: Quantity) -> dict[str, Any]:
@@ -266,14 +238,14 @@ def _number(quantity: Quantity) -> dict[str, Any]:
     if value.dtype.kind in "biu":
         shown = int(value)
     else:
-        shown = _finite(float(value)) if value.dtype.kind == "f" else str(value)
+        shown = finite(float(value)) if value.dtype.kind == "f" else str(value)
     known = not isinstance(shown, int | float)
     if not known and quantity.estimate.is_zero(float(value)):
         shown = 0.0 if isinstance(shown, float) else shown
     return {
         "value": shown,
         "unit": quantity.unit,
-        "error": _finite(quantity.error_estimate),
+        "error": finite(quantity.error_estimate),
         "resolved": known or not quantity.estimate.unresolved(float(value)),
     }
 
@@ -293,7 +265,7 @@ def _array(quantity: Quantity) -> dict[str, Any]:
     return {
         **{name: _list(part) for name, part in parts.items()},
         "unit": quantity.unit,
-        "error": _finite(quantity.error_estimate),
+        "error": finite(quantity.error_estimate),
         "axes": [
             {"name": axis.name, "unit": axis.unit, "values": _list(axis.values)}
             for axis in quantity.axes
@@ -310,7 +282,3 @@ def _list(values: np.ndarray) -> list[Any]:
     elif values.dtype.kind not in "biuf":
         values = np.vectorize(str, otypes=[object])(values) if values.size else values
     return list(values.tolist())
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -130,8 +130,7 @@ def _computed(value: float, digits: int, lead: str = "computed ") -> str:
 
 def _judge_reference(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
     where = dict(entry.get("where") or {})
-    cyclic = False
-    resolved = True
+    cyclic, resolved = False, True
     if not_found(result, entry):
         printed = read_printed(entry["value"], entry.get("unit") or "")
         computed = error = math.nan
@@ -139,31 +138,24 @@ def _judge_reference(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
         quantity = asked(result, entry, "reference")
         printed = read_printed(entry["value"], entry.get("unit") or "", quantity.unit)
         with naming("reference", entry):
-            picked = scalar(quantity, where)
-        magnitude = abs(picked) if isinstance(picked, complex) else picked
-        computed = convert(float(magnitude), quantity.unit, printed.unit)
+            size = abs(picked) if isinstance(picked := scalar(quantity, where), complex) else picked
         off = float(select(quantity, where).errors.max()) + curving(quantity, where)
-        error = convert(off, quantity.unit, printed.unit)
-        resolved = not Estimate(off, quantity.estimate.terms).unresolved(abs(picked))
+        computed, error = (convert(float(one), quantity.unit, printed.unit) for one in (size, off))
+        resolved = not Estimate(off, quantity.estimate.terms).unresolved(abs(size))
         cyclic = is_phase(quantity.path, quantity.unit)
-    tolerance = tolerance_of(entry, printed)
+    tolerance, difference = tolerance_of(entry, printed), computed - printed.number
     slack = _ROUND_OFF * max(abs(printed.number), abs(computed)) if math.isfinite(computed) else 0.0
-    difference = computed - printed.number
     if cyclic and math.isfinite(difference):
         difference = math.remainder(difference, convert(2.0 * math.pi, "rad", printed.unit))
     # what a wide error happens to hold agrees with nothing
     agrees = bool(abs(difference) <= tolerance + slack) and (resolved or error <= tolerance)
-    kind = str(entry.get("kind") or "published")
-    known = str(entry.get("known_difference") or "")
+    kind, known = (str(entry.get(key) or "") for key in ("kind", "known_difference"))
+    kind = kind or "published"
     counted = kind == "published" and not known
-    relative = None
-    if printed.number != 0.0 and math.isfinite(computed):
-        relative = difference / abs(printed.number)
-    verdict = WITHIN if agrees else OUTSIDE
+    relative = difference / abs(printed.number) if printed.number else None
+    verdict = WITHIN if agrees else UNRESOLVED if not resolved else OUTSIDE
     if not counted:
         verdict = MEASURED if kind == "measured" else KNOWN
-    elif not (agrees or resolved):
-        verdict = UNRESOLVED
     return ReferenceRow(
         quantity=str(entry["quantity"]),
         where=where,
@@ -176,7 +168,7 @@ def _judge_reference(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
         resolved=resolved,
         tolerance=tolerance,
         difference=difference,
-        relative_difference=relative,
+        relative_difference=relative if math.isfinite(computed) else None,
         agrees=agrees,
         within=agrees if counted else None,
         verdict=verdict,

@@ -1,8 +1,9 @@
-"""How a report writes: tables of fixed columns, numbers with stable digits."""
+"""How a report writes: tables as wide as their cells, numbers with stable digits."""
 
 import math
 import re
 from collections.abc import Iterable, Sequence
+from itertools import zip_longest
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,16 +11,20 @@ import numpy as np
 from vibecalc.core.results.record import ROUNDING, Estimate
 
 # ----------------------------------------------------------------------------
-# Tables of fixed columns: widths never follow the values, so that plain `diff` works.
+# Blocks of a report: texts that know what they are made of, so that pages of HTML and screens of
+# other widths set them anew.
 # ----------------------------------------------------------------------------
 
 WIDTH = 100
-INDENT = "  "
-_GAP = " "
+INDENT = _GAP = "  "
 
 
 class Block(str):
-    """Lines of a report as one text, which knows what it is made of: pages of HTML set it anew."""
+    """Lines of a report as one text of at most `WIDTH` columns."""
+
+    def at(self, width: int) -> str:
+        """The same in lines of that width."""
+        return self
 
 
 class Heading(Block):
@@ -35,6 +40,10 @@ class Paragraph(Block):
     mark: str
     words: str
 
+    def at(self, width: int) -> str:
+        """Folded anew."""
+        return paragraph(self.words, self.mark, width)[0]
+
 
 class Pairs(Block):
     """Names and values."""
@@ -48,6 +57,10 @@ class Table(Block):
     columns: list["Column"]
     rows: list[list[str]]
     totals: list[list[str]]
+
+    def at(self, width: int) -> str:
+        """Columns as narrow as that asks for."""
+        return table(self.columns, self.rows, self.totals, width)[0]
 
 
 def heading(title: str, level: int = 2) -> list[str]:
@@ -84,14 +97,14 @@ def titled(title: str, lines: Sequence[str]) -> list[str]:
 
 
 class Column(NamedTuple):
-    """Title, width in characters, and whether it is set to the right (numbers)."""
+    """A title, and whether it is set to the right (numbers); columns are as wide as their cells."""
 
     title: str
-    width: int
+    width: int = 0
     right: bool = False
 
 
-def number(title: str, width: int = 12) -> Column:
+def number(title: str, width: int = 0) -> Column:
     """A column of numbers, set to the right."""
     return Column(title, width, True)
 
@@ -99,17 +112,17 @@ def number(title: str, width: int = 12) -> Column:
 def fold(text: str, width: int) -> list[str]:
     """Lines of at most `width` characters: broken at blanks; a longer word after `/`, else `_.,`.
 
-    A word without such a mark in it is cut where the line ends.
+    A word without such a mark in it is cut where the line ends. What begins with blanks goes on so.
     """
     if len(text) <= width and "\n" not in text:  # nearly every cell of every table
         return [text.rstrip()]
     lines: list[str] = []
     for paragraph_ in text.split("\n"):
-        line = ""
+        line, lead = "", " " * min(len(paragraph_) - len(paragraph_.lstrip(" ")), width // 3)
         for word in re.findall(r"\s*\S+|\s+$", paragraph_):
             if len(line + word) > width and line.strip():
                 lines.append(line.rstrip())
-                line = word.lstrip()
+                line = lead + word.lstrip()
             else:
                 line += word
             while len(line) > width:
@@ -123,109 +136,133 @@ def fold(text: str, width: int) -> list[str]:
     return lines
 
 
+#: a word that is a number, or several with `/` between them, and a cell of a column of numbers
+_NUMBER = re.compile(r"(\+-)?[-+]?\d[\d.,/e+-]*")
+_NUMERIC = re.compile(
+    r"\*?[-+]?\d[\d.,]*(e[-+]?\d+)?( \+-[\d.e+-]+)?( ?%)?|-|zero|-?unbounded|undefined|"
+)
+#: where a word may be broken, and the length of words from which on it is anyhow
+_BREAK, _LONG = re.compile(r"(?<=[/_.,])"), 16
+
+
 def table(
-    columns: Sequence[Column],
+    columns: Sequence[Column | str],
     rows: Iterable[Sequence[str]],
     totals: Iterable[Sequence[str]] = (),
+    width: int = WIDTH,
 ) -> list[str]:
     """One block: a table under its titles and a rule; `totals` stand below another rule.
 
-    A cell that is too wide goes on below, but a number never does: its column is wider then. A
-    column without an entry is left out. Columns that the page has no room for stand in a second
-    table under the first, with the names of the rows once more.
+    Columns after the first that hold numbers alone are set to the right. A column without an entry
+    is left out. In a table that is wider than `width` the cells go on below, the widest first, but
+    a number never does; columns that even so find no room stand in a second table under the first,
+    with the names of the rows once more.
     """
     whole = [list(rows), list(totals)]
-    places = filled([row for part in whole for row in part], len(columns))
-    columns = [columns[place] for place in places]
-    body, below = ([[row[place] for place in places] for row in part] for part in whole)
-    columns = [
-        column._replace(width=max(column.width, _whole(column, [row[i] for row in body + below])))
-        for i, column in enumerate(columns)
-    ]
+    every = [row for part in whole for row in part]
+    places = [i for i in range(len(columns)) if any(row[i].strip() for row in every)]
+    places = places or list(range(len(columns)))
+    heads = [_column(columns[i], [row[i] for row in every if i]) for i in places]
+    body, below = ([[row[i] for i in places] for row in part] for part in whole)
+    cells = [[row[i] for row in body + below] for i in range(len(heads))]
     lines: list[str] = []
-    for group in _on_page([column.width for column in columns]):
-        chosen = [columns[i] for i in group]
-        lines += [""] * bool(lines) + _row([column.title for column in chosen], chosen)
-        lines.append((INDENT + _GAP.join("-" * column.width for column in chosen)).rstrip())
-        for row in body:
-            lines.extend(_row([row[i] for i in group], chosen))
-        if below:
-            across = sum(column.width + len(_GAP) for column in chosen) - len(_GAP)
-            lines.append(INDENT + "-" * across)
-        for row in below:
-            lines.extend(_row([row[i] for i in group], chosen))
+    for group, wide in _groups(heads, cells, width - len(INDENT)):
+        chosen = [heads[i] for i in group]
+        rule = (INDENT + _GAP.join("-" * one for one in wide)).rstrip()
+        lines += [""] * bool(lines) + _row([one.title for one in chosen], chosen, wide) + [rule]
+        for part in (body, below):
+            lines += [INDENT + "-" * (len(rule) - len(INDENT))] if part is below and part else []
+            lines += [line for row in part for line in _row([row[i] for i in group], chosen, wide)]
     block = Table("\n".join(lines))
-    block.columns, block.rows, block.totals = columns, body, below
+    block.columns, block.rows, block.totals = heads, body, below
     return [block]
 
 
-#: a word that is a number, or several with `/` between them
-_NUMBER = re.compile(r"(\+-)?[-+]?\d[\d.,/e+-]*")
+def _column(head: Column | str, cells: Sequence[str]) -> Column:
+    if isinstance(head, Column):
+        return head
+    return Column(head, right=bool(cells) and all(_NUMERIC.fullmatch(one.strip()) for one in cells))
 
 
-def _whole(column: Column, cells: Iterable[str]) -> int:
+def _longest(text: str) -> int:
+    return max(map(len, text.split("\n")))
+
+
+def _title_width(title: str) -> int:
+    """Of the title in two lines, or as it is broken."""
+    if "\n" in title:
+        return _longest(title)
+    least = max(map(len, title.split()), default=0)
+    return next((n for n in range(least, len(title)) if len(fold(title, n)) <= 2), len(title))
+
+
+def _least(head: Column, cells: Sequence[str]) -> int:
     """The width that no number, and no word of a column of numbers, is broken at."""
-    words = {word for cell in cells if len(cell) > column.width for word in cell.split()}
-    whole = (len(word) for word in words if column.right or _NUMBER.fullmatch(word))
-    return max(whole, default=0)
+    least = 1
+    for word in {word for text in (head.title, *cells) for word in text.split()}:
+        whole = _NUMBER.fullmatch(word) or (head.right and word not in head.title)
+        least = max(least, len(word) if whole else min(_LONG, max(map(len, _BREAK.split(word)))))
+    return least
 
 
-def _on_page(widths: Sequence[int]) -> list[list[int]]:
-    """Places of columns, the first one and as many others as the page has room for at a time."""
+def _groups(
+    heads: Sequence[Column], cells: Sequence[Sequence[str]], room: int
+) -> list[tuple[list[int], list[int]]]:
+    """Places of columns that stand beside each other, with their widths.
+
+    As wide as cells and titles in two lines; the widest less where there is no room for that. The
+    first one and as many others as there is room for stand together.
+    """
+    both = list(zip(heads, cells, strict=True))
+    wide = [max(1, _title_width(one.title), *map(_longest, each)) for one, each in both]
+    if sum(wide) + len(_GAP) * (len(wide) - 1) <= room:
+        return [([*range(len(wide))], wide)]
+    least = [_least(*one) for one in both]
+    wide = [max(*pair) for pair in zip(wide, least, strict=True)]
     groups: list[list[int]] = [[0]]
-    used = len(INDENT) + widths[0]
-    for place in range(1, len(widths)):
-        used += len(_GAP) + widths[place]
-        if used > WIDTH and len(groups[-1]) > 1:
+    for i in range(1, len(wide)):
+        if len(groups[-1]) > 1 and sum(least[j] + len(_GAP) for j in groups[-1]) + least[i] > room:
             groups.append([0])
-            used = len(INDENT) + widths[0] + len(_GAP) + widths[place]
-        groups[-1].append(place)
-    return groups
+        groups[-1].append(i)
+    found = []
+    for group in groups:
+        set_, over = {i: wide[i] for i in group}, -len(_GAP) - room
+        over += sum(set_.values()) + len(_GAP) * len(group)
+        while over > 0 and (able := [i for i in group if set_[i] > least[i]]):
+            set_[max(able, key=set_.__getitem__)] -= 1
+            over -= 1
+        found.append((group, [*set_.values()]))
+    return found
 
 
-def filled(rows: Sequence[Sequence[str]], count: int) -> list[int]:
-    """Places of those of `count` columns that have an entry in any row; all where none has."""
-    return [i for i in range(count) if any(row[i].strip() for row in rows)] or list(range(count))
-
-
-def _row(cells: Sequence[str], columns: Sequence[Column]) -> list[str]:
-    folded = [fold(cell, column.width) for cell, column in zip(cells, columns, strict=True)]
-    height = max(len(cell) for cell in folded)
+def _row(cells: Sequence[str], columns: Sequence[Column], wide: Sequence[int]) -> list[str]:
+    folded = [fold(cell, width) for cell, width in zip(cells, wide, strict=True)]
     lines = []
-    for i in range(height):
-        parts = []
-        for cell, column in zip(folded, columns, strict=True):
-            text = cell[i] if i < len(cell) else ""
-            parts.append(text.rjust(column.width) if column.right else text.ljust(column.width))
-        lines.append((INDENT + _GAP.join(parts)).rstrip())
+    for parts in zip_longest(*folded, fillvalue=""):
+        set_ = [part.rjust(width) if column.right else part.ljust(width)
+                for part, column, width in zip(parts, columns, wide, strict=True)]  # fmt: skip
+        lines.append((INDENT + _GAP.join(set_)).rstrip())
     return lines
 
 
-def pairs(rows: Iterable[tuple[str, str]], width: int = 24) -> list[str]:
+def pairs(rows: Iterable[tuple[str, str]], most: int = 48) -> list[str]:
     """One block: `name   value`, the value folded into what is left of the page."""
-    lines, rows = [], list(rows)
-    for name, value in rows:
-        folded = fold(value, WIDTH - len(INDENT) - width - 1)
-        heads = fold(name, width)
-        for i in range(max(len(folded), len(heads))):
-            head = heads[i] if i < len(heads) else ""
-            tail = folded[i] if i < len(folded) else ""
-            lines.append(f"{INDENT}{head.ljust(width)} {tail}".rstrip())
+    rows = list(rows)
+    wide = min(max((len(name) for name, _ in rows), default=0), most)
+    both = Column(""), Column("")
+    room = WIDTH - len(INDENT) - wide - len(_GAP)
+    lines = [line for row in rows for line in _row(row, both, (wide, room))]
     block = Pairs("\n".join(lines))
     block.rows = rows
     return [block] if rows else []
 
 
-def paragraph(text: str, mark: str = "") -> list[str]:
+def paragraph(text: str, mark: str = "", width: int = WIDTH) -> list[str]:
     """A folded, indented block; `mark` (such as `[1]`) stands before its first line."""
-    lead = f"{mark} " if mark else ""
-    folded = fold(text, WIDTH - len(INDENT) - len(lead))
-    block = Paragraph(
-        "\n".join(
-            (INDENT + (lead if i == 0 else " " * len(lead)) + line).rstrip()
-            for i, line in enumerate(folded)
-        )
-    )
+    lead = INDENT + (f"{mark} " if mark else "")
+    folded = fold(text, width - len(lead))
+    lines = [f"{' ' * len(lead) if i else lead}{line}".rstrip() for i, line in enumerate(folded)]
+    block = Paragraph("\n".join(lines))
     block.mark, block.words = mark, text
     return [block]
 
@@ -282,6 +319,21 @@ def show(value: Any, error: float = 0.0, digits: int = DIGITS) -> str:
     if _LOWEST_FIXED <= abs(float(f"{mantissa}e{exponent}")) < _HIGHEST_FIXED:
         return f"{number:.{max(digits - 1 - int(exponent), 0)}f}"
     return f"{mantissa}e{exponent}"
+
+
+def show_in(value: Any, unit: str, error: float = 0.0, digits: int = DIGITS) -> str:
+    """A number as `show` writes it, with its unit."""
+    return f"{show(value, error, digits)} {unit}".rstrip()
+
+
+def many(count: int, noun: str, plural: str = "") -> str:
+    """`1 point`, `2 points`."""
+    return f"{count} {noun if count == 1 else plural or f'{noun}s'}"
+
+
+def finite(value: float) -> float | None:
+    """A number as JSON has a word for it; None for what is not finite."""
+    return value if math.isfinite(value) else None
 
 
 def show_error(error: float) -> str:

@@ -113,11 +113,11 @@ def advice(result: Result) -> list[str]:
         return []
     level = having(result.record, ROLL + "level/shell_acceleration", "order")
     columns = (
-        number("order", 6),
-        number("level dB", 9),
-        Column("what lowers it", 46),
-        number("by dB", 8),
-        Column("and raises orders", 24),
+        number("order"),
+        number("level dB"),
+        Column("what lowers it"),
+        number("by dB"),
+        Column("and raises orders"),
     )
     rows = [row for j in range(len(effects.orders)) for row in _rows(effects, j, level)]
     curved = any(_CURVED in cell for row in rows for cell in row)

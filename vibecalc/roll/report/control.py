@@ -157,7 +157,7 @@ def _model(record: Record) -> list[str]:
         factor, unit = (rpm(1.0), "rpm") if quantity.unit == "rad/s" else (1.0, quantity.unit)
         shown_value, error = float(quantity.values) * factor, quantity.error_estimate * factor
         rows.append([words, show(shown_value, error), unit])
-    columns = (Column("reduced model", 44), number("value", 13), Column("unit", 11))
+    columns = (Column("reduced model"), number("value"), Column("unit"))
     return table(columns, rows) if rows else []
 
 
@@ -183,7 +183,7 @@ def _loop(result: Result) -> list[str]:
     if pole is not None:
         texts = [_pole(complex(value)) for value in pole.values[:_POLES] if value.imag >= 0.0]
         rows.append(("poles", f"{', '.join(texts)} 1/s"))
-    return ["  the loop (reduced model)", *pairs(rows, 16)]
+    return ["  the loop (reduced model)", *pairs(rows)]
 
 
 def _pole(value: complex) -> str:
@@ -202,10 +202,10 @@ def _levels(record: Record) -> list[str]:
     ]
     if not shown:
         return []
-    columns, orders = [number("order", 5)], shown[0][0].axes[0].values
+    columns, orders = [number("order")], shown[0][0].axes[0].values
     rows = [[str(int(order))] for order in orders]
     for quantity, title, is_level in shown:
-        columns.append(number(title, 10))
+        columns.append(number(title))
         for place, row in enumerate(rows):
             row.append(_cell(quantity, place, is_level))
     notes = "levels of the shell's angular acceleration, dB re 1 rad/s^2 zero-to-peak; load at "
@@ -326,7 +326,7 @@ def tuned(result: Result) -> list[str]:
         ]
         rows.append(("takes off", ", ".join(each)))
     rows.append(("held by", _held(record)))
-    return ["  gains found under the margins asked for (reduced model)", *pairs(rows, 16)]
+    return ["  gains found under the margins asked for (reduced model)", *pairs(rows)]
 
 
 def _held(record: Record) -> str:
@@ -357,10 +357,10 @@ def grid(record: Record) -> list[str]:
     gains, feedbacks, orders = (axis.values for axis in level.axes)
     count = min(len(orders), _ORDERS - 1)
     columns = (
-        number("gain", 7), number("feedback\ns", 9), Column("stability", 9),
-        *(number(f"order {int(order)}\ndB", 8) for order in orders[:count]),
-        number("torque\nN*m", 8), number("gain\nmargin", 9), number("phase\nmargin", 9),
-        number("delay\nmargin", 10),
+        number("gain"), number("feedback\ns"), Column("stability"),
+        *(number(f"order {int(order)}\ndB") for order in orders[:count]),
+        number("torque\nN*m"), number("gain\nmargin"), number("phase\nmargin"),
+        number("delay\nmargin")
     )  # fmt: skip
     breakdown, notes = scalar_of(record, f"{CONTROL}breakdown_torque"), []
     most = math.inf if breakdown is None else breakdown
@@ -405,8 +405,8 @@ def motor_gains(record: Record) -> list[str]:
         return []
     orders = level.axes[1].values[:_ORDERS]
     columns = (
-        number("torque per slip\nN*m*s/rad", 16), number("speed\nrpm", 10),
-        *(number(f"order {int(order)}\ndB", 10) for order in orders),
+        number("torque per slip\nN*m*s/rad"), number("speed\nrpm"),
+        *(number(f"order {int(order)}\ndB") for order in orders)
     )  # fmt: skip
     rows = [
         [

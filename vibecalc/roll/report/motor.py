@@ -67,7 +67,7 @@ def _changes(record: Record) -> list[str]:
     level = having(record, ROLL + "level/shell_acceleration", "order")
     if static is None or level is None:
         return []
-    columns = [number("order", 6)]
+    columns = [number("order")]
     rows = [[str(int(static.axes[0].values[i]))] for i in oscillating(static)]
     acts = shell_acts(record, np.asarray(static.axes[0].values))
     for path, words in (
@@ -80,7 +80,7 @@ def _changes(record: Record) -> list[str]:
         quantity = having(record, path, "order")
         if quantity is None:
             continue
-        columns.append(number(words, 13))
+        columns.append(number(words))
         for row, i in zip(rows, oscillating(quantity), strict=True):
             row.append(decibels(quantity.values[i], bool(acts[i])))
     _add_answer(record, columns, rows)
@@ -96,7 +96,7 @@ def _add_answer(record: Record, columns: list[Column], rows: list[list[str]]) ->
     answer = having(record, _MOTOR + "torque_answer", "order")
     if answer is None or len(answer.values) != len(rows):
         return
-    columns += [number("answer\nN*m*s/rad", 12), number("phase\ndeg", 8)]
+    columns += [number("answer\nN*m*s/rad"), number("phase\ndeg")]
     for row, value in zip(rows, answer.values, strict=True):
         angle = float(np.degrees(np.angle(value)))
         row += [show(abs(value), answer.error_estimate, 4), f"{angle:.1f}"]
@@ -148,8 +148,8 @@ def _parameters(record: Record) -> list[str]:
             rows.append(
                 _parameter(f"{words} {cage}", quantity, float(value), name_of, known, alone)
             )
-    columns = (Column("fitted parameter", 30), number("value", 13), Column("unit", 5),
-               number("for 1 % in\nthe table %", 13), number("nothing\nassumed %", 17))  # fmt: skip
+    columns = (Column("fitted parameter"), number("value"), Column("unit"),
+               number("for 1 % in\nthe table %"), number("nothing\nassumed %"))  # fmt: skip
     return table(columns, rows) if rows else []
 
 
@@ -189,8 +189,8 @@ def _rows(record: Record) -> list[str]:
         ]
         for i, slip in enumerate(torque.axes[0].values)
     ]
-    columns = (number("slip\nrpm", 10), number("table\nN*m", 10), number("fitted\nN*m", 12),
-               number("difference\nN*m", 12), number("%", 9), Column("", 12))  # fmt: skip
+    columns = (number("slip\nrpm"), number("table\nN*m"), number("fitted\nN*m"),
+               number("difference\nN*m"), number("%"), Column(""))  # fmt: skip
     lines = table(columns, rows)
     worst, rms = (scalar_of(record, f"{_MOTOR}{name}_difference") for name in ("worst", "rms"))
     if worst is None or rms is None:
@@ -216,8 +216,8 @@ def _points(record: Record) -> list[str]:
         if times is not None:
             each = ", ".join(show(one, times.error_estimate, 4) for one in times.values)
             rows.append([f"time constants of the rotor, {words}", each, times.unit, ""])
-    columns = (Column("of the fitted motor", 44), number("value", 28), Column("unit", 10),
-               Column("also", 13))  # fmt: skip
+    columns = (Column("of the fitted motor"), number("value"), Column("unit"),
+               Column("also"))  # fmt: skip
     return table(columns, rows) if rows else []
 
 
@@ -236,8 +236,8 @@ def _transients(record: Record) -> list[str]:
         ]
         for name, fade, rate in zip(labels(decay.axes[0]), decay.values, beat.values, strict=True)
     ]
-    columns = (number("transient", 10), number("decay time\ns", 13), number("frequency\nHz", 13),
-               number("in orders", 13))  # fmt: skip
+    columns = (number("transient"), number("decay time\ns"), number("frequency\nHz"),
+               number("in orders"))  # fmt: skip
     return table(columns, rows)
 
 
@@ -249,6 +249,6 @@ def _energies(record: Record) -> list[str]:
     ]
     if not found:
         return []
-    columns = [Column("energy of a turn", 18), *(number(words, 13) for _, words in found)]
+    columns = [Column("energy of a turn"), *(number(words) for _, words in found)]
     cells = [show(float(one.values), one.error_estimate) for one, _ in found]
     return table(columns, [["J", *cells]])

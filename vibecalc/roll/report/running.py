@@ -109,8 +109,8 @@ def _state(result: Result) -> list[str]:
         else:
             unit = "%" if math.isfinite(value) else ""
             rows.append([words, show(100.0 * value, 100.0 * error, 4), unit, ""])
-    columns = (Column("running state", 40), number("value", 13), Column("unit", 9),
-               Column("slip", 33))  # fmt: skip
+    columns = (Column("running state"), number("value"), Column("unit"),
+               Column("slip"))  # fmt: skip
     return table(columns, rows) if rows else []
 
 
@@ -162,7 +162,7 @@ def _balances(record: Record) -> list[str]:
     strayed = record.quantities.get(ROLL + "momentum_residual")
     lines = []
     if found:
-        columns = [Column("balances of a turn", 24), *(number(words, 13) for _, words in found)]
+        columns = [Column("balances of a turn"), *(number(words) for _, words in found)]
         lines += table(columns, [["energy J", *(_left(quantity) for quantity, _ in found)]])
     if strayed is not None:
         lines += paragraph(
@@ -201,12 +201,12 @@ def _by_order(
     ]
     if not shown:
         return []
-    columns = [number("order", 6)]
+    columns = [number("order")]
     rows = _order_rows(shown[0][0])
     for harmonics, words in shown:
-        columns.append(number(f"{words}\n{harmonics.unit}", width))
-        columns += [number("level\ndB", 8)] if with_level else []
-        columns.append(number("lag\ndeg", 7))
+        columns.append(number(f"{words}\n{harmonics.unit}"))
+        columns += [number("level\ndB")] if with_level else []
+        columns.append(number("lag\ndeg"))
         level, lag = (
             having(record, harmonics.path.replace(ROLL, f"{ROLL}{part}/"), "order")
             for part in ("level", "phase_lag")
@@ -239,7 +239,7 @@ def forces(record: Record) -> list[str]:
     first = next((peak for peak in peaks if peak is not None), None)
     if first is None:
         return []
-    columns = [Column("largest force", 14)]
+    columns = [Column("largest force")]
     rows = [[name] for name in labels(first.axes[0])]
     errors = []
     for (name, words), peak in zip(_FORCES, peaks, strict=True):
@@ -247,11 +247,11 @@ def forces(record: Record) -> list[str]:
         error = having(record, f"{ROLL}classical/{name}_error", "cylinder")
         for quantity, title in ((peak, f"{words} N"), (held, "at constant speed N")):
             if quantity is not None:
-                columns.append(number(title, 13))
+                columns.append(number(title))
                 for row, value in zip(rows, quantity.values, strict=True):
                     row.append(show(value, quantity.error_estimate, _DIGITS))
         if error is not None:
-            columns.append(number("off by up to %", 12))
+            columns.append(number("off by up to %"))
             for row, value in zip(rows, error.values, strict=True):
                 row.append(f"{100.0 * float(value):.3g}")
             errors.append(f"the force {_PLACES[name]} by {_worst(error)}" + _at(record, name))
@@ -322,10 +322,10 @@ def _interpolations(result: Result) -> list[str]:
     if level is None:
         return []
     used = str(table_of(result.case, "machine", "crank_train").get("gas_interpolation") or "")
-    columns = [number("order", 6)]
+    columns = [number("order")]
     for name in labels(level.axes[0]):
-        columns.append(number(f"{name}\n{'(case) ' if name == used else ''}dB", 15))
-    columns.append(number("spread\ndB", 11))
+        columns.append(number(f"{name}\n{'(case) ' if name == used else ''}dB"))
+    columns.append(number("spread\ndB"))
     orders = np.asarray(level.axes[1].values)
     acts = shell_acts(record, orders)
     rows = []
@@ -360,10 +360,7 @@ def _methods(result: Result) -> list[str]:
     if differences is None:
         return []
     method = str(table_of(result.case, "response", "roll").get("method") or "collocation")
-    columns = [
-        number("order", 9),
-        *(number(f"{name} dB", 14) for name in labels(differences.axes[0])),
-    ]
+    columns = [number("order"), *(number(f"{name} dB") for name in labels(differences.axes[0]))]
     orders = np.asarray(differences.axes[1].values)
     chosen = oscillating(differences)
     acts = shell_acts(record, orders)[chosen]

@@ -97,8 +97,8 @@ def _steady(record: Record) -> list[str]:
         ["half range of the shell", last.unit, show(last.values[-1], digits=_DIGITS),
          show(half, digits=_DIGITS)],
     ]  # fmt: skip
-    columns = (Column("where it ends", 26), Column("unit", 9), number("last turn", 13),
-               number("periodic motion", 17))  # fmt: skip
+    columns = (Column("where it ends"), Column("unit"), number("last turn"),
+               number("periodic motion"))  # fmt: skip
     return table(columns, rows)
 
 
@@ -114,12 +114,7 @@ def _peaks(record: Record) -> list[str]:
         factor = convert(1.0, quantity.unit, unit)
         after = "" if when is None else show(when, digits=4)
         rows.append([words, show(value * factor, quantity.error_estimate * factor), unit, after])
-    columns = (
-        Column("largest on the way", 30),
-        number("value", 13),
-        Column("unit", 9),
-        number("after s", 10),
-    )
+    columns = (Column("largest on the way"), number("value"), Column("unit"), number("after s"))
     return table(columns, rows) if rows else []
 
 
@@ -132,7 +127,7 @@ def _energies(record: Record) -> list[str]:
     if not found:
         return []
     row = ["energy J", *(show(float(q.values), q.error_estimate) for q, _ in found)]
-    return table([Column("balance", 10), *(number(words, 12) for _, words in found)], [row])
+    return table([Column("balance"), *(number(words) for _, words in found)], [row])
 
 
 def _load(record: Record) -> list[str]:
@@ -140,7 +135,7 @@ def _load(record: Record) -> list[str]:
     speed = having(record, _STEM + "load/speed", "load_step")
     if factor is None or speed is None:
         return []
-    columns = [number("load from\ns", 11), number("times", 8), number("speed\nrpm", 11)]
+    columns = [number("load from\ns"), number("times"), number("speed\nrpm")]
     rows = []
     for begin, times, mean in zip(factor.axes[0].values, factor.values, speed.values, strict=True):
         turned = show(rpm(float(mean))) if mean else "-"
@@ -149,7 +144,7 @@ def _load(record: Record) -> list[str]:
         quantity = having(record, _STEM + "load/" + name, "load_step")
         if quantity is None:
             continue
-        columns.append(number(words, 13))
+        columns.append(number(words))
         scale = 1e3 if quantity.unit == "rad" else 1.0
         for row, value in zip(rows, quantity.values, strict=True):
             row.append(show(scale * float(value), scale * quantity.error_estimate, _DIGITS))
@@ -179,5 +174,5 @@ def _angles(result: Result) -> list[str]:
         [f"{math.degrees(low):.3f}", f"{math.degrees(high):.3f}", f"{math.degrees(high - low):.3f}"]
         for low, high in zip(lower.values, upper.values, strict=True)
     ]
-    columns = (number("starts from deg", 17), number("to deg", 12), number("width deg", 12))
+    columns = (number("starts from deg"), number("to deg"), number("width deg"))
     return [*paragraph(words), *table(columns, rows)]

@@ -160,8 +160,8 @@ def node_table(result: Result) -> list[str]:
     if shape is None or natural is None or line is None or not modes:
         return []
     known, angle = mode_names(result), np.real(shape.values)
-    columns = [Column("station", 22)]
-    columns += [number(f"{known[i]}\n{show(hertz(natural[i]), digits=4)} Hz", 15) for i in modes]
+    columns = [Column("station")]
+    columns += [number(f"{known[i]}\n{show(hertz(natural[i]), digits=4)} Hz") for i in modes]
     rows = [
         [name, *(show(angle[i, place], shape.error_estimate, 4) for i in modes)]
         for place, name in enumerate(labels(shape.axes[1]))
@@ -238,9 +238,9 @@ def station_torques(result: Result) -> list[str]:
     noise = max(torque.error_estimate, _NODE * float(np.max(values)))
     at = {str(one.get("on")) for one in given}
     named = labels(torque.axes[0])
-    columns = [number("order", 8)]
+    columns = [number("order")]
     places = [i for i, name in enumerate(named) if name in at][:6]
-    columns += [number(named[i], 14) for i in places]
+    columns += [number(named[i]) for i in places]
     rows = [
         [order_text(order), *(show(factor * size, factor * noise, 4) for size in values[places, k])]
         for k, order in enumerate(torque.axes[1].values)

@@ -35,9 +35,9 @@ def in_one_sentence(result: Result) -> str:
 def conclusion_table(result: Result) -> list[str]:
     """The sentence, and the table of limits."""
     rows = verdicts_of(result)
-    columns = [Column("element", 12), Column("limit", 16), Column("rule", 14), Column("status", 11),
-               number("allowed", 7), number("computed", 8), Column("unit", 6), number("use\n%", 5),
-               number("at\nrpm", 4), Column("verdict", 6)]  # fmt: skip
+    columns = [Column("element"), Column("limit"), Column("rule"), Column("status"),
+               number("allowed"), number("computed"), Column("unit"), number("use\n%"),
+               number("at\nrpm"), Column("verdict")]  # fmt: skip
     words = ""
     if any(row.state == BARRED for row in rows):
         words += "Kept but where barred: exceeded only in speed ranges that the rule lets be barred"

@@ -106,7 +106,7 @@ def _identity(result: Result, one: "Coupling", place: int) -> list[str]:
             air = one.temperature - ICE
             words += f", {show(air, digits=4)} degC about it and {one.resistance:.4g} K/W"
         rows.append(("  temperature", words))
-    return pairs(rows, 24)
+    return pairs(rows)
 
 
 def _limits(result: Result, one: "Coupling", place: int) -> list[str]:
@@ -127,8 +127,8 @@ def _limits(result: Result, one: "Coupling", place: int) -> list[str]:
         )
         if (quantity := having(record, path, "coupling", "coupling_limit")) is not None
     ]
-    columns = [Column("limit", 23), number("permitted", 11), number("at speed", 11),
-               number("use\n%", 8), *(number(title, 9) for title, *_ in more)]  # fmt: skip
+    columns = [Column("limit"), number("permitted"), number("at speed"),
+               number("use\n%"), *(number(title) for title, *_ in more)]  # fmt: skip
     said = dict(zip(LIMITS, has_limit(one), strict=True))
     rows = []
     for at, name in enumerate(labels(use.axes[1])):

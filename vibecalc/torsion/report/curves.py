@@ -80,8 +80,8 @@ def _largest(record: Record, name: str, found: Quantity) -> list[str]:
     top, at, half = (record[f"{stem}/{one}"] for one in ("largest", "largest_speed", "half_range"))
     orders, speed = top.axes[1].values, half.axes[1].values
     columns = [
-        Column(found.axes[0].name, 24), Column("order", 14),
-        number(f"{name.replace('_', ' ')}\n{unit}", 20), number("at\nrpm", 9),
+        Column(found.axes[0].name), Column("order"),
+        number(f"{name.replace('_', ' ')}\n{unit}"), number("at\nrpm")
     ]  # fmt: skip
     rows = []
     for place, one in enumerate(labels(found.axes[0])):
@@ -125,8 +125,8 @@ def _measured(record: Record) -> list[str]:
     if not rows:
         return []
     columns = [
-        Column("measured on", 20), Column("quantity", 24), number("order", 6), number("rpm", 7),
-        number("measured", 9), number("computed", 9), number("ratio", 6),
+        Column("measured on"), Column("quantity"), number("order"), number("rpm"),
+        number("measured"), number("computed"), number("ratio")
     ]  # fmt: skip
     return table(columns, rows)
 
@@ -147,10 +147,10 @@ def torsion_irregularity(result: Result) -> Section | None:
     angle = having(record, f"{TORSION}irregularity/electrical_angle", "station")
     worst = having(record, f"{TORSION}conditions/irregularity", "condition", "station")
     columns = [
-        Column("station", 16), number("at speed", 9), number("1 : x", 6),
-        number("largest", 9), number("1 : x", 6), number("at\nrpm", 6),
-        number("el. angle at\nspeed, deg", 12), number("worst", 9),
-        Column("at speed in", 15),
+        Column("station"), number("at speed"), number("1 : x"),
+        number("largest"), number("1 : x"), number("at\nrpm"),
+        number("el. angle at\nspeed, deg"), number("worst"),
+        Column("at speed in")
     ]  # fmt: skip
     rows = []
     for i, name in enumerate(labels(here.axes[0])):
@@ -201,9 +201,9 @@ def torsion_conditions(result: Result) -> Section | None:
         for one in ("speed", "condition")
     )
     columns = [
-        Column("section", 16), number(f"all fire\n{unit}", 8), number(f"worst\n{unit}", 8),
-        number("stress\nN/mm^2", 7), Column("at speed in", 15), number(f"largest\n{unit}", 9),
-        number("stress\nN/mm^2", 6), number("at\nrpm", 6), Column("condition", 15),
+        Column("section"), number(f"all fire\n{unit}"), number(f"worst\n{unit}"),
+        number("stress\nN/mm^2"), Column("at speed in"), number(f"largest\n{unit}"),
+        number("stress\nN/mm^2"), number("at\nrpm"), Column("condition")
     ]  # fmt: skip
     rows = []
     for i, name in enumerate(sections):
@@ -251,10 +251,10 @@ def _uses(record: Record, conditions: list[str]) -> list[str]:
     at = having(record, f"{stem}/speed", "condition", "limit")
     worst = np.argsort(-np.max(use.values, axis=1), kind="stable")[:_CONDITIONS]
     shown = range(min(use.values.shape[1], 4))
-    columns = [Column("condition", 24)]
+    columns = [Column("condition")]
     for limit in shown:
-        columns.append(number(f"limit {limit + 1}\nuse, %", 9))
-        columns += [number("at\nrpm", 7)] * (at is not None)
+        columns.append(number(f"limit {limit + 1}\nuse, %"))
+        columns += [number("at\nrpm")] * (at is not None)
     rows = []
     for i in worst:
         row = [conditions[i]]
@@ -275,9 +275,9 @@ def _every(result: Result) -> list[str]:
     mean, angle = record[f"{stem}/mean_torque"], record[f"{stem}/angle_half_range"]
     factor, unit = torque_unit(record)
     columns = [
-        Column("condition", 22), number(f"mean torque\n{unit}", 11),
-        number(f"torque\n{unit}", 9), Column("in section", 16),
-        number("stress\nN/mm^2", 8), number("angle\nmrad", 8), Column("of station", 14),
+        Column("condition"), number(f"mean torque\n{unit}"),
+        number(f"torque\n{unit}"), Column("in section"),
+        number("stress\nN/mm^2"), number("angle\nmrad"), Column("of station")
     ]  # fmt: skip
     rows = []
     for i, name in enumerate(labels(torque.axes[0])):

@@ -89,8 +89,8 @@ def _compared(result: Result) -> list[str]:
             title, cell(quantity, (), scale),
             "" if other is None else show(scale * other, digits=4), unit_,
         ])  # fmt: skip
-    columns = (Column("quantity", 44), number("optimum", 13), number("compared", 13),
-               Column("unit", 10))  # fmt: skip
+    columns = (Column("quantity"), number("optimum"), number("compared"),
+               Column("unit"))  # fmt: skip
     held = joined(f"{name} at {turns(speed)} rpm" for name, speed in _active(record))
     place = section_name(record, scalar_of(record, DESIGN + "worst_section"))
     words = (
@@ -126,8 +126,8 @@ def _proof(result: Result) -> list[str]:
     level, weight = (having(record, f"{DESIGN}active/{n}", "active") for n in ("level", "weight"))
     if not held or level is None or weight is None:
         return []
-    columns = (Column("held by", 34), number("at, rpm", 12), number("level", 12),
-               number("weight", 12))  # fmt: skip
+    columns = (Column("held by"), number("at, rpm"), number("level"),
+               number("weight"))  # fmt: skip
     rows = [
         [name, turns(speed), cell(level, i), cell(weight, i)]
         for i, (name, speed) in enumerate(held)
@@ -148,7 +148,7 @@ def _sensitivity(record: Record) -> list[str]:
     if quantity is None:
         return []
     across = [f"{float(v):g}" for v in quantity.axes[1].values]
-    columns = (Column("stiffness times", 18), *(number(f"damping\ntimes {v}", 14) for v in across))
+    columns = (Column("stiffness times"), *(number(f"damping\ntimes {v}") for v in across))
     rows = [
         [f"{float(k):g}", *(_increase(float(v) - 1.0) for v in row)]
         for k, row in zip(quantity.axes[0].values, quantity.values, strict=True)
@@ -168,8 +168,7 @@ def _rings(result: Result) -> list[str]:
         result.record, "ring_inertia", "ring, kg m^2",
         [(f"{DESIGN}ring/{name}", "largest half\nrange,", unit.replace(" ", "*")),
          (DESIGN + "ring/stiffness", "stiffness\n", "kN*m/rad"),
-         (DESIGN + "ring/damping", "damping\n", "N*m*s/rad")],
-        each=18, digits=4,
+         (DESIGN + "ring/damping", "damping\n", "N*m*s/rad")], digits=4,
     )  # fmt: skip
 
 

@@ -23,8 +23,8 @@ def torsion_damping(result: Result) -> Section | None:
     dashpot = having(record, TORSION + "damping/section", "section")
     loss = having(record, TORSION + "damping/loss_factor", "section")
     line = table_of(result.case, "machine", "shaft_line")
-    columns = [Column("part", 22), Column("damping", 54), number("N m s/rad", 10),
-               number("loss\nfactor", 8)]  # fmt: skip
+    columns = [Column("part"), Column("damping"), number("N m s/rad"),
+               number("loss\nfactor")]  # fmt: skip
     rows = [
         [name, "; ".join(_of_station(line, given)), cell(station, place, 1.0), ""]
         for place, (name, given) in enumerate(

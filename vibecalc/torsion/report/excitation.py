@@ -68,7 +68,7 @@ def strongest_criticals(result: Result) -> list[str]:
     if not rows:
         return paragraph(f"No order meets a mode from {range_words(result)}.")
     places = ("strongest", "2nd", "3rd", "4th", "5th")
-    columns = (Column("mode", 10), *(number(place, 14) for place in places))
+    columns = (Column("mode"), *(number(place) for place in places))
     words = "Order at rpm, ranked by its torque on the mode; *: major order, cylinders in phase"
     words += " in each bank." if _banks(record) else "."
     return [*table(columns, rows), *paragraph(words)]
@@ -88,8 +88,8 @@ def critical_speeds(result: Result) -> list[str]:
     modes, values = elastic_modes(result), np.asarray(speed.values, dtype=float)
     major = vector(result.record, "excitation/major", "half_order")
     names = mode_names(result)
-    columns = [number("order", 6), Column("major", 5)]
-    columns += [number(names[mode], 10) for mode in modes]
+    columns = [number("order"), Column("major")]
+    columns += [number(names[mode]) for mode in modes]
     rows = []
     for i, order in enumerate(np.asarray(speed.axes[1].values, dtype=float)):
         inside = [low <= values[mode, i] <= high for mode in modes]
@@ -110,14 +110,10 @@ def cylinder_orders(result: Result) -> list[str]:
     total = record[EXCITATION + "total"]
     gas, inertia = (having(record, EXCITATION + name, "half_order") for name in ("gas", "inertia"))
     pressure = having(record, EXCITATION + "tangential_pressure", "half_order")
-    columns = [number("order", 5)]
+    columns = [number("order")]
     for word in ("gas", "inertia", "total"):
-        columns += [number(f"{word}\ncos", _WIDE), number(f"{word}\nsin", _WIDE)]
-    columns += [
-        number("ampli-\ntude", 9),
-        number("phase\ndeg", 7),
-        number("t.pressure\nN/mm^2", 10),
-    ]
+        columns += [number(f"{word}\ncos"), number(f"{word}\nsin")]
+    columns += [number("ampli-\ntude"), number("phase\ndeg"), number("t.pressure\nN/mm^2")]
     values = np.asarray(total.values)
     nothing = max(_NOTHING * float(np.max(np.abs(values))), total.error_estimate)
     factor, unit = torque_unit(record)
@@ -165,10 +161,10 @@ def vector_sums(result: Result) -> list[str]:
     major, bank = (
         vector(record, f"excitation/{name}", "half_order") for name in ("major", "bank_factor")
     )
-    columns = [number("order", 6)]
-    columns.append(Column("major", 5) if bank is None else number("major\nbanks", 5))
+    columns = [number("order")]
+    columns.append(Column("major") if bank is None else number("major\nbanks"))
     for mode in modes:
-        columns += [number(f"{names[mode]}\nsum", 9), number(f"torque\n{unit}", 10)]
+        columns += [number(f"{names[mode]}\nsum"), number(f"torque\n{unit}")]
     rows = []
     for i, order in enumerate(np.asarray(sums.axes[1].values, dtype=float)[:MOST_ORDERS]):
         row = [order_text(order), "*" if major is not None and major[i] else ""]

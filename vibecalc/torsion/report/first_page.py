@@ -221,9 +221,9 @@ def _rows(result: Result) -> list[SummaryRow]:
 
 def variant_table(result: Result) -> list[str]:
     columns, rows = variants(result), _rows(result)
-    head = [Column("quantity", 33), Column("unit", 6)]
-    head += [number(variant.title, 11) for variant in columns]
-    head += [number("limit", 8), Column("flag", 12)]
+    head = [Column("quantity"), Column("unit")]
+    head += [number(variant.title) for variant in columns]
+    head += [number("limit"), Column("flag")]
     lines = table(head, [
         [row.words, row.unit, *(row.value.get(variant.prefix, "") for variant in columns),
          row.limit, row.flag]
@@ -242,8 +242,8 @@ def _where(result: Result) -> list[str]:
         for row in _rows(result)
         for first, variant, prefix in _places(row, columns)
     ]
-    head = [Column("where", 33), Column("variant", 12), Column("section or mode", 18),
-            Column("at", 32)]  # fmt: skip
+    head = [Column("where"), Column("variant"), Column("section or mode"),
+            Column("at")]  # fmt: skip
     return table(head, places) if places else []
 
 

@@ -78,9 +78,9 @@ def exceeded_table(record: Record) -> list[str]:
     exceeded = exceeded_rows(record)
     if not exceeded:
         return []
-    columns = [number("from\nrpm", 8), number("to\nrpm", 8), number("limit", 5),
-               number("worst at\nrpm", 8), number("by formula\nfrom, rpm", 10),
-               number("to\nrpm", 8), Column("barring it", 12)]  # fmt: skip
+    columns = [number("from\nrpm"), number("to\nrpm"), number("limit"),
+               number("worst at\nrpm"), number("by formula\nfrom, rpm"),
+               number("to\nrpm"), Column("barring it")]  # fmt: skip
     rows = [
         [turns(one.low), turns(one.high), str(one.limit) if one.limit else "",
          turns(one.peak) if one.peak else "", *(turns(end) if end else "" for end in one.formula),
@@ -140,7 +140,7 @@ def limits_of(result: Result) -> list[Mapping[str, Any]]:
 
 def origins(result: Result) -> list[str]:
     """What each limit is: rule, edition, sections, scope."""
-    blocks = [pairs(_origin(place, limit), 22) for place, limit in enumerate(limits_of(result))]
+    blocks = [pairs(_origin(place, limit)) for place, limit in enumerate(limits_of(result))]
     return [line for block in blocks for line in ([""] * (block is not blocks[0]) + block)]
 
 
@@ -242,9 +242,9 @@ def basis(result: Result) -> list[str]:
         return []
     parts = [by_section(record, f"basis/{name}") for name, _, _ in _BASIS]
     named = limited_sections(record)
-    columns = [number("limit", 5), Column("section", 20)]
-    columns += [number(title, 10) for _, title, _ in _BASIS]
-    columns += [number("rated speed\nrpm", 11)]
+    columns = [number("limit"), Column("section")]
+    columns += [number(title) for _, title, _ in _BASIS]
+    columns += [number("rated speed\nrpm")]
     rows = []
     for i, j in np.argwhere(held):
         if not rated[i] or j >= len(named) or not _filled(parts[3], i, j):
@@ -277,8 +277,8 @@ def uses_by_section(result: Result) -> list[str]:
     given, torques = limits_of(result), of_torque(record)
     lines: list[str] = []
     for quantity, prefix, unit, factor in _QUANTITIES:
-        columns = [number("limit", 5), Column("section", 17)]
-        columns += [number(title, width) for title, width in (
+        columns = [number("limit"), Column("section")]
+        columns += [number(title) for title, width in (
             ("worst at\nrpm", 8), (quantity, 7), ("allowed\nlasting", 7), ("use\n%", 7),
             ("allowed\npassing", 7), ("use\n%", 7), (f"operating\n{quantity}", 9),
             ("allowed\nlasting", 7), ("use\n%", 7))]  # fmt: skip
@@ -318,8 +318,8 @@ def crank_places(result: Result) -> list[str]:
     if strength is None:
         return []
     places = labels(record[f"{_LIMIT}crank/fatigue_strength"].axes[2])
-    columns = [number("limit", 5), Column("section", 15), Column("place", 14)]
-    columns += [number(title, width) for title, width in (
+    columns = [number("limit"), Column("section"), Column("place")]
+    columns += [number(title) for title, width in (
         ("factor in\nbending", 9), ("factor in\ntorsion", 9), ("bending\nN/mm^2", 8),
         ("sigma_DW\nN/mm^2", 8), ("worst\nQ", 7), ("operating\nQ", 9))]  # fmt: skip
     parts = [(part("bending_factor"), 1.0), (part("torsion_factor"), 1.0),

@@ -194,13 +194,13 @@ def rows_by(
     `more` are made of the place.
     """
     shown = [
-        (quantity, factor, number(title, wide))
+        (quantity, factor, number(title))
         for path, factor, title, wide in columns
         if (quantity := having(record, TORSION + path, axis)) and np.any(quantity.values)
     ]
     if not shown:
         return []
-    heads = [Column(axis, width), *(head for *_, head in shown), *(head for head, _ in more)]
+    heads = [Column(axis), *(head for *_, head in shown), *(head for head, _ in more)]
     rows = [
         [name, *(entry(quantity, name, factor) for quantity, factor, _ in shown),
          *(text(i) for _, text in more)]
@@ -288,7 +288,7 @@ def torsion_line(result: Result) -> Section | None:
     line = line_of(result)
     if line is None:
         return None
-    lines = [*pairs(_identity(result, line), 18), "", *_parts(line)]
+    lines = [*pairs(_identity(result, line)), "", *_parts(line)]
     gears = _gears(line)
     return Section(
         "Engine and shaft line" if line.cylinder_station.size else "Shaft line",
@@ -413,11 +413,11 @@ def _damping(torsion: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 def _parts(line: "ShaftLineModel") -> list[str]:
     """Stations, sections and dampers in one table, equal ones in a row run together."""
-    columns = [Column("part", 25), Column("kind", 19), number("speed\nratio", 8),
-               number("inertia\nkg m^2", 8), number("stiffness\nkN m/rad", 10),
-               number("damping\nN m s/rad", 9), number("loss", 6)]  # fmt: skip
-    columns += [number("dia.\nmm", 6)] if not np.any(line.section_bore) else [
-        number("dia./bore\nmm", 9)]  # fmt: skip
+    columns = [Column("part"), Column("kind"), number("speed\nratio"),
+               number("inertia\nkg m^2"), number("stiffness\nkN m/rad"),
+               number("damping\nN m s/rad"), number("loss")]  # fmt: skip
+    columns += [number("dia.\nmm")] if not np.any(line.section_bore) else [
+        number("dia./bore\nmm")]  # fmt: skip
     cylinders = np.bincount(line.cylinder_station, minlength=len(line.station_names))
     geared = bool(np.any(line.station_ratio != 1.0))
     rows: list[list[str]] = []
@@ -460,7 +460,7 @@ def _moduli(result: Result) -> list[str]:
         for name, modulus in zip(line.section_names, line.section_modulus, strict=True)
         if modulus
     ]
-    return table((Column("section", 25), number("section modulus\ncm^3", 15)), rows)
+    return table((Column("section"), number("section modulus\ncm^3")), rows)
 
 
 def _some(value: float) -> str:
@@ -490,8 +490,8 @@ def _stem(names_: list[str]) -> str:
 
 
 def _gears(line: "ShaftLineModel") -> list[str]:
-    columns = [Column("gear", 24), Column("from", 16), Column("to", 16), number("ratio", 9),
-               Column("teeth", 26)]  # fmt: skip
+    columns = [Column("gear"), Column("from"), Column("to"), number("ratio"),
+               Column("teeth")]  # fmt: skip
     rows = []
     for gear in line.gears:
         teeth = "rigid"

@@ -70,13 +70,13 @@ def _modes(result: Result, natural: Quantity) -> list[str]:
         for name in ("margin", "half_order", "sufficient")
     )
     kinds = [] if margin is None or order is None else labels(margin.axes[1])
-    columns = [Column("mode", 10), number("no.", 3), number("Hz", 8), number("cpm", 8),
-               number("damping\nratio", 7)]  # fmt: skip
+    columns = [Column("mode"), number("no."), number("Hz"), number("cpm"),
+               number("damping\nratio")]  # fmt: skip
     for kind in kinds:
-        columns += [number(f"nearest\n{kind}", 7), number("margin\n%", 6)]
+        columns += [number(f"nearest\n{kind}"), number("margin\n%")]
     rule = separation_rule(result)
-    columns += [Column("by rule", 7)] if rule else []
-    columns += [Column("strain energy in", 18 if rule else 26)]
+    columns += [Column("by rule")] if rule else []
+    columns += [Column("strain energy in")]
     rows = []
     for i in chosen:
         value = float(natural.values[i])
@@ -120,9 +120,9 @@ def _frequencies(result: Result) -> list[str]:
     second = having(record, TRANSFER, "mode") if undamped is None else None
     ratio = having(record, MODES + "damping_ratio", "mode")
     names, values = mode_names(result), np.asarray(natural.values, dtype=float)
-    columns = [Column("mode", 10), number("no.", 3), number("rad/s", 11), number("Hz", 11)]
-    columns += [number("by transfer\nmatrix, rad/s", 13), number("damping\nratio", 9)]
-    columns += [number("undamped\nHz", 11), Column("strain energy in", 23)]
+    columns = [Column("mode"), number("no."), number("rad/s"), number("Hz")]
+    columns += [number("by transfer\nmatrix, rad/s"), number("damping\nratio")]
+    columns += [number("undamped\nHz"), Column("strain energy in")]
     rows = [
         [names[i], str(i + 1), show(value, error, 6), show(hertz(value), hertz(error), 6),
          cell(second, i, digits=6), cell(ratio, i) if value else "",
@@ -180,10 +180,10 @@ def _separation(result: Result) -> list[str]:
     if margin is None or order is None:
         return []
     rule, names = separation_rule(result), mode_names(result)
-    columns = [Column("mode", 10)]
+    columns = [Column("mode")]
     for kind in labels(margin.axes[1]):
-        columns += [number(f"nearest {kind}\norder", 14), number("margin\n%", 7)]
-    columns += [] if rule is None else [Column("by rule", 8)]
+        columns += [number(f"nearest {kind}\norder"), number("margin\n%")]
+    columns += [] if rule is None else [Column("by rule")]
     rows = []
     for i in range(min(len(names), _MOST)):
         pairs_ = zip(margin.values[i], order.values[i], strict=True)
@@ -239,7 +239,7 @@ def _shapes(result: Result) -> list[str]:
     if shape is None or not modes:
         return []
     names = mode_names(result)
-    columns = [Column("station", 22), *(number(names[i], 11) for i in modes)]
+    columns = [Column("station"), *(number(names[i]) for i in modes)]
     angle = np.real(shape.values)
     rows = [
         [name, *(show(angle[mode, place], shape.error_estimate, 4) for mode in modes)]
@@ -332,10 +332,10 @@ def _table(
     twist = turned[:-1] - turned[below[:-1]]
     # the estimate of the quantity is that of its highest mode, in which errors grow along the line
     noise = _NOISE * float(np.max(np.abs(turned)))
-    columns = [Column("station", 16), number("J\nkg m^2", 9), number("J w^2\nN m/rad", 11),
-               number("angle\nrad", 11), number("J w^2\nx angle\nN m", 11),
-               number("sum of\ntorques\nN m", 11), number("stiffness\nN m/rad", 11),
-               number("twist\nrad", 11)]  # fmt: skip
+    columns = [Column("station"), number("J\nkg m^2"), number("J w^2\nN m/rad"),
+               number("angle\nrad"), number("J w^2\nx angle\nN m"),
+               number("sum of\ntorques\nN m"), number("stiffness\nN m/rad"),
+               number("twist\nrad")]  # fmt: skip
     named = labels(angle.axes[1])
     cells = [
         named, [_short(one, 9) for one in inertia], _column(inertia * natural**2, 0.0),

@@ -146,9 +146,9 @@ def _table(record: Record) -> list[str]:
         columns += [("peak_half_range", torque, f"half range\n{unit}", 11),
                     ("steady_half_range", torque, f"steady\n{unit}", 11)]  # fmt: skip
         if over is not None:
-            more.append((number("to steady\n%", 9), lambda i: _over(float(over.values[i]))))
+            more.append((number("to steady\n%"), lambda i: _over(float(over.values[i]))))
         if lag is not None:
-            more.append((number("later by\nrpm", 10), lambda i: _lag(lag, i)))
+            more.append((number("later by\nrpm"), lambda i: _lag(lag, i)))
     paths = [(f"transient/{path}", by, title, wide) for path, by, title, wide in columns]
     lines = rows_by(record, "section", 17, paths, more)
     words = "Peaks have the mean in them"
@@ -248,8 +248,8 @@ def _secondary(record: Record) -> list[str]:
         return []
     size = np.abs(twist.values)
     chosen = np.sort(np.argsort(-size, kind="stable")[:_MOST])
-    columns = (number("order", 8), number("added twist\nmrad", 13), number("most from\norder", 10),
-               number("share\n%", 16))  # fmt: skip
+    columns = (number("order"), number("added twist\nmrad"), number("most from\norder"),
+               number("share\n%"))  # fmt: skip
     rows = [
         [order_text(twist.axes[0].values[i]), show(1e3 * size[i], 1e3 * twist.error_estimate, 4),
          order_text(source.values[i]),
@@ -273,9 +273,9 @@ def _wedges(result: Result) -> list[str]:
     if not (speed and half and order and first and second and ratio):
         return []
     known = mode_names(result)
-    columns = (number("order", 8), number("mode", 10), number("and mode", 10),
-               number("speed\nrpm", 16), number("half width\nrpm", 16),
-               number("prevented by\nratio", 18))  # fmt: skip
+    columns = (number("order"), number("mode"), number("and mode"),
+               number("speed\nrpm"), number("half width\nrpm"),
+               number("prevented by\nratio"))  # fmt: skip
     rows = [
         [order_text(order.values[i]), *(known[int(one.values[i]) - 1] for one in (first, second)),
          _uncertain(speed, i, rpm(1.0)), _uncertain(half, i, rpm(1.0)), _uncertain(ratio, i)]
@@ -360,7 +360,7 @@ def _published_modes(result: Result) -> list[str]:
         for name, title, text in kinds
         if (quantity := having(record, _PUBLISHED + name, "elastic_mode")) is not None
     ]
-    columns = [Column("mode", 10), *(number(title, 15) for _, title, _ in shown)]
+    columns = [Column("mode"), *(number(title) for _, title, _ in shown)]
     rows = [
         [known[int(label) - 1], *(text(float(one.values[i])) for one, _, text in shown)]
         for i, label in enumerate(labels(natural.axes[0]))
@@ -377,7 +377,7 @@ def _intensities(result: Result) -> list[str]:
     modes = [known[int(mode) - 1] for mode in intensity.axes[0].values][:5]
     size = np.abs(intensity.values)[: len(modes)]
     chosen = np.sort(np.argsort(-size.max(axis=0), kind="stable")[: 2 * _MOST])
-    columns = (Column("order", 8), *(number(f"intensity\n{m}, N m", 15) for m in modes))
+    columns = (Column("order"), *(number(f"intensity\n{m}, N m") for m in modes))
     rows = [
         [order_text(intensity.axes[1].values[j]), *(show(float(row[j]), digits=4) for row in size)]
         for j in chosen

@@ -95,8 +95,8 @@ def counted_table(record: Record) -> list[str]:
         return []
     factor, unit = torque_unit(record)
     names = labels(largest.axes[0])
-    columns = [Column("section", 17), number("cycles", 10), number(f"largest range\n{unit}", 14),
-               number("equivalent\nnumber", 12)]  # fmt: skip
+    columns = [Column("section"), number("cycles"), number(f"largest range\n{unit}"),
+               number("equivalent\nnumber")]  # fmt: skip
     more = []
     for path, words, by in (
         ("largest_stress_range", "stress range\nN/mm2", _MEGA),
@@ -105,7 +105,7 @@ def counted_table(record: Record) -> list[str]:
     ):
         found = having(record, f"{_STEM}counted/{path}", "section")
         if found is not None:
-            columns.append(number(words, 13))
+            columns.append(number(words))
             values = dict(zip(labels(found.axes[0]), by * found.values, strict=True))
             more.append(values)
     rows = [

@@ -83,9 +83,9 @@ def _orders(result: Result) -> list[str]:
     row = np.asarray(torque.values)[place]
     chosen = np.sort(np.argsort(-np.abs(row), kind="stable")[:_ORDERS])
     factor, unit = torque_unit(record)
-    columns = [number("order", 6), number(f"torque\n{unit}", 12), number("phase\ndeg", 9),
-               number("twist\nmrad", 11), number("twist\ndeg", 11),
-               number("stress\nN/mm^2", 11)]  # fmt: skip
+    columns = [number("order"), number(f"torque\n{unit}"), number("phase\ndeg"),
+               number("twist\nmrad"), number("twist\ndeg"),
+               number("stress\nN/mm^2")]  # fmt: skip
     rows = [
         [order_text(torque.axes[1].values[i]), cell(torque, (place, i), factor),
          show_phase(complex(row[i]), torque.error_estimate), cell(twist, (place, i), MILLI),
@@ -119,8 +119,8 @@ def _dampers(record: Record) -> list[str]:
     if hottest is not None:
         tops = np.argmax(hottest.values, axis=1)
         more = [
-            (number("largest heat\nover speeds, W", 15), lambda i: cell(hottest, (i, tops[i]))),
-            (number("at\nrpm", 8), lambda i: turns(float(hottest.axes[1].values[tops[i]]))),
+            (number("largest heat\nover speeds, W"), lambda i: cell(hottest, (i, tops[i]))),
+            (number("at\nrpm"), lambda i: turns(float(hottest.axes[1].values[tops[i]]))),
         ]
     return rows_by(record, "damper", 24, (
         ("damper/heat", 1.0, "heat, mean\nW", 11),
@@ -134,7 +134,7 @@ def _gears(record: Record) -> list[str]:
     factor, unit = torque_unit(record)
     teeth = ("  stay in contact", "  HAMMER: torque reverses")
     more = [] if hammers is None else [
-        (Column("  teeth", 25), lambda i: teeth[int(hammers[i])])]  # fmt: skip
+        (Column("  teeth"), lambda i: teeth[int(hammers[i])])]  # fmt: skip
     lines = rows_by(record, "gear", 24, (
         ("gear/mean_torque", factor, f"mean torque\n{unit}", 12),
         ("gear/alternating_torque", factor, f"half range\n{unit}", 11),
@@ -176,9 +176,9 @@ def _worst(result: Result) -> list[str]:
     speed, mode, order = (
         vector(record, f"largest/{name}", "section") for name in ("speed", "mode", "half_order")
     )
-    more = [] if speed is None else [(number("at\nrpm", 7), lambda i: turns(float(speed[i])))]
+    more = [] if speed is None else [(number("at\nrpm"), lambda i: turns(float(speed[i])))]
     if mode is not None and order is not None:
-        more.append((Column("mode, order", 19), lambda i: meeting(names, mode[i], order[i])))
+        more.append((Column("mode, order"), lambda i: meeting(names, mode[i], order[i])))
     lines = rows_by(record, "section", 20, (
         ("largest/torque_half_range", factor, f"torque\n{unit}", 9),
         ("largest/stress_half_range", MEGA, "stress\nN/mm^2", 9),
@@ -203,8 +203,8 @@ def _peaks(result: Result) -> list[str]:
     named = [] if known is None else labels(known.axes[0])
     factor, unit = torque_unit(record)
     names = mode_names(result)
-    columns = [number("rpm", 10), number(f"torque\n{unit}", 13), Column("in section", 28),
-               Column("mode, order", 24)]  # fmt: skip
+    columns = [number("rpm"), number(f"torque\n{unit}"), Column("in section"),
+               Column("mode, order")]  # fmt: skip
     sizes = np.asarray(torque.values, dtype=float)
     strongest = np.sort(np.argsort(-sizes, kind="stable")[:_MOST])
     rows = []

@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.case.raw import parse_key
+from vibecalc.core.report.goals import written_at
 from vibecalc.core.report.sections import read_as
 from vibecalc.core.report.sweep.statistics import Worst, alike, numeric, worst
 from vibecalc.core.report.sweep.view import SweepView
-from vibecalc.core.report.writing import Column, fold, number, paragraph, show, table
+from vibecalc.core.report.writing import number, paragraph, show, table
 from vibecalc.core.results.printed import read_printed
 from vibecalc.core.results.select import STANDARD_ERRORS, Side
 from vibecalc.core.results.tolerance import remedy
@@ -60,18 +60,12 @@ def judge(sweep: SweepView) -> tuple[list[Limit], list[str]]:
 
 def keeping_all(sweep: SweepView, limits: Sequence[Limit]) -> np.ndarray:
     """Which points are computed and keep every limit, (points,)."""
-    kept = sweep.done.copy()
-    for limit in limits:
-        kept &= limit.kept
-    return kept
+    return np.logical_and.reduce([sweep.done, *(limit.kept for limit in limits)])
 
 
 def breaking_any(sweep: SweepView, limits: Sequence[Limit]) -> np.ndarray:
     """Which points are computed and break a limit, (points,); the rest is kept or undecided."""
-    broken = np.zeros_like(sweep.done)
-    for limit in limits:
-        broken |= limit.broken
-    return broken
+    return np.logical_or.reduce([np.zeros_like(sweep.done), *(one.broken for one in limits)])
 
 
 def best(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit] | None:
@@ -94,11 +88,8 @@ def best(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit] | None:
 
 def goal(sweep: SweepView, limits: Sequence[Limit]) -> Limit | None:
     """The limit on the first of the kept results that has one."""
-    for path in numeric(sweep):
-        for limit in limits:
-            if limit.quantity == path:
-                return limit
-    return None
+    first = (one for path in numeric(sweep) for one in limits if one.quantity == path)
+    return next(first, None)
 
 
 def least_broken(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit, float] | None:
@@ -152,7 +143,7 @@ def case_values(sweep: SweepView) -> np.ndarray | None:
     """What the varied keys are in the case itself, (keys,); None if one of them is not there."""
     found = []
     for key in sweep.keys:
-        value = _at(sweep.case, parse_key(key.key))
+        value = written_at(sweep.case, key.key)
         if key.names and str(value) in key.names:
             found.append(float(key.names.index(str(value))))
         elif isinstance(value, int | float) and not isinstance(value, bool) and not key.names:
@@ -220,34 +211,14 @@ def _scaled(
     return np.asarray((shown - low) / width)
 
 
-def _at(place: Any, path: tuple[str | int, ...]) -> Any:
-    for step in path:
-        try:
-            place = place[step]
-        except (KeyError, IndexError, TypeError):
-            return None
-    return place
-
-
 # ----------------------------------------------------------------------------
 # Where a sweep keeps the limits of its case: shares, nearest points, and the region in words.
 # ----------------------------------------------------------------------------
 
-_LIMITS = (
-    Column("limit on", 38),
-    number("bound", 13),
-    number("kept at", 16),
-    Column("nearest to the case that keeps it", 28),
-)
+_LIMITS = "limit on", number("bound"), number("kept at"), "nearest to the case that keeps it"
 _REGION = (
-    Column("key", 30),
-    number("swept from", 12),
-    number("to", 12),
-    number("kept from", 12),
-    number("to", 12),
-    Column("unit", 9),
-    Column("", 5),
-)
+    "key", number("swept from"), number("to"), number("kept from"), number("to"), "unit", "",
+)  # fmt: skip
 
 
 def limit_lines(sweep: SweepView, limits: Sequence[Limit], missing: Sequence[str]) -> list[str]:
@@ -287,7 +258,7 @@ def _row(sweep: SweepView, limit: Limit) -> list[str]:
     name = read_as(limit.quantity, limit.unit)[0]
     picks = ", ".join(f"{axis} {entry}" for axis, entry in limit.where.items())
     for remark in (picks, f"({limit.source})" if limit.source else ""):
-        name += "".join(f"\n  {line}" for line in fold(remark, _LIMITS[0].width - 2) if line)
+        name += f"\n  {remark}" if remark else ""
     counted = sweep.done & sweep.independent
     kept = int(np.count_nonzero(limit.kept & counted))
     computed = int(np.count_nonzero(counted))
@@ -309,20 +280,18 @@ def _of(count: int, total: int) -> str:
 
 def _region(sweep: SweepView, limits: Sequence[Limit]) -> list[str]:
     kept = keeping_all(sweep, limits)
-    lines: list[str] = []
-    if not kept.any():
-        lines += paragraph("No computed point keeps all limits.")
-        broken = least_broken(sweep, limits)
-        if broken is not None:
-            point, limit, share = broken
-            text = f"least broken at {sweep.words_of(point)}: {read_as(limit.quantity, '')[0]} is "
-            text += f"{show(100.0 * share, digits=3)} % of its bound beyond it"
-            label = limit.worst.label(point)
-            lines += paragraph(text + (f" ({label})." if label else "."))
-        return lines
-    lines += [*paragraph("where all limits are kept:"), *_extent(sweep, kept), ""]
-    for words in (_best(sweep, limits), _nearest(sweep, kept)):
-        lines += paragraph(words) if words else []
+    if kept.any():
+        said = filter(None, (_best(sweep, limits), _nearest(sweep, kept)))
+        below = [line for words in said for line in paragraph(words)]
+        return [*paragraph("where all limits are kept:"), *_extent(sweep, kept), "", *below]
+    lines = paragraph("No computed point keeps all limits.")
+    broken = least_broken(sweep, limits)
+    if broken is not None:
+        point, limit, share = broken
+        text = f"least broken at {sweep.words_of(point)}: {read_as(limit.quantity, '')[0]} is "
+        text += f"{show(100.0 * share, digits=3)} % of its bound beyond it"
+        label = limit.worst.label(point)
+        lines += paragraph(text + (f" ({label})." if label else "."))
     return lines
 
 

@@ -14,18 +14,19 @@ from vibecalc.core.report.canvas import (
     gaps,
     keep_apart,
     note,
+    panels_of,
     plain_ticks,
     unit_words,
 )
-from vibecalc.core.report.sweep.limits import Limit, best, case_values, judge
+from vibecalc.core.report.sweep.limits import Limit
 from vibecalc.core.report.sweep.picture_parts import (
     BEST,
     FEW,
     Mark,
+    Picture,
     Plane,
     Shown,
     along,
-    best_words,
     entry_words,
     failure_marks,
     hatch_style,
@@ -34,8 +35,7 @@ from vibecalc.core.report.sweep.picture_parts import (
     limit_words,
     logarithmic,
     name_axis,
-    panels,
-    plane,
+    pictured,
     together,
 )
 from vibecalc.core.report.sweep.statistics import entries
@@ -131,73 +131,68 @@ _ENTRIES = 4
 _LEVELS = 12
 #: standard errors of more points than these are a band
 _DENSE = 30
-_BARS, _BAND = "bars: standard error", "band: standard error"
 
 
 def draw_sweep_line(sweep: SweepView) -> "Figure | None":
     """A panel for each result that varies; None for samplings and for two long axes."""
-    if not sweep.grid or is_map(sweep):
+    picture = pictured(sweep, FEW, _MOST) if sweep.grid and not is_map(sweep) else None
+    if picture is None:
         return None
-    limits, _ = judge(sweep)
-    part = plane(sweep, limits, FEW)
-    chosen = panels(sweep, limits, part.points, _MOST)
-    if not chosen:
-        return None
-    axis = sweep.grid[part.axes[0]]
+    axis, shown, star = picture.grid[0], picture.shown, picture.star
     # a case that is a sweep says it in its title already
     over = "" if " over " in str(sweep.case.get("title") or "") else f"over {axis.keys[0].words}"
-    subtitle = "; ".join(words for words in (over, part.held) if words)
-    columns = 1 if len(chosen) == 1 else 2
-    rows = -(-len(chosen) // columns)
-    figure = canvas(sweep, subtitle, 1.9 + 3.1 * rows)
-    grid = figure.subplots(rows, columns, squeeze=False, sharex=True).ravel().tolist()
-    marks = failure_marks(sweep, part.points)
-    for axes, one in zip(grid, chosen, strict=False):
-        _panel(axes, sweep, part, one, [limit for limit in limits if limit.quantity == one.path])
-        _failures(axes, sweep, part, marks)
+    subtitle = "; ".join(words for words in (over, picture.part.held) if words)
+    columns = 1 if len(shown) == 1 else 2
+    figure = canvas(sweep, subtitle, 1.9 + 3.1 * -(-len(shown) // columns))
+    grid = panels_of(figure, len(shown), columns, sharex=True)
+    marks = failure_marks(sweep, picture.part.points)
+    for axes, one in zip(grid, shown, strict=True):
+        _panel(axes, picture, one)
+        _failures(axes, picture, marks)
         name_axis(axes, axis, "x")
         axes.xaxis.set_tick_params(labelbottom=True)
-    for axes in grid[len(chosen) :]:
-        axes.set_visible(False)
-    _star(grid[: len(chosen)], sweep, part, chosen, limits)
-    legend_below(figure, grid[: len(chosen)])
+        if star is not None:
+            axes.plot(star[1][:1], [one.values[star[0]]], **BEST, label=star[2])
+    legend_below(figure, grid)
     return figure
 
 
-def _panel(axes: "Axes", sweep: SweepView, part: Plane, one: Shown, own: Sequence[Limit]) -> None:
-    x = along(sweep.grid[part.axes[0]])
-    numbers = part.points if part.points.ndim == 2 else part.points[:, None]
+def _numbers(part: Plane) -> np.ndarray:
+    """Points (x, lines)."""
+    return part.points if part.points.ndim == 2 else part.points[:, None]
+
+
+def _panel(axes: "Axes", picture: Picture, one: Shown) -> None:
+    sweep, part, own = picture.sweep, picture.part, picture.own(one)
+    x, numbers = along(picture.grid[0]), _numbers(part)
     separate = _separate(sweep, part, one)
-    line = "none" if sweep.grid[part.axes[0]].keys[0].names else "-"
+    line = "none" if picture.grid[0].keys[0].names else "-"
     style: dict[str, Any] = {"ls": line, "marker": "o" if x.size <= 40 else None, "ms": 4}
+    at_end = False
     if separate is None:
-        drawn = one.values[numbers]
+        drawn, spread = one.values[numbers], one.worst.spread
         for i, *others in together(drawn):
-            words = _series(sweep, part, [i, *others])
             colour = COLOURS[i % len(COLOURS)]
-            spread = one.worst.spread
             if spread is not None:
                 _spread(axes, x, gaps(drawn[:, i]), spread[numbers[:, i]] * one.factor, colour)
-            axes.plot(x, gaps(drawn[:, i]), color=colour, label=words, **style)
-        note = entry_words(one.worst, part.points)
+            label = _series(picture, [i, *others])
+            axes.plot(x, gaps(drawn[:, i]), color=colour, label=label, **style)
+        words = [entry_words(one.worst, part.points)]
     else:
         drawn, names = separate
         at_end = len(names) > _ENTRIES
         for i, name in enumerate(names):
             look = style | line_style(i) | ({"ls": "none"} if line == "none" else {})
             axes.plot(x, gaps(drawn[:, i]), label=None if at_end else name, **look)
-        note = f"{sweep.quantities[one.path].axes[0].name} at the right" if at_end else ""
+        words = [f"{sweep.quantities[one.path].axes[0].name} at the right"] * at_end
     unbounded = np.isinf(drawn).any(axis=1)
     if unbounded.any():
         places = np.full(np.count_nonzero(unbounded), 0.97)
         axes.plot(x[unbounded], places, "^", color=LIMIT, transform=axes.get_xaxis_transform(),
                   label="unbounded", clip_on=False)  # fmt: skip
-    note += (
-        f"{'; ' if note else ''}{_BARS if x.size <= _DENSE else _BAND}"
-        if one.worst.spread is not None
-        else ""
-    )
-    axes.set_title(one.title(note), fontsize=8)
+    if one.worst.spread is not None:
+        words.append(f"{'bars' if x.size <= _DENSE else 'band'}: standard error")
+    axes.set_title(one.title("; ".join(filter(None, words))), fontsize=8)
     axes.set_ylabel(one.label)
     _scale(axes, drawn, own, one)
     _undecided(axes, x, one, own, numbers)
@@ -205,7 +200,10 @@ def _panel(axes: "Axes", sweep: SweepView, part: Plane, one: Shown, own: Sequenc
     if separate is not None:
         if at_end:
             name_ends(axes, x, drawn, names)
-        _here(axes, sweep, part)
+        if picture.here is not None:
+            axes.axvline(
+                picture.here[0], color="black", ls="--", lw=1.0, label="the case as written"
+            )
 
 
 def _undecided(
@@ -222,17 +220,6 @@ def _undecided(
             return
 
 
-def _here(axes: "Axes", sweep: SweepView, part: Plane) -> None:
-    """A line where the case itself stands, if it lies inside."""
-    found = case_values(sweep)
-    if found is None:
-        return
-    place, span = sweep.together[part.axes[0]][0], along(sweep.grid[part.axes[0]])
-    x = float(found[place]) * sweep.keys[place].factor
-    if span.min() <= x <= span.max():
-        axes.axvline(x, color="black", ls="--", lw=1.0, label="the case as written")
-
-
 def _spread(axes: "Axes", x: np.ndarray, y: np.ndarray, spread: np.ndarray, colour: str) -> None:
     if x.size <= _DENSE:
         axes.errorbar(x, y, spread, fmt="none", ecolor=colour, capsize=4)
@@ -240,11 +227,10 @@ def _spread(axes: "Axes", x: np.ndarray, y: np.ndarray, spread: np.ndarray, colo
         axes.fill_between(x, y - spread, y + spread, color=colour, alpha=0.2, linewidth=0.0)
 
 
-def _series(sweep: SweepView, part: Plane, places: list[int]) -> str | None:
-    if len(part.axes) < 2:
+def _series(picture: Picture, places: list[int]) -> str | None:
+    if len(picture.grid) < 2:
         return None
-    axis = sweep.grid[part.axes[1]]
-    key = axis.keys[0]
+    axis, key = picture.grid[1], picture.grid[1].keys[0]
     values = ", ".join(key.shown(axis.values[place, 0]) for place in places)
     return f"{key.words} = {unit_words(values)[1]}"
 
@@ -265,43 +251,34 @@ def _separate(
 def _scale(axes: "Axes", drawn: np.ndarray, own: Sequence[Limit], one: Shown) -> None:
     finite = drawn[np.isfinite(drawn)]
     low, high = float(finite.min()), float(finite.max())
-    near: list[tuple[Limit, float]] = []
-    far: list[tuple[Limit, float]] = []
-
-    def broken(limit: Limit) -> bool:
-        return bool(np.any(np.isfinite(limit.margin) & ~limit.kept))
-
-    for limit in own:
-        bound = limit.bound * one.factor
-        reach = _FAR * max(abs(low), abs(high))
-        (near if abs(bound) <= reach or broken(limit) else far).append((limit, bound))
+    reach = _FAR * max(abs(low), abs(high))
+    placed = [(limit, limit.bound * one.factor) for limit in own]
+    near = [(limit, bound) for limit, bound in placed
+            if abs(bound) <= reach or np.any(np.isfinite(limit.margin) & ~limit.kept)]  # fmt: skip
     bounds = [bound for _, bound in near]
+    low, high = min([low, *bounds]), max([high, *bounds])
     if logarithmic(drawn) and all(bound > 0.0 for bound in bounds):
         axes.set_yscale("log")
-        low, high = min([low, *bounds]), max([high, *bounds])
         axes.set_ylim(low / 1.5, 1.8 * high)
         if high < 1e4 * low:
             plain_ticks(axes.yaxis)
     elif bounds:
-        low, high = min([low, *bounds]), max([high, *bounds])
         room = 0.12 * (high - low or abs(high) or 1.0)
         axes.set_ylim(0.0 if 0.0 <= low < 0.5 * high else low - room, high + room)
     else:
         axes.margins(y=0.1)
     bottom, top = axes.get_ylim()
     for limit, bound in near:
+        upper, end = limit.side == "max", _freer_end(drawn, bound)
         axes.axhline(bound, color=LIMIT, linewidth=1.4)
-        ends = (bound, top) if limit.side == "max" else (bottom, bound)
-        axes.axhspan(*ends, zorder=0.5, **hatch_style())
-        end = _freer_end(drawn, bound)
-        note(axes, limit_words(limit), (end, bound),
-            (4 - 8 * end, -3 if limit.side == "max" else 3),
+        axes.axhspan(*((bound, top) if upper else (bottom, bound)), zorder=0.5, **hatch_style())
+        note(axes, limit_words(limit), (end, bound), (4 - 8 * end, -3 if upper else 3),
             xycoords=axes.get_yaxis_transform(), ha="right" if end else "left",
-            va="top" if limit.side == "max" else "bottom", color=LIMIT, zorder=7)  # fmt: skip
+            va="top" if upper else "bottom", color=LIMIT, zorder=7)  # fmt: skip
     axes.set_ylim(bottom, top)
+    far = ", ".join(limit_words(limit) for limit, bound in placed if bound not in bounds)
     if far:
-        words = ", ".join(limit_words(limit) for limit, _ in far)
-        axes.annotate(f"limit {words}: kept everywhere", (0.02, 0.97), xycoords="axes fraction",
+        axes.annotate(f"limit {far}: kept everywhere", (0.02, 0.97), xycoords="axes fraction",
                       va="top", color=LIMIT, fontsize=8)  # fmt: skip
 
 
@@ -312,26 +289,11 @@ def _freer_end(drawn: np.ndarray, bound: float) -> int:
     return int(away[-third:].min() >= away[:third].min())
 
 
-def _failures(axes: "Axes", sweep: SweepView, part: Plane, marks: Sequence[Mark]) -> None:
-    x = along(sweep.grid[part.axes[0]])
-    numbers = part.points if part.points.ndim == 2 else part.points[:, None]
+def _failures(axes: "Axes", picture: Picture, marks: Sequence[Mark]) -> None:
+    x, numbers = along(picture.grid[0]), _numbers(picture.part)
     for mark in marks:
         rows, columns = np.nonzero(np.isin(numbers, mark.points))
         # one row of crosses for each line
         height = 0.04 + 0.05 * columns
         axes.plot(x[rows], height, mark.marker, color=mark.colour, ms=8, mew=1.8,
                   transform=axes.get_xaxis_transform(), label=mark.words, zorder=6)  # fmt: skip
-
-
-def _star(
-    grid: Any, sweep: SweepView, part: Plane, chosen: Sequence[Shown], limits: Sequence[Limit]
-) -> None:
-    found = best(sweep, limits)
-    if found is None or found[0] not in part.points:
-        return
-    point, limit = found
-    place = int(np.argwhere(part.points == point)[0][0])
-    x = along(sweep.grid[part.axes[0]])[place]
-    words = best_words(sweep, limit, point)
-    for axes, one in zip(grid, chosen, strict=True):
-        axes.plot([x], [one.values[point]], **BEST, label=words)

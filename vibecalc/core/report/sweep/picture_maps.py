@@ -5,22 +5,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, panels_of, plain_ticks
 from vibecalc.core.report.sweep.limits import (
     Limit,
-    best,
     breaking_any,
-    case_values,
     judge,
     keeping_all,
 )
 from vibecalc.core.report.sweep.picture_parts import (
     BEST,
-    Mark,
-    Plane,
+    Picture,
     Shown,
     along,
-    best_words,
     entry_words,
     failure_marks,
     hatch_style,
@@ -30,7 +26,7 @@ from vibecalc.core.report.sweep.picture_parts import (
     logarithmic,
     name_axis,
     panels,
-    plane,
+    pictured,
     short_name,
 )
 from vibecalc.core.report.sweep.statistics import axis_names, indices_of, sample_statistics
@@ -54,51 +50,47 @@ _BROKEN, _UNDECIDED, _KEPT = "#f4d9dc", "#f2e6b8", "#cfe8cf"
 
 def draw_sweep_map(sweep: SweepView) -> "Figure | None":
     """A map for each result that varies, and one of the limits; None without two long axes."""
-    if not sweep.grid or not is_map(sweep):
+    wide = bool(sweep.grid) and is_map(sweep)
+    picture = pictured(sweep, max(sweep.shape), _MOST) if wide else None
+    if picture is None or len(picture.grid) < 2:
         return None
-    limits, _ = judge(sweep)
-    part = plane(sweep, limits, max(sweep.shape))
-    chosen = panels(sweep, limits, part.points, _MOST)
-    if not chosen or len(part.axes) < 2:
-        return None
-    count = len(chosen) + bool(limits)
+    count = len(picture.shown) + bool(picture.limits)
     columns = min(2, count)
-    rows = -(-count // columns)
-    first, second = (sweep.grid[i].keys[0].words for i in part.axes)
-    subtitle = f"over {first} and {second}" + (f"; {part.held}" if part.held else "")
-    figure = canvas(sweep, subtitle, 1.7 + 3.6 * rows)
+    first, second = (axis.keys[0].words for axis in picture.grid)
+    held = f"; {picture.part.held}" if picture.part.held else ""
+    figure = canvas(sweep, f"over {first} and {second}{held}", 1.7 + 3.6 * -(-count // columns))
     # the names of bars of colour are wider than the layout takes them for
     figure.set_layout_engine("constrained", rect=(0.0, 0.0, 0.985, 1.0))
-    grid = list(figure.subplots(rows, columns, squeeze=False).ravel())
-    for axes, one in zip(grid, chosen, strict=False):
-        _map(figure, axes, sweep, part, one, [x for x in limits if x.quantity == one.path])
-    if limits:
-        _region(grid[len(chosen)], sweep, part, limits)
-    marks = failure_marks(sweep, part.points)
-    found = best(sweep, limits)
-    for axes in grid[:count]:
-        _points(axes, sweep, part, marks)
-        _here(axes, sweep, part)
-        if found is not None and found[0] in part.points:
-            x, y = _place(sweep, part, found[0])
-            axes.plot([x], [y], **BEST, label=best_words(sweep, found[1], found[0]))
-        name_axis(axes, sweep.grid[part.axes[0]], "x")
-        name_axis(axes, sweep.grid[part.axes[1]], "y")
+    grid = panels_of(figure, count, columns)
+    for axes, one in zip(grid, picture.shown, strict=False):
+        _map(figure, axes, picture, one)
+    if picture.limits:
+        _region(grid[-1], picture)
+    marks, star, here = failure_marks(sweep, picture.part.points), picture.star, picture.here
+    x, y = map(along, picture.grid)
+    for axes in grid:
+        for mark in marks:
+            across, up = np.nonzero(np.isin(picture.part.points, mark.points))
+            axes.plot(x[across], y[up], mark.marker, color=mark.colour, ms=6, mew=1.4, ls="none",
+                      label=mark.words, zorder=6)  # fmt: skip
+        if here is not None:
+            axes.plot(here[:1], here[1:], "o", mfc="white", mec="black", ms=7, ls="none", zorder=7,
+                      clip_on=False, label="the case as written")  # fmt: skip
+        if star is not None:
+            axes.plot(star[1][:1], star[1][1:], **BEST, label=star[2])
+        name_axis(axes, picture.grid[0], "x")
+        name_axis(axes, picture.grid[1], "y")
         axes.grid(visible=False)
-    for axes in grid[count:]:
-        axes.set_visible(False)
-    legend_below(figure, grid[:count])
+    legend_below(figure, grid)
     return figure
 
 
-def _map(
-    figure: "Figure", axes: "Axes", sweep: SweepView, part: Plane, one: Shown, own: Sequence[Limit]
-) -> None:
+def _map(figure: "Figure", axes: "Axes", picture: Picture, one: Shown) -> None:
     from matplotlib.colors import LogNorm, Normalize
     from matplotlib.ticker import MaxNLocator
 
-    x, y = (along(sweep.grid[i]) for i in part.axes)
-    values = one.values[part.points].T
+    (x, y), own = map(along, picture.grid), picture.own(one)
+    values = one.values[picture.part.points].T
     finite = values[np.isfinite(values)]
     log = logarithmic(values)
     ends = float(finite.min()), float(finite.max())
@@ -121,7 +113,7 @@ def _map(
     for limit in own:
         _boundary(axes, x, y, values, limit, limit.bound * one.factor, LIMIT, hatch=True)
     words = ", ".join(limit_words(limit) for limit in own)
-    note = entry_words(one.worst, part.points)
+    note = entry_words(one.worst, picture.part.points)
     below = "; ".join(text for text in (f"limit: {words}" if words else "", note) if text)
     axes.set_title(one.title(below), fontsize=8)
 
@@ -170,17 +162,18 @@ def _boundary(
                   label="limit, broken on the hatched side" if hatch else words)  # fmt: skip
 
 
-def _region(axes: "Axes", sweep: SweepView, part: Plane, limits: Sequence[Limit]) -> None:
+def _region(axes: "Axes", picture: Picture) -> None:
     """Green where all limits are kept, red where one is broken, yellow where that is undecided.
 
     A line for each limit.
     """
     from matplotlib.colors import ListedColormap
 
-    x, y = (along(sweep.grid[i]) for i in part.axes)
-    kept = keeping_all(sweep, limits)[part.points].T
-    broken = breaking_any(sweep, limits)[part.points].T
-    done = sweep.done[part.points].T
+    (x, y), (sweep, limits, part, _) = map(along, picture.grid), picture
+    kept, broken, done = (
+        one[part.points].T
+        for one in (keeping_all(sweep, limits), breaking_any(sweep, limits), sweep.done)
+    )
     state = 1.0 + kept - broken
     colours = ListedColormap([_BROKEN, _UNDECIDED, _KEPT])
     shown = np.ma.masked_where(~done, state)
@@ -193,34 +186,6 @@ def _region(axes: "Axes", sweep: SweepView, part: Plane, limits: Sequence[Limit]
         colour = COLOURS[i % len(COLOURS)]
         _boundary(axes, x, y, values, limit, limit.bound, colour, hatch=False)
     axes.set_title(title, fontsize=8)
-
-
-def _points(axes: "Axes", sweep: SweepView, part: Plane, marks: Sequence[Mark]) -> None:
-    x, y = (along(sweep.grid[i]) for i in part.axes)
-    for mark in marks:
-        columns, rows = np.nonzero(np.isin(part.points, mark.points))
-        axes.plot(x[columns], y[rows], mark.marker, color=mark.colour, ms=6, mew=1.4, ls="none",
-                  label=mark.words, zorder=6)  # fmt: skip
-
-
-def _here(axes: "Axes", sweep: SweepView, part: Plane) -> None:
-    """The case itself, where it lies inside."""
-    found = case_values(sweep)
-    if found is None:
-        return
-    places = [sweep.together[i][0] for i in part.axes]
-    x, y = (float(found[place]) * sweep.keys[place].factor for place in places)
-    spans = [along(sweep.grid[i]) for i in part.axes]
-    inside = all(s.min() <= value <= s.max() for s, value in zip(spans, (x, y), strict=True))
-    if inside:
-        axes.plot([x], [y], "o", mfc="white", mec="black", ms=7, ls="none", zorder=7,
-                  clip_on=False, label="the case as written")  # fmt: skip
-
-
-def _place(sweep: SweepView, part: Plane, point: int) -> tuple[float, float]:
-    column, row = (int(place) for place in np.argwhere(part.points == point)[0])
-    x, y = (along(sweep.grid[i]) for i in part.axes)
-    return float(x[column]), float(y[row])
 
 
 # ----------------------------------------------------------------------------
@@ -241,26 +206,21 @@ def draw_sweep_sample(sweep: SweepView) -> "Figure | None":
     chosen = panels(sweep, limits, everywhere, _MOST if sweep.indices else 2 * _MOST)
     if not chosen:
         return None
-    columns = 1 if len(chosen) == 1 and not sweep.indices else 2
-    rows = len(chosen) if sweep.indices else -(-len(chosen) // columns)
     method = sweep.sampling.replace("_", " ")
     subtitle = f"{sweep.count} points, {method} sampling of " + ", ".join(axis_names(sweep))
-    figure = canvas(sweep, subtitle, 2.0 + 2.9 * rows)
-    grid = figure.subplots(rows, columns, squeeze=False)
-    left = list(grid[:, 0]) if sweep.indices else list(grid.ravel())
-    for axes, one in zip(left, chosen, strict=False):
+    columns = 1 if len(chosen) == 1 and not sweep.indices else 2
+    count = len(chosen) * (1 + sweep.indices)
+    figure = canvas(sweep, subtitle, 2.0 + 2.9 * -(-count // columns))
+    grid = panels_of(figure, count, columns)
+    for axes, one in zip(grid[:: 1 + sweep.indices], chosen, strict=True):
         _histogram(axes, sweep, one, [x for x in limits if x.quantity == one.path])
-    for axes in left[len(chosen) :]:
-        axes.set_visible(False)
-    if sweep.indices:
-        for axes, one in zip(grid[:, 1], chosen, strict=True):
-            _bars(axes, sweep, one)
-    marks = failure_marks(sweep, np.arange(sweep.count))
+    for axes, one in zip(grid[1::2] if sweep.indices else (), chosen, strict=False):
+        _bars(axes, sweep, one)
     crosses = {
         mark.words: Line2D([], [], color=mark.colour, marker=mark.marker, ls="none", mew=1.8)
-        for mark in marks
+        for mark in failure_marks(sweep, everywhere)
     }
-    legend_below(figure, list(grid.ravel()), crosses)
+    legend_below(figure, grid, crosses)
     return figure
 
 
@@ -277,8 +237,6 @@ def _histogram(axes: "Axes", sweep: SweepView, one: Shown, own: Sequence[Limit])
         np.clip(values, low, high), edges.tolist(), color=COLOURS[0], alpha=0.75, label="samples"
     )
     if log:
-        from vibecalc.core.report.canvas import plain_ticks
-
         axes.set_xscale("log")
         if high < 1e4 * low:
             plain_ticks(axes.xaxis)

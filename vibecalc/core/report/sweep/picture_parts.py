@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, length_scale, plain_ticks, unit_words
-from vibecalc.core.report.sweep.limits import Limit, best, nearest
+from vibecalc.core.report.sweep.limits import Limit, best, case_values, judge, nearest
 from vibecalc.core.report.sweep.statistics import Worst, numeric, worst
 from vibecalc.core.report.sweep.view import Cause, GridAxis, SweepView, causes
-from vibecalc.core.report.writing import fold, is_speed, show
+from vibecalc.core.report.writing import fold, is_speed, many, show
 from vibecalc.units import convert
 
 if TYPE_CHECKING:
@@ -85,6 +85,53 @@ class Mark(NamedTuple):
     marker: str
     colour: str
     words: str
+
+
+class Picture(NamedTuple):
+    """What a picture of a grid shows: which points and results, with which limits and marks."""
+
+    sweep: SweepView
+    limits: Sequence[Limit]
+    part: Plane
+    shown: list[Shown]
+
+    @property
+    def grid(self) -> list[GridAxis]:
+        """The axes that are shown."""
+        return [self.sweep.grid[i] for i in self.part.axes]
+
+    @property
+    def here(self) -> list[float] | None:
+        """Where the case itself stands on these, None if it lies outside."""
+        found = case_values(self.sweep)
+        if found is None:
+            return None
+        places = [self.sweep.together[i][0] for i in self.part.axes]
+        at = [float(found[place]) * self.sweep.keys[place].factor for place in places]
+        spans = zip(map(along, self.grid), at, strict=True)
+        return at if all(span.min() <= one <= span.max() for span, one in spans) else None
+
+    @property
+    def star(self) -> tuple[int, list[float], str] | None:
+        """The best point, where it is, and its words; None where it is not shown."""
+        found = best(self.sweep, self.limits)
+        if found is None or found[0] not in self.part.points:
+            return None
+        place = np.argwhere(self.part.points == found[0])[0]
+        at = [float(along(axis)[i]) for axis, i in zip(self.grid, place, strict=True)]
+        return found[0], at, best_words(self.sweep, found[1], found[0])
+
+    def own(self, one: Shown) -> list[Limit]:
+        """The limits on a result."""
+        return [limit for limit in self.limits if limit.quantity == one.path]
+
+
+def pictured(sweep: SweepView, most_points: int, most: int) -> Picture | None:
+    """What a picture shows of a grid; None if no result has a value."""
+    limits, _ = judge(sweep)
+    part = plane(sweep, limits, most_points)
+    chosen = panels(sweep, limits, part.points, most)
+    return Picture(sweep, limits, part, chosen) if chosen else None
 
 
 def plane(sweep: SweepView, limits: Sequence[Limit], most: int) -> Plane:
@@ -225,7 +272,7 @@ def failure_marks(sweep: SweepView, points: np.ndarray) -> list[Mark]:
     marks = [_mark(place, cause, inside) for place, (cause, inside) in enumerate(found[:named])]
     if len(found) > named:
         rest = np.concatenate([inside for _, inside in found[named:]])
-        words = f"{_many(rest.size)} of {len(found) - named} other causes"
+        words = f"{many(rest.size, 'point')} of {len(found) - named} other causes"
         marks.append(Mark(rest, *_MARKS[2], words))
     return marks
 
@@ -276,9 +323,5 @@ def hatch_style() -> dict[str, Any]:
 
 
 def _mark(place: int, cause: Cause, inside: np.ndarray) -> Mark:
-    words = f"{_many(inside.size)}: {cause.title}"
+    words = f"{many(inside.size, 'point')}: {cause.title}"
     return Mark(inside, *_MARKS[place], textwrap.shorten(words, _WORDS, placeholder=" ..."))
-
-
-def _many(count: int) -> str:
-    return "1 point" if count == 1 else f"{count} points"

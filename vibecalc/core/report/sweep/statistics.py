@@ -1,13 +1,14 @@
 """Results of a sweep in numbers: worst entries, smallest and largest, quantiles, shares."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibecalc.core.report.sections import read_as
 from vibecalc.core.report.sweep.view import SweepView
-from vibecalc.core.report.writing import Column, number, paragraph, show, show_error, table
+from vibecalc.core.report.writing import number, paragraph, show, show_error, table
 from vibecalc.core.results.record import Estimate, Quantity
 from vibecalc.core.results.select import Side, select
 from vibecalc.core.results.tolerance import UNRESOLVED
@@ -106,14 +107,7 @@ def entries(sweep: SweepView, path: str) -> tuple[np.ndarray, tuple[str, ...]]:
 def _places(quantity: Quantity, where: Mapping[str, Any]) -> tuple[np.ndarray, tuple[str, ...]]:
     shape = _shape(quantity)
     count = int(np.prod(shape))
-    numbered = Quantity(
-        path=quantity.path,
-        values=np.arange(count).reshape(shape),
-        unit=quantity.unit,
-        long_name=quantity.long_name,
-        axes=quantity.axes,
-    )
-    chosen = select(numbered, where)
+    chosen = select(replace(quantity, values=np.arange(count).reshape(shape)), where)
     return np.ravel(chosen.values), chosen.labels
 
 
@@ -177,14 +171,6 @@ def _shape(quantity: Quantity) -> tuple[int, ...]:
 # Smallest and largest value of every result of a sweep, and where they are.
 # ----------------------------------------------------------------------------
 
-_COLUMNS = (
-    Column("quantity", 39),
-    Column("", 8),
-    number("value", 12),
-    Column("unit", 7),
-    Column("at", 28),
-)
-
 
 def extreme_lines(sweep: SweepView) -> list[str]:
     """A table with two rows for each result: its smallest and its largest value.
@@ -213,7 +199,8 @@ def extreme_lines(sweep: SweepView) -> list[str]:
             )
     if not rows:
         return []
-    return [*table(_COLUMNS, rows), *(line for words in unbounded for line in paragraph(words))]
+    lines = table(("quantity", "", number("value"), "unit", "at"), rows)
+    return [*lines, *(line for words in unbounded for line in paragraph(words))]
 
 
 def first_of(values: np.ndarray, errors: np.ndarray, side: str) -> int:
@@ -270,22 +257,6 @@ def _place(sweep: SweepView, counted: Worst, point: int, name: str) -> str:
 # Statistics of a sampling: mean, quantiles, and the share of the variance each key brings.
 # ----------------------------------------------------------------------------
 
-_DIGITS = 4
-_STATISTICS = (
-    Column("quantity", 23),
-    number("mean", 10),
-    number("+-", 8),
-    *(number(f"{100 * level:g} %", 10) for level in LEVELS),
-)
-_INDICES = (
-    Column("quantity", 38),
-    Column("key", 21),
-    number("first", 9),
-    number("+-", 7),
-    number("total", 9),
-    number("+-", 7),
-)
-
 
 def statistic_lines(sweep: SweepView) -> list[str]:
     """Mean with its standard error and quantiles of every result; empty for a grid."""
@@ -298,26 +269,20 @@ def statistic_lines(sweep: SweepView) -> list[str]:
         if isinstance(statistics, str):
             notes.append(f"{name}: {statistics}")
             continue
-        centre, ranks = statistics
-        terms = counted.estimate(0).terms
-
-        def shown(value: Any, error: Any, terms: float = terms) -> str:
-            return show(float(value), Estimate(float(error), terms), _DIGITS)
-
-        cells = [shown(value, error) for value, error in _pairs(ranks)]
-        middle = shown(centre.value, centre.error)
-        rows.append(
-            [f"{name} {unit}".rstrip(), middle, show_error(float(centre.standard_error)), *cells]
-        )
-    lines = table(_STATISTICS, rows) if rows else []
-    if rows:
-        lines += paragraph(
-            "+-: standard error of the mean, as of independent samples; of several entries at a "
-            "point the largest one counts"
-        )
-    for note in notes:
-        lines += paragraph(note)
-    return lines
+        terms, shown = counted.estimate(0).terms, []
+        for one in statistics:
+            pairs = zip(np.ravel(one.value), np.ravel(one.error), strict=True)
+            shown += [show(float(value), Estimate(float(error), terms)) for value, error in pairs]
+        spread = show_error(float(statistics[0].standard_error))
+        rows.append([f"{name} {unit}".rstrip(), shown[0], spread, *shown[1:]])
+    heads = "quantity", "mean", "+-", *(f"{100 * level:g} %" for level in LEVELS)
+    words = (
+        "+-: standard error of the mean, as of independent samples; of several entries at a "
+        "point the largest one counts"
+    )
+    notes = [words] * bool(rows) + notes
+    lines = table([heads[0], *map(number, heads[1:])], rows) if rows else []
+    return [*lines, *(line for note in notes for line in paragraph(note))]
 
 
 def sample_statistics(sweep: SweepView, counted: Worst) -> tuple[Statistic, Statistic] | str:
@@ -336,31 +301,28 @@ def index_lines(sweep: SweepView) -> list[str]:
         return []
     names = axis_names(sweep)
     rows: list[list[str]] = []
-    notes: list[str] = []
+    lines: list[str] = []
     samples = 0
     for path in numeric(sweep):
         title, _, counted = read_worst(sweep, path)
         indices = indices_of(sweep, counted)
         if isinstance(indices, str):
-            notes.append(f"{title}: {indices}")
+            lines += paragraph(f"{title}: {indices}")
             continue
         samples = indices.samples
+        parts = [part for one in indices[:2] for part in (one.value, one.standard_error)]
         for place, name in enumerate(names):
-            cells = [title if place == 0 else "", name]
-            for part in (indices.first, indices.total):
-                cells.append(f"{float(part.value[place]):.3f}")
-                cells.append(f"{float(part.standard_error[place]):.3f}")
-            rows.append(cells)
-    lines = table(_INDICES, rows) if rows else []
-    if rows:
-        lines += paragraph(
-            "share of the variance that a key brings about, first: alone, total: with all its "
-            f"interactions; from {samples} sampled points with {len(names) + 2} runs each, +-: "
-            "standard error from resampling them"
-        )
-    for note in notes:
-        lines += paragraph(note)
-    return lines
+            cells = [f"{float(part[place]):.3f}" for part in parts]
+            rows.append(["" if place else title, name, *cells])
+    if not rows:
+        return lines
+    heads = "quantity", "key", *map(number, ("first", "+-", "total", "+-"))
+    words = (
+        "share of the variance that a key brings about, first: alone, total: with all its "
+        f"interactions; from {samples} sampled points with {len(names) + 2} runs each, +-: "
+        "standard error from resampling them"
+    )
+    return [*table(heads, rows), *paragraph(words), *lines]
 
 
 def indices_of(sweep: SweepView, counted: Worst) -> Indices | str:
@@ -382,8 +344,3 @@ def indices_of(sweep: SweepView, counted: Worst) -> Indices | str:
 def axis_names(sweep: SweepView) -> list[str]:
     """What is drawn together counts as one: the words of its first key."""
     return [sweep.keys[places[0]].words for places in sweep.together]
-
-
-def _pairs(statistic: Statistic) -> list[tuple[float, float]]:
-    value, error = np.ravel(statistic.value), np.ravel(statistic.error)
-    return list(zip(value, error, strict=True))

@@ -1,4 +1,4 @@
-"""What a sweep says: before it starts, after it ends, and its report of fixed columns."""
+"""What a sweep says: before it starts, after it ends, and its report."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,10 +9,17 @@ import numpy as np
 
 from vibecalc.core.report.sweep.limits import Limit, judge, limit_lines, share_within_limits
 from vibecalc.core.report.sweep.statistics import extreme_lines, index_lines, statistic_lines
-from vibecalc.core.report.sweep.view import SweepView, causes, example, failure_lines, view_of
+from vibecalc.core.report.sweep.view import (
+    GridAxis,
+    SweepView,
+    causes,
+    example,
+    failure_lines,
+    view_of,
+)
 from vibecalc.core.report.writing import (
-    Column,
     heading,
+    many,
     number,
     pairs,
     paragraph,
@@ -73,9 +80,9 @@ def render_forecast(
     sizes = " x ".join(str(size) for size in design.shape)
     shape = f", a grid of {sizes}" if design.sampling == "grid" else f", {design.sampling} sampling"
     were = "was" if forecast.tried == 1 else "were"
-    tried = f"from {_count(forecast.tried, 'point')} that {were} tried"
+    tried = f"from {many(forecast.tried, 'point')} that {were} tried"
     size = f"{strategy.chunk_size} points each" if chunks > 1 else "all points"
-    processes = _count(forecast.jobs, "process", "es")
+    processes = many(forecast.jobs, "process", "processes")
     rows = [
         ("points", f"{design.count}{shape}"),
         ("strategy", f"{strategy.kind}: {strategy.reason}"),
@@ -136,7 +143,7 @@ def failure_words(sweep: SweepView, most: int = 5) -> list[str]:
     """One line for each of the most frequent causes of failure, for stderr."""
     found = causes(sweep)
     lines = [
-        f"  {_count(cause.points.size, 'point')}: {cause.title}; as at "
+        f"  {many(cause.points.size, 'point')}: {cause.title}; as at "
         + " ".join(example(sweep, int(cause.points[0]), 10_000).split())
         for cause in found[:most]
     ]
@@ -167,10 +174,6 @@ def _bytes(size: int) -> str:
     return f"{size} bytes"
 
 
-def _count(number: int, what: str, plural: str = "s") -> str:
-    return f"{number} {what}" if number == 1 else f"{number} {what}{plural}"
-
-
 def missing_words(missing: Sequence[tuple[int, int]], most: int = 4) -> str:
     """Gaps of a sweep in words: 12 to 40, 77."""
     gaps = [str(first) if first == last else f"{first} to {last}" for first, last in missing[:most]]
@@ -179,17 +182,10 @@ def missing_words(missing: Sequence[tuple[int, int]], most: int = 4) -> str:
 
 
 # ----------------------------------------------------------------------------
-# The report of a sweep as text: fixed columns and stable digits, as that of a single run.
+# The report of a sweep as text: stable digits, as that of a single run.
 # ----------------------------------------------------------------------------
 
-_AXES = (
-    Column("key", 42),
-    number("points", 9),
-    number("from", 12),
-    number("to", 12),
-    Column("unit", 10),
-    Column("spacing", 8),
-)
+_AXES = "key", number("points"), number("from"), number("to"), "unit", "spacing"
 
 
 def render_sweep(sweep: SweepView) -> str:
@@ -215,7 +211,10 @@ def sweep_lines(sweep: SweepView) -> list[str]:
         ("Statistics of the samples", statistic_lines(sweep)),
         ("Sobol indices", index_lines(sweep)),
         ("Points without a result", failure_lines(sweep)),
-        ("Not kept", _left_out(sweep)),
+        (
+            "Not kept",
+            [line for one in sweep.left_out.items() for line in paragraph(": ".join(one))],
+        ),
         ("Provenance", pairs((name, str(text)) for name, text in sweep.provenance.items())),
     )
     for name, section in sections:
@@ -280,45 +279,35 @@ def conclusion(sweep: SweepView, limits: Sequence[Limit]) -> str:
 
 
 def _identity(sweep: SweepView) -> list[str]:
-    rows = [("case", sweep.name)]
-    if sweep.case.get("source"):
-        rows.append(("source", str(sweep.case["source"])))
-    rows.append(("points", _points(sweep)))
-    return pairs([*rows, *sweep.facts], 20)
-
-
-def _points(sweep: SweepView) -> str:
-    if not sweep.grid:
-        method = sweep.sampling.replace("_", " ")
-        runs = ", in the order that Sobol indices need" if sweep.indices else ""
-        return f"{sweep.count}, {method} sampling{runs}"
     sizes = " x ".join(str(size) for size in sweep.shape)
-    return f"{sweep.count}, a grid" + (f" of {sizes}" if len(sweep.shape) > 1 else "")
+    points = f"{sweep.count}, a grid" + (f" of {sizes}" if len(sweep.shape) > 1 else "")
+    if not sweep.grid:
+        runs = ", in the order that Sobol indices need" if sweep.indices else ""
+        points = f"{sweep.count}, {sweep.sampling.replace('_', ' ')} sampling{runs}"
+    source = str(sweep.case.get("source") or "")
+    rows = [("case", sweep.name), ("source", source), ("points", points), *sweep.facts]
+    return pairs(row for row in rows if row[1])
 
 
 def _varied(sweep: SweepView) -> list[str]:
-    rows = []
-    if sweep.grid:
-        for axis in sweep.grid:
-            spacing = "log" if axis.logarithmic else _steps(axis.values[:, 0])
-            for column, key in enumerate(axis.keys):
-                values = axis.values[:, column]
-                if key.names:
-                    names = ", ".join(key.names[round(float(value))] for value in values)
-                    rows.append([key.key, str(len(values)), "", "", "", "choice"])
-                    rows.append([f"  {names}", "", "", "", "", ""])
-                    continue
+    rows: list[list[str]] = []
+    sampled = GridAxis(sweep.keys, sweep.values_of(np.arange(sweep.count)))
+    for axis in sweep.grid or (sampled,):
+        spacing = "log" if axis.logarithmic else _steps(axis.values[:, 0])
+        for column, key in enumerate(axis.keys):
+            values = axis.values[:, column]
+            count, step = (str(len(values)), spacing) if column == 0 else ("in step", "")
+            if not sweep.grid:
+                count, step, values = "", "drawn", np.sort(values)
+            if not key.names:
                 ends = [key.number(values[0]), key.number(values[-1])]
-                count = str(len(values)) if column == 0 else "in step"
-                rows.append([key.key, count, *ends, key.unit, spacing if column == 0 else ""])
-        return table(_AXES, rows)
-    drawn = sweep.values_of(np.arange(sweep.count))
-    for column, key in enumerate(sweep.keys):
-        if key.names:
-            rows.append([f"{key.key}: {', '.join(key.names)}", "", "", "", "", "drawn"])
-            continue
-        ends = [key.number(end) for end in (drawn[:, column].min(), drawn[:, column].max())]
-        rows.append([key.key, "", *ends, key.unit, "drawn"])
+                rows.append([key.key, count, *ends, key.unit, step])
+                continue
+            if sweep.grid:
+                count, step = str(len(values)), "choice"
+                names = (key.names[round(float(value))] for value in values)
+            rows.append([key.key, count, "", "", "", step])
+            rows.append([f"  {', '.join(names if sweep.grid else key.names)}", "", "", "", "", ""])
     return table(_AXES, rows)
 
 
@@ -326,10 +315,3 @@ def _steps(values: np.ndarray) -> str:
     steps = np.diff(values)
     even = steps.size and np.ptp(steps) <= 1e-6 * np.max(np.abs(steps))
     return "linear" if even else "listed"
-
-
-def _left_out(sweep: SweepView) -> list[str]:
-    lines: list[str] = []
-    for path, reason in sweep.left_out.items():
-        lines += paragraph(f"{path}: {reason}")
-    return lines

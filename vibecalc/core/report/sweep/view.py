@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.writing import Column, fold, number, table
+from vibecalc.core.report.goals import written_at
+from vibecalc.core.report.writing import fold, number, table
 from vibecalc.core.results.layout import DONE, NOT_RUN, SAMPLE, STATUS_WORDS, TEXT_CHECKSUM
 from vibecalc.core.results.record import Quantity
 from vibecalc.core.results.sweep_file import StackedQuantity, SweepResult, SweptKey
@@ -23,6 +24,8 @@ from vibecalc.units import convert
 
 _LOG_RTOL = 1e-6
 _DIGITS = 6
+#: letters in a line of a cause
+_CAUSE = 44
 
 
 class Key(NamedTuple):
@@ -158,9 +161,8 @@ def view_of(result: SweepResult) -> SweepView:
     keys = tuple(_key(key, name) for key, name in zip(swept, words, strict=True))
     sampled = [axis.name for axis in head.axes] == [SAMPLE]
     columns = [np.stack(axis.read(0, axis.count), axis=1).astype(float) for axis in head.axes]
-    groups = _groups([1] * len(keys)) if sampled else _groups([len(a.keys) for a in head.axes])
-    if sampled:
-        groups = _groups([len(table) for table in head.design["axes"]])
+    tables = head.design["axes"] if sampled else [axis.keys for axis in head.axes]
+    groups = _groups([len(one) for one in tables])
     grid = [
         GridAxis(tuple(keys[place] for place in group), values)
         for group, values in zip(groups, columns, strict=False)
@@ -170,6 +172,18 @@ def view_of(result: SweepResult) -> SweepView:
         int(point): failures.texts[int(cause)]
         for point, cause in zip(failures.points, failures.causes, strict=True)
     }
+    told = dict(head.result.provenance)
+    told.pop(TEXT_CHECKSUM, None)
+
+    def read(path: str) -> StackedResult:
+        stacked, count = result.quantities[path], result.count
+        shape = (count, *(len(axis.values) for axis in stacked.axes))
+        spread = stacked.standard_errors()
+        spread = None if spread is None else spread.reshape(count)
+        return StackedResult(
+            stacked.values().reshape(shape), stacked.errors().reshape(count), spread
+        )
+
     return SweepView(
         name=head.result.name,
         case=head.result.case,
@@ -182,14 +196,14 @@ def view_of(result: SweepResult) -> SweepView:
         status=result.status().ravel(),
         message=lambda point: reasons.get(point, ""),
         quantities={path: _described(quantity) for path, quantity in result.quantities.items()},
-        read=lambda path: _read(result.quantities[path], result.count),
+        read=read,
         facts=(
             ("sha256 of the case", head.result.case_sha256),
             ("sha256 of the sweep", head.identity),
             ("vibecalc", head.result.version),
         ),
         left_out=result.left_out,
-        provenance=_provenance(head.result.provenance),
+        provenance=told,
     )
 
 
@@ -212,39 +226,24 @@ def _short(keys: list[str], case: Mapping[str, Any]) -> list[str]:
     """The shortest end of each key that no other key has, and whose it is where many have such."""
     parts = [key.split(".") for key in keys]
     names = []
-    for mine, path_parts in enumerate(parts):
-        others = [other for place, other in enumerate(parts) if place != mine]
-        sizes = range(1, len(path_parts) + 1)
-        size = next(
-            (n for n in sizes if all(o[-n:] != path_parts[-n:] for o in others)), len(path_parts)
-        )
-        if (
-            size == 1
-            and path_parts[-1] in _SHARED
-            and path_parts[-2:-1]
-            and path_parts[-2] in _OWNERS
-        ):
+    for place, path in enumerate(parts):
+        others = parts[:place] + parts[place + 1 :]
+        sizes = range(1, len(path) + 1)
+        size = next((n for n in sizes if all(o[-n:] != path[-n:] for o in others)), len(path))
+        owned = path[-2:-1] != [] and path[-2] in _OWNERS
+        if size == 1 and path[-1] in _SHARED and owned:
             size = 2
-        owner = _member(path_parts[:-1], case) if size == 2 else ""
-        mark = " " if size == 2 and path_parts[-2] in _OWNERS else "."
-        words = f"{path_parts[-1]} of {owner}" if owner else mark.join(path_parts[-size:])
+        owner = _member(".".join(path[:-1]), case) if size == 2 else ""
+        mark = " " if size == 2 and owned else "."
+        words = f"{path[-1]} of {owner}" if owner else mark.join(path[-size:])
         names.append(words.replace("_", " "))
     return names
 
 
-def _member(parts: Sequence[str], case: Mapping[str, Any]) -> str:
+def _member(key: str, case: Mapping[str, Any]) -> str:
     """The name that the case gives to a member of a list, `cylinders[0]`; empty if it has none."""
-    node: Any = case
-    for part in parts:
-        match = re.fullmatch(r"(\w+)(?:\[(\d+)\])?", part)
-        if match is None or not isinstance(node, Mapping):
-            return ""
-        node = node.get(match[1])
-        if match[2] is not None:
-            inside = isinstance(node, list | tuple) and int(match[2]) < len(node)
-            node = node[int(match[2])] if inside else None
-    indexed = bool(parts) and parts[-1].endswith("]")
-    return str(node.get("name") or "") if indexed and isinstance(node, Mapping) else ""
+    found = written_at(case, key) if key.endswith("]") else None
+    return str(found.get("name") or "") if isinstance(found, Mapping) else ""
 
 
 def _described(quantity: StackedQuantity) -> Quantity:
@@ -261,26 +260,11 @@ def _described(quantity: StackedQuantity) -> Quantity:
     )
 
 
-def _read(quantity: StackedQuantity, count: int) -> StackedResult:
-    lengths = tuple(len(axis.values) for axis in quantity.axes)
-    spread = quantity.standard_errors()
-    return StackedResult(
-        quantity.values().reshape(count, *lengths),
-        quantity.errors().reshape(count),
-        None if spread is None else spread.reshape(count),
-    )
-
-
-def _provenance(given: Any) -> dict[str, Any]:
-    return {name: value for name, value in given.items() if name != TEXT_CHECKSUM}
-
-
 # ----------------------------------------------------------------------------
 # Points of a sweep without a result, grouped by their cause.
 # ----------------------------------------------------------------------------
 
 _NUMBER = re.compile(r"(?<![A-Za-z_])[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
-_COLUMNS = (Column("cause", 46), number("points", 9), number("share", 8), Column("example", 32))
 
 
 class Cause(NamedTuple):
@@ -324,11 +308,10 @@ def failure_lines(sweep: SweepView) -> list[str]:
     """A table of the causes with counts, shares and an example; empty if nothing failed."""
     rows = []
     for cause in causes(sweep):
-        point = int(cause.points[0])
-        head = "\n  ".join(fold(cause.title, _COLUMNS[0].width - 2)[:8])
+        head = "\n  ".join(fold(cause.title, _CAUSE)[:8])
         share = f"{100.0 * cause.points.size / sweep.count:.3g} %"
-        rows.append([head, str(cause.points.size), share, example(sweep, point, 32)])
-    return table(_COLUMNS, rows) if rows else []
+        rows.append([head, str(cause.points.size), share, example(sweep, int(cause.points[0]), 32)])
+    return table(("cause", number("points"), number("share"), "example"), rows) if rows else []
 
 
 def example(sweep: SweepView, point: int, width: int) -> str:

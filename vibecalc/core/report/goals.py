@@ -1,0 +1,220 @@
+"""What an optimisation is after, as its case says it: variables, choices, objectives, units."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibecalc.core.case.raw import parse_key
+from vibecalc.core.report.sections import along, read_as, scalar_of, table_of
+from vibecalc.core.report.writing import show_in
+from vibecalc.core.results.record import AT_START, Quantity, Record, Result
+from vibecalc.core.results.select import Side, worst
+from vibecalc.errors import ResultError
+from vibecalc.units import convert, parse_quantity, si_value, split_number
+
+PREFIX = "optimisation/"
+VARIABLE, PICKED, FRONT = f"{PREFIX}variable/", f"{PREFIX}choice/", f"{PREFIX}front/"
+
+
+def written_at(case: Mapping[str, Any], key: str) -> Any:
+    """What a case has at a key, `machine.mounts[0].stiffness`; None if nothing."""
+    part: Any = case
+    for step in parse_key(key):
+        try:
+            part = part[step]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return part
+
+
+# ----------------------------------------------------------------------------
+# Variables, in the unit that a case thinks of them.
+# ----------------------------------------------------------------------------
+
+
+class Variable(NamedTuple):
+    """A variable of numbers: bounds, start (None without one) and optimum, all in `unit`."""
+
+    key: str
+    unit: str
+    factor: float
+    lower: float
+    upper: float
+    start: float | None
+    value: float
+    error: float
+
+
+def bound_unit(table: Mapping[str, Any], unit: str) -> str:
+    """Unit of the bounds or choices of a variable, as the case writes it; `unit` without one."""
+    given = [table.get("upper"), table.get("lower"), *(table.get("choices") or ())]
+    numbers = (one for one in given if isinstance(one, str) and one[:1] in "+-.0123456789")
+    return next(filter(None, (split_number(one)[1] for one in numbers)), unit)
+
+
+def bound_units(case: Mapping[str, Any]) -> dict[str, str]:
+    """Paths of variables and of values found, with the unit of their bounds if these have one."""
+    study: Any = table_of(case, "optimisation").get("variables") or ()
+    fitted: Any = table_of(case, "fit").get("variables") or ()
+    found = {VARIABLE + str(one["key"]): bound_unit(one, "") for one in study}
+    found |= {f"fit/value/{one['key']}": bound_unit(one, "") for one in fitted}
+    found |= {f"find/{one['name']}/value": bound_unit(one, "") for one in case.get("find") or ()}
+    return {path: unit for path, unit in found.items() if unit}
+
+
+def in_unit(quantity: Quantity, unit: str) -> tuple[float, float]:
+    """A scalar and its error in another unit."""
+    value, error = float(quantity.values), quantity.error_estimate
+    return convert(value, quantity.unit, unit), convert(error, quantity.unit, unit)
+
+
+def variables_of(result: Result, read: Mapping[str, str] | None = None) -> list[Variable]:
+    """Variables of numbers that have an optimum; in `read` units for others."""
+    found = []
+    for given in table_of(result.case, "optimisation").get("variables") or ():
+        key = str(given["key"])
+        quantity = result.record.quantities.get(VARIABLE + key)
+        if quantity is None or given.get("choices") or given.get("integer"):
+            continue
+        written = bound_unit(given, quantity.unit)
+        unit = (read or {}).get(written, written)
+        lower, upper = (convert(parse_quantity(given[end], quantity.unit), quantity.unit, unit)
+                        for end in ("lower", "upper"))  # fmt: skip
+        start = scalar_of(result.record, AT_START + VARIABLE + key)
+        start = written_at(result.case, key) if start is None else start
+        known = isinstance(start, int | float)
+        begun = convert(float(start), quantity.unit, unit) if known else None
+        factor = convert(1.0, quantity.unit, unit)
+        found.append(Variable(key, unit, factor, lower, upper, begun, *in_unit(quantity, unit)))
+    return found
+
+
+# ----------------------------------------------------------------------------
+# Names of what is picked: of a stock its items, of a key the values of its list.
+# ----------------------------------------------------------------------------
+
+
+def label_of(case: Mapping[str, Any], path: str, value: float) -> str:
+    """The name of what is picked at a path `optimisation/choice/...`."""
+    study, name, place = table_of(case, "optimisation"), path.removeprefix(PICKED), int(value) - 1
+    for stock in study.get("stock") or ():
+        if stock["name"] == name:
+            return str(stock["items"][place]["name"])
+    lists = {one["key"]: one.get("choices") or () for one in study.get("variables") or ()}
+    return str(lists[name][place])
+
+
+def picked_of(result: Result) -> list[list[str]]:
+    """Name, how it was written, what was picked, and the length of each list of the case."""
+    study, found = table_of(result.case, "optimisation"), []
+    for stock in study.get("stock") or ():
+        place = scalar_of(result.record, f"{PICKED}{stock['name']}")
+        if place is not None:
+            name = stock["items"][int(place) - 1]["name"]
+            written = _written(result.case, stock)
+            found.append([stock["name"], written, name, str(len(stock["items"]))])
+    for variable in study.get("variables") or ():
+        key, given = str(variable["key"]), variable.get("choices") or ()
+        before: Any = written_at(result.case, key)
+        place, quantity = (
+            scalar_of(result.record, PICKED + key),
+            result.record.quantities.get(VARIABLE + key),
+        )
+        if place is not None:
+            found.append([key, str(before), str(given[int(place) - 1]), str(len(given))])
+        elif quantity is not None and (given or variable.get("integer")):
+            unit = bound_unit({"choices": given}, quantity.unit)
+            if isinstance(before, int | float):
+                before = show_in(convert(float(before), quantity.unit, unit), unit)
+            low, high = (parse_quantity(variable.get(one) or 0.0, "") for one in ("lower", "upper"))
+            size = len(given) or int(np.floor(high) - np.ceil(low)) + 1
+            written = "-" if before is None else str(before)
+            found.append([key, written, show_in(in_unit(quantity, unit)[0], unit), str(size)])
+    return found
+
+
+def _written(case: Mapping[str, Any], stock: Mapping[str, Any]) -> str:
+    """The item that the case as written has, or that it has none of them."""
+    for item in stock["items"]:
+        pairs = [(written_at(case, f"{stock['table']}.{key}"), written)
+                 for key, written in item["values"].items()]  # fmt: skip
+        if all(_same(value, written) for value, written in pairs):
+            return str(item["name"])
+    return "none of them"
+
+
+def _same(value: Any, written: Any) -> bool:
+    if isinstance(value, str) or value is None:
+        return bool(value == written)
+    number = si_value(written) if isinstance(written, str) else float(written)
+    return bool(abs(value - number) <= 1e-12 * abs(value))
+
+
+# ----------------------------------------------------------------------------
+# Objectives, in the unit that people read.
+# ----------------------------------------------------------------------------
+
+#: objectives of a front, by what the results call them
+NAMES = ("objective", "second_objective", "third_objective", "fourth_objective", "fifth_objective")
+
+
+class Goal(NamedTuple):
+    """An objective: its quantity, the entries that count, of which the worst does, name and unit.
+
+    A value in SI times `factor` is in `unit`.
+    """
+
+    path: str
+    where: Mapping[str, Any]
+    side: Side
+    name: str
+    unit: str
+    factor: float
+
+    @property
+    def smaller(self) -> bool:
+        """Whether it is to be small: then its largest entry is the worst."""
+        return self.side == "max"
+
+    def at(self, record: Record, root: str = "") -> float | None:
+        """Its value in SI, at the start with `AT_START`; None if there is none that is finite."""
+        return worst_of(record, root + self.path, self.where, self.side)
+
+    def best(self, values: np.ndarray) -> float:
+        """The best of values."""
+        return float(np.min(values) if self.smaller else np.max(values))
+
+
+def worst_of(record: Record, path: str, where: Mapping[str, Any], side: Side) -> float | None:
+    """The worst entry of a result; None if it has none that is finite."""
+    quantity = record.quantities.get(path)
+    try:
+        value = np.nan if quantity is None else worst(quantity, where, side)[0]
+    except ResultError:
+        return None
+    return float(value) if np.isfinite(value) else None
+
+
+def goal_of(given: Mapping[str, Any], unit: str) -> Goal:
+    """An objective as the case has it, of a quantity in `unit`."""
+    path, smaller = str(given.get("quantity") or ""), given.get("sense", "min") == "min"
+    name, shown = read_as(path, unit)
+    where = dict(given.get("where") or {})
+    return Goal(path, where, "max" if smaller else "min", name, shown, convert(1.0, unit, shown))
+
+
+def objective_of(result: Result, unit: str) -> Goal:
+    """The objective of an optimisation."""
+    return goal_of(table_of(result.case, "optimisation", "objective"), unit)
+
+
+def goals_of(result: Result) -> list[tuple[Goal, Quantity]]:
+    """The objectives of a front and their values along it; none without a front."""
+    study: Mapping[str, Any] = table_of(result.case, "optimisation")
+    given = [table_of(study, name) for name in NAMES[:2]]
+    given += list(study.get("further_objectives") or ())
+    found = [along(result.record, FRONT + name, "front_point") for name in NAMES[: len(given)]]
+    pairs = zip(given, found, strict=True)
+    goals = [(goal_of(goal, one[0].unit), one[0]) for goal, one in pairs if one is not None]
+    return goals if len(goals) > 1 else []

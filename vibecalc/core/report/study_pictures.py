@@ -1,0 +1,257 @@
+"""Pictures of optimisations: start and optimum, combinations, tolerances, the front."""
+
+import re
+from itertools import combinations
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, canvas, note, panels_of, unit_words
+from vibecalc.core.report.goals import (
+    FRONT,
+    NAMES,
+    PREFIX,
+    Goal,
+    Variable,
+    goals_of,
+    objective_of,
+    variables_of,
+    worst_of,
+)
+from vibecalc.core.report.sections import along, labels, scalar_of, table_of
+from vibecalc.core.report.studies import sigmas_of
+from vibecalc.core.report.writing import fold, show
+from vibecalc.core.results.record import AT_START, Quantity, Result
+from vibecalc.core.results.verdicts import verdicts_of
+from vibecalc.units import convert
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: where a legend stands above its panel
+ABOVE: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": 2}
+
+
+def in_words(result: Result, path: str, width: int = 44) -> str:
+    """What a quantity is, folded for an axis."""
+    quantity = result.record.quantities.get(path)
+    words = "" if quantity is None else quantity.long_name
+    return "\n".join(fold(words or path.rsplit("/", 1)[-1].replace("_", " "), width))
+
+
+def name_rows(axes: "Axes", names: list[str]) -> None:
+    """Names of what stands below each other, the first at the top."""
+    axes.set_yticks(range(len(names)), names)
+    axes.set_ylim(len(names) - 0.5, -0.7)
+    axes.grid(visible=False, axis="y")
+
+
+# ----------------------------------------------------------------------------
+# Combinations and tolerances.
+# ----------------------------------------------------------------------------
+
+_BARS = 20
+
+
+def draw_combinations(result: Result) -> "Figure | None":
+    """Bars of the objective, those that keep no limits left out; None where nothing is picked."""
+    objective = along(result.record, f"{PREFIX}combinations/objective", "combination")
+    if objective is None:
+        return None
+    values = np.asarray(objective[0].values, dtype=float)
+    shown = np.flatnonzero(np.isfinite(values))[:_BARS]
+    if not shown.size:
+        return None
+    goal, texts = objective_of(result, objective[0].unit), labels(objective[0].axes[0])
+    heights = values[shown] * goal.factor
+    figure = canvas(result, "optimisation: combinations", 1.6 + 0.34 * shown.size)
+    axes = figure.subplots()
+    axes.barh(np.arange(shown.size), heights, 0.62, color=[COLOURS[0], *[QUIET] * (shown.size - 1)])
+    for place, height in enumerate(heights):
+        note(axes, show(float(height)), (float(height), place), (4, 0), va="center")
+    name_rows(axes, [texts[place] for place in shown])
+    axes.set_xlim(right=1.15 * max(0.0, float(np.max(heights))) or None)
+    axes.set_xlabel(f"{_with_unit(goal)}: at its best with each")
+    return figure
+
+
+def draw_robust(result: Result) -> "Figure | None":
+    """The objective at start and optimum: mean with its deviations, and the nominal value."""
+    mean = along(result.record, f"{PREFIX}robust/mean", "point")
+    if mean is None:
+        return None
+    goal, points = objective_of(result, mean[0].unit), labels(mean[0].axes[0])
+    middle, apart, nominal, value = (
+        np.asarray(result.record[f"{PREFIX}robust/{one}"].values, dtype=float) * goal.factor
+        for one in ("mean", "deviation", "nominal", "value")
+    )
+    figure = canvas(result, "optimisation over tolerances", 1.8 + 0.5 * len(points))
+    axes, place, most = figure.subplots(), np.arange(len(points)), float(sigmas_of(result)) or 1.0
+    axes.errorbar(middle, place, xerr=most * apart, fmt="o", color=COLOURS[0], capsize=4,
+                  label=f"mean and {most:g} deviations")  # fmt: skip
+    axes.plot(nominal, place, "D", color=QUIET, mfc="white", label="without tolerances")
+    for at, end in enumerate(value.tolist()):
+        note(axes, show(end), (end, at), (6, 4))
+    name_rows(axes, points)
+    axes.set_xlabel(_with_unit(goal))
+    axes.legend(**ABOVE)
+    return figure
+
+
+def _with_unit(goal: Goal) -> str:
+    return f"{goal.name}{f' in {goal.unit}' if goal.unit else ''}"
+
+
+# ----------------------------------------------------------------------------
+# The front: a panel for each two objectives, with start, utopia and knee.
+# ----------------------------------------------------------------------------
+
+
+def draw_front(result: Result) -> "Figure | None":
+    """Each objective over each one before it, None without a front in the result."""
+    goals = goals_of(result)
+    if not goals:
+        return None
+    pairs = list(combinations(range(len(goals)), 2))
+    across = 1 if len(pairs) == 1 else 2 if len(pairs) < 9 else 3
+    count, high = "two" if across == 1 else len(goals), 3.9 * -(-len(pairs) // across) + 0.6
+    figure = canvas(result, f"front between {count} objectives", 5.4 if across == 1 else high)
+    for panel, pair in zip(panels_of(figure, len(pairs), across), pairs, strict=True):
+        _draw_pair(result, panel, [goals[one] for one in pair], len(pairs) == 1)
+        if [NAMES[one] for one in pair] == list(NAMES[:2]):
+            panel.legend(loc="best")
+    return figure
+
+
+def _draw_pair(
+    result: Result, axes: "Axes", pair: list[tuple[Goal, Quantity]], alone: bool
+) -> None:
+    goals = [goal for goal, _ in pair]
+    across, up = (np.asarray(one.values, dtype=float) * goal.factor for goal, one in pair)
+    if alone:
+        axes.plot(across, up, "-", color=COLOURS[0], linewidth=0.7, alpha=0.5)
+    axes.plot(across, up, "o", color=COLOURS[0], label="front (computed points)")
+    for place in (0, len(across) - 1) if alone else ():
+        note(axes, str(place + 1), (across[place], up[place]), (6, 6))
+    knee = int(scalar_of(result.record, FRONT + "knee") or 0)
+    if knee:
+        axes.plot([across[knee - 1]], [up[knee - 1]], "o", color=LIMIT, ms=9, mfc="none",
+                  label=f"knee, point {knee}")  # fmt: skip
+    best = [goal.best(values) for goal, values in zip(goals, (across, up), strict=True)]
+    axes.plot(best[:1], best[1:], "*", color=QUIET, ms=10, label="utopia")
+    start = [goal.factor * value for goal in goals
+             if (value := goal.at(result.record, AT_START)) is not None]  # fmt: skip
+    if len(start) == 2:
+        axes.plot(start[:1], start[1:], "s", color=QUIET, mfc="white", ms=8, label="start")
+    words = [_axis(result, goal, 44 if alone else 32) for goal in goals]
+    axes.set_xlabel(words[0])
+    axes.set_ylabel(words[1])
+
+
+def _axis(result: Result, goal: Goal, width: int) -> str:
+    picks = ", ".join(f"{axis}={entry}" for axis, entry in goal.where.items())
+    name = in_words(result, goal.path, width) + (f" [{picks}]" if picks else "")
+    unit = f" in {unit_words(goal.unit)[1]}" if goal.unit else ""
+    return f"{name}{unit}\n({'smaller' if goal.smaller else 'larger'} is better)"
+
+
+# ----------------------------------------------------------------------------
+# Start against optimum: variables inside their bounds, and how much of each limit is used.
+# ----------------------------------------------------------------------------
+
+#: of the width between its bounds, below which an optimum is written as 0
+_ROUNDING = 1e-9
+
+
+class Use(NamedTuple):
+    """Start and optimum in percent of a bound, or of the objective at the start."""
+
+    words: str
+    start: float
+    end: float
+    limited: bool
+
+
+def draw_start_and_optimum(result: Result) -> "Figure | None":
+    """Variables above, limits and objective below; None without variables in the result."""
+    variables = variables_of(result, {"m": "mm", "rad": "deg"})
+    if not variables:
+        return None
+    uses = _uses(result)
+    rows = [len(variables), len(uses)] if uses else [len(variables)]
+    figure = canvas(result, "optimisation: start and optimum", 2.2 + 0.62 * sum(rows))
+    panels = figure.subplots(len(rows), 1, squeeze=False, height_ratios=rows)[:, 0]
+    _draw_variables(panels[0], variables)
+    if uses:
+        _draw_uses(panels[1], uses)
+    return figure
+
+
+def _key_words(key: str) -> str:
+    """`cylinders[1].crank_phase`, which counts from 0, as cylinder 2: crank phase."""
+    *way, last = key.replace("_", " ").split(".")
+    way = [re.sub(r"s\[(\d+)\]$", lambda place: f" {int(place[1]) + 1}", part) for part in way[-2:]]
+    return ": ".join([*([", ".join(way)] if way else ()), last])
+
+
+def _draw_variables(axes: "Axes", variables: list[Variable]) -> None:
+    for i, one in enumerate(variables):
+        span = 100.0 / (one.upper - one.lower)
+        axes.plot([0.0, 100.0], [i, i], color="#cccccc", linewidth=3.0, zorder=1)
+        if one.start is not None:
+            place = float(np.clip((one.start - one.lower) * span, 0.0, 100.0))
+            axes.plot([place], [i], "o", color=QUIET, mfc="white", ms=8, zorder=2,
+                      label=None if i else "start")  # fmt: skip
+        found = abs(one.value) >= _ROUNDING * (one.upper - one.lower)
+        optimum = one.value if found else 0.0  # as far as a search finds it
+        axes.plot([(optimum - one.lower) * span], [i], "o", color=COLOURS[0], ms=8, zorder=3,
+                  label=None if i else "optimum")  # fmt: skip
+        was = "" if one.start is None else f"{show(one.start)} → "
+        words = f"{was}{show(optimum)} {unit_words(one.unit)[1]}".rstrip()
+        note(axes, words, (50.0, i), (0, 7), ha="center")
+    name_rows(axes, [_key_words(one.key.removeprefix("machine.")) for one in variables])
+    axes.set_xlim(-2.0, 102.0)
+    axes.set_xlabel("place between lower (0) and upper bound (100) in %")
+    axes.legend(**ABOVE)
+
+
+def _uses(result: Result) -> list[Use]:
+    uses: list[Use] = []
+    for row in verdicts_of(result):
+        if row.max and not row.element and row.at != "start" and np.isfinite(row.computed):
+            start = worst_of(result.record, AT_START + row.quantity, row.where, "max")
+            factor = convert(1.0, result.record[row.quantity].unit, row.unit)
+            limit = f"max {row.max:g} {unit_words(row.unit)[1]}".rstrip()
+            words = f"{in_words(result, row.quantity)}\n{limit}"
+            uses.append(
+                Use(words, 100.0 * factor * (start or 0.0) / row.max, 100.0 * row.use, True)
+            )
+    path = str(table_of(result.case, "optimisation", "objective").get("quantity") or "")
+    if path in result.record:
+        goal = objective_of(result, result.record[path].unit)
+        start, end = goal.at(result.record, AT_START), goal.at(result.record)
+        if start and end is not None:
+            uses.append(
+                Use(f"objective:\n{in_words(result, path)}", 100.0, 100.0 * end / start, False)
+            )
+    return uses
+
+
+def _draw_uses(axes: "Axes", uses: list[Use]) -> None:
+    place = np.arange(len(uses), dtype=float)
+    _, starts, ends, limited = zip(*uses, strict=True)
+    for shift, values, colour, words in (
+        (-0.19, starts, "#c9c9c9", "start"),
+        (0.19, ends, COLOURS[0], "optimum"),
+    ):
+        axes.barh(place + shift, values, 0.36, color=colour, label=words)
+        for i, value in enumerate(values):
+            note(axes, f"{value:.1f} %", (value, i + shift), (4, 0), va="center")
+    if any(limited):
+        axes.axvline(100.0, color=LIMIT, linestyle="--", linewidth=1.3)
+    name_rows(axes, [use.words for use in uses])
+    axes.set_xlim(0.0, 1.18 * max([100.0, *starts, *ends]))
+    parts = ["% of the limit"] * any(limited) + ["objective: % of its start"] * (not all(limited))
+    axes.set_xlabel("; ".join(parts))
+    axes.legend(**ABOVE)
