@@ -152,15 +152,15 @@ def search_phases(
     ends = np.array([left, value, slope, value[after], slope[after]])
     met = [(row, left, value)]
     # of values and of what lies below them: the highest met, and what the intervals put aside hold
-    best, ceiling = np.full((2, 2, count), -np.inf)
+    best, ceiling = np.full((2, count, 2), -np.inf)
     for level in range(_LEVELS):
         at, _, reached = met[-1]
-        np.maximum.at(best, (slice(None), at), np.stack([reached, -reached]))
+        np.maximum.at(best, at, np.stack([reached, -reached], axis=-1))
         bounds = _bounds(ends, bend[row], width)
         crowded = np.bincount(row, minlength=count) > _MOST_INTERVALS
-        enough = best + 0.5 * rtol * np.abs(best) + rounding
-        open_ = np.any(bounds > enough[:, row], axis=0) & ~crowded[row] & (level < _LEVELS - 1)
-        np.maximum.at(ceiling, (slice(None), row[~open_]), bounds[:, ~open_])
+        enough = best + 0.5 * rtol * np.abs(best) + rounding[:, None]
+        open_ = np.any(bounds > enough[row], axis=-1) & ~crowded[row] & (level < _LEVELS - 1)
+        np.maximum.at(ceiling, row[~open_], bounds[~open_])
         if not np.any(open_):
             break
         row, (left, *near), far = row[open_], ends[:3, open_], ends[3:, open_]
@@ -175,8 +175,8 @@ def search_phases(
     rank = [np.lexsort((sign * value, row)) for sign in (1.0, -1.0)]
     first = np.searchsorted(row[rank[0]], np.arange(count))
     phases = (phase[one[first]].reshape(shape) for one in rank)
-    value, error = (best.T * [1.0, -1.0]).T, np.maximum(ceiling - best, 0.0) + rounding
-    high, low = (Bounded(*(part[k].reshape(shape) for part in (value, error))) for k in (0, 1))
+    found = best * [1.0, -1.0], np.maximum(ceiling - best, 0.0) + rounding[:, None]
+    high, low = (Bounded(*(part[:, k].reshape(shape) for part in found)) for k in (0, 1))
     return PhaseRange(low, high, *phases), np.bincount(row, minlength=count).reshape(shape)
 
 
@@ -212,7 +212,7 @@ def _peaks(
 
 
 def _bounds(ends: np.ndarray, bend: np.ndarray, width: float) -> np.ndarray:
-    """Upper bounds (2, intervals) within each interval of the peak, and of its negative."""
+    """Upper bounds (intervals, 2) within each interval of the peak, and of its negative."""
     _, a, slope, b, right_slope = ends
     lift = 0.5 * bend * width**2
     # with B p^2 / 2 added the parabolas are lines; they meet where the bound is lowest
@@ -221,7 +221,7 @@ def _bounds(ends: np.ndarray, bend: np.ndarray, width: float) -> np.ndarray:
     at = np.clip(np.where(opening > 0.0, meeting, 0.0), 0.0, width)
     valley = a + slope * at - 0.5 * bend * at * at
     below = np.minimum(np.minimum(a, b), valley)
-    return np.stack([np.maximum(a, b) + 0.25 * lift, -np.maximum(below, 0.0)])
+    return np.stack([np.maximum(a, b) + 0.25 * lift, -np.maximum(below, 0.0)], axis=-1)
 
 
 # ----------------------------------------------------------------------------

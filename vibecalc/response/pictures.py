@@ -1,6 +1,7 @@
 """Pictures of the body on its suspension: energies by order, speed, operation; changes."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -272,7 +273,7 @@ def _course(result: Result) -> list[Panel]:
             band = Curve(low, look={"color": colour, "linewidth": 0.6}, upto=high)
             panels.append(Panel(label, (band,)))
     levels = [] if steady is None else [
-        level(lambda _, height=float(height): height, f"steady {name}", linestyle=style)
+        level(partial(_height, float(height)), f"steady {name}", linestyle=style)
         for name, height, style in zip(labels(steady.axes[0]), steady.values, ("--", ":"),
                                        strict=False)
     ]  # fmt: skip
@@ -288,6 +289,11 @@ def _course(result: Result) -> list[Panel]:
     ]  # fmt: skip
     titled = [replace(one, title=_WAYS[way]) for one, way in zip(panels, ways, strict=False)]
     return [*titled, *panels[len(titled) :]]
+
+
+def _height(height: float, _: Result) -> float:
+    """A height that is known."""
+    return height
 
 
 def _history(name: str, *place: int) -> Source:
@@ -338,7 +344,7 @@ def _dots(way: str) -> Mark:
 
 def _window(plot: Plot) -> Ends:
     """Ends of a logarithmic axis for the energies of all ways, not too many decades of it."""
-    found = [crests_of(plot.result) for crests_of in map(_crests, _WAYS)]
+    found = [sourced(_crests(way), plot.result) for way in _WAYS]
     every = [one.values.ravel() for one in found if one is not None]
     every.append(first_of(plot.result.record, _SWITCHING + "steady_energy"))
     energy = plot.factor * np.concatenate(every)

@@ -139,8 +139,9 @@ def _settled(
 
     whole = peaks if final.value[ENERGY] == 0.0 else final
     reference = float(np.sqrt(2.0 * whole.value[ENERGY]))
-    threshold, uncertainty = tolerance * reference, np.linalg.norm(off) + 4.0 * EPSILON * size(0.0)
-    uncertainty += tolerance * whole.error[ENERGY] / reference if reference else 0.0
+    threshold = tolerance * reference
+    uncertainty = float(np.linalg.norm(off)) + 4.0 * EPSILON * size(0.0)
+    uncertainty += tolerance * float(whole.error[ENERGY]) / reference if reference else 0.0
     left = modal_size(system, free_motion(system, course.time[-1] - course.time[-2], deviation))
     if size(0.0) <= threshold:
         return Bounded(np.zeros(()), np.zeros(())), left + off

@@ -54,11 +54,12 @@ class Course:
     def angle_at(self, run: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Crank angles (...) at times (...) of runs (...)."""
         passed = time - self.time[run]
-        return self.angle[run] + passed * (self.speed[run] + 0.5 * self.acceleration[run] * passed)
+        gained = 0.5 * self.acceleration[run] * passed
+        return np.asarray(self.angle[run] + passed * (self.speed[run] + gained))
 
     def speed_at(self, run: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Crank speeds at times of runs."""
-        return self.speed[run] + self.acceleration[run] * (time - self.time[run])
+        return np.asarray(self.speed[run] + self.acceleration[run] * (time - self.time[run]))
 
     def load_at(self, run: np.ndarray, time: np.ndarray, rate: bool = False) -> np.ndarray:
         """Modal loads (..., modes) at times (...) of runs (...), or their rates of change.
