@@ -27,7 +27,8 @@ def sought_weights(balance: "Balance", train: CrankTrain) -> Sought:
     """Weights on the crankshaft, then those of the shafts."""
     axis = build_frame(train.axis, train.stroke).axis
     throws = {cylinder.name: cylinder.position for cylinder in train.cylinders}
-    names, paths, ratios, ends = [], [], [], []
+    names, ratios, ends = [], [], []
+    paths: list[tuple[str | int, ...]] = []
     weights: list[Weight] = [*balance.counterweights]
     for i, weight in enumerate(balance.counterweights):
         place = throws[weight.throw] if weight.throw is not None else weight.position

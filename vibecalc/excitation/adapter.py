@@ -260,9 +260,9 @@ def few_orders(forcing: Forcing) -> tuple[np.ndarray, np.ndarray | float]:
 
 def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:
     known = {"order": orders, "cylinder": train.names, "direction": DIRECTIONS}
-    banks = scene.case.machine.crank_train.has_banks
     # a sweep may make banks of one and one of banks: it gets what it asks for
     every = scene.wanted is not None
+    banks = not every and scene.case.machine.crank_train.has_banks
     placed = {
         "crank_phase": train.crank_phase,
         "bank_angle": train.bank_angle,
@@ -276,7 +276,7 @@ def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:
         for name, column in columns.items():
             terms = place if "position" in name else one
             size = terms.sum() if whole or name.startswith("total_") else terms.max()
-            if every or not (banks and name.startswith("total_")):
+            if not (banks and name.startswith("total_")):
                 found[name] = Summed(column.value, column.error, float(size))
         return found
 

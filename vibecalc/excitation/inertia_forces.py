@@ -82,7 +82,14 @@ def at_speed(loads: Bounded, speed: ArrayLike) -> Bounded:
 def about_point(loads: Bounded, point: ArrayLike) -> Bounded:
     """The same forces with couples about another point (..., 3), m from the reference point."""
     force = forces_of(loads)
-    return concatenate([force, couples_of(loads) - cross(point, force)])
+    return _together(force, couples_of(loads) - cross(point, force))
+
+
+def _together(force: Bounded, couple: Bounded) -> Bounded:
+    """Loads (..., 6) of forces and couples (..., 3) that broadcast."""
+    shape = np.broadcast_shapes(force.shape, couple.shape)
+    wide = (Bounded(*(np.broadcast_to(one, shape) for one in part)) for part in (force, couple))
+    return concatenate(list(wide))
 
 
 # ----------------------------------------------------------------------------
@@ -107,10 +114,7 @@ def order_phasors(angle: ArrayLike, orders: ArrayLike) -> Bounded:
 
 def _pull_along(place: Operand, direction: Operand) -> Bounded:
     """Loads (..., 6) of a unit force along directions (..., 3) at places (..., 3)."""
-    couple = cross(place, direction)
-    along = bounded(direction)
-    force = Bounded(*(np.broadcast_to(part, couple.shape) for part in along))
-    return concatenate([force, couple])
+    return _together(bounded(direction), cross(place, direction))
 
 
 def reciprocating_excitation(

@@ -137,19 +137,13 @@ def harmonics_of_turn(signals: Callable[[FloatArray], FloatArray], highest: int)
     return Bounded(series[..., : highest + 1], error[..., : highest + 1])
 
 
-class DeadCentres(NamedTuple):
-    """Crank angles (k,) in rad of top and bottom dead centre, and the stroke (k,) in m."""
-
-    top: Bounded
-    bottom: Bounded
-    stroke: Bounded
-
-
-def dead_centres(motion: Callable[[FloatArray], tuple[FloatArray, FloatArray, FloatArray]]
-                 ) -> DeadCentres:  # fmt: skip
-    """Dead centres of k pistons by Newton's method from the best of a grid.
+def dead_centres(
+    motion: Callable[[FloatArray], tuple[FloatArray, FloatArray, FloatArray]],
+) -> tuple[Bounded, Bounded, Bounded]:
+    """Crank angles (k,) in rad of top and bottom dead centre, and the stroke (k,) in m, of pistons.
 
     `motion` takes crank angles (n,) or (k, 1) and gives position, velocity and acceleration (k, n).
+    Newton's method starts from the best of a grid.
 
     Raises NumericalFailure where a dead centre is not found.
     """
@@ -170,4 +164,4 @@ def dead_centres(motion: Callable[[FloatArray], tuple[FloatArray, FloatArray, Fl
         ends.append((Bounded(np.mod(angle, 2.0 * np.pi), slip)[:, 0],
                      Bounded(place, SAMPLE_ROUNDINGS * EPSILON * size)[:, 0]))  # fmt: skip
     (top, high), (bottom, low) = ends
-    return DeadCentres(top, bottom, high - low)
+    return top, bottom, high - low

@@ -53,11 +53,11 @@ def emit_cylinders(scene: Scene, highest: int) -> None:
         acceleration[slaves.cylinder] = moved.acceleration
         return position, velocity, acceleration
 
-    ends = dead_centres(paths)
+    top, bottom, stroke = dead_centres(paths)
     found = OfCylinders(
-        stroke=ends.stroke,
-        top_dead_centre=ends.top,
-        bottom_dead_centre=ends.bottom,
+        stroke=stroke,
+        top_dead_centre=top,
+        bottom_dead_centre=bottom,
         position_harmonics=lambda: harmonics_of_turn(lambda angle: paths(angle)[0], highest),
         acceleration_harmonics=lambda: (
             speed**2 * harmonics_of_turn(lambda angle: paths(angle)[2], highest)

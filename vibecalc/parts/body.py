@@ -146,7 +146,9 @@ def build_body(body: parts.Body) -> RigidBody:
     moment S and the inertia J about that point (Goldstein, Classical Mechanics, ch. 5); the
     theorem of parallel axes is taken from the reference point and from the common centre.
     """
-    given = [(one.mass, one.centre, inertia_of(one)) for one in body.parts or ()]
+    given: list[tuple[Any, Any, Array]] = [
+        (one.mass, one.centre, inertia_of(one)) for one in body.parts or ()
+    ]
     if not given:
         given.append((body.mass, body.centre or (0.0, 0.0, 0.0), inertia_of(body)))
     block = body.inertia_block

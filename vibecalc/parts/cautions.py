@@ -143,7 +143,7 @@ def masses(case: Case) -> NamedNumbers:
 def sag(case: Case) -> NamedNumbers:
     """Sag of the body under its weight over the longest distance between its mounts."""
     machine, options, built = case.machine, case.isolation, _built(case.machine)
-    if options is None or built is None:
+    if options is None or built is None or machine.body is None or machine.mounts is None:
         return
     (body, mounts), up = built, "xyz".index(options.up)
     stiffness = float(mounts.stiffness.sum(axis=0)[up, up])

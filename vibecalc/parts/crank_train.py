@@ -313,8 +313,7 @@ def _masses(case: Case) -> Iterator[Problem]:
         return
     arrays = build_crank_train(train)
     moving = float(arrays.reciprocating_mass.sum() + arrays.rotating_mass.sum())
-    turning = (*train.counterweights, *train.balance_shafts)
-    if moving == 0.0 and not any(one.unbalance for one in turning):
+    if moving == 0.0 and not any(_unbalances(train)):
         yield Problem(
             path=(*TRAIN, "reciprocating_mass"),
             message="nothing in the crank train has a mass, so nothing shakes the body",
@@ -332,6 +331,11 @@ def _masses(case: Case) -> Iterator[Problem]:
             hint="masses are in kg unless they carry a unit, as in '400 g'",
             also=TRAIN,
         )
+
+
+def _unbalances(train: parts.CrankTrain) -> list[Any]:
+    weights = [weight.unbalance for weight in train.counterweights]
+    return weights + [shaft.unbalance for shaft in train.balance_shafts]
 
 
 def _whole_mass(body: body_tables.Body) -> float | None:
@@ -359,8 +363,7 @@ def crank_train_suspects(case: Case) -> BoolArray:
     if case.kinematics is not None and case.kinematics.series == "truncated":
         fine = fine & np.asarray(train.wrist_pin_offset == 0.0)
     moving = (train.reciprocating_mass + train.rotating_mass).sum(axis=-1)
-    turning = (*written.counterweights, *written.balance_shafts)
-    fine = fine & (sum((one.unbalance for one in turning), moving) > 0.0)
+    fine = fine & (sum(_unbalances(written), moving) > 0.0)
     if written.firing_order or any(c.firing_angle is not None for c in written.cylinders):
         placed = [angle for c in written.cylinders for angle in (c.crank_phase, c.bank_angle)]
         fine = fine & (not any(isinstance(angle, np.ndarray) for angle in placed))

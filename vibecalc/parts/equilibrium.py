@@ -146,15 +146,15 @@ def equilibrium(
     place = Bounded(body, error)
     motion = turn @ place
     deflection = -(motion * axis).sum()
-    load = Bounded(
+    carried = Bounded(
         pressed, (slope + stop) * deflection.error + 8.0 * UNIT_ROUNDOFF * np.abs(pressed)
     )
     return Rest(
         place,
         motion,
-        (across @ motion[..., None])[..., 0] - load[:, None] * axis,
+        (across @ motion[..., None])[..., 0] - carried[:, None] * axis,
         deflection,
-        load,
+        carried,
         Bounded(slope, each("bend", pressed_in) * deflection.error + 8.0 * UNIT_ROUNDOFF * slope),
         stop,
         tangent,

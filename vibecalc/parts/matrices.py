@@ -12,7 +12,7 @@ from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.linear import Linear, added_up
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON
 from vibecalc.parts import body_tables as parts
-from vibecalc.parts.body import COORDINATES, RigidBody, build_body
+from vibecalc.parts.body import COORDINATES, RigidBody, build_body, cross_matrix
 from vibecalc.parts.mount_state import mounts_of
 from vibecalc.parts.mounts import Mounts
 from vibecalc.schema import Case
@@ -32,13 +32,8 @@ def displacement_at(position: np.ndarray) -> np.ndarray:
     u = t + r x p for a translation t and a small rotation r, in metres.
     """
     point = np.asarray(position, dtype=float)
-    x, y, z = point[..., 0], point[..., 1], point[..., 2]
-    transform = np.zeros((*point.shape[:-1], 3, 6))
-    transform[..., [0, 1, 2], [0, 1, 2]] = 1.0
-    transform[..., 0, 4], transform[..., 0, 5] = z, -y
-    transform[..., 1, 3], transform[..., 1, 5] = -z, x
-    transform[..., 2, 3], transform[..., 2, 4] = y, -x
-    return transform
+    along = np.broadcast_to(np.eye(3), (*point.shape, 3))
+    return np.concatenate([along, -cross_matrix(point)], axis=-1)
 
 
 def assemble(
