@@ -10,7 +10,10 @@ from vibecalc.core.report.writing import many, number, table
 from vibecalc.core.results.compare import ComparedRow, Comparison, FilePair
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, ResultError
 
-_COLUMNS = "quantity", *map(number, ("reference", "value", "off by", "allowed", "ratio"))
+_COLUMNS = (
+    "quantity", number("reference"), number("value"), number("off by"), number("allowed"),
+    number("ratio"),
+)  # fmt: skip
 
 #: characters that XML 1.0 cannot hold, escaped or not
 _NOT_IN_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")

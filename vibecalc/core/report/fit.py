@@ -61,7 +61,7 @@ def _keys(result: Result) -> list[str]:
         share = "" if not known or not fitted else f"{100.0 * size / abs(fitted):.2g} %"
         off = show(size, digits=2) if known else "not told"
         rows.append([key, *shown, off, unit, share, _SIDES[side]])
-    heads = *map(number, ("start", "fitted", "+-")), "unit", number(""), ""
+    heads = number("start"), number("fitted"), number("+-"), "unit", number(""), ""
     return table(("fitted key", *heads), rows)
 
 
@@ -174,7 +174,8 @@ def _points(result: Result, most: int | None) -> list[str]:
     if most is not None:
         rows = sorted(rows, key=lambda row: -row[0])[:most]
     words = "measured point" if most is None else "measured point, worst first"
-    columns = words, *map(number, ("measured", "+-", "start", "fitted")), "unit", number("off / +-")
+    columns = (words, number("measured"), number("+-"), number("start"), number("fitted"), "unit",
+               number("off / +-"))  # fmt: skip
     return table(columns, [cells for _, cells in rows])
 
 

@@ -316,7 +316,7 @@ def index_lines(sweep: SweepView) -> list[str]:
             rows.append(["" if place else title, name, *cells])
     if not rows:
         return lines
-    heads = "quantity", "key", *map(number, ("first", "+-", "total", "+-"))
+    heads = "quantity", "key", number("first"), number("+-"), number("total"), number("+-")
     words = (
         "share of the variance that a key brings about, first: alone, total: with all its "
         f"interactions; from {samples} sampled points with {len(names) + 2} runs each, +-: "
