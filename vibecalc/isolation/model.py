@@ -59,8 +59,8 @@ def arms_of(body: body_tables.Body, mounts: body_tables.Mounts, train: parts.Cra
         int(np.argmax(np.abs(v))) for v in (frame.axis, frame.stroke, frame.across)
     )
     position = built.position[..., along] - build_body(body).centre[..., along, None]
-    both = np.broadcast_arrays(position, built.stiffness[..., up, up])
-    return Arms(*both, DIRECTIONS[turned])
+    position, stiffness = np.broadcast_arrays(position, built.stiffness[..., up, up])
+    return Arms(position, stiffness, DIRECTIONS[turned])
 
 
 # ----------------------------------------------------------------------------
