@@ -67,17 +67,21 @@ class MountedBody:
     def energy_fraction(self) -> Bounded:
         """Share (..., modes, f) of each coordinate in the kinetic energy of each mode.
 
-        About the mass centre, whichever the point of the body: with the velocity u of the mass
-        centre that is (M v)_i u_i of a translation and v_i (M v - M_rt u)_i of a rotation. Each row
-        sums to 1; with products of inertia an entry can be slightly negative.
+        About the mass centre, whichever the point of the body: with its velocity u that is
+        (M v)_i u_i of a translation and v_i (J v)_i of a rotation, J being the inertia about it.
+        Each row sums to 1; with products of inertia an entry can be slightly negative.
         """
         along, about = slice(None, self.translations), slice(self.translations, None)
         mass, shape = bounded_parts(self.matrices)[0], _rows(self.shapes.bounded_shape)
-        weight = reshaped(mass, lambda one: np.diagonal(one, axis1=-2, axis2=-1)[..., None, along])
-        momentum = shape @ mass
-        centre = momentum[..., along] / weight
-        turning = momentum[..., about] - centre @ mass[..., along, about]
-        energy = concatenate([momentum[..., along] * centre, shape[..., about] * turning])
+        move, turn = shape[..., along], shape[..., about]
+        weight, moments = mass[..., along, along], mass[..., along, about]
+        inverse = np.linalg.inv(weight.value)
+        levers = inverse @ moments.value
+        left = moments - weight @ levers
+        off = np.abs(inverse) @ (np.abs(left.value) + left.error)
+        centre = move + turn @ reshaped(Bounded(levers, off), np.matrix_transpose)
+        inertia = mass[..., about, about] - mass[..., about, along] @ Bounded(levers, off)
+        energy = concatenate([shape @ mass[..., along] * centre, turn * (turn @ inertia)])
         return energy / energy.sum()[..., None]
 
     def damping_ratio(self) -> Bounded:
