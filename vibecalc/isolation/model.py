@@ -167,7 +167,7 @@ def isolation_suspects(case: Case) -> BoolArray | None:
     train = case.machine.crank_train
     pitch = arms_of(body, mounts, train)
     refused = pitch.free() | pitch.tips() | np.array(isolation.up != train.stroke)
-    return refused if isolation.lever is not None else refused | ~pitch.has_lever()
+    return np.asarray(refused if isolation.lever is not None else refused | ~pitch.has_lever())
 
 
 #: share of the stiffest direction that a body which is held surely has in each

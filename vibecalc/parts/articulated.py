@@ -65,7 +65,8 @@ def build_slaves(train: parts.CrankTrain) -> Slaves:
             (place, master, given.knuckle_radius, angle, given.rod_length, mass, own, points)
         )
     columns: list[Any] = [np.array(column) for column in zip(*rows, strict=True)]
-    return Slaves(*columns[:6], rounded(columns[6], 16) - rounded(columns[7], 16))
+    difference = rounded(columns[6], 16) - rounded(columns[7], 16)
+    return Slaves(*[*columns[:6], difference])
 
 
 def steepest_ratio(train: parts.CrankTrain) -> float:
