@@ -121,7 +121,7 @@ def test_no_number_is_broken_and_no_table_wider_than_its_numbers_ask(
     values: list[float], widths: list[int], right: bool
 ) -> None:
     shown = [show(value, digits=6) for value in values]
-    columns = [Column("a long name", 28)]
+    columns = [Column("a long name")]
     columns += [Column("of", width, right) for width, _ in zip(widths, shown, strict=False)]
     rows = [["name " * 8, *shown], ["x" * 70, *shown[::-1]]]
     (block,) = table(columns, rows, [["all", *shown]])
@@ -218,7 +218,7 @@ def test_the_terminal_summary_is_plain_where_there_is_no_terminal() -> None:
 
 
 def test_a_table_has_no_column_without_an_entry() -> None:
-    columns = [Column("name", 6), number("full", 5), number("empty", 5), number("low", 4)]
+    columns = [Column("name"), number("full"), number("empty"), number("low")]
     rows = [["a", "1", "", ""], ["b", "", " ", ""]]
     (shown,) = table(columns, rows)
     assert shown == "  name  full\n  ----  ----\n  a        1\n  b"
