@@ -62,8 +62,9 @@ class Bounded:
 
     def __mul__(self, other: "Operand") -> "Bounded":
         value, error = pair(other)
-        product = self.value * value
-        carried = np.abs(value) * self.error + np.abs(self.value) * error
+        product, carried = self.value * value, np.abs(value) * self.error
+        if isinstance(other, Bounded):
+            carried = carried + np.abs(self.value) * error
         return Bounded(product, carried + _roundings(product) * np.abs(product))
 
     def __truediv__(self, other: "Operand") -> "Bounded":
@@ -135,7 +136,7 @@ class Bounded:
 
 
 def _of_shape(error: Any, shape: tuple[int, ...]) -> Any:
-    """An error of that shape: to broadcast costs more than most of what small arrays go through."""
+    """An error of that shape; broadcasting costs more than most operations on small arrays."""
     return error if np.shape(error) == shape else np.broadcast_to(error, shape)
 
 

@@ -186,8 +186,7 @@ def _judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
 def _nearest(
     quantity: Quantity, where: Mapping[str, Any], bound: Bound
 ) -> tuple[int, float, float, float, str]:
-    """How a bound is held, as `held` has it, what is left to it, and the entry that decides it:
-    value, error, label."""
+    """State of a bound as of `held`, its margin; value, error and label of the deciding entry."""
     values, labels, errors = numbers(quantity, where)
     zero = quantity.zeros(values, errors)
     values = np.where(zero, 0.0, values)
