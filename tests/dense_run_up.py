@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 from dense_machine import Moved, OnMounts, longest, peak
-from dense_results import MANY, QUANTITIES, Dense, Expected, severity
+from dense_results import QUANTITIES, Dense, Expected, severity
+from dense_train import Train
 from scipy.optimize import minimize_scalar
 
 
@@ -15,22 +16,21 @@ def _some(count: int, values: Any) -> np.ndarray:
 
 
 # ----------------------------------------------------------------------------
-# Energies of the body under the shaking alone.
+# Motion and energies of the body on rigid ground.
 # ----------------------------------------------------------------------------
 
 
-def _shaken(dense: Dense, speed: float, order: np.ndarray) -> Moved:
-    load = speed**2 * dense.train.shaking[order.astype(int)]
-    return dense.rigid.moved(order * speed, load)
+def _on_ground(dense: Dense, train: Train, speed: float) -> Moved:
+    return dense.rigid.moved(train.order * speed, train.loads(speed))
 
 
 def response_results(dense: Dense) -> Iterator[Expected]:
-    order = dense.axis("response/translation_harmonics", 0)
-    on, every = dense.rigid, np.arange(1, MANY + 1)
+    on, order = dense.rigid, dense.order
+    assert np.array_equal(order, dense.axis("response/translation_harmonics", 0))
     yield from dense._modes("response")
     weights = {"kinetic": on.matrices()[0], "potential": on.matrices()[1]}
-    for count, whole in [(order, False), (every, True)][: 1 + dense.deep]:
-        moved = _shaken(dense, dense.speed, count)
+    for train, whole in [(dense.train, False), (dense.more, True)][: 1 + dense.deep]:
+        moved, count = _on_ground(dense, train, dense.speed), train.order
         for name, value, parts in (
             ("", moved.body, ("translation", "rotation")),
             ("ground", moved.ground, ("ground_force", "ground_couple")),
@@ -60,7 +60,7 @@ def response_results(dense: Dense) -> Iterator[Expected]:
     for name, weight in weights.items():
         value = []
         for speed in speeds[chosen]:
-            body = _shaken(dense, speed, order).body
+            body = _on_ground(dense, dense.train, speed).body
             rate = order[:, None] * speed if name == "kinetic" else np.ones((len(order), 1))
             value.append(0.25 * np.sum(((rate * body).conj() @ weight * (rate * body)).real))
         size = float(np.max(dense.record[f"response/run_up/{name}_energy"].values))

@@ -255,6 +255,8 @@ def mounted_machine(seed: int) -> Table:
             "method": str(generator.choice(["modal", "direct"])),
             "run_up": {"from": 0.5 * speed, "to": 1.2 * speed},
         }
+        if "loads" in case["isolation"]:
+            case["response"]["loads"] = case["isolation"]["loads"]
     return case
 
 

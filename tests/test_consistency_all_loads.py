@@ -5,7 +5,7 @@ import copy
 import numpy as np
 import pytest
 from engine_cases import replaced
-from engine_mounted import SEPARATE, loaded_of, mounted
+from engine_mounted import COUNTER, ON_BODY, SEPARATE, loaded_of, mounted
 from shipped_cases import table_of
 
 from vibecalc.core.case.load import validate
@@ -119,11 +119,54 @@ def test_gas_that_only_loads_the_bearings_is_said() -> None:
     assert not any(words in one for one in machine_warnings(turned))
 
 
-def test_a_response_without_the_torque_of_the_gas_says_so() -> None:
-    words = "[response] moves the body by its shaking alone"
-    isolated = '[isolation]\nmodel = "rigid_body"\n'
-    asked = mounted(replaced(SEPARATE, (isolated, f"{isolated}[response]\n")))
+ISOLATED = '[isolation]\nmodel = "rigid_body"\n'
+ENERGIES = "energies = true\nrun_up = { from = 20.0, to = 160.0 }\n"
+
+
+@pytest.mark.parametrize("machine", [SEPARATE, ON_BODY, COUNTER], ids=["away", "line", "counter"])
+def test_a_body_moves_by_the_same_loads_in_response_and_isolation(machine: str) -> None:
+    """With both, and with [response] alone, which keeps to the shaking where it is asked to."""
+    on_body = machine.replace("[isolation]", f"[response]\n{ENERGIES}[isolation]")
+    both = run_case(mounted(on_body))
+    alone = run_case(mounted(on_body.replace(ISOLATED, "")))
+    for name in ("translation_harmonics", "rotation_harmonics"):
+        motion, found = both[f"isolation/body/{name}"], alone[f"response/{name}"]
+        assert motion.axes[0].values[0] == 0.5
+        for one in (both[f"response/{name}"], found):
+            assert np.array_equal(one.axes[0].values, motion.axes[0].values)
+            size = float(np.abs(motion.values).max())
+            assert one.values == pytest.approx(motion.values, rel=1e-12, abs=1e-13 * size)
+    path = "response/run_up/kinetic_energy"
+    assert np.array_equal(alone[path].values, both[path].values)
+    shaking = ("[response]\n", '[response]\nloads = ["shaking"]\n')
+    shaken = run_case(mounted(replaced(on_body, shaking)))
+    assert shaken["response/translation_harmonics"].axes[0].values[0] == 1
+    turned = [one["response/rotation_peak"].values[0] for one in (shaken, both)]
+    assert turned[0] <= turned[1]
+
+
+@pytest.mark.parametrize("machine", [SEPARATE, ON_BODY], ids=["away", "line"])
+def test_energies_at_a_speed_of_the_run_up_are_those_of_that_speed(machine: str) -> None:
+    on_body = machine.replace(ISOLATED, f"[response]\n{ENERGIES}")
+    passed = run_case(mounted(on_body))
+    for name in ("kinetic", "potential"):
+        curve = passed[f"response/run_up/{name}_energy"]
+        speeds = curve.axes[0].values
+        assert np.all(np.diff(speeds) > 0.0) and speeds[0] == 20.0 and speeds[-1] == 160.0
+        for place in (len(speeds) // 3, int(np.argmax(curve.values)), len(speeds) - 1):
+            speed = float(speeds[place])
+            there = mounted(on_body.replace('"1500 rpm"', repr(speed)))
+            steady = run_case(there)[f"response/{name}_energy/mean"].values
+            assert curve.values[place] == pytest.approx(steady, rel=1e-9)
+
+
+def test_operations_say_that_they_are_of_the_shaking_alone() -> None:
+    words = "[response] has operations and the change between them of the shaking alone"
+    operations = 'operations = [{ name = "all", working = ["1", "2", "3"] }]\n'
+    asked = mounted(SEPARATE.replace(ISOLATED, f"[response]\n{operations}"))
     assert sum(one.startswith(words) for one in machine_warnings(asked)) == 1
+    shaken = SEPARATE.replace(ISOLATED, f'[response]\nloads = ["shaking"]\n{operations}')
+    assert not any(one.startswith(words) for one in machine_warnings(mounted(shaken)))
     assert not any(words in one for one in machine_warnings(mounted(SEPARATE)))
 
 

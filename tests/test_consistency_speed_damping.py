@@ -12,8 +12,8 @@ from vibecalc.core.case.load import load_case, validate
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
-from vibecalc.isolation.torque_reaction import line_transfer
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.response.torque_reaction import line_transfer
 from vibecalc.torsion.adapters.critical import critical
 from vibecalc.torsion.adapters.curves import solved as solved_line
 from vibecalc.torsion.adapters.curves import sweep

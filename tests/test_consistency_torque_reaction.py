@@ -17,9 +17,9 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import GasCard, pressure_at
 from vibecalc.excitation.model import cycle_of, gas_cards
 from vibecalc.excitation.pressure_cycle import motored_cycle
-from vibecalc.isolation.torque_reaction import line_transfer
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.crank_train import crank_geometry
+from vibecalc.response.torque_reaction import line_transfer
 from vibecalc.torsion.line import chain, dynamic_stiffness
 from vibecalc.torsion.model import build_shaft_line
 from vibecalc.torsion.modes import natural_modes

@@ -11,9 +11,8 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import Linear, dynamics, response
 from vibecalc.parts.matrices import assemble
-from vibecalc.response.forced import modal_response
 from vibecalc.response.modes import modal_assurance, modes
-from vibecalc.response.system import MountedBody
+from vibecalc.response.system import MountedBody, in_modes
 
 
 def exactly(value: np.ndarray) -> Bounded:
@@ -92,6 +91,14 @@ def square_matrices(damping: float) -> Linear:
     return assemble(mass, corners, 1e5 * each, np.broadcast_to(along, (4, 3, 3)), 0.02e5 * each)
 
 
+def by_modes(
+    matrices: Linear, basis: np.ndarray, frequency: np.ndarray, load: np.ndarray
+) -> Bounded:
+    """Motion (m, 6) as a sum of modes."""
+    drive = exactly(load) @ basis
+    return response(dynamics(in_modes(matrices, basis), frequency), *drive) @ basis.T
+
+
 @pytest.mark.parametrize("damping", [0.0, 40.0], ids=["apart", "coupled"])
 def test_repeated_modes_in_any_basis(damping: float) -> None:
     """Dampers along (1, 1, 0) couple the pair x, y in one basis and not in another."""
@@ -105,7 +112,7 @@ def test_repeated_modes_in_any_basis(damping: float) -> None:
     turn = np.array([[0.8, -0.6], [0.6, 0.8]])
     turned[:, :2] = turned[:, :2] @ turn
     for basis in (shapes.shape, turned):
-        summed = modal_response(matrices, basis, frequency, 1.0, exactly(load))
+        summed = by_modes(matrices, basis, frequency, load)
         assert np.all(np.abs(summed.value - direct.value) <= summed.error + direct.error)
         assert np.all(summed.error < 1e-12 * np.abs(summed.value).max(axis=-1, keepdims=True))
 
@@ -119,7 +126,7 @@ def test_modes_without_stiffness_answer_as_free_masses() -> None:
     assert np.count_nonzero(shapes.eigenvalue <= shapes.eigenvalue_error) >= 4
     frequency, load = np.array([2.0, 200.0]), exact_load(np.random.default_rng(1), 2)
     nothing = np.zeros((2, 6))
-    summed = modal_response(matrices, shapes.shape, frequency, 1.0, exactly(load))
+    summed = by_modes(matrices, shapes.shape, frequency, load)
     direct = response(dynamics(matrices, frequency), load, nothing)
     assert np.all(np.abs(summed.value - direct.value) <= summed.error + direct.error)
     for number, w in enumerate(frequency):
@@ -127,7 +134,7 @@ def test_modes_without_stiffness_answer_as_free_masses() -> None:
         expected = -load[number, free] / (w * w * np.diagonal(matrices.mass)[free])
         np.testing.assert_allclose(summed.value[number, free], expected, rtol=1e-13)
     with pytest.raises(NumericalFailure, match="between 0 and 0 rad/s is exactly singular"):
-        modal_response(matrices, shapes.shape, np.zeros(1), 1.0, exactly(load[:1]))
+        by_modes(matrices, shapes.shape, np.zeros(1), load[:1])
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -7,9 +7,9 @@ from vibecalc.excitation.adapter import Forcing, peak_with_tail
 from vibecalc.excitation.inertia_forces import at_speed
 from vibecalc.foundation.model import on_mass
 from vibecalc.foundation.results import UpAndDown
-from vibecalc.isolation.adapters.loads import steady_motion
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.response.adapters.loads import steady_motion
 
 
 def run_foundation(scene: Scene) -> None:

@@ -17,7 +17,6 @@ from vibecalc.foundation.coupled_results import (
 from vibecalc.foundation.model import flexible_foundation, on_body
 from vibecalc.foundation.systems import FlexibleFoundation, OnTables, on_tables
 from vibecalc.isolation.adapters.efficiency import Ground
-from vibecalc.isolation.adapters.loads import BodyLoads, steady_motion
 from vibecalc.isolation.adapters.steady import Moved, emit_steady
 from vibecalc.isolation.at_mounts import displacement
 from vibecalc.isolation.efficiency import efficiency, is_more, rms
@@ -26,6 +25,7 @@ from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.parts.body import COORDINATES, DIRECTIONS
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mount_needs import foundation_kind
+from vibecalc.response.adapters.loads import BodyLoads, steady_motion
 
 _TURN = 2.0 * np.pi
 #: share of the loads' r.m.s. that may be at orders beyond the tables of a foundation

@@ -16,7 +16,6 @@ from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.adapters.common import isolation_of
-from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.adapters.run_up import sections
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.results import SupportForce
@@ -26,6 +25,7 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import numbered
 from vibecalc.numerics.linear import Linear, dynamics, response
 from vibecalc.numerics.rounding import FloatArray
+from vibecalc.response.adapters.loads import BodyLoads
 
 #: largest force over the cycle of each support
 LARGEST = paths_of(SupportForce, "steady_peak")[0]

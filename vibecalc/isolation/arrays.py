@@ -90,7 +90,7 @@ def machines_of_bodies(
     first, rows = load[:, :used], readout.still.shape[1]
     system, poles = MountedBody(matrices=matrices, shapes=shapes), damped_poles(matrices, shapes)
     met = system.resonances(first)
-    found = system.with_poles(met, first, poles).sought()
+    found = system.with_poles(met, first, poles=poles).sought()
     sums, dependent = pole_sums(poles, shapes, readout, orders[:used], first)
     none = np.zeros(0)
 

@@ -7,9 +7,9 @@ from vibecalc.core.accuracy.topic import Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.accuracy import motion_topic
 from vibecalc.isolation.adapters.common import isolation_of
-from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.efficiency_results import OfForces
 from vibecalc.isolation.on_mounts import OnMounts
+from vibecalc.response.adapters.loads import BodyLoads
 
 
 def efficiency_topics(scene: Scene) -> list[Topic]:

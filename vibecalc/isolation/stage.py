@@ -1,11 +1,9 @@
 """The stages of a body on its mounts: steady, in run-up, under the torque of the cylinders."""
 
-import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import Entries, Harmonics, Leading, Stage, Subject, Unit, Work, below
-from vibecalc.excitation.stage import USUAL_ORDERS
+from vibecalc.core.run.stage import Entries, Leading, Stage, Subject, Unit, Work, below
 from vibecalc.isolation.mount_results import (
     AT_REST,
     BY_ORDER,
@@ -14,14 +12,8 @@ from vibecalc.isolation.mount_results import (
     OF_STOPS,
 )
 from vibecalc.isolation.results import NEAREST, OF_TORQUE, STEADY, STEADY_AT_SUPPORTS
-from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
-from vibecalc.parts.firing import (
-    TURN,
-    cycle_angle,
-    is_separate,
-    torque_reaches_mounts,
-)
+from vibecalc.parts.firing import torque_reaches_mounts
 from vibecalc.parts.mount_needs import (
     foundation_kind,
     frequency_counts,
@@ -30,11 +22,10 @@ from vibecalc.parts.mount_needs import (
     moves_with_machine,
     why_alone,
 )
+from vibecalc.response.stage import entries_of_loads, loads_on
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
-
-ORDERS = "half ones of four strokes, else whole ones, and as many again for the error"
 
 
 def _of_mounts(case: "Case") -> tuple[str, ...]:
@@ -74,7 +65,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
     if options is None:
         return
     pitch, torque = options.model == "pitch", torque_reaches_mounts(case)
-    line = torque and case.machine.shaft_line is not None and not is_separate(case)
+    loads = loads_on(case, "isolation")
     speed = f"{case.machine.speed:.6g} rad/s"
     without = (*_OTHERS, *(_BODY_ONLY if pitch else _PITCH_ONLY), *STEADY, *OF_TORQUE, *NEAREST)
     quantities = below("isolation/", without=without) + _of_mounts(case)
@@ -85,13 +76,12 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
     yield Stage(
         name="isolation",
         adapter="vibecalc.isolation.adapters.body:run_isolation",
-        why=f'[isolation] is in the case, model = "{options.model}"'
-        + ", with the torque of the cylinders" * torque,
-        parts=("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line)),
-        orders=ORDERS if torque else orders_words(case),
+        why=f'[isolation] is in the case, model = "{options.model}"' + loads.why,
+        parts=loads.parts,
+        orders=loads.words,
         cost="one solve per order at " + speed,
         quantities=quantities,
-        harmonics=orders_of_loads,
+        harmonics=loads.harmonics,
         work=_work_of_isolation,
         topics=("vibecalc.isolation.accuracy:isolation_topics",),
         leading=Leading(
@@ -117,13 +107,13 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
         return
     pitch = options.model == "pitch"
     first, last = options.run_up.start, options.run_up.stop
-    torque = torque_reaches_mounts(case)
+    torque, loads = torque_reaches_mounts(case), loads_on(case, "isolation")
     yield Stage(
         name="run_up",
         adapter="vibecalc.isolation.adapters.run_up:run_run_up",
-        why="[isolation] run_up is in the case" + ", with the torque of the cylinders" * torque,
-        parts=("body", "mounts", *(("crank_train",) if torque else ())),
-        orders=ORDERS if torque else orders_words(case),
+        why="[isolation] run_up is in the case" + loads.why,
+        parts=loads.parts[:3],
+        orders=loads.words,
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
         quantities=tuple(
             path
@@ -134,7 +124,7 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
         )
         + (OF_RUN_UP if case.machine.mounts is not None and has_stops(case.machine.mounts) else ()),
         is_last=True,
-        harmonics=orders_of_loads,
+        harmonics=loads.harmonics,
         work=_work_of_run_up,
         topics=("vibecalc.isolation.accuracy:run_up_topics",),
         leading=None
@@ -152,18 +142,17 @@ def efficiency_stage(case: "Case") -> Iterator[Stage]:
     """What reaches the ground, through the foundation where that moves with the machine."""
     if case.isolation is None or not case.isolation.efficiency:
         return
-    torque = torque_reaches_mounts(case)
-    line = torque and case.machine.shaft_line is not None and not is_separate(case)
+    loads = loads_on(case, "isolation")
     yield Stage(
         name="isolation efficiency",
         adapter="vibecalc.isolation.adapters.efficiency:run_efficiency",
-        why="[isolation] efficiency is in the case" + ", with the torque of the cylinders" * torque,
-        parts=("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line)),
-        orders=ORDERS if torque else orders_words(case),
+        why="[isolation] efficiency is in the case" + loads.why,
+        parts=loads.parts,
+        orders=loads.words,
         cost="one solve per order and at some hundred frequencies",
         quantities=below("isolation/efficiency/"),
         is_last=True,
-        harmonics=orders_of_loads,
+        harmonics=loads.harmonics,
         work=_work_of_efficiency,
         topics=("vibecalc.isolation.efficiency_accuracy:efficiency_topics",),
     )
@@ -177,37 +166,6 @@ def efficiency_stage(case: "Case") -> Iterator[Stage]:
 _RUN_UP = 300
 #: frequencies of a transmissibility
 _CURVE = 380
-
-
-def orders_of_loads(case: "Case") -> Harmonics:
-    """Orders of all that acts on the body, the torque of the cylinders where it reaches it."""
-    return (orders_of_reaction if torque_reaches_mounts(case) else orders_of_motion)(case)
-
-
-def entries_of_loads(case: "Case", axis: str) -> Entries | None:
-    """Entries of the axis of these orders, where the case and not the tolerance says how many."""
-    if axis != "order" or not torque_reaches_mounts(case):
-        return orders_given(case, axis)
-    found = orders_of_reaction(case)
-    return Entries(tuple(found.lowest * i for i in range(1, found.number + 1)), found.rule)
-
-
-def orders_of_reaction(case: "Case") -> Harmonics:
-    """Half orders of a torque reaction; as many again are solved for the error."""
-    step = TURN / cycle_angle(case.machine)
-    torsion = None if case.response is None else case.response.torsion
-    given = None if torsion is None else torsion.orders
-    said = 0.0
-    if given is not None:
-        said = given.highest or (given.count or 0) * (given.step or step)
-    orders = None if case.excitation is None else case.excitation.orders
-    usual = USUAL_ORDERS if orders is None and not said else 0
-    shaking = orders_of_motion(case).number
-    highest = max(said, shaking, usual)
-    rule = "[response.torsion] orders" if highest == said else "of the shaking"
-    count = math.ceil(highest / step)
-    rule = "the usual ones" if highest == usual else rule
-    return Harmonics(count, step, count * step, f"{rule}; as many again for the error")
 
 
 def _work_of_isolation(case: "Case", orders: int) -> Work:
@@ -237,7 +195,7 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
         planar = options is not None and options.model == "planar"
         most, body = (3, "a body in the plane") if planar else (6, "a rigid body")
         return Entries.up_to(most, f"{body} has {most} degrees of freedom")
-    return entries_of_loads(case, axis)
+    return entries_of_loads(case, axis, "isolation")
 
 
 SUBJECT = Subject(

@@ -13,6 +13,7 @@ from vibecalc.core.case.fields import (
 )
 from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import Rule, needs, refuse, wants
+from vibecalc.parts.tables import LOADS, Loads, shaking_acts
 from vibecalc.unit_table import FREE_FALL
 
 _WITHOUT = "leave [isolation] out for forces and balance only"
@@ -40,12 +41,7 @@ class Isolation(Table):
     lever: Length | None = Field(
         None, gt=0, description="couple over this lever is `lever_force`; default: of the mounts"
     )
-    loads: tuple[Literal["shaking", "torque"], ...] = Field(
-        ("shaking", "torque"),
-        min_length=1,
-        description="what acts on the body: shaking of the masses, torque of what is in the "
-        "cylinders; leave torque out for the shaking alone",
-    )
+    loads: Loads = Field(("shaking", "torque"), min_length=1, description=LOADS)
     run_up: RunUp | None = Field(None, description="also pass a range of speeds")
     run_up_maxima: Number | None = Field(
         None,
@@ -60,13 +56,7 @@ class Isolation(Table):
     )
     RULES = (
         needs("run_up_maxima", "run_up", allowed='run_up = { from = 0, to = "..." } with it'),
-        refuse(
-            "loads",
-            "the shaking always acts",
-            lambda t: "torque" in (given := t.data.get("loads") or ()) and "shaking" not in given,
-            allowed='loads = ["shaking"] or ["shaking", "torque"]',
-            hint="isolation/support_force/by_cause has the torque alone",
-        ),
+        shaking_acts("isolation/support_force/by_cause has the torque alone"),
         wants("machine.body", hint=_WITHOUT),
         wants("machine.mounts", hint=_WITHOUT),
         _no_matrix("body", "mass_matrix", "a body with mass and inertia"),

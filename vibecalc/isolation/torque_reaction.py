@@ -1,7 +1,7 @@
-"""What the torque of an engine's cylinders does to its body, about the crankshaft."""
+"""A couple on the body over a range of speeds, and which of its orders come near a mode."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,32 +10,6 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.response.modes import Modes
 
-if TYPE_CHECKING:
-    from vibecalc.torsion.line import Line
-
-# ----------------------------------------------------------------------------
-# What the torque of an engine's cylinders does to its body, about the crankshaft.
-#
-# Torques are positive in the crank's sense of rotation, right-handed about `axis`, and so are the
-# couples on the body. The side thrusts of the pistons turn the body with minus the torque T that
-# they give the crankshaft, by gas and inertia. What else holds depends on where the driven machine
-# stands:
-#
-# - elsewhere: its stator turns the ground, not the body. -T remains, its mean too. What damps a
-#   station of the line against the ground is taken to stand on the ground.
-# - on the body, without a shaft line: a stator follows no pulsation and gives the mean back; -T
-#   remains without its mean. A rotor of finite inertia leaves a share of it
-#   (`excitation.inertia_torque.rotor_share`), wherever the driven machine stands.
-# - on the body, with a shaft line of finite inertia: the body gives the line all its torques (of
-#   the cylinders, of the loads, of what damps a station against the body), so that it feels minus
-#   the change of the line's angular momentum. With loads that do not alternate and no damping
-#   against the body that is -T again, however elastic the line: the torque goes into its speed.
-#   Gears turn some of the inertia the other way round, or faster. There is no mean: the stator
-#   gives it back.
-# ----------------------------------------------------------------------------
-
-#: orders beyond twice the highest against those up to there: forces that fall as order^-2 or faster
-TAIL = 2.0
 #: relative step of speed of numerical derivatives, and the slowest speed of a line, rad/s
 STEP = 1e-4
 SLOWEST = 1e-2
@@ -52,61 +26,6 @@ class NearestOrder(NamedTuple):
     order: np.ndarray
     margin: np.ndarray
     margin_error: np.ndarray
-
-
-def line_transfer(line: "Line", spin_inertia: Bounded, frequency: np.ndarray) -> Bounded:
-    """Couple on the body for a unit torque on each freedom, (..., m, n) complex, and its error.
-
-    Parameters
-    ----------
-    line
-        n freedoms referred to the crankshaft; its bearings, gears and loads are on the body.
-    spin_inertia
-        (n,) in kg m^2: own inertia times own speed ratio, summed over what turns with a freedom.
-        Times the referred angular velocity it is angular momentum, signed as the crank turns.
-    frequency
-        (..., m) in rad/s, above 0; leading axes of the line go with it.
-
-    As -d/dt sum h phi' is w^2 h.X and the dynamic stiffness symmetric, one solution under the
-    torques w^2 h is the transfer from every freedom. It is -1 everywhere for a line without gears
-    and without damping or springs to the body, also where an undamped one has no other answer.
-
-    Raises
-    ------
-    NumericalFailure
-        A frequency is a natural frequency of a line without damping.
-    """
-    from vibecalc.torsion.forced import forced
-
-    rate = np.asarray(frequency, dtype=float)
-    losses = (line.absolute_damping, line.ground_stiffness, line.damping, line.loss_factor)
-    turns_as_one = np.allclose(spin_inertia.value, line.inertia, rtol=4.0 * EPSILON, atol=0.0)
-    if turns_as_one and not any(np.any(one) for one in losses):
-        shape = (*rate.shape, line.inertia.shape[-1])
-        return Bounded(np.full(shape, -1.0 + 0.0j), np.zeros(shape))
-    spin = np.stack([*spin_inertia]).reshape(2, *(1,) * rate.ndim, -1)
-    response = forced(line, rate, np.square(rate)[..., None] * spin)
-    value, uncertainty = response.angle
-    error = 2.0 * response.error[0] + response.error[1] + np.max(np.abs(uncertainty), axis=-1)
-    error = error + 16.0 * EPSILON * np.max(np.abs(value), axis=-1)
-    return Bounded(value, np.broadcast_to(error[..., None], value.shape))
-
-
-def couple_on_body(torque: Bounded, transfer: Bounded | None = None, share: float = 1.0) -> Bounded:
-    """Couple (..., m) on the body, N m complex, of the torques (..., c, m) of its cylinders.
-
-    `transfer` (m, c) belongs to the freedoms of the cylinders; without one it is minus `share`.
-    """
-    size = np.abs(torque.value)
-    count = size.shape[-2] * EPSILON
-    if transfer is None:
-        count = count + 16.0 * EPSILON
-        value = -share * torque.value.sum(-2)
-        return Bounded(value, share * (torque.error.sum(-2) + count * size.sum(-2)))
-    given = Bounded(*(np.swapaxes(part, -1, -2) for part in transfer))
-    value = (given.value * torque.value).sum(-2)
-    uncertainty = np.abs(given.value) * (torque.error + count * size)
-    return Bounded(value, (uncertainty + given.error * (size + torque.error)).sum(-2))
 
 
 def linear_couple(ends: np.ndarray, low: Bounded, high: Bounded) -> HarmonicsAt:
@@ -155,25 +74,6 @@ def couple_by_differences(
         return Jet(value, error, slope + curvature * moved, uncertainty, curvature)
 
     return couple_at
-
-
-def with_shaking(
-    couple: Bounded, half_order: np.ndarray, axis: np.ndarray, shaking: Bounded
-) -> Bounded:
-    """Loads (m, 6) on the body: a couple (m,) about the unit vector `axis`, and what shakes it.
-
-    `shaking` (n, 6) holds forces and couples of the orders 1 .. n at the speed; it enters at the
-    whole ones of the orders `half_order` (m,).
-    """
-    value = np.zeros((len(half_order), 6), dtype=complex)
-    error = np.zeros(value.shape)
-    value[:, 3:] = couple.value[:, None] * axis
-    error[:, 3:] = couple.error[:, None] * np.abs(axis)
-    whole = (half_order == np.floor(half_order)) & (half_order <= len(shaking.value))
-    place = half_order[whole].astype(int) - 1
-    value[whole] += shaking.value[place]
-    error[whole] += shaking.error[place] + EPSILON * np.abs(value[whole])
-    return Bounded(value, error)
 
 
 def nearest_driven(

@@ -12,7 +12,7 @@ from vibecalc.kinds import asks_roll, finds_speed, has_crank_train, has_speed
 from vibecalc.parts import body_tables as parts
 from vibecalc.parts.body import DIRECTIONS, RigidBody, build_body, build_frame
 from vibecalc.parts.crank_train import build_crank_train, rod_share
-from vibecalc.parts.firing import has_gas, torque_reaches_mounts
+from vibecalc.parts.firing import has_gas, moves_body, with_torque
 from vibecalc.parts.mount_needs import loads_count
 from vibecalc.parts.mount_state import mounts_of
 from vibecalc.parts.mounts import Mounts, build_mounts, has_loss_factor, mount_entries
@@ -296,15 +296,16 @@ def _orders(case: Case) -> Iterator[str]:
 
 
 _REACHES = (
-    "the model 'rigid_body' or 'planar' takes it, of a compressor, a pump, or an engine with a "
-    "firing order, but not with slave rods or driven_machine = 'cancels_torque'"
+    "[response] and the model 'rigid_body' or 'planar' take it, of a compressor, a pump, or an "
+    "engine with a firing order, but not with slave rods or driven_machine = 'cancels_torque'"
 )
 
 
 def _without_effect(case: Case) -> list[str]:
     machine, response = case.machine, case.response
-    gas, reaches = has_crank_train(machine) and has_gas(case), torque_reaches_mounts(case)
-    asked = case.isolation is not None and "torque" in case.isolation.loads
+    gas, reaches = has_crank_train(machine) and has_gas(case), with_torque(case)
+    tables = ("isolation", *(("response",) * moves_body(case)))
+    takes = [one for one in tables if (table := getattr(case, one)) and "torque" in table.loads]
     used = (
         (response is not None and (response.torsion is not None or response.impact is not None))
         or asks_roll(case)
@@ -322,12 +323,14 @@ def _without_effect(case: Case) -> list[str]:
         ),
         "the gas has no effect: [response.torsion], [response.impact], [bearing_loads] and the "
         f"roll of the machine use it, and of a body on mounts {_REACHES}": (
-            gas and not reaches and not used and (asked or case.isolation is None)
+            gas and not reaches and not used and (bool(takes) or not case.isolation)
         ),
-        "[response] moves the body by its shaking alone, without the torque of what is in the "
-        "cylinders: [isolation] has both": response is not None and reaches,
+        "[response] has operations and the change between them of the shaking alone, without the "
+        "torque of what is in the cylinders, which its motion and energies have": (
+            response is not None and bool(response.operations) and "response" in reaches
+        ),
         f"the gas does not turn the body on its mounts: {_REACHES}": (
-            gas and used and case.isolation is not None and asked and not reaches
+            gas and used and set(takes) != set(reaches)
         ),
     }
     if mounts is not None:

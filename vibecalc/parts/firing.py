@@ -130,14 +130,37 @@ def given_angles(machine: Data) -> list[float] | None:
 # ----------------------------------------------------------------------------
 
 
+def with_torque(case: "Case") -> tuple[str, ...]:
+    """Which of the tables isolation and response moves a body by the torque of its cylinders.
+
+    The pitch model takes none.
+    """
+    machine, isolation, response = case.machine, case.isolation, case.response
+    asked = []
+    if isolation is not None and isolation.model != "pitch" and "torque" in isolation.loads:
+        asked.append("isolation")
+    if moves_body(case) and response is not None and "torque" in response.loads:
+        asked.append("response")
+    if not asked or not gas_turns(machine) or machine.crank_train.has_slave_rods:
+        return ()
+    reaches = has_gas(case) and _fires(case) and driven_machine(case) != "cancels_torque"
+    return tuple(asked) if reaches else ()
+
+
+def moves_body(case: "Case") -> bool:
+    """Whether [response] has the motion of a body on mounts."""
+    machine = case.machine
+    return case.response is not None and not (machine.body is None or machine.mounts is None)
+
+
+def table_that_moves(case: "Case") -> str:
+    """The table whose body has the points of a case: [isolation], where there is one."""
+    return "response" if case.isolation is None else "isolation"
+
+
 def torque_reaches_mounts(case: "Case") -> bool:
-    """Whether a rigid body on mounts feels the torque of what is in the cylinders."""
-    options, machine = case.isolation, case.machine
-    if not gas_turns(machine) or options is None or options.model == "pitch":
-        return False
-    if "torque" not in options.loads or machine.crank_train.has_slave_rods:
-        return False
-    return has_gas(case) and _fires(case) and driven_machine(case) != "cancels_torque"
+    """Whether the body of [isolation] feels the torque of what is in the cylinders."""
+    return "isolation" in with_torque(case)
 
 
 def driven_machine(case: "Case") -> str:

@@ -24,6 +24,7 @@ from vibecalc.core.case.rules import (
     once,
     one_of,
     refers,
+    refuse,
     unique,
 )
 
@@ -47,9 +48,26 @@ else:
 # ----------------------------------------------------------------------------
 
 AxisName = Literal["x", "y", "z"]
+#: what acts on a body on mounts, with what it says
+Loads = tuple[Literal["shaking", "torque"], ...]
+LOADS = (
+    "what acts on the body: shaking of the masses, torque of what is in the cylinders; leave "
+    "torque out for the shaking alone"
+)
 #: between the rows of gas tables
 GasInterpolation = Literal["linear", "parabola", "cubic", "trigonometric"]
 Cycle = Literal["four_stroke", "two_stroke"]
+
+
+def shaking_acts(hint: str) -> Rule:
+    """No load without the shaking."""
+    return refuse(
+        "loads",
+        "the shaking always acts",
+        lambda t: "torque" in (given := t.data.get("loads") or ()) and "shaking" not in given,
+        allowed='loads = ["shaking"] or ["shaking", "torque"]',
+        hint=hint,
+    )
 
 
 class Cylinder(Table):

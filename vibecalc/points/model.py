@@ -9,7 +9,7 @@ from vibecalc.errors import Problem
 from vibecalc.kinds import gas_turns
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.body import DIRECTIONS
-from vibecalc.parts.firing import driven_machine, has_gas, torque_reaches_mounts
+from vibecalc.parts.firing import driven_machine, has_gas, table_that_moves, with_torque
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mount_needs import moves_with_machine
 from vibecalc.points.severity import grade
@@ -145,6 +145,8 @@ def points_cautions(case: Case) -> list[str]:
 
 
 def _without_torque(case: Case) -> bool:
-    if not gas_turns(case.machine) or not has_gas(case) or torque_reaches_mounts(case):
+    if not gas_turns(case.machine) or not has_gas(case):
+        return False
+    if table_that_moves(case) in with_torque(case):
         return False
     return driven_machine(case) != "cancels_torque"

@@ -12,11 +12,10 @@ from vibecalc.core.run.stage import (
     Work,
     below,
 )
-from vibecalc.isolation.stage import ORDERS, entries_of_loads, orders_of_loads
-from vibecalc.kinematics.stage import orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
-from vibecalc.parts.firing import torque_reaches_mounts
+from vibecalc.parts.firing import table_that_moves, with_torque
 from vibecalc.parts.mount_needs import moves_with_machine
+from vibecalc.response.stage import entries_of_loads, loads_on
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -26,7 +25,8 @@ def plan_points(case: "Case") -> Iterator[Stage]:
     """Planned where the case has points on a body that some table moves."""
     if not case.point:
         return
-    torque, names = torque_reaches_mounts(case), ", ".join(one.name for one in case.point[:3])
+    moved_by, names = table_that_moves(case), ", ".join(one.name for one in case.point[:3])
+    torque, loads = moved_by in with_torque(case), loads_on(case, moved_by)
     without = ["/run_up/"]
     severity = case.vibration_severity
     if severity is None:
@@ -36,17 +36,16 @@ def plan_points(case: "Case") -> Iterator[Stage]:
                  if severity.grades is None and getattr(severity, name) is None]  # fmt: skip
         without += [f"zone_boundary/{name}" for name in given]
         without += ["points/zone"] if len(given) == 3 else []
-    orders = ORDERS if torque else orders_words(case)
     yield Stage(
         name="points",
         adapter="vibecalc.points.adapter:run_points",
         why=f"[[point]] is in the case: {names}" + ", ..." * (len(case.point) > 3),
         parts=("body", "mounts"),
-        orders=orders,
+        orders=loads.words,
         cost="a product with the motion of the body per reading and order",
         quantities=below("points/", tuple(without)),
         is_last=True,
-        harmonics=orders_of_loads,
+        harmonics=loads.harmonics,
         work=_work,
         topics=("vibecalc.points.accuracy:points_topics",),
         leading=None if torque or moves_with_machine(case) else Leading(MOUNT_KEYS, most=1024),
@@ -58,12 +57,12 @@ def plan_points(case: "Case") -> Iterator[Stage]:
         name="points in the run-up",
         adapter="vibecalc.points.run_up_adapter:run_points_run_up",
         why="[[point]] and [isolation] run_up are in the case",
-        parts=("body", "mounts", *(("crank_train",) if torque else ())),
-        orders=orders,
+        parts=loads.parts[:3],
+        orders=loads.words,
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
         quantities=below("points/run_up/", ("severity",) if severity is None else ()),
         is_last=True,
-        harmonics=orders_of_loads,
+        harmonics=loads.harmonics,
         work=_work_of_run_up,
         topics=("vibecalc.points.accuracy:points_run_up_topics",),
     )
@@ -101,7 +100,7 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
     if axis == "speed":
         options = case.isolation
         return Entries.of_speeds(options and options.run_up, "isolation.run_up")
-    return entries_of_loads(case, axis)
+    return entries_of_loads(case, axis, table_that_moves(case))
 
 
 SUBJECT = Subject(

@@ -17,16 +17,16 @@ from vibecalc.core.accuracy.kinds import (
 )
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
-from vibecalc.numerics.bounded import Bounded, where
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.linear import dynamics, response
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.response import modes as natural
+from vibecalc.response.adapters.loads import body_loads, loads_over_speed
 from vibecalc.response.adapters.operations import operation_loads
 from vibecalc.response.adapters.response import forcing_of, mounted_body
 from vibecalc.response.adapters.switching import modes_and_loads
 from vibecalc.response.energies import energy_signal, mass_of, mean_over_cycle, velocity
-from vibecalc.response.forced import modal_response
 from vibecalc.response.operations import search_phases, states, superpose
 from vibecalc.response.stage import names_of
 from vibecalc.response.switching.motion import PANEL_PHASE, Panels, course_of, march, panels_of
@@ -37,6 +37,7 @@ from vibecalc.response.switching.system import (
     steady_motion,
     steady_state,
 )
+from vibecalc.response.system import in_modes
 
 #: multiplications over n^3 of the refined modes: factors, vectors, quotients, two steps
 REFINED = 19.7
@@ -66,18 +67,22 @@ def response_topics(scene: Scene) -> list[Topic]:
         solver = ours("Cholesky, eigh, refined", "steps of refinement on the pencil", refined,
                       citation="Ogita and Aishima (2018), algorithm 1")  # fmt: skip
         found.append(modes(ask, [solver], parts.mass, parts.stiffness, size))
-    orders, per_square = _driven(scene)
-    if not len(orders):
+    loads, speed = body_loads(scene, "response"), scene.case.machine.speed
+    driven = _driving(loads.load[: loads.retained])
+    if not np.any(driven):
         return found
-    speed, count = scene.case.machine.speed, len(orders)
-    w, load = orders * speed, per_square * speed**2
+    orders, load = loads.order[: loads.retained][driven], loads.load[: loads.retained][driven]
+    w, count = orders * speed, len(orders)
 
     def direct(_: float) -> Answer:
         value = response(dynamics(matrices, w), load.value, load.error).value
         return Answer(value[:, :3], INVERSE * count)
 
     def modal(_: float) -> Answer:
-        value = modal_response(matrices, system.shapes.shape, orders, speed, load).value
+        shape = system.shapes.shape
+        drive = load @ shape
+        parts = dynamics(in_modes(matrices, shape), w)
+        value = response(parts, drive.value, drive.error).value @ shape.T
         return Answer(value[:, :3], EIGENPAIRS + INVERSE * count)
 
     solvers = [
@@ -95,27 +100,25 @@ def response_topics(scene: Scene) -> list[Topic]:
     return [*found, forced(ask, solvers, parts, w, load.value, lambda found: found[:, :3])]
 
 
-def _driven(scene: Scene) -> tuple[np.ndarray, Bounded]:
-    """Orders (m,) kept that shake the body, and their loads (m, 6) per speed squared."""
-    forcing = forcing_of(scene)
-    load = forcing.per_speed_squared[: forcing.retained]
-    load = where(np.abs(load.value) > 4.0 * load.error, load, 0.0)
-    driven = np.any(load.value != 0.0, axis=-1)
-    return forcing.order[: forcing.retained][driven], load[driven]
+def _driving(load: Bounded) -> np.ndarray:
+    """Which orders (m,) of loads (..., m, 6) move the body."""
+    return np.asarray(np.any(np.abs(load.value) > 4.0 * load.error, axis=-1))
 
 
 def speeds_topics(scene: Scene) -> list[Topic]:
     """Mean kinetic energy at speeds of the range, golden steps apart; none at rest."""
-    options, (orders, per_square) = scene.case.response, _driven(scene)
-    if options is None or options.run_up is None or not len(orders):
+    options = scene.case.response
+    if options is None or options.run_up is None:
         return []
-    matrices, (start, stop) = (
-        mounted_body(scene).matrices,
-        (options.run_up.start, options.run_up.stop),
-    )
+    matrices, start, stop = mounted_body(scene).matrices, options.run_up.start, options.run_up.stop
     share = np.sort(np.modf(0.6180339887498949 * np.arange(1, SPEEDS + 1))[0])
-    speed = start + (stop - start) * share
-    w, load = np.outer(speed, orders), np.square(speed)[:, None, None] * per_square
+    speed, loads = start + (stop - start) * share, loads_over_speed(scene, start, stop)
+    load = loads.at(speed)[:, : loads.retained]
+    driven = np.any(_driving(load), axis=0)
+    if not np.any(driven):
+        return []
+    orders, load = loads.order[: loads.retained][driven], load[:, driven]
+    w = np.outer(speed, orders)
 
     def direct(_: float) -> Answer:
         motion = response(dynamics(matrices, w), load.value, load.error)

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, quadratic
-from vibecalc.numerics.cycle_peak import vector_cycle_peak
+from vibecalc.numerics.cycle_peak import numbered, vector_cycle_peak
 from vibecalc.numerics.linear import Linear
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
@@ -169,7 +169,7 @@ def energy_over_cycle(
     ----------
     weight : (..., 6, 6) symmetric, positive semidefinite.
     state : (..., orders, 6) velocities or displacements, 0-to-peak.
-    orders : (orders,) integers from 1 on, each once.
+    orders : (orders,) integers from 1 on, each once; halves where a cycle is two turns.
     retained : how many of them, from the first on, count; all by default. The others are guard
         orders.
     tail : of every quantity that is linear in the motion, all dropped orders together add at most
@@ -181,7 +181,7 @@ def energy_over_cycle(
         The weight is not positive semidefinite, or an amplitude is not finite.
     """
     signal = energy_signal(weight, state, retained, tail)
-    peak = vector_cycle_peak(signal.harmonics, np.asarray(orders)[:retained])
+    peak = vector_cycle_peak(signal.harmonics, numbered(orders[:retained]))
     spread = peak.error + signal.spread
     error = spread * (peak.value + 0.5 * spread) + signal.form_error
     return Energy(

@@ -1,5 +1,6 @@
 """Damping of modes: given by a ratio for each, or so strong that it moves their resonances."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -71,14 +72,14 @@ def with_damped_poles(
     resonances: Resonances,
     matrices: Linear,
     shapes: Modes,
-    force: Bounded,
+    loads: Sequence[Bounded],
     poles: DampedPoles | None = None,
 ) -> Resonances:
     """Tell a search of the resonances that stand next to the undamped natural frequencies.
 
     A mount with a strong damper hardly moves, and the body swings about it: lightly damped, at
     frequencies that no undamped mode has. They are the `poles` with a positive imaginary part.
-    `force` (orders, 6) is that of `resonances`. A root without damping to speak of, whose nearest
+    `loads` (orders, 6) are those of `resonances`. A root without damping to speak of, whose nearest
     mode seems damped, takes that mode's place: damping leaves a combination of close modes alone.
 
     Of many machines (..., modes), which have no such root or are run alone, the moved resonances
@@ -110,7 +111,12 @@ def with_damped_poles(
     for pole in which[np.argsort(frequency[which], kind="stable")] if len(which) else ():
         place = nearest[pole]
         replaced.frequency[place], replaced.damping_ratio[place] = frequency[pole], ratio[pole]
-        swing = shapes.shape @ states[: len(shapes.shape), pole]
-        driven = np.abs(force.value @ swing) > 4.0 * (force.error @ np.abs(swing))
-        replaced.idle[:, place] = ~driven
+        swing = shapes.shape @ states[: len(shapes.shape), pole, None]
+        replaced.idle[:, place] = ~any_drives(loads, swing)[:, 0]
     return replaced
+
+
+def any_drives(loads: Sequence[Bounded], shape: Bounded | np.ndarray) -> np.ndarray:
+    """Whether any of the loads (..., orders, f) has a part along shapes (..., f, modes)."""
+    parts = [load @ shape for load in loads]
+    return np.asarray(np.any([np.abs(one.value) > 4.0 * one.error for one in parts], axis=0))

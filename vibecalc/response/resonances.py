@@ -175,18 +175,27 @@ _NEAR = np.concatenate([[0.0], np.geomspace(1e-6, 0.3, 36)])
 
 
 def energy_speeds(
-    resonances: Resonances, orders: np.ndarray, masked: MaskedSpeeds, first: float, last: float
+    resonances: Resonances,
+    orders: np.ndarray,
+    masked: MaskedSpeeds,
+    first: float,
+    last: float,
+    kinks: np.ndarray = _NONE,
+    line: np.ndarray = _NONE,
 ) -> np.ndarray:
     """Ascending speeds (speeds,) in [first, last] rad/s, outside the masked intervals.
 
-    Even steps, and steps that shrink towards every speed at which an order meets a mode; the ends
-    of masked intervals are among them, however narrow these are.
+    Even steps, and steps that shrink towards every speed at which an order meets a mode or one of
+    the frequencies `line`; `kinks` and the ends of masked intervals are among them, however narrow
+    these are.
     """
-    met = (resonances.frequency / np.asarray(orders)[:, None])[~resonances.idle]
+    rate = np.asarray(orders)[:, None]
+    met = (resonances.frequency / rate)[~resonances.idle]
+    met = np.concatenate([met, np.ravel(line / rate)])
     met = met[(met > first) & (met < last)]
     close = np.concatenate([met[:, None] * (1.0 + sign * _NEAR) for sign in (-1.0, 1.0)])
     speed = np.sort(np.concatenate([np.linspace(first, last, _EVEN), close.ravel()]))
     speed = speed[np.concatenate([[True], np.diff(speed) > 1e-9 * last])]
-    speed = np.sort(np.concatenate([speed, masked.low, masked.high]))
+    speed = np.sort(np.concatenate([speed, masked.low, masked.high, kinks]))
     speed = speed[np.concatenate([[True], np.diff(speed) > 0.0])]
     return np.asarray(speed[(speed >= first) & (speed <= last) & outside(masked, speed)])

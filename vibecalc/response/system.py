@@ -1,14 +1,14 @@
 """A body on its mounts as a linear system with modes: what they are made of, what meets them."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import Bounded, concatenate, quadratic, reshaped
+from vibecalc.numerics.bounded import Bounded, concatenate, quadratic, reshaped, where
 from vibecalc.numerics.leading import leave_alone
 from vibecalc.numerics.linear import (
     Dynamics,
@@ -21,7 +21,7 @@ from vibecalc.numerics.linear import (
     response,
 )
 from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
-from vibecalc.response.modal_damping import DampedPoles, with_damped_poles
+from vibecalc.response.modal_damping import DampedPoles, any_drives, with_damped_poles
 from vibecalc.response.modes import Modes, modes
 from vibecalc.response.resonances import Resonances, check_operating_point, left_out
 from vibecalc.response.spectral import SpectralSystem, own_modes, spectral_system
@@ -124,8 +124,8 @@ class MountedBody:
         width = np.where(held, 0.5 * loss / SINGULAR, 0.0)
         return frequency, np.abs(self._damping_ratio().value), width
 
-    def resonances(self, load: Bounded) -> Resonances:
-        """Where orders with these loads (..., orders, f), of any scale, meet the modes.
+    def resonances(self, *loads: Bounded) -> Resonances:
+        """Where orders with any of these loads (..., orders, f), of any scale, meet the modes.
 
         A mode that nothing holds has no resonance: it stands at infinity, where no order meets it.
         Where matrices change with the frequency an undamped mode counts as driven, for no mode
@@ -133,23 +133,23 @@ class MountedBody:
         """
         held = self.shapes.held
         leave_alone(~np.all(held, axis=-1))
-        driven = load @ self.shapes.bounded_shape
-        idle = (np.abs(driven.value) <= 4.0 * driven.error) | ~held[..., None, :]
+        driven = any_drives(loads, self.shapes.bounded_shape)
+        idle = ~(driven & held[..., None, :])
         found = Resonances(*self._met, idle)
         if self.spectral is None:
             return found
         return found._replace(idle=found.idle & (found.exposed() == 0.0))
 
     def with_poles(
-        self, resonances: Resonances, load: Bounded, poles: DampedPoles | None = None
+        self, resonances: Resonances, *loads: Bounded, poles: DampedPoles | None = None
     ) -> Resonances:
         """With those that strong damping moves; of several stiffnesses by that of a middle mode."""
         if self.spectral is None:
-            return with_damped_poles(resonances, self.matrices, self.shapes, load, poles)
+            return with_damped_poles(resonances, self.matrices, self.shapes, loads, poles)
         frequency = self.shapes.natural_frequency
         matrices = self.spectral.at(frequency[len(frequency) // 2])
         middle = MountedBody(matrices=matrices, shapes=modes(matrices))
-        found = middle.with_poles(middle.resonances(load), load)
+        found = middle.with_poles(middle.resonances(*loads), *loads)
         return resonances._replace(
             moved_frequency=found.moved_frequency, moved_ratio=found.moved_ratio
         )
@@ -186,6 +186,34 @@ class MountedBody:
         motion = response(system, load.value, load.error)
         require_digits(self.matrices, system, load, motion, order, speed)
         return motion
+
+    def summed_up(
+        self, load: Bounded, order: np.ndarray, speed: float, resonances: Resonances
+    ) -> Bounded:
+        """The same as a sum of modes.
+
+        Modes that damping couples move together; those without stiffness and repeated ones are
+        modes like any other. Source: W. T. Thomson, Theory of Vibration with Applications, 5th ed.,
+        chapter 6.
+        """
+        shape = self.shapes.shape
+        modal = replace(
+            self,
+            matrices=in_modes(self.matrices, shape),
+            shapes=self.shapes._replace(shape=np.eye(shape.shape[-1])),
+        )
+        return modal.forced(load @ shape, order, speed, resonances) @ shape.mT
+
+
+def in_modes(matrices: Linear, shape: np.ndarray) -> Linear:
+    """Matrices V^T A V in the coordinates of shapes V (..., f, modes), of any sign and scale.
+
+    What couples two of these by no more than rounding is left out.
+    """
+    modal = [shape.mT @ part @ shape for part in bounded_parts(matrices)]
+    aside = ~np.eye(shape.shape[-1], dtype=bool)
+    modal = [where(aside & (np.abs(part.value) <= part.error), 0.0, part) for part in modal]
+    return Linear(*(part.value for part in modal), *(part.error for part in modal))
 
 
 def _rows(columns: Bounded) -> Bounded:

@@ -10,7 +10,7 @@ from vibecalc.core.case.raw import tables_at
 from vibecalc.core.case.rules import Row, needs, once, refers, refuse, unique, wants
 from vibecalc.core.results.named import named
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.parts.tables import Names, Throws, cylinders_in
+from vibecalc.parts.tables import LOADS, Loads, Names, Throws, cylinders_in, shaking_acts
 
 if TYPE_CHECKING:
     from vibecalc.absorber.asked_tables import AbsorberResponse
@@ -141,6 +141,7 @@ class Response(Table):
     method: Literal["modal", "direct"] = Field(
         "direct", description="superposition of modes, or one solve per order"
     )
+    loads: Loads = Field(("shaking", "torque"), min_length=1, description=LOADS)
     energies: bool = Field(
         False, strict=True, description="kinetic and potential energy, mean and peak"
     )
@@ -162,6 +163,7 @@ class Response(Table):
     torsion: Torsion | None = Field(None, description="of the shaft line of an engine")
     RULES = (
         _on_mounts,
+        shaking_acts("the torque acts together with it"),
         needs(
             "balances",
             "operations",

@@ -7,7 +7,7 @@ from vibecalc.core.case.raw import unknown
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.excitation.gas_tables import within_cards
 from vibecalc.kinds import has_crank_train
-from vibecalc.parts.firing import is_separate, torque_reaches_mounts
+from vibecalc.parts.firing import is_separate, with_torque
 from vibecalc.schema import Case
 from vibecalc.torsion.excitation_checks import excitation_problems
 from vibecalc.torsion.shaft_line_tables import (
@@ -34,7 +34,7 @@ def torsion_problems(case: Case) -> list[Problem]:
     """Problems of [response.torsion] and [damper_design] against the machine."""
     line = case.machine.shaft_line
     if line is None:
-        return [*_speeds(case), *_effort(case)] if torque_reaches_mounts(case) else []
+        return [*_speeds(case), *_effort(case)] if with_torque(case) else []
     torsion = None if case.response is None else case.response.torsion
     problems = [*_speeds(case), *_effort(case), *_run_up(case, line)]
     problems += excitation_problems(case, line)
@@ -89,14 +89,19 @@ def asked_speeds(case: Case) -> list[tuple[KeyPath, float]]:
             path: KeyPath = (*TORSION, "transient")
             change = torsion.transient
             asked += [((*path, "from"), change.start), ((*path, "to"), change.stop)]
-    if case.isolation is not None and case.isolation.run_up and torque_reaches_mounts(case):
-        ranges.append((("isolation", "run_up"), case.isolation.run_up))
+    ranges += run_ups_with_torque(case)
     if case.damper_design is not None:
         ranges.append(((*DESIGN, "speeds"), case.damper_design.speeds))
     for path, speeds in ranges:
         if speeds is not None:
             asked += [((*path, "from"), speeds.start), ((*path, "to"), speeds.stop)]
     return [(path, speed) for path, speed in asked if speed is not None]
+
+
+def run_ups_with_torque(case: Case) -> list[tuple[KeyPath, RunUp | None]]:
+    """Ranges of speed over which the torque of its cylinders moves a body, with their keys."""
+    tables = {name: getattr(case, name) for name in with_torque(case)}
+    return [((name, "run_up"), table.run_up) for name, table in tables.items() if table.run_up]
 
 
 def _speeds(case: Case) -> Iterator[Problem]:
@@ -128,10 +133,8 @@ def _effort(case: Case) -> Iterator[Problem]:
 
 def _run_up(case: Case, line: ShaftLine) -> Iterator[Problem]:
     """A geared line without damping passes resonances of no bound, which nothing would bridge."""
-    options = case.isolation
-    if options is None or options.run_up is None or not torque_reaches_mounts(case):
-        return
-    if is_separate(case) or not line.gears or not line.shafts:
+    passed = run_ups_with_torque(case)
+    if not passed or is_separate(case) or not line.gears or not line.shafts:
         return
     damped = bool(line.dampers) or any(
         s.damping or s.damping_ratio or loss_factor(s) for s in line.shafts
@@ -140,7 +143,7 @@ def _run_up(case: Case, line: ShaftLine) -> Iterator[Problem]:
     damped = damped or any(one.propeller_damping is not None for one in line.loads)
     if not damped and not any(station.absolute_damping for station in line.stations):
         yield Problem(
-            path=("isolation", "run_up"),
+            path=passed[0][0],
             message="on its way up the torque passes the resonances of a geared line that nothing "
             "damps: it has no bound there",
             allowed="damping or loss_factor of the shafts, absolute_damping of a station, or "

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.parts.firing import is_separate, torque_reaches_mounts
+from vibecalc.parts.firing import is_separate, with_torque
 from vibecalc.torsion.shaft_line_tables import crank_station, joints, section_names, speed_ratios
 
 if TYPE_CHECKING:
@@ -62,8 +62,9 @@ def _asked(case: "Case", varying: list[tuple[int, list[str]]]) -> Iterator[Probl
             asked.append(((*TORSION, "method"), "a sum over modes takes one line for all orders"))
     if case.damper_design is not None:
         asked.append((("damper_design",), "its map takes one line for all dampers"))
-    if case.isolation is not None and torque_reaches_mounts(case) and not is_separate(case):
-        asked.append((("isolation",), "the couple on the mounts is that of one line"))
+    if not is_separate(case):
+        why = "the couple on the mounts is that of one line"
+        asked += [((table,), why) for table in with_torque(case)]
     for path, why in asked:
         yield Problem(
             path=path,

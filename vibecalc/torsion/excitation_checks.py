@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
-from vibecalc.parts.firing import is_separate, torque_reaches_mounts
+from vibecalc.parts.firing import is_separate, with_torque
 from vibecalc.schema import Case
 from vibecalc.torsion.results import PASSAGES
 from vibecalc.torsion.shaft_line_tables import (
@@ -54,12 +54,13 @@ def excitation_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
         yield from _followed_in_passages(line)
     elif change is not None and change.clutch is not None:
         yield from _not_behind_clutch(line, change.clutch)
-    if line.excitations and torque_reaches_mounts(case) and not is_separate(case):
+    for table in with_torque(case) if line.excitations and not is_separate(case) else ():
         yield Problem(
-            path=("isolation",),
+            path=(table,),
             message="the torque on the mounts counts the torques of cylinders alone",
             allowed="no excitations in [machine.shaft_line], or a driven machine that stands "
             "elsewhere: driven_machine = 'separate'",
+            hint='loads = ["shaking"] leaves the torque out',
             also=(*LINE, "excitations", 0),
         )
     yield from _followed(case, line)

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.parts.firing import TURN, cycle_angle, torque_reaches_mounts
+from vibecalc.parts.firing import TURN, cycle_angle, with_torque
 from vibecalc.parts.tangential_effort import TangentialEffort
 from vibecalc.schema import Case
 from vibecalc.torsion.asked import asked_orders
@@ -25,14 +25,15 @@ def effort_problems(case: Case, speeds: Sequence[tuple[KeyPath, float]]) -> Iter
     if case.machine.shaft_line is not None:
         yield from _orders(case, given)
         yield from _motored(case)
-    if torque_reaches_mounts(case):
+    for table in with_torque(case):
         yield Problem(
             path=EFFORT,
             message="the torque on the mounts takes its error from as many orders again, which a "
             "table of tangential effort does not have",
             allowed="gas_pressure, gas_cards or gas_cycle, or driven_machine = 'cancels_torque' in "
             "[excitation]",
-            also=("isolation",),
+            hint='loads = ["shaking"] leaves the torque out',
+            also=(table,),
         )
 
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.adapters.common import isolation_of
-from vibecalc.isolation.adapters.loads import BodyLoads, body_loads, steady_motion
 from vibecalc.isolation.adapters.steady import AtRest, Moved, emit_steady
 from vibecalc.isolation.at_mounts import AtMounts, deflected, require_weight, weight_load
 from vibecalc.isolation.on_mounts import OnMounts, on_mounts, pitching
@@ -21,6 +20,7 @@ from vibecalc.isolation.torque_reaction import nearest_driven
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.body import COORDINATES, RigidBody, dofs_of_model
 from vibecalc.parts.mount_needs import moves_with_machine
+from vibecalc.response.adapters.loads import BodyLoads, body_loads, steady_motion
 
 #: an order that drives a mode is worth a word within this share of its natural frequency
 CLOSE = 0.1

@@ -21,20 +21,15 @@ from vibecalc.isolation.rows import (
     joined_rows,
     with_left_out,
 )
-from vibecalc.isolation.torque_reaction import (
-    TAIL,
-    couple_by_differences,
-    couple_on_body,
-    linear_couple,
-    with_shaking,
-)
+from vibecalc.isolation.torque_reaction import couple_by_differences, linear_couple
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import numbered
-from vibecalc.parts.firing import shakes_with_torque, torque_reaches_mounts
+from vibecalc.response.adapters.loads import shaking_at, torque_of
 from vibecalc.response.resonances import Resonances, idle_warnings
+from vibecalc.response.torque_reaction import TAIL
 
 if TYPE_CHECKING:
-    from vibecalc.isolation.adapters.torque_couple import Passing, TorqueLaw
+    from vibecalc.response.adapters.torque_couple import TorqueLaw
 
 # ----------------------------------------------------------------------------
 # The run-up of a body: all orders of the shaking and of the torque that reaches the mounts.
@@ -50,18 +45,15 @@ _NARROW = 1e-3
 def body_sections(scene: Scene, start: float, stop: float) -> tuple[RunUpSection, ...]:
     """The range from `start` to `stop`, cut at the speeds of the gas cards within it."""
     forcing: Forcing = scene.handed_on["forcing"]
-    if not torque_reaches_mounts(scene.case):
+    law = torque_of(scene, "isolation")
+    if law is None:
         few, tail = few_orders(forcing)
         orders = _Orders(forcing.order, slice(forcing.retained), few, tail)
         return (RunUpSection(_setup(scene, orders, None, start, stop), start, stop),)
-    from vibecalc.isolation.adapters.torque_couple import line_passing, torque_law
-
-    law = torque_law(scene, forcing.retained)
     within = law.speeds[(law.speeds > start) & (law.speeds < stop)]
-    passing = None if shakes_with_torque(scene.case) else line_passing(scene)
     orders = _Orders(law.order, slice(law.retained), slice(law.retained, None), TAIL)
     return tuple(
-        RunUpSection(_setup(scene, orders, _Gas(law, passing), low, high), low, high)
+        RunUpSection(_setup(scene, orders, law, low, high), low, high)
         for low, high in pairwise([start, *within.tolist(), stop])
     )
 
@@ -75,21 +67,15 @@ class _Orders(NamedTuple):
     tail: np.ndarray | float
 
 
-class _Gas(NamedTuple):
-    """The torque of the cylinders, and how a shaft line on the body passes it on, if there is."""
-
-    law: "TorqueLaw"
-    passing: "Passing | None"
-
-
-def _setup(scene: Scene, orders: _Orders, gas: _Gas | None, low: float, high: float) -> RunUpSetup:
+def _setup(
+    scene: Scene, orders: _Orders, law: "TorqueLaw | None", low: float, high: float
+) -> RunUpSetup:
     """Rows and resonances between two speeds."""
     system: OnMounts = scene.handed_on.get("on_foundation") or scene.handed_on["on_mounts"]
     forcing: Forcing = scene.handed_on["forcing"]
     order = orders.order
     axis, ends = scene.parts.crank_train.axis, np.array([low, high])
-    none = Bounded(np.zeros(len(order)), np.zeros(len(order)))
-    shaking = with_shaking(none, order, axis, forcing.per_speed_squared)
+    shaking = shaking_at(order, forcing.per_speed_squared)
     about = np.concatenate([np.zeros(3), axis]) @ system.reach
 
     def of_orders(
@@ -97,17 +83,17 @@ def _setup(scene: Scene, orders: _Orders, gas: _Gas | None, low: float, high: fl
     ) -> tuple[Callable[[Readout, bool], HarmonicsAt], Resonances]:
         force = system.felt(shaking[part])
         forces, couple = [force], None
-        if gas is not None:
-            couple = _couple(gas, ends, part)
+        if law is not None:
+            couple = _couple(law.of_orders(part), ends)
             at_ends = couple(ends, errors=True)
             forces += _about(Bounded(at_ends.value, at_ends.error), about)
-        resonances = _met(system, forces)
+        resonances = system.resonances(*forces)
 
         def rows(readout: Readout, passed_on: bool) -> HarmonicsAt:
             given = (readout, order[part], force, resonances, couple, about, passed_on)
             return system.rows(*given)
 
-        return rows, _with_poles(system, resonances, forces)
+        return rows, system.with_poles(resonances, *forces)
 
     kept, resonances = of_orders(orders.kept)
     others, _ = of_orders(orders.beyond)
@@ -117,8 +103,10 @@ def _setup(scene: Scene, orders: _Orders, gas: _Gas | None, low: float, high: fl
         return KeptRows(kept(readout, passed_on), others(readout, passed_on), orders.tail, beyond)
 
     line_frequency = np.zeros(0)
-    if gas is not None and gas.passing is not None:
-        line_frequency = _line_frequencies(scene, high)
+    if law is not None and law.passing is not None:
+        from vibecalc.response.adapters.torque_couple import line_frequencies
+
+        line_frequency = line_frequencies(scene, high)
     readout = run_up_rows(scene, system)
     travel = system.travel()
     listed = order[orders.kept]
@@ -142,7 +130,7 @@ def _setup(scene: Scene, orders: _Orders, gas: _Gas | None, low: float, high: fl
         system=system,
         rows_of=rows,
         travel=None if travel is None else with_left_out(*rows(travel)[:3], beyond / step),
-        mean=() if gas is None else tuple(_mean(scene, gas.law, end) for end in (low, high)),
+        mean=() if law is None else (law.mean_at(low), law.mean_at(high)),
     )
 
 
@@ -172,37 +160,11 @@ def run_up_rows(scene: Scene, system: OnMounts) -> RunUpRows:
     return RunUpRows(readout, np.concatenate([[0], 1 + row_of]), 1, shows)
 
 
-def _mean(scene: Scene, law: "TorqueLaw", speed: float) -> Bounded:
-    from vibecalc.isolation.adapters.torque_couple import mean_couple
-
-    return mean_couple(scene, law, speed)
-
-
-def _line_frequencies(scene: Scene, speed: float) -> np.ndarray:
-    """Natural frequencies of the shaft line above zero, rad/s, where its torque has resonances."""
-    from vibecalc.torsion.model import build_shaft_line
-    from vibecalc.torsion.modes import natural_modes
-
-    frequency = natural_modes(build_shaft_line(scene.case).at(speed)).frequency
-    return frequency[frequency > 0.0]
-
-
-def _couple(gas: _Gas, ends: np.ndarray, part: slice | np.ndarray) -> HarmonicsAt:
-    """Couple of the orders `part` that the shaking lacks, as a function of the speed."""
-    law, passing = gas
-    if passing is None:
-        low, high = (couple_on_body(law.gas_at(end), share=law.share) for end in ends)
-        return linear_couple(ends, *(Bounded(c.value[part], c.error[part]) for c in (low, high)))
-    order = law.order[part]
-
-    from vibecalc.isolation.adapters.torque_couple import total_torque
-
-    def by_the_line(speed: np.ndarray) -> Bounded:
-        torque = total_torque(law, speed)
-        torque = Bounded(torque.value[..., part], torque.error[..., part])
-        return couple_on_body(torque, passing(order, speed))
-
-    return couple_by_differences(by_the_line, *ends.tolist())
+def _couple(law: "TorqueLaw", ends: np.ndarray) -> HarmonicsAt:
+    """Couple that the shaking lacks, as a function of the speed."""
+    if law.passing is not None:
+        return couple_by_differences(law.lacking_at, *ends.tolist())
+    return linear_couple(ends, *map(law.lacking_at, ends))
 
 
 def _about(couple: Bounded, axis: np.ndarray) -> list[Bounded]:
@@ -211,14 +173,3 @@ def _about(couple: Bounded, axis: np.ndarray) -> list[Bounded]:
         Bounded(value[:, None] * axis, error[:, None] * np.abs(axis))
         for value, error in zip(couple.value, couple.error, strict=True)
     ]
-
-
-def _met(system: OnMounts, forces: list[Bounded]) -> Resonances:
-    """Resonances of which an order is idle that none of the forces (orders, f) gives a force."""
-    found = [system.resonances(force) for force in forces]
-    return found[0]._replace(idle=np.all([one.idle for one in found], axis=0))
-
-
-def _with_poles(system: OnMounts, resonances: Resonances, forces: list[Bounded]) -> Resonances:
-    found = [system.with_poles(resonances, force) for force in forces]
-    return found[0]._replace(idle=np.all([one.idle for one in found], axis=0))

@@ -7,13 +7,13 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.inertia_forces import with_terms
-from vibecalc.isolation.adapters.loads import BodyLoads, steady_motion
 from vibecalc.isolation.efficiency import Overall, by_order, efficiency, is_more, overall, rms
 from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces, OfVector
 from vibecalc.isolation.on_mounts import OnMounts, frequency_grid, of_each
 from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.body import COORDINATES, cross_matrix
+from vibecalc.response.adapters.loads import BodyLoads, steady_motion
 
 
 class Ground(NamedTuple):

@@ -14,7 +14,6 @@ from vibecalc.excitation.adapter import (
 )
 from vibecalc.excitation.inertia_forces import about_point, couples_of, forces_of
 from vibecalc.isolation.adapters.common import isolation_of
-from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.adapters.steady import Moved
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.results import LeverForce, Pitch, SupportForce
@@ -22,6 +21,7 @@ from vibecalc.numerics.bounded import Bounded, Summed, reshaped, where
 from vibecalc.numerics.linear import Linear, bounded_parts, each_order
 from vibecalc.numerics.rounding import EPSILON, SINGULAR
 from vibecalc.parts.body import build_frame
+from vibecalc.response.adapters.loads import BodyLoads
 
 STILL = (*paths_of(SupportForce, "rigid_peak"), *paths_of(LeverForce, "rigid_peak"))
 

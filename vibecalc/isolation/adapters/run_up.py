@@ -78,7 +78,7 @@ def sections(scene: Scene) -> tuple[RunUpSection, ...]:
 
 def _means(scene: Scene, parts: Sequence[RunUpSection]) -> list[Bounded]:
     """Displacements (mounts, 3) by what is constant of the torque, along the range."""
-    from vibecalc.isolation.adapters.loads import couple_about
+    from vibecalc.response.adapters.loads import couple_about
 
     couples = [couple for part in parts for couple in part.setup.mean]
     system, axis = scene.handed_on["on_mounts"], scene.parts.crank_train.axis

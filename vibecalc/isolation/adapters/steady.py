@@ -9,7 +9,6 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import MotionByOrder, kept, length_over_cycle, peak_with_tail
 from vibecalc.excitation.inertia_forces import size_of_terms
 from vibecalc.isolation.adapters.common import Extremes, extremes, isolation_of
-from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.at_mounts import AtMounts
 from vibecalc.isolation.results import (
     BodyMotion,
@@ -21,6 +20,7 @@ from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded, Summed, maximum
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.mounts import Mounts
+from vibecalc.response.adapters.loads import BodyLoads
 
 
 class Moved(NamedTuple):

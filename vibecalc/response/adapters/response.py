@@ -8,20 +8,20 @@ import numpy as np
 
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import (
-    DIRECTIONS,
-    Forcing,
-    MotionByOrder,
-    few_orders,
-    peak_with_tail,
-)
-from vibecalc.excitation.inertia_forces import at_speed, with_terms
-from vibecalc.numerics.bounded import Bounded, Summed, reshaped, where
+from vibecalc.excitation.adapter import DIRECTIONS, Forcing, MotionByOrder, peak_with_tail
+from vibecalc.excitation.inertia_forces import with_terms
+from vibecalc.numerics.bounded import Bounded, Summed, concatenate, reshaped, stack, where
 from vibecalc.numerics.linear import bounded_parts, response
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, EPSILON
 from vibecalc.parts.body import COORDINATES
 from vibecalc.parts.matrices import build_system, displacement_at
 from vibecalc.parts.mount_state import mounts_of
+from vibecalc.response.adapters.loads import (
+    BodyLoads,
+    LoadsOverSpeed,
+    body_loads,
+    loads_over_speed,
+)
 from vibecalc.response.energies import (
     energy_by_order,
     energy_over_cycle,
@@ -31,7 +31,6 @@ from vibecalc.response.energies import (
     stiffness_of,
     velocity,
 )
-from vibecalc.response.forced import modal_response
 from vibecalc.response.modal_damping import with_modal_damping
 from vibecalc.response.modes import modal_assurance
 from vibecalc.response.resonances import energy_speeds, idle_warnings, masked_speeds
@@ -90,29 +89,26 @@ METHODS = {
 
 def run_response(scene: Scene) -> None:
     """Emit modes, motion, forces on the ground and, where asked for, energies."""
-    forcing, system, options = forcing_of(scene), mounted_body(scene), scene.case.response
+    loads, system, options = body_loads(scene, "response"), mounted_body(scene), scene.case.response
     if options is None:
         raise ValueError("the case has no [response]")
     name, citation = METHODS[options.method]
     scene.cite(name, "motion of the body", citation)
-
-    order, speed = forcing.order, scene.case.machine.speed
-    frequency = order * np.asarray(speed)[..., None]
-    driven = at_speed(forcing.per_speed_squared, speed)
-    resonances = system.checked(driven, order, speed, scene.warn)
-    _emit_modes(scene, system, forcing)
-    if options.method == "modal":
-        undriven = system.undriven(resonances)
-        motion = modal_response(
-            system.matrices, system.shapes.shape, order, speed, driven, undriven
+    if loads.torque is not None:
+        scene.cite(
+            "torque reaction of the cylinders with the shaking of the crank train, order by order",
+            "motion of the body",
+            "docs/theory_torsion_mounts.md",
         )
-    else:
-        motion = system.forced(driven, order, speed, resonances)
-    scene.handed_on["motion_by_order"] = MotionByOrder(
-        order, forcing.retained, forcing.tail, motion
-    )
-    ground = cache(lambda: _ground(system, frequency, driven, motion))
-    _emit_motion(scene, forcing, motion, ground)
+    order, speed = loads.order, scene.case.machine.speed
+    frequency = order * np.asarray(speed)[..., None]
+    resonances = system.checked(loads.load, order, speed, scene.warn)
+    _emit_modes(scene, system, loads)
+    solve = system.summed_up if options.method == "modal" else system.forced
+    motion = solve(loads.load, order, speed, resonances)
+    scene.handed_on["motion_by_order"] = MotionByOrder(order, loads.retained, loads.tail, motion)
+    ground = cache(lambda: _ground(system, frequency, loads.load, motion))
+    _emit_motion(scene, loads, motion, ground)
     if options.energies:
         scene.cite(
             "energy of harmonic motion, phasors added before squares",
@@ -120,11 +116,11 @@ def run_response(scene: Scene) -> None:
             "docs/theory.md",
         )
         moving = velocity(motion, frequency)
-        _emit_energy(scene, KineticEnergy, mass_of(system.matrices), moving, forcing)
-        _emit_energy(scene, PotentialEnergy, stiffness_of(system.matrices), motion, forcing)
+        _emit_energy(scene, KineticEnergy, mass_of(system.matrices), moving, loads)
+        _emit_energy(scene, PotentialEnergy, stiffness_of(system.matrices), motion, loads)
 
 
-def _emit_modes(scene: Scene, system: MountedBody, forcing: Forcing) -> None:
+def _emit_modes(scene: Scene, system: MountedBody, loads: BodyLoads) -> None:
     shapes, numbers = system.shapes, np.arange(1, 7)
     held = np.all(shapes.held)
     found = ModesOfBody(
@@ -138,9 +134,9 @@ def _emit_modes(scene: Scene, system: MountedBody, forcing: Forcing) -> None:
     scene.emit_all(found, axes)
     if not held or not scene.wants(*paths_of(ModesOfBody, "nearest_order", "distance")):
         return
-    load, speed = forcing.per_speed_squared, scene.case.machine.speed
+    load, speed = loads.load[: loads.retained], scene.case.machine.speed
     driven = np.any(np.abs(load.value) > 4.0 * load.error, axis=-1)
-    orders = forcing.order[: forcing.retained][driven[: forcing.retained]]
+    orders = loads.order[: loads.retained][driven]
     if len(orders):
         met = orders * speed / shapes.natural_frequency[:, None]
         nearest = orders[np.argmin(np.abs(np.log(met)), axis=1)]
@@ -160,16 +156,16 @@ def _assurance(system: MountedBody) -> Bounded:
 
 
 def _emit_motion(
-    scene: Scene, forcing: Forcing, motion: Bounded, ground: Callable[[], Bounded]
+    scene: Scene, loads: BodyLoads, motion: Bounded, ground: Callable[[], Bounded]
 ) -> None:
     """Motion (..., orders, 6) of the body, and the load on the ground where that is wanted."""
     move, turn = slice(None, 3), slice(3, None)
 
     def by_order(rows: Bounded) -> Summed:
-        return with_terms(rows[..., : forcing.retained, :])
+        return with_terms(rows[..., : loads.retained, :])
 
     def peak(rows: Bounded) -> Summed:
-        return peak_with_tail(reshaped(rows, np.matrix_transpose), forcing)
+        return peak_with_tail(reshaped(rows, np.matrix_transpose), loads)
 
     found = MotionOfBody(
         translation_harmonics=by_order(motion[..., move]),
@@ -181,7 +177,7 @@ def _emit_motion(
         ground_force_peak=lambda: peak(ground()[..., move]),
         ground_couple_peak=lambda: peak(ground()[..., turn]),
     )
-    axes = {"order": forcing.order[: forcing.retained], "direction": DIRECTIONS}
+    axes = {"order": loads.order[: loads.retained], "direction": DIRECTIONS}
     scene.emit_all(found, axes)
 
 
@@ -201,10 +197,10 @@ def _ground(
 
 
 def _emit_energy(
-    scene: Scene, group: type[Energy], weight: Bounded, state: Bounded, forcing: Forcing
+    scene: Scene, group: type[Energy], weight: Bounded, state: Bounded, loads: BodyLoads
 ) -> None:
     """Energies of velocities or displacements (..., orders, 6), the peaks where they are wanted."""
-    order, used, tail = forcing.order, forcing.retained, forcing.tail
+    order, used, tail = loads.order, loads.retained, loads.tail
     each = cache(lambda: energy_by_order(weight, state[..., :used, :]))
     square_root(weight)  # which refuses an energy without a lower bound
     found = group(
@@ -223,6 +219,21 @@ def _emit_energy(
 #: a curve gets points around the resonances of an order that moves a mode by this share at least
 #: of what the strongest order does
 WORTH_POINTS = 1e-10
+#: orders times modes that get points at most, the strongest first
+MOST_SHOWN = 100
+#: speeds times orders that are solved at once
+MOST_AT_ONCE = 20_000
+
+
+def _weak(loads: LoadsOverSpeed, system: MountedBody, natural: np.ndarray) -> np.ndarray:
+    """Which of the kept orders move a mode too little (orders, modes) to be worth points."""
+    order, shape = loads.order[: loads.retained, None], system.shapes.shape
+    few = slice(loads.retained)
+    moved = np.abs(loads.shaking.value[few] @ shape) / np.square(order)
+    for couple in loads.couples:
+        moved = moved + np.abs(couple.value[few] @ shape) / np.square(natural)
+    strong = np.sort(moved, axis=None)[-MOST_SHOWN:]
+    return np.asarray(moved < max(WORTH_POINTS * strong[-1], strong[0]))
 
 
 def run_speeds(scene: Scene) -> None:
@@ -233,35 +244,37 @@ def run_speeds(scene: Scene) -> None:
     options = scene.case.response
     if options is None or options.run_up is None:
         raise ValueError("the case has no run-up in [response]")
-    forcing, system = forcing_of(scene), mounted_body(scene)
-    first, last, used = options.run_up.start, options.run_up.stop, forcing.retained
-    few, tail = few_orders(forcing)
-    chosen = np.concatenate([np.arange(used), few])
-    load, every = forcing.per_speed_squared[chosen], forcing.order[chosen]
-    met, orders = system.resonances(load), every[:used]
+    first, last = options.run_up.start, options.run_up.stop
+    system, loads = mounted_body(scene), loads_over_speed(scene, first, last)
+    every, used, tail = loads.order, loads.retained, loads.tail
+    met, orders = system.resonances(loads.shaking, *loads.couples), every[:used]
     resonances = met._replace(idle=met.idle[:used])
     masked = masked_speeds(resonances, orders, first, last)
     for warning in idle_warnings(resonances, orders, first, last):
         scene.warn(warning)
-    moved = np.abs(load.value[:used] @ system.shapes.shape) / np.square(orders)[:, None]
-    weak = moved < WORTH_POINTS * np.max(moved)
-    shown = resonances._replace(idle=resonances.idle | weak)
-    speed = energy_speeds(shown, orders, masked, first, last)
+    shown = resonances._replace(idle=resonances.idle | _weak(loads, system, met.frequency))
+    speed = energy_speeds(shown, orders, masked, first, last, loads.speeds, loads.line)
 
-    # at rest nothing moves, held or not
-    turning = speed > 0.0
-    at = np.where(turning, speed, last)
-    frequency, square = at[:, None] * every, np.square(at)[:, None, None]
-    driven = square * load
-    motion = response(system.dynamics(frequency, met), driven.value, driven.error)
-    kinetic, potential = (
-        mean_over_cycle(weight, state, used, tail) * turning
-        for weight, state in (
-            (mass_of(system.matrices), velocity(motion, frequency)),
-            (stiffness_of(system.matrices), motion),
+    def energies(speed: np.ndarray) -> Bounded:
+        # at rest nothing moves, held or not
+        turning = speed > 0.0
+        at = np.where(turning, speed, last)
+        frequency, load = at[:, None] * every, loads.at(at)
+        motion = response(system.dynamics(frequency, met), load.value, load.error)
+        return stack(
+            [
+                mean_over_cycle(weight, state, used, tail) * turning
+                for weight, state in (
+                    (mass_of(system.matrices), velocity(motion, frequency)),
+                    (stiffness_of(system.matrices), motion),
+                )
+            ],
+            axis=0,
         )
-    )
+
+    parts = np.array_split(speed, -(-len(speed) * len(every) // MOST_AT_ONCE))
+    energy = concatenate([energies(part) for part in parts])
     axes = {"speed": speed, "masked": np.arange(1, len(masked.centre) + 1)}
-    scene.emit_all(OverSpeed(kinetic, potential), axes)
+    scene.emit_all(OverSpeed(energy[0], energy[1]), axes)
     low, centre, high = (Bounded(one, masked.centre_error) for one in masked[:3])
     scene.emit_all(LeftOut(low, centre, high, masked.order, masked.mode), axes)

@@ -22,12 +22,12 @@ from vibecalc.excitation.model import (
     has_cards,
     misfire_cards,
 )
-from vibecalc.excitation.stage import USUAL_ORDERS
-from vibecalc.isolation.torque_reaction import couple_on_body, line_transfer
 from vibecalc.numerics.bounded import Bounded, rounded, stack
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.crank_train import crank_geometry
-from vibecalc.parts.firing import TURN, cycle_angle, is_separate, shakes_with_torque
+from vibecalc.parts.firing import is_separate, shakes_with_torque
+from vibecalc.response.stage import orders_of_reaction
+from vibecalc.response.torque_reaction import couple_on_body, line_transfer
 
 if TYPE_CHECKING:
     from vibecalc.schema import Machine
@@ -36,27 +36,14 @@ if TYPE_CHECKING:
 Passing = Callable[[np.ndarray, np.ndarray | float], Bounded]
 
 
-class Couples(NamedTuple):
-    """Couples (m,) on the body about the crankshaft at the orders (m,), twice as many as
-    `retained`.
-
-    `total` is of gas and inertia; `added` is what the shaking of the crank train lacks of it;
-    `mean` a number.
-    """
-
-    order: np.ndarray
-    retained: int
-    total: Bounded
-    added: Bounded
-    mean: Bounded
-
-
 class TorqueLaw(NamedTuple):
-    """Torque of the cylinders on the crankshaft against its speed, at the orders (m,).
+    """Torque of the cylinders on the crankshaft, and the couple that it is for the body.
 
-    `gas` (k, c, m) and `mean` (k,) at the `speeds` (k,) of the gas cards, linear between them; one
-    for all speeds has none. `inertia` (c, m) per speed squared. `share` of the torque turns what is
-    fixed to the crank and, the other way round, the body.
+    At the orders (m,), twice as many as `retained`. `gas` (k, c, m) and `mean` (k,) at the `speeds`
+    (k,) of the gas cards, linear between them; one for all speeds has none. `inertia` (c, m) per
+    speed squared. `share` of the torque turns what is fixed to the crank and, the other way round,
+    the body; a shaft line on the body has `passing`. `mean` is what is constant of the couple:
+    minus the mean torque, if that leaves the body.
     """
 
     order: np.ndarray
@@ -66,48 +53,45 @@ class TorqueLaw(NamedTuple):
     mean: Bounded
     inertia: Bounded
     share: float
+    passing: Passing | None
 
-    def gas_at(self, speed: np.ndarray | float) -> Bounded:
-        """Gas torque (..., c, m) at speeds (...)."""
-        return _mixed(self.gas, self._weights(speed))
+    def of_orders(self, part: slice | np.ndarray) -> "TorqueLaw":
+        """The law of some of the orders."""
+        return self._replace(
+            order=self.order[part], gas=self.gas[..., part], inertia=self.inertia[..., part]
+        )
+
+    def couple_at(self, speed: np.ndarray | float) -> Bounded:
+        """Couple (..., m) about the crankshaft by gas and inertia, at speeds (...)."""
+        torque = self._gas_at(speed) + self.inertia * np.square(speed)[..., None, None]
+        transfer = None if self.passing is None else self.passing(self.order, speed)
+        return couple_on_body(torque, transfer, self.share)
+
+    def lacking_at(self, speed: np.ndarray | float) -> Bounded:
+        """What of it the shaking of the crank train does not hold: all that a line passes on."""
+        if self.passing is not None:
+            return self.couple_at(speed)
+        return couple_on_body(self._gas_at(speed), share=self.share)
 
     def mean_at(self, speed: float) -> Bounded:
-        """Mean torque of all cylinders."""
+        """What is constant of the couple."""
         return _mixed(self.mean, self._weights(speed))
+
+    def _gas_at(self, speed: np.ndarray | float) -> Bounded:
+        return _mixed(self.gas, self._weights(speed))
 
     def _weights(self, speed: np.ndarray | float) -> np.ndarray:
         return card_weights(self.speeds if len(self.speeds) else [0.0], speed)
 
 
-def couples_of(scene: Scene, shaking_orders: int) -> Couples:
-    """Couples with all orders up to `shaking_orders`, or more, in steps of the engine's cycle."""
-    law, speed = torque_law(scene, shaking_orders), scene.case.machine.speed
-    gas, torque = law.gas_at(speed), total_torque(law, speed)
-    mean = mean_couple(scene, law, speed)
-    if not shakes_with_torque(scene.case):
-        transfer = line_passing(scene)(law.order, speed)
-        total = couple_on_body(torque, transfer)
-        return Couples(law.order, law.retained, total, total, mean)
-    total = couple_on_body(torque, share=law.share)
-    added = couple_on_body(gas, share=law.share)
-    return Couples(law.order, law.retained, total, added, mean)
-
-
-def mean_couple(scene: Scene, law: "TorqueLaw", speed: float) -> Bounded:
-    """What is constant of the couple: minus the mean torque, if that leaves the body."""
-    if not is_separate(scene.case):
-        return Bounded(np.zeros(()), np.zeros(()))
-    return -law.mean_at(speed)
-
-
-def torque_law(scene: Scene, shaking_orders: int) -> TorqueLaw:
+def torque_law(scene: Scene) -> TorqueLaw:
     """The torque of the cylinders at any speed, with twice the orders that are kept.
 
     Evenly spaced cylinders leave every c-th order only, of which at least two are beyond.
     """
     case = scene.case
-    step = TURN / cycle_angle(case.machine)
-    used = int(np.ceil(_highest(scene, shaking_orders) / step))
+    kept = orders_of_reaction(case)
+    step, used = kept.lowest, kept.number
     beyond = max(used, 2 * len(scene.parts.crank_train.names))
     order = step * np.arange(1, used + beyond + 1)
     rotor, share = case.machine.rotor, 1.0
@@ -116,12 +100,11 @@ def torque_law(scene: Scene, shaking_orders: int) -> TorqueLaw:
         difference = rod_difference(train, rod) if rod is not None and rod.inertia else None
         motion = scene.handed_on["motion"]
         share = float(share_of_rotor(train, motion, rotor.inertia, difference))
-    return TorqueLaw(order, used, *_torques(scene, order), share)
-
-
-def total_torque(law: TorqueLaw, speed: np.ndarray | float) -> Bounded:
-    """Torque (..., c, m) of gas and inertia at speeds (...)."""
-    return law.gas_at(speed) + law.inertia * np.square(speed)[..., None, None]
+    speeds, gas, mean, inertia = _torques(scene, order)
+    return TorqueLaw(
+        order, used, speeds, gas, mean * (-1.0 if is_separate(case) else 0.0), inertia, share,
+        None if shakes_with_torque(case) else line_passing(scene),
+    )  # fmt: skip
 
 
 def _mixed(cards: Bounded, weights: np.ndarray) -> Bounded:
@@ -129,18 +112,6 @@ def _mixed(cards: Bounded, weights: np.ndarray) -> Bounded:
     value = np.tensordot(weights, cards.value, axes=(-1, 0))
     size = cards.error + 2.0 * EPSILON * np.abs(cards.value)
     return Bounded(value, np.tensordot(weights, size, axes=(-1, 0)))
-
-
-def _highest(scene: Scene, shaking_orders: int) -> float:
-    case = scene.case
-    torsion = None if case.response is None else case.response.torsion
-    orders = None if torsion is None else torsion.orders
-    said = 0.0
-    if orders is not None:
-        step = orders.step or TURN / cycle_angle(case.machine)
-        said = orders.highest or (orders.count or 0) * step
-    given_orders = None if case.excitation is None else case.excitation.orders
-    return max(said, shaking_orders, USUAL_ORDERS if given_orders is None and not said else 0)
 
 
 def _torques(scene: Scene, order: np.ndarray) -> tuple[np.ndarray, Bounded, Bounded, Bounded]:
@@ -213,8 +184,16 @@ def line_passing(scene: Scene) -> Passing:
 
     def passing(order: np.ndarray, speed: np.ndarray | float) -> Bounded:
         crank = np.asarray(speed, dtype=float)[..., None]
-        found = line_transfer(built.at(crank), spin, order * crank)
-        value, error = found.value[..., cylinders], found.error[..., cylinders]
-        return Bounded(value * ratio, error * np.abs(ratio))
+        found = line_transfer(built.at(crank), spin, order * crank)[..., cylinders]
+        return Bounded(found.value * ratio, found.error * np.abs(ratio))
 
     return passing
+
+
+def line_frequencies(scene: Scene, speed: float) -> np.ndarray:
+    """Natural frequencies of the shaft line above zero, rad/s, where its torque has resonances."""
+    from vibecalc.torsion.model import build_shaft_line
+    from vibecalc.torsion.modes import natural_modes
+
+    frequency = natural_modes(build_shaft_line(scene.case).at(speed)).frequency
+    return frequency[frequency > 0.0]
