@@ -21,20 +21,21 @@ from timing import in_turns
 
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.linear import Linear
+from vibecalc.numerics.linear import Linear, dynamics
 from vibecalc.response.energies import (
     energy_by_order,
-    energy_over_cycle,
     mass_of,
+    mean_over_cycle,
+    peak_over_cycle,
     stiffness_of,
     velocity,
 )
 from vibecalc.response.modes import modes
 from vibecalc.response.operations import (
+    Parts,
     at_phase,
     mean_energy_range,
     peak_energy_range,
-    states,
     superpose,
 )
 
@@ -94,7 +95,7 @@ def batched(one: Machine) -> np.ndarray:
     """Everything, with errors; mean kinetic energies (operations, balances) are returned."""
     matrices = one.matrices
     modes(matrices)
-    parts = superpose(matrices, ORDERS, SPEED, one.shaking, one.residual)
+    parts = superpose(dynamics(matrices, ORDERS * SPEED), Parts(one.shaking, one.residual))
     for motion, rate in (
         (parts.shaking, SPEED * ORDERS),
         (parts.residual, np.full(3, SPEED)),
@@ -102,18 +103,23 @@ def batched(one: Machine) -> np.ndarray:
         energy_by_order(mass_of(matrices), velocity(motion, rate))
         energy_by_order(stiffness_of(matrices), motion)
     motion = at_phase(parts)
-    kinetic = energy_over_cycle(mass_of(matrices), velocity(motion, SPEED * ORDERS), ORDERS)
-    energy_over_cycle(stiffness_of(matrices), motion, ORDERS)
-    mean_energy_range(mass_of(matrices), states(parts, 1j * SPEED * ORDERS))
+    moving = velocity(motion, SPEED * ORDERS)
+    kinetic = mean_over_cycle(mass_of(matrices), moving)
+    mean_over_cycle(stiffness_of(matrices), motion)
+    peak_over_cycle(mass_of(matrices), moving, ORDERS)
+    peak_over_cycle(stiffness_of(matrices), motion, ORDERS)
+    mean_energy_range(mass_of(matrices), parts.times(1j * SPEED * ORDERS))
     mean_energy_range(stiffness_of(matrices), parts)
-    return np.asarray(kinetic.mean.value)
+    return np.asarray(kinetic.value)
 
 
 def means(one: Machine) -> np.ndarray:
     """What the loop does, with error estimates: means of all combinations by order."""
     matrices = one.matrices
     modes(matrices)
-    motion = at_phase(superpose(matrices, ORDERS, SPEED, one.shaking, one.residual))
+    motion = at_phase(
+        superpose(dynamics(matrices, ORDERS * SPEED), Parts(one.shaking, one.residual))
+    )
     kinetic = energy_by_order(mass_of(matrices), velocity(motion, SPEED * ORDERS))
     energy_by_order(stiffness_of(matrices), motion)
     return np.asarray(kinetic.mean.value.sum(axis=-1))
@@ -139,8 +145,8 @@ def looped(one: Machine) -> np.ndarray:
 
 def peak_ranges(one: Machine) -> None:
     """The search over all phases, which no table of the source has."""
-    parts = superpose(one.matrices, ORDERS, SPEED, one.shaking, one.residual)
-    state = states(parts, 1j * SPEED * ORDERS)
+    parts = superpose(dynamics(one.matrices, ORDERS * SPEED), Parts(one.shaking, one.residual))
+    state = parts.times(1j * SPEED * ORDERS)
     peak_energy_range(mass_of(one.matrices), state, ORDERS)
 
 

@@ -10,14 +10,28 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import dynamics, response
 from vibecalc.response.energies import (
     Energy,
-    energy_over_cycle,
     mass_of,
+    mean_over_cycle,
+    peak_over_cycle,
     velocity,
 )
 
 
 def exactly(value: np.ndarray) -> Bounded:
     return Bounded(value, np.zeros(np.shape(value)))
+
+
+def energy_over_cycle(
+    weight: Bounded,
+    state: Bounded,
+    orders: np.ndarray,
+    retained: int | None = None,
+    tail: float = 0.0,
+) -> Energy:
+    return Energy(
+        mean_over_cycle(weight, state, retained, tail),
+        peak_over_cycle(weight, state, orders, retained, tail),
+    )
 
 
 def test_a_state_below_all_squares_has_no_energy() -> None:

@@ -12,21 +12,21 @@ from mpmath import mpf
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.linear import Linear
+from vibecalc.numerics.linear import Linear, dynamics
 from vibecalc.response.energies import (
     dropped_mean,
-    energy_over_cycle,
     mass_of,
+    mean_over_cycle,
+    peak_over_cycle,
     stiffness_of,
 )
 from vibecalc.response.modes import modes
 from vibecalc.response.operations import (
-    SuperposedMotion,
+    Parts,
     at_phase,
     mean_energy_range,
     peak_energy_range,
     search_phases,
-    states,
     superpose,
 )
 
@@ -53,55 +53,51 @@ def machine(seed: int) -> tuple[Linear, float, Bounded, Bounded]:
     )
 
 
-def weights_and_states(
-    matrices: Linear, speed: float, parts: SuperposedMotion
-) -> list[tuple[Bounded, SuperposedMotion]]:
+def weights_and_states(matrices: Linear, speed: float, parts: Parts) -> list[tuple[Bounded, Parts]]:
     return [
-        (mass_of(matrices), states(parts, 1j * speed * ORDERS)),
-        (stiffness_of(matrices), states(parts, np.ones(3))),
+        (mass_of(matrices), parts.times(1j * speed * ORDERS)),
+        (stiffness_of(matrices), parts),
     ]
 
 
 @pytest.mark.parametrize("seed", long_but(SEEDS, 0))
 def test_ranges_hold_a_dense_scan_and_are_reached(seed: int) -> None:
     matrices, speed, shaking, residual = machine(seed)
-    parts = superpose(matrices, ORDERS, speed, shaking, residual)
+    parts = superpose(dynamics(matrices, ORDERS * speed), Parts(shaking, residual))
     phases = np.linspace(0.0, 2.0 * np.pi, 1441)[:, None, None]
     for weight, state in weights_and_states(matrices, speed, parts):
-        scan = energy_over_cycle(weight, at_phase(state, phases), ORDERS)
+        at_all = at_phase(state, phases)
+        mean_scan = mean_over_cycle(weight, at_all).value
         mean = mean_energy_range(weight, state)
         peak = peak_energy_range(weight, state, ORDERS)
-        for found, values in ((mean, scan.mean.value), (peak, scan.peak.value)):
-            (low, low_error), (high, high_error) = found.low, found.high
+        peak_scan = peak_over_cycle(weight, at_all, ORDERS).value
+        for found, values in ((mean, mean_scan), (peak[:2], peak_scan)):
+            (low, low_error), (high, high_error) = found
             assert np.all(low - low_error <= values.min(axis=0))
             assert np.all(high + high_error >= values.max(axis=0))
             # a scan misses a kink by its step at most
             assert np.all(values.min(axis=0) - low <= 4e-3 * high)
             assert np.all(high - values.max(axis=0) <= 1e-4 * high)
-            for which in ("low", "high"):
-                there = energy_over_cycle(
-                    weight, at_phase(state, getattr(found, f"{which}_phase")), ORDERS
-                )
-                value, error = there.mean if found is mean else there.peak
-                end = getattr(found, which)
-                reported = end.error + error + 1e-14 * high
-                assert np.all(np.abs(value - end.value) <= reported)
+        for end, phase in zip(peak[:2], peak[2:], strict=True):
+            value, error = peak_over_cycle(weight, at_phase(state, phase), ORDERS)
+            reported = end.error + error + 1e-14 * peak.high.value
+            assert np.all(np.abs(value - end.value) <= reported)
         assert np.all(peak.low.error <= 2e-9 * peak.low.value + 1e-12 * peak.high.value)
         assert np.all(peak.high.error <= 2e-9 * peak.high.value)
         # what is swung about is what stays if the weight turns past the crank
-        both = 0.5 * (mean.low.value + mean.high.value)
-        np.testing.assert_allclose(both, scan.mean.value[:-1].mean(axis=0), rtol=1e-12)
+        both = 0.5 * (mean[0].value + mean[1].value)
+        np.testing.assert_allclose(both, mean_scan[:-1].mean(axis=0), rtol=1e-12)
 
 
 @pytest.mark.parametrize("seed", long_but(SEEDS, 0))
 def test_guard_orders_enter_the_errors_of_the_ranges_only(seed: int) -> None:
     matrices, speed, shaking, residual = machine(seed)
-    parts = superpose(matrices, ORDERS, speed, shaking, residual)
+    parts = superpose(dynamics(matrices, ORDERS * speed), Parts(shaking, residual))
     for weight, state in weights_and_states(matrices, speed, parts):
         first = state._replace(shaking=Bounded(*(part[:, :2] for part in state.shaking)))
         guards = Bounded(*(part[:, 2:] for part in state.shaking))
         rest = dropped_mean(weight, guards, 1.0)
-        few = energy_over_cycle(weight, at_phase(state), ORDERS, 2, 1.0)
+        few = mean_over_cycle(weight, at_phase(state), 2, 1.0)
         pairs = (
             (mean_energy_range(weight, first), mean_energy_range(weight, first, rest)),
             (
@@ -110,8 +106,7 @@ def test_guard_orders_enter_the_errors_of_the_ranges_only(seed: int) -> None:
             ),
         )
         for without, found in pairs:
-            for which in ("low", "high"):
-                (value, error), same = getattr(found, which), getattr(without, which)
+            for (value, error), same in zip(found[:2], without[:2], strict=True):
                 np.testing.assert_allclose(value, same.value, rtol=1e-13)
                 assert np.all(error > same.error)
         whole = (mean_energy_range(weight, state), peak_energy_range(weight, state, ORDERS))
@@ -119,8 +114,8 @@ def test_guard_orders_enter_the_errors_of_the_ranges_only(seed: int) -> None:
             for ours, end in zip(all_of_them[:2], found[:2], strict=True):
                 assert np.all(np.abs(ours.value - end.value) <= end.error)
         low, high, *_ = pairs[0][1]
-        assert np.all(few.mean.value <= high.value * (1.0 + 1e-14))
-        assert np.all(few.mean.value >= low.value - low.error)
+        assert np.all(few.value <= high.value * (1.0 + 1e-14))
+        assert np.all(few.value >= low.value - low.error)
 
 
 def rounding_of(harmonics: np.ndarray, turned: np.ndarray) -> float:
@@ -205,4 +200,4 @@ def test_an_exact_resonance_is_refused() -> None:
     matrices = Linear(mass, mass * 64.0, nothing, nothing, *[nothing] * 4)
     load = exactly(np.ones((1, 3, 6)) + 0j)
     with pytest.raises(NumericalFailure, match="undamped natural frequency"):
-        superpose(matrices, ORDERS, 8.0, load, exactly(np.ones((1, 1, 6)) + 0j))
+        superpose(dynamics(matrices, ORDERS * 8.0), Parts(load, exactly(np.ones((1, 1, 6)) + 0j)))

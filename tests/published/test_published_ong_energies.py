@@ -24,13 +24,14 @@ from vibecalc.numerics.linear import dynamics, response
 from vibecalc.response.energies import (
     Energy,
     energy_by_order,
-    energy_over_cycle,
     mass_of,
+    mean_over_cycle,
+    peak_over_cycle,
     stiffness_of,
     velocity,
 )
 from vibecalc.response.modes import modes
-from vibecalc.response.operations import SuperposedMotion, at_phase, superpose
+from vibecalc.response.operations import Parts, at_phase, superpose
 from vibecalc.response.system import in_modes
 
 MATRICES = ong.si_matrices()
@@ -190,8 +191,10 @@ def both(motion: Bounded, orders: np.ndarray = ong.ORDERS) -> Both:
     """Energies over the cycle of motion at the source's speed."""
     moving = velocity(motion, orders * ong.SPEED)
     return Both(
-        energy_over_cycle(mass_of(MATRICES), moving, orders),
-        energy_over_cycle(stiffness_of(MATRICES), motion, orders),
+        *(
+            Energy(mean_over_cycle(weight, state), peak_over_cycle(weight, state, orders))
+            for weight, state in ((mass_of(MATRICES), moving), (stiffness_of(MATRICES), motion))
+        )
     )
 
 
@@ -263,13 +266,8 @@ def test_even_orders_of_two_cylinders_in_a_row_add_instead_of_cancelling() -> No
 def test_energies_of_one_frequency_do_not_add() -> None:
     """A at work, balanced for both: by the phase of the weight, .547 to .893 in lbf."""
     load, turning = shaking_loads()[1:2], (TURNING["A"] * ong.LOAD)[None, None]
-    parts: SuperposedMotion = superpose(
-        MATRICES,
-        ong.ORDERS,
-        ong.SPEED,
-        Bounded(load, 2.0**-50 * np.abs(load)),
-        Bounded(turning, 2.0**-50 * np.abs(turning)),
-    )
+    loads = Parts(*(Bounded(one, 2.0**-50 * np.abs(one)) for one in (load, turning)))
+    parts = superpose(dynamics(MATRICES, FREQUENCY), loads)
     angles = np.linspace(0.0, 2.0 * np.pi, 181)
     twice = [2.0 * both(at_phase(parts, p)).kinetic.mean.value / ong.ENERGY for p in angles]
     assert np.min(twice) == pytest.approx(0.5468, abs=1e-4)

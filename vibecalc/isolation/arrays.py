@@ -90,7 +90,7 @@ def machines_of_bodies(
     first, rows = load[:, :used], readout.still.shape[1]
     system, poles = MountedBody(matrices=matrices, shapes=shapes), damped_poles(matrices, shapes)
     met = system.resonances(first)
-    found = system.with_poles(met, first, poles=poles).sought()
+    found = system.with_poles(met, first, poles=poles)
     sums, dependent = pole_sums(poles, shapes, readout, orders[:used], first)
     none = np.zeros(0)
 
@@ -112,7 +112,7 @@ def machines_of_bodies(
 
         return Machines(
             jets_at, lambda machine, speed: sums.values(members[machine], speed), orders[:used],
-            start, stop, Resonances(*(part[members] for part in found[:4])), rows,
+            start, stop, Resonances(*(part[members] for part in found)), rows,
             MaskedSpeeds(none, none, none, none, none), np.zeros(len(members) * rows, dtype=bool),
             look,
         )  # fmt: skip

@@ -138,7 +138,7 @@ def machine_of(
 
     return Machines(
         jets_of(harmonics_at), values, order, start, stop,
-        Resonances(*(part[None] for part in resonances.sought())),
+        Resonances(*(part[None] for part in resonances)),
         shows.shape[1], masked, np.any(shows[masked.mode - 1], axis=0),
     )  # fmt: skip
 

@@ -27,7 +27,7 @@ from vibecalc.response.adapters.operations import operation_loads
 from vibecalc.response.adapters.response import forcing_of, mounted_body
 from vibecalc.response.adapters.switching import modes_and_loads
 from vibecalc.response.energies import energy_signal, mass_of, mean_over_cycle, velocity
-from vibecalc.response.operations import search_phases, states, superpose
+from vibecalc.response.operations import Parts, search_phases, superpose
 from vibecalc.response.stage import names_of
 from vibecalc.response.switching.motion import PANEL_PHASE, Panels, course_of, march, panels_of
 from vibecalc.response.switching.system import (
@@ -134,8 +134,8 @@ def speeds_topics(scene: Scene) -> list[Topic]:
     ask = Ask("speeds", "mean kinetic energy over speed", f"{SPEEDS} speeds, {len(orders)} orders",
               "response/run_up/kinetic_energy", "J", INVERSE, "an error for each")  # fmt: skip
     solver = ours("direct", "orders and speeds inverted together, refined", direct)
-    parts, loads = Matrices(*matrices[:4]), load.value.reshape(-1, 6)
-    return [forced(ask, [solver], parts, w.ravel(), loads, energies)]
+    parts, rows = Matrices(*matrices[:4]), load.value.reshape(-1, 6)
+    return [forced(ask, [solver], parts, w.ravel(), rows, energies)]
 
 
 def operations_topics(scene: Scene) -> list[Topic]:
@@ -148,16 +148,14 @@ def operations_topics(scene: Scene) -> list[Topic]:
     speed, kept = scene.case.machine.speed, forcing.retained
     orders, weight = forcing.order[:kept], mass_of(system.matrices)
 
-    parts = superpose(
-        system.matrices, orders, speed, speed**2 * loads.shaking[:, :kept],
-        speed**2 * loads.residual[..., 0, :],
-    )  # fmt: skip
+    acting = Parts(loads.shaking[:, :kept], loads.residual).times(np.full(kept, speed**2))
+    parts = superpose(dynamics(system.matrices, orders * speed), acting)
     push = parts.shaking.value[:, None, 0].conj() * (parts.residual.value @ weight.value)
     swing = np.abs(np.sum(push, axis=-1))
     if not np.any(swing > 0.0):
         return []
     at = np.unravel_index(int(np.argmax(swing)), swing.shape)
-    moving = states(parts, 1j * orders * speed)
+    moving = parts.times(1j * orders * speed)
     still = energy_signal(weight, moving.shaking[at[0]][None])
     turned = energy_signal(weight, moving.residual[at][None, None]).harmonics[..., 0]
     harmonics, rtol = still.harmonics, scene.case.accuracy.rtol

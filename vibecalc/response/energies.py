@@ -37,7 +37,7 @@ def energy_signal(
 ) -> Signal:
     """Velocities or displacements (..., orders, 6) as a signal for the energy of `weight`.
 
-    `weight` (..., 6, 6), `retained` and `tail` (...) as for `energy_over_cycle`. Raises
+    `weight` (..., 6, 6), `retained` and `tail` (...) as for `peak_over_cycle`. Raises
     NumericalFailure if the weight is not positive semidefinite.
     """
     half = square_root(weight)
@@ -148,7 +148,7 @@ def dropped_mean(weight: Bounded, guards: Bounded, tail: ArrayLike) -> np.ndarra
 def mean_over_cycle(
     weight: Bounded, state: Bounded, retained: int | None = None, tail: ArrayLike = 0.0
 ) -> Bounded:
-    """Mean over the cycle (...) of the energy of all orders, in J; as for `energy_over_cycle`.
+    """Mean over the cycle (...) of the energy of all orders, in J; as for `peak_over_cycle`.
 
     Means add, so that no peak is sought.
     """
@@ -156,14 +156,14 @@ def mean_over_cycle(
     return total + Bounded(np.zeros(()), dropped_mean(weight, state[..., retained:, :], tail))
 
 
-def energy_over_cycle(
+def peak_over_cycle(
     weight: Bounded,
     state: Bounded,
     orders: np.ndarray,
     retained: int | None = None,
     tail: ArrayLike = 0.0,
-) -> Energy:
-    """Mean and true peak over the cycle of the energy of all orders together.
+) -> Bounded:
+    """True peak over the cycle (...) of the energy of all orders together, in J.
 
     Parameters
     ----------
@@ -184,6 +184,4 @@ def energy_over_cycle(
     peak = vector_cycle_peak(signal.harmonics, numbered(orders[:retained]))
     spread = peak.error + signal.spread
     error = spread * (peak.value + 0.5 * spread) + signal.form_error
-    return Energy(
-        mean_over_cycle(weight, state, retained, tail), Bounded(0.5 * np.square(peak.value), error)
-    )
+    return Bounded(0.5 * np.square(peak.value), error)

@@ -1,6 +1,7 @@
 """Damping of modes: given by a ratio for each, or so strong that it moves their resonances."""
 
 from collections.abc import Sequence
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -104,8 +105,6 @@ def with_damped_poles(
         frequency=resonances.frequency.copy(),
         damping_ratio=resonances.damping_ratio.copy(),
         idle=resonances.idle.copy(),
-        moved_frequency=np.take_along_axis(moved, rising, -1),
-        moved_ratio=np.take_along_axis(np.where(new, ratio, np.nan), rising, -1),
     )
     which = np.flatnonzero(bare)
     for pole in which[np.argsort(frequency[which], kind="stable")] if len(which) else ():
@@ -113,10 +112,11 @@ def with_damped_poles(
         replaced.frequency[place], replaced.damping_ratio[place] = frequency[pole], ratio[pole]
         swing = shapes.shape @ states[: len(shapes.shape), pole, None]
         replaced.idle[:, place] = ~any_drives(loads, swing)[:, 0]
-    return replaced
+    new_ratio = np.where(new, ratio, np.nan)
+    return replaced.beside(*(np.take_along_axis(part, rising, -1) for part in (moved, new_ratio)))
 
 
 def any_drives(loads: Sequence[Bounded], shape: Bounded | np.ndarray) -> np.ndarray:
     """Whether any of the loads (..., orders, f) has a part along shapes (..., f, modes)."""
-    parts = [load @ shape for load in loads]
-    return np.asarray(np.any([np.abs(one.value) > 4.0 * one.error for one in parts], axis=0))
+    parts = (load @ shape for load in loads)
+    return np.asarray(reduce(np.logical_or, (np.abs(p.value) > 4.0 * p.error for p in parts)))

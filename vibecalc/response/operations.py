@@ -3,11 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from vibecalc.numerics.bounded import Bounded, concatenate, reshaped
+from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
-from vibecalc.numerics.linear import Dynamics, Linear, UndrivenModes, dynamics, each_order, response
+from vibecalc.numerics.linear import Dynamics, response
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.response.energies import energy_by_order, energy_signal
 
@@ -20,10 +19,10 @@ from vibecalc.response.energies import energy_by_order, energy_signal
 # ----------------------------------------------------------------------------
 
 
-class SuperposedMotion(NamedTuple):
-    """Motions of the parts, complex amplitudes in m and rad.
+class Parts(NamedTuple):
+    """Loads in N and N m, or motions in m and rad, complex amplitudes of two causes.
 
-    `shaking` (..., operations, orders, 6) by the pistons, order 1 first; `residual`
+    `shaking` (..., operations, orders, 6) by pistons, weights and shafts, order 1 first; `residual`
     (..., operations, balances, 6) of order 1 by what turns and is not balanced, its weight at the
     nominal phase.
     """
@@ -31,59 +30,28 @@ class SuperposedMotion(NamedTuple):
     shaking: Bounded
     residual: Bounded
 
-
-def superpose(
-    matrices: Linear,
-    orders: np.ndarray,
-    speed: ArrayLike,
-    shaking: Bounded,
-    residual: Bounded,
-    undriven: UndrivenModes | None = None,
-) -> SuperposedMotion:
-    """Respond to the loads of all operations and balances at once.
-
-    Parameters
-    ----------
-    matrices, speed : (..., 6, 6) each, and (...) in rad/s.
-    orders : (orders,), the first of them 1.
-    shaking : (..., operations, orders, 6) forces and couples on the body in N and N m, at speed.
-    residual : (..., operations, balances, 6) rotating ones of order 1, about the same point.
-    undriven : pairs (..., orders, modes) that no load drives, to leave out; as for `dynamics`.
-
-    Raises
-    ------
-    NumericalFailure
-        An order is exactly on an undamped natural frequency. Close to one, the errors grow;
-        `check_operating_point` and `require_digits` say when that is too close.
-    """
-    frequency = np.asarray(orders) * np.asarray(speed)[..., None]
-    if undriven is not None:
-        pairs, shape, eigenvalue = undriven
-        undriven = UndrivenModes(
-            pairs[..., None, :, :], shape[..., None, :, :], eigenvalue[..., None, :]
-        )
-    system = dynamics(each_order(matrices), frequency[..., None, :], undriven)
-    first = Dynamics(*(part[..., :1, :, :] for part in system))
-    return SuperposedMotion(response(system, *shaking), response(first, *residual))
+    def times(self, factor: np.ndarray) -> "Parts":
+        """Times a `factor` (..., orders): i n w makes velocities of motions."""
+        factor = factor[..., None, :, None]
+        return Parts(self.shaking * factor, self.residual * factor[..., :1, :])
 
 
-def at_phase(parts: SuperposedMotion, phase: np.ndarray | float = 0.0) -> Bounded:
-    """Motion (..., operations, balances, orders, 6) with the weights turned by a phase in rad.
+def superpose(system: Dynamics, loads: Parts) -> Parts:
+    """Motions of a body with a dynamic stiffness (..., orders, 6, 6), all of them at once."""
+    every = Dynamics(*(part[..., None, :, :, :] for part in system))
+    first = Dynamics(*(part[..., :1, :, :] for part in every))
+    return Parts(response(every, *loads.shaking), response(first, *loads.residual))
+
+
+def at_phase(parts: Parts, phase: np.ndarray | float = 0.0) -> Bounded:
+    """Both causes (..., operations, balances, orders, 6), the weights turned by a phase in rad.
 
     `phase` broadcasts with (..., operations, balances).
     """
     angle = np.asarray(phase, dtype=float)[..., None]
     turned = parts.residual * (np.cos(angle) + 1j * np.sin(angle))
-    first = parts.shaking[..., None, :1, :] + turned[..., None, :]
-    others = parts.shaking[..., None, 1:, :]
-    shape = (*first.shape[:-2], *others.shape[-2:])
-    return concatenate([first, reshaped(others, lambda part: np.broadcast_to(part, shape))], -2)
-
-
-def states(parts: SuperposedMotion, rate: np.ndarray) -> SuperposedMotion:
-    """Motions of the parts times `rate` (..., orders): i n w makes velocities of them."""
-    factor = np.asarray(rate)[..., None, :, None]
-    return SuperposedMotion(parts.shaking * factor, parts.residual * factor[..., :1, :])
+    first = np.eye(parts.shaking.shape[-2], 1)
+    return parts.shaking[..., None, :, :] + turned[..., None, :] * first
 
 
 # ----------------------------------------------------------------------------
@@ -230,13 +198,12 @@ def _bounds(ends: np.ndarray, bend: np.ndarray, width: float) -> np.ndarray:
 
 
 def mean_energy_range(
-    weight: Bounded, state: SuperposedMotion, left_out: np.ndarray | float = 0.0
-) -> PhaseRange:
-    """Range (..., operations, balances) of the mean over the cycle: a + b cos(p - p0).
+    weight: Bounded, state: Parts, left_out: np.ndarray | float = 0.0
+) -> tuple[Bounded, Bounded]:
+    """Lowest and highest (..., operations, balances) mean over the cycle: a + b cos(p - p0).
 
     With states S and R of order 1, the mean at phase p is (S* A S + R* A R) / 4 plus
-    Re(exp(i p) S* A R) / 2 plus what the other orders have, which no phase changes. The phases of
-    lowest and highest mean are half a turn apart.
+    Re(exp(i p) S* A R) / 2 plus what the other orders have, which no phase changes.
 
     Parameters
     ----------
@@ -247,21 +214,17 @@ def mean_energy_range(
         enters the errors.
     """
     shaking, residual = (energy_by_order(weight, part).mean for part in state)
-    still = shaking.sum()[..., None] + residual
+    dropped = np.asarray(left_out)[..., None]
+    still = shaking.sum()[..., None] + residual + Bounded(np.zeros(dropped.shape), dropped)
     start = reshaped(state.shaking[..., None, 0, :], np.conj)
-    cross = 0.5 * (start * (state.residual @ weight)).sum()
-    swing = abs(cross)
-    high_phase = np.where(swing.value > 0.0, np.mod(-np.angle(cross.value), 2.0 * np.pi), 0.0)
-    low, high = (
-        Bounded(np.maximum(end.value, 0.0), end.error + np.asarray(left_out)[..., None])
-        for end in (still - swing, still + swing)
-    )
-    return PhaseRange(low, high, np.mod(high_phase + np.pi, 2.0 * np.pi), high_phase)
+    swing = abs(0.5 * (start * (state.residual @ weight)).sum())
+    low = still - swing
+    return Bounded(np.maximum(low.value, 0.0), low.error), still + swing
 
 
 def peak_energy_range(
     weight: Bounded,
-    state: SuperposedMotion,
+    state: Parts,
     orders: np.ndarray,
     retained: int | None = None,
     tail: float = 0.0,

@@ -13,8 +13,6 @@ from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF
 # Where an order may meet a natural frequency, and how close it may come.
 # ----------------------------------------------------------------------------
 
-_NONE = np.zeros(0)
-
 
 class Resonances(NamedTuple):
     """Natural frequencies with what decides whether an order may stand on them.
@@ -22,17 +20,14 @@ class Resonances(NamedTuple):
     `frequency`, `damping_ratio` (modes,): rad/s and 1. `half_width` (modes,): relative distance
     from the frequency within which fewer than four digits of an undamped response remain.
     `idle` (orders, modes): the order does not drive the mode, its modal force is zero to rounding.
-    Each may have leading axes of points.
-    `moved_frequency`, `moved_ratio` (any,): resonances that strong damping puts elsewhere; of many
-    points NaN for none.
+    Each may have leading axes of points. Behind the modes there may be resonances that strong
+    damping puts elsewhere, or a shaft line has, and that no order may not stand on (NaN for none).
     """
 
     frequency: np.ndarray
     damping_ratio: np.ndarray
     half_width: np.ndarray
     idle: np.ndarray
-    moved_frequency: np.ndarray = _NONE
-    moved_ratio: np.ndarray = _NONE
 
     def exposed(self) -> np.ndarray:
         """Relative half width (modes,) of the forbidden zone; zero where damping closes it."""
@@ -40,22 +35,18 @@ class Resonances(NamedTuple):
         width: np.ndarray = np.sqrt(np.maximum(squared, 0.0))
         return width
 
-    def sought(self) -> "Resonances":
-        """All resonances that a search of speeds has to examine, those moved by damping too."""
-        none = np.zeros(self.moved_frequency.shape)
-        return Resonances(
-            _joined(self.frequency, self.moved_frequency),
-            _joined(self.damping_ratio, self.moved_ratio),
-            _joined(self.half_width, none),
-            _joined(self.idle, none[..., None, :] > 0.0),
-        )
+    def beside(self, frequency: np.ndarray, ratio: np.ndarray) -> "Resonances":
+        """With others (..., any) that a search of speeds has to examine."""
+        none = np.zeros(frequency.shape)
+        others = (frequency, ratio, none, none[..., None, :] > 0.0)
+        return Resonances(*map(_joined, self, others))
 
 
 def _joined(first: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Arrays (..., n) and (..., m) side by side; either may lack leading axes of the other."""
     leading = np.broadcast_shapes(first.shape[:-1], other.shape[:-1])
-    both = (np.broadcast_to(part, (*leading, part.shape[-1])) for part in (first, other))
-    return np.concatenate(list(both), axis=-1)
+    both = [np.broadcast_to(part, (*leading, part.shape[-1])) for part in (first, other)]
+    return np.concatenate(both, axis=-1)
 
 
 # ----------------------------------------------------------------------------
@@ -180,18 +171,14 @@ def energy_speeds(
     masked: MaskedSpeeds,
     first: float,
     last: float,
-    kinks: np.ndarray = _NONE,
-    line: np.ndarray = _NONE,
+    kinks: np.ndarray,
 ) -> np.ndarray:
     """Ascending speeds (speeds,) in [first, last] rad/s, outside the masked intervals.
 
-    Even steps, and steps that shrink towards every speed at which an order meets a mode or one of
-    the frequencies `line`; `kinks` and the ends of masked intervals are among them, however narrow
-    these are.
+    Even steps, and steps that shrink towards every speed at which an order meets a mode; `kinks`
+    and the ends of masked intervals are among them, however narrow these are.
     """
-    rate = np.asarray(orders)[:, None]
-    met = (resonances.frequency / rate)[~resonances.idle]
-    met = np.concatenate([met, np.ravel(line / rate)])
+    met = (resonances.frequency / np.asarray(orders)[:, None])[~resonances.idle]
     met = met[(met > first) & (met < last)]
     close = np.concatenate([met[:, None] * (1.0 + sign * _NEAR) for sign in (-1.0, 1.0)])
     speed = np.sort(np.concatenate([np.linspace(first, last, _EVEN), close.ravel()]))

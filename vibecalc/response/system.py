@@ -150,18 +150,17 @@ class MountedBody:
         matrices = self.spectral.at(frequency[len(frequency) // 2])
         middle = MountedBody(matrices=matrices, shapes=modes(matrices))
         found = middle.with_poles(middle.resonances(*loads), *loads)
-        return resonances._replace(
-            moved_frequency=found.moved_frequency, moved_ratio=found.moved_ratio
-        )
+        count = len(frequency)
+        return resonances.beside(found.frequency[count:], found.damping_ratio[count:])
 
     def checked(
-        self, load: Bounded, order: np.ndarray, speed: float, warn: Callable[[str], None]
+        self, order: np.ndarray, speed: float, warn: Callable[[str], None], *loads: Bounded
     ) -> Resonances:
         """The same at a speed in rad/s: NumericalFailure where an order drives an undamped mode.
 
         Warns of modes that an order meets and does not drive.
         """
-        resonances = self.resonances(load)
+        resonances = self.resonances(*loads)
         for warning in check_operating_point(resonances, order, speed):
             warn(warning)
         return resonances

@@ -102,11 +102,11 @@ def _setup(
     def rows(readout: Readout, passed_on: bool = False) -> KeptRows:
         return KeptRows(kept(readout, passed_on), others(readout, passed_on), orders.tail, beyond)
 
-    line_frequency = np.zeros(0)
     if law is not None and law.passing is not None:
         from vibecalc.response.adapters.torque_couple import line_frequencies
 
-        line_frequency = line_frequencies(scene, high)
+        line = line_frequencies(scene, high)
+        resonances = resonances.beside(line, np.full(line.shape, _NARROW))
     readout = run_up_rows(scene, system)
     travel = system.travel()
     listed = order[orders.kept]
@@ -116,13 +116,7 @@ def _setup(
         rows=with_left_out(*rows(readout.rows, True)[:3], beyond / step),
         harmonics=harmonics,
         step=step,
-        resonances=resonances._replace(
-            frequency=resonances.frequency / step,
-            moved_frequency=np.concatenate([resonances.moved_frequency, line_frequency]) / step,
-            moved_ratio=np.concatenate(
-                [resonances.moved_ratio, np.full(len(line_frequency), _NARROW)]
-            ),
-        ),
+        resonances=resonances._replace(frequency=resonances.frequency / step),
         shows=readout.shows,
         row_of=readout.row_of,
         lever_rows=readout.lever_rows,

@@ -108,7 +108,7 @@ def loads_over_speed(scene: Scene, first: float, last: float) -> LoadsOverSpeed:
         load = forcing.per_speed_squared[chosen]
         return LoadsOverSpeed(
             forcing.order[chosen], forcing.retained, tail,
-            lambda speed: np.square(speed)[:, None, None] * load, load, (), none, none,
+            lambda speed: load * np.square(speed)[:, None, None], load, (), none, none,
         )  # fmt: skip
     from vibecalc.response.adapters.torque_couple import line_frequencies
 
@@ -118,7 +118,7 @@ def loads_over_speed(scene: Scene, first: float, last: float) -> LoadsOverSpeed:
 
     def at(speed: np.ndarray) -> Bounded:
         lacking = couple_about(axis, law.lacking_at(speed))
-        return np.square(speed)[:, None, None] * shaking + lacking
+        return shaking * np.square(speed)[:, None, None] + lacking
 
     couples = tuple(
         couple_about(axis, law.lacking_at(max(speed, 1e-3 * last))) for speed in speeds.tolist()
@@ -135,5 +135,5 @@ def steady_motion(
     Raises NumericalFailure where an order drives an undamped mode at its natural frequency.
     """
     speed = scene.case.machine.speed
-    resonances = system.checked(loads, order, speed, scene.warn)
+    resonances = system.checked(order, speed, scene.warn, loads)
     return system.forced(loads, order, speed, resonances), resonances

@@ -24,9 +24,9 @@ from vibecalc.response.adapters.loads import (
 )
 from vibecalc.response.energies import (
     energy_by_order,
-    energy_over_cycle,
     mass_of,
     mean_over_cycle,
+    peak_over_cycle,
     square_root,
     stiffness_of,
     velocity,
@@ -102,7 +102,7 @@ def run_response(scene: Scene) -> None:
         )
     order, speed = loads.order, scene.case.machine.speed
     frequency = order * np.asarray(speed)[..., None]
-    resonances = system.checked(loads.load, order, speed, scene.warn)
+    resonances = system.checked(order, speed, scene.warn, loads.load)
     _emit_modes(scene, system, loads)
     solve = system.summed_up if options.method == "modal" else system.forced
     motion = solve(loads.load, order, speed, resonances)
@@ -207,7 +207,7 @@ def _emit_energy(
         mean_by_order=lambda: each().mean,
         peak_by_order=lambda: each().peak,
         mean=lambda: mean_over_cycle(weight, state, used, tail),
-        peak=lambda: energy_over_cycle(weight, state, order, used, tail).peak,
+        peak=lambda: peak_over_cycle(weight, state, order, used, tail),
     )
     scene.emit_all(found, {"order": order[:used]})
 
@@ -253,7 +253,8 @@ def run_speeds(scene: Scene) -> None:
     for warning in idle_warnings(resonances, orders, first, last):
         scene.warn(warning)
     shown = resonances._replace(idle=resonances.idle | _weak(loads, system, met.frequency))
-    speed = energy_speeds(shown, orders, masked, first, last, loads.speeds, loads.line)
+    shown = shown.beside(loads.line, np.zeros(loads.line.shape))
+    speed = energy_speeds(shown, orders, masked, first, last, loads.speeds)
 
     def energies(speed: np.ndarray) -> Bounded:
         # at rest nothing moves, held or not

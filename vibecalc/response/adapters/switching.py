@@ -14,6 +14,7 @@ from vibecalc.numerics.rounding import EPSILON
 from vibecalc.response import results
 from vibecalc.response.adapters.operations import operation_loads
 from vibecalc.response.adapters.response import forcing_of, mounted_body
+from vibecalc.response.operations import at_phase
 from vibecalc.response.results import BesidesChanges, Change, Instant, Reversal
 from vibecalc.response.stage import names_of
 from vibecalc.response.switching.follow import (
@@ -32,6 +33,7 @@ from vibecalc.response.switching.system import (
     SpeedSegment,
     modal_loads,
 )
+from vibecalc.response.system import in_modes
 
 BUCKETS = 600
 #: passages with less than this share of the energy of the strongest are not listed
@@ -134,7 +136,7 @@ def modes_and_loads(scene: Scene) -> tuple[ModalSystem, ModalLoads]:
     known = {operation.name: operation for operation in response.operations}
     found = operation_loads(scene, [known[name] for name in response.switching.between])
     forcing, body = forcing_of(scene), mounted_body(scene)
-    each = found.shaking + found.residual[:, 0]
+    each = at_phase(found)[:, 0]
     orders = np.arange(1, each.shape[1] + 1)
     # the errors count the guard orders, which stand for all that is dropped
     share = np.where(orders > forcing.retained, forcing.tail, 1.0)[:, None]
@@ -145,10 +147,9 @@ def modes_and_loads(scene: Scene) -> tuple[ModalSystem, ModalLoads]:
 
 def _warn_of_coupling(scene: Scene) -> None:
     """Say so where damping leads from one mode to another, which the motion in time leaves out."""
-    matrices, shapes = mounted_body(scene).matrices, mounted_body(scene).shapes
-    shape, root = shapes.shape, np.sqrt(shapes.natural_frequency)
-    between = shape.T @ matrices.damping @ shape
-    between = np.abs(between + (shape.T @ matrices.structural @ shape) / np.outer(root, root))
+    shapes = mounted_body(scene).shapes
+    modal, root = in_modes(mounted_body(scene).matrices, shapes.shape), shapes.natural_frequency
+    between = np.abs(modal.damping + modal.structural / np.sqrt(np.outer(root, root)))
     diagonal = float(np.max(np.diagonal(between)))
     np.fill_diagonal(between, 0.0)
     share = float(np.max(between)) / diagonal if diagonal > 0.0 else 0.0
