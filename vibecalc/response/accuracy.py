@@ -19,10 +19,10 @@ from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
-from vibecalc.numerics.linear import dynamics, response
+from vibecalc.numerics.linear import Linear, dynamics, response
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.response import modes as natural
-from vibecalc.response.adapters.loads import body_loads, loads_over_speed
+from vibecalc.response.adapters.loads import BodyLoads, LoadsOverSpeed, body_loads, loads_over_speed
 from vibecalc.response.adapters.operations import operation_loads
 from vibecalc.response.adapters.response import forcing_of, mounted_body
 from vibecalc.response.adapters.switching import modes_and_loads
@@ -68,22 +68,20 @@ def response_topics(scene: Scene) -> list[Topic]:
                       citation="Ogita and Aishima (2018), algorithm 1")  # fmt: skip
         found.append(modes(ask, [solver], parts.mass, parts.stiffness, size))
     loads, speed = body_loads(scene, "response"), scene.case.machine.speed
-    driven = _driving(loads.load[: loads.retained])
-    if not np.any(driven):
+    orders, load = _driven(loads, loads.load)
+    if not len(orders):
         return found
-    orders, load = loads.order[: loads.retained][driven], loads.load[: loads.retained][driven]
-    w, count = orders * speed, len(orders)
+    w, count, shape = orders * speed, len(orders), system.shapes.shape
+
+    def translations(form: Linear, basis: np.ndarray) -> np.ndarray:
+        value = response(dynamics(form, w), *(load @ basis)).value @ basis.T
+        return np.asarray(value[:, :3])
 
     def direct(_: float) -> Answer:
-        value = response(dynamics(matrices, w), load.value, load.error).value
-        return Answer(value[:, :3], INVERSE * count)
+        return Answer(translations(matrices, np.eye(6)), INVERSE * count)
 
     def modal(_: float) -> Answer:
-        shape = system.shapes.shape
-        drive = load @ shape
-        parts = dynamics(in_modes(matrices, shape), w)
-        value = response(parts, drive.value, drive.error).value @ shape.T
-        return Answer(value[:, :3], EIGENPAIRS + INVERSE * count)
+        return Answer(translations(in_modes(matrices, shape), shape), EIGENPAIRS + INVERSE * count)
 
     solvers = [
         ours(name, words, solve, default=1.0 if options.method == name else None, citation=source)
@@ -100,9 +98,11 @@ def response_topics(scene: Scene) -> list[Topic]:
     return [*found, forced(ask, solvers, parts, w, load.value, lambda found: found[:, :3])]
 
 
-def _driving(load: Bounded) -> np.ndarray:
-    """Which orders (m,) of loads (..., m, 6) move the body."""
-    return np.asarray(np.any(np.abs(load.value) > 4.0 * load.error, axis=-1))
+def _driven(loads: BodyLoads | LoadsOverSpeed, load: Bounded) -> tuple[np.ndarray, Bounded]:
+    """Orders (m,) kept that move the body under loads (..., every order, 6), and these."""
+    load = load[..., : loads.retained, :]
+    moves = np.any(np.abs(load.value) > 4.0 * load.error, axis=(-1, *range(load.value.ndim - 2)))
+    return loads.order[: loads.retained][moves], load[..., moves, :]
 
 
 def speeds_topics(scene: Scene) -> list[Topic]:
@@ -113,11 +113,9 @@ def speeds_topics(scene: Scene) -> list[Topic]:
     matrices, start, stop = mounted_body(scene).matrices, options.run_up.start, options.run_up.stop
     share = np.sort(np.modf(0.6180339887498949 * np.arange(1, SPEEDS + 1))[0])
     speed, loads = start + (stop - start) * share, loads_over_speed(scene, start, stop)
-    load = loads.at(speed)[:, : loads.retained]
-    driven = np.any(_driving(load), axis=0)
-    if not np.any(driven):
+    orders, load = _driven(loads, loads.at(speed))
+    if not len(orders):
         return []
-    orders, load = loads.order[: loads.retained][driven], load[:, driven]
     w = np.outer(speed, orders)
 
     def direct(_: float) -> Answer:
@@ -156,9 +154,9 @@ def operations_topics(scene: Scene) -> list[Topic]:
         return []
     at = np.unravel_index(int(np.argmax(swing)), swing.shape)
     moving = parts.times(1j * orders * speed)
-    still = energy_signal(weight, moving.shaking[at[0]][None])
-    turned = energy_signal(weight, moving.residual[at][None, None]).harmonics[..., 0]
-    harmonics, rtol = still.harmonics, scene.case.accuracy.rtol
+    harmonics, *_ = energy_signal(weight, moving.shaking[at[0]][None])
+    turned = energy_signal(weight, moving.residual[at][None, None])[0][..., 0]
+    rtol = scene.case.accuracy.rtol
 
     def curve(phase: FloatArray) -> FloatArray:
         signal = np.repeat(harmonics, len(phase), axis=0)

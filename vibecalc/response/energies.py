@@ -16,29 +16,19 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 # ----------------------------------------------------------------------------
 
 
-class Signal(NamedTuple):
-    """Vector signals y(a) = Re sum y_n exp(i n a); the energy is y.y / 2.
-
-    `harmonics` (..., 6, retained). `spread` (...) bounds the error of the length of y(a) at any
-    angle, with what dropped orders may add. `form_error` (...) is the error of the energy, in J,
-    that comes from the weight itself.
-    """
-
-    harmonics: np.ndarray
-    spread: np.ndarray
-    form_error: np.ndarray
-
-
 def energy_signal(
     weight: Bounded,
     state: Bounded,
     retained: int | None = None,
     tail: ArrayLike = 0.0,
-) -> Signal:
-    """Velocities or displacements (..., orders, 6) as a signal for the energy of `weight`.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vector signals y(a) = Re sum y_n exp(i n a) of which y.y / 2 is the energy of `weight`.
 
-    `weight` (..., 6, 6), `retained` and `tail` (...) as for `peak_over_cycle`. Raises
-    NumericalFailure if the weight is not positive semidefinite.
+    Of velocities or displacements (..., orders, 6); `weight` (..., 6, 6), `retained` and `tail`
+    (...) as for `peak_over_cycle`. Returns y_n (..., 6, retained), a bound (...) of the error of
+    the length of y(a) at any angle, with what dropped orders may add, and the error (...) of the
+    energy, in J, that comes from the weight itself. Raises NumericalFailure if the weight is not
+    positive semidefinite.
     """
     half = square_root(weight)
     signal = state @ half.value.mT
@@ -47,7 +37,13 @@ def energy_signal(
     noise = np.linalg.norm(np.sum(kept.error, axis=-2), axis=-1)
     total = np.sum(np.abs(state.value[..., :retained, :]), axis=-2)[..., None, :]
     form = 0.5 * np.sum(total @ half.error * total, axis=(-2, -1))
-    return Signal(kept.value.mT, noise + left_out, form)
+    return kept.value.mT, noise + left_out, form
+
+
+def half_square(length: Bounded, off: ArrayLike = 0.0) -> Bounded:
+    """Energy in J of the length of a signal that may be `off` by more than its error."""
+    error = length.error + off
+    return Bounded(0.5 * np.square(length.value), error * (length.value + 0.5 * error))
 
 
 def square_root(weight: Bounded) -> Bounded:
@@ -180,8 +176,7 @@ def peak_over_cycle(
     NumericalFailure
         The weight is not positive semidefinite, or an amplitude is not finite.
     """
-    signal = energy_signal(weight, state, retained, tail)
-    peak = vector_cycle_peak(signal.harmonics, numbered(orders[:retained]))
-    spread = peak.error + signal.spread
-    error = spread * (peak.value + 0.5 * spread) + signal.form_error
-    return Bounded(0.5 * np.square(peak.value), error)
+    harmonics, spread, form = energy_signal(weight, state, retained, tail)
+    peak = vector_cycle_peak(harmonics, numbered(orders[:retained]))
+    energy = half_square(Bounded(peak.value, peak.error), spread)
+    return Bounded(energy.value, energy.error + form)

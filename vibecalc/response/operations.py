@@ -244,17 +244,13 @@ def peak_energy_range(
     NumericalFailure
         The weight is not positive semidefinite, or an amplitude is not finite.
     """
-    shaking = energy_signal(weight, state.shaking, retained, tail)
-    residual = energy_signal(weight, state.residual[..., None, :])
-    harmonics, turned = shaking.harmonics[..., None, :, :], residual.harmonics[..., 0]
-    found, _ = search_phases(harmonics, np.asarray(orders)[:retained], turned, rtol)
-    spread = shaking.spread[..., None] + residual.spread
-    weighing = 2.0 * (shaking.form_error[..., None] + residual.form_error)
+    shaking, spread, form = energy_signal(weight, state.shaking, retained, tail)
+    residual, its_spread, its_form = energy_signal(weight, state.residual[..., None, :])
+    numbers = np.asarray(orders)[:retained]
+    found, _ = search_phases(shaking[..., None, :, :], numbers, residual[..., 0], rtol)
+    spread, form = spread[..., None] + its_spread, 2.0 * (form[..., None] + its_form)
     low, high = (
-        Bounded(
-            end.value,
-            end.error + spread * (np.sqrt(2.0 * end.value) + 0.5 * spread) + weighing,
-        )
+        Bounded(end.value, end.error + spread * (np.sqrt(2.0 * end.value) + 0.5 * spread) + form)
         for end in found[:2]
     )
     return found._replace(low=low, high=high)

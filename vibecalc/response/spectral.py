@@ -91,29 +91,23 @@ def own_modes(system: SpectralSystem) -> Modes:
     between = [np.linspace(*ends, _PARTS, endpoint=False) for ends in pairwise(rows)]
     grid = np.unique(np.concatenate([[0.0], *between, rows[-1:]]))
     levels = _eigenvalues(system.at(grid))
+    below = levels <= np.square(grid)[:, None]
     found = []
-    for place in range(levels.shape[-1]):
-        below = np.flatnonzero(levels[:, place] <= np.square(grid))
+    for place, first in enumerate(np.argmax(below, axis=0)):
 
         def gap(rate: float, place: int = place) -> float:
             return float(_eigenvalues(system.at(rate))[place]) - rate * rate
 
-        if not len(below):
-            rate = float(np.sqrt(levels[-1, place]))
-        elif below[0] == 0:
-            rate = 0.0
-        else:
-            ends = grid[below[0] - 1], grid[below[0]]
-            rate = ends[1]
-            if gap(ends[0]) > 0.0 > gap(ends[1]):
-                rate = float(brentq(gap, *ends, xtol=EPSILON * ends[1], rtol=8.0 * EPSILON))
-        shapes = modes(system.at(rate))
-        vector, frequency = shapes.shape[:, place], float(shapes.natural_frequency[place])
-        growth = float(vector @ system.slope(rate, 1).real @ vector) / max(2.0 * frequency, 1e-300)
-        off = float(shapes.natural_frequency_error[place]) + abs(frequency - rate)
-        one = Modes(*(part[..., place] for part in shapes))
-        error = np.array(off / abs(1.0 - growth) if growth != 1.0 else np.inf)
-        found.append(one._replace(natural_frequency_error=error))
+        rate = grid[first] if below[first, place] else np.sqrt(levels[-1, place])
+        if first and gap(grid[first - 1]) > 0.0 > gap(rate):
+            ends = grid[first - 1], rate
+            rate = brentq(gap, *ends, xtol=EPSILON * rate, rtol=8.0 * EPSILON)
+        one = Modes(*(part[..., place] for part in modes(system.at(rate))))
+        slope = one.shape @ system.slope(rate, 1).real @ one.shape
+        growth = slope / max(2.0 * one.natural_frequency, 1e-300)
+        off = one.natural_frequency_error + np.abs(one.natural_frequency - rate)
+        error = off / np.abs(1.0 - growth) if growth != 1.0 else np.inf
+        found.append(one._replace(natural_frequency_error=np.asarray(error)))
     return Modes(*(np.stack(parts, axis=-1) for parts in zip(*found, strict=True)))
 
 

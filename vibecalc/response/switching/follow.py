@@ -10,6 +10,7 @@ from vibecalc.numerics.bounded import Bounded, maximum, where
 from vibecalc.numerics.cycle_peak import Peak, vector_cycle_peak
 from vibecalc.numerics.maxima import EQUAL, Maxima, by_values
 from vibecalc.numerics.rounding import EPSILON
+from vibecalc.response.energies import half_square
 from vibecalc.response.switching.motion import Followed, follow_profile
 from vibecalc.response.switching.readings import (
     ENERGY,
@@ -177,6 +178,10 @@ def _first_below(size: Callable[[float], float], level: float) -> float:
 # ----------------------------------------------------------------------------
 
 
+#: error of a sum of all orders and modes, over the sum of their sizes
+_SUMMED = 16.0 * EPSILON
+
+
 def _highest(
     curve: Callable[[np.ndarray], Peak], at: np.ndarray, value: np.ndarray
 ) -> tuple[Bounded, float]:
@@ -191,12 +196,6 @@ def _highest(
     if len(found.row) and found.height.value[0] >= value[end]:
         return found.height[0], float(found.place.value[0])
     return Bounded(value[end], np.zeros(())), float(at[end])
-
-
-def _energy(length: Bounded, off: np.ndarray, size: np.ndarray) -> Bounded:
-    """Kinetic energy of a length of velocities; `off` are errors of modes, of a `size`."""
-    error = length.error + np.linalg.norm(off + 16.0 * EPSILON * size)
-    return Bounded(0.5 * length.value**2, error * (length.value + 0.5 * error))
 
 
 def slow_energy(system: ModalSystem, loads: ModalLoads, operation: int, top: float) -> Bounded:
@@ -222,7 +221,7 @@ def slow_energy(system: ModalSystem, loads: ModalLoads, operation: int, top: flo
     length, speed = _highest(curve, speeds, curve(speeds).value)
     steady = steady_motion(system, loads, operation, speed)
     size = np.sum(np.abs((orders * speed)[:, None] * steady.amplitude), axis=0)
-    return _energy(length, steady.error, size)
+    return half_square(length, np.linalg.norm(steady.error + _SUMMED * size))
 
 
 #: phase that the motion turns between two times that are looked at, and how many of these at most
@@ -259,10 +258,10 @@ def worst_instant(
 
     forced, free = np.abs(rates * new.amplitude), modal_size(system, gone)
     size = np.sum(forced + free, axis=0)
-    off = 2.0 * (old.error + new.error)
+    off = np.linalg.norm(2.0 * (old.error + new.error) + _SUMMED * size)
     final = float(vector_cycle_peak((rates * new.amplitude).T, orders).value)
     if not np.any(free):
-        return _energy(Bounded(np.asarray(final), np.zeros(())), off, size), 0.0
+        return half_square(Bounded(np.asarray(final), np.zeros(())), off), 0.0
     slow, gap = poles(system)
     turning = np.sum(forced * np.abs(rates) ** 2 + free * np.abs(slow - gap) ** 2)
     step, values = _COARSE * float(np.sqrt(np.sum(size) / turning)), np.zeros(0)
@@ -277,7 +276,7 @@ def worst_instant(
     if length.value <= final:
         length, angle = Bounded(np.asarray(final), length.error), 0.0
     beyond = np.maximum(later - length.value, 0.0)
-    return _energy(Bounded(length.value, length.error + beyond), off, size), angle
+    return half_square(length, off + beyond), angle
 
 
 # ----------------------------------------------------------------------------
