@@ -9,10 +9,10 @@ from vibecalc.isolation.rows import EMPTY, HarmonicsAt, Jet
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.response.modes import Modes
+from vibecalc.response.torque_reaction import SLOWEST
 
-#: relative step of speed of numerical derivatives, and the slowest speed of a line, rad/s
+#: relative step of speed of numerical derivatives
 STEP = 1e-4
-SLOWEST = 1e-2
 #: share of the largest modal force from which on an order is said to drive a mode
 DRIVES = 1e-3
 

@@ -112,7 +112,7 @@ def speeds_topics(scene: Scene) -> list[Topic]:
         return []
     matrices, start, stop = mounted_body(scene).matrices, options.run_up.start, options.run_up.stop
     share = np.sort(np.modf(0.6180339887498949 * np.arange(1, SPEEDS + 1))[0])
-    speed, loads = start + (stop - start) * share, loads_over_speed(scene, start, stop)
+    speed, loads = start + (stop - start) * share, loads_over_speed(scene, "response", start, stop)
     orders, load = _driven(loads, loads.at(speed))
     if not len(orders):
         return []

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 #: orders beyond twice the highest against those up to there: forces that fall as order^-2 or faster
 TAIL = 2.0
+#: slowest speed of a line, rad/s
+SLOWEST = 1e-2
 
 
 def line_transfer(line: "Line", spin_inertia: Bounded, frequency: np.ndarray) -> Bounded:

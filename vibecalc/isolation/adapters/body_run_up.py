@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import Forcing, few_orders
 from vibecalc.isolation.adapters.common import (
     KeptRows,
     RunUpSection,
@@ -22,11 +21,9 @@ from vibecalc.isolation.rows import (
     with_left_out,
 )
 from vibecalc.isolation.torque_reaction import couple_by_differences, linear_couple
-from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import numbered
-from vibecalc.response.adapters.loads import shaking_at, torque_of
+from vibecalc.response.adapters.loads import LoadsOverSpeed, loads_over_speed
 from vibecalc.response.resonances import Resonances, idle_warnings
-from vibecalc.response.torque_reaction import TAIL
 
 if TYPE_CHECKING:
     from vibecalc.response.adapters.torque_couple import TorqueLaw
@@ -44,72 +41,40 @@ _NARROW = 1e-3
 
 def body_sections(scene: Scene, start: float, stop: float) -> tuple[RunUpSection, ...]:
     """The range from `start` to `stop`, cut at the speeds of the gas cards within it."""
-    forcing: Forcing = scene.handed_on["forcing"]
-    law = torque_of(scene, "isolation")
-    if law is None:
-        few, tail = few_orders(forcing)
-        orders = _Orders(forcing.order, slice(forcing.retained), few, tail)
-        return (RunUpSection(_setup(scene, orders, None, start, stop), start, stop),)
-    within = law.speeds[(law.speeds > start) & (law.speeds < stop)]
-    orders = _Orders(law.order, slice(law.retained), slice(law.retained, None), TAIL)
+    loads = loads_over_speed(scene, "isolation", start, stop)
     return tuple(
-        RunUpSection(_setup(scene, orders, law, low, high), low, high)
-        for low, high in pairwise([start, *within.tolist(), stop])
+        RunUpSection(_setup(scene, loads._replace(speeds=np.array(ends))), *ends)
+        for ends in pairwise(loads.speeds.tolist())
     )
 
 
-class _Orders(NamedTuple):
-    """Orders (m,), those kept of them, and those that stand `tail` times for what is left out."""
-
-    order: np.ndarray
-    kept: slice
-    beyond: slice | np.ndarray
-    tail: np.ndarray | float
-
-
-def _setup(
-    scene: Scene, orders: _Orders, law: "TorqueLaw | None", low: float, high: float
-) -> RunUpSetup:
+def _setup(scene: Scene, loads: LoadsOverSpeed) -> RunUpSetup:
     """Rows and resonances between two speeds."""
     system: OnMounts = scene.handed_on.get("on_foundation") or scene.handed_on["on_mounts"]
-    forcing: Forcing = scene.handed_on["forcing"]
-    order = orders.order
-    axis, ends = scene.parts.crank_train.axis, np.array([low, high])
-    shaking = shaking_at(order, forcing.per_speed_squared)
-    about = np.concatenate([np.zeros(3), axis]) @ system.reach
+    order, law, ends = loads.order, loads.law, loads.speeds
+    about = np.concatenate([np.zeros(3), loads.axis]) @ system.reach
 
-    def of_orders(
-        part: slice | np.ndarray,
-    ) -> tuple[Callable[[Readout, bool], HarmonicsAt], Resonances]:
-        force = system.felt(shaking[part])
-        forces, couple = [force], None
-        if law is not None:
-            couple = _couple(law.of_orders(part), ends)
-            at_ends = couple(ends, errors=True)
-            forces += _about(Bounded(at_ends.value, at_ends.error), about)
+    def of_orders(part: slice) -> tuple[Callable[[Readout, bool], HarmonicsAt], Resonances]:
+        forces = [system.felt(load) for load in loads.some(part)]
+        couple = None if law is None else _couple(law.of_orders(part), ends)
         resonances = system.resonances(*forces)
 
         def rows(readout: Readout, passed_on: bool) -> HarmonicsAt:
-            given = (readout, order[part], force, resonances, couple, about, passed_on)
+            given = (readout, order[part], forces[0], resonances, couple, about, passed_on)
             return system.rows(*given)
 
         return rows, system.with_poles(resonances, *forces)
 
-    kept, resonances = of_orders(orders.kept)
-    others, _ = of_orders(orders.beyond)
-    beyond = order[orders.beyond]
+    kept, resonances = of_orders(slice(loads.retained))
+    others, _ = of_orders(slice(loads.retained, None))
+    listed, beyond = order[: loads.retained], order[loads.retained :]
 
     def rows(readout: Readout, passed_on: bool = False) -> KeptRows:
-        return KeptRows(kept(readout, passed_on), others(readout, passed_on), orders.tail, beyond)
+        return KeptRows(kept(readout, passed_on), others(readout, passed_on), loads.tail, beyond)
 
-    if law is not None and law.passing is not None:
-        from vibecalc.response.adapters.torque_couple import line_frequencies
-
-        line = line_frequencies(scene, high)
-        resonances = resonances.beside(line, np.full(line.shape, _NARROW))
+    resonances = resonances.beside(loads.line, np.full(loads.line.shape, _NARROW))
     readout = run_up_rows(scene, system)
     travel = system.travel()
-    listed = order[orders.kept]
     harmonics = numbered(listed)
     step = float(listed[0] / harmonics[0])
     return RunUpSetup(
@@ -124,7 +89,7 @@ def _setup(
         system=system,
         rows_of=rows,
         travel=None if travel is None else with_left_out(*rows(travel)[:3], beyond / step),
-        mean=() if law is None else (law.mean_at(low), law.mean_at(high)),
+        mean=() if law is None else tuple(map(law.mean_at, ends)),
     )
 
 
@@ -159,11 +124,3 @@ def _couple(law: "TorqueLaw", ends: np.ndarray) -> HarmonicsAt:
     if law.passing is not None:
         return couple_by_differences(law.lacking_at, *ends.tolist())
     return linear_couple(ends, *map(law.lacking_at, ends))
-
-
-def _about(couple: Bounded, axis: np.ndarray) -> list[Bounded]:
-    """Loads (orders, f) of the couples (speeds, orders) about an axis (f,), speed by speed."""
-    return [
-        Bounded(value[:, None] * axis, error[:, None] * np.abs(axis))
-        for value, error in zip(couple.value, couple.error, strict=True)
-    ]

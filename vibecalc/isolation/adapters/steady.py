@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import MotionByOrder, kept, length_over_cycle, peak_with_tail
-from vibecalc.excitation.inertia_forces import size_of_terms
+from vibecalc.excitation.inertia_forces import with_terms
 from vibecalc.isolation.adapters.common import Extremes, extremes, isolation_of
 from vibecalc.isolation.at_mounts import AtMounts
 from vibecalc.isolation.results import (
@@ -69,7 +69,7 @@ def emit_steady(
     }
     if isolation_of(scene).model != "pitch":
         move, turn = moved.motion[..., :3], moved.motion[..., 3:]
-        found = BodyMotion(_by_order(move, loads), _by_order(turn, loads))
+        found = BodyMotion(*(with_terms(part[..., : loads.retained, :]) for part in (move, turn)))
         scene.emit_all(found, axes)
     up = np.eye(3)["xyz".index(isolation_of(scene).up)]
     few = up[list(moved.directions)]
@@ -115,12 +115,6 @@ def _largest(moved: Moved, loads: BodyLoads) -> Summed:
     first, which = moved.alike
     peak = length_over_cycle(moved.force[..., first, :, :], loads)
     return peak._replace(value=peak.value[..., which], error=peak.error[..., which])
-
-
-def _by_order(motion: Bounded, loads: BodyLoads) -> Summed:
-    """Orders that are results of a motion (..., m, directions)."""
-    few = motion[..., : loads.retained, :]
-    return Summed(few.value, few.error, size_of_terms(few.error))
 
 
 def _along(vector: Bounded, direction: np.ndarray) -> Bounded:

@@ -1,6 +1,5 @@
 """All that acts on a body, at the operating speed and at any other, and its steady motion."""
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -12,7 +11,7 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.firing import with_torque
 from vibecalc.response.resonances import Resonances
 from vibecalc.response.system import MountedBody
-from vibecalc.response.torque_reaction import TAIL
+from vibecalc.response.torque_reaction import SLOWEST, TAIL
 
 if TYPE_CHECKING:
     from vibecalc.response.adapters.torque_couple import TorqueLaw
@@ -80,51 +79,56 @@ def shaking_at(order: np.ndarray, shaking: Bounded) -> Bounded:
 
 
 class LoadsOverSpeed(NamedTuple):
-    """All that acts on a body from one crank speed to another, at the orders (m,).
+    """All that acts on a body over a range of crank speeds, at the orders (m,).
 
-    `at` takes speeds (s,) in rad/s to loads (s, m, 6), of which `shaking` (m, 6) is per speed
-    squared and `couples`, each (m, 6), what else there is at the `speeds` (k,): both ends, and
-    those of gas cards between them. `line` (...) are natural frequencies in rad/s of a shaft line
-    that passes the torque on. `retained` and `tail` as of `BodyLoads`.
+    `shaking` (m, 6) is per speed squared; the torque of the cylinders, if it acts, follows a `law`
+    about the `axis` (3,) of the crankshaft, which has kinks at some of the `speeds` (k,): both ends
+    of the range, and those of gas cards between them. `line` (...) are natural frequencies in rad/s
+    of a shaft line that passes the torque on. `retained` and `tail` as of `BodyLoads`.
     """
 
     order: np.ndarray
     retained: int
     tail: np.ndarray | float
-    at: Callable[[np.ndarray], Bounded]
     shaking: Bounded
-    couples: tuple[Bounded, ...]
+    axis: np.ndarray
+    law: "TorqueLaw | None"
     speeds: np.ndarray
     line: np.ndarray
 
+    def at(self, speed: np.ndarray) -> Bounded:
+        """Loads (s, m, 6) at speeds (s,) in rad/s."""
+        load = self.shaking * np.square(speed)[:, None, None]
+        return load if self.law is None else load + self._lacking(speed)
 
-def loads_over_speed(scene: Scene, first: float, last: float) -> LoadsOverSpeed:
-    """What acts on the body of [response] over a range of speeds."""
+    def some(self, part: slice = slice(None)) -> list[Bounded]:
+        """Loads (..., 6) of some of the orders, of which all between the speeds are made."""
+        alone = self.shaking[part]
+        at_speeds = () if self.law is None else self.speeds
+        return [alone, *(self._lacking(max(speed, SLOWEST))[part] for speed in at_speeds)]
+
+    def _lacking(self, speed: np.ndarray | float) -> Bounded:
+        assert self.law is not None
+        return couple_about(self.axis, self.law.lacking_at(speed))
+
+
+def loads_over_speed(scene: Scene, table: str, first: float, last: float) -> LoadsOverSpeed:
+    """What acts on the body of a table, [isolation] or [response], over a range of speeds."""
     forcing: Forcing = scene.handed_on["forcing"]
-    law, none = torque_of(scene, "response"), np.zeros(0)
+    law, axis = torque_of(scene, table), scene.parts.crank_train.axis
+    ends, none = np.array([first, last]), np.zeros(0)
     if law is None:
         few, tail = few_orders(forcing)
         chosen = np.concatenate([np.arange(forcing.retained), few])
-        load = forcing.per_speed_squared[chosen]
-        return LoadsOverSpeed(
-            forcing.order[chosen], forcing.retained, tail,
-            lambda speed: load * np.square(speed)[:, None, None], load, (), none, none,
-        )  # fmt: skip
+        shaking, order = forcing.per_speed_squared[chosen], forcing.order[chosen]
+        return LoadsOverSpeed(order, forcing.retained, tail, shaking, axis, None, ends, none)
     from vibecalc.response.adapters.torque_couple import line_frequencies
 
     shaking = shaking_at(law.order, forcing.per_speed_squared)
-    axis, cards = scene.parts.crank_train.axis, law.speeds
-    speeds = np.array([first, *cards[(cards > first) & (cards < last)], last])
-
-    def at(speed: np.ndarray) -> Bounded:
-        lacking = couple_about(axis, law.lacking_at(speed))
-        return shaking * np.square(speed)[:, None, None] + lacking
-
-    couples = tuple(
-        couple_about(axis, law.lacking_at(max(speed, 1e-3 * last))) for speed in speeds.tolist()
-    )
+    within = law.speeds[(law.speeds > first) & (law.speeds < last)]
+    speeds = np.insert(ends, 1, within)
     line = none if law.passing is None else line_frequencies(scene, last)
-    return LoadsOverSpeed(law.order, law.retained, TAIL, at, shaking, couples, speeds, line)
+    return LoadsOverSpeed(law.order, law.retained, TAIL, shaking, axis, law, speeds, line)
 
 
 def steady_motion(

@@ -228,10 +228,8 @@ MOST_AT_ONCE = 20_000
 def _weak(loads: LoadsOverSpeed, system: MountedBody, natural: np.ndarray) -> np.ndarray:
     """Which of the kept orders move a mode too little (orders, modes) to be worth points."""
     order, shape = loads.order[: loads.retained, None], system.shapes.shape
-    few = slice(loads.retained)
-    moved = np.abs(loads.shaking.value[few] @ shape) / np.square(order)
-    for couple in loads.couples:
-        moved = moved + np.abs(couple.value[few] @ shape) / np.square(natural)
+    shaken, *couples = (np.abs(load.value @ shape) for load in loads.some(slice(loads.retained)))
+    moved = shaken / np.square(order) + sum(couples, np.zeros(1)) / np.square(natural)
     strong = np.sort(moved, axis=None)[-MOST_SHOWN:]
     return np.asarray(moved < max(WORTH_POINTS * strong[-1], strong[0]))
 
@@ -245,9 +243,9 @@ def run_speeds(scene: Scene) -> None:
     if options is None or options.run_up is None:
         raise ValueError("the case has no run-up in [response]")
     first, last = options.run_up.start, options.run_up.stop
-    system, loads = mounted_body(scene), loads_over_speed(scene, first, last)
+    system, loads = mounted_body(scene), loads_over_speed(scene, "response", first, last)
     every, used, tail = loads.order, loads.retained, loads.tail
-    met, orders = system.resonances(loads.shaking, *loads.couples), every[:used]
+    met, orders = system.resonances(*loads.some()), every[:used]
     resonances = met._replace(idle=met.idle[:used])
     masked = masked_speeds(resonances, orders, first, last)
     for warning in idle_warnings(resonances, orders, first, last):
