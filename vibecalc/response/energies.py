@@ -40,7 +40,7 @@ def energy_signal(
     return kept.value.mT, noise + left_out, form
 
 
-def half_square(length: Bounded, off: ArrayLike = 0.0) -> Bounded:
+def half_square(length: Bounded, off: np.ndarray | float) -> Bounded:
     """Energy in J of the length of a signal that may be `off` by more than its error."""
     error = length.error + off
     return Bounded(0.5 * np.square(length.value), error * (length.value + 0.5 * error))

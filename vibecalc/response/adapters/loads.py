@@ -98,7 +98,8 @@ class LoadsOverSpeed(NamedTuple):
 
     def at(self, speed: np.ndarray) -> Bounded:
         """Loads (s, m, 6) at speeds (s,) in rad/s."""
-        load = self.shaking * np.square(speed)[:, None, None]
+        square: np.ndarray = np.square(speed)[:, None, None]
+        load = self.shaking * square
         return load if self.law is None else load + self._lacking(speed)
 
     def some(self, part: slice = slice(None)) -> list[Bounded]:
