@@ -54,7 +54,7 @@ def run_coupled(scene: Scene) -> None:
     scene.cite(words, "motion of machine and foundation", source)
 
     def solve(one: OnMounts, load: Bounded) -> Bounded:
-        return steady_motion(scene, one, one.felt(load), loads.order)[0]
+        return steady_motion(scene, one, one.felt(load), loads.order)
 
     def moved(motion: Bounded) -> Moved:
         deflection = system.at_mounts(motion)

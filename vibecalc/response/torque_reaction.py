@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, reshaped, rounded
 from vibecalc.numerics.rounding import EPSILON
 
 if TYPE_CHECKING:
@@ -80,13 +80,7 @@ def couple_on_body(torque: Bounded, transfer: Bounded | None = None, share: floa
 
     `transfer` (m, c) belongs to the freedoms of the cylinders; without one it is minus `share`.
     """
-    size = np.abs(torque.value)
-    count = size.shape[-2] * EPSILON
-    if transfer is None:
-        count = count + 16.0 * EPSILON
-        value = -share * torque.value.sum(-2)
-        return Bounded(value, share * (torque.error.sum(-2) + count * size.sum(-2)))
-    given = Bounded(*(np.swapaxes(part, -1, -2) for part in transfer))
-    value = (given.value * torque.value).sum(-2)
-    uncertainty = np.abs(given.value) * (torque.error + count * size)
-    return Bounded(value, (uncertainty + given.error * (size + torque.error)).sum(-2))
+    factor = rounded(np.asarray(-share), 32)
+    if transfer is not None:
+        factor = reshaped(transfer, lambda part: np.swapaxes(part, -1, -2))
+    return (factor * torque).sum(-2)

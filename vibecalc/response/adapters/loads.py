@@ -9,7 +9,6 @@ from vibecalc.excitation.adapter import Forcing, few_orders
 from vibecalc.excitation.inertia_forces import at_speed
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.firing import with_torque
-from vibecalc.response.resonances import Resonances
 from vibecalc.response.system import MountedBody
 from vibecalc.response.torque_reaction import SLOWEST, TAIL
 
@@ -133,12 +132,13 @@ def loads_over_speed(scene: Scene, table: str, first: float, last: float) -> Loa
 
 
 def steady_motion(
-    scene: Scene, system: MountedBody, loads: Bounded, order: np.ndarray
-) -> tuple[Bounded, Resonances]:
-    """Motion (..., m, f) under loads (..., m, f) at the operating speed, and what orders may meet.
+    scene: Scene, system: MountedBody, loads: Bounded, order: np.ndarray, by_modes: bool = False
+) -> Bounded:
+    """Motion (..., m, f) under loads (..., m, f) at the operating speed.
 
     Raises NumericalFailure where an order drives an undamped mode at its natural frequency.
     """
     speed = scene.case.machine.speed
     resonances = system.checked(order, speed, scene.warn, loads)
-    return system.forced(loads, order, speed, resonances), resonances
+    solve = system.summed_up if by_modes else system.forced
+    return solve(loads, order, speed, resonances)

@@ -21,6 +21,7 @@ from vibecalc.response.adapters.loads import (
     LoadsOverSpeed,
     body_loads,
     loads_over_speed,
+    steady_motion,
 )
 from vibecalc.response.energies import (
     energy_by_order,
@@ -100,12 +101,10 @@ def run_response(scene: Scene) -> None:
             "motion of the body",
             "docs/theory_torsion_mounts.md",
         )
-    order, speed = loads.order, scene.case.machine.speed
-    frequency = order * np.asarray(speed)[..., None]
-    resonances = system.checked(order, speed, scene.warn, loads.load)
+    order = loads.order
+    frequency = order * np.asarray(scene.case.machine.speed)[..., None]
+    motion = steady_motion(scene, system, loads.load, order, options.method == "modal")
     _emit_modes(scene, system, loads)
-    solve = system.summed_up if options.method == "modal" else system.forced
-    motion = solve(loads.load, order, speed, resonances)
     scene.handed_on["motion_by_order"] = MotionByOrder(order, loads.retained, loads.tail, motion)
     ground = cache(lambda: _ground(system, frequency, loads.load, motion))
     _emit_motion(scene, loads, motion, ground)

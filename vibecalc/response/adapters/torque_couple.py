@@ -184,8 +184,7 @@ def line_passing(scene: Scene) -> Passing:
 
     def passing(order: np.ndarray, speed: np.ndarray | float) -> Bounded:
         crank = np.asarray(speed, dtype=float)[..., None]
-        found = line_transfer(built.at(crank), spin, order * crank)[..., cylinders]
-        return Bounded(found.value * ratio, found.error * np.abs(ratio))
+        return line_transfer(built.at(crank), spin, order * crank)[..., cylinders] * ratio
 
     return passing
 
