@@ -67,7 +67,7 @@ def load_on(coordinate: int) -> Bounded:
 def test_second_order_on_an_undamped_frequency_is_refused_in_words() -> None:
     resonances, frequency = undamped()
     with pytest.raises(NumericalFailure) as failure:
-        check_operating_point(resonances, ORDERS, frequency / 2.0)
+        check_operating_point(resonances, ORDERS, frequency / 2.0, print)
     words = str(failure.value)
     for part in ("order 2", "mode 1", "undamped natural frequency", "31.736621", "5.05104 Hz"):
         assert part in words
@@ -81,7 +81,8 @@ def test_an_order_that_does_not_drive_the_mode_is_a_warning_and_left_out() -> No
     quiet = Bounded(couple.value * np.array([1.0, 1e-18]), couple.error)
     resonances = met(pitch, quiet)
     frequency = float(pitch.shapes.natural_frequency[0])
-    warnings = check_operating_point(resonances, ORDERS, frequency / 2.0)
+    warnings: list[str] = []
+    check_operating_point(resonances, ORDERS, frequency / 2.0, warnings.append)
     assert len(warnings) == 1
     assert "order 2" in warnings[0]
     assert "does not drive it" in warnings[0]

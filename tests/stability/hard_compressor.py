@@ -18,7 +18,6 @@ from vibecalc.numerics.linear import Linear, dynamics, require_digits, response
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.response.energies import energy_by_order, mass_of, velocity
 from vibecalc.response.modes import modes
-from vibecalc.response.resonances import check_operating_point
 from vibecalc.response.system import MountedBody
 
 FORCE = np.array([1.0, -2.0, 0.5, 0.3, -0.1, 0.7])
@@ -48,7 +47,7 @@ def own_response(matrices: Linear, speed: float, force: np.ndarray) -> Bounded:
     """As the stage does it: look for resonances, solve, see what is left of the digits."""
     load = Bounded(force[None].astype(complex), UNIT_ROUNDOFF * np.abs(force)[None])
     body = MountedBody(matrices=matrices, shapes=modes(matrices))
-    check_operating_point(body.resonances(load), ORDER, speed)
+    body.checked(ORDER, speed, print, load)
     system = dynamics(matrices, ORDER * speed)
     motion = response(system, load.value, load.error)
     require_digits(matrices, system, load, motion, ORDER, speed)

@@ -1,6 +1,7 @@
 """Where an order may meet a natural frequency: refused at a point, masked in a range."""
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -78,42 +79,38 @@ class MaskedSpeeds(NamedTuple):
 
 
 def check_operating_point(
-    resonances: Resonances, orders: np.ndarray, speed: float
-) -> tuple[str, ...]:
+    resonances: Resonances, orders: np.ndarray, speed: float, warn: Callable[[str], None]
+) -> None:
     """Refuse a speed at which an order stands on an undamped natural frequency.
 
     Of many points (...), at speeds (...), those that are met have to be run alone. Else raises
-    NumericalFailure naming order and mode if the mode is driven. Returns one warning for each mode
-    that is met and not driven, whose contribution is left out as zero.
+    NumericalFailure naming order and mode if the mode is driven, and warns of each mode that is met
+    and not driven, whose contribution is left out as zero.
     """
     rate = np.asarray(orders)[:, None] * np.asarray(speed)[..., None, None]
     distance = rate / resonances.frequency[..., None, :] - 1.0
     met = np.abs(distance) < resonances.exposed()[..., None, :]
     if met.ndim > 2:
         leave_alone(np.any(met, axis=(-2, -1)))
-        return ()
-    warnings = []
+        return
     for row, column in np.argwhere(met):
-        mode = int(column) + 1
         frequency = float(resonances.frequency[column])
         place = (
             f"order {orders[row]:g} at {speed:.9g} rad/s ({speed * 60.0 / _TURN:.6g} rpm) is on "
-            f"the undamped natural frequency of mode {mode}, {frequency:.9g} rad/s "
+            f"the undamped natural frequency of mode {column + 1}, {frequency:.9g} rad/s "
             f"({frequency / _TURN:.6g} Hz)"
         )
-        if resonances.idle[row, column]:
-            warnings.append(
-                f"{place}, but does not drive it: the modal force is zero to rounding, and the "
-                f"mode is left out of this order"
+        if not resonances.idle[row, column]:
+            raise NumericalFailure(
+                f"{place}: relative distance {distance[row, column]:.1e}, nearer than "
+                f"{resonances.exposed()[column]:.1e}, damping ratio "
+                f"{resonances.damping_ratio[column]:.1e}. The response has no bound there. Give "
+                f"the mounts damping or a loss factor, or move the speed or the stiffness"
             )
-            continue
-        raise NumericalFailure(
-            f"{place}: relative distance {distance[row, column]:.1e}, nearer than "
-            f"{resonances.exposed()[column]:.1e}, damping ratio "
-            f"{resonances.damping_ratio[column]:.1e}. The response has no bound there. Give the "
-            f"mounts damping or a loss factor, or move the speed or the stiffness"
+        warn(
+            f"{place}, but does not drive it: the modal force is zero to rounding, and the mode is "
+            f"left out of this order"
         )
-    return tuple(warnings)
 
 
 def left_out(resonances: Resonances) -> np.ndarray:

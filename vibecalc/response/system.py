@@ -161,8 +161,7 @@ class MountedBody:
         Warns of modes that an order meets and does not drive.
         """
         resonances = self.resonances(*loads)
-        for warning in check_operating_point(resonances, order, speed):
-            warn(warning)
+        check_operating_point(resonances, order, speed, warn)
         return resonances
 
     def undriven(self, resonances: Resonances) -> UndrivenModes:
