@@ -13,7 +13,7 @@ from vibecalc.isolation.mount_results import (
 )
 from vibecalc.isolation.results import NEAREST, OF_TORQUE, STEADY, STEADY_AT_SUPPORTS
 from vibecalc.parts.array_keys import MOUNT_KEYS
-from vibecalc.parts.firing import torque_reaches_mounts
+from vibecalc.parts.firing import with_torque
 from vibecalc.parts.mount_needs import (
     foundation_kind,
     frequency_counts,
@@ -44,7 +44,7 @@ def of_operating_speed(case: "Case") -> tuple[str, ...]:
     """Results of a rigid body and its supports at speed, on whatever the mounts stand on."""
     mounts = case.machine.mounts
     stops = mounts is not None and has_stops(mounts)
-    return (*STEADY, *(MOVING * stops), *(OF_TORQUE * torque_reaches_mounts(case)))
+    return (*STEADY, *(MOVING * stops), *(OF_TORQUE * ("isolation" in with_torque(case))))
 
 
 _PITCH_ONLY = ("isolation/pitch/", "isolation/lever_force/", "support_force/rigid_peak")
@@ -64,7 +64,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
     options = case.isolation
     if options is None:
         return
-    pitch, torque = options.model == "pitch", torque_reaches_mounts(case)
+    pitch, torque = options.model == "pitch", "isolation" in with_torque(case)
     loads = loads_on(case, "isolation")
     speed = f"{case.machine.speed:.6g} rad/s"
     without = (*_OTHERS, *(_BODY_ONLY if pitch else _PITCH_ONLY), *STEADY, *OF_TORQUE, *NEAREST)
@@ -107,12 +107,12 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
         return
     pitch = options.model == "pitch"
     first, last = options.run_up.start, options.run_up.stop
-    torque, loads = torque_reaches_mounts(case), loads_on(case, "isolation")
+    torque, loads = "isolation" in with_torque(case), loads_on(case, "isolation")
     yield Stage(
         name="run_up",
         adapter="vibecalc.isolation.adapters.run_up:run_run_up",
         why="[isolation] run_up is in the case" + loads.why,
-        parts=loads.parts[:3],
+        parts=loads.parts,
         orders=loads.words,
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
         quantities=tuple(
@@ -172,7 +172,7 @@ def _work_of_isolation(case: "Case", orders: int) -> Work:
     assert case.isolation is not None
     if case.isolation.model == "pitch":
         return ((orders, "pitch_solve"), (1, "modes"))
-    if torque_reaches_mounts(case):  # as many orders again, and each cause alone
+    if "isolation" in with_torque(case):  # as many orders again, and each cause alone
         return ((6 * orders, "body_solve"), (1, "modes"), (2 * orders, "order"))
     return ((orders, "body_solve"), (1, "modes"))
 

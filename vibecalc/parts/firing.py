@@ -158,11 +158,6 @@ def table_that_moves(case: "Case") -> str:
     return "response" if case.isolation is None else "isolation"
 
 
-def torque_reaches_mounts(case: "Case") -> bool:
-    """Whether the body of [isolation] feels the torque of what is in the cylinders."""
-    return "isolation" in with_torque(case)
-
-
 def driven_machine(case: "Case") -> str:
     """Where the driven machine stands, and what of the torque it gives back."""
     return "on_body" if case.excitation is None else case.excitation.driven_machine

@@ -57,7 +57,7 @@ def plan_points(case: "Case") -> Iterator[Stage]:
         name="points in the run-up",
         adapter="vibecalc.points.run_up_adapter:run_points_run_up",
         why="[[point]] and [isolation] run_up are in the case",
-        parts=loads.parts[:3],
+        parts=loads.parts,
         orders=loads.words,
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
         quantities=below("points/run_up/", ("severity",) if severity is None else ()),

@@ -235,7 +235,7 @@ def peak_energy_range(
     Parameters
     ----------
     weight, state : of one machine: (6, 6), positive semidefinite, and the motion.
-    orders, retained, tail : as for `energies.energy_over_cycle`, the first order being 1.
+    orders, retained, tail : as for `energies.peak_over_cycle`, the first order being 1.
     rtol : the search ends when what it may have missed is below this share of the value; what
         is left is in the errors.
 

@@ -73,19 +73,20 @@ def run_switching(scene: Scene) -> None:
     system, loads = modes_and_loads(scene)
     _warn_of_coupling(scene)
 
-    def followed(profiles: list[list[SpeedSegment]]) -> list[Transient]:
-        return [
+    def followed(words: str, profiles: list[list[SpeedSegment]]) -> list[Transient]:
+        transients = [
             follow(
                 system, loads, profile, before=before, angle=options.crank_angle,
                 buckets=BUCKETS, tolerance=options.settled,
             )
             for before, profile in enumerate(profiles)
         ]  # fmt: skip
+        _warn_of_short_watch(scene, labels, words, options.after, transients)
+        return transients
 
     if scene.wants(*paths_of(Instant)):
-        at_once = [[SpeedSegment(options.after, speed, speed, after)] for after in (1, 0)]
-        transients = followed(at_once)
-        _warn_of_short_watch(scene, labels, "at once", options.after, transients)
+        profiles = [[SpeedSegment(options.after, speed, speed, after)] for after in (1, 0)]
+        transients = followed("at once", profiles)
 
         @cache
         def worst() -> tuple[Bounded, Bounded]:
@@ -110,8 +111,7 @@ def run_switching(scene: Scene) -> None:
             ]
             for before, after in ((0, 1), (1, 0))
         ]
-        transients = followed(profiles)
-        _warn_of_short_watch(scene, labels, "through rest", options.after, transients)
+        transients = followed("through rest", profiles)
         turning = np.array([each.history.speed[1:] for each in transients])
 
         def slow() -> Bounded:
