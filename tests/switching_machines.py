@@ -8,12 +8,13 @@ from scipy.integrate import solve_ivp
 
 from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, bounded
 from vibecalc.numerics.linear import Linear
 from vibecalc.response.modes import modes
 from vibecalc.response.switching.follow import Transient, follow, worst_instant
 from vibecalc.response.switching.motion import Followed, follow_profile
-from vibecalc.response.switching.system import Loads, ModalSystem, SpeedSegment, modal_loads
+from vibecalc.response.switching.system import ModalLoads, ModalSystem, SpeedSegment
+from vibecalc.response.switching.system import modal_loads as loads_on_modes
 
 INCH, POUND_FORCE, POUND = 0.0254, 4.4482216152605, 0.45359237
 SPEED = 361.0
@@ -31,6 +32,20 @@ THROUGH_ZERO = [
     SpeedSegment(0.1875, 0.0, -0.6 * SPEED, ONLY_A),
     SpeedSegment(0.1, -0.6 * SPEED, 0.0, BOTH),
 ]
+
+
+class Loads(NamedTuple):
+    """Orders (orders,), and loads (operations, orders, coordinates) per speed squared."""
+
+    orders: np.ndarray
+    per_speed_squared: Any
+    retained: int | None = None
+
+
+def modal_loads(system: ModalSystem, loads: Loads) -> ModalLoads:
+    """Loads on modes; without `retained` all orders move the body."""
+    count = len(loads.orders) if loads.retained is None else loads.retained
+    return loads_on_modes(system, loads.orders, bounded(loads.per_speed_squared), count)
 
 
 def compressor_matrices() -> Linear:

@@ -6,12 +6,14 @@ from switching_machines import (
     BOTH,
     ONLY_A,
     SPEED,
+    Loads,
     at_once,
     at_worst,
     compressor,
     compressor_loads,
     followed,
     integrate,
+    modal_loads,
     motion,
     one_mode,
     transient,
@@ -21,10 +23,8 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.response.switching.follow import passages, worst_instant
 from vibecalc.response.switching.readings import ENERGY, KINETIC, steady_peaks
 from vibecalc.response.switching.system import (
-    Loads,
     ModalSystem,
     SpeedSegment,
-    modal_loads,
     modal_size,
 )
 

@@ -19,6 +19,7 @@ from switching_machines import (
     compressor_loads,
     followed,
     integrate,
+    modal_loads,
     motion,
     one_mode,
     transient,
@@ -31,7 +32,6 @@ from vibecalc.response.switching.system import (
     ModalSystem,
     SpeedSegment,
     free_motion,
-    modal_loads,
     modal_size,
 )
 

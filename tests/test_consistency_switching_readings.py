@@ -13,6 +13,7 @@ from switching_machines import (
     compressor,
     compressor_loads,
     followed,
+    modal_loads,
     motion,
     times_in,
     transient,
@@ -20,7 +21,7 @@ from switching_machines import (
 
 from vibecalc.response.switching.follow import passages, slow_energy
 from vibecalc.response.switching.readings import ENERGY, KINETIC, read, steady_peaks
-from vibecalc.response.switching.system import SpeedSegment, modal_loads
+from vibecalc.response.switching.system import SpeedSegment
 
 
 @pytest.mark.long

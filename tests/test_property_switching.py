@@ -16,11 +16,13 @@ from switching_machines import (
     ONLY_A,
     ONLY_B,
     SPEED,
+    Loads,
     at_once,
     at_worst,
     compressor,
     compressor_loads,
     followed,
+    modal_loads,
     transient,
 )
 from test_consistency_switching_stage import STEM, switching
@@ -31,7 +33,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.response.switching.follow import Transient
 from vibecalc.response.switching.motion import PANEL_PHASE, course_of, panels_of
 from vibecalc.response.switching.readings import KINETIC, steady_peaks
-from vibecalc.response.switching.system import Loads, ModalSystem, SpeedSegment, modal_loads
+from vibecalc.response.switching.system import ModalSystem, SpeedSegment
 
 REVERSAL = [
     SpeedSegment(0.3, SPEED, 0.0, BOTH),

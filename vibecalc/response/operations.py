@@ -50,7 +50,7 @@ def at_phase(parts: Parts, phase: np.ndarray | float = 0.0) -> Bounded:
     """
     angle = np.asarray(phase, dtype=float)[..., None]
     turned = parts.residual * (np.cos(angle) + 1j * np.sin(angle))
-    first = turned[..., None, :] * np.eye(parts.shaking.shape[-2], 1)
+    first: Bounded = turned[..., None, :] * np.eye(parts.shaking.shape[-2], 1)
     return parts.shaking[..., None, :, :] + first
 
 

@@ -27,7 +27,6 @@ from vibecalc.response.switching.follow import (
 )
 from vibecalc.response.switching.readings import KINETIC, POTENTIAL, steady_peaks
 from vibecalc.response.switching.system import (
-    Loads,
     ModalLoads,
     ModalSystem,
     SpeedSegment,
@@ -142,7 +141,7 @@ def modes_and_loads(scene: Scene) -> tuple[ModalSystem, ModalLoads]:
     share = np.where(orders > forcing.retained, forcing.tail, 1.0)[:, None]
     ratio = body.damping_ratio().value
     system = ModalSystem(body.shapes.shape, body.shapes.natural_frequency, ratio)
-    return system, modal_loads(system, Loads(orders, each * share, forcing.retained))
+    return system, modal_loads(system, orders, each * share, forcing.retained)
 
 
 def _warn_of_coupling(scene: Scene) -> None:

@@ -221,7 +221,7 @@ def slow_energy(system: ModalSystem, loads: ModalLoads, operation: int, top: flo
     length, speed = _highest(curve, speeds, curve(speeds).value)
     steady = steady_motion(system, loads, operation, speed)
     size = np.sum(np.abs((orders * speed)[:, None] * steady.amplitude), axis=0)
-    return half_square(length, np.linalg.norm(steady.error + _SUMMED * size))
+    return half_square(length, float(np.linalg.norm(steady.error + _SUMMED * size)))
 
 
 #: phase that the motion turns between two times that are looked at, and how many of these at most
@@ -258,7 +258,7 @@ def worst_instant(
 
     forced, free = np.abs(rates * new.amplitude), modal_size(system, gone)
     size = np.sum(forced + free, axis=0)
-    off = np.linalg.norm(2.0 * (old.error + new.error) + _SUMMED * size)
+    off = float(np.linalg.norm(2.0 * (old.error + new.error) + _SUMMED * size))
     final = float(vector_cycle_peak((rates * new.amplitude).T, orders).value)
     if not np.any(free):
         return half_square(Bounded(np.asarray(final), np.zeros(())), off), 0.0

@@ -27,24 +27,6 @@ class ModalSystem(NamedTuple):
     damping_ratio: np.ndarray
 
 
-class Loads(NamedTuple):
-    """What the crank train does to the body in each operation (a set of working cylinders).
-
-    `orders` (orders,), integers from 1. `per_speed_squared` (operations, orders, coordinates) is
-    complex 0-peak, P_n in Re sum P_n w^2 exp(i n theta) at a constant speed w, in kg m and kg m^2.
-    At a varying speed an order is P_n (w^2 - i w'/n) exp(i n theta), exactly: a part moves with
-    x(theta) = Re X_n exp(i n theta), so that x'' = Re (i n w' - n^2 w^2) X_n exp(i n theta), its
-    load is -m x'', and P_n = m n^2 X_n. This holds for pistons, rods and weights that turn in
-    proportion to the crank; not for the torque that a driven machine off the body keeps.
-    `retained` is the number of orders that move the body; without it all do. Those behind them are
-    dropped from the motion, and what they would add stands in its errors.
-    """
-
-    orders: np.ndarray
-    per_speed_squared: Operand
-    retained: int | None = None
-
-
 class SpeedSegment(NamedTuple):
     """A part of a speed profile: the crank's speed is linear in time, one operation works.
 
@@ -59,9 +41,16 @@ class SpeedSegment(NamedTuple):
 
 
 class ModalLoads(NamedTuple):
-    """`amplitude` (operations, orders, modes) of `Loads` on each mode, zero where it is rounding.
+    """What the crank train does to each mode in each operation (a set of working cylinders).
 
-    Orders from `retained` on are those that only the errors count.
+    `orders` (orders,), integers from 1. `amplitude` (operations, orders, modes) is complex 0-peak,
+    p_n in Re sum p_n w^2 exp(i n theta) at a constant speed w, zero where it is rounding. At a
+    varying speed an order is p_n (w^2 - i w'/n) exp(i n theta), exactly: a part moves with
+    x(theta) = Re X_n exp(i n theta), so that x'' = Re (i n w' - n^2 w^2) X_n exp(i n theta), and
+    its load -m x'' has m n^2 X_n. This holds for pistons, rods and weights that turn in proportion
+    to the crank; not for the torque that a driven machine off the body keeps.
+    `retained` is the number of orders that move the body. Those behind them are dropped from the
+    motion, and what they would add stands in its errors.
     """
 
     orders: np.ndarray
@@ -73,15 +62,17 @@ class ModalLoads(NamedTuple):
         return self._replace(orders=self.orders[which], amplitude=self.amplitude[:, which])
 
 
-def modal_loads(system: ModalSystem, loads: Loads) -> ModalLoads:
-    """Loads on the modes.
+def modal_loads(
+    system: ModalSystem, orders: np.ndarray, per_speed_squared: Bounded, retained: int
+) -> ModalLoads:
+    """Loads (operations, orders, coordinates) in kg m and kg m^2 on the modes.
 
     Raises
     ------
     NumericalFailure
         If a mode is driven that nothing holds, or that has no positive damping ratio.
     """
-    amplitude = bounded(loads.per_speed_squared) @ system.shape
+    amplitude = per_speed_squared @ system.shape
     felt = np.abs(amplitude.value) > amplitude.error
     driven = np.any(felt, axis=(0, 1))
     for which, words in (
@@ -91,8 +82,7 @@ def modal_loads(system: ModalSystem, loads: Loads) -> ModalLoads:
         if np.any(which):
             raise NumericalFailure(words.format(int(np.argmax(which)) + 1))
     value, error = np.where(felt, amplitude.value, 0.0), amplitude.error * driven
-    retained = len(loads.orders) if loads.retained is None else loads.retained
-    return ModalLoads(loads.orders, Bounded(value, error), retained)
+    return ModalLoads(orders, Bounded(value, error), retained)
 
 
 _NOT_HELD = (
