@@ -123,19 +123,20 @@ def _spectra(result: Result) -> list[str]:
 
 TRANSMISSIBILITY = Curves(
     "motion of the machine over motion of its base",
-    (
-        Panel(
-            "transmissibility",
-            (Curve(f"{ROOT}/transmissibility", "{}"), level(lambda _: 1.0)),
-            "motion of the body over that of the base, in the same direction",
-            log="xy",
-        ),
-        Panel(
-            "relative to the base",
-            (Curve(f"{ROOT}/relative_transmissibility", "{}"), level(lambda _: 1.0)),
-            "motion against the base over that of the base",
-            log="xy",
-        ),
+    tuple(
+        Panel(label, (Curve(f"{ROOT}/{name}", "{}"), level(lambda _: 1.0)), title, log="xy")
+        for name, label, title in (
+            (
+                "transmissibility",
+                "transmissibility",
+                "motion of the body over that of the base, in the same direction",
+            ),
+            (
+                "relative_transmissibility",
+                "relative to the base",
+                "motion against the base over that of the base",
+            ),
+        )
     ),
     names=6,
 )

@@ -116,9 +116,7 @@ class Curve(NamedTuple):
 
     def at(self, frequency: FloatArray) -> ComplexArray:
         """Dynamic stiffness, straight between rows, real and imaginary part each; ends hold."""
-        found = np.interp(frequency, self.frequency, self.value.real) + 1j * np.interp(
-            frequency, self.frequency, self.value.imag
-        )
+        found = np.interp(frequency, self.frequency, self.value)
         return np.asarray(1j * frequency * found if self.by_velocity else found)
 
 

@@ -1,5 +1,6 @@
 """A body on its mounts as one linear system: in six motions, in those of a plane, or in pitch."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -280,6 +281,10 @@ def frequency_grid(natural: np.ndarray, lowest: float = 0.0, highest: float = 0.
     even = np.geomspace(start, stop, _FAR)
     # two natural frequencies may be one to rounding, and so may samples around them
     clear = np.all(np.abs(even[:, None] / known - 1.0) > 0.5 * _NEAR[0], axis=1)
-    grid = np.sort(np.concatenate([even[clear], around.ravel()]))
-    apart = np.concatenate([[True], np.diff(grid) > 1.0e-9 * grid[1:]])
-    return np.asarray(grid[apart])
+    return rising([even[clear], around.ravel()], 1.0e-9)
+
+
+def rising(parts: Sequence[np.ndarray], apart: float) -> np.ndarray:
+    """All places in their order, without those that follow one by less than a share `apart`."""
+    every = np.sort(np.concatenate(parts))
+    return np.asarray(every[np.concatenate([[True], np.diff(every) > apart * every[1:]])])
