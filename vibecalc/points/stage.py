@@ -9,7 +9,6 @@ from vibecalc.core.run.stage import (
     Stage,
     Subject,
     Unit,
-    Work,
     below,
 )
 from vibecalc.isolation.stage import ORDERS, entries_of_loads, orders_of_loads
@@ -27,16 +26,16 @@ def plan_points(case: "Case") -> Iterator[Stage]:
     if not case.point:
         return
     torque, names = torque_reaches_mounts(case), ", ".join(one.name for one in case.point[:3])
-    without = ["/run_up/"]
     severity = case.vibration_severity
-    if severity is None:
-        without += ["points/severity", "points/zone"]
-    else:
-        given = [name for name in ("displacement", "velocity", "acceleration")
-                 if severity.grades is None and getattr(severity, name) is None]  # fmt: skip
-        without += [f"zone_boundary/{name}" for name in given]
-        without += ["points/zone"] if len(given) == 3 else []
+    no_bounds = [
+        name
+        for name in ("displacement", "velocity", "acceleration")
+        if severity is None or (severity.grades is None and getattr(severity, name) is None)
+    ]
+    without = ["/run_up/", *(f"zone_boundary/{name}" for name in no_bounds)]
+    without += ["points/zone"] * (len(no_bounds) == 3) + ["points/severity"] * (severity is None)
     orders = ORDERS if torque else orders_words(case)
+    readings = sum(1 if one.direction is not None else 3 for one in case.point)
     yield Stage(
         name="points",
         adapter="vibecalc.points.adapter:run_points",
@@ -47,7 +46,7 @@ def plan_points(case: "Case") -> Iterator[Stage]:
         quantities=below("points/", tuple(without)),
         is_last=True,
         harmonics=orders_of_loads,
-        work=_work,
+        work=lambda _, orders: ((readings * orders, "reading_order"),),
         topics=("vibecalc.points.accuracy:points_topics",),
         leading=None if torque or moves_with_machine(case) else Leading(MOUNT_KEYS, most=1024),
     )
@@ -64,28 +63,16 @@ def plan_points(case: "Case") -> Iterator[Stage]:
         quantities=below("points/run_up/", ("severity",) if severity is None else ()),
         is_last=True,
         harmonics=orders_of_loads,
-        work=_work_of_run_up,
+        work=lambda _, orders: (
+            (2 * orders * _RUN_UP, "body_solve"),
+            (3 * readings * orders * _RUN_UP, "reading_order"),
+        ),
         topics=("vibecalc.points.accuracy:points_run_up_topics",),
     )
 
 
 #: speeds that a run-up of readings takes
 _RUN_UP = 400
-
-
-def _readings(case: "Case") -> int:
-    return sum(1 if one.direction is not None else 3 for one in case.point)
-
-
-def _work(case: "Case", orders: int) -> Work:
-    return ((_readings(case) * orders, "reading_order"),)
-
-
-def _work_of_run_up(case: "Case", orders: int) -> Work:
-    return (
-        (2 * orders * _RUN_UP, "body_solve"),
-        (3 * _readings(case) * orders * _RUN_UP, "reading_order"),
-    )
 
 
 def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
