@@ -14,7 +14,8 @@ from vibecalc.isolation.on_mounts import OnMounts, frequency_grid, of_each
 from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
-from vibecalc.numerics.rounding import SINGULAR, FloatArray
+from vibecalc.numerics.linear import uncertain
+from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.body import COORDINATES, DIRECTIONS
 from vibecalc.points.model import QUANTITIES, readings_of
 
@@ -84,7 +85,14 @@ def _emit_harmonics(
 ) -> None:
     names, (frequency, base) = [one.name for one in given.harmonics], harmonics_of(scene.case)
     relative, motion = system.moved_by_base(base, frequency)
-    _require_digits(system, relative, names, frequency)
+    lost = uncertain(system.matrices.mass, relative)
+    if np.any(lost):
+        place = int(np.argmax(lost))
+        raise NumericalFailure(
+            f"harmonic {names[place]!r} of the base at {frequency[place] / _TURN:.6g} Hz meets an "
+            "undamped natural frequency of the machine on its mounts: there is no steady motion; "
+            "give the mounts damping or a loss factor, or another frequency"
+        )
     axes = {**axes, "base_harmonic": names}
     scene.emit(f"{HARMONIC}/frequency", frequency, axes=axes)
     for name, part in _responses(system, rows, relative, motion, frequency).items():
@@ -101,22 +109,6 @@ def _longest(vector: Bounded) -> Bounded:
     """Largest length (...) over the cycle of vectors (..., 3) of one frequency."""
     found = vector_cycle_peak(vector.value[..., None], [1])
     return Bounded(found.value, found.error + vector.norm().error)
-
-
-def _require_digits(
-    system: OnMounts, relative: Bounded, names: list[str], frequency: FloatArray
-) -> None:
-    """Refuse a harmonic of whose response fewer than four digits are certain."""
-    weight = np.sqrt(np.diagonal(system.matrices.mass))
-    size = np.max(weight * np.abs(relative.value), axis=-1)
-    lost = ~(np.max(weight * relative.error, axis=-1) < SINGULAR * size) & (size > 0.0)
-    if np.any(lost):
-        place = int(np.argmax(lost))
-        raise NumericalFailure(
-            f"harmonic {names[place]!r} of the base at {frequency[place] / _TURN:.6g} Hz meets an "
-            "undamped natural frequency of the machine on its mounts: there is no steady motion; "
-            "give the mounts damping or a loss factor, or another frequency"
-        )
 
 
 # ----------------------------------------------------------------------------

@@ -9,8 +9,7 @@ from vibecalc.base_motion.tables import BaseHarmonic, BaseSpectrum
 from vibecalc.errors import Problem
 from vibecalc.foundation.model import on_body
 from vibecalc.isolation.on_mounts import OnMounts, on_mounts
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.numerics.bounded import Bounded, bounded
 from vibecalc.parts.body import RigidBody
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mount_state import never_held
@@ -43,10 +42,8 @@ def harmonics_of(case: Case) -> tuple[np.ndarray, Bounded]:
     given, speed = case.base_motion, case.machine.speed
     assert given is not None
     every = [(one, one.frequency or (one.order or 0.0) * speed) for one in given.harmonics]
-    said, turned = np.array([_amplitude_of(*each) for each in every]), at_reference(given.point)
-    size = np.abs(said) @ np.abs(turned).T
-    frequency = np.array([one for _, one in every])
-    return frequency, Bounded(said @ turned.T, 8.0 * UNIT_ROUNDOFF * size)
+    said = bounded(np.array([_amplitude_of(*each) for each in every]))
+    return np.array([one for _, one in every]), said @ at_reference(given.point).T
 
 
 def _amplitude_of(one: BaseHarmonic, frequency: float) -> np.ndarray:
@@ -74,10 +71,9 @@ def density_of(one: BaseSpectrum, interpolation: str) -> Density:
 
     Straight lines of a velocity density in logarithmic scales are straight for the acceleration.
     """
-    rows, by_velocity = getattr(one, _key(one)), one.velocity is not None
-    straight_in_logarithms = interpolation == "logarithmic"
-    frequency, density = np.asarray(rows.frequency), np.asarray(rows.density)
-    return Density(frequency, density, straight_in_logarithms, by_velocity)
+    rows, straight_in_logarithms = getattr(one, _key(one)), interpolation == "logarithmic"
+    columns = np.asarray(rows.frequency), np.asarray(rows.density)
+    return Density(*columns, straight_in_logarithms, one.velocity is not None)
 
 
 def base_motion_problems(case: Case) -> Iterator[Problem]:

@@ -67,13 +67,13 @@ def run_coupled(scene: Scene) -> None:
         "foundation_frequency": grid / _TURN,
     }
     _emit_motion(scene, system, motion, found.force, loads, axes)
-    for name, one, load in (
-        ("ground", system, ground),
-        ("rigid", still, still.ground_load(alone, frequency)),
-    ):
-        _emit_loads(scene, f"{COUPLED}/{name}", load, loads, axes)
-        curves = {f"{COUPLED}/{name}/transmissibility": partial(_curves, one, grid)}
-        scene.emit_all(curves, axes)
+    arriving = {"ground": ground, "rigid": still.ground_load(alone, frequency)}
+    for what, part in (("force", slice(0, 3)), ("couple", slice(3, 6))):
+        for name, load in arriving.items():
+            path = f"{COUPLED}/{name}/{what}"
+            _emit_load(scene, path, loads.load[:, part], load[:, part], loads, axes)
+    for name, one in (("ground", system), ("rigid", still)):
+        scene.emit_all({f"{COUPLED}/{name}/transmissibility": partial(_curves, one, grid)}, axes)
 
 
 def _curves(system: OnMounts, frequency: np.ndarray) -> Bounded:
@@ -84,7 +84,7 @@ def _emit_modes(scene: Scene, system: OnMounts) -> None:
     shapes = system.shapes
     axes = {"coupled_mode": np.arange(1, len(shapes.natural_frequency) + 1)}
     found = CoupledModes(
-        natural_frequency=Bounded(shapes.natural_frequency, shapes.natural_frequency_error),
+        natural_frequency=shapes.bounded_frequency,
         damping_ratio=system.damping_ratio(),
         machine_share=system.energy_fraction()[..., :6].sum(-1),
     )
@@ -142,19 +142,19 @@ def _emit_motion(
     scene.emit_all(below, axes)
 
 
-def _emit_loads(
-    scene: Scene, path: str, arriving: Bounded, loads: BodyLoads, axes: Mapping[str, Any]
+def _emit_load(
+    scene: Scene,
+    path: str,
+    held: Bounded,
+    load: Bounded,
+    loads: BodyLoads,
+    axes: Mapping[str, Any],
 ) -> None:
-    """Emit loads (m, 6) below the mounts, and how much less they are than those on the machine."""
+    """Emit a load (m, 3) below the mounts, and how much less it is than that `held` on them."""
     used = loads.retained
-    for what, part in (("force", slice(0, 3)), ("couple", slice(3, 6))):
-        held, load = loads.load[:, part], arriving[:, part]
-        acting, total = (rms(one, used, loads.tail).norm() for one in (held, load))
-        found = {
-            f"{path}/{what}": with_terms(load[:used]),
-            f"{path}/{what}_rms": with_terms(total.value, total.rounding),
-            f"{path}/{what}_by_order": by_order(held[:used], load[:used])[:, -1],
-        }
-        if acting.value.value > 4.0 * acting.rounding:
-            found[f"{path}/{what}_efficiency"] = 1.0 - total.value / acting.value
-        scene.emit_all(found, axes)
+    acting, total = (rms(one, used, loads.tail).norm() for one in (held, load))
+    found = {path: with_terms(load[:used]), f"{path}_rms": with_terms(total.value, total.rounding)}
+    if acting.value.value > 4.0 * acting.rounding:
+        found[f"{path}_efficiency"] = 1.0 - total.value / acting.value
+    found[f"{path}_by_order"] = by_order(held[:used], load[:used])[:, -1]
+    scene.emit_all(found, axes)

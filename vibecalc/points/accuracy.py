@@ -60,7 +60,7 @@ def points_run_up_topics(scene: Scene) -> list[Topic]:
     solver = ours("resonances and slopes", "speeds about resonances, Newton's method", alone)
     return [
         peak_over_range(
-            ask, [solver], lambda speed: rms_at(counted, speed).value[:, row], *ends,
+            ask, [solver], lambda speed: rms_at(counted, speed, speed).value[:, row], *ends,
             "crank speed [rad/s]", known, work="speeds",
         )
     ]  # fmt: skip

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import MotionByOrder, kept, peak_with_tail
+from vibecalc.excitation.adapter import MotionByOrder, kept, left_out, peak_with_tail
+from vibecalc.numerics.bounded import where
 from vibecalc.points.model import QUANTITIES, band_of, boundaries_of, readings_of
 from vibecalc.points.readings import in_band, rms, signals
 from vibecalc.points.results import BOUNDARY, ROOT
@@ -21,7 +22,10 @@ def run_points(scene: Scene) -> None:
     frequency = given.order * np.asarray(speed)[..., None]
     counts = in_band(frequency, band_of(case))[..., None, :]
     found = dict(zip(QUANTITIES, signals(given.motion, readings.row, frequency), strict=True))
-    levels = {name: rms(one, counts, used, given.tail) for name, one in found.items()}
+    levels = {}
+    for name, one in found.items():
+        _, dropped = left_out(where(counts, one, 0.0), given)
+        levels[name] = rms(one[..., :used], counts[..., :used], dropped)
     axes = {"sensor": readings.names, "order": given.order[:used]}
     results: dict[str, Any] = {f"{ROOT}/{name}": kept(one, given) for name, one in found.items()}
     for name, one in found.items():

@@ -33,17 +33,14 @@ def in_band(frequency: FloatArray, band: tuple[float, float]) -> BoolArray:
     return np.asarray((frequency >= low * (1.0 - _ON)) & (frequency <= high * (1.0 + _ON)))
 
 
-def rms(harmonics: Bounded, counts: BoolArray, retained: int, tail: FloatArray | float) -> Bounded:
-    """R.m.s. values (...) of the first `retained` orders (..., m) that count (..., m).
+def rms(kept: Bounded, counts: BoolArray, dropped: FloatArray) -> Bounded:
+    """R.m.s. values (...) of those harmonics (..., m) that count (..., m).
 
-    What the others, up to m, would add is in the error, `tail` times, where they count. `tail` has
-    the first axes of the values.
+    What all others that count may add is in the error: `dropped` (...) is the sum of their sizes.
     """
-    counted = where(counts, harmonics, 0.0)
-    found, size = counted[..., :retained].norm(), np.abs(counted.value[..., retained:]).sum(axis=-1)
-    factor = np.reshape(tail, (*np.shape(tail), *(1,) * (size.ndim - np.ndim(tail))))
+    found = where(counts, kept, 0.0).norm()
     # at right angles to what is kept: it adds a square
-    added = np.hypot(found.value, factor * size) - found.value
+    added = np.hypot(found.value, dropped) - found.value
     return Bounded(found.value, found.error + added) * np.sqrt(0.5)
 
 
@@ -64,13 +61,12 @@ def with_rates(rows: HarmonicsAt, order: FloatArray) -> HarmonicsAt:
         rate = (speed[:, None] * order)[:, None, None, :]
         for _ in range(2):
             jets.append(_rate(jets[-1], rate, order))
-        return Jet(*(_together(parts) for parts in zip(*jets, strict=True)))
+        return Jet(
+            *(part if part is EMPTY else np.concatenate((part, *more), axis=1)
+              for part, *more in zip(*jets, strict=True))
+        )  # fmt: skip
 
     return harmonics_at
-
-
-def _together(parts: tuple[np.ndarray, ...]) -> np.ndarray:
-    return EMPTY if parts[0] is EMPTY else np.concatenate(parts, axis=1)
 
 
 def _rate(jet: Jet, rate: FloatArray, order: FloatArray) -> Jet:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.points.readings import in_band
 from vibecalc.points.results import BOUNDARY, KINDS, ROOT, RUN_UP, UNITS
 from vibecalc.points.severity import grade_number, zone_names
-from vibecalc.points.tables import GRADED, GRADES
+from vibecalc.points.tables import BAND, GRADED, GRADES
 from vibecalc.units import convert
 
 _SEVERITY, _ZONE = f"{ROOT}/severity", f"{ROOT}/zone"
@@ -54,11 +53,8 @@ def boundaries(record: Record) -> dict[str, Quantity]:
 
 def band_in_hertz(result: Result) -> tuple[float, float]:
     """Ends of the band of the r.m.s. values."""
-    given: Any = table_of(result.case, "vibration_severity").get("band")
-    if given is None:
-        return 2.0, 1000.0
-    low, high = given
-    return hertz(float(low)), hertz(float(high))
+    low, high = table_of(result.case, "vibration_severity").get("band") or BAND
+    return hertz(low), hertz(high)
 
 
 def band_words(result: Result) -> str:

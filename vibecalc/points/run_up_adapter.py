@@ -1,7 +1,5 @@
 """Adapter: readings at the points of the body over the run-up of [isolation]."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
@@ -10,8 +8,8 @@ from vibecalc.isolation.adapters.run_up import sections
 from vibecalc.isolation.rows import Readout, with_left_out
 from vibecalc.isolation.run_up import RunUp, joined, run_up
 from vibecalc.isolation.run_up_peaks import RunUpPeak, over_all
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray
+from vibecalc.numerics.bounded import Bounded, concatenate
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.points.model import QUANTITIES, Readings, band_of, readings_of
 from vibecalc.points.readings import with_rates
 from vibecalc.points.results import RUN_UP
@@ -34,14 +32,18 @@ def run_points_run_up(scene: Scene) -> None:
             f"the run-up at the points has {peaks.unresolved} intervals of speed that are coarser "
             "than asked for, since the number of speeds is capped; its maxima are not affected"
         )
-    count = len(readings.names)
-    for number, name in enumerate(QUANTITIES):
-        own = slice(number * count, (number + 1) * count)
-        for kind, found in (("peak", peaks), ("rms", levels)):
-            _emit(scene, f"{name}_{kind}", readings.names, found.speed, found.curve[:, own],
-                  RunUpPeak._make(part[own] for part in found.peak))  # fmt: skip
     if scene.case.vibration_severity is not None:
-        _emit(scene, "severity", readings.names, levels.speed, *_severity(levels, count))
+        levels = _with_severity(levels)
+    count = len(readings.names)
+    for kind, found in (("peak", peaks), ("rms", levels)):
+        axes, top = {"sensor": readings.names, "speed": found.speed}, found.peak
+        value, speed = Bounded(top.value, top.error), Bounded(top.speed, top.speed_error)
+        names = [*(f"{name}_{kind}" for name in QUANTITIES), "severity"]
+        for number in range(found.curve.shape[1] // count):
+            own, path = slice(number * count, (number + 1) * count), f"{RUN_UP}/{names[number]}"
+            scene.emit(path, found.curve[:, own].T, axes=axes)
+            scene.emit(f"{path}_largest", value[own], axes=axes)
+            scene.emit(f"{path}_largest_speed", speed[own], axes=axes)
 
 
 def band_rows(part: RunUpSection, readings: Readings, band: tuple[float, float]) -> BandRows:
@@ -70,26 +72,16 @@ def passed(part: RunUpSection, readings: Readings, counted: BandRows) -> tuple[R
     return peaks, rms_run_up(counted, peaks._replace(masked=masked), shows, part.start, part.stop)
 
 
-def _emit(
-    scene: Scene, name: str, sensors: Sequence[str], speed: FloatArray, curve: Bounded,
-    top: RunUpPeak,
-) -> None:  # fmt: skip
-    found = {
-        "": curve.T,
-        "_largest": Bounded(top.value, top.error),
-        "_largest_speed": Bounded(top.speed, top.speed_error),
-    }
-    results = {f"{RUN_UP}/{name}{end}": one for end, one in found.items()}
-    scene.emit_all(results, {"sensor": sensors, "speed": speed})
-
-
-def _severity(found: RunUp, count: int) -> tuple[Bounded, RunUpPeak]:
-    """Severity over speed; its largest is the largest of what the three largest values make."""
+def _with_severity(found: RunUp) -> RunUp:
+    """With severity behind the rows of three quantities; its largest is that of their largest."""
+    top, count = found.peak, found.curve.shape[1] // 3
     whole = severity(*(found.curve[:, k * count : (k + 1) * count] for k in range(3)))
-    factor, top = np.repeat([LOWER, 1.0, 1.0 / UPPER], count), found.peak
+    factor = np.repeat([LOWER, 1.0, 1.0 / UPPER], count)
     value = (top.value * factor).reshape(3, count)
     error = np.where(np.isfinite(top.value), top.error * factor, 0.0).reshape(3, count).max(axis=0)
     row = np.argmax(value, axis=0) * count + np.arange(count)
     highest = RunUpPeak(np.max(value, axis=0), error, top.speed[row], top.speed_error[row])
     off = over_all(highest, lambda rows: ((k, found.speed, whole[:, k]) for k in rows.tolist()))
-    return whole, highest._replace(speed_error=off.speed_error)
+    highest = highest._replace(speed_error=off.speed_error)
+    peak = RunUpPeak(*(np.concatenate(pair) for pair in zip(top, highest, strict=True)))
+    return found._replace(curve=concatenate([found.curve, whole]), peak=peak)

@@ -97,7 +97,7 @@ def _emit_modes(scene: Scene, system: OnMounts) -> None:
     )
     shapes, reach, share = system.shapes, system.reach.mT, system.energy_fraction()
     found = BodyModes(
-        natural_frequency=Bounded(shapes.natural_frequency, shapes.natural_frequency_error),
+        natural_frequency=shapes.bounded_frequency,
         damping_ratio=system.damping_ratio(),
         shape=Bounded(shapes.shape.mT @ reach, shapes.shape_error.mT @ reach),
         energy_fraction=Bounded(share.value @ reach, share.error @ reach),
