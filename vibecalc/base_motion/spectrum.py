@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.isolation.on_mounts import rising
-from vibecalc.numerics.bounded import Bounded, reshaped
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.gauss import integral
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 
@@ -97,7 +97,5 @@ def mean_squares(powers: Powers, ends: FloatArray, tolerance: float) -> dict[str
         "within the spectrum has next to no damping; give the mounts damping or a loss factor",
     )
     each = Bounded(found.value, found.error + nothing(found.value))
-    return {
-        name: reshaped(each[alike == place], lambda part, shape=shape: part.reshape(shape))
-        for place, (name, shape) in enumerate(shapes.items())
-    }
+    named = ((name, each[alike == place]) for place, name in enumerate(shapes))
+    return {name: Bounded(*(part.reshape(shapes[name]) for part in one)) for name, one in named}

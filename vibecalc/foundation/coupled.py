@@ -153,7 +153,8 @@ def _emit_load(
     """Emit a load (m, 3) below the mounts, and how much less it is than that `held` on them."""
     used = loads.retained
     acting, total = (rms(one, used, loads.tail).norm() for one in (held, load))
-    found = {path: with_terms(load[:used]), f"{path}_rms": with_terms(total.value, total.rounding)}
+    found: dict[str, Any] = {path: with_terms(load[:used])}
+    found[f"{path}_rms"] = with_terms(total.value, total.rounding)
     if acting.value.value > 4.0 * acting.rounding:
         found[f"{path}_efficiency"] = 1.0 - total.value / acting.value
     found[f"{path}_by_order"] = by_order(held[:used], load[:used])[:, -1]

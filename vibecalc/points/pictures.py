@@ -52,7 +52,7 @@ def _spectra(result: Result) -> list[Panel]:
     for one in result.case["point"]:  # type: ignore[attr-defined]
         first, last = last, last + (3 if one.get("direction") is None else 1)
         bars = (Curve(entry_of(path, i), "{}", bars=True) for i in range(first, last))
-        parts = (*bars, _outside)
+        parts: tuple[Mark, ...] = (*bars, _outside)
         panel = Panel("velocity, 0 to peak", parts, one["name"], unit="mm/s", legend=_RIGHT)
         panels.append((max(size[first:last], default=0.0), panel))
     largest = sorted((top for top, _ in panels), reverse=True)[:_MOST]

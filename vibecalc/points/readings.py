@@ -41,7 +41,7 @@ def rms(kept: Bounded, counts: BoolArray, dropped: FloatArray) -> Bounded:
     found = where(counts, kept, 0.0).norm()
     # at right angles to what is kept: it adds a square
     added = np.hypot(found.value, dropped) - found.value
-    return Bounded(found.value, found.error + added) * np.sqrt(0.5)
+    return Bounded(found.value, found.error + added) * float(np.sqrt(0.5))
 
 
 # ----------------------------------------------------------------------------
