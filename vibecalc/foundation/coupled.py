@@ -1,6 +1,6 @@
 """Adapter: loads of the machine onto machine and foundation, and what a rigid one would get."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -66,12 +66,14 @@ def run_coupled(scene: Scene) -> None:
         "coordinate": COORDINATES,
         "foundation_frequency": grid / _TURN,
     }
-    _emit_motion(scene, system, motion, found.force, loads, axes)
+    for group in _below(system, motion, found.force, scene.case.machine.speed, loads):
+        scene.emit_all(group, axes)
     arriving = {"ground": ground, "rigid": still.ground_load(alone, frequency)}
     for what, part in (("force", slice(0, 3)), ("couple", slice(3, 6))):
         for name, load in arriving.items():
             path = f"{COUPLED}/{name}/{what}"
-            _emit_load(scene, path, loads.load[:, part], load[:, part], loads, axes)
+            reached = _arriving(path, loads.load[:, part], load[:, part], loads)
+            scene.emit_all(reached, axes)
     for name, one in (("ground", system), ("rigid", still)):
         scene.emit_all({f"{COUPLED}/{name}/transmissibility": partial(_curves, one, grid)}, axes)
 
@@ -116,46 +118,29 @@ def _inside(scene: Scene, curves: Sequence[Curve], loads: BodyLoads, frequency: 
     scene.warn(f"{words}: their first or last row holds there, for loads of {share:.1e} of all")
 
 
-def _emit_motion(
-    scene: Scene,
-    system: OnMounts,
-    motion: Bounded,
-    force: Bounded,
-    loads: BodyLoads,
-    axes: Mapping[str, Any],
-) -> None:
-    """Emit what the foundation does by a motion (m, f) and forces (mounts, 3, m) of the mounts."""
+def _below(
+    system: OnMounts, motion: Bounded, force: Bounded, speed: float, loads: BodyLoads
+) -> Iterator[FoundationMotion | BelowMounts]:
+    """What the foundation does by a motion (m, f) and forces (mounts, 3, m) of the mounts."""
     used = loads.retained
     kept = list(system.plate if isinstance(system, OnTables) else range(6))
-    plate = motion[:used, 6 : 6 + len(kept)] @ np.eye(6)[kept]
     if kept:
-        scene.emit_all(FoundationMotion(plate[:, :3], plate[:, 3:]), axes)
+        plate = motion[:used, 6 : 6 + len(kept)] @ np.eye(6)[kept]
+        yield FoundationMotion(plate[:, :3], plate[:, 3:])
     foot = displacement(-system.stretch[..., 6:], motion[:, 6:])
-    speed = foot * (1j * loads.order * scene.case.machine.speed)
-    power = (speed * Bounded(np.conj(force.value), force.error)).real.sum((0, 1)) * 0.5
-    speeds = reshaped(speed, lambda one: np.moveaxis(one, -1, 0))
-    below = BelowMounts(
-        foot=foot[..., :used],
-        foot_velocity_rms=rms(speeds, used, loads.tail).norm().value,
-        power=power[:used],
-    )
-    scene.emit_all(below, axes)
+    rate = foot * (1j * loads.order * speed)
+    power = (rate * Bounded(np.conj(force.value), force.error)).real.sum((0, 1)) * 0.5
+    rates = reshaped(rate, lambda one: np.moveaxis(one, -1, 0))
+    level = rms(rates, used, loads.tail).norm().value
+    yield BelowMounts(foot[..., :used], level, power[:used])
 
 
-def _emit_load(
-    scene: Scene,
-    path: str,
-    held: Bounded,
-    load: Bounded,
-    loads: BodyLoads,
-    axes: Mapping[str, Any],
-) -> None:
-    """Emit a load (m, 3) below the mounts, and how much less it is than that `held` on them."""
+def _arriving(path: str, held: Bounded, load: Bounded, loads: BodyLoads) -> dict[str, Any]:
+    """A load (m, 3) below the mounts, and how much less it is than that `held` on them, by path."""
     used = loads.retained
     acting, total = (rms(one, used, loads.tail).norm() for one in (held, load))
     found: dict[str, Any] = {path: with_terms(load[:used])}
     found[f"{path}_rms"] = with_terms(total.value, total.rounding)
     if acting.value.value > 4.0 * acting.rounding:
         found[f"{path}_efficiency"] = 1.0 - total.value / acting.value
-    found[f"{path}_by_order"] = by_order(held[:used], load[:used])[:, -1]
-    scene.emit_all(found, axes)
+    return found | {f"{path}_by_order": by_order(held[:used], load[:used])[:, -1]}

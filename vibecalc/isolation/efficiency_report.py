@@ -128,11 +128,11 @@ def of_loud(of: Made, *sizes: Made) -> Callable[[Result], Quantity | None]:
     """A quantity of those orders alone at which one of the `sizes` is worth a bar."""
 
     def made(result: Result) -> Quantity | None:
-        every = [one(result.record) for one in (of, *sizes)]
-        found, *beside = (one for one in every if one is not None)
-        if len(beside) != len(sizes):
+        found, *every = (one(result.record) for one in (of, *sizes))
+        beside = [one for one in every if one is not None]
+        if found is None or len(beside) != len(sizes):
             return None
-        large = loud(_SMALL, _MOST, len(beside))(beside)
+        large = loud(_SMALL, _MOST, len(sizes))(beside)
         axis = replace(found.axes[0], values=found.axes[0].values[large])
         return replace(found, values=found.values[large], axes=(axis,))
 

@@ -218,6 +218,13 @@ def assembled(
     )  # fmt: skip
 
 
+def in_direction(mounts: Mounts, along: int) -> Mounts:
+    """Mounts that stiffen one direction alone."""
+    only = (..., slice(along, along + 1), slice(along, along + 1))
+    each = {name: getattr(mounts, name)[only] for name in ("stiffness", "damping", "structural")}
+    return replace(mounts, **each)
+
+
 def pitching(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> OnMounts:
     """The system of a body that only turns, about the axis across its crankshaft.
 
@@ -236,13 +243,7 @@ def pitching(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> OnMount
     both = np.stack([heave, turn], axis=-1)
     lever = body.centre[..., along, None] - mounts.position[..., along]
     stretch = np.stack([np.ones(lever.shape), lever], axis=-1)[..., None, :]
-    only = (..., slice(up, up + 1), slice(up, up + 1))
-    few = replace(
-        mounts,
-        stiffness=mounts.stiffness[only],
-        damping=mounts.damping[only],
-        structural=mounts.structural[only],
-    )
+    few = in_direction(mounts, up)
     mass = side_by_side([body.mass, body.inertia[..., turned, turned]])[..., None] * np.eye(2)
     whole = on_springs(rounded(mass, DATA_ROUNDINGS), stretch, few)
     matrices = whole.reduced(np.array([1]))

@@ -190,7 +190,10 @@ def parts_of_loads(case: "Case") -> tuple[str, ...]:
 
 
 def entries_of_loads(case: "Case", axis: str) -> Entries | None:
-    """Entries of the axis of these orders, where the case and not the tolerance says how many."""
+    """Speeds of a run-up; these orders, where the case and not the tolerance says how many."""
+    if axis == "speed":
+        options = case.isolation
+        return Entries.of_speeds(options and options.run_up, "isolation.run_up")
     if axis != "order" or not torque_reaches_mounts(case):
         return orders_given(case, axis)
     found = orders_of_reaction(case)
@@ -236,8 +239,6 @@ def _work_of_efficiency(case: "Case", orders: int) -> Work:
 
 def _entries(case: "Case", path: str, axis: str) -> Entries | None:
     options = case.isolation
-    if axis == "speed":
-        return Entries.of_speeds(options and options.run_up, "isolation.run_up")
     if axis == "mode" and path.startswith(("isolation/modes/", "isolation/torque_reaction/")):
         planar = options is not None and options.model == "planar"
         most, body = (3, "a body in the plane") if planar else (6, "a rigid body")

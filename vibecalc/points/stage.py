@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from vibecalc.core.run.stage import (
-    Entries,
     Leading,
     Stage,
     Subject,
@@ -16,6 +15,7 @@ from vibecalc.kinematics.stage import orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import torque_reaches_mounts
 from vibecalc.parts.mount_needs import moves_with_machine
+from vibecalc.points.results import UNITS
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -25,15 +25,12 @@ def plan_points(case: "Case") -> Iterator[Stage]:
     """Planned where the case has points on a body that some table moves."""
     if not case.point:
         return
+    from vibecalc.points.tables import zoned
+
     torque, names = torque_reaches_mounts(case), ", ".join(one.name for one in case.point[:3])
-    severity = case.vibration_severity
-    no_bounds = [
-        name
-        for name in ("displacement", "velocity", "acceleration")
-        if severity is None or (severity.grades is None and getattr(severity, name) is None)
-    ]
-    without = ["/run_up/", *(f"zone_boundary/{name}" for name in no_bounds)]
-    without += ["points/zone"] * (len(no_bounds) == 3) + ["points/severity"] * (severity is None)
+    severity, zones = case.vibration_severity, zoned(case.vibration_severity)
+    without = ["/run_up/", *(f"zone_boundary/{name}" for name in UNITS if name not in zones)]
+    without += ["points/zone"] * (not zones) + ["points/severity"] * (severity is None)
     orders = ORDERS if torque else orders_words(case)
     readings = sum(1 if one.direction is not None else 3 for one in case.point)
     yield Stage(
@@ -84,17 +81,10 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
     return {"sensor": readings_of(case).names}
 
 
-def _entries(case: "Case", path: str, axis: str) -> Entries | None:
-    if axis == "speed":
-        options = case.isolation
-        return Entries.of_speeds(options and options.run_up, "isolation.run_up")
-    return entries_of_loads(case, axis)
-
-
 SUBJECT = Subject(
     stages=(plan_points,),
     names=names_of,
-    entries=_entries,
+    entries=lambda case, _, axis: entries_of_loads(case, axis),
     concerns=lambda case: bool(case.point) or case.vibration_severity is not None,
     units={"reading_order": Unit(1.0e-6, "orders of readings at points")},
     checks=("vibecalc.points.model:points_problems",),
