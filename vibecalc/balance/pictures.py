@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.balance.report import axis_of
 from vibecalc.balance.results import WeightsFound
 from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas, palette
-from vibecalc.core.report.curves import Curve, Curves, Panel, Source, sourced
+from vibecalc.core.report.curves import Curve, Curves, Panel, Source
 from vibecalc.core.report.sections import by_size, having, labels
 from vibecalc.core.report.writing import read, show
 from vibecalc.core.results.record import Quantity, Result
@@ -22,57 +22,45 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 
+_TIMES = {"before": ("without", QUIET), "after": ("with", COLOURS[0])}
+
+
 def _acting(name: str, when: str) -> Source:
-    """A size by order, rounding as the zero that it is."""
+    """A size by order, rounding as the zero that it is; none where it is zero before and after."""
 
     def made(result: Result) -> Quantity | None:
-        found = having(result.record, f"balance/{when}/{name}", "order")
-        if found is None:
+        both = {one: having(result.record, f"balance/{one}/{name}", "order") for one in _TIMES}
+        if all(one is None or np.all(one.zero) for one in both.values()):
             return None
-        return replace(found, values=np.where(found.zero, 0.0, found.values))
-
-    return made
-
-
-def _any(name: str) -> Source:
-    """The size before or after, whichever is not zero at all orders."""
-
-    def made(result: Result) -> Quantity | None:
-        both = (sourced(_acting(name, when), result) for when in ("before", "after"))
-        return next((one for one in both if one is not None and np.any(one.values)), None)
+        found = both[when]
+        return found and replace(found, values=np.where(found.zero, 0.0, found.values))
 
     return made
 
 
 def _title(result: Result) -> str:
     """With the residual of all orders, without the weights and with them."""
-    both = (f"balance/{when}/all_orders" for when in ("before", "after"))
-    known = [one for path in both if (one := result.record.quantities.get(path)) is not None]
-    sizes = [f"{show(float(one.values), one.error_estimate)} N" for one in known]
+    both = (result.record.quantities.get(f"balance/{when}/all_orders") for when in _TIMES)
+    sizes = [f"{show(float(one.values), one.error_estimate)} N" for one in both if one is not None]
     words = "what the weights leave, by order"
     return f"{words}; weighted residual of all: {', then '.join(sizes)}" if sizes else words
 
 
-def _pair(name: str, label: str) -> Panel:
-    return Panel(
-        label,
-        tuple(
-            Curve(_acting(name, when), words, {"color": colour}, bars=True)
-            for when, words, colour in (
-                ("before", "without the weights", QUIET),
-                ("after", "with the weights", COLOURS[0]),
-            )
-        ),
-        needs=(_any(name),),
-    )
-
-
 BALANCE_ORDERS = Curves(
     _title,
-    (
-        _pair("force", "force"),
-        _pair("couple", "couple"),
-        _pair("residual", "weighted residual"),
+    tuple(
+        Panel(
+            label,
+            tuple(
+                Curve(_acting(name, when), f"{how} the weights", {"color": colour}, bars=True)
+                for when, (how, colour) in _TIMES.items()
+            ),
+        )
+        for name, label in (
+            ("force", "force"),
+            ("couple", "couple"),
+            ("residual", "weighted residual"),
+        )
     ),
     high=2.3,
 )

@@ -7,7 +7,6 @@ from vibecalc.core.run.stage import Entries, Stage, Subject, Unit, Work, below
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 
 if TYPE_CHECKING:
-    from vibecalc.balance.tables import Weight
     from vibecalc.schema import Case
 
 
@@ -16,7 +15,7 @@ def plan_balance(case: "Case") -> Iterator[Stage]:
     balance = case.balance
     if balance is None:
         return
-    weights, on_crank = _weights(case), len(balance.counterweights)
+    weights, on_crank = balance.weights, len(balance.counterweights)
     given = {
         "weight/mass": any(one.radius is not None for one in weights),
         "weight/use": any(one.largest_unbalance is not None for one in weights),
@@ -36,14 +35,8 @@ def plan_balance(case: "Case") -> Iterator[Stage]:
     )
 
 
-def _weights(case: "Case") -> "list[Weight]":
-    assert case.balance is not None
-    shafts = case.balance.shafts
-    return [*case.balance.counterweights, *(one for shaft in shafts for one in shaft.weights)]
-
-
 def _work(case: "Case", orders: int) -> Work:
-    weights = _weights(case)
+    weights = case.balance.weights if case.balance is not None else []
     places = sum(one.between is not None for one in weights)
     return ((len(weights), "sought_weight"), (places, "free_place"))
 
@@ -61,13 +54,7 @@ def _names(case: "Case") -> dict[str, tuple[str, ...]]:
         return {}
     from vibecalc.balance.model import sought_weights
 
-    sought = sought_weights(case.balance, case.machine.crank_train)
-    given = list(zip(sought.names, _weights(case), strict=True))
-    return {
-        "weight": sought.names,
-        "balance_radius": tuple(name for name, one in given if one.radius is not None),
-        "balance_bound": tuple(name for name, one in given if one.largest_unbalance is not None),
-    }
+    return sought_weights(case.balance, case.machine.crank_train).axes
 
 
 SUBJECT = Subject(

@@ -89,11 +89,6 @@ def _one_namespace(row: Row) -> Iterator[Problem]:
             )
 
 
-def _nothing_counts(row: Row) -> bool:
-    keys = ("force_weight", "couple_weight", "roll_weight")
-    return all(row.number(key) == 0.0 for key in keys)
-
-
 class Balance(Table):
     """Weights sought for the least force and couple that they leave on the body."""
 
@@ -130,7 +125,12 @@ class Balance(Table):
         refuse(
             "force_weight",
             "nothing counts: the weights of forces and couples are all zero",
-            _nothing_counts,
+            lambda row: not any(row.number(f"{of}_weight") for of in ("force", "couple", "roll")),
             "a weight above zero",
         ),
     )
+
+    @property
+    def weights(self) -> list[Weight]:
+        """All of them: those on the crankshaft, then those of the shafts."""
+        return [*self.counterweights, *(one for shaft in self.shafts for one in shaft.weights)]
