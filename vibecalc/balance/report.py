@@ -205,20 +205,19 @@ def _as_case(result: Result) -> list[str]:
     for name, size, phase, place, ratio in zip(
         labels(unbalance.axes[0]), unbalance.values, *columns, strict=True
     ):
-        known = {
-            "name": json.dumps(name, ensure_ascii=False),
-            "unbalance": _number(size),
-            "phase": _number(phase),
-        }
+        known = {"name": json.dumps(name, ensure_ascii=False)}
+        known |= {"unbalance": _number(size), "phase": _number(phase)}
         if size and name in on_the_crank:
             known["position"] = _number(place[along])
             words = ", ".join(f"{key} = {value}" for key, value in known.items())
             on_crank.append(f"    {{ {words} }},")
         elif size:
-            known["speed_ratio"] = f"{ratio:.0f}"
-            known["position"] = f"[{', '.join(map(_number, place))}]"
-            lines = [f"  {key} = {value}" for key, value in known.items()]
-            on_shafts += ["", "  [[machine.crank_train.balance_shafts]]", *lines]
+            known |= {
+                "speed_ratio": f"{ratio:.0f}",
+                "position": f"[{', '.join(map(_number, place))}]",
+            }
+            on_shafts += ["", "  [[machine.crank_train.balance_shafts]]"]
+            on_shafts += [f"  {key} = {value}" for key, value in known.items()]
     if on_crank:
         on_crank = ["  [machine.crank_train]", "  counterweights = [", *on_crank, "  ]"]
     lines = [*on_crank, *on_shafts[0 if on_crank else 1 :]]

@@ -16,10 +16,11 @@ def plan_balance(case: "Case") -> Iterator[Stage]:
     if balance is None:
         return
     weights, on_crank = balance.weights, len(balance.counterweights)
-    given = {
-        "weight/mass": any(one.radius is not None for one in weights),
-        "weight/use": any(one.largest_unbalance is not None for one in weights),
-    }
+    absent = tuple(
+        f"weight/{name}"
+        for name, key in (("mass", "radius"), ("use", "largest_unbalance"))
+        if all(getattr(one, key) is None for one in weights)
+    )
     yield Stage(
         name="balance",
         adapter="vibecalc.balance.adapter:run_balance",
@@ -28,7 +29,7 @@ def plan_balance(case: "Case") -> Iterator[Stage]:
         orders=orders_words(case),
         cost=f"least squares within bounds: {on_crank} weights on the crank, "
         f"{len(weights) - on_crank} on shafts",
-        quantities=below("balance/", without=tuple(k for k, there in given.items() if not there)),
+        quantities=below("balance/", absent),
         is_last=True,
         harmonics=orders_of_motion,
         work=_work,

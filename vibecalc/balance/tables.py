@@ -1,6 +1,5 @@
 """The table [balance] of a case, with those below it."""
 
-from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
@@ -15,8 +14,7 @@ from vibecalc.core.case.fields import (
     Unbalance,
     Whole,
 )
-from vibecalc.core.case.rules import Row, once, one_of, pair_ordered, refers, refuse, unique
-from vibecalc.errors import Problem
+from vibecalc.core.case.rules import once, one_of, pair_ordered, refers, refuse, unique
 
 Order = Annotated[int, Field(strict=True, ge=1, le=400)]
 Between = Annotated[tuple[Length, ...], Field(min_length=2, max_length=2)]
@@ -75,20 +73,6 @@ class Shaft(Table):
     RULES = (unique("weights", "weights of a shaft"),)
 
 
-def _one_namespace(row: Row) -> Iterator[Problem]:
-    """A weight on the crankshaft and a shaft have different names: both stand on one axis."""
-    names = [one.data.get("name") for one in row.each("counterweights")]
-    for place, shaft in enumerate(row.each("shafts")):
-        name = shaft.data.get("name")
-        if isinstance(name, str) and name in names:
-            yield row.problem(
-                (*row.path, "shafts", place, "name"),
-                f"a weight on the crankshaft and a balance shaft are both named {name[:60]!r}",
-                hint="give each its own name",
-                also=(*row.path, "counterweights", names.index(name), "name"),
-            )
-
-
 class Balance(Table):
     """Weights sought for the least force and couple that they leave on the body."""
 
@@ -113,7 +97,6 @@ class Balance(Table):
     RULES = (
         unique("counterweights"),
         unique("shafts"),
-        _one_namespace,
         once("orders", "order"),
         refuse(
             "",
