@@ -48,7 +48,8 @@ def run_balance(scene: Scene) -> None:
                 "weights are zero"
             )
     back = np.argsort(np.concatenate(rows))
-    unbalance, phase = (concatenate([one[i] for one in solved])[back] for i in range(2))
+    unbalance = concatenate([one.unbalance for one in solved])[back]
+    phase = concatenate([one.phase for one in solved])[back]
     share = np.concatenate([one.share for one in solved])[back]
     position = sought.places.start + share[:, None] * (sought.places.end - sought.places.start)
     known, bounded = np.isfinite(sought.radius), np.isfinite(sought.places.largest)

@@ -136,7 +136,7 @@ class _Problem(NamedTuple):
     @property
     def moves(self) -> Real:
         """1 where a component is that of a free weight."""
-        return (self.block[:, None] == self.free).astype(float)
+        return np.asarray(self.block[:, None] == self.free, dtype=float)
 
     def at(self, places: Real) -> Real:
         """Columns with the free weights at these places."""

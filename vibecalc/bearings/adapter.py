@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.bearings.crank_loads import cycle_means, cycle_peaks
+from vibecalc.bearings.crank_loads import ForcesAt, cycle_means, cycle_peaks
 from vibecalc.bearings.loads import Kind, Loads, force_with_error
 from vibecalc.bearings.model import loads_of
 from vibecalc.bearings.results import (
@@ -91,7 +91,7 @@ def _emit(
 
     @cache
     def means() -> tuple[Bounded, Bounded]:
-        found = cycle_means(lambda angle: kind(loads, angle, speed), loads.gas.kinks, loads.cycle)
+        found = cycle_means(_forces(loads, kind, speed), loads.gas.kinks, loads.cycle)
         lost = Bounded(np.zeros(()), over_cycle(kind).error.max(axis=1))
         return found[0] + lost, found[1] + lost
 
@@ -131,10 +131,11 @@ def _emit(
 
 def highest_loads(loads: Loads, kind: Kind, speeds: FloatArray) -> tuple[Bounded, Bounded]:
     """Highest magnitudes (s, rows) over a cycle at speeds (s,), and the crank angles of them."""
-    found = [
-        cycle_peaks(lambda angle, at=one: kind(loads, angle, at), loads.gas.kinks, loads.cycle)
-        for one in speeds
-    ]
+    found = [cycle_peaks(_forces(loads, kind, one), loads.gas.kinks, loads.cycle) for one in speeds]
     height, place = (stack([one[i] for one in found], axis=0) for i in range(2))
     lost = force_with_error(kind, loads, place.value, speeds[:, None]).error
     return height + Bounded(np.zeros(()), np.diagonal(lost, axis1=1, axis2=2)), place
+
+
+def _forces(loads: Loads, kind: Kind, speed: FloatArray) -> ForcesAt:
+    return lambda angle: kind(loads, angle, speed)

@@ -104,9 +104,7 @@ class Loads(NamedTuple):
     gas: Gas
     shaft: Shaft
 
-    def rods(
-        self, angle: FloatArray, speed: FloatArray
-    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    def rods(self, angle: FloatArray, speed: FloatArray) -> tuple[ComplexArray, ...]:
         """Forces (..., c) along e + i q of each cylinder: of the rod on the crank pin, without and
         with the centrifugal force of its big end, and of the piston on the rod.
         """
@@ -126,15 +124,16 @@ class Loads(NamedTuple):
 
     def crank_pin(self, angle: FloatArray, speed: FloatArray) -> ComplexArray:
         """Of the rods on the crank pins (..., c), with their big ends."""
-        return self.rods(angle, speed)[1] * np.exp(1j * self.bank)
+        return np.asarray(self.rods(angle, speed)[1] * np.exp(1j * self.bank))
 
     def crank_pin_of_throw(self, angle: FloatArray, speed: FloatArray) -> ComplexArray:
         """The same outwards along each throw + i ahead of it."""
-        return self.rods(angle, speed)[1] * np.exp(-1j * (angle[..., None] + self.angle))
+        turned = np.exp(-1j * (angle[..., None] + self.angle))
+        return np.asarray(self.rods(angle, speed)[1] * turned)
 
     def wrist_pin(self, angle: FloatArray, speed: FloatArray) -> ComplexArray:
         """Of the pistons on the rods (..., c)."""
-        return self.rods(angle, speed)[2] * np.exp(1j * self.bank)
+        return np.asarray(self.rods(angle, speed)[2] * np.exp(1j * self.bank))
 
     def wall(self, angle: FloatArray, speed: FloatArray) -> ComplexArray:
         """Side thrust (..., c) of the pistons, real, positive ahead."""

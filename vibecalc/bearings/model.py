@@ -17,7 +17,7 @@ from vibecalc.excitation.model import (
     misfire_cards,
 )
 from vibecalc.numerics.rounding import FloatArray
-from vibecalc.parts.body import DIRECTIONS
+from vibecalc.parts.body import unit_vector
 from vibecalc.parts.crank_train import CrankTrain, RotatingMasses, crank_geometry, rod_share
 from vibecalc.parts.firing import cycle_angle
 from vibecalc.unit_table import FREE_FALL
@@ -55,9 +55,11 @@ def shaft_of(case: "Case", train: CrankTrain, rotating: RotatingMasses) -> Shaft
     bearings = [bearing.position for bearing in table.main_bearings]
     count = len(rotating.names) - len(case.machine.crank_train.balance_shafts)
     fall = free_fall(case, table.up, train)
-    loads = [fall * (one.mass or 0.0) if one.force is None else one.force
-             for one in table.shaft_loads]  # fmt: skip
-    at_rest = np.reshape(loads, (-1, 3)) @ (train.stroke - 1j * train.across)
+    loads = [
+        fall * (one.mass or 0.0) if one.force is None else np.array(one.force)
+        for one in table.shaft_loads
+    ]
+    at_rest = np.array([force @ (train.stroke - 1j * train.across) for force in loads], complex)
     return Shaft(
         tuple(bearing.name for bearing in table.main_bearings),
         bearing_shares(bearings, train.position),
@@ -73,9 +75,8 @@ def free_fall(case: "Case", up: str | None, train: CrankTrain) -> FloatArray:
     size = FREE_FALL
     if case.isolation is not None:
         up, size = case.isolation.up, case.isolation.gravity
-    if up is None:
-        return -size * train.stroke
-    return (size if up.startswith("-") else -size) * np.eye(3)[DIRECTIONS.index(up.strip("-"))]
+    against = train.stroke if up is None else unit_vector(up.strip("-"))
+    return np.asarray((size if (up or "").startswith("-") else -size) * against)
 
 
 def gas_of(case: "Case", train: CrankTrain) -> Gas:
