@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.sweep.limits import Limit, judge, limit_lines, share_within_limits
+from vibecalc.core.report.sweep.limits import Judged, judge, limit_lines, share_within_limits
 from vibecalc.core.report.sweep.statistics import extreme_lines, index_lines, statistic_lines
 from vibecalc.core.report.sweep.view import (
-    GridAxis,
     SweepView,
     causes,
     example,
@@ -101,7 +100,6 @@ def outcome_object(
     sweep: SweepView, output: Path, counts: Mapping[int, int], taken_up: int, seconds: float
 ) -> dict[str, Any]:
     """What `--json` prints of a finished sweep."""
-    limits, _ = judge(sweep)
     return {
         "case": sweep.name,
         "result": str(output),
@@ -129,11 +127,11 @@ def outcome_object(
                 "where": dict(limit.where),
                 limit.side: limit.bound,
                 "unit": limit.unit,
-                "kept": int(np.count_nonzero(limit.kept & sweep.done)),
+                "kept": int(np.count_nonzero(limit.kept)),
                 "broken": int(np.count_nonzero(limit.broken)),
-                "undecided": int(np.count_nonzero(sweep.done & ~limit.kept & ~limit.broken)),
+                "undecided": int(np.count_nonzero(limit.open)),
             }
-            for limit in limits
+            for limit in judge(sweep).limits
         ],
         "seconds": seconds,
     }
@@ -201,12 +199,12 @@ def render_sweep(sweep: SweepView) -> str:
 
 def sweep_lines(sweep: SweepView) -> list[str]:
     """The blocks of that report."""
-    limits, missing = judge(sweep)
+    judged = judge(sweep)
     lines = [*heading(str(sweep.case.get("title") or sweep.name), 1), *_identity(sweep)]
-    lines += titled("Summary", paragraph(conclusion(sweep, limits)))
+    lines += titled("Summary", paragraph(conclusion(sweep, judged)))
     sections = (
         ("What varies", _varied(sweep)),
-        ("Limits", limit_lines(sweep, limits, missing)),
+        ("Limits", limit_lines(sweep, judged)),
         ("Smallest and largest values", extreme_lines(sweep)),
         ("Statistics of the samples", statistic_lines(sweep)),
         ("Sobol indices", index_lines(sweep)),
@@ -264,7 +262,7 @@ def file_object(path: Path, *, full: bool = False) -> dict[str, Any]:
         return as_json(found, path, full=full)
 
 
-def conclusion(sweep: SweepView, limits: Sequence[Limit]) -> str:
+def conclusion(sweep: SweepView, judged: Judged) -> str:
     """One sentence: how many points were computed, failed or are missing, and what they keep."""
     count = {status: int(np.count_nonzero(sweep.status == status)) for status in (DONE, NOT_RUN)}
     failed = sweep.count - sum(count.values())
@@ -273,8 +271,8 @@ def conclusion(sweep: SweepView, limits: Sequence[Limit]) -> str:
         clauses.append(f"{failed} failed, see below")
     if count[NOT_RUN]:
         clauses.append(f"{count[NOT_RUN]} {'was' if count[NOT_RUN] == 1 else 'were'} not run")
-    if limits:
-        clauses.append(share_within_limits(sweep, limits))
+    if judged.limits:
+        clauses.append(share_within_limits(sweep, judged))
     return "; ".join(clauses) + "."
 
 
@@ -291,8 +289,7 @@ def _identity(sweep: SweepView) -> list[str]:
 
 def _varied(sweep: SweepView) -> list[str]:
     rows: list[list[str]] = []
-    sampled = GridAxis(sweep.keys, sweep.values_of(np.arange(sweep.count)))
-    for axis in sweep.grid or (sampled,):
+    for axis in sweep.axes:
         spacing = "log" if axis.logarithmic else _steps(axis.values[:, 0])
         for column, key in enumerate(axis.keys):
             values = axis.values[:, column]
