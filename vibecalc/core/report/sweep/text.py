@@ -1,6 +1,7 @@
 """What a sweep says: before it starts, after it ends, and its report."""
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -76,7 +77,7 @@ def render_forecast(
 ) -> str:
     """The same as text."""
     design, strategy = prepared.design, prepared.strategy
-    sizes = " x ".join(str(size) for size in design.shape)
+    sizes = " x ".join(map(str, design.shape))
     shape = f", a grid of {sizes}" if design.sampling == "grid" else f", {design.sampling} sampling"
     were = "was" if forecast.tried == 1 else "were"
     tried = f"from {many(forecast.tried, 'point')} that {were} tried"
@@ -202,6 +203,7 @@ def sweep_lines(sweep: SweepView) -> list[str]:
     judged = judge(sweep)
     lines = [*heading(str(sweep.case.get("title") or sweep.name), 1), *_identity(sweep)]
     lines += titled("Summary", paragraph(conclusion(sweep, judged)))
+    left_out = map(": ".join, sweep.left_out.items())
     sections = (
         ("What varies", _varied(sweep)),
         ("Limits", limit_lines(sweep, judged)),
@@ -209,16 +211,10 @@ def sweep_lines(sweep: SweepView) -> list[str]:
         ("Statistics of the samples", statistic_lines(sweep)),
         ("Sobol indices", index_lines(sweep)),
         ("Points without a result", failure_lines(sweep)),
-        (
-            "Not kept",
-            [line for one in sweep.left_out.items() for line in paragraph(": ".join(one))],
-        ),
+        ("Not kept", [line for words in left_out for line in paragraph(words)]),
         ("Provenance", pairs((name, str(text)) for name, text in sweep.provenance.items())),
     )
-    for name, section in sections:
-        if section:
-            lines += titled(name, section)
-    return lines
+    return lines + [line for one in sections if one[1] for line in titled(*one)]
 
 
 def report_file(of: Path | Result, *, full: bool = False) -> str:
@@ -249,9 +245,7 @@ def file_object(path: Path, *, full: bool = False) -> dict[str, Any]:
     with opened(path) as found:
         if isinstance(found, SweepResult):
             view = view_of(found)
-            counts = {int(status): int(np.sum(view.status == status)) for status in STATUS_WORDS}
-            met = {status: many for status, many in counts.items() if many}
-            whole = outcome_object(view, path, met, 0, 0.0)
+            whole = outcome_object(view, path, Counter(view.status.tolist()), 0, 0.0)
             return {name: one for name, one in whole.items() if name not in ("taken_up", "seconds")}
         if is_accuracy(found):
             from vibecalc.core.report.accuracy import accuracy_object
@@ -264,25 +258,25 @@ def file_object(path: Path, *, full: bool = False) -> dict[str, Any]:
 
 def conclusion(sweep: SweepView, judged: Judged) -> str:
     """One sentence: how many points were computed, failed or are missing, and what they keep."""
-    count = {status: int(np.count_nonzero(sweep.status == status)) for status in (DONE, NOT_RUN)}
-    failed = sweep.count - sum(count.values())
-    clauses = [f"{count[DONE]} of {sweep.count} points are computed"]
+    done, left = (np.count_nonzero(sweep.status == status) for status in (DONE, NOT_RUN))
+    failed = sweep.count - done - left
+    clauses = [f"{done} of {sweep.count} points are computed"]
     if failed:
         clauses.append(f"{failed} failed, see below")
-    if count[NOT_RUN]:
-        clauses.append(f"{count[NOT_RUN]} {'was' if count[NOT_RUN] == 1 else 'were'} not run")
+    if left:
+        clauses.append(f"{left} {'was' if left == 1 else 'were'} not run")
     if judged.limits:
         clauses.append(share_within_limits(sweep, judged))
     return "; ".join(clauses) + "."
 
 
 def _identity(sweep: SweepView) -> list[str]:
-    sizes = " x ".join(str(size) for size in sweep.shape)
-    points = f"{sweep.count}, a grid" + (f" of {sizes}" if len(sweep.shape) > 1 else "")
+    sizes = " x ".join(map(str, sweep.shape))
+    drawn = "a grid" + (f" of {sizes}" if len(sweep.shape) > 1 else "")
     if not sweep.grid:
         runs = ", in the order that Sobol indices need" if sweep.indices else ""
-        points = f"{sweep.count}, {sweep.sampling.replace('_', ' ')} sampling{runs}"
-    source = str(sweep.case.get("source") or "")
+        drawn = f"{sweep.sampling.replace('_', ' ')} sampling{runs}"
+    source, points = str(sweep.case.get("source") or ""), f"{sweep.count}, {drawn}"
     rows = [("case", sweep.name), ("source", source), ("points", points), *sweep.facts]
     return pairs(row for row in rows if row[1])
 
