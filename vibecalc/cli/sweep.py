@@ -157,7 +157,7 @@ def _forecast(prepared: "PreparedSweep", options: "Options") -> None:
     from vibecalc.core.report.sweep.text import forecast_object, render_forecast
     from vibecalc.core.study.sweep.prepare import forecast, shard_chunks
 
-    chunks = len(shard_chunks(prepared.chunks(options.output).chunks, options.shard))
+    chunks = len(shard_chunks(prepared.journal(options.output).chunks, options.shard))
     found = forecast(prepared, options.jobs)
     if asked.json:
         say_json(forecast_object(prepared, found, chunks))

@@ -251,6 +251,11 @@ class Failures(NamedTuple):
     causes: np.ndarray
     texts: tuple[str, ...]
 
+    def by_point(self) -> dict[int, str]:
+        """The reason of each of these points."""
+        pairs = zip(self.points.tolist(), self.causes.tolist(), strict=True)
+        return {point: self.texts[cause] for point, cause in pairs}
+
 
 @dataclass(frozen=True, kw_only=True)
 class StackedQuantity:

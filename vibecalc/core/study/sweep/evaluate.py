@@ -12,7 +12,7 @@ from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text
 from vibecalc.core.results.layout import BUG, DONE, FAILED, REFUSED
 from vibecalc.core.results.record import Quantity
 from vibecalc.core.run.run import StageCache, check_again, run_case
-from vibecalc.core.study.sweep.blocks import Block, make_block
+from vibecalc.core.study.sweep.blocks import Block, combined, one_point
 from vibecalc.core.study.sweep.design import Design
 from vibecalc.errors import CaseError, NumericalFailure, Problem, UsageError
 
@@ -49,14 +49,16 @@ class Evaluator:
         The statuses are those of `vibecalc.core.results.layout`: done, input refused, numerical
         failure, or an error in the program, whose message is its traceback.
         """
-        numbers = np.asarray(indices, dtype=np.int64)
-        columns = {key: column.tolist() for key, column in self._design.columns(numbers).items()}
-        outcomes = [
-            self.run_point({key: column[row] for key, column in columns.items()})
-            for row in range(len(numbers))
+        blocks = self.one_by_one(np.asarray(indices), self._design.columns(np.asarray(indices)))
+        return combined(blocks, np.asarray(indices), self._keep)
+
+    def one_by_one(self, numbers: np.ndarray, columns: Mapping[str, np.ndarray]) -> list[Block]:
+        """The points one by one; `columns` (n,) are the values of the keys there."""
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        return [
+            one_point(int(number), *self.run_point(dict(zip(columns, row, strict=True))))
+            for number, row in zip(numbers, rows, strict=True)
         ]
-        statuses, messages, found = zip(*outcomes, strict=True) if outcomes else ((), (), ())
-        return make_block(numbers, statuses, messages, found, self._keep)
 
     def run_point(self, settings: Mapping[str, Any]) -> tuple[int, str, Quantities]:
         """Status, message and the kept results with some keys of the case set."""

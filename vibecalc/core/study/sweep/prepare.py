@@ -24,9 +24,10 @@ from vibecalc.core.results.layout import DONE, UNLUCKY
 from vibecalc.core.results.visible import fits_a_line
 from vibecalc.core.run.plan import needed_stages, work_seconds
 from vibecalc.core.run.stage import work_of
-from vibecalc.core.study.sweep.blocks import Block, ChunkFolder, parts_folder
+from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.checks import stored_paths, sweep_problems
 from vibecalc.core.study.sweep.design import Design, make_design
+from vibecalc.core.study.sweep.journal import Journal
 from vibecalc.errors import UnitError, UsageError
 from vibecalc.schema import SCHEMA_VERSION
 from vibecalc.units import split_number
@@ -414,10 +415,10 @@ class PreparedSweep:
     identity: Identity
     strategy: Strategy
 
-    def chunks(self, output: Path) -> ChunkFolder:
-        """The folder for the chunks of the sweep that becomes `output`."""
-        return ChunkFolder(
-            folder=parts_folder(output),
+    def journal(self, output: Path) -> Journal:
+        """The journal of the sweep that becomes `output`."""
+        return Journal(
+            path=output.with_name(f"{output.name}.chunks"),
             identity=self.identity.sweep,
             count=self.design.count,
             size=self.strategy.chunk_size,
