@@ -130,7 +130,7 @@ def test_changed_texts_and_numbers_are_found(sweep: Made, tmp_path: Path) -> Non
     output.write_bytes(content.replace(number, bytes(8)))
     with open_sweep(output) as found:
         sag = found.quantities[SAG]
-        for read in (sag.values, lambda: sag.points(20, 24)):
+        for read in (sag.values, lambda: sag.values(20, 24)):
             with pytest.raises(ResultError, match="damaged") as error:
                 read()
             refused(error)

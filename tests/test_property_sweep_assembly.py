@@ -68,10 +68,10 @@ def test_every_point_is_where_it_belongs(tmp_path: Path, sizes: tuple[int, ...],
             for point in range(24):
                 wanted = expected(name, point, whole.shape[1:])
                 assert np.array_equal(whole[point], wanted, equal_nan=True)
-            assert np.array_equal(quantity.points(3, 19), whole[3:19], equal_nan=True)
+            assert np.array_equal(quantity.values(3, 19), whole[3:19], equal_nan=True)
         status = found.status().ravel()
         assert status.tolist() == [outcome(point)[0] for point in range(24)]
-        assert np.array_equal(found.status_of(2, 9), status[2:9])
+        assert np.array_equal(found.status(2, 9), status[2:9])
 
 
 def test_errors_are_those_of_each_point_and_the_largest(tmp_path: Path) -> None:
@@ -82,7 +82,7 @@ def test_errors_are_those_of_each_point_and_the_largest(tmp_path: Path) -> None:
         assert errors[done].tolist() == [1e-12 * point for point in done]
         assert np.isnan(np.delete(errors, done)).all()
         assert sag.error_estimate == 1e-12 * 23 and sag.standard_error is None
-        assert sag.standard_errors() is None and sag.standard_errors_of(0, 3) is None
+        assert sag.standard_errors() is None and sag.standard_errors(0, 3) is None
         assert spread_one.standard_error == 1e-3 * 23
         spread_all = spread_one.standard_errors()
         assert spread_all is not None

@@ -16,7 +16,6 @@ from vibecalc.core.results.sweep_file import (
     SweepHead,
     SweepResult,
     SweptAxis,
-    SweptKey,
     open_sweep,
 )
 from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, combined, rows_of
@@ -101,26 +100,16 @@ def sweep_head(
 def _swept(
     name: str, count: int, axes: Sequence[SweepAxis], at: Callable[[np.ndarray], np.ndarray]
 ) -> SweptAxis:
-    keys, whole = [], []
-    for axis in axes:
-        rows = zip(
-            axis.keys, axis.labels, axis.shapes, axis.written_units, axis.choices, strict=True
-        )
-        for key, label, shape, written, choices in rows:
-            unit = shape.unit or ""
-            keys.append(
-                SweptKey(key=key, label=label, unit=unit, written_unit=written, choices=choices)
-            )
-            whole.append(bool(choices) or shape.kind == "whole")
+    keys = tuple(key for axis in axes for key in axis.keys)
 
     def read(first: int, last: int) -> list[np.ndarray]:
         columns = at(np.arange(first, last)).T
         return [
-            column.astype(np.int64 if is_whole else float)
-            for column, is_whole in zip(columns, whole, strict=True)
+            column.astype(np.int64 if key.choices or key.shape.kind == "whole" else float)
+            for column, key in zip(columns, keys, strict=True)
         ]
 
-    return SweptAxis(name=name, count=count, keys=tuple(keys), read=read)
+    return SweptAxis(name=name, count=count, keys=keys, read=read)
 
 
 # ----------------------------------------------------------------------------
@@ -201,15 +190,15 @@ def _together(parts: Sequence[SweepResult]) -> Iterator[Block]:
 def _block(part: SweepResult, words: Mapping[int, str], numbers: np.ndarray) -> Block | None:
     """The points that a part has among some consecutive ones."""
     first, last = int(numbers[0]), int(numbers[-1]) + 1
-    status = part.status_of(first, last)
+    status = part.status(first, last)
     run = np.flatnonzero(status != NOT_RUN)
     if not run.size:
         return None
     quantities = {
         path: BlockQuantity(
-            values=one.points(first, last),
-            errors=one.errors_of(first, last),
-            standard_errors=one.standard_errors_of(first, last),
+            values=one.values(first, last),
+            errors=one.errors(first, last),
+            standard_errors=one.standard_errors(first, last),
             axes=one.axes,
             unit=one.unit,
             long_name=one.long_name,

@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -215,7 +215,14 @@ class _StackedWriter:
             outer.append(free_name(axis.name, {*inside, *outer, SWEEP, PROVENANCE}))
         own = {path: stack.axes for path, stack in self.stacks.items()}
         self.writer.name_axes(own, (SWEEP, *outer))
-        axes = [{"name": axis.name, "keys": [vars(key) for key in axis.keys]} for axis in head.axes]
+        names = [one.name for one in fields(SweptKey)]
+        axes = [
+            {
+                "name": axis.name,
+                "keys": [{name: getattr(key, name) for name in names} for key in axis.keys],
+            }
+            for axis in head.axes
+        ]
         place = self.writer.group(SWEEP)
         for name, text in (
             ("identity", head.identity),
