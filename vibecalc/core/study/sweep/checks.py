@@ -1,7 +1,6 @@
 """What can be found wrong with a sweep before its first run."""
 
 import difflib
-from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice, product
 from typing import Any
@@ -15,7 +14,7 @@ from vibecalc.core.results.record import Entry
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.targets import unknown_quantity
 from vibecalc.core.study.sweep.design import AxisKey, Design, make_design, size_words
-from vibecalc.core.study.sweep.values import Scatter, SpacedValues
+from vibecalc.core.study.sweep.values import Scatter
 from vibecalc.errors import CaseError, KeyPath, Problem
 from vibecalc.schema import Case
 
@@ -44,61 +43,30 @@ def allowed_by(shape: Shape, values: np.ndarray) -> np.ndarray:
 
 
 def _of_key(design: Design, key: AxisKey, column: int) -> Iterator[Problem]:
-    axis_values, shape = key.values, key.shape
-    drawn = axis_values.count is None
-    total = axis_values.count or design.count
-    if isinstance(axis_values, SpacedValues) and not drawn:
-        count, values = _on_spread(axis_values, shape)
-    else:
-        count, values = _tested(design, key, column, total)
+    values, drawn = key.values, key.values.count is None
+    total = values.count or design.count
+    count, first = 0, np.empty(0)
+    for start in range(0, total, _BLOCK):
+        numbers = np.arange(start, min(start + _BLOCK, total))
+        some = design.value_of(numbers)[:, column] if drawn else values.at(numbers)
+        wrong = some[~allowed_by(key.shape, some)]
+        count += wrong.size
+        first = np.concatenate([first, wrong[:_SHOWN]])[:_SHOWN]
     if not count:
         return
     many = f"{count} of {size_words(total)} {'points' if drawn else 'values'}"
     if design.sampling == "grid" and len(design.axes) > 1:
         points = count * (design.count // total)
         many += f", {size_words(points)} of {size_words(design.count)} points"
-    shown = ", ".join(f"{value:.6g}" for value in values) + (", ..." if count > _SHOWN else "")
-    one_sided = isinstance(axis_values, Scatter) and axis_values.kind == "normal"
+    shown = ", ".join(f"{value:.6g}" for value in first) + (", ..." if count > _SHOWN else "")
+    one_sided = isinstance(values, Scatter) and values.kind == "normal"
     yield Problem(
         path=key.place,
         message=f"{key.key} takes values that it must not have",
-        found=f"{shown} {shape.unit or ''}".strip() + f" ({many})",
-        allowed=bound_words(shape) or "a finite number",
+        found=f"{shown} {key.unit}".strip() + f" ({many})",
+        allowed=bound_words(key.shape) or "a finite number",
         hint="lognormal and triangular distributions have an end" if one_sided else "",
     )
-
-
-def _tested(design: Design, key: AxisKey, column: int, total: int) -> tuple[int, np.ndarray]:
-    """How many values are forbidden, and the first of them."""
-    count, first = 0, np.empty(0)
-    for start in range(0, total, _BLOCK):
-        numbers = np.arange(start, min(start + _BLOCK, total))
-        drawn = key.values.count is None
-        values = design.value_of(numbers)[:, column] if drawn else key.values.at(numbers)
-        wrong = values[~allowed_by(key.shape, values)]
-        count += wrong.size
-        first = np.concatenate([first, wrong[:_SHOWN]])[:_SHOWN]
-    return count, first
-
-
-def _on_spread(axis_values: SpacedValues, shape: Shape) -> tuple[int, np.ndarray]:
-    """The same for values that only rise or only fall, without looking at all of them."""
-    total = axis_values.count or 0
-    runs: list[range] = []
-    for side in (("gt", "ge"), ("lt", "le")):
-        bounds = tuple(bound for bound in shape.bounds if bound[0] in side)
-        one_sided = shape._replace(bounds=bounds)
-
-        def allowed_at(position: int, one_sided: Shape = one_sided) -> bool:
-            return bool(allowed_by(one_sided, axis_values.at(np.array([position])))[0])
-
-        if not allowed_at(0):
-            runs.append(range(bisect_left(range(total), True, key=allowed_at)))
-        elif not allowed_at(total - 1):
-            first = bisect_left(range(total), True, key=lambda position: not allowed_at(position))
-            runs.append(range(first, total))
-    wrong = [position for run in runs for position in run[:_SHOWN]][:_SHOWN]
-    return sum(len(run) for run in runs), axis_values.at(np.array(wrong, dtype=np.int64))
 
 
 # ----------------------------------------------------------------------------

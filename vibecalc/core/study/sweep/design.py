@@ -12,7 +12,7 @@ from vibecalc.core.case.study_tables import Along, Axis, Sweep
 from vibecalc.core.case.walk import Shape
 from vibecalc.core.results.catalogue import AXES
 from vibecalc.core.results.sweep_file import SweptKey
-from vibecalc.core.study.sweep.keys import KeyTable, label, read_values, target
+from vibecalc.core.study.sweep.keys import KeyTable, label, read_values, refused, target
 from vibecalc.core.study.sweep.sampling import MOST_POINTS, drawn, drawn_by
 from vibecalc.core.study.sweep.values import AxisValues, ValueList
 from vibecalc.errors import CaseError, KeyPath, Problem, UnitError, UsageError
@@ -95,12 +95,12 @@ class _Reader:
             if one is table:
                 points = count
             elif count is not None and points is not None and count != points:
-                self.refuse(
+                self.problems += refused(
                     (*place, "key"),
                     "keys that vary together need equally many values",
                     found=f"{count} for {one.key}, {points} for {table.key}",
                     also=(*path, "key"),
-                )
+                ).problems
             keys.append(key)
         if len(self.problems) == before:
             self.check_points_differ(table, keys, path)
@@ -111,17 +111,12 @@ class _Reader:
         try:
             path, shape = target(table.key, self.resolved)
         except UsageError as error:
-            raise CaseError(
-                [
-                    Problem(
-                        path=(*place, "key"),
-                        message="a sweep cannot vary this key",
-                        found=table.key[:80],
-                        allowed="a number or a choice of this case, as in "
-                        "machine.mounts.each.stiffness",
-                        hint=str(error),
-                    )
-                ]
+            raise refused(
+                (*place, "key"),
+                "a sweep cannot vary this key",
+                found=table.key[:80],
+                allowed="a number or a choice of this case, as in machine.mounts.each.stiffness",
+                hint=str(error),
             ) from error
         for other, at in self.seen.items():
             size = min(len(path), len(other))
@@ -159,16 +154,10 @@ class _Reader:
             first = seen.setdefault(repr(each), position)
             if first != position:
                 written = table.values[position]
-                self.refuse(
-                    (*path, "values"),
-                    "two points of an axis are the same",
-                    found=f"{written} as number {first + 1} and number {position + 1}",
-                )
+                found = f"{written} as number {first + 1} and number {position + 1}"
+                message = "two points of an axis are the same"
+                self.problems += refused((*path, "values"), message, found=found).problems
                 return
-
-    def refuse(self, path: KeyPath, message: str, **words: Any) -> None:
-        """Note a problem."""
-        self.problems.append(Problem(path=path, message=message, **words))
 
 
 def _written_unit(key: KeyTable) -> str:
@@ -298,24 +287,21 @@ def make_design(sweep: Sweep, resolved: Mapping[str, Any]) -> Design:
     read = _Reader(sweep, resolved)
     problems = read.problems
     if not sweep.axes:
-        problems.append(
-            Problem(
-                path=("sweep",),
-                message="a sweep needs at least one axis",
-                allowed='axes = [{ key = "machine.speed", from = ..., to = ..., points = 21 }]',
-            )
-        )
-    if not problems:
-        design = Design(
-            axes=read.axes,
-            sampling=sweep.sampling,
-            points=STANDARD_POINTS if sweep.points is None else sweep.points,
-            seed=STANDARD_SEED if sweep.seed is None else sweep.seed,
-            indices=sweep.indices,
-        )
-        problems += _size_problems(design)
+        problems += refused(
+            ("sweep",),
+            "a sweep needs at least one axis",
+            allowed='axes = [{ key = "machine.speed", from = ..., to = ..., points = 21 }]',
+        ).problems
     if problems:
         raise CaseError(problems)
+    design = Design(
+        axes=read.axes,
+        sampling=sweep.sampling,
+        points=STANDARD_POINTS if sweep.points is None else sweep.points,
+        seed=STANDARD_SEED if sweep.seed is None else sweep.seed,
+        indices=sweep.indices,
+    )
+    _check_size(design)
     return design
 
 
@@ -333,25 +319,21 @@ def size_words(count: int) -> str:
     return str(count)
 
 
-def _size_problems(design: Design) -> list[Problem]:
+def _check_size(design: Design) -> None:
     most = min(LARGEST, MOST_POINTS.get(design.sampling, LARGEST))
     if design.count <= most:
-        return []
+        return
     if design.sampling == "grid":
-        path, factors = ("sweep", "axes"), " x ".join(str(size) for size in design.shape)
+        key, factors = "axes", " x ".join(str(size) for size in design.shape)
     else:
-        path = ("sweep", "points")
         runs = f" x {len(design.axes) + 2} runs" if design.indices else ""
-        factors = f"{design.points}{runs}"
+        key, factors = "points", f"{design.points}{runs}"
     years = design.count / 1000.0 / 31_557_600.0
-    return [
-        Problem(
-            path=path,
-            message=f"the sweep would have {size_words(design.count)} points",
-            found=factors,
-            allowed=f"at most {size_words(most)}",
-            hint=f"a thousand points a second would take {years:.2g} years"
-            if years > 0.1
-            else "fewer points on an axis, or a sampling",
-        )
-    ]
+    few = "fewer points on an axis, or a sampling"
+    raise refused(
+        ("sweep", key),
+        f"the sweep would have {size_words(design.count)} points",
+        found=factors,
+        allowed=f"at most {size_words(most)}",
+        hint=f"a thousand points a second would take {years:.2g} years" if years > 0.1 else few,
+    )

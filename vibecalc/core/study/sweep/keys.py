@@ -104,6 +104,11 @@ Written = str | int | float
 _MOST_WHOLE = 100_000  # whole numbers on an axis; a longer one is not looked through
 
 
+def refused(path: KeyPath, message: str, **words: Any) -> CaseError:
+    """What is wrong at one place of the case."""
+    return CaseError([Problem(path=path, message=message, **words)])
+
+
 class KeyTable(NamedTuple):
     """One key's table in `[sweep]`, its place there, the key taken apart and what it may hold."""
 
@@ -114,7 +119,7 @@ class KeyTable(NamedTuple):
 
     def refused(self, key: str, message: str, **words: str) -> CaseError:
         """What is wrong at a key of the table."""
-        return CaseError([Problem(path=(*self.place, key), message=message, **words)])
+        return refused((*self.place, key), message, **words)
 
     def number(self, key: str, written: Written, *, difference: bool = False) -> float:
         """A value in SI."""

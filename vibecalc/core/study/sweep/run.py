@@ -51,22 +51,13 @@ def shown(points: int, finished: int, wanted: bool) -> Iterator[Advance]:
         BarColumn,
         MofNCompleteColumn,
         Progress,
-        TextColumn,
         TimeElapsedColumn,
         TimeRemainingColumn,
     )
 
-    columns = (
-        TextColumn("sweep"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[failed]}"),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    counts = ("sweep", BarColumn(), MofNCompleteColumn(), "{task.fields[rate]}")
+    times = (TimeElapsedColumn(), "left", TimeRemainingColumn(), "{task.fields[failed]}")
+    with Progress(*counts, *times, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=points, completed=finished, rate="", failed="")
         failures = 0
 

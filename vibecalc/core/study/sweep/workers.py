@@ -42,17 +42,8 @@ Start = Callable[[], Callable[[np.ndarray], Any]]
 # ----------------------------------------------------------------------------
 
 #: one thread in each process: numpy reads these when it is imported
-SINGLE_THREAD = dict.fromkeys(
-    (
-        "OPENBLAS_NUM_THREADS",
-        "OMP_NUM_THREADS",
-        "MKL_NUM_THREADS",
-        "BLIS_NUM_THREADS",
-        "VECLIB_MAXIMUM_THREADS",
-        "NUMEXPR_NUM_THREADS",
-    ),
-    "1",
-)
+_COUNTED = ("OPENBLAS_NUM", "OMP_NUM", "MKL_NUM", "BLIS_NUM", "VECLIB_MAXIMUM", "NUMEXPR_NUM")
+SINGLE_THREAD = {f"{name}_THREADS": "1" for name in _COUNTED}
 
 
 class Process:
