@@ -17,7 +17,7 @@ from vibecalc.core.study.sweep.design import Design
 from vibecalc.errors import CaseError, NumericalFailure, Problem, UsageError
 
 if TYPE_CHECKING:
-    from vibecalc.schema import Case
+    pass
 
 Quantities = Mapping[str, Quantity]
 
@@ -99,26 +99,21 @@ class Evaluator:
         from vibecalc.core.study.optimise import optimise
 
         without = [name for name in NOT_COMPUTED if name not in ("optimisation", "limit")]
-        loaded = self._at(validate(case_at(self._base, settings, without)))
+        case = validate(case_at(self._base, settings, without))
+        # the case of one point has no text of its own
+        bare: dict[str, Any] = {
+            "text": "",
+            "overrides": (),
+            "origins": {},
+            "files": {},
+            "freed": None,
+        }
+        loaded = replace(self._loaded, case=case, resolved=resolve(case), **bare)
         _refuse(physics_problems(loaded))
         record = optimise(loaded, timings={})
         if record.failure:
             raise NumericalFailure("; ".join((record.failure, *record.warnings[:1])))
         return {path: record[path] for path in self._keep if path in record}
-
-    def _at(self, case: "Case") -> LoadedCase:
-        """The case of one point in place of the one that was read; it has no text of its own."""
-        written = self._loaded
-        return LoadedCase(
-            case=case,
-            name=written.name,
-            path=written.path,
-            text="",
-            overrides=(),
-            resolved=resolve(case),
-            resolved_toml="",
-            sha256="",
-        )
 
 
 def refusal(problems: Sequence[Problem]) -> str:
@@ -128,12 +123,9 @@ def refusal(problems: Sequence[Problem]) -> str:
 
 def _in_words(problem: Problem) -> str:
     place = f"{key_text(problem.path)}: " if problem.path else ""
-    parts = (
-        problem.message,
-        f"found {problem.found}" if problem.found else "",
-        f"allowed: {problem.allowed}" if problem.allowed else "",
-    )
-    return place + ", ".join(part for part in parts if part)
+    found = f", found {problem.found}" if problem.found else ""
+    allowed = f", allowed: {problem.allowed}" if problem.allowed else ""
+    return f"{place}{problem.message}{found}{allowed}"
 
 
 def _refuse(problems: Sequence[Problem]) -> None:

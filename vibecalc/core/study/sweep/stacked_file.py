@@ -28,7 +28,7 @@ from vibecalc.core.results.layout import (
     VERSION_ATTRIBUTE,
     text_checksum,
 )
-from vibecalc.core.results.record import Axis, Quantity, Record
+from vibecalc.core.results.record import Quantity, Record
 from vibecalc.core.results.store import _Writer
 from vibecalc.core.results.sweep_file import (
     SweepHead,
@@ -38,7 +38,7 @@ from vibecalc.core.results.sweep_file import (
     chunk_shape,
     write_points,
 )
-from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, joined_axes, padded
+from vibecalc.core.study.sweep.blocks import Block, joined_axes, padded
 
 # ----------------------------------------------------------------------------
 # First look at the blocks of a sweep: which quantities can be stacked, and how many points failed.
@@ -46,21 +46,13 @@ from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, joined_axes, 
 
 
 @dataclass(kw_only=True)
-class Stack:
-    """What all blocks together have of one quantity; errors are the largest of all points."""
-
-    first: BlockQuantity
-    axes: tuple[Axis, ...]
-    is_complex: bool = False
-    error: float = 0.0
-    standard_error: float | None = None
-
-
-@dataclass(kw_only=True)
 class Stacking:
-    """How a sweep is stacked."""
+    """What all blocks together have: quantities without their values, what is left out and why.
 
-    stacks: dict[str, Stack] = field(default_factory=dict)
+    Errors of a quantity are the largest of all points.
+    """
+
+    quantities: dict[str, Quantity] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
     failed: int = 0
 
@@ -71,26 +63,36 @@ def look_through(blocks: Iterable[Block], stored: Iterable[str]) -> Stacking:
     Quantities come in the order of `stored`; those that no point has are not among them.
     """
     stacking = Stacking()
-    stacks: dict[str, Stack] = {}
+    found: dict[str, Quantity] = {}
     for block in blocks:
         stacking.left_out = {**block.left_out, **stacking.left_out}
         stacking.failed += failures(block).size
-        for path, quantity in block.quantities.items():
-            stack = stacks.setdefault(path, Stack(first=quantity, axes=quantity.axes))
-            axes = joined_axes(stack.axes, quantity.axes)
+        for path, one in block.quantities.items():
+            if path not in found:
+                found[path] = Quantity(
+                    path=path,
+                    values=np.empty(0),
+                    unit=one.unit,
+                    long_name=one.long_name,
+                    axes=one.axes,
+                    amplitude=one.amplitude,
+                )
+            known, spread = found[path], one.standard_errors
+            axes = joined_axes(known.axes, one.axes)
             if isinstance(axes, str):
                 stacking.left_out.setdefault(path, axes)
                 continue
-            stack.axes = axes
-            stack.is_complex |= np.iscomplexobj(quantity.values)
-            stack.error = _largest(stack.error, quantity.errors)
-            if quantity.standard_errors is not None:
-                stack.standard_error = _largest(
-                    stack.standard_error or 0.0, quantity.standard_errors
-                )
-    stacking.stacks = {
-        path: stacks[path] for path in stored if path in stacks and path not in stacking.left_out
-    }
+            found[path] = replace(
+                known,
+                values=np.empty(0, np.result_type(known.values, one.values)),
+                axes=axes,
+                error_estimate=_largest(known.error_estimate, one.errors),
+                standard_error=known.standard_error
+                if spread is None
+                else _largest(known.standard_error or 0.0, spread),
+            )
+    kept = [path for path in stored if path in found and path not in stacking.left_out]
+    stacking.quantities = {path: found[path] for path in kept}
     return stacking
 
 
@@ -152,7 +154,7 @@ class _StackedWriter:
 
     def __init__(self, file: Any, head: SweepHead, stacking: Stacking) -> None:
         self.writer = _Writer(file.id)
-        self.head, self.stacks, self.shape = head, stacking.stacks, head.shape
+        self.head, self.quantities, self.shape = head, stacking.quantities, head.shape
         self.texts: dict[str, int] = {}
         self.failed = 0
         self.scales = self.attributes(stacking.left_out)
@@ -160,8 +162,8 @@ class _StackedWriter:
         self.over_points(STATUS, np.dtype("i1"), NOT_RUN)
         meaning = {str(status): words for status, words in STATUS_WORDS.items()}
         self.writer.text(self.datasets[STATUS].id, "meaning", json.dumps(meaning))
-        for path, stack in self.stacks.items():
-            self.quantity(path, stack)
+        for quantity in self.quantities.values():
+            self.quantity(quantity)
         for name in ("point", "cause"):
             path = f"{MESSAGE}/{name}"
             self.datasets[path] = self.dataset(path, (stacking.failed,), _WHOLE, 0)
@@ -172,11 +174,11 @@ class _StackedWriter:
         if not np.array_equal(block.indices, np.arange(first, first + len(block.status))):
             raise ValueError("the points of a block are not consecutive")
         columns = {STATUS: block.status}
-        for path, stack in self.stacks.items():
+        for path, whole in self.quantities.items():
             quantity = block.quantities.get(path)
             if quantity is None:
                 continue
-            columns[path] = padded(quantity, tuple(len(axis.values) for axis in stack.axes))
+            columns[path] = padded(quantity, tuple(len(axis.values) for axis in whole.axes))
             columns[f"{ERRORS}/{path}"] = quantity.errors
             if quantity.standard_errors is not None:
                 columns[f"{STANDARD_ERRORS}/{path}"] = quantity.standard_errors
@@ -205,15 +207,15 @@ class _StackedWriter:
         """What the file says of the case and the sweep; returns the scales of its axes."""
         head = self.head
         record = Record(warnings=head.result.record.warnings, methods=head.result.record.methods)
-        for path in self.stacks:
-            record.add(Quantity(path=path, values=np.empty(0), unit="", long_name=""))
+        for quantity in self.quantities.values():
+            record.add(quantity)
         self.writer.identity(replace(head.result, record=record))
         self.writer.number(self.writer.root, VERSION_ATTRIBUTE, SWEEP_SCHEMA_VERSION)
-        inside = {name for path in self.stacks for name in path.split("/")}
+        inside = {name for path in self.quantities for name in path.split("/")}
         outer: list[str] = []
         for axis in head.axes:
             outer.append(free_name(axis.name, {*inside, *outer, SWEEP, PROVENANCE}))
-        own = {path: stack.axes for path, stack in self.stacks.items()}
+        own = {path: quantity.axes for path, quantity in self.quantities.items()}
         self.writer.name_axes(own, (SWEEP, *outer))
         names = [one.name for one in fields(SweptKey)]
         axes = [
@@ -273,28 +275,18 @@ class _StackedWriter:
         self.writer.text(place, "units", key.unit)
         self.writer.text(place, "long_name", key.label)
 
-    def quantity(self, path: str, stack: Stack) -> None:
+    def quantity(self, quantity: Quantity) -> None:
         """The datasets of one quantity and of its errors."""
-        first, lengths = stack.first, tuple(len(axis.values) for axis in stack.axes)
-        kind = _COMPLEX if stack.is_complex else _REAL
-        values = self.over_points(path, kind, np.nan, lengths, first.unit)
-        self.writer.axes(values, path, stack.axes, first=len(self.shape))
-        self.writer.text(values, "long_name", first.long_name)
-        if first.amplitude is not None:
-            self.writer.text(values, "amplitude", first.amplitude)
-        self.writer.number(values, "error_estimate", stack.error)
-        self.over_points(f"{ERRORS}/{path}", _REAL, np.nan, unit=first.unit)
-        if stack.standard_error is not None:
-            self.writer.number(values, "standard_error", stack.standard_error)
-            self.over_points(f"{STANDARD_ERRORS}/{path}", _REAL, np.nan, unit=first.unit)
+        lengths = tuple(len(axis.values) for axis in quantity.axes)
+        kind = _COMPLEX if np.iscomplexobj(quantity.values) else _REAL
+        values = self.over_points(quantity.path, kind, np.nan, lengths)
+        self.writer.describe(values, quantity, first=len(self.shape))
+        for folder in [ERRORS] if quantity.standard_error is None else [ERRORS, STANDARD_ERRORS]:
+            errors = self.over_points(f"{folder}/{quantity.path}", _REAL, np.nan)
+            self.writer.text(errors, "units", quantity.unit)
 
     def over_points(
-        self,
-        path: str,
-        kind: np.dtype,
-        fill: float,
-        lengths: tuple[int, ...] = (),
-        unit: str | None = None,
+        self, path: str, kind: np.dtype, fill: float, lengths: tuple[int, ...] = ()
     ) -> Any:
         """A dataset with the axes of the sweep, and its own after them; its identifier."""
         from h5py import h5ds
@@ -303,8 +295,6 @@ class _StackedWriter:
         for position, axis in enumerate(self.head.axes):
             h5ds.attach_scale(made.id, self.scales[position], position)
             h5ds.set_label(made.id, position, axis.name.encode())
-        if unit is not None:
-            self.writer.text(made.id, "units", unit)
         return made.id
 
     def dataset(self, path: str, shape: tuple[int, ...], kind: np.dtype, fill: float) -> Any:
