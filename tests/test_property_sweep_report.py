@@ -366,7 +366,7 @@ def test_limits_of_a_sweep_are_those_of_single_runs(tmp_path: Path) -> None:
     sweep.journal.start()
     for number in range(sweep.journal.chunks):
         points = sweep.journal.points(number)
-        sweep.journal.write(number, Evaluator(case, design, paths).run_points(points))
+        sweep.journal.write(number, Evaluator(case, design, paths)(points))
     target = tmp_path / "generator.sweep.h5"
     assemble(target, sweep.head, sweep.journal)
     with open_sweep(target) as opened:

@@ -176,16 +176,13 @@ def _run(prepared: "PreparedSweep", options: "Options") -> int:
 
 def _kept(output: Path) -> int:
     """Exit code of a sweep that is there already, printed where JSON is asked for."""
-    import numpy as np
-
     from vibecalc.core.report.sweep.text import outcome_object
     from vibecalc.core.report.sweep.view import view_of
     from vibecalc.core.results.layout import DONE
     from vibecalc.core.results.sweep_file import open_sweep
 
     with open_sweep(output) as opened:
-        status = zip(*np.unique(opened.status(), return_counts=True), strict=True)
-        counts = {int(one): int(many) for one, many in status}
+        counts = opened.counts()
         if asked.json:
             points = sum(counts.values())
             say_json(outcome_object(view_of(opened), output, counts, points, 0.0) | {"written": []})

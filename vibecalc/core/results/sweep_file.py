@@ -116,28 +116,16 @@ def boxes(first: int, last: int, shape: Sequence[int]) -> Iterator[Box]:
     Gives for each its place in the grid, its first point and the one after its last. There are at
     most two for each axis but the first, and one more.
     """
-    if first >= last:
-        return
-    if len(shape) == 1:
-        yield (slice(first, last),), first, last
-        return
-    row = math.prod(shape[1:])
-    start = min(last, -(-first // row) * row)
-    stop = max(start, last // row * row)
-    yield from _within(first, start, shape)
-    if stop > start:
-        full = (slice(0, size) for size in shape[1:])
-        yield (slice(start // row, stop // row), *full), start, stop
-    yield from _within(stop, last, shape)
-
-
-def _within(first: int, last: int, shape: Sequence[int]) -> Iterator[Box]:
-    """The same for points that share their place along the first axis."""
-    row = math.prod(shape[1:])
-    number = first // row
-    base = number * row
-    for place, start, stop in boxes(first - base, last - base, shape[1:]):
-        yield (slice(number, number + 1), *place), start + base, stop + base
+    steps = [math.prod(shape[axis + 1 :]) for axis in range(len(shape))]
+    while first < last:
+        place = [int(at) for at in np.unravel_index(first, shape)]
+        axis = next(k for k, one in enumerate(steps) if not first % one and first + one <= last)
+        many = min(shape[axis] - place[axis], (last - first) // steps[axis])
+        above = (slice(at, at + 1) for at in place[:axis])
+        below = (slice(0, size) for size in shape[axis + 1 :])
+        after = first + many * steps[axis]
+        yield (*above, slice(place[axis], place[axis] + many), *below), first, after
+        first = after
 
 
 def read_points(dataset: Any, first: int, last: int, shape: Sequence[int]) -> np.ndarray:
@@ -253,19 +241,19 @@ class StackedQuantity:
     standard_error: float | None
     sweep: "SweepResult"
 
-    def values(self, *first_and_last: int) -> np.ndarray:
+    def values(self, first: int = 0, last: int | None = None) -> np.ndarray:
         """Values; NaN at points without it."""
-        return self.sweep.read(self.path, *first_and_last)
+        return self.sweep.read(self.path, first, last)
 
-    def errors(self, *first_and_last: int) -> np.ndarray:
+    def errors(self, first: int = 0, last: int | None = None) -> np.ndarray:
         """Error estimates; NaN at points without it."""
-        return self.sweep.read(f"{ERRORS}/{self.path}", *first_and_last)
+        return self.sweep.read(f"{ERRORS}/{self.path}", first, last)
 
-    def standard_errors(self, *first_and_last: int) -> np.ndarray | None:
+    def standard_errors(self, first: int = 0, last: int | None = None) -> np.ndarray | None:
         """Standard errors; None if it is no statistic."""
         if self.standard_error is None:
             return None
-        return self.sweep.read(f"{STANDARD_ERRORS}/{self.path}", *first_and_last)
+        return self.sweep.read(f"{STANDARD_ERRORS}/{self.path}", first, last)
 
 
 class SweepResult:
@@ -300,19 +288,24 @@ class SweepResult:
         """The case of the sweep in SI, with its limits and references."""
         return self.head.result.case
 
-    def read(self, name: str, *first_and_last: int) -> np.ndarray:
+    def read(self, name: str, first: int = 0, last: int | None = None) -> np.ndarray:
         """A dataset over the points, of all or of some; ResultError where its checksum is wrong."""
         try:
             dataset = self._file[name]
-            if first_and_last:
-                return read_points(dataset, *first_and_last, self.shape)
-            return np.asarray(dataset[()])
+            if last is None:
+                return np.asarray(dataset[()])
+            return read_points(dataset, first, last, self.shape)
         except (OSError, KeyError) as error:
             raise _damaged(self.path, error) from error
 
-    def status(self, *first_and_last: int) -> np.ndarray:
+    def status(self, first: int = 0, last: int | None = None) -> np.ndarray:
         """What became of each point (axes of the sweep...), or of some (last - first,)."""
-        return self.read(STATUS, *first_and_last)
+        return self.read(STATUS, first, last)
+
+    def counts(self, first: int = 0, last: int | None = None) -> dict[int, int]:
+        """How many points have which status, of all or of some."""
+        statuses, many = np.unique(self.status(first, last), return_counts=True)
+        return dict(zip(statuses.tolist(), many.tolist(), strict=True))
 
     def failures(self) -> Failures:
         """Points that were run and have no result, with the reasons."""

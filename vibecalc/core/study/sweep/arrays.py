@@ -24,8 +24,8 @@ class ArrayEvaluator(Evaluator):
         super().__init__(loaded, design, keep)
         self._paths = {key: parse_key(key) for key in design.keys}
 
-    def run_points(self, indices: np.ndarray) -> Block:
-        """As `Evaluator.run_points`."""
+    def __call__(self, indices: np.ndarray) -> Block:
+        """As an `Evaluator`."""
         numbers = np.asarray(indices, dtype=np.int64)
         columns = self._design.columns(numbers)
         varied = {self._paths[key]: np.asarray(v, dtype=float) for key, v in columns.items()}

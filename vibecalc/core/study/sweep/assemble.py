@@ -70,12 +70,10 @@ def assemble(
 def _written(target: Path, head: SweepHead, blocks: Callable[[], Iterator[Block]]) -> Assembled:
     left_out = write_stacked(target, head, blocks).left_out
     with open_sweep(target) as sweep:
-        status = sweep.status().ravel()
-    statuses, many = np.unique(status, return_counts=True)
-    counts = dict(zip(statuses.tolist(), many.tolist(), strict=True))
-    edges = np.flatnonzero(np.diff(status == NOT_RUN, prepend=False, append=False))
-    missing = tuple((int(first), int(after) - 1) for first, after in edges.reshape(-1, 2))
-    return Assembled(target, counts, missing, left_out)
+        counts, missing = sweep.counts(), sweep.status().ravel() == NOT_RUN
+    edges = np.flatnonzero(np.diff(missing, prepend=False, append=False))
+    gaps = tuple((int(first), int(after) - 1) for first, after in edges.reshape(-1, 2))
+    return Assembled(target, counts, gaps, left_out)
 
 
 def sweep_head(

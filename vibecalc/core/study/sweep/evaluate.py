@@ -40,10 +40,6 @@ class Evaluator:
         self._base = loaded.base(design.keys)
 
     def __call__(self, indices: np.ndarray) -> Block:
-        """Results at some points; as `run_points`."""
-        return self.run_points(indices)
-
-    def run_points(self, indices: np.ndarray) -> Block:
         """Results, or why there are none, at points (n,) in ascending order; never raises for one.
 
         The statuses are those of `vibecalc.core.results.layout`: done, input refused, numerical

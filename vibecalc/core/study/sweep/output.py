@@ -109,11 +109,11 @@ def complete(
         with open_sweep(output) as sweep:
             if sweep.head.identity != identity.sweep or sweep.count != journal.count:
                 return None
-            status = sweep.status().ravel()
+            for number in mine:
+                points = journal.points(number)
+                counts.update(sweep.counts(int(points[0]), int(points[-1]) + 1))
     except ResultError:
         return None
-    for number in mine:
-        counts.update(status[journal.points(number)].tolist())
     return None if any(counts[status] for status in (NOT_RUN, *UNLUCKY)) else counts
 
 

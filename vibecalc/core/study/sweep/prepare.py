@@ -420,8 +420,7 @@ class PreparedSweep:
     @property
     def is_short(self) -> bool:
         """Whether it is over before processes have started."""
-        best, count = choose(self.loaded.case, self.design, self.keep), self.design.count
-        return best.kind != "pool" and best.milliseconds * count < _SHORT
+        return self.strategy.milliseconds * self.design.count < _SHORT
 
     @property
     def step(self) -> int:

@@ -111,7 +111,6 @@ def _largest(known: float, errors: np.ndarray) -> float:
 # ----------------------------------------------------------------------------
 
 _CACHE = 1 << 19  # bytes for each open dataset: two chunks of complex numbers
-_AT_ONCE = 1 << 16  # values of an axis
 _WHOLE, _REAL, _COMPLEX = np.dtype("<i8"), np.dtype("<f8"), np.dtype("<c16")
 _MOST_CAUSES = 10_000
 _LONGEST_CAUSE = 4_000  # characters
@@ -242,33 +241,28 @@ class _StackedWriter:
         """The scale of an axis, and the values of its keys along it."""
         from h5py import h5ds
 
-        writer, first, sampled = self.writer, axis.keys[0], axis.name == SAMPLE
-        kinds = [_WHOLE if one.dtype.kind in "iu" else _REAL for one in axis.read(0, 1)]
-        named = bool(first.choices) and not sampled
-        if named:
-            # a grid has few of them, and who opens the file wants names
-            scale = writer.dataset(writer.root, name, axis.values()[0])
-            filled = []
-        else:
-            filled = [self.dataset(name, (axis.count,), _WHOLE if sampled else kinds[0], 0)]
-            scale = filled[0].id
-        h5ds.set_scale(scale, axis.name.encode())
+        first, columns = axis.keys[0], axis.read(0, axis.count)
         number = SweptKey(key="", label="number of the point", unit="", written_unit="")
-        self.describe(scale, number if sampled else first)
-        columns = []
-        for key, kind in zip(axis.keys, kinds, strict=True):
-            column = self.dataset(f"{VALUES}/{key.key}", (axis.count,), kind, 0)
-            h5ds.attach_scale(column.id, scale, 0)
-            h5ds.set_label(column.id, 0, axis.name.encode())
-            self.describe(column.id, key)
-            columns.append(column)
-        for start in range(0, axis.count, _AT_ONCE):
-            stop = min(start + _AT_ONCE, axis.count)
-            read_columns = axis.read(start, stop)
-            along = np.arange(start, stop) if sampled else read_columns[0]
-            for column, values in zip(columns + filled, [*read_columns, along], strict=not named):
-                column[start:stop] = values
+        if axis.name == SAMPLE:
+            scale = self.column(name, np.arange(axis.count), number)
+        elif first.choices:  # a grid has few of them, and who opens the file wants names
+            scale = self.writer.dataset(self.writer.root, name, axis.values()[0])
+            self.describe(scale, first)
+        else:
+            scale = self.column(name, columns[0], first)
+        h5ds.set_scale(scale, axis.name.encode())
+        for key, values in zip(axis.keys, columns, strict=True):
+            column = self.column(f"{VALUES}/{key.key}", values, key)
+            h5ds.attach_scale(column, scale, 0)
+            h5ds.set_label(column, 0, axis.name.encode())
         return scale
+
+    def column(self, path: str, values: np.ndarray, key: SweptKey) -> Any:
+        """A dataset of numbers along an axis; its identifier."""
+        made = self.dataset(path, values.shape, _WHOLE if values.dtype.kind in "iu" else _REAL, 0)
+        made[...] = values
+        self.describe(made.id, key)
+        return made.id
 
     def describe(self, place: Any, key: SweptKey) -> None:
         """Unit and name, as on every axis."""

@@ -288,7 +288,8 @@ class Workers:
         step: int = 1,
     ):
         self._how = How(pickle.dumps(start), timeout, step, os.urandom(16))
-        self._jobs, self._client = jobs, None if cluster is None else _connect(cluster)
+        self._jobs = jobs
+        self._client: Any = None if cluster is None else _connect(cluster)
         self._executor: Executor = (
             ThreadPoolExecutor(jobs)
             if self._client is None
