@@ -140,7 +140,7 @@ def merge(
     """Put the parts of a sweep together; exit 4 if points failed or are still missing."""
     from vibecalc.cli.outputs import check_suffix
     from vibecalc.core.report.sweep.text import missing_words
-    from vibecalc.core.results.layout import DONE, NOT_RUN
+    from vibecalc.core.results.layout import DONE
     from vibecalc.core.study.execute import provenance
     from vibecalc.core.study.sweep.assemble import merge as put_together
 
@@ -149,8 +149,7 @@ def merge(
     if made.missing:
         note(f"no part has the points {missing_words(made.missing)}")
     _report(output, {**made.counts}, 0, 0.0, "")
-    bad = [many for status, many in made.counts.items() if status not in (DONE, NOT_RUN) and many]
-    raise typer.Exit(EXIT_POINTS_FAILED if bad or made.missing else EXIT_FINE)
+    raise typer.Exit(EXIT_FINE if made.counts.keys() <= {DONE} else EXIT_POINTS_FAILED)
 
 
 def _forecast(prepared: "PreparedSweep", options: "Options") -> None:

@@ -131,7 +131,7 @@ def take_up(
             f"{journal.path} holds {foreign} chunks of another sweep; "
             "--fresh throws them away, -o names another file"
         )
-    if (journal.places or damage) and not (resume or fresh):
+    if journal.places and not (resume or fresh):
         raise UsageError(
             f"{len(journal.places)} of {journal.chunks} chunks of this sweep are there from "
             f"before, in {journal.path}; --resume goes on with them, --fresh starts anew"

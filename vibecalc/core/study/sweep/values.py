@@ -54,6 +54,11 @@ _QUANTILES: dict[str, Callable[..., np.ndarray]] = {
 
 # ----------------------------------------------------------------------------
 # The values one key takes along an axis: listed, spread between two ends, or drawn.
+#
+# Values are in SI. `at` takes whole positions along the axis, `drawn` shares in (0, 1) of a
+# sampling; both take and return arrays (len,). `count` is None where any number can be drawn.
+# `names` are choices by position and `contents` lists, tables and switches, which `at` counts from
+# 0; no value is beyond the `ends`.
 # ----------------------------------------------------------------------------
 
 #: whole numbers up to here are doubles
@@ -61,50 +66,8 @@ _EXACT = 1 << 53
 _WIDEST = 1e6
 
 
-class AxisValues:
-    """Values of a key, in SI: `at` whole positions along the axis, or `drawn` at shares in (0, 1).
-
-    Both take and return arrays (len,). `count` is None where any number of values can be drawn;
-    `names` are choices by position, and `contents` lists, tables and switches: `at` counts them
-    from 0. No value is beyond the `ends`.
-    """
-
-    @property
-    def count(self) -> int | None:
-        """How many values there are."""
-        return None
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """None, where values are numbers."""
-        return ()
-
-    @property
-    def contents(self) -> tuple[Any, ...]:
-        """None, where values are numbers."""
-        return ()
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Smallest and largest value, or first and last."""
-        raise NotImplementedError
-
-    def at(self, positions: np.ndarray) -> np.ndarray:
-        """Values at positions; ValueError of a distribution."""
-        raise ValueError("a distribution has no positions along an axis")
-
-    def drawn(self, shares: np.ndarray) -> np.ndarray:
-        """Each value with the same chance."""
-        count = self.count or 1
-        return self.at(np.minimum((shares * count).astype(np.int64), count - 1))
-
-    def description(self) -> dict[str, Any]:
-        """As plain values, for hashes."""
-        raise NotImplementedError
-
-
 @dataclass(frozen=True, kw_only=True)
-class ValueList(AxisValues):
+class ValueList:
     """Values as given: numbers, or names of choices.
 
     What is neither, as a list or a table, is set as it stands in `contents`, and `values` are
@@ -115,7 +78,7 @@ class ValueList(AxisValues):
     contents: tuple[Any, ...] = ()
 
     @property
-    def count(self) -> int | None:
+    def count(self) -> int:
         """How many values there are."""
         return len(self.values)
 
@@ -134,8 +97,12 @@ class ValueList(AxisValues):
         """Values at positions along the axis."""
         return np.asarray(np.array(self._numbers(), dtype=float)[positions] + 0.0)
 
+    def drawn(self, shares: np.ndarray) -> np.ndarray:
+        """Each value with the same chance."""
+        return self.at(_picked(shares, self.count))
+
     def _numbers(self) -> Sequence[Any]:
-        return range(len(self.values)) if self.names else self.values
+        return range(self.count) if self.names else self.values
 
     def description(self) -> dict[str, Any]:
         """As plain values, for hashes."""
@@ -143,7 +110,7 @@ class ValueList(AxisValues):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SpacedValues(AxisValues):
+class SpacedValues:
     """From `start` to `stop` in equal steps or equal ratios, ends included.
 
     The ends are numbers as written, and `factor` turns them into SI: the tenth value from 5 to 50
@@ -155,6 +122,7 @@ class SpacedValues(AxisValues):
     factor: float
     log: bool
     count: int | None = None
+    names = contents = ()
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -170,7 +138,7 @@ class SpacedValues(AxisValues):
     def drawn(self, shares: np.ndarray) -> np.ndarray:
         """Each value with the same chance, or uniform in the number (log: in its logarithm)."""
         if self.count is not None:
-            return super().drawn(shares)
+            return self.at(_picked(shares, self.count))
         first, last = self.ends
         if self.log:
             values = first * np.exp(shares * math.log(last / first))
@@ -213,11 +181,12 @@ class SpacedValues(AxisValues):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scatter(AxisValues):
+class Scatter:
     """Values drawn from a distribution; its parameters are in SI, named as in PARAMETERS."""
 
     kind: str
     parameters: tuple[float, ...]
+    count, names, contents = None, (), ()
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -226,6 +195,10 @@ class Scatter(AxisValues):
             return self.parameters[0], self.parameters[1]
         largest = float(np.finfo(float).max)
         return (5e-324 if self.kind == "lognormal" else -largest), largest
+
+    def at(self, positions: np.ndarray) -> np.ndarray:
+        """A distribution has no positions; ValueError."""
+        raise ValueError("a distribution has no positions along an axis")
 
     def drawn(self, shares: np.ndarray) -> np.ndarray:
         """Values below which the key falls with these probabilities."""
@@ -251,3 +224,11 @@ class Scatter(AxisValues):
         if self.kind == "lognormal" and deviation > _WIDEST * mean:
             return f"deviation has to be below {_WIDEST:g} times the mean"
         return ""
+
+
+AxisValues = ValueList | SpacedValues | Scatter
+
+
+def _picked(shares: np.ndarray, count: int) -> np.ndarray:
+    """Position of one of `count` equal parts of (0, 1)."""
+    return np.minimum((shares * count).astype(np.int64), count - 1)
