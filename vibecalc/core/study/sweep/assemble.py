@@ -34,13 +34,12 @@ class Assembled(NamedTuple):
     """A file that was written, and what is in it.
 
     `counts` says how many points have which status, `missing` which were not run (first and last
-    of each gap), `left_out` which quantities could not be stacked and why.
+    of each gap).
     """
 
     path: Path
     counts: Mapping[int, int]
     missing: tuple[tuple[int, int], ...]
-    left_out: Mapping[str, str]
 
 
 def assemble(
@@ -68,12 +67,12 @@ def assemble(
 
 
 def _written(target: Path, head: SweepHead, blocks: Callable[[], Iterator[Block]]) -> Assembled:
-    left_out = write_stacked(target, head, blocks).left_out
+    write_stacked(target, head, blocks)
     with open_sweep(target) as sweep:
         counts, missing = sweep.counts(), sweep.status().ravel() == NOT_RUN
     edges = np.flatnonzero(np.diff(missing, prepend=False, append=False))
     gaps = tuple((int(first), int(after) - 1) for first, after in edges.reshape(-1, 2))
-    return Assembled(target, counts, gaps, left_out)
+    return Assembled(target, counts, gaps)
 
 
 def sweep_head(

@@ -151,11 +151,9 @@ class Options:
 class Outcome:
     """What came of a sweep: points by status, and how many of them were there from before."""
 
-    output: Path
     counts: Mapping[int, int]
     taken_up: int
-    left_out: Mapping[str, str]
-    seconds: float
+    seconds: float = 0.0
 
     @property
     def failed(self) -> int:

@@ -99,10 +99,7 @@ def sweep(prepared: PreparedSweep, options: Options) -> Outcome:
             if counts is not None:
                 options.note(f"{output} is complete, nothing is left to do")
                 journal.clear()
-                points = sum(counts.values())
-                return Outcome(
-                    output=options.output, counts=counts, taken_up=points, left_out={}, seconds=0.0
-                )
+                return Outcome(counts=counts, taken_up=sum(counts.values()))
         finished = take_up(journal, options.resume, options.fresh, options.note)
         before = _points(journal, finished.intersection(mine))
         try:
@@ -113,10 +110,8 @@ def sweep(prepared: PreparedSweep, options: Options) -> Outcome:
         except UsageError as error:
             raise UsageError(_stopped_words(str(error), journal, mine)) from error
     return Outcome(
-        output=options.output,
         counts={status: many for status, many in made.counts.items() if status >= DONE},
         taken_up=before,
-        left_out=made.left_out,
         seconds=time.perf_counter() - started,
     )
 

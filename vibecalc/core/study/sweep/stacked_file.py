@@ -117,7 +117,7 @@ _LONGEST_CAUSE = 4_000  # characters
 _OTHER_CAUSE = "another cause: a file keeps the words of the first ten thousand only"
 
 
-def write_stacked(target: Path, head: SweepHead, blocks: Callable[[], Iterator[Block]]) -> Stacking:
+def write_stacked(target: Path, head: SweepHead, blocks: Callable[[], Iterator[Block]]) -> None:
     """Write blocks, ascending, to `target` in one step; `blocks` is called twice, and equal.
 
     Equal input gives equal bytes; with other provenance, everything outside `/provenance` is
@@ -145,7 +145,6 @@ def write_stacked(target: Path, head: SweepHead, blocks: Callable[[], Iterator[B
         file.flush()
         checksum = np.array(text_checksum(temporary))
         h5a.open(place, TEXT_CHECKSUM.encode()).write(checksum)
-    return stacking
 
 
 class _StackedWriter:
