@@ -382,7 +382,7 @@ def test_a_file_is_drawn_by_its_own_name_and_equal_ones_alike(
     sweep = made(tmp_path)
     sweep.fill()
     target = tmp_path / "stiff.sweep.h5"
-    assemble(target, sweep.head, sweep.chunks)
+    assemble(target, sweep.head, sweep.journal)
     (first,) = draw_file(target, tmp_path / "a")
     (second,) = draw_file(target, tmp_path / "b")
     assert first.name == "stiff_sweep_line.png"

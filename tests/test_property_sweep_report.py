@@ -328,7 +328,7 @@ def test_a_file_is_read_as_it_was_written(tmp_path: Path) -> None:
     sweep = made(tmp_path)
     sweep.fill()
     target = tmp_path / "mounts.sweep.h5"
-    assemble(target, sweep.head, sweep.chunks)
+    assemble(target, sweep.head, sweep.journal)
     with open_sweep(target) as opened:
         found = view_of(opened)
         assert set(found.quantities) == set(KEPT)
@@ -361,12 +361,12 @@ def test_limits_of_a_sweep_are_those_of_single_runs(tmp_path: Path) -> None:
     )
     paths = tuple(sorted({limit.quantity for limit in case.case.limit}))
     sweep = made(tmp_path, design, size=3, kept=paths)
-    sweep.chunks.make()
-    for number in range(sweep.chunks.chunks):
-        points = sweep.chunks.points(number)
-        sweep.chunks.write(number, Evaluator(case, design, paths).run_points(points))
+    sweep.journal.start()
+    for number in range(sweep.journal.chunks):
+        points = sweep.journal.points(number)
+        sweep.journal.write(number, Evaluator(case, design, paths)(points))
     target = tmp_path / "generator.sweep.h5"
-    assemble(target, sweep.head, sweep.chunks)
+    assemble(target, sweep.head, sweep.journal)
     with open_sweep(target) as opened:
         found = dataclasses.replace(view_of(opened), case=case.resolved)
         judged, missing, *_ = judge(found)

@@ -49,7 +49,9 @@ def forecast_object(prepared: "PreparedSweep", forecast: "Forecast", chunks: int
         "points": design.count,
         "shape": list(design.shape),
         "sampling": design.sampling,
-        "axes": [{"name": axis.name, "keys": list(axis.keys)} for axis in design.axes],
+        "axes": [
+            {"name": axis.name, "keys": [key.key for key in axis.keys]} for axis in design.axes
+        ],
         "strategy": strategy.kind,
         "reason": strategy.reason,
         "chunks": chunks,
