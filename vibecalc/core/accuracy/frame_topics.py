@@ -193,7 +193,7 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
 
     def problem() -> Limited:
         binding = Binding(loaded)
-        return lambda unit: binding.evaluate(box.values(unit))
+        return lambda unit: binding.worst(box.values(unit))
 
     budgets = (20, 40, 80)
     ask = Ask("optimisation", "optimum", f"{goal} at the best point that keeps the limits",

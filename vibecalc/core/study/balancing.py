@@ -79,7 +79,7 @@ def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
             return None
     solution = least_norm(constant, columns, problem.block, problem.radius)
     variables = problem.variables(solution.unknowns)
-    objective, margins = binding.evaluate(variables)
+    objective, margins = binding.worst(variables)
     # a bound that is far off must not enlarge errors: of each column by itself
     length = np.linalg.norm(columns, axis=0)
     rounding = np.linalg.norm(constant) + length @ np.abs(solution.unknowns)

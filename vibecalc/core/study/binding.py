@@ -12,7 +12,7 @@ from vibecalc.core.case.study_tables import Objective, Optimisation
 from vibecalc.core.case.tables import Limit
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Record
-from vibecalc.core.results.select import Side, Where, uncertainty, worst
+from vibecalc.core.results.select import Side, Where, parts_of, worst
 from vibecalc.core.results.verdicts import Bound, bounds_of
 from vibecalc.core.run.run import StageCache, check_again, run_case
 from vibecalc.core.study.ahead import Foreseen
@@ -126,21 +126,27 @@ class Binding:
             self.period > 0.0, difference - period * np.round(difference / period), difference
         )
 
-    def evaluate(self, variables: np.ndarray) -> tuple[float, np.ndarray]:
-        """Objective (to be made small) and dimensionless margins, kept where >= 0.
+    def evaluate(self, variables: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+        """The objective, as its parts (p,) to be made small, and the margins of each limit.
 
-        They are those of the whole interval of a value and its error, as verdicts are.
+        Margins are dimensionless and kept where >= 0: those of the whole interval of a value and
+        its error, as verdicts are. Parts and margins are those of all entries of a result.
         """
-        values, margins = self.evaluate_all(variables, (self.goal,))
-        return float(values[0]), margins
+        (parts,), margins = self.evaluate_all(variables, (self.goal,))
+        return parts, margins
 
     def evaluate_all(
         self, variables: np.ndarray, goals: tuple[Objective, ...]
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Some objectives (all to be made small) and the margins."""
         found = self._results_at(variables, self._wanted | {goal.quantity for goal in goals})
-        values = np.array([self._objective(found, goal) for goal in goals])
-        return values, self._all_margins(found)
+        values = [sign_of(goal) * self._goal(found, goal)[0] for goal in goals]
+        return values, [margins for margins, _ in self._margins(found)]
+
+    def worst(self, variables: np.ndarray) -> tuple[float, np.ndarray]:
+        """The objective, and the smallest margin of each limit."""
+        parts, margins = self.evaluate(variables)
+        return float(np.max(parts)), np.array([np.min(one) for one in margins])
 
     def ahead(self, points: np.ndarray, goals: tuple[Objective, ...] = ()) -> None:
         """Compute objectives and limits at points (k, n) that are about to be asked for, at once.
@@ -187,48 +193,32 @@ class Binding:
         """Absolute errors of the objectives, then of the margins."""
         goals = goals or (self.goal,)
         found = self._results_at(variables, self._wanted | {goal.quantity for goal in goals})
-        off = [
-            self._worst(found, goal.quantity, goal.where, "max" if goal.sense == "min" else "min")
-            for goal in goals
-        ]
-        limits = []
-        for limit, bound in self.held():
-            error = self._worst(found, limit.quantity, limit.where, bound.side)[3]
-            limits.append(bound.scaled(error))
-        return np.array([*(one[3] for one in off), *limits])
+        off = [np.max(self._goal(found, goal)[1]) for goal in goals]
+        return np.array([*off, *(error for _, error in self._margins(found))])
 
-    def _worst(
+    def _goal(self, found: Found, goal: Objective) -> tuple[np.ndarray, np.ndarray]:
+        side: Side = "max" if goal.sense == "min" else "min"
+        return self._entries(found, goal.quantity, goal.where, side)
+
+    def _margins(self, found: Found) -> Iterator[tuple[np.ndarray, float]]:
+        """Of each limit the margins of its entries, and the error of these."""
+        for limit, bound in self.held():
+            values, reach = self._entries(found, limit.quantity, limit.where, bound.side)
+            yield bound.scaled(bound.left(values) - reach), bound.scaled(float(np.max(reach)))
+
+    def _entries(
         self, found: Found, path: str, where: Where, side: Side
-    ) -> tuple[float, float, str, float]:
-        """The worst entry of a result, how far the truth may lie beyond it, its label and error.
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Entries of a result, and how far the truth may lie beyond each.
 
         Over tolerances it is the mean of the worst entries and some deviations more.
         """
         if isinstance(found, Record):
-            quantity = found[path]
-            value, label = worst(quantity, where, side)
-            zero = quantity.estimate.is_zero(value)
-            reach = 0.0 if zero or not np.isfinite(value) else uncertainty(quantity, where)
-            error = float(quantity.error_estimate)
-        else:
-            assert self.scatter is not None
-            middle, apart, error = found.spread(path, where, side).moments()
-            more = self.scatter.sigmas * apart
-            value, label = middle + (more if side == "max" else -more), ""
-            reach = error = error * max(1.0, self.scatter.sigmas)
-        return value, reach, label, error if np.isfinite(value) else 0.0
-
-    def _objective(self, found: Found, goal: Objective) -> float:
-        side: Side = "max" if goal.sense == "min" else "min"
-        value = self._worst(found, goal.quantity, goal.where, side)[0]
-        return sign_of(goal) * value
-
-    def _all_margins(self, found: Found) -> np.ndarray:
-        margins = []
-        for limit, bound in self.held():
-            value, reach, *_ = self._worst(found, limit.quantity, limit.where, bound.side)
-            margins.append(bound.scaled(bound.left(value) - reach))
-        return np.array(margins, dtype=float)
+            return parts_of(found[path], where, side)
+        assert self.scatter is not None
+        middle, apart, error = found.spread(path, where, side).moments()
+        more = self.scatter.sigmas * apart * (1.0 if side == "max" else -1.0)
+        return np.array([middle + more]), np.array([error * max(1.0, self.scatter.sigmas)])
 
     def held(self) -> Iterator[tuple[Limit, Bound]]:
         """Each bound of each limit, in the order of the margins."""
@@ -251,8 +241,8 @@ class Binding:
             )
         )
 
-    def broken(self, variables: np.ndarray) -> tuple[str, np.ndarray]:
-        """Which limits a point breaks and by how much, in the units of the case; and all margins.
+    def broken(self, variables: np.ndarray) -> str:
+        """Which limits a point breaks and by how much, in the units of the case.
 
         Raises NumericalFailure as a run does.
         """
@@ -260,16 +250,19 @@ class Binding:
         of = "" if self.scatter is None else f"mean and {self.scatter.sigmas:g} deviations of "
         said = []
         for limit, bound in self.held():
-            unit = CATALOGUE[limit.quantity].unit
-            value, reach, label, _ = self._worst(found, limit.quantity, limit.where, bound.side)
-            if bound.left(value) < reach:
+            values, reach = self._entries(found, limit.quantity, limit.where, bound.side)
+            worst_one = int(np.argmin(bound.left(values) - reach))
+            if bound.left(values[worst_one]) < reach[worst_one]:
+                unit, label = CATALOGUE[limit.quantity].unit, ""
+                if isinstance(found, Record):
+                    _, label = worst(found[limit.quantity], limit.where, bound.side)
                 most = "at most" if bound.side == "max" else "at least"
                 said.append(
                     f"{of}{limit.quantity}{f' at {label}' if label else ''} is "
-                    f"{shown_as(value, unit, bound.written)}, {most} "
+                    f"{shown_as(float(values[worst_one]), unit, bound.written)}, {most} "
                     f"{shown_as(bound.value, unit, bound.written)} is allowed"
                 )
-        return "; ".join(said), self._all_margins(found)
+        return "; ".join(said)
 
     def margin_names(self) -> tuple[str, ...]:
         """One name per margin, in the order of `evaluate`."""

@@ -6,6 +6,7 @@ combinations next to it are examined until none is better: that proves no more t
 """
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
@@ -20,7 +21,8 @@ from vibecalc.core.study.choices import (
     in_words,
     runs_of_one,
 )
-from vibecalc.core.study.search.problem import Box, Infeasible, Optimum
+from vibecalc.core.study.search.methods import kept
+from vibecalc.core.study.search.problem import Box, Evaluate, Infeasible, Optimum
 from vibecalc.errors import NumericalFailure
 
 if TYPE_CHECKING:
@@ -28,7 +30,6 @@ if TYPE_CHECKING:
     from vibecalc.schema import Case
 
 Picked = tuple[int, ...]
-Evaluate = Callable[[np.ndarray], tuple[float, np.ndarray]]
 #: binding of a combination, and further starts -> its optimum
 Search = Callable[["Binding", np.ndarray], Optimum]
 
@@ -137,8 +138,7 @@ def _examined(binding: "Binding", picked: Picked, search: Search, warm: np.ndarr
     try:
         optimum = search(binding.with_picked(picked), warm)
     except Infeasible as nearest:
-        at = binding.with_picked(picked)
-        _, margins = at.evaluate(nearest.variables)
+        _, margins = binding.with_picked(picked).worst(nearest.variables)
         violation = float(np.max(-margins, initial=0.0))
         return Examined(picked, None, np.inf, violation, nearest.evaluations, "", nearest)
     except NumericalFailure as failure:
@@ -163,56 +163,44 @@ def _evolved(
 
     R. Storn and K. Price, J. Global Optim. 11 (1997), 341-359, with whole numbers, as in scipy.
     """
-    from scipy.optimize import NonlinearConstraint, differential_evolution
+    from scipy.optimize import differential_evolution
 
     choices, box = binding.choices, Box(binding.lower, binding.upper, binding.period)
-    count, size = len(choices), binding.lower.size
-    known: dict[bytes, np.ndarray | None] = {}
+    count, limits = len(choices), len(binding.margin_names())
+    known: dict[bytes, np.ndarray] = {}
+    bad = np.append(np.inf, np.full(limits, -1e6))
 
     def parts(place: np.ndarray) -> tuple[Picked, np.ndarray]:
-        picked = tuple(round(float(one)) for one in place[:count])
-        return picked, box.values(box.start(np.clip(place[count:], 0.0, 1.0)))
+        return tuple(round(float(one)) for one in place[:count]), box.values(place[count:])
 
-    def values(place: np.ndarray) -> np.ndarray | None:
+    def at(place: np.ndarray) -> np.ndarray:
         picked, variables = parts(place)
         key = np.array([*picked, *variables], dtype=float).tobytes()
         if key not in known:
-            known[key] = None
-            try:
+            known[key] = bad
+            with suppress(NumericalFailure):
                 objective, margins = evaluate(binding.with_picked(picked))(variables)
-            except NumericalFailure:
-                return None
-            if np.isfinite(objective):
-                known[key] = np.append(objective, np.clip(margins, -1e6, 1e6))
+                worst = [np.clip(np.min(one), -1e6, 1e6) for one in margins]
+                if np.all(np.isfinite(objective)):
+                    known[key] = np.append(np.max(objective), worst)
         return known[key]
-
-    def objective(place: np.ndarray) -> float:
-        found = values(place)
-        return np.inf if found is None else float(found[0])
-
-    margins = len(binding.margin_names())
-
-    def kept(place: np.ndarray) -> np.ndarray:
-        found = values(place)
-        return np.full(margins, -1e6) if found is None else found[1:]
 
     budget = max(MOST_RUNS // 2, each)
     solution = differential_evolution(
-        objective,
-        [(0.0, len(choice.options) - 1.0) for choice in choices] + [(0.0, 1.0)] * size,
-        integrality=[True] * count + [False] * size,
-        constraints=(NonlinearConstraint(kept, 0.0, np.inf),) if margins else (),
+        lambda place: float(at(place)[0]),
+        [(0.0, len(choice.options) - 1.0) for choice in choices] + [(0.0, 1.0)] * box.size,
+        integrality=[True] * count + [False] * box.size,
+        constraints=kept(lambda place: at(place)[1:], limits),
         rng=np.random.default_rng(_SEED),
         popsize=_POPULATION,
-        maxiter=max(10, budget // (_POPULATION * (count + size)) - 1),
+        maxiter=max(10, budget // (_POPULATION * (count + box.size)) - 1),
         polish=False,
         tol=1e-6,
         atol=0.0,
     )
-    if not np.isfinite(objective(solution.x)):
+    if not np.isfinite(at(solution.x)[0]):
         raise NumericalFailure("no combination that was tried can be evaluated")
-    picked, variables = parts(solution.x)
-    return picked, variables, len(known)
+    return *parts(solution.x), len(known)
 
 
 def of_all(found: Combined) -> Optimum:

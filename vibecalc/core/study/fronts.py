@@ -2,7 +2,7 @@
 
 import time
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -11,8 +11,8 @@ from vibecalc.core.study.binding import sign_of
 from vibecalc.core.study.choices import MOST_RUNS, combinations, in_words
 from vibecalc.core.study.planned import FRONT_NAMES, FRONT_RUNS, front_points, goals_of
 from vibecalc.core.study.record import Numbers, add_numbers
+from vibecalc.core.study.search.fronts import FrontPoints, front, knee, undominated
 from vibecalc.core.study.search.problem import FEASIBLE_WITHIN, Infeasible
-from vibecalc.core.study.search.several import FrontPoints, front_of_several, knee, undominated
 from vibecalc.errors import NumericalFailure
 
 if TYPE_CHECKING:
@@ -39,39 +39,24 @@ def _of_one(case: "Case", binding: "Binding", first: np.ndarray) -> FrontPoints:
     assert study is not None
     goals = goals_of(study)
     if binding.lower.size == 0:
-        values, margins = binding.evaluate_all(first, goals)
-        if np.any(margins < -FEASIBLE_WITHIN):
+        parts, margins = binding.evaluate_all(first, goals)
+        if any(np.any(one < -FEASIBLE_WITHIN) for one in margins):
             raise Infeasible("breaks a limit", first, 1)
+        values = np.array([[np.max(one) for one in parts]])
         error, nothing = binding.errors(first, goals)[: len(goals)], np.empty((1, 0))
-        return FrontPoints(values[None, :], error[None, :], nothing, nothing, 1, ())
-    asked: dict[str, Any] = {
-        "first": first,
-        "points": front_points(study),
-        "starts": study.starts,
-        "rtol": case.accuracy.rtol,
-        "errors": lambda variables: binding.errors(variables, goals),
-        "period": binding.period,
-        "ahead": lambda points: binding.ahead(points, goals),
-    }
-    low, high = binding.lower, binding.upper
-    if len(goals) > 2:
-        return front_of_several(
-            lambda x: binding.evaluate_all(x, goals), low, high, len(goals), **asked
-        )
-    from vibecalc.core.study.search.trade_offs import front
-
-    def both(variables: np.ndarray) -> tuple[float, float, np.ndarray]:
-        (one, other), margins = binding.evaluate_all(variables, goals)
-        return float(one), float(other), margins
-
-    two = front(both, low, high, **asked)
-    return FrontPoints(
-        np.stack([two.objective, two.second_objective], axis=1),
-        np.stack([two.objective_error, two.second_objective_error], axis=1),
-        two.variables,
-        two.variables_error,
-        two.evaluations,
-        two.notes,
+        return FrontPoints(values, error[None, :], nothing, nothing, 1, ())
+    return front(
+        lambda variables: binding.evaluate_all(variables, goals),
+        binding.lower,
+        binding.upper,
+        len(goals),
+        first=first,
+        points=front_points(study),
+        starts=study.starts,
+        rtol=case.accuracy.rtol,
+        errors=lambda variables: binding.errors(variables, goals),
+        period=binding.period,
+        ahead=lambda points: binding.ahead(points, goals),
     )
 
 

@@ -22,7 +22,7 @@ from vibecalc.core.study.record import (
     add_sensitivity,
     compare_methods,
 )
-from vibecalc.core.study.search.problem import Infeasible
+from vibecalc.core.study.search.problem import Evaluate, Infeasible
 from vibecalc.core.study.variables import counted
 from vibecalc.errors import NumericalFailure
 
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 #: the method of a case that names none
 STANDARD = "sequential_quadratic"
 
-Evaluate = Callable[[np.ndarray], tuple[float, np.ndarray]]
 #: what a search calls for a binding, counted where somebody looks
 Shown = Callable[[Binding], Evaluate]
 
@@ -137,8 +136,8 @@ def _searched(
         further = balanced.optimum.variables[None, :]
     if further is not None:
         box = Box(binding.lower, binding.upper, binding.period)
-        places = box.values(box.start(spread(study.starts, binding.lower.size)))
-        starts = np.vstack([further, places])
+        places = spread(study.starts, binding.lower.size)[:, box.moving]
+        starts = np.vstack([further, box.values(places)])
     return minimise(
         evaluate,
         binding.lower,
@@ -158,8 +157,8 @@ def _nearest(
 ) -> Record:
     """The record of the point that comes nearest to keeping the limits, and what it breaks."""
     record = run_case(binding.case_at(nearest.variables), timings=timings)
-    words, margins = binding.broken(nearest.variables)
-    add_nearest(record, case, binding, nearest.variables, margins, nearest.evaluations)
+    words = binding.broken(nearest.variables)
+    add_nearest(record, case, binding, nearest)
     record.warnings.insert(
         0,
         "no values of the variables between their bounds keep all limits; these come nearest, and "
@@ -218,11 +217,11 @@ def _shown(case: "Case", wanted: bool) -> Iterator[Shown]:
     with counted("optimising", wanted, search_runs(case)) as advance:
 
         def shown(binding: Binding) -> Evaluate:
-            def evaluate(variables: np.ndarray) -> tuple[float, np.ndarray]:
+            def evaluate(variables: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
                 nonlocal best
                 objective, margins = binding.evaluate(variables)
-                if objective < best and (margins >= 0.0).all():
-                    best = objective
+                if np.max(objective) < best and all((one >= 0.0).all() for one in margins):
+                    best = float(np.max(objective))
                 advance(f", best {binding.sign * best:.6g}" if np.isfinite(best) else "")
                 return objective, margins
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from vibecalc.core.study.binding import Binding
     from vibecalc.core.study.combine import Combined
     from vibecalc.core.study.search.methods import MethodEnd
-    from vibecalc.core.study.search.problem import Optimum
+    from vibecalc.core.study.search.problem import Infeasible, Optimum
     from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
@@ -130,15 +130,15 @@ def add_nearest(
     record: Record,
     case: "Case",
     binding: "Binding",
-    variables: np.ndarray,
-    margins: np.ndarray,
-    evaluations: int,
+    nearest: "Infeasible",
 ) -> None:
     """The point that comes nearest to keeping all limits: its variables and how far it is off."""
+    _, margins = binding.worst(nearest.variables)
     values: Numbers = {
-        "margin": (margins, _margin_error(binding, variables)), "evaluations": (evaluations, 0.0)
-    }  # fmt: skip
-    for key, value in zip(binding.keys, variables, strict=True):
+        "margin": (margins, _margin_error(binding, nearest.variables)),
+        "evaluations": (nearest.evaluations, 0.0),
+    }
+    for key, value in zip(binding.keys, nearest.variables, strict=True):
         values[f"variable/{key}"] = (value, 0.0)
     add_numbers(record, case, values, {"limit": np.array(binding.margin_names(), dtype=object)})
 
@@ -278,7 +278,7 @@ def add_sensitivity(
     if "optimum" in places:
         _deviations(record, case, binding, optimum)
     try:
-        start, _ = as_written.evaluate(binding.first)
+        start, _ = as_written.worst(binding.first)
     except NumericalFailure:
         pass  # said with `optimisation/start`
     else:
@@ -289,7 +289,7 @@ def add_sensitivity(
 
 
 def _slopes(record: Record, case: "Case", places: dict[str, tuple["Binding", np.ndarray]]) -> None:
-    from vibecalc.core.study.search.trade_offs import slopes_at
+    from vibecalc.core.study.search.sensitivity import slopes_at
 
     slopes_of = {}
     for name, (binding, point) in places.items():
@@ -325,7 +325,7 @@ def _slopes(record: Record, case: "Case", places: dict[str, tuple["Binding", np.
 
 
 def _deviations(record: Record, case: "Case", binding: "Binding", optimum: "Optimum") -> None:
-    from vibecalc.core.study.search.trade_offs import cost_of_deviation
+    from vibecalc.core.study.search.sensitivity import cost_of_deviation
 
     cost = cost_of_deviation(
         binding.evaluate,

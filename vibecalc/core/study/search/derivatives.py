@@ -1,10 +1,10 @@
-"""The conditions that hold an optimum: derivatives from values, and what pulls on a point."""
+"""Derivatives from values, with the error they carry, and which conditions hold a point."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.study.search.problem import Values, foresee
+from vibecalc.core.study.search.problem import Values
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.least_norm import nonnegative_least_squares
 from vibecalc.numerics.rounding import EPSILON
@@ -20,9 +20,10 @@ KINK = 1e-5
 
 
 class Slope(NamedTuple):
-    """First and second derivative along a direction, (1 + m,) each, with their errors.
+    """First and second derivative along a direction, (v,) each, with their errors.
 
-    `kinked` marks values whose derivative jumps here.
+    `kinked` marks values whose derivative jumps here. `gradient` stacks these of all coordinates,
+    (v, k).
     """
 
     first: np.ndarray
@@ -32,22 +33,14 @@ class Slope(NamedTuple):
     kinked: np.ndarray
 
 
-class Gradient(NamedTuple):
-    """Derivatives by the coordinates of the unit cube, (1 + m, n), their errors, and kinks."""
-
-    first: np.ndarray
-    error: np.ndarray
-    kinked: np.ndarray
-
-
-def slope(sampler: Values, unit: np.ndarray, direction: np.ndarray, noise: np.ndarray) -> Slope:
+def slope(values: Values, unit: np.ndarray, direction: np.ndarray, noise: np.ndarray) -> Slope:
     """Differentiate along a unit direction through five equispaced points inside the unit cube.
 
     Parameters
     ----------
-    unit, direction : (n,) arrays
+    unit, direction : (k,) arrays
         Point of the unit cube and direction.
-    noise : (1 + m,) array
+    noise : (v,) array
         Absolute noise of the values.
 
     Notes
@@ -57,10 +50,13 @@ def slope(sampler: Values, unit: np.ndarray, direction: np.ndarray, noise: np.nd
     """
     best: Slope | None = None
     for spacing in SPACINGS:
-        spaced = _at_spacing(sampler, unit, direction, noise, spacing)
-        if spaced is None:
+        nodes = _nodes(values, unit, direction, spacing)
+        points = [unit + spacing * node * direction for node in nodes]
+        values.ahead(points)
+        rows = [row for row in map(values, points) if row is not None]
+        if len(rows) < len(points):
             continue
-        candidate, truncation = spaced
+        candidate, truncation = _at_spacing(np.array(rows), nodes, noise, spacing)
         if best is None:
             best = candidate
         else:
@@ -79,37 +75,26 @@ def slope(sampler: Values, unit: np.ndarray, direction: np.ndarray, noise: np.nd
     return best
 
 
-def gradient(sampler: Values, unit: np.ndarray, noise: np.ndarray) -> Gradient:
-    """Derivatives of objective and margins by all coordinates, with `slope`."""
-    directions = np.eye(unit.size)
-    first = SPACINGS[0]
-    foresee(
-        sampler,
-        [
-            point
-            for direction in directions
-            for point in _around(unit, direction, first, _nodes(unit, direction, first))
-        ],
+def gradient(values: Values, unit: np.ndarray, noise: np.ndarray) -> Slope:
+    """Derivatives by all coordinates, with `slope`."""
+    first, axes = SPACINGS[0], np.eye(unit.size)
+    values.ahead(
+        [unit + first * node * axis for axis in axes for node in _nodes(values, unit, axis, first)]
     )
-    slopes = [slope(sampler, unit, direction, noise) for direction in directions]
-    return Gradient(
-        first=np.stack([one.first for one in slopes], axis=1),
-        error=np.stack([one.error for one in slopes], axis=1),
-        kinked=np.any([one.kinked for one in slopes], axis=0),
-    )
+    slopes = [slope(values, unit, axis, noise) for axis in axes]
+    return Slope(*(np.stack(one, axis=1) for one in zip(*slopes, strict=True)))
 
 
-def measured_noise(sampler: Values, unit: np.ndarray) -> np.ndarray:
-    """Absolute noise of the values, (1 + m,), from high differences of nine close points.
+def measured_noise(values: Values, unit: np.ndarray) -> np.ndarray:
+    """Absolute noise of the values, (v,), from high differences of nine close points.
 
     Round-off of the values is the floor. J. J. More and S. M. Wild, Estimating computational
     noise, SIAM J. Sci. Comput. 33 (2011), 1292-1314.
     """
     direction = np.where(unit < 0.5, 1.0, -1.0) / np.sqrt(unit.size)
     points = [unit + 1e-7 * step * direction for step in range(9)]
-    foresee(sampler, points)
-    values = [sampler(point) for point in points]
-    known = np.array([value for value in values if value is not None])
+    values.ahead(points)
+    known = np.array([row for row in map(values, points) if row is not None])
     floor: np.ndarray = EPSILON * np.max(np.abs(known), axis=0)
     if len(known) < 9:
         return np.asarray(4.0 * floor)
@@ -121,45 +106,28 @@ def measured_noise(sampler: Values, unit: np.ndarray) -> np.ndarray:
     return np.asarray(3.0 * noise)
 
 
-def _nodes(unit: np.ndarray, direction: np.ndarray, spacing: float) -> np.ndarray:
+def _nodes(values: Values, unit: np.ndarray, direction: np.ndarray, spacing: float) -> np.ndarray:
     """Places (5,) about a point in spacings along a direction, within the cube."""
-    speed = np.where(direction == 0, 1.0, np.abs(direction))
-    upwards = np.where(direction >= 0, 1.0 - unit, unit)
-    downwards = np.where(direction >= 0, unit, 1.0 - unit)
-    moves = direction != 0
-    ahead = float(np.min(np.where(moves, upwards / speed, np.inf))) / spacing
-    behind = float(np.min(np.where(moves, downwards / speed, np.inf))) / spacing
-    first_node = (
-        -2
-        if min(ahead, behind) >= 2
-        else (-min(int(behind), 2) if ahead > behind else min(int(ahead), 2) - 4)
-    )
-    return np.arange(first_node, first_node + 5.0)
-
-
-def _around(
-    unit: np.ndarray, direction: np.ndarray, spacing: float, nodes: np.ndarray
-) -> list[np.ndarray]:
-    return [np.clip(unit + spacing * node * direction, 0, 1) for node in nodes]
+    moves = (direction != 0) & ~values.box.around
+    speed = np.where(moves, np.abs(direction), 1.0)
+    onwards = np.where(direction >= 0, 1.0 - unit, unit)
+    room = (np.min(np.where(moves, one / speed, np.inf), initial=1.0) / spacing
+            for one in (onwards, 1.0 - onwards))  # fmt: skip
+    ahead, behind = (min(int(one), 2) for one in room)
+    first = -2 if min(ahead, behind) == 2 else (-behind if ahead > behind else ahead - 4)
+    return np.arange(first, first + 5.0)
 
 
 def _at_spacing(
-    sampler: Values, unit: np.ndarray, direction: np.ndarray, noise: np.ndarray, spacing: float
-) -> tuple[Slope, np.ndarray] | None:
-    nodes = _nodes(unit, direction, spacing)
-    points = _around(unit, direction, spacing, nodes)
-    foresee(sampler, points)
-    values = [sampler(point) for point in points]
-    if any(value is None for value in values):
-        return None
-    table = np.array(values)
-    weights = _weights(nodes, 1) / spacing
+    table: np.ndarray, nodes: np.ndarray, noise: np.ndarray, spacing: float
+) -> tuple[Slope, np.ndarray]:
+    """Derivatives from values (5, v) at nodes, and the truncation of the first one."""
     nearest = np.sort(np.argsort(np.abs(nodes), kind="stable")[:3])
-    rough = _weights(nodes[nearest], 1) @ table[nearest] / spacing
-    first = weights @ table
-    bend = _weights(nodes, 2) / spacing**2
-    second = bend @ table
-    rough_second = _weights(nodes[nearest], 2) @ table[nearest] / spacing**2
+    weights, bend = (_weights(nodes, order) / spacing**order for order in (1, 2))
+    first, second = weights @ table, bend @ table
+    rough, rough_second = (
+        _weights(nodes[nearest], order) @ table[nearest] / spacing**order for order in (1, 2)
+    )
     gap = np.abs(first - rough)
     size = np.abs(first) + spacing * np.abs(second) + gap
     truncation = gap * np.minimum(1.0, 6.0 * gap / np.where(size > 0, size, 1.0))
@@ -181,21 +149,26 @@ def _weights(nodes: np.ndarray, derivative: int) -> np.ndarray:
 
 
 # ----------------------------------------------------------------------------
-# Which limits and bounds hold a point in place, and how hard each of them pulls.
+# Which parts, limits and bounds hold a point in place, and how hard each of them pulls.
 # ----------------------------------------------------------------------------
 
 
 class Active(NamedTuple):
-    """What is taken to hold with equality: indices of margins, and sides of bounds (n,)."""
+    """What is taken to hold: the part that leads, what else is as large or on its limit, and walls.
 
+    With one part leading all others are margins: by how much they are smaller. `margins` are
+    indices of these, then of the margins of limits (`about`); `sides` (k,) are those of bounds.
+    """
+
+    lead: int
     margins: tuple[int, ...]
     sides: np.ndarray
 
 
 class Pulls(NamedTuple):
-    """Multipliers of margins (m,) and bounds (n,).
+    """Multipliers of margins (m,) and bounds (k,), as of `Active`.
 
-    `left` (n,) is what remains of the sum of gradients, `residual` its size relative to the sum
+    `left` (k,) is what remains of the sum of gradients, `residual` its size relative to the sum
     of magnitudes or to 1, the usual slope of a scaled objective, whichever is larger.
     """
 
@@ -210,50 +183,55 @@ class Pulls(NamedTuple):
         return np.append(1.0, -self.margins)
 
 
-def identify(
-    vector: np.ndarray, first: np.ndarray, unit: np.ndarray, closeness: float
-) -> tuple[Active, Pulls]:
-    """Find the smallest set of near-active conditions whose gradients balance.
+def about(lead: int, parts: int, size: int) -> np.ndarray:
+    """Matrix (size, size) from parts and margins to the leading part and all margins below it."""
+    turned = np.eye(size)
+    turned[:parts] *= -1.0
+    turned[:parts, lead] += 1.0
+    turned[lead] = np.eye(size)[lead]
+    return turned[[lead, *(row for row in range(size) if row != lead)]]
 
-    Parameters
-    ----------
-    vector : (1 + m,) array
-        Objective and margins at the point.
-    first : (1 + m, n) array
-        Their gradients on the unit cube.
-    unit : (n,) array
-        The point.
-    closeness : float
-        Distance on the unit cube within which a condition counts as a candidate.
 
-    Notes
-    -----
+def identify(values: Values, unit: np.ndarray, first: np.ndarray, closeness: float) -> Active:
+    """The smallest set of near-active conditions whose gradients (v, k) balance at a point.
+
+    `closeness` is the distance on the unit cube within which a condition counts as a candidate.
     Non-negative least squares over the candidates (Lawson and Hanson, 1974): it picks linearly
-    independent ones, so that equal mounts or repeated limits do no harm.
+    independent ones, so that equal mounts or repeated limits do no harm. The weights of the parts
+    add up to one.
     """
-    reach = closeness * (np.linalg.norm(first[1:], axis=1) + 1e-12)
-    near = np.flatnonzero(vector[1:] <= reach)
-    lower, upper = np.flatnonzero(unit <= closeness), np.flatnonzero(unit >= 1 - closeness)
-    axes = np.eye(unit.size)
-    columns = np.concatenate([first[1 + near], axes[lower], -axes[upper]]).T
-    length = np.linalg.norm(columns, axis=0)
-    table = columns / np.where(length > 0, length, 1.0)
-    size = max(float(np.linalg.norm(first[0])), 1e-300)
-    # scipy does not survive a table without columns
-    pulls = nonnegative_least_squares(table, first[0] / size) if table.size else np.empty(0)
-    chosen = pulls > 1e-9
-    pick, pick_lower, pick_upper = np.split(chosen, [near.size, near.size + lower.size])
+    vector, parts = values(unit), values.parts
+    assert vector is not None
+    top = int(np.argmax(vector[:parts]))
+    steep = np.linalg.norm(first, axis=1)
+    gap = np.append(vector[top] - vector[:parts], vector[parts:])
+    reach = closeness * (steep + 1e-12 + np.where(np.arange(steep.size) < parts, steep[top], 0.0))
+    near = np.flatnonzero(gap <= reach)
+    is_part = (near < parts).astype(float)
+    walls = ~values.box.around
+    lower, upper = (np.flatnonzero(walls & (one <= closeness)) for one in (unit, 1.0 - unit))
+    axes, size = np.eye(unit.size), max(float(steep[top]), 1e-300)
+    pulling = np.concatenate(
+        [np.where(near < parts, 1.0, -1.0)[:, None] * first[near] / size, -axes[lower], axes[upper]]
+    )
+    table = np.vstack([pulling.T, np.append(is_part, np.zeros(lower.size + upper.size))])
+    length = np.linalg.norm(table, axis=0)
+    pulls = nonnegative_least_squares(
+        table / np.where(length > 0, length, 1.0), np.append(np.zeros(unit.size), 1.0)
+    )
+    of_values, of_lower, of_upper = np.split(pulls, [near.size, near.size + lower.size])
+    lead = int(near[np.argmax(of_values * is_part)])
     sides = np.zeros(unit.size, dtype=int)
-    sides[lower[pick_lower]] = -1
-    sides[upper[pick_upper]] = 1
-    active = Active(tuple(int(i) for i in near[pick]), sides)
-    return active, balance(first, active)
+    sides[lower[of_lower > 1e-9]] = -1
+    sides[upper[of_upper > 1e-9]] = 1
+    held = [int(one) for one in near[of_values > 1e-9] if one != lead]
+    return Active(lead, tuple(one - (one > lead) for one in held), sides)
 
 
 def balance(first: np.ndarray, active: Active) -> Pulls:
     """Multipliers of a given active set: least squares, signs as they come out.
 
-    `first` (1 + m, n) are the gradients of objective and margins.
+    `first` (1 + m, k) are the gradients of the leading part and of all margins.
     """
     free = active.sides == 0
     chosen = list(active.margins)
@@ -277,31 +255,21 @@ def balance(first: np.ndarray, active: Active) -> Pulls:
 CLOSENESS = (1e-6, 1e-4, 3e-3)
 
 
-def stationarity(sampler: Values, unit: np.ndarray) -> float:
+def stationarity(values: Values, unit: np.ndarray) -> float:
     """What is left of the gradients that should balance, relative to their magnitudes.
 
-    Parameters
-    ----------
-    sampler : Values
-    unit : (n,) array
-        Point of the unit cube at which the sampler gives values.
-
-    Returns
-    -------
-    residual : float
-        0 at a point that satisfies the first-order conditions, 1 or so far from any; infinity
-        where they cannot be formed, as on a kink or next to points that cannot be evaluated.
+    0 at a point (k,) that satisfies the first-order conditions, 1 or so far from any; infinity
+    where they cannot be formed, as on a kink or next to points that cannot be evaluated.
     """
     try:
-        noise = measured_noise(sampler, unit)
-        slopes = gradient(sampler, unit, noise)
+        slopes = gradient(values, unit, measured_noise(values, unit))
     except NumericalFailure:
         return np.inf
-    vector = sampler(unit)
-    assert vector is not None
     residual = np.inf
     for closeness in CLOSENESS:
-        _, pulls = identify(vector, slopes.first, unit, closeness)
-        if not np.any(slopes.kinked & (np.abs(pulls.weights) > 1e-9)):
+        active = identify(values, unit, slopes.first, closeness)
+        turned = about(active.lead, values.parts, len(slopes.first))
+        pulls = balance(turned @ slopes.first, active)
+        if not np.any(np.any(slopes.kinked, axis=1) & (np.abs(pulls.weights @ turned) > 1e-9)):
             residual = min(residual, pulls.residual)
     return residual
