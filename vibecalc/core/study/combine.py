@@ -138,9 +138,7 @@ def _examined(binding: "Binding", picked: Picked, search: Search, warm: np.ndarr
     try:
         optimum = search(binding.with_picked(picked), warm)
     except Infeasible as nearest:
-        _, margins = binding.with_picked(picked).worst(nearest.variables)
-        violation = float(np.max(-margins, initial=0.0))
-        return Examined(picked, None, np.inf, violation, nearest.evaluations, "", nearest)
+        return Examined(picked, None, np.inf, nearest.violation, nearest.evaluations, "", nearest)
     except NumericalFailure as failure:
         return Examined(picked, None, np.inf, np.inf, 1, str(failure))
     return Examined(picked, optimum, optimum.objective, 0.0, optimum.evaluations, "")
@@ -210,7 +208,8 @@ def of_all(found: Combined) -> Optimum:
     """
     best = found.best
     if best.nearest is not None:
-        raise Infeasible(str(best.nearest), best.nearest.variables, found.evaluations)
+        best.nearest.evaluations = found.evaluations
+        raise best.nearest
     if best.optimum is None:
         raise NumericalFailure(
             f"no combination has an optimum; {in_words(found.choices, best.picked)}: {best.why}"

@@ -41,7 +41,7 @@ def _of_one(case: "Case", binding: "Binding", first: np.ndarray) -> FrontPoints:
     if binding.lower.size == 0:
         parts, margins = binding.evaluate_all(first, goals)
         if any(np.any(one < -FEASIBLE_WITHIN) for one in margins):
-            raise Infeasible("breaks a limit", first, 1)
+            raise Infeasible("breaks a limit", first, 1, 0.0)
         values = np.array([[np.max(one) for one in parts]])
         error, nothing = binding.errors(first, goals)[: len(goals)], np.empty((1, 0))
         return FrontPoints(values, error[None, :], nothing, nothing, 1, ())

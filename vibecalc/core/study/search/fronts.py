@@ -138,20 +138,21 @@ class _Tracer:
         bound: tuple[int, float] | None = None,
         **asked: Any,
     ) -> Optimum:
-        """The optimum of parts made of the shares of all objectives, one of them bounded perhaps.
+        """The optimum of parts made of all objectives over their spans, one to its `bound` at most.
 
-        `error` makes that of the parts from those of the shares.
+        A bound is the number of an objective and its share of the front. `error` makes that of the
+        parts from those of the objectives.
         """
         count = self.span.size
 
         def evaluate(variables: np.ndarray) -> tuple[Any, list[Any]]:
             goals, margins = self.at(variables)
-            shares = [
-                (one - low) / span
-                for one, low, span in zip(goals, self.best, self.span, strict=True)
-            ]
-            more = [] if bound is None else [bound[1] - shares[bound[0]]]
-            return parts(shares), [*margins, *more]
+            scaled = [one / span for one, span in zip(goals, self.span, strict=True)]
+            more = []
+            if bound is not None:
+                goal, share = bound
+                more = [self.best[goal] / self.span[goal] + share - scaled[goal]]
+            return parts(scaled), [*margins, *more]
 
         def errors(variables: np.ndarray) -> np.ndarray:
             every = self.off(variables)
@@ -268,13 +269,12 @@ class _Tracer:
         for weights in lattice(self.span.size, points):
             if whole and np.max(weights) == 1.0:
                 continue  # that is an end
-            foot = weights @ corners if whole else weights
+            foot = (weights @ corners if whole else weights) + self.best / self.span
 
             def towards(shares: list[np.ndarray], foot: np.ndarray = foot) -> np.ndarray:
                 return np.concatenate([a - b for a, b in zip(shares, foot, strict=True)])
 
-            shares = [(one.values - self.best) / self.span for one in found]
-            away = [float(np.linalg.norm(one - foot)) for one in shares]
+            away = [float(np.linalg.norm(one.values / self.span - foot)) for one in found]
             shown = ", ".join(f"{weight:g}" for weight in weights)
             point = self.first_of(
                 [found[near] for near in np.argsort(away, kind="stable")[:2].tolist()],

@@ -260,6 +260,7 @@ def _feasible_point(sampler: Sampler, ends: list[Search]) -> np.ndarray:
         "Widen the bounds of the variables or relax these limits.",
         nearest,
         sampler.count,
+        -float(np.min(least)),
     )
 
 

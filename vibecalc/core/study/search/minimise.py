@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.core.study.search.local_search import SearchEnds, local_search, search_all
 from vibecalc.core.study.search.methods import METHODS
-from vibecalc.core.study.search.newton import Refined
+from vibecalc.core.study.search.newton import BALANCED, Refined
 from vibecalc.core.study.search.problem import (
     FEASIBLE_WITHIN,
     Ahead,
@@ -100,7 +100,7 @@ class _Choice:
             )
         for end in others[:MOST_OTHERS]:
             refined = by_newton(sampler, end.unit)
-            if refined is not None:
+            if refined is not None and _is_strict(refined):
                 end.take(refined)
                 optima.append(end)
         known = [(one, one.refined) for one in optima if one.refined is not None]
@@ -162,6 +162,15 @@ class _Choice:
         )
 
 
+def _is_strict(refined: Refined) -> bool:
+    """Whether an optimum is one for certain: no direction is free, no bound holds without a pull.
+
+    A weight of zero has an angle that is free: at another it may have to grow.
+    """
+    pulls = np.abs(refined.bounds[refined.sides != 0])
+    return refined.free_directions == 0 and bool(np.all(pulls > BALANCED))
+
+
 def _at_rest(sampler: Sampler, unit: np.ndarray, method: str) -> Refined:
     """A point where nothing is to be refined: all variables held, or the same value everywhere."""
     vector = sampler(unit)
@@ -198,6 +207,7 @@ def _only_point(sampler: Sampler, held: str) -> tuple[SearchEnds, Refined]:
             f"{float(np.min(margins)):.6g}",
             sampler.box.values(nowhere),
             sampler.count,
+            -float(np.min(margins)),
         )
     best = _at_rest(sampler, nowhere, "fixed")
     end = Search(nowhere, nowhere, best.objective, 0.0, "all variables are held", 1)
@@ -348,10 +358,7 @@ def minimise(
     sampler = Sampler(evaluate, box, budget, ahead, errors)
     count = box.lower.size
     begin = np.full(box.size, 0.5) if first is None else box.unit(np.asarray(first, dtype=float))
-    if isinstance(starts, int):
-        further = spread(starts, count)[:, box.moving]
-    else:
-        further = box.unit(starts.reshape(-1, count))
+    further = spread(starts, count)[:, box.moving] if isinstance(starts, int) else box.unit(starts)
     points = np.vstack([begin[None, :], further])
     chosen = METHODS[method]
     searcher = local_search if method == "sequential_quadratic" else chosen.search

@@ -323,10 +323,13 @@ CONVERGED = "converged"
 
 
 class Infeasible(NumericalFailure):
-    """No point within the bounds keeps all limits; `variables` (n,) come nearest, of those met."""
+    """No point within the bounds keeps all limits; `variables` (n,) come nearest, of those met.
 
-    def __init__(self, message: str, variables: np.ndarray, evaluations: int):
-        self.variables, self.evaluations = variables, evaluations
+    `violation` is the most negative margin there, as a positive number.
+    """
+
+    def __init__(self, message: str, variables: np.ndarray, evaluations: int, violation: float):
+        self.variables, self.evaluations, self.violation = variables, evaluations, violation
         super().__init__(message)
 
 
