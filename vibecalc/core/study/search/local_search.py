@@ -34,7 +34,7 @@ Searcher = Callable[[Sampler, np.ndarray], tuple[np.ndarray, str]]
 _STRANDED = "stopped next to points that cannot be evaluated"
 
 
-class _Stop(Exception):
+class Stranded(Exception):
     """Nothing is left for this search to do, its words say why."""
 
 
@@ -80,11 +80,11 @@ def local_search(
         unit = box.inside(place[:size])
         centre = values(unit)
         if centre is None:
-            raise _Stop(_STRANDED)
+            raise Stranded(_STRANDED)
         best = unit
         if not to_the_end and _vanishing(values, centre):
-            raise _Stop("near zero")
-        return np.stack([_forward(values, unit, centre, axis) for axis in np.eye(size)], axis=1)
+            raise Stranded("near zero")
+        return forward_slopes(values, unit)
 
     def limits(place: np.ndarray) -> np.ndarray:
         vector = at(place)
@@ -110,7 +110,7 @@ def local_search(
             else (),
             options={"ftol": FINE_ACCURACY if to_the_end else ACCURACY, "maxiter": MOST_STEPS},
         )
-    except _Stop as stop:
+    except Stranded as stop:
         return box.fold(best), str(stop)
     end = solution.x[:size]
     if not np.all(np.isfinite(end)) or values(end) is None:
@@ -142,15 +142,18 @@ def _sides(unit: np.ndarray) -> np.ndarray:
     return np.where(unit < 0.5, STEP, -STEP)
 
 
-def _forward(values: Values, unit: np.ndarray, centre: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """One column of the Jacobian, from the side that stays inside and can be evaluated."""
-    for step in (_sides(unit) @ axis, -_sides(unit) @ axis):
-        nearby = unit + step * axis
-        if np.array_equal(nearby, values.box.inside(nearby)):
-            value = values(nearby)
-            if value is not None:
-                return np.asarray((value - centre) / ((nearby - unit) @ axis))
-    raise _Stop(_STRANDED)
+def forward_slopes(values: Values, unit: np.ndarray) -> np.ndarray:
+    """Slopes (v, k), each from the side that stays inside and can be evaluated; else Stranded."""
+    columns, centre = [], values(unit)
+    for step in np.diag(_sides(unit)):
+        for nearby in (unit + step, unit - step):
+            value = values(nearby) if np.array_equal(nearby, values.box.inside(nearby)) else None
+            if value is not None and centre is not None:
+                columns.append((value - centre) / np.sum(nearby - unit))
+                break
+        else:
+            raise Stranded(_STRANDED)
+    return np.stack(columns, axis=1)
 
 
 # ----------------------------------------------------------------------------
