@@ -1,12 +1,11 @@
 """The last digits of an optimum on a kink: planes sampled around it, and a linear programme."""
 
-from itertools import combinations, product
-from typing import NamedTuple
+from itertools import combinations
 
 import numpy as np
 
 from vibecalc.core.study.search.derivatives import measured_noise
-from vibecalc.core.study.search.newton import Refined
+from vibecalc.core.study.search.newton import Refined, walls
 from vibecalc.core.study.search.problem import KNOWN, BudgetSpent, Values, spread
 
 FIRST_RADIUS = 3e-3
@@ -25,21 +24,8 @@ WORTH = 0.1
 SETTLED = 2e-2
 
 
-class _Plane(NamedTuple):
-    """Values (1 + m,) and gradients (1 + m, k) at a point (k,)."""
-
-    point: np.ndarray
-    values: np.ndarray
-    first: np.ndarray
-
-
-class _Lowest(NamedTuple):
-    """The lowest point of all planes, its height, and the multipliers there."""
-
-    unit: np.ndarray
-    merit: float
-    margins: np.ndarray
-    bounds: np.ndarray
+#: values (1 + m,) and gradients (1 + m, k) at a point (k,), in the order point, values, gradients
+_Plane = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def settle(values: Values, start: np.ndarray) -> Refined | None:
@@ -75,17 +61,18 @@ def settle(values: Values, start: np.ndarray) -> Refined | None:
         planes = [
             plane
             for plane in planes + [one for one in more if one is not None]
-            if np.max(np.abs(plane.point - unit)) <= 1.5 * radius
+            if np.max(np.abs(plane[0] - unit)) <= 1.5 * radius
         ]
         lowest = _lowest(planes, unit, radius, values.box.around) if planes else None
         if lowest is None:
             return None
-        promised = max(0.0, merit - lowest.merit)
-        step = float(np.max(np.abs(lowest.unit - unit)))
-        fall = merit - _merit(values, lowest.unit)
-        fresh = [(unit, 0.5), (lowest.unit, 0.1), (lowest.unit, 0.02)]
+        there, height, margins, bounds = lowest
+        promised = max(0.0, merit - height)
+        step = float(np.max(np.abs(there - unit)))
+        fall = merit - _merit(values, there)
+        fresh = [(unit, 0.5), (there, 0.1), (there, 0.02)]
         if fall > 0:
-            unit, merit = values.box.inside(lowest.unit), merit - fall
+            unit, merit = values.box.inside(there), merit - fall
         if fall > WORTH * promised:
             vain = 0
             if step > 0.9 * radius:
@@ -95,38 +82,30 @@ def settle(values: Values, start: np.ndarray) -> Refined | None:
         if vain < start.size + 3 and promised > 1e-13:
             continue
         if radius <= LAST_RADIUS:
-            slopes = [float(np.linalg.norm(plane.first[0])) for plane in planes]
+            slopes = [float(np.linalg.norm(first[0])) for _, _, first in planes]
             residual = promised / (radius * max(1.0, *slopes))
-            return _settled(values, unit, radius + step, promised, residual, lowest)
+            vector = values(unit)
+            if vector is None or residual > SETTLED:
+                return None
+            noise = float(measured_noise(values, unit)[0])
+            pulling = (margins > 1e-6) & (vector[1:] < 1e-6)
+            sides = walls(values.box, unit) * (np.abs(bounds) > 1e-6)
+            return Refined(
+                unit=values.box.fold(unit),
+                error=np.where(sides == 0, radius + step + np.sqrt(2 * noise), 0.0),
+                # a gradient taken across a kink lifts a plane a little: count the promise fourfold
+                # and the pieces bend away from their planes by the square of the radius
+                excess=4 * promised + BEND * radius**2 + 1e-12 + 2 * noise,
+                objective=float(vector[0]),
+                margins=np.where(pulling, margins, 0.0),
+                bounds=np.where(sides != 0, bounds, 0.0),
+                sides=sides,
+                residual=residual,
+                method="sampled planes",
+            )
         vain = 0
         radius = max(LAST_RADIUS, min(0.25 * radius, 4 * step))
     return None
-
-
-def _settled(
-    values: Values, unit: np.ndarray, radius: float, promised: float, residual: float,
-    lowest: _Lowest,
-) -> Refined | None:  # fmt: skip
-    vector = values(unit)
-    if vector is None or residual > SETTLED:
-        return None
-    noise = float(measured_noise(values, unit)[0])
-    pulling = (lowest.margins > 1e-6) & (vector[1:] < 1e-6)
-    sides = np.where(unit <= 0, -1, np.where(unit >= 1, 1, 0))
-    sides = np.where((np.abs(lowest.bounds) > 1e-6) & ~values.box.around, sides, 0)
-    return Refined(
-        unit=unit,
-        error=np.where(sides == 0, radius + np.sqrt(2 * noise), 0.0),
-        # a gradient taken across a kink lifts a plane a little: count the promise fourfold
-        # and the pieces bend away from their planes by the square of the radius
-        excess=4 * promised + BEND * radius**2 + 1e-12 + 2 * noise,
-        objective=float(vector[0]),
-        margins=np.where(pulling, lowest.margins, 0.0),
-        bounds=np.where(sides != 0, lowest.bounds, 0.0),
-        sides=sides,
-        residual=residual,
-        method="sampled planes",
-    )
 
 
 def _merit(values: Values, unit: np.ndarray) -> float:
@@ -144,13 +123,13 @@ def _plane(values: Values, unit: np.ndarray, size: float, offset: np.ndarray) ->
     known = [row for row in rows if row is not None]
     if len(known) < len(rows):
         return None
-    return _Plane(point, known[0], ((np.array(known[1:]) - known[0]) / step[:, None]).T)
+    return point, known[0], ((np.array(known[1:]) - known[0]) / step[:, None]).T
 
 
 def _lowest(
     planes: list[_Plane], unit: np.ndarray, radius: float, around: np.ndarray
-) -> _Lowest | None:
-    """The lowest point of all cuts within the radius, and the merit promised there."""
+) -> tuple[np.ndarray, float, np.ndarray, np.ndarray] | None:
+    """The lowest point of all cuts within the radius, its merit, and what holds it there."""
     from scipy.optimize import linprog
 
     size = unit.size
@@ -181,10 +160,10 @@ def _lowest(
         return None
     duals = -np.asarray(programme.ineqlin.marginals)[count:]
     margins = np.sum(duals.reshape(count, rows - 1), axis=0)
-    walls = np.where(least > -1.0, programme.lower.marginals[:size], 0.0)
-    walls = walls + np.where(most < 1.0, programme.upper.marginals[:size], 0.0)
+    bounds_pull = np.where(least > -1.0, programme.lower.marginals[:size], 0.0)
+    bounds_pull = bounds_pull + np.where(most < 1.0, programme.upper.marginals[:size], 0.0)
     merit = top + scale * float(programme.x[size] + PRICE * programme.x[size + 1])
-    return _Lowest(unit + radius * programme.x[:size], merit, margins, walls * scale / radius)
+    return unit + radius * programme.x[:size], merit, margins, bounds_pull * scale / radius
 
 
 # ----------------------------------------------------------------------------
@@ -193,59 +172,42 @@ def _lowest(
 
 #: first step away from an optimum, growth of the steps, halvings of the last one
 FIRST_AWAY, AWAY, HALVINGS = 1e-5, 4.0, 2
-#: share of a rise at half the way of it, a quarter for a parabola and half for a kink
-BOWL = 0.35
 
 
-def reach(values: Values, unit: np.ndarray, bias: np.ndarray, leaning: np.ndarray) -> np.ndarray:
+def reach(values: Values, unit: np.ndarray, bias: np.ndarray) -> np.ndarray:
     """How far each coordinate (k,) of an optimum may be off by errors (1 + m,) of the values.
 
     The extents of all points that lie no higher than the optimum by twice the error of the
-    objective, and break margins by no more than theirs, along each axis and along those of an
-    ellipsoid with the mixed changes of two coordinates. Where the objective rises as a bowl along
-    all axes, what slopes `leaning` (1 + m, k) of its error make of it, where that is less.
+    objective, and break margins by no more than theirs, along the axes and the lines between two.
     """
     size, base = unit.size, values(unit)
     if base is None or not np.any(bias > KNOWN):
         return np.zeros(size)
 
-    def rise(step: np.ndarray) -> float:
-        """Over what is allowed: 1 at its end."""
+    def within(step: np.ndarray) -> bool:
         try:
             there = values(unit + step)
         except BudgetSpent:
             there = None
         if there is None or np.any(there[1:] < np.minimum(base[1:], 0.0) - 2.0 * bias[1:] - MARGIN):
-            return np.inf
+            return False
         # of an objective without error the limits alone tell
-        return max(float(there[0] - base[0]), 0.0) / (2.0 * float(bias[0]) + KNOWN)
+        return bool(there[0] - base[0] < 2.0 * bias[0] + KNOWN)
 
     def extent(axis: np.ndarray) -> float:
-        step = FIRST_AWAY
-        while step < 1.0 and rise(step * axis) < 1.0:
+        step, factor = FIRST_AWAY, AWAY
+        while step < 1.0 and within(step * axis):
             step *= AWAY
-        factor = AWAY
         for _ in range(HALVINGS):
             factor = float(np.sqrt(factor))
-            step = step if rise(step / factor * axis) < 1.0 else step / factor
+            step = step if within(step / factor * axis) else step / factor
         return step
 
     axes = np.eye(size)
     away = np.array([max(extent(axis), extent(-axis)) for axis in axes])
-    together = np.eye(size)
     for i, j in combinations(range(size), 2):
-        mixed = 0.0
-        for one, other in product((-0.5, 0.5), repeat=2):
-            high = rise(one * away[i] * axes[i] + other * away[j] * axes[j])
-            mixed += 2.0 * np.sign(one * other) * min(high, 1.0)
-        together[i, j] = together[j, i] = 0.25 * mixed
-    # the main directions of that ellipsoid, each as far as it goes
-    turned = away[:, None] * np.linalg.eigh(together)[1]
-    turned /= np.linalg.norm(turned, axis=0)
-    extents = turned * [max(extent(one), extent(-one)) for one in turned.T]
-    halves = [rise(side * away[i] * axes[i]) for i in range(size) for side in (-0.5, 0.5)]
-    furthest = np.maximum(away, np.linalg.norm(extents, axis=1))
-    if max(halves) > BOWL:
-        return np.asarray(furthest)
-    softness = extents @ extents.T / (4.0 * bias[0] + KNOWN)
-    return np.asarray(np.minimum(furthest, np.abs(softness) @ leaning[0]))
+        for other in (axes[j] * away[j], -axes[j] * away[j]):
+            line = axes[i] * away[i] + other
+            line /= np.linalg.norm(line)
+            away = np.maximum(away, max(extent(line), extent(-line)) * np.abs(line))
+    return away

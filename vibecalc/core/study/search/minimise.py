@@ -39,8 +39,8 @@ EQUAL, EQUAL_ZERO, EQUAL_REFINED = 1e-6, 1e-3, 1e-9
 RIVALS = 1e-2
 #: and those this close to a refined optimum that is lower have stopped short of it
 SHORT_OF = 3e-2
-#: ends that are refined as rivals of the best, and as further local optima
-MOST_RIVALS, MOST_OTHERS = 4, 4
+#: ends that are refined, and of equally low ones how many before any other
+MOST_REFINED, MOST_LEVEL = 6, 3
 #: places between two ends, spaced so that no even wave passes through all of them
 _BETWEEN = (0.137, 0.381, 0.529, 0.734)
 
@@ -53,10 +53,6 @@ class _End:
     objective: float
     count: int = 1
     refined: Refined | None = None
-
-    def take(self, refined: Refined) -> None:
-        """Become the optimum that it was refined to."""
-        self.unit, self.objective, self.refined = refined.unit, refined.objective, refined
 
 
 class _Choice:
@@ -78,19 +74,14 @@ class _Choice:
         sampler = self.sampler
         ends = [_End(one.end, one.objective) for one in searches if one.feasible]
         ends.sort(key=lambda end: (end.objective, *end.unit))
-        ends = self._joined(ends, near=True)
+        ends = self._joined(ends)
         lowest = ends[0].objective
         equal = EQUAL_ZERO if sampler.smallest >= 0 and lowest < EQUAL_ZERO else EQUAL
         level = sorted((one for one in ends if one.objective <= lowest + equal), key=self.rank)
-        above = ends[len(level) :]
-        rivals = [one for one in above if one.objective <= lowest + RIVALS]
-        others = above[len(rivals) :]
-        half = MOST_RIVALS // 2
         optima: list[_End] = []
-        for end in level[:half] + rivals[:half] + level[half:] + rivals[half:]:
-            below = min((one.objective for one in optima), default=np.inf)
-            self._refine(end, optima, below)
-            if len(optima) == MOST_RIVALS:
+        for end in level[:MOST_LEVEL] + ends[len(level) :] + level[MOST_LEVEL:]:
+            self._refine(end, optima, end.objective <= lowest + RIVALS)
+            if len(optima) == MOST_REFINED:
                 break
         if not optima:
             raise NumericalFailure(
@@ -98,55 +89,57 @@ class _Choice:
                 f"at {sampler.box.values(ends[0].unit).tolist()} with the objective "
                 f"{lowest * sampler.scale:.9g}. Ask for more starts or narrow the bounds."
             )
-        for end in others[:MOST_OTHERS]:
-            refined = by_newton(sampler, end.unit)
-            if refined is not None and _is_strict(refined):
-                end.take(refined)
-                optima.append(end)
         known = [(one, one.refined) for one in optima if one.refined is not None]
         least = min(one.objective + one.excess for _, one in known)
         lowest_ones = [end for end, one in known if one.objective - one.excess <= least]
         best = min(lowest_ones, key=self.rank).refined
         assert best is not None
         optima.sort(key=lambda end: (end.objective, *end.unit))
-        return best, self._joined(optima, near=False)
+        return best, self._joined(optima)
 
-    def _refine(self, end: _End, optima: list[_End], below: float) -> None:
-        """Add the optimum that an end leads to; one that stopped short of another counts there."""
+    def _refine(self, end: _End, optima: list[_End], rival: bool) -> None:
+        """Add the optimum that an end leads to; one that stopped short of another counts there.
+
+        Only a rival of the lowest is searched further, and may be one of many that are as good.
+        """
         for done in optima:
             apart = self.sampler.box.apart(done.unit, end.unit)
             if np.max(np.abs(apart), initial=0.0) < SHORT_OF and done.objective <= end.objective:
                 done.count += end.count
                 return
-        refined = refine(self.sampler, end.unit, below)
-        if refined is not None:
-            end.take(refined)
+        if rival:
+            below = min((one.objective for one in optima), default=np.inf)
+            refined = refine(self.sampler, end.unit, below)
+        else:
+            refined = by_newton(self.sampler, end.unit)
+        if refined is not None and (rival or _is_strict(refined)):
+            end.unit, end.objective, end.refined = refined.unit, refined.objective, refined
             optima.append(end)
 
-    def _joined(self, ends: list[_End], *, near: bool) -> list[_End]:
+    def _joined(self, ends: list[_End]) -> list[_End]:
         """Ends that are one, the lowest first: near, or as good with all between them as good.
 
         A weight of zero has no angle: searches that end there with different angles found the same
-        thing. Of ends of searches, the one nearest to the first start stands for all.
+        thing. Of equally low ones the one nearest to the first start stands for all.
         """
         joined: list[list[_End]] = []
         for end in ends:
-            group = next((one for one in joined if self._one(one[0], end, near)), None)
+            group = next((one for one in joined if self._one(one[0], end)), None)
             if group is None:
                 joined.append([end])
             else:
                 group.append(end)
         for group in joined:
             count = sum(one.count for one in group)
-            if near and group[-1].objective - group[0].objective <= EQUAL_REFINED:
-                group[0] = min(group, key=self.rank)
+            low = [one for one in group if one.objective - group[0].objective <= EQUAL_REFINED]
+            group[0] = min(low, key=self.rank)
             group[0].count = count
         return [group[0] for group in joined]
 
-    def _one(self, one: _End, other: _End, near: bool) -> bool:
+    def _one(self, one: _End, other: _End) -> bool:
         sampler = self.sampler
         way = sampler.box.apart(one.unit, other.unit)
-        if near and np.max(np.abs(way), initial=0.0) < SAME:
+        if np.max(np.abs(way), initial=0.0) < SAME:
             return True
         if abs(one.objective - other.objective) > EQUAL_REFINED:
             return False

@@ -16,7 +16,7 @@ from vibecalc.core.study.search.derivatives import (
     measured_noise,
     slope,
 )
-from vibecalc.core.study.search.problem import Values, View
+from vibecalc.core.study.search.problem import Box, Values, View
 from vibecalc.errors import NumericalFailure
 
 #: a curvature below this share of the steepest rise, or of its own noise, is none
@@ -48,6 +48,12 @@ class Refined(NamedTuple):
     free_directions: int = 0
     method: str = "newton"
     reach: np.ndarray | None = None
+
+
+def walls(box: Box, unit: np.ndarray) -> np.ndarray:
+    """-1 and 1 where a point (k,) is on its lower or upper bound, else 0."""
+    sides = np.where(unit <= 0, -1, np.where(unit >= 1, 1, 0))
+    return np.where(box.around, 0, sides)
 
 
 class _Step(NamedTuple):
@@ -227,11 +233,8 @@ class _Newton:
         over[list(active.margins)] = -1.0
         if np.max(over, initial=0.0) > 1e-12:
             return active._replace(margins=(*active.margins, int(np.argmax(over))))
-        walls = (active.sides == 0) & ((unit <= 0) | (unit >= 1)) & ~self.view.box.around
-        if np.any(walls):
-            sides = np.where(walls, np.where(unit <= 0, -1, 1), active.sides)
-            return active._replace(sides=sides)
-        return None
+        sides = np.where(active.sides == 0, walls(self.view.box, unit), active.sides)
+        return None if np.array_equal(sides, active.sides) else active._replace(sides=sides)
 
     def _accepted(
         self, step: _Step, missing: float, slopes: Slope, active: Active, pulls: Pulls

@@ -57,9 +57,8 @@ def _planes(sampler: Sampler, unit: np.ndarray) -> Refined | None:
     settled = settle(whole, unit)
     if settled is None or not _keeps(sampler, settled.unit):
         return None
-    top = slice(sampler.parts - 1, None)  # all parts have one error
-    bias, leaning = sampler.bias(settled.unit)[top], sampler.leaning(settled.unit)[top]
-    away = reach(whole, settled.unit, bias, leaning)
+    bias = sampler.bias(settled.unit)[sampler.parts - 1 :]  # all parts have one error
+    away = reach(whole, settled.unit, bias)
     return settled._replace(
         error=np.where(settled.sides == 0, settled.error + away, 0.0),
         excess=settled.excess + float(bias[0] + settled.margins @ bias[1:]),
