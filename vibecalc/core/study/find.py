@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.case.raw import NOT_COMPUTED, field_unit, get_key, number_at
-from vibecalc.core.results.record import Axis, Method, Quantity, Record
+from vibecalc.core.results.record import Method, Record
 from vibecalc.core.results.select import worst
 from vibecalc.core.run.run import StageCache, run_case
 from vibecalc.core.study.binding import checked_case
@@ -312,19 +312,8 @@ def add_solutions(
     for along, choice in chosen:
         name = along.search.name
         for path, (value, error) in _numbers(along, choice).items():
-            entry = entries[f"{FIND}/{name}/{path}"]
-            solutions = np.arange(1, len(choice.others) + 1)
-            record.add(
-                Quantity(
-                    path=entry.path,
-                    values=np.asarray(value),
-                    unit=entry.unit,
-                    long_name=entry.long_name,
-                    axes=tuple(Axis(name=axis, values=solutions) for axis in entry.axes),
-                    amplitude=entry.amplitude,
-                    error_estimate=error,
-                )
-            )
+            axes = {"solution": np.arange(1, len(choice.others) + 1)}
+            record.add(entries[f"{FIND}/{name}/{path}"].quantity(value, error, axes))
         _add_machine(record, along, choice, machine_paths(loaded.case, along.search))
         record.warnings += [f"find {name!r}: {note}" for note in choice.notes]
     seeks = [along.search.seek is not None for along, _ in chosen]

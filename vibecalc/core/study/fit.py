@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.case.rules import both
-from vibecalc.core.results.record import Axis, Method, Quantity, Record
+from vibecalc.core.results.record import Method, Quantity, Record
 from vibecalc.core.results.select import curving, scalar
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.binding import Binding
@@ -205,7 +205,7 @@ def _add(
     }
     entries = fit_entries(case)
     for path, (values, error) in numbers.items():
-        _emit(record, entries[f"{ROOT}/{path}"], values, error, labels)
+        record.add(entries[f"{ROOT}/{path}"].quantity(values, error, labels))
     for path in dict.fromkeys(point.quantity for point in points):
         own = [place for place, point in enumerate(points) if point.quantity == path]
         labels["point"] = _unique([points[place].place or "-" for place in own])
@@ -217,21 +217,7 @@ def _add(
         if before_computed is not None:
             columns["at_start"] = (before_computed[own], float(np.max(off[own])))
         for name, (values, error) in columns.items():
-            _emit(record, entries[f"{ROOT}/{name}/{path}"], values, error, labels)
-
-
-def _emit(record: Record, entry: Any, values: Any, error: float, labels: dict[str, Any]) -> None:
-    record.add(
-        Quantity(
-            path=entry.path,
-            values=np.asarray(values),
-            unit=entry.unit,
-            long_name=entry.long_name,
-            axes=tuple(Axis(name=axis, values=labels[axis]) for axis in entry.axes),
-            amplitude=entry.amplitude,
-            error_estimate=error,
-        )
-    )
+            record.add(entries[f"{ROOT}/{name}/{path}"].quantity(values, error, labels))
 
 
 def _unique(names: list[str]) -> np.ndarray:
