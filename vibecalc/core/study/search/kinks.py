@@ -118,12 +118,12 @@ def _merit(values: Values, unit: np.ndarray) -> float:
 def _plane(values: Values, unit: np.ndarray, size: float, offset: np.ndarray) -> _Plane | None:
     """The tangent plane at a point alongside `unit`, or None if it cannot be evaluated there."""
     point = values.box.inside(unit + size * offset)
-    step = np.where(point < 0.5, 1.0, -1.0) * min(1e-7, 2e-3 * size)
-    rows = [values(one) for one in (point, *(point + np.diag(step)))]
-    known = [row for row in rows if row is not None]
-    if len(known) < len(rows):
+    nearby = point + np.diag(np.where(point < 0.5, 1.0, -1.0) * min(1e-7, 2e-3 * size))
+    rows = [row for row in map(values, (point, *nearby)) if row is not None]
+    if len(rows) <= unit.size:
         return None
-    return point, known[0], ((np.array(known[1:]) - known[0]) / step[:, None]).T
+    steps = np.diag(nearby - point)  # as rounding leaves them
+    return point, rows[0], ((np.array(rows[1:]) - rows[0]) / steps[:, None]).T
 
 
 def _lowest(
