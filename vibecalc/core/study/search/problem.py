@@ -267,7 +267,8 @@ class View:
 
     def __init__(self, values: "Sampler | View", change: Change, parts: int = 1):
         self._values, self._change, self.parts = values, change, parts
-        self.box, self.ahead = values.box, values.ahead
+        self.box: Box = values.box
+        self.ahead: Callable[[Sequence[np.ndarray]], None] = values.ahead
 
     def __call__(self, unit: np.ndarray) -> np.ndarray | None:
         vector = self._values(unit)
