@@ -113,7 +113,7 @@ class _Tracer:
         self.known: dict[bytes, tuple[list[np.ndarray], list[Any]]] = {}
         self.notes: list[str] = []
         self._evaluate, self._errors = evaluate, errors
-        self._search = partial(minimise, lower=self.low, upper=self.high, **asked)
+        self._asked = {"lower": self.low, "upper": self.high, **asked}
 
     def at(self, variables: np.ndarray) -> tuple[list[np.ndarray], list[Any]]:
         """Parts of all objectives, and the margins."""
@@ -160,7 +160,8 @@ class _Tracer:
             more = [] if bound is None else [shares[bound[0]]]
             return np.array([error(shares), *every[count:], *more])
 
-        return self._search(evaluate, errors=None if self._errors is None else errors, **asked)
+        known = None if self._errors is None else errors
+        return minimise(evaluate, errors=known, **self._asked, **asked)
 
     def goal(self, goal: int, **asked: Any) -> Optimum:
         """The optimum of one objective."""
@@ -237,7 +238,7 @@ class _Tracer:
         """Points between the two ends: the next bound halves the gap that may hide most."""
         begin, other = ends
         found = [begin, other]
-        gaps = [(begin, other, *self._shares(begin, other))]
+        gaps = [(begin, other, self._share(begin), self._share(other))]
         for _ in range(points - 2):
             sizes = [
                 max(0.0, right.values[0] - left.values[0]) * max(0.0, high - low)
@@ -254,12 +255,12 @@ class _Tracer:
             )
             if point is not None:
                 found.append(point)
-                (reached,) = self._shares(point)
-                gaps += [(left, point, high, middle), (point, right, min(middle, reached), low)]
+                reached = min(middle, self._share(point))
+                gaps += [(left, point, high, middle), (point, right, reached, low)]
         return found
 
-    def _shares(self, *points: _Point) -> list[float]:
-        return [float((one.values[1] - self.best[1]) / self.span[1]) for one in points]
+    def _share(self, point: _Point) -> float:
+        return float((point.values[1] - self.best[1]) / self.span[1])
 
     def spread_out(self, ends: list[_Point], points: int) -> list[_Point]:
         """Points from evenly spread ones of the simplex between the ends, as far as they can go."""
