@@ -50,9 +50,10 @@ def run_up_peaks(scene: PointsScene) -> None:
 
 def peaks_of(some: Some, machines: np.ndarray, start: float, stop: float) -> RunUpPeak:
     """Highest peaks (n, rows) of some of the machines (n,) in a range of speeds in rad/s."""
-    step = max(_MOST_AT_ONCE // len(some(machines[:0], start, stop).orders), 1)
-    parts = []
-    for first in range(0, max(len(machines), 1), step):
+    none = some(machines[:0], start, stop)
+    step = max(_MOST_AT_ONCE // len(none.orders), 1)
+    parts = [list(np.zeros((4, 0, none.rows)))]
+    for first in range(0, len(machines), step):
         given = some(machines[first : first + step], start, stop)
         parts.append([part.reshape(-1, given.rows) for part in highest_peaks(given)])
     return RunUpPeak(*(np.concatenate(column) for column in zip(*parts, strict=True)))
