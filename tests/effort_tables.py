@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from vibecalc.excitation.cylinder_torque import gas_harmonics
-from vibecalc.excitation.model import crank_geometry, gas_cards
+from vibecalc.excitation.model import gas_cards
+from vibecalc.parts.crank_train import crank_geometry
 from vibecalc.parts.firing import cycle_angle
 from vibecalc.schema import Machine
 
@@ -28,14 +29,14 @@ def table(rows: Sequence[tuple[float, ...]]) -> dict[str, Any]:
 
 def swept_volume(machine: Machine) -> float:
     """Piston area times the way between the dead centres, by Pythagoras."""
-    radius, length, bore, offset = crank_geometry(machine)
+    radius, length, bore, offset = crank_geometry(machine.crank_train)
     far, near = ((length + sign * radius) ** 2 - offset**2 for sign in (1.0, -1.0))
     return float(0.25 * np.pi * bore**2 * (np.sqrt(far) - np.sqrt(near)))
 
 
 def from_cards(data: dict[str, Any], machine: Machine, orders: np.ndarray) -> dict[str, Any]:
     """The case with the harmonics of its cards in place of them, over their own loads."""
-    geometry, cycle = crank_geometry(machine), cycle_angle(machine)
+    geometry, cycle = crank_geometry(machine.crank_train), cycle_angle(machine)
     lever = geometry.piston_area * geometry.crank_radius
     speeds, cards = gas_cards(machine)
     rows, loads = [], []

@@ -134,7 +134,8 @@ def about_centre(mass: np.ndarray, shape: np.ndarray) -> list[Any]:
     `mass` (6, 6) about the reference point, of which the centre's motion is t + levers w.
     """
     weight, beside = mass[:3, :3], mass[:3, 3:]
-    levers = np.array([row / weight[i, i] for i, row in enumerate(beside)])
+    inverse = np.array(mpmath.inverse(mpmath.matrix(weight.tolist())).tolist())
+    levers = inverse @ beside
     moved, turned = shape[:3] + levers @ shape[3:], shape[3:]
     inertia = mass[3:, 3:] - levers.T @ weight @ levers
     return [*(moved * (weight @ moved)).tolist(), *(turned * (inertia @ turned)).tolist()]

@@ -254,7 +254,7 @@ def test_names_may_be_long() -> None:
 
 def test_a_table_that_is_too_wide_goes_on_below() -> None:
     """With the names of its rows, and no number is broken over lines."""
-    columns = (Column("name", 30), *(number(f"column {n}", 10) for n in range(12)))
+    columns = (Column("name"), *(number(f"column {n}") for n in range(12)))
     values = [f"-{n}.234567e-123" for n in range(12)]
     rows = [[name, *values] for name in ("first " + "x" * 40, "second")]
     (block,) = table(columns, rows)
@@ -262,5 +262,5 @@ def test_a_table_that_is_too_wide_goes_on_below() -> None:
     assert max(map(len, lines)) <= 100
     assert all(block.count(value) == 2 for value in values)
     assert sum(line.startswith("  second") for line in lines) == block.count("name ")
-    (block,) = table((Column("size", 9), number("n", 4)), [["300.125/180.25", "1"]])
+    (block,) = table((Column("size"), number("n")), [["300.125/180.25", "1"]])
     assert "300.125/180.25" in block

@@ -15,10 +15,11 @@ from mpmath import mp
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import GasCard, pressure_at
-from vibecalc.excitation.model import crank_geometry, cycle_of, gas_cards
+from vibecalc.excitation.model import cycle_of, gas_cards
 from vibecalc.excitation.pressure_cycle import motored_cycle
 from vibecalc.isolation.torque_reaction import line_transfer
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.parts.crank_train import crank_geometry
 from vibecalc.torsion.line import chain, dynamic_stiffness
 from vibecalc.torsion.model import build_shaft_line
 from vibecalc.torsion.modes import natural_modes
@@ -63,7 +64,7 @@ def test_line_on_the_body_gives_it_its_torques_back() -> None:
     case, record = mounted(ON_BODY), wanted_of(ON_BODY, "excitation/couple")
     line = build_shaft_line(case).line
     couple = record[f"{ROOT}couple"]
-    motored = motored_cycle(cycle_of(case.machine), crank_geometry(case.machine))
+    motored = motored_cycle(cycle_of(case.machine), crank_geometry(case.machine.crank_train))
     engine = halves(in_time(motored))[: couple.values.size]
     expected = []
     for order, torque in zip(couple.axes[0].values, engine, strict=True):

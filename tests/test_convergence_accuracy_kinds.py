@@ -36,7 +36,6 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.accuracy import LARGEST
-from vibecalc.isolation.adapters.common import OF_RUN_UP
 
 ONCE = Timed(repeat=False)
 LONG = pytest.mark.long
@@ -87,7 +86,8 @@ def scene_of(case: str) -> Scene:
     """What the stages of a case hand on, without results that nothing reads."""
     (loaded,) = load_checked([CASES[case]], ())
     read = {stage.quantities[0] for stage in plan_case(loaded.case) if not stage.is_last}
-    return run_scene(loaded.case, wanted=frozenset(read | {LARGEST, *OF_RUN_UP}))
+    read |= {path for path in CATALOGUE if path.startswith("isolation/") and "run_up" in path}
+    return run_scene(loaded.case, wanted=frozenset(read | {LARGEST}))
 
 
 @cache

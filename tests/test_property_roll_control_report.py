@@ -34,7 +34,9 @@ def test_rows_of_unstable_pairs_have_no_levels() -> None:
     text = section(shipped())
     status = value_of(shipped().record, "grid/status")
     rows = [
-        line for line in text.splitlines() if re.match(r"\s+[\d.]+\s+-?[\d.]+ (UNST|stable)", line)
+        line
+        for line in text.splitlines()
+        if re.match(r"\s+[\d.]+\s+-?[\d.]+\s+(UNST|stable)", line)
     ]
     assert len(rows) == status.size
     lost = [line for line in rows if "UNSTABLE" in line]

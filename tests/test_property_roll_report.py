@@ -75,7 +75,7 @@ def test_the_three_strongest_changes_lower_each_harmonic() -> None:
     order, seen = 0, 0
     for line in advice(result):
         match = re.match(
-            r" +(?:(\d+) +-?[\d.]+ )? *10 % (more|less) (.*?)(?: \(curved\))?  +(-[\d.]+) (.*)$",
+            r" +(?:(\d+) +-?[\d.]+ )? *10 % (more|less) (.*?)(?: \(curved\))?  +(-[\d.]+) +(.*)$",
             line,
         )
         if match is None:

@@ -44,7 +44,7 @@ def section(text: str, title: str) -> list[str]:
 
 def row(lines: list[str], start: str, which: int = 0) -> list[str]:
     """Words of a line that starts with `start`."""
-    found = [line for line in lines if line.strip().startswith(start)]
+    found = [line for line in lines if " ".join(line.split()).startswith(start)]
     return found[which].split()
 
 

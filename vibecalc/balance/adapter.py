@@ -119,7 +119,7 @@ def _emit_shaking(
         }
         for name, one in by_order.items():
             terms[name] = max(terms.get(name, 0.0), size_of_terms(one.error))
-        sums = {name: Summed(*one, terms[name]) for name, one in by_order.items()}
+        sums = {name: Summed(one.value, one.error, terms[name]) for name, one in by_order.items()}
         found = group(
             **sums,
             all_orders=norm_with_tail(every, forcing),

@@ -75,10 +75,10 @@ def _weights(result: Result, unbalance: Quantity) -> list[str]:
             ]
         )
     heads = [
-        Column("weight", 26), number("speed\nratio", 6), number(f"unbalance\n{read(unit)}", 12),
-        number("phase\ndeg", 9), number("position\nmm", 10),
-        number(f"mass at its\nradius {unit_of_mass}", 12),
-        number("of its\nbound", 9),
+        Column("weight"), number("speed\nratio"), number(f"unbalance\n{read(unit)}"),
+        number("phase\ndeg"), number("position\nmm"),
+        number(f"mass at its\nradius {unit_of_mass}"),
+        number("of its\nbound")
     ]  # fmt: skip
     return table(heads, rows)
 
@@ -102,9 +102,9 @@ def _orders(result: Result) -> list[str]:
     ]
     if len(orders) > 1:
         rows.append(["all", *_all_orders(record)])
-    heads = [Column("order", 6)]
+    heads = [Column("order")]
     for _, words in _BY_ORDER:
-        heads += [number(f"{words}\nbefore", 10), number("\nafter", 10)]
+        heads += [number(f"{words}\nbefore"), number("\nafter")]
     return table(heads, rows)
 
 

@@ -33,11 +33,10 @@ _BY_HARMONIC = Rows(
     "base_harmonic",
     "harmonic",
     (
-        Cells("frequency", "Hz", "Hz", 8),
+        Cells("frequency", "Hz", "Hz"),
         *(Cells(reduced(f"{HARMONIC}/{name}", np.max), head, unit) for name, head, unit in _LINEAR),
-        Cells(reduced(f"{HARMONIC}/rotation", np.max), "turning mrad", "mrad", 12),
+        Cells(reduced(f"{HARMONIC}/rotation", np.max), "turning mrad", "mrad"),
     ),
-    width=16,
     root=HARMONIC,
 )
 _AT_RANDOM = tuple(
@@ -45,8 +44,6 @@ _AT_RANDOM = tuple(
         "direction",
         "r.m.s.",
         [Cells(f"{name}_rms", head, unit) for name, head, unit in motions],
-        width=8,
-        each=17,
         root=SPECTRUM,
         label=label,
     )
@@ -56,8 +53,6 @@ _MOUNTS = Rows(
     "mount",
     "mount, peak",
     (Cells("deflection_peak", "{} mm", "mm"), Cells("mount_force_peak", "{} N")),
-    width=12,
-    each=10,
     root=SPECTRUM,
 )
 _SUMS = Rows(

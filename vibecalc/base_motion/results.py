@@ -26,7 +26,7 @@ class OverFrequency:
     )  # fmt: skip
     relative_transmissibility: Any = q(
         "coordinate base_frequency", "",
-        "motion of the body against the base over that of the base",
+        "motion of the body against the base over that of the base, at the reference point",
     )  # fmt: skip
 
 
@@ -85,7 +85,13 @@ def _entries() -> Iterator[Entry]:
         unit, words, _ = RESPONSES[name]
         words = f"{words}, harmonics at their largest at once"
         yield of(f"{HARMONIC}/{name}_peak", axes, unit, words, PEAK)
-    yield entry(f"{SPECTRUM}/base_acceleration_rms", "direction", "m/s^2", "of the base", RMS)
+    yield entry(
+        f"{SPECTRUM}/base_acceleration_rms",
+        "direction",
+        "m/s^2",
+        "of the base at the reference point",
+        RMS,
+    )
     for name, (unit, words, axes) in RESPONSES.items():
         if not name.startswith("foundation"):
             path = f"{SPECTRUM}/{name}"

@@ -11,7 +11,6 @@ from vibecalc.excitation.crank_forces import rod_difference
 from vibecalc.excitation.gas_tables import card_of_force
 from vibecalc.excitation.model import (
     build_firing,
-    crank_geometry,
     force_curves,
     gas_cards,
     has_cards,
@@ -19,7 +18,7 @@ from vibecalc.excitation.model import (
 )
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.body import DIRECTIONS
-from vibecalc.parts.crank_train import CrankTrain, RotatingMasses, rod_share
+from vibecalc.parts.crank_train import CrankTrain, RotatingMasses, crank_geometry, rod_share
 from vibecalc.unit_table import FREE_FALL
 
 if TYPE_CHECKING:
@@ -44,7 +43,7 @@ def running_gear(case: "Case", train: CrankTrain) -> RunningGear:
     if rod is not None and rod.inertia is not None:
         difference = float(rod_difference(train, rod).value)
     return RunningGear(
-        crank_geometry(case.machine),
+        crank_geometry(case.machine.crank_train),
         train.crank_phase - train.bank_angle,
         train.reciprocating_mass,
         moves * mass * share,
@@ -111,7 +110,7 @@ def gas_of(case: "Case", train: CrankTrain) -> Gas:
     speeds, cards = gas_cards(machine)
     if not cards:
         return Gas(start, none, ())
-    force = crank_geometry(machine).piston_area * runs
+    force = crank_geometry(machine.crank_train).piston_area * runs
     if machine.kind == "pump":
         return Gas(start, none, ((cards, force),))
     firing = build_firing(case)

@@ -9,12 +9,13 @@ from vibecalc.excitation.adapter import DIRECTIONS, Forcing
 from vibecalc.excitation.axial_force import axial_force
 from vibecalc.excitation.cylinder_torque import gas_harmonics
 from vibecalc.excitation.inertia_forces import at_speed, couples_of, forces_of
-from vibecalc.excitation.model import crank_geometry, liquid_of
+from vibecalc.excitation.model import liquid_of
 from vibecalc.excitation.pressure_cycle import cylinder_pressure, pump_card, pump_turn
 from vibecalc.excitation.results import OfPump
 from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.rounding import FloatArray
+from vibecalc.parts.crank_train import crank_geometry
 
 HIGHEST = 12
 
@@ -56,7 +57,7 @@ def motor_topics(scene: Scene) -> list[Topic]:
 
 def pump_topics(scene: Scene) -> list[Topic]:
     """The first orders of the torque of a pump's liquid in one cylinder."""
-    liquid, geometry = liquid_of(scene.case.machine), crank_geometry(scene.case.machine)
+    liquid, geometry = liquid_of(scene.case.machine), crank_geometry(scene.case.machine.crank_train)
     order = np.arange(1, HIGHEST + 1)
 
     def panels(_: float) -> Answer:

@@ -163,7 +163,9 @@ def inertia_harmonics(
     found: Bounded = mass * torque - moment * rod
     whole = orders == np.floor(orders)
     index = np.where(whole, orders, 0.0).astype(int)
-    return found[index] * whole
+    return Bounded(
+        np.where(whole, found.value[index], 0.0), np.where(whole, found.error[index], 0.0)
+    )
 
 
 #: orders of the motion in a torque where no number of them would be enough

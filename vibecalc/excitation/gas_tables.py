@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
@@ -132,17 +131,6 @@ def pressure_at(card: GasCard, angle: ArrayLike) -> FloatArray:
     """Gauge pressure in Pa at the cylinder's own angles, rad, of any cycle."""
     place, away = _piece(card, angle)
     return _height(card.coefficient[place], away)
-
-
-def pressure_with_error(card: GasCard, angle: ArrayLike) -> Bounded:
-    """`pressure_at` with its error: of the card, of the sum and of the rounding of the angle."""
-    place, away = _piece(card, angle)
-    rows = card.coefficient[place]
-    power = np.arange(1, rows.shape[-1])
-    slope = _height(power * rows[..., 1:], away) if len(power) else np.zeros_like(away)
-    slip = EPSILON * (4.0 * card.cycle + np.abs(np.asarray(angle, dtype=float)))
-    rounding = 24.0 * EPSILON * _height(np.abs(rows), away)
-    return Bounded(_height(rows, away), card.error[place] + rounding + slip * np.abs(slope))
 
 
 def _piece(card: GasCard, angle: ArrayLike) -> tuple[IntArray, FloatArray]:

@@ -12,7 +12,7 @@ from vibecalc.excitation import pressure_cycle as pump_cycle
 from vibecalc.excitation.gas_tables import GasCard, GasForce, gas_card, gas_force
 from vibecalc.excitation.pressure_cycle import Liquid
 from vibecalc.kinematics.slider_crank import stroke
-from vibecalc.parts.crank_train import crank_geometry as train_geometry
+from vibecalc.parts.crank_train import crank_geometry
 from vibecalc.parts.firing import TURN, angles_in_order, cycle_angle
 from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.schema import Case, Machine
@@ -97,17 +97,12 @@ def build_firing(case: Case) -> Firing:
     )
 
 
-def crank_geometry(machine: Machine) -> CrankGeometry:
-    """Lengths of one cylinder of a machine."""
-    return train_geometry(machine.crank_train)
-
-
 def gas_cards(machine: Machine) -> tuple[Array, tuple[GasCard, ...]]:
     """Speeds (k,) in rad/s, ascending, and the card at each; one card for all speeds has none.
 
     Raises NumericalFailure where a cycle of such a peak or mean pressure does not exist.
     """
-    train, geometry = machine.crank_train, crank_geometry(machine)
+    train, geometry = machine.crank_train, crank_geometry(machine.crank_train)
     how = train.gas_interpolation or "linear"
 
     def read(table: "GasPressure") -> GasCard:
@@ -137,7 +132,7 @@ def force_curves(machine: Machine) -> list[GasForce | None]:
     """
     train = machine.crank_train
     how, common = train.gas_interpolation or "linear", train.gas_pressure
-    area, curves = crank_geometry(machine).piston_area, list[GasForce | None]()
+    area, curves = crank_geometry(machine.crank_train).piston_area, list[GasForce | None]()
     for cylinder in train.cylinders:
         given = cylinder.gas_force
         if given is not None:
@@ -155,10 +150,10 @@ def motored_cards(machine: Machine, cards: Sequence[GasCard]) -> tuple[GasCard, 
     if machine.crank_train.gas_cycle is None:
         from vibecalc.excitation.cylinder_torque import motored_card
 
-        return tuple(motored_card(card, crank_geometry(machine)) for card in cards)
+        return tuple(motored_card(card, crank_geometry(machine.crank_train)) for card in cards)
     from vibecalc.excitation.pressure_cycle import motored_cycle
 
-    return (motored_cycle(cycle_of(machine), crank_geometry(machine)),)
+    return (motored_cycle(cycle_of(machine), crank_geometry(machine.crank_train)),)
 
 
 def misfire_cards(case: Case, cards: Sequence[GasCard]) -> tuple[GasCard, ...]:
@@ -184,7 +179,8 @@ def with_tangential_effort(
 
     given = machine.crank_train.tangential_effort
     assert given is not None
-    geometry, rows, over_speed = crank_geometry(machine), given.harmonics, given.over_speed
+    geometry = crank_geometry(machine.crank_train)
+    rows, over_speed = given.harmonics, given.over_speed
     if over_speed is not None:
         speed, load = over_speed.speed, over_speed.mean_indicated_pressure
     else:
@@ -241,7 +237,7 @@ def liquid_of(machine: Machine) -> Liquid:
 
 def pump_card(machine: Machine) -> GasCard:
     """The pressure on a plunger; NumericalFailure where a pump draws nothing."""
-    return _pump_card(liquid_of(machine), crank_geometry(machine))
+    return _pump_card(liquid_of(machine), crank_geometry(machine.crank_train))
 
 
 # the stages of the pump and of its mounts ask for the same one

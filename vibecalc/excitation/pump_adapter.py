@@ -6,11 +6,12 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.cylinder_torque import gas_harmonics, phasor
-from vibecalc.excitation.model import crank_geometry, firing_angle, liquid_of, pump_card
+from vibecalc.excitation.model import firing_angle, liquid_of, pump_card
 from vibecalc.excitation.pressure_cycle import cylinder_pressure, pump_turn
 from vibecalc.excitation.results import OfPump
 from vibecalc.excitation.stage import USUAL_ORDERS
 from vibecalc.numerics.bounded import Bounded, rounded
+from vibecalc.parts.crank_train import crank_geometry
 
 if TYPE_CHECKING:
     from vibecalc.schema import Machine
@@ -22,7 +23,7 @@ STEPS = 360
 def run_pump(scene: Scene) -> None:
     """Emit what one cylinder does over a turn, and the torque of all of them."""
     machine, options = scene.case.machine, scene.case.excitation
-    liquid, geometry = liquid_of(machine), crank_geometry(machine)
+    liquid, geometry = liquid_of(machine), crank_geometry(machine.crank_train)
     turn = pump_turn(liquid, geometry)
     scene.cite(
         "plunger pump with a constant bulk modulus and ideal valves",
@@ -58,6 +59,6 @@ def run_pump(scene: Scene) -> None:
 
 def _torque(machine: "Machine", works: np.ndarray, order: np.ndarray) -> tuple[Bounded, Bounded]:
     """By order, each cylinder turned to its own place; the mean by the same panels."""
-    one, mean = gas_harmonics(pump_card(machine), crank_geometry(machine), order)
+    one, mean = gas_harmonics(pump_card(machine), crank_geometry(machine.crank_train), order)
     turned = rounded(phasor(order, firing_angle(machine))[:, works], 12)
     return one * turned.sum(), mean * works.sum()

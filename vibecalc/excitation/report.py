@@ -88,7 +88,7 @@ def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]
     shown |= {total[0].path for total in totals if total}
     lines = [f"  {title}"]
     for row, order in enumerate(order_axis.values):
-        columns = [Column(f"order {int(order)}", 14), number("angle deg", 11), number("z m")]
+        columns = [Column(f"order {int(order)}"), number("angle deg"), number("z m")]
         columns += [number(head) for head in _HEADS]
         cells, errors = [], [_uncertainty(quantity) for quantity in entries_of]
         for i, name in enumerate(labels(cylinder_axis)):
@@ -115,8 +115,8 @@ def _banks(record: Record, prefix: str) -> tuple[list[str], set[str]]:
     size = np.max([np.abs(one.values).max(0) for one in vectors], axis=0)
     shown = [place for place in range(len(names)) if size[place] > 0.0]
     heads = [f"along {names[place]}" for place in shown]
-    columns = [number("order", 8), Column("of", 10)]
-    columns += [number(head, 16) for head in (*heads, "rotating", "counter-rotating")]
+    columns = [number("order"), Column("of")]
+    columns += [number(head) for head in (*heads, "rotating", "counter-rotating")]
     rows = []
     for row, order in enumerate(vectors[0].axes[0].values):
         for of, vector, pair in zip(_KINDS, vectors, (circles[:2], circles[2:]), strict=True):
@@ -192,11 +192,11 @@ def _excitation_orders(record: Record) -> tuple[list[str], set[str]]:
     if not shown:
         return [], shown
     columns = (
-        Column("component", 14),
-        number("order", 6),
-        number("amplitude", 14),
-        Column("unit", 8),
-        number("phase deg", 10),
+        Column("component"),
+        number("order"),
+        number("amplitude"),
+        Column("unit"),
+        number("phase deg"),
     )
     lines = table(columns, rows) if rows else []
     if silent:
@@ -217,7 +217,6 @@ _PEAKS = Rows(
     "direction",
     "largest over a turn",
     (Cells("force_peak", "force"), Cells("couple_peak", "couple")),
-    width=20,
     root="excitation",
     across=True,
 )
@@ -229,7 +228,6 @@ _TURNING = Rows(
         Cells("with_crank", "force with the crank N"),
         Cells("against_crank", "force against it N"),
     ),
-    each=24,
     root="excitation/turning",
     places=loud(FAINT, _ROWS, 2),
 )
@@ -241,7 +239,7 @@ _TURNING = Rows(
 
 _STEM = "excitation/rod/"
 _MASSES = tuple(
-    Rows(axis, title, columns, width=20, each=27, root="excitation/mass", merge=True)
+    Rows(axis, title, columns, root="excitation/mass", merge=True)
     for axis, title, columns in (
         (
             "cylinder",
@@ -257,8 +255,7 @@ _MASSES = tuple(
 _OF_ROD = Rows(
     "order",
     "couple of the rod",
-    (Cells("couple", "amplitude N*m", "", 18), Cells("couple", "phase deg", show_phase, 10)),
-    width=20,
+    (Cells("couple", "amplitude N*m", ""), Cells("couple", "phase deg", show_phase)),
     root="excitation/rod",
     label="order {}",
     places=loud(FAINT, _ROWS),
@@ -309,10 +306,9 @@ _OF_MOTOR = Rows(
     "order",
     (
         Cells("axial_force", "amplitude"),
-        Cells("axial_force", "unit", lambda *_: "N", 8),
-        Cells("axial_force", "phase deg", show_phase, 12),
+        Cells("axial_force", "unit", lambda *_: "N"),
+        Cells("axial_force", "phase deg", show_phase),
     ),
-    width=14,
     root="excitation/motor",
     right=True,
     places=_largest,
@@ -354,8 +350,7 @@ _WORDS = (
 _OF_PUMP = Rows(
     "order",
     "order",
-    (Cells("torque", "torque N*m", "", 16), Cells("torque", "phase deg", show_phase, 12)),
-    width=8,
+    (Cells("torque", "torque N*m", ""), Cells("torque", "phase deg", show_phase)),
     root="excitation/pump",
     places=loud(1e-2, 12),
     rest=others(OTHERS),

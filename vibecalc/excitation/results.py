@@ -27,7 +27,7 @@ class OnBody:
         headline=Headline("shaking couple, peak", "N*m"),
     )  # fmt: skip
     residual: Any = q(
-        "", "N", "weighted residual of forces and couples", PEAK,
+        "", "N", "weighted residual of forces and of couples about the reference point", PEAK,
         headline=Headline("weighted residual of the balance", "N"),
     )  # fmt: skip
 

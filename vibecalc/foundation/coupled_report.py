@@ -23,18 +23,16 @@ _MODES = Rows(
     "coupled_mode",
     "mode",
     (
-        Cells("natural_frequency", "Hz", "Hz", 10),
-        Cells("damping_ratio", "damping ratio", "", 13),
-        Cells("machine_share", "machine %", percent(1), 10),
+        Cells("natural_frequency", "Hz", "Hz"),
+        Cells("damping_ratio", "damping ratio", ""),
+        Cells("machine_share", "machine %", percent(1)),
         Cells(
             "machine_share",
             "foundation %",
             lambda share, _: f"{100.0 - 100.0 * share:.1f}",
-            12,
-            "%: share of the energy of the mode",
+            note="%: share of the energy of the mode",
         ),
     ),
-    width=4,
     root=f"{COUPLED}/modes",
 )
 
@@ -46,14 +44,12 @@ _BY_ORDER = Rows(
     "half_order",
     "order",
     (
-        Cells(_FORCE, "on the ground N", "", 15),
+        Cells(_FORCE, "on the ground N", ""),
         Cells(_RIGID, "rigid N"),
         Cells("ground/force_by_order", "efficiency %", percent(2)),
-        Cells("rigid/force_by_order", "rigid %", percent(2), 10),
+        Cells("rigid/force_by_order", "rigid %", percent(2)),
         Cells("power", "power W"),
     ),
-    width=6,
-    each=12,
     root=COUPLED,
     label="{:g}",
     places=lambda found: _LARGE(found[1:]),
@@ -88,8 +84,8 @@ def _loads(record: Record) -> list[str]:
             ]
         rows.append([f"{what}, r.m.s.", *cells])
     heads = (
-        Column("on the ground", 16), number("as it is", 14), number("efficiency", 11),
-        number("rigid foundation", 17), number("efficiency", 11),
+        Column("on the ground"), number("as it is"), number("efficiency"),
+        number("rigid foundation"), number("efficiency")
     )  # fmt: skip
     words = "efficiency: 1 less the ratio to what the machine held still would send"
     if f"{COUPLED}/modes/natural_frequency" not in record:

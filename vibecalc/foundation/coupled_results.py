@@ -64,19 +64,21 @@ class Passed:
     force_by_order: Any = q(
         "half_order", "", "1 - force {where} over that of the machine held still"
     )
-    couple: Any = q(_ORDERS, "N*m", "couple {where}", PEAK)
-    couple_rms: Any = q("", "N*m", "couple {where}, all orders", RMS)
+    couple: Any = q(_ORDERS, "N*m", "couple {where} about the origin", PEAK)
+    couple_rms: Any = q("", "N*m", "couple {where} about the origin, all orders", RMS)
     couple_efficiency: Any = q(
         "", "",
         "1 - r.m.s. of the couple {where} about the origin over that of the machine held still",
         headline=Headline("isolation of the couple about the origin, r.m.s.", unless="{couple}"),
     )  # fmt: skip
     couple_by_order: Any = q(
-        "half_order", "", "1 - couple {where} over that of the machine held still"
+        "half_order",
+        "",
+        "1 - couple {where} about the origin over that of the machine held still",
     )
     transmissibility: Any = q(
         "coordinate foundation_frequency", "",
-        "load {where} over a load of one size on the machine",
+        "load {where} over a load of one size on the machine, both at the reference point",
     )  # fmt: skip
 
 

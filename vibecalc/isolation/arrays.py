@@ -80,7 +80,8 @@ def machines_of_bodies(
         """Parts with `own` axes of each body."""
         return [np.broadcast_to(part, (count, *part.shape[part.ndim - own :])) for part in parts]
 
-    readout = readout._replace(**dict(zip(("still", "rising"), each(3, *readout[:2]), strict=True)))
+    still, rising = each(3, *readout[:2])
+    readout = readout._replace(still=still, rising=rising)
     load, matrices = Bounded(*each(2, *load)), Linear(*each(2, *matrices))
     shapes = Modes(
         *(each(own, part)[0] for part, own in zip(shapes, (1, 1, 2, 2, 1, 1), strict=True))

@@ -59,8 +59,8 @@ def arms_of(body: body_tables.Body, mounts: body_tables.Mounts, train: parts.Cra
         int(np.argmax(np.abs(v))) for v in (frame.axis, frame.stroke, frame.across)
     )
     position = built.position[..., along] - build_body(body).centre[..., along, None]
-    both = np.broadcast_arrays(position, built.stiffness[..., up, up])
-    return Arms(*both, DIRECTIONS[turned])
+    position, stiffness = np.broadcast_arrays(position, built.stiffness[..., up, up])
+    return Arms(position, stiffness, DIRECTIONS[turned])
 
 
 # ----------------------------------------------------------------------------
@@ -167,7 +167,7 @@ def isolation_suspects(case: Case) -> BoolArray | None:
     train = case.machine.crank_train
     pitch = arms_of(body, mounts, train)
     refused = pitch.free() | pitch.tips() | np.array(isolation.up != train.stroke)
-    return refused if isolation.lever is not None else refused | ~pitch.has_lever()
+    return np.asarray(refused if isolation.lever is not None else refused | ~pitch.has_lever())
 
 
 #: share of the stiffest direction that a body which is held surely has in each

@@ -95,7 +95,7 @@ def _dot(left: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 def _length(vector: np.ndarray) -> np.ndarray:
-    return np.sqrt(_dot(vector, vector))
+    return np.asarray(np.sqrt(_dot(vector, vector)))
 
 
 class Tops(NamedTuple):
@@ -328,7 +328,7 @@ def local_maxima(samples: Samples) -> np.ndarray:
     rises = (np.diff(value, axis=0) >= 0.0) | edge[:, None]
     falls = (np.diff(value, axis=0) <= 0.0) | edge[:, None]
     ends = np.ones((1, value.shape[1]), dtype=bool)
-    return np.concatenate([ends, rises]) & np.concatenate([falls, ends])
+    return np.asarray(np.concatenate([ends, rises]) & np.concatenate([falls, ends]))
 
 
 def _curve(

@@ -1,6 +1,6 @@
 """Where run-ups are sampled: few speeds of many machines, or as many as a curve takes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -66,12 +66,12 @@ MOST_AT_ONCE = 30_000
 
 
 def in_blocks(
-    function: Callable[[np.ndarray], tuple[np.ndarray, ...]], speed: np.ndarray, orders: np.ndarray
+    function: Callable[[np.ndarray], Iterable[np.ndarray]], speed: np.ndarray, orders: np.ndarray
 ) -> tuple[np.ndarray, ...]:
     """The arrays `function` gives for speeds (speeds,), each joined along its first axis."""
     count = -(-len(speed) * len(orders) // MOST_AT_ONCE)
     if count < 2:
-        return function(speed)
+        return tuple(function(speed))
     parts = [function(part) for part in np.array_split(speed, min(count, len(speed)))]
     return tuple(np.concatenate(column) for column in zip(*parts, strict=True))
 
@@ -176,8 +176,8 @@ def _between(machines: Machines) -> np.ndarray:
     steps = np.maximum(np.ceil(np.log(stop / floor) / np.log(_STEP)), 3.0)[:, None]
     step = np.arange(np.max(steps))
     geometric = floor[:, None] * (stop / floor)[:, None] ** (step / steps)
-    ends = [start, 0.5 * (start + stop), stop, *machines.masked.low, *machines.masked.high]
-    ends = np.broadcast_to(np.array(ends), (count, len(ends)))
+    given = [start, 0.5 * (start + stop), stop, *machines.masked.low, *machines.masked.high]
+    ends = np.broadcast_to(np.array(given), (count, len(given)))
     return np.concatenate([ends, np.where(step < steps, geometric, np.nan)], axis=1)
 
 
@@ -326,7 +326,7 @@ def curve_speeds(machine: Machines) -> np.ndarray:
     speed = np.sort(np.concatenate([speed, *more]))
     # np.unique does the same, but imports the masked arrays of numpy
     speed = speed[np.concatenate([[True], np.diff(speed) > 0.0])]
-    return speed[machine.outside(speed)]
+    return np.asarray(speed[machine.outside(speed)])
 
 
 def rough_peaks(harmonics: np.ndarray, orders: np.ndarray) -> np.ndarray:

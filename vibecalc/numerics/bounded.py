@@ -37,7 +37,7 @@ class Bounded:
         return iter((self.value, self.error))
 
     def __getitem__(self, index: Any) -> "Bounded":
-        return Bounded(self.value[index], np.broadcast_to(self.error, self.shape)[index])
+        return Bounded(self.value[index], self.errors[index])
 
     def __neg__(self) -> "Bounded":
         return Bounded(-self.value, self.error)
@@ -62,8 +62,9 @@ class Bounded:
 
     def __mul__(self, other: "Operand") -> "Bounded":
         value, error = pair(other)
-        product = self.value * value
-        carried = np.abs(value) * self.error + np.abs(self.value) * error
+        product, carried = self.value * value, np.abs(value) * self.error
+        if isinstance(other, Bounded):
+            carried = carried + np.abs(self.value) * error
         return Bounded(product, carried + _roundings(product) * np.abs(product))
 
     def __truediv__(self, other: "Operand") -> "Bounded":
@@ -92,6 +93,11 @@ class Bounded:
         return np.shape(self.value)
 
     @property
+    def errors(self) -> np.ndarray:
+        """An error for each value."""
+        return np.asarray(_of_shape(self.error, np.shape(self.value)))
+
+    @property
     def real(self) -> "Bounded":
         """Real parts, which may be off by all of the error."""
         return Bounded(np.real(self.value), self.error)
@@ -104,7 +110,7 @@ class Bounded:
     @property
     def T(self) -> "Bounded":
         """Axes in reverse."""
-        return Bounded(np.transpose(self.value), np.broadcast_to(self.error, self.shape).T)
+        return Bounded(np.transpose(self.value), self.errors.T)
 
     def sum(self, axis: int | tuple[int, ...] = -1) -> "Bounded":
         """Sum over axes: errors add, and a rounding for each doubling of the number of terms."""
@@ -112,21 +118,26 @@ class Bounded:
         terms = np.abs(self.value)
         depth = np.log2(max(terms.size / max(np.size(total), 1), 1.0)) + 1.0
         lost = self.error + depth * UNIT_ROUNDOFF * terms
-        return Bounded(total, np.sum(np.broadcast_to(lost, self.shape), axis=axis))
+        return Bounded(total, np.sum(_of_shape(lost, self.shape), axis=axis))
 
     def norm(self, axis: int = -1) -> "Bounded":
         """Root of the sum of squared magnitudes over one axis: it is off by no more than they."""
         length = np.linalg.norm(self.value, axis=axis)
-        off = np.linalg.norm(np.broadcast_to(self.error, self.shape), axis=axis)
+        off = np.linalg.norm(self.errors, axis=axis)
         return Bounded(length, off + (self.shape[axis] + 2.0) * UNIT_ROUNDOFF * length)
 
     def max(self, axis: int = -1) -> "Bounded":
         """Largest value over one axis; the error is of those that may be the largest."""
-        error = np.broadcast_to(self.error, self.shape)
+        error = self.errors
         top = np.max(self.value, axis=axis)
         with np.errstate(invalid="ignore"):
             above = np.max(error - (np.expand_dims(top, axis) - self.value), axis=axis)
         return Bounded(top, np.where(np.isfinite(top), above, np.max(error, axis=axis)))
+
+
+def _of_shape(error: Any, shape: tuple[int, ...]) -> Any:
+    """An error of that shape; broadcasting costs more than most operations on small arrays."""
+    return error if np.shape(error) == shape else np.broadcast_to(error, shape)
 
 
 class Summed(NamedTuple):
@@ -216,11 +227,11 @@ def stack(parts: Sequence[Bounded], axis: int = -1) -> Bounded:
 
 def reshaped(value: Bounded, change: Callable[[Any], Any]) -> Bounded:
     """Both arrays after a function that only moves or repeats entries, such as `np.moveaxis`."""
-    return Bounded(change(value.value), change(np.broadcast_to(value.error, value.shape)))
+    return Bounded(change(value.value), change(value.errors))
 
 
 def _joined(join: Callable[..., Any], parts: Sequence[Bounded], axis: int) -> Bounded:
-    errors = [np.broadcast_to(one.error, one.shape) for one in parts]
+    errors = [one.errors for one in parts]
     return Bounded(join([one.value for one in parts], axis=axis), join(errors, axis=axis))
 
 
@@ -229,9 +240,9 @@ def _matrix_product(first: Any, first_error: Any, second: Any, second_error: Any
     found = product(first, second)
     sizes, other_sizes = np.abs(first), np.abs(second)
     lost = (np.shape(first)[-1] + 2.0) * UNIT_ROUNDOFF
-    error = product(np.broadcast_to(first_error, sizes.shape) + lost * sizes, other_sizes)
+    error = product(_of_shape(first_error, sizes.shape) + lost * sizes, other_sizes)
     if np.any(second_error):
-        error = error + product(sizes, np.broadcast_to(second_error, other_sizes.shape))
+        error = error + product(sizes, _of_shape(second_error, other_sizes.shape))
     return Bounded(found, error)
 
 

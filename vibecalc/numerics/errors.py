@@ -1,9 +1,9 @@
 """Errors of a kernel told by the kernel: from its data moved by their last bits, and a coarser run.
 
-What moves where the data move by as much as they are uncertain is that uncertain itself, and
-what a kernel rounds on its way does to the result what a last bit of its data does. That is told
-without a formula for each operation. It tells nothing of a method that stops too early: a coarser
-run does. Kernels whose throughput is the product carry a bound of their own (`bounded.py`).
+A result is as uncertain as it moves when the data move by what they are uncertain by, and rounding
+inside a kernel acts on it as a change in the last bit of the data does. That takes no formula for
+each operation. It does not show a method that stops too early; a coarser run does. Kernels whose
+speed counts, as in sweeps, carry a bound of their own (`bounded.py`).
 """
 
 from collections.abc import Callable, Mapping

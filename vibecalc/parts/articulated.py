@@ -1,7 +1,7 @@
 """Slave rods of a case as arrays, and what cannot have them."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,8 +64,9 @@ def build_slaves(train: parts.CrankTrain) -> Slaves:
         rows.append(
             (place, master, given.knuckle_radius, angle, given.rod_length, mass, own, points)
         )
-    *columns, own, points = (np.array(column) for column in zip(*rows, strict=True))
-    return Slaves(*columns, rounded(own, 16) - rounded(points, 16))
+    columns: list[Any] = [np.array(column) for column in zip(*rows, strict=True)]
+    difference = rounded(columns[6], 16) - rounded(columns[7], 16)
+    return Slaves(*[*columns[:6], difference])
 
 
 def steepest_ratio(train: parts.CrankTrain) -> float:

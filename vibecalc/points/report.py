@@ -114,9 +114,8 @@ _AT_SPEED = Rows(
             for name, (_, read) in UNITS.items()
             for kind, words in (("peak", "peak"), ("rms", "r.m.s."))
         ),
-        Cells(_zones, "zone", "", 5),
+        Cells(_zones, "zone", ""),
     ),
-    each=10,
     root=AtPoints.ROOT,
 )
 _IN_RUN_UP = Rows(
@@ -127,10 +126,9 @@ _IN_RUN_UP = Rows(
         for name, (_, read) in UNITS.items()
         for cells in (
             Cells(f"{name}_rms_largest", f"{_SHORT[name]} r.m.s.\n{read}", read),
-            Cells(f"{name}_rms_largest_speed", "at\nrpm", "rpm", 9),
+            Cells(f"{name}_rms_largest_speed", "at\nrpm", "rpm"),
         )
     ],
-    each=10,
     root=RUN_UP,
 )
 
@@ -179,12 +177,10 @@ def _by_order(result: Result) -> list[str]:
         "order",
         "order",
         (
-            Cells(lambda _: hertz_of, "Hz", lambda value, _: show(value, digits=4), 10),
+            Cells(lambda _: hertz_of, "Hz", lambda value, _: show(value, digits=4)),
             *(Cells(of_worst(name), f"{name} {read}", read) for name, (_, read) in UNITS.items()),
-            Cells(lambda _: counting, "r.m.s.", "", 10),
+            Cells(lambda _: counting, "r.m.s.", ""),
         ),
-        width=7,
-        each=22,
         label="{:g}",
         right=True,
         places=_moving,

@@ -52,7 +52,6 @@ _MOTION = Rows(
         Cells("ground_force_peak", "force on the ground"),
         Cells("ground_couple_peak", "couple on the ground"),
     ),
-    width=24,
     root="response",
     across=True,
 )
@@ -86,20 +85,18 @@ _OF_MODES = Rows(
     "mode",
     "mode",
     (
-        Cells("natural_frequency", "Hz", "Hz", 11),
+        Cells("natural_frequency", "Hz", "Hz"),
         Cells("damping_ratio", "damping ratio"),
-        Cells(_moves_most, "  moves most (share of energy)", "", 32),
+        Cells(_moves_most, "  moves most (share of energy)", ""),
         Cells(
             "nearest_order",
             "nearest",
             whole,
-            8,
-            "nearest: the excited order that comes closest at operating speed; off: its frequency "
-            "over the natural frequency, less 1",
+            note="nearest: the excited order that comes closest at operating speed; off: its "
+            "frequency over the natural frequency, less 1",
         ),
-        Cells("distance", "it is off", relative, 11),
+        Cells("distance", "it is off", relative),
     ),
-    width=5,
     root="response/modes",
 )
 
@@ -141,10 +138,10 @@ def _run_up(record: Record) -> tuple[list[str], set[str]]:
     if not rows:
         return [], masked
     columns = (
-        Column("largest energy of the run-up, as sampled", 42),
-        number("value", 14),
-        Column("unit", 6),
-        number("at rpm", 14),
+        Column("largest energy of the run-up, as sampled"),
+        number("value"),
+        Column("unit"),
+        number("at rpm"),
     )
     lines = table(columns, rows)
     if centre is not None:
@@ -179,7 +176,7 @@ def _totals(record: Record) -> Part:
     cells = [show(one.values[()], one.error_estimate) if one else "" for one in found]
     if not any(cells):
         return []
-    columns = [Column("energy in J", 14), *(number(words, 18) for words in _ENERGIES.values())]
+    columns = [Column("energy in J"), *(number(words) for words in _ENERGIES.values())]
     words = "mean: over one turn; peak: the largest at any moment, all orders with their phases"
     lines = table(columns, [["all orders", *cells]]) + paragraph(words)
     return lines, {one.path for one in found if one}
@@ -222,8 +219,6 @@ _BY_ORDER = Rows(
     "order",
     "energy in J",
     [Cells(f"{path}_by_order", words) for path, words in _ENERGIES.items()],
-    width=14,
-    each=18,
     label="order {:.0f}",
     places=_chosen,
     rest=_further_orders,
@@ -329,7 +324,7 @@ def _over_balances(
 ) -> list[str]:
     """A row for each operation and a column for each balance, three of which fit side by side."""
     names, balances = (labels(axis) for axis in of.axes)
-    columns = [Column("operation", 20), *(number(f"balance {one}", 25) for one in balances)]
+    columns = [Column("operation"), *(number(f"balance {one}") for one in balances)]
     rows = [[name, *(cell(i, j) for j in range(len(balances)))] for i, name in enumerate(names)]
     below = [[text, *(show(x, one.error_estimate) for x in one.values)] for text, one in sums]
     return table(columns, rows, below)
@@ -384,14 +379,13 @@ _PASSAGES = Rows(
     "passage",
     "",
     (
-        Cells(_changes, "resonance passed in", "", 24),
-        Cells("mode", "mode", whole, 6),
-        Cells("order", "order", whole, 6),
+        Cells(_changes, "resonance passed in", ""),
+        Cells("mode", "mode", whole),
+        Cells("order", "order", whole),
         Cells("speed", "at rpm", "rpm"),
         Cells("time", "after s"),
         Cells("haste", "haste"),
     ),
-    each=12,
     root="response/switching/passage",
     places=_low,
     rest=_haste,
@@ -442,7 +436,7 @@ def _way_table(record: Record) -> list[str]:
         if name == "kinetic_energy_peak" and larger > 0.0:
             times = [show(float(one.values[i]) / larger, digits=3) for one, i in found if one]
             rows.append(["  times the larger steady one", *times])
-    columns = (Column("on the way", 30), *(number(title, 16) for title, *_ in cases))
+    columns = (Column("on the way"), *(number(title) for title, *_ in cases))
     return table(columns, [row for row in rows if any(row[1:])]) if cases else []
 
 

@@ -49,7 +49,9 @@ class ModesOfBody(Modes):
     ROOT: ClassVar[str] = "response/modes"
     WORDS: ClassVar = {"elsewhere": "isolation/modes/natural_frequency"}
     assurance: Any = q(
-        "mode other_mode", "", "modal assurance criterion, rotations times their radius of inertia"
+        "mode other_mode",
+        "",
+        "modal assurance criterion at the reference point, rotations times their radius of inertia",
     )
     nearest_order: Any = q("mode", "", "excited order nearest to a mode at operating speed")
     distance: Any = q("mode", "", "frequency of that order over the natural frequency, less 1")
@@ -70,7 +72,7 @@ class MotionOfBody(Motion):
 
     ROOT: ClassVar[str] = "response"
     translation_peak: Any = q(
-        "direction", "m", "largest over a turn", PEAK,
+        "direction", "m", "largest of the reference point over a turn", PEAK,
         headline=Headline("motion of the body, peak", "mm"),
     )  # fmt: skip
     rotation_peak: Any = q(
@@ -78,13 +80,13 @@ class MotionOfBody(Motion):
         headline=Headline("rotation of the body, peak", "mrad"),
     )  # fmt: skip
     ground_force: Any = q(_ORDERS, "N", "force on the ground", PEAK)
-    ground_couple: Any = q(_ORDERS, "N*m", "couple on the ground", PEAK)
+    ground_couple: Any = q(_ORDERS, "N*m", "couple on the ground about the reference point", PEAK)
     ground_force_peak: Any = q(
         "direction", "N", "largest over a turn", PEAK,
         headline=Headline("force on the ground, peak", "N", unless=_SUPPORTS),
     )  # fmt: skip
     ground_couple_peak: Any = q(
-        "direction", "N*m", "largest over a turn", PEAK,
+        "direction", "N*m", "largest about the reference point over a turn", PEAK,
         headline=Headline("couple on the ground, peak", "N*m", unless=_SUPPORTS),
     )  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -67,17 +68,21 @@ class MountedBody:
     def energy_fraction(self) -> Bounded:
         """Share (..., modes, f) of each coordinate in the kinetic energy of each mode.
 
-        About the mass centre, whichever the point of the body: with the velocity u of the mass
-        centre that is (M v)_i u_i of a translation and v_i (M v - M_rt u)_i of a rotation. Each row
-        sums to 1; with products of inertia an entry can be slightly negative.
+        About the mass centre, whichever the point of the body: with its velocity u that is
+        (M v)_i u_i of a translation and v_i (J v)_i of a rotation, J being the inertia about it.
+        Each row sums to 1; with products of inertia an entry can be slightly negative.
         """
         along, about = slice(None, self.translations), slice(self.translations, None)
         mass, shape = bounded_parts(self.matrices)[0], _rows(self.shapes.bounded_shape)
-        weight = reshaped(mass, lambda one: np.diagonal(one, axis1=-2, axis2=-1)[..., None, along])
-        momentum = shape @ mass
-        centre = momentum[..., along] / weight
-        turning = momentum[..., about] - centre @ mass[..., along, about]
-        energy = concatenate([momentum[..., along] * centre, shape[..., about] * turning])
+        move, turn = shape[..., along], shape[..., about]
+        weight, moments = mass[..., along, along], mass[..., along, about]
+        inverse = np.linalg.inv(weight.value)
+        levers = inverse @ moments.value
+        left = moments - weight @ levers
+        off = np.abs(inverse) @ (np.abs(left.value) + left.error)
+        centre = move + turn @ reshaped(Bounded(levers, off), np.matrix_transpose)
+        inertia = mass[..., about, about] - mass[..., about, along] @ Bounded(levers, off)
+        energy = concatenate([shape @ mass[..., along] * centre, turn * (turn @ inertia)])
         return energy / energy.sum()[..., None]
 
     def damping_ratio(self) -> Bounded:
@@ -106,6 +111,19 @@ class MountedBody:
         viscous, loss = (quadratic(row, one)[..., 0] for one in (damping, structural))
         return 0.5 * (viscous + loss / frequency) / frequency
 
+    @cached_property
+    def _met(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Frequency, damping ratio and width (..., modes) that resonances have under any load."""
+        shapes, held = self.shapes, self.shapes.held
+        here, row = self.at(shapes.natural_frequency), np.abs(shapes.shape.mT)[..., None, :]
+        off_k = here.stiffness_error + 2.0 * UNIT_ROUNDOFF * np.abs(here.stiffness)
+        off_m = here.mass_error + 4.0 * UNIT_ROUNDOFF * np.abs(here.mass)
+        loss = np.sum(row @ off_k * row, axis=(-2, -1)) / np.where(held, shapes.eigenvalue, np.inf)
+        loss = loss + np.sum(row @ off_m * row, axis=(-2, -1))
+        frequency = np.where(held, shapes.natural_frequency, np.inf)
+        width = np.where(held, 0.5 * loss / SINGULAR, 0.0)
+        return frequency, np.abs(self._damping_ratio().value), width
+
     def resonances(self, load: Bounded) -> Resonances:
         """Where orders with these loads (..., orders, f), of any scale, meet the modes.
 
@@ -113,20 +131,11 @@ class MountedBody:
         Where matrices change with the frequency an undamped mode counts as driven, for no mode
         can be left out of an order.
         """
-        shapes, held = self.shapes, self.shapes.held
+        held = self.shapes.held
         leave_alone(~np.all(held, axis=-1))
-        here, row = self.at(shapes.natural_frequency), np.abs(shapes.shape.mT)[..., None, :]
-        off_k = here.stiffness_error + 2.0 * UNIT_ROUNDOFF * np.abs(here.stiffness)
-        off_m = here.mass_error + 4.0 * UNIT_ROUNDOFF * np.abs(here.mass)
-        loss = np.sum(row @ off_k * row, axis=(-2, -1)) / np.where(held, shapes.eigenvalue, np.inf)
-        loss = loss + np.sum(row @ off_m * row, axis=(-2, -1))
-        driven = load @ shapes.bounded_shape
-        found = Resonances(
-            np.where(held, shapes.natural_frequency, np.inf),
-            np.abs(self._damping_ratio().value),
-            np.where(held, 0.5 * loss / SINGULAR, 0.0),
-            (np.abs(driven.value) <= 4.0 * driven.error) | ~held[..., None, :],
-        )
+        driven = load @ self.shapes.bounded_shape
+        idle = (np.abs(driven.value) <= 4.0 * driven.error) | ~held[..., None, :]
+        found = Resonances(*self._met, idle)
         if self.spectral is None:
             return found
         return found._replace(idle=found.idle & (found.exposed() == 0.0))

@@ -80,7 +80,7 @@ def canvas(result: Titled, subtitle: str, height: float) -> "Figure":
     return figure
 
 
-def panels_of(figure: "Figure", count: int, columns: int, **more: Any) -> "list[Axes]":
+def panels_of(figure: "Figure", count: int, columns: int, **more: Any) -> list[Any]:
     """So many panels in columns; the last row may have fewer."""
     grid = figure.subplots(-(-count // columns), columns, squeeze=False, **more).ravel().tolist()
     for spare in grid[count:]:

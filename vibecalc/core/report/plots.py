@@ -351,8 +351,8 @@ def pictures_of(result: Result) -> dict[str, str | Curves]:
 def make(of: Result | SweepView, name: str) -> "Figure | None":
     """One figure of a result or a sweep by its name, None if it lacks the numbers for it."""
     picture = (every_picture() | SWEEP_PICTURES | OF_METHODS)[name]
-    drawn: Figure | None = (named(picture) if isinstance(picture, str) else picture)(of)
-    return drawn
+    draw: Callable[..., Figure | None] = named(picture) if isinstance(picture, str) else picture
+    return draw(of)
 
 
 def _matplotlib() -> Any:
@@ -432,10 +432,17 @@ def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
         line = "-" if place < len(COLOURS) else "--"
         dots(measured, ls=line, lw=1.2, mfc="white", label=method.name, **style)
         dots((one for one in measured if one.in_seconds), ls="none", **style)
-        alone = {"color": colour, "clip_on": False, "ls": "none"}
+        alone: dict[str, Any] = {"color": colour, "clip_on": False, "ls": "none"}
         dots((one for one in measured if one.relative == 0.0), low, marker="v", ms=6, **alone)
         dots((one for one in own if not one.done), top, marker="x", ms=7, **alone)
-    ring = {"ls": "none", "marker": "o", "color": TOTAL, "mfc": "none", "ms": 12, "mew": 1.4}
+    ring: dict[str, Any] = {
+        "ls": "none",
+        "marker": "o",
+        "color": TOTAL,
+        "mfc": "none",
+        "ms": 12,
+        "mew": 1.4,
+    }
     dots((trial for trial in done if trial.is_default), **ring)
     if topic.agreement > low:
         axes.axhline(topic.agreement, color=LIMIT, linestyle=":", linewidth=1.0)

@@ -44,7 +44,6 @@ class Cells(NamedTuple):
     of: str | Made
     head: str
     how: How = ""
-    width: int = 0
     note: str = ""
     blank: bool = False
 
@@ -62,8 +61,6 @@ class Rows(NamedTuple):
     axis: str
     title: str
     columns: Sequence[Cells]
-    width: int = 22
-    each: int = 14
     root: str = ""
     label: str = ""
     right: bool = False
@@ -222,8 +219,8 @@ def _writer(quantity: Quantity, one: Cells, digits: int) -> Callable[[Any], str]
 
 
 def by_axis(
-    record: Record, axis: str, title: str, names: Sequence[tuple[str, ...]], width: int = 22,
-    each: int = 14, digits: int = DIGITS, blank: Sequence[str] = (),
+    record: Record, axis: str, title: str, names: Sequence[tuple[str, ...]],
+    digits: int = DIGITS, blank: Sequence[str] = (),
 ) -> list[str]:  # fmt: skip
     """Lines of a table of the quantities `names` over `axis`; [] if there are none.
 
@@ -234,5 +231,5 @@ def by_axis(
     for path, words, *unit in names:
         head = " ".join([words, *unit]).replace("\n ", "\n")
         columns.append(Cells(path, head, unit[0] if unit else "", blank=path in blank))
-    of = Rows(axis, title, columns, width, each, digits=digits, merge=True)
+    of = Rows(axis, title, columns, digits=digits, merge=True)
     return rows_of(record, of)[0]

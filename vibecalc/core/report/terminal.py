@@ -40,7 +40,8 @@ def summary(result: Result, console: "Console") -> None:
 
     console.print(Text(visible(_title(result, console.width)), style="bold"))
     for style, block in _blocks(result):
-        text = Text(visible(read(block.at(console.width))), style=style)
+        shown = block.at(console.width) if isinstance(block, Block) else block
+        text = Text(visible(read(shown)), style=style)
         if isinstance(block, Table):
             for name, words in VERDICTS:
                 text.highlight_regex(rf"(?m){words.pattern}(?=\W*$)", _COLOURS[name])
@@ -58,7 +59,7 @@ def _title(result: Result, width: int) -> str:
     return "\n".join(fold(str(result.case.get("title") or result.name), width))
 
 
-def _blocks(result: Result) -> Iterator[tuple[str, Block]]:
+def _blocks(result: Result) -> Iterator[tuple[str, str]]:
     """Blocks of the summary, each with the style of its words."""
     limits, compared = verdicts_of(result), judge_references(result)
     verdict = "red" if misses(compared, limits) else "green"

@@ -100,13 +100,12 @@ class Column(NamedTuple):
     """A title, and whether it is set to the right (numbers); columns are as wide as their cells."""
 
     title: str
-    width: int = 0
     right: bool = False
 
 
-def number(title: str, width: int = 0) -> Column:
+def number(title: str) -> Column:
     """A column of numbers, set to the right."""
-    return Column(title, width, True)
+    return Column(title, right=True)
 
 
 def fold(text: str, width: int) -> list[str]:

@@ -66,10 +66,9 @@ def judged(result: Result) -> tuple[Verdict, ...]:
 def _expected(row: Verdict, asked_for: Sequence[Mapping[str, Any]]) -> Verdict:
     """The row with plain numbers; broken as a `[[limit]]` on the same result and entries expects,
     where one does."""
-    numbers = {name: getattr(row, name) for name in _NUMBERS - {"error_estimate"}}
-    row = row._replace(
-        **{name: one if one is None else float(one) for name, one in numbers.items()}
-    )
+    given = {name: getattr(row, name) for name in _NUMBERS - {"error_estimate"}}
+    numbers: dict[str, Any] = {name: float(one) for name, one in given.items() if one is not None}
+    row = row._replace(**numbers)
     if row.state != BROKEN:
         return row
     own = [one for one in asked_for if one["quantity"] == row.quantity]
@@ -187,8 +186,7 @@ def _judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
 def _nearest(
     quantity: Quantity, where: Mapping[str, Any], bound: Bound
 ) -> tuple[int, float, float, float, str]:
-    """How a bound is held, as `held` has it, what is left to it, and the entry that decides it:
-    value, error, label."""
+    """State of a bound as of `held`, its margin; value, error and label of the deciding entry."""
     values, labels, errors = numbers(quantity, where)
     zero = quantity.zeros(values, errors)
     values = np.where(zero, 0.0, values)

@@ -16,7 +16,6 @@ from vibecalc.excitation.cylinder_torque import (
 from vibecalc.excitation.gas_tables import card_of_force, card_weights
 from vibecalc.excitation.model import (
     build_firing,
-    crank_geometry,
     firing_angle,
     force_curves,
     gas_cards,
@@ -27,6 +26,7 @@ from vibecalc.excitation.stage import USUAL_ORDERS
 from vibecalc.isolation.torque_reaction import couple_on_body, line_transfer
 from vibecalc.numerics.bounded import Bounded, rounded, stack
 from vibecalc.numerics.rounding import EPSILON
+from vibecalc.parts.crank_train import crank_geometry
 from vibecalc.parts.firing import TURN, cycle_angle, is_separate, shakes_with_torque
 
 if TYPE_CHECKING:
@@ -150,7 +150,7 @@ def _torques(scene: Scene, order: np.ndarray) -> tuple[np.ndarray, Bounded, Boun
     options = case.excitation
     working = None if options is None else options.working
     runs = np.array([working is None or name in working for name in firing.names])
-    geometry = crank_geometry(case.machine)
+    geometry = crank_geometry(case.machine.crank_train)
     scale = runs * firing.pressure_scale
     speeds, gas, mean = _gas(scene, len(order), scale, ~firing.fires)
     # the shaking of the masses counts from crank phase zero
@@ -175,7 +175,7 @@ def _gas(
     if not has_cards(case.machine):
         return np.empty(0), *_gas_of_forces(case.machine, count, scale)
     speeds, cards = gas_cards(case.machine)
-    motored, geometry = None, crank_geometry(case.machine)
+    motored, geometry = None, crank_geometry(case.machine.crank_train)
     dead = misfire_cards(case, cards)
     if dead:
         motored = cylinder_torque(dead, geometry, reciprocating_mass=0.0, harmonics=count)
@@ -185,7 +185,7 @@ def _gas(
 
 def _gas_of_forces(machine: "Machine", count: int, scale: np.ndarray) -> tuple[Bounded, Bounded]:
     """The same of cylinders that have curves of their own over a turn, one set for all speeds."""
-    geometry = crank_geometry(machine)._replace(bore=2.0 / np.sqrt(np.pi))  # of 1 m^2
+    geometry = crank_geometry(machine.crank_train)._replace(bore=2.0 / np.sqrt(np.pi))  # of 1 m^2
     none = rounded(np.zeros((1, count), dtype=complex), 0), rounded(np.zeros(1), 0)
     rows = []
     for row, curve in enumerate(force_curves(machine)):

@@ -126,10 +126,10 @@ def course_peaks(followed: Followed) -> Maxima:
         Bounded(ends.ravel(), none), none,
     )  # fmt: skip
     inner = inner._replace(row=column[inner.row])
-    return _with_errors(followed, [inner, kinks], best)
+    return _first_of(followed, [inner, kinks], best)
 
 
-def _with_errors(followed: Followed, found: list[Maxima], best: np.ndarray) -> Maxima:
+def _first_of(followed: Followed, found: list[Maxima], best: np.ndarray) -> Maxima:
     """The first highest of each column; heights and places with what the motion is off by."""
     top = first_highest(found)
     largest = np.max(modal_size(followed.course.system, followed.state), axis=0)

@@ -20,7 +20,6 @@ from vibecalc.excitation.gas_tables import GasCard, card_weights, gas_card
 from vibecalc.excitation.model import (
     Firing,
     build_firing,
-    crank_geometry,
     gas_cards,
     misfire_cards,
     motored_cards,
@@ -30,7 +29,7 @@ from vibecalc.kinds import has_crank_train
 from vibecalc.numerics.bounded import Bounded, reshaped, rounded
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntArray, distinct
 from vibecalc.numerics.synthesis import Cycles
-from vibecalc.parts.crank_train import build_crank_train
+from vibecalc.parts.crank_train import build_crank_train, crank_geometry
 from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.torsion.asked import asked_orders
 from vibecalc.torsion.damped_modes import LineModes, damped_line_modes, undamped_line_modes
@@ -282,7 +281,7 @@ def _cylinders(
 ) -> _Cylinders:
     """The cylinders of an engine, wherever on its line they stand."""
     machine = case.machine
-    firing, geometry = build_firing(case), crank_geometry(machine)
+    firing, geometry = build_firing(case), crank_geometry(machine.crank_train)
     if all_fire:
         firing = replace(firing, fires=np.ones_like(firing.fires))
     card_speed, cards = gas_cards(machine)

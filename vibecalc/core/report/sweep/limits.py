@@ -60,12 +60,13 @@ def judge(sweep: SweepView) -> tuple[list[Limit], list[str]]:
 
 def keeping_all(sweep: SweepView, limits: Sequence[Limit]) -> np.ndarray:
     """Which points are computed and keep every limit, (points,)."""
-    return np.logical_and.reduce([sweep.done, *(limit.kept for limit in limits)])
+    return np.asarray(np.all([sweep.done, *(limit.kept for limit in limits)], axis=0))
 
 
 def breaking_any(sweep: SweepView, limits: Sequence[Limit]) -> np.ndarray:
     """Which points are computed and break a limit, (points,); the rest is kept or undecided."""
-    return np.logical_or.reduce([np.zeros_like(sweep.done), *(one.broken for one in limits)])
+    broken = [np.zeros_like(sweep.done), *(limit.broken for limit in limits)]
+    return np.asarray(np.any(broken, axis=0))
 
 
 def best(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit] | None:
