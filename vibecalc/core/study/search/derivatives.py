@@ -152,124 +152,72 @@ def _weights(nodes: np.ndarray, derivative: int) -> np.ndarray:
 # Which parts, limits and bounds hold a point in place, and how hard each of them pulls.
 # ----------------------------------------------------------------------------
 
-
-class Active(NamedTuple):
-    """What is taken to hold: the part that leads, what else is as large or on its limit, and walls.
-
-    With one part leading all others are margins: by how much they are smaller. `margins` are
-    indices of these, then of the margins of limits (`about`); `sides` (k,) are those of bounds.
-    """
-
-    lead: int
-    margins: tuple[int, ...]
-    sides: np.ndarray
-
-
-class Pulls(NamedTuple):
-    """Multipliers of margins (m,) and bounds (k,), as of `Active`.
-
-    `left` (k,) is what remains of the sum of gradients, `residual` its size relative to the sum
-    of magnitudes or to 1, the usual slope of a scaled objective, whichever is larger.
-    """
-
-    margins: np.ndarray
-    bounds: np.ndarray
-    left: np.ndarray
-    residual: float
-
-    @property
-    def weights(self) -> np.ndarray:
-        """Weights of objective and margins in the Lagrangian, (1 + m,)."""
-        return np.append(1.0, -self.margins)
-
-
-def about(lead: int, parts: int, size: int) -> np.ndarray:
-    """Matrix (size, size) from parts and margins to the leading part and all margins below it."""
-    turned = np.eye(size)
-    turned[:parts] *= -1.0
-    turned[:parts, lead] += 1.0
-    turned[lead] = np.eye(size)[lead]
-    return turned[[lead, *(row for row in range(size) if row != lead)]]
-
-
-def identify(values: Values, unit: np.ndarray, first: np.ndarray, closeness: float) -> Active:
-    """The smallest set of near-active conditions whose gradients (v, k) balance at a point.
-
-    `closeness` is the distance on the unit cube within which a condition counts as a candidate.
-    Non-negative least squares over the candidates (Lawson and Hanson, 1974): it picks linearly
-    independent ones, so that equal mounts or repeated limits do no harm. The weights of the parts
-    add up to one.
-    """
-    vector, parts = values(unit), values.parts
-    assert vector is not None
-    top = int(np.argmax(vector[:parts]))
-    steep = np.linalg.norm(first, axis=1)
-    gap = np.append(vector[top] - vector[:parts], vector[parts:])
-    reach = closeness * (steep + 1e-12 + np.where(np.arange(steep.size) < parts, steep[top], 0.0))
-    near = np.flatnonzero(gap <= reach)
-    is_part = (near < parts).astype(float)
-    walls = ~values.box.around
-    lower, upper = (np.flatnonzero(walls & (one <= closeness)) for one in (unit, 1.0 - unit))
-    axes, size = np.eye(unit.size), max(float(steep[top]), 1e-300)
-    pulling = np.concatenate(
-        [np.where(near < parts, 1.0, -1.0)[:, None] * first[near] / size, -axes[lower], axes[upper]]
-    )
-    table = np.vstack([pulling.T, np.append(is_part, np.zeros(lower.size + upper.size))])
-    length = np.linalg.norm(table, axis=0)
-    pulls = nonnegative_least_squares(
-        table / np.where(length > 0, length, 1.0), np.append(np.zeros(unit.size), 1.0)
-    )
-    of_values, of_lower, of_upper = np.split(pulls, [near.size, near.size + lower.size])
-    lead = int(near[np.argmax(of_values * is_part)])
-    sides = np.zeros(unit.size, dtype=int)
-    sides[lower[of_lower > 1e-9]] = -1
-    sides[upper[of_upper > 1e-9]] = 1
-    held = [int(one) for one in near[of_values > 1e-9] if one != lead]
-    return Active(lead, tuple(one - (one > lead) for one in held), sides)
-
-
-def balance(first: np.ndarray, active: Active) -> Pulls:
-    """Multipliers of a given active set: least squares, signs as they come out.
-
-    `first` (1 + m, k) are the gradients of the leading part and of all margins.
-    """
-    free = active.sides == 0
-    chosen = list(active.margins)
-    columns = first[1:][chosen][:, free].T
-    length = np.linalg.norm(columns, axis=0)
-    length = np.where(length > 0, length, 1.0)
-    margins = np.zeros(first.shape[0] - 1)
-    margins[chosen] = np.linalg.lstsq(columns / length, first[0][free], rcond=1e-10)[0] / length
-    total = first[0] - margins @ first[1:]
-    left = np.where(free, total, 0.0)
-    pull = np.linalg.norm(first[0]) + np.linalg.norm(np.abs(margins) @ np.abs(first[1:]))
-    residual = float(np.linalg.norm(left) / max(1.0, float(pull)))
-    return Pulls(margins, np.where(free, 0.0, total), left, residual)
-
-
-# ----------------------------------------------------------------------------
-# How far a point is from a stationary one, whoever found it.
-# ----------------------------------------------------------------------------
-
 #: distances on the unit cube within which a limit or a bound may count as holding
 CLOSENESS = (1e-6, 1e-4, 3e-3)
 
 
-def stationarity(values: Values, unit: np.ndarray) -> float:
-    """What is left of the gradients that should balance, relative to their magnitudes.
+class Held(NamedTuple):
+    """What holds a point (k,) of the cube in place.
 
-    0 at a point (k,) that satisfies the first-order conditions, 1 or so far from any; infinity
-    where they cannot be formed, as on a kink or next to points that cannot be evaluated.
+    `weights` (v,) of the Lagrangian are > 0 for parts, which add up to 1, and < 0 for margins;
+    `sides` (k,) are -1 and 1 for a lower and an upper bound, else 0. `total` (k,) is the sum of the
+    gradients: the pull of a bound where one holds, and what is left to balance elsewhere, of which
+    `residual` is the size, relative to the sum of magnitudes or to 1, the usual slope of a scaled
+    objective, whichever is larger. `steepest` is the sum of lengths of gradients by weight.
+    """
+
+    weights: np.ndarray
+    sides: np.ndarray
+    total: np.ndarray
+    residual: float
+    steepest: float
+
+
+def identify(values: Values, unit: np.ndarray, first: np.ndarray, closeness: float) -> Held:
+    """The smallest set of near-active conditions whose gradients (v, k) balance at a point.
+
+    `closeness` is the distance on the unit cube within which a condition counts as a candidate.
+    Non-negative least squares over the candidates (Lawson and Hanson, 1974): it picks linearly
+    independent ones, so that equal mounts or repeated limits do no harm.
+    """
+    vector, parts = values(unit), values.parts
+    assert vector is not None
+    is_part, top = np.arange(vector.size) < parts, int(np.argmax(vector[:parts]))
+    steep = np.linalg.norm(first, axis=1)
+    gap = np.where(is_part, vector[top] - vector, vector)
+    near = np.flatnonzero(gap <= closeness * (steep + 1e-12 + is_part * steep[top]))
+    sign = np.where(is_part, 1.0, -1.0)[near]
+    lower, upper = (~values.box.around & (one <= closeness) for one in (unit, 1.0 - unit))
+    axes = np.eye(unit.size)
+    pulling = [sign[:, None] * first[near] / max(float(steep[top]), 1e-300)]
+    table = np.vstack([*pulling, -axes[lower], axes[upper]]).T
+    table = np.vstack([table, np.append(is_part[near], np.zeros(len(table.T) - near.size))])
+    length = np.linalg.norm(table, axis=0)
+    table, wanted = table / np.where(length > 0, length, 1.0), np.eye(unit.size + 1)[-1]
+    chosen = nonnegative_least_squares(table, wanted) > 1e-9
+    pulls = np.zeros(length.size)
+    pulls[chosen] = np.linalg.lstsq(table[:, chosen], wanted, rcond=1e-10)[0]
+    weights, sides = np.zeros(vector.size), np.zeros(unit.size, dtype=int)
+    weights[near] = (sign * pulls[: near.size]) / np.where(length > 0, length, 1.0)[: near.size]
+    weights /= np.sum(weights[:parts])
+    of_lower, of_upper = np.split(chosen[near.size :], [int(np.sum(lower))])
+    sides[np.flatnonzero(lower)[of_lower]], sides[np.flatnonzero(upper)[of_upper]] = -1, 1
+    total = weights @ first
+    pull = float(np.linalg.norm(np.abs(weights) @ np.abs(first)))
+    residual = float(np.linalg.norm(total[sides == 0])) / max(1.0, pull)
+    return Held(weights, sides, total, residual, float(np.abs(weights) @ steep))
+
+
+def stationarity(values: Values, unit: np.ndarray) -> float:
+    """How far a point (k,) is from a stationary one: what is left of the gradients to balance.
+
+    0 where the first-order conditions hold, 1 or so far from any; infinity where they cannot be
+    formed, as on a kink or next to points that cannot be evaluated.
     """
     try:
         slopes = gradient(values, unit, measured_noise(values, unit))
     except NumericalFailure:
         return np.inf
-    residual = np.inf
-    for closeness in CLOSENESS:
-        active = identify(values, unit, slopes.first, closeness)
-        turned = about(active.lead, values.parts, len(slopes.first))
-        pulls = balance(turned @ slopes.first, active)
-        if not np.any(np.any(slopes.kinked, axis=1) & (np.abs(pulls.weights @ turned) > 1e-9)):
-            residual = min(residual, pulls.residual)
-    return residual
+    found = (identify(values, unit, slopes.first, closeness) for closeness in CLOSENESS)
+    smooth = (one for one in found if not np.any(slopes.kinked[one.weights != 0]))
+    return min((one.residual for one in smooth), default=np.inf)

@@ -164,6 +164,16 @@ class Sampler:
         scaled[: self.parts] /= self.scale
         return scaled
 
+    def top(self, unit: np.ndarray) -> float:
+        """The objective in scaled units, infinite where there is none."""
+        vector = self(unit)
+        return np.inf if vector is None else float(np.max(vector[: self.parts]))
+
+    def violation(self, unit: np.ndarray) -> float:
+        """The most negative margin as a positive number, or 0; infinite where there is none."""
+        vector = self(unit)
+        return np.inf if vector is None else float(np.max(-vector[self.parts :], initial=0.0))
+
     def failure(self, unit: np.ndarray) -> str:
         """Why a point has no values."""
         return self.failures[self.box.fold(unit).tobytes()]

@@ -26,18 +26,13 @@ def refine(sampler: Sampler, unit: np.ndarray, below: float = np.inf) -> Refined
     hold is searched once more, and given up unless its objective is then smaller than `below`.
     """
     for _ in range(MOST_RESTARTS):
-        if _may_vanish(sampler, unit):
-            optimum = _zero(sampler, unit)
-            if optimum is not None:
-                return optimum
-            unit, _ = local_search(sampler, unit, to_the_end=True)
-        optimum = by_newton(sampler, unit)
+        optimum = _zero(sampler, unit) or by_newton(sampler, unit)
         if optimum is None:
             unit, _ = local_search(sampler, unit, to_the_end=True)
-            if _top(sampler, unit) >= below:
+            if sampler.top(unit) >= below:
                 return None
-            optimum = by_newton(sampler, unit) or _planes(sampler, unit)
-            if optimum is not None and _may_vanish(sampler, optimum.unit):
+            optimum = _zero(sampler, unit) or by_newton(sampler, unit) or _planes(sampler, unit)
+            if optimum is not None and optimum.method == "sampled planes":
                 optimum = _zero(sampler, optimum.unit) or optimum
         lower = _lower_nearby(sampler, unit, optimum)
         if lower is None:
@@ -65,19 +60,10 @@ def _planes(sampler: Sampler, unit: np.ndarray) -> Refined | None:
     )
 
 
-def _may_vanish(sampler: Sampler, unit: np.ndarray) -> bool:
-    return sampler.smallest >= 0 and _top(sampler, unit) <= NEAR_ZERO
-
-
 def _keeps(sampler: Sampler, unit: np.ndarray) -> bool:
     """Whether all margins are kept at a point of the unit cube, but for round-off."""
     vector = sampler(unit)
     return vector is not None and bool(np.all(vector[sampler.parts :] >= -MARGIN_WITHIN))
-
-
-def _top(sampler: Sampler, unit: np.ndarray) -> float:
-    vector = sampler(unit)
-    return np.inf if vector is None else float(np.max(vector[: sampler.parts]))
 
 
 def _lower_nearby(sampler: Sampler, unit: np.ndarray, optimum: Refined | None) -> np.ndarray | None:
@@ -87,43 +73,38 @@ def _lower_nearby(sampler: Sampler, unit: np.ndarray, optimum: Refined | None) -
         if optimum.method == "newton" and optimum.free_directions == 0:
             return None  # its curvature is known
         unit, margin = optimum.unit, 1e-9 + 2 * optimum.excess
-    lowest, where = _top(sampler, unit) - margin, None
-    directions = np.concatenate(
-        [np.eye(unit.size), -np.eye(unit.size), 2 * spread(4 * unit.size, unit.size) - 1]
-    )
-    for direction in directions:
-        for radius in (1e-2, 1e-3):
-            point = sampler.box.fold(unit + radius * direction)
-            vector = sampler(point)
-            if vector is not None and np.all(vector[sampler.parts :] >= 0):
-                top = float(np.max(vector[: sampler.parts]))
-                if top < lowest:
-                    lowest, where = top, point
-    return where
+    directions = [
+        *np.eye(unit.size),
+        *-np.eye(unit.size),
+        *2 * spread(4 * unit.size, unit.size) - 1,
+    ]
+    near = [sampler.box.fold(unit + size * one) for one in directions for size in (1e-2, 1e-3)]
+    kept = [one for one in near if sampler.violation(one) <= 0.0]
+    lowest = min(kept, key=sampler.top, default=unit)
+    return lowest if sampler.top(lowest) < sampler.top(unit) - margin else None
 
 
 def _zero(sampler: Sampler, unit: np.ndarray) -> Refined | None:
     """A zero of an objective that is never negative and leaves it as a cone; None without one."""
-    largest = sampler.largest / sampler.scale
-    whole = largest_part(sampler)
-    squared = View(whole, lambda vector: np.append(vector[0] ** 2, vector[1:]))
-    top = slice(sampler.parts - 1, None)
+    if sampler.smallest < 0 or sampler.top(unit) > NEAR_ZERO:
+        return None
+    largest, top = sampler.largest / sampler.scale, slice(sampler.parts - 1, None)
+    squared = View(
+        sampler, lambda v: np.append(np.max(v[: sampler.parts]) ** 2, v[sampler.parts :])
+    )
     bias, leaning = sampler.bias(unit)[top], sampler.leaning(unit)[top]
     # of a square the error is that of the zero, which counts below
     bias[0], leaning[0] = 0.0, 0.0
     minimum = polish(squared, unit, bias, leaning)
-    if minimum is None:
+    if minimum is None or not _keeps(sampler, minimum.unit):
         return None
-    objective = _top(sampler, minimum.unit)
-    if objective > ZERO * largest or not _keeps(sampler, minimum.unit):
-        return None
-    if not _is_cone(sampler, minimum.unit):
+    objective = sampler.top(minimum.unit)
+    if objective > ZERO * largest or not _is_cone(sampler, minimum.unit):
         return None
     floor = max(4 * EPSILON * largest, float(sampler.bias(minimum.unit)[0]))
-    assert minimum.reach is not None
-    away = np.sqrt(2.0) * floor * minimum.reach
+    away = np.where(minimum.sides == 0, np.sqrt(2.0) * floor * minimum.reach, 0.0)
     return minimum._replace(
-        error=minimum.error + np.where(minimum.sides == 0, away, 0.0),
+        error=minimum.error + away,
         excess=objective + floor,
         objective=objective,
         margins=np.zeros_like(minimum.margins),
@@ -136,6 +117,5 @@ def _zero(sampler: Sampler, unit: np.ndarray) -> Refined | None:
 def _is_cone(sampler: Sampler, unit: np.ndarray) -> bool:
     """Whether the objective grows with the distance from its zero, not with its square."""
     steps = np.diag(np.where(unit < 0.5, 1e-4, -1e-4))
-    near = [_top(sampler, unit + step) for step in steps]
-    steepest = int(np.argmax(near))
-    return bool(_top(sampler, unit + 2 * steps[steepest]) < 3 * near[steepest])
+    step = max(steps, key=lambda one: sampler.top(unit + one))
+    return sampler.top(unit + 2 * step) < 3 * sampler.top(unit + step)
