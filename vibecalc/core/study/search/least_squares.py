@@ -30,6 +30,8 @@ _MOST_STEPS = 200
 #: of a sum of squares, what two ends may differ by and still count as one
 _SAME = 1e-7
 _MENDINGS = 6
+#: step on the unit cube after which slopes are those of the place before
+_SETTLED = 1e-8
 #: Gauss-Newton steps leave alone what is this much weaker than the strongest slope
 _WEAK = 1e-8
 
@@ -180,9 +182,9 @@ def _mended(
         if not there <= cost * (1.0 + 1e-10) + 1e-300:
             break
         place, cost = after, min(cost, there)
-        if np.max(moved) <= 1e-11:
+        if np.max(moved) <= _SETTLED:
             break
-    return place, moved, gradient(sampler, place, noise)
+    return place, moved, slopes
 
 
 def _cost(sampler: Sampler, place: FloatArray) -> float:
