@@ -151,7 +151,9 @@ class _Tracer:
             more = []
             if bound is not None:
                 goal, share = bound
-                more = [self.best[goal] / self.span[goal] + share - scaled[goal]]
+                level = self.best[goal] / self.span[goal] + share
+                # smooth where a norm vanishes just below its bound
+                more = [(level * abs(level) - scaled[goal] * np.abs(scaled[goal])) / max(abs(level), share)]
             return parts(scaled), [*margins, *more]
 
         def errors(variables: np.ndarray) -> np.ndarray:
