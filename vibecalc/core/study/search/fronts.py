@@ -1,6 +1,7 @@
 """Fronts between several objectives; which points are dominated, and where the knee is."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from itertools import combinations
 from typing import Any, NamedTuple
@@ -101,6 +102,11 @@ class _Point(NamedTuple):
     errors: np.ndarray
 
 
+#: objectives in shares of the front -> what is made small; and its error from those of shares (m,)
+_Parts = Callable[[list[np.ndarray]], Any]
+_ErrorOf = Callable[[np.ndarray], float]
+
+
 class _Tracer:
     """Searches on shares of the front: of each objective from its best, 0, to its worst, 1."""
 
@@ -127,39 +133,28 @@ class _Tracer:
         """All objectives (m,)."""
         return np.array([np.max(parts) for parts in self.at(variables)[0]])
 
-    def off(self, variables: np.ndarray) -> np.ndarray:
-        """Errors of all objectives (m,), then of limits, where they are known."""
-        return np.zeros(self.span.size) if self._errors is None else self._errors(variables)
-
     def least(
-        self,
-        parts: Callable[[list[np.ndarray]], Any],
-        error: Callable[[np.ndarray], float],
-        bound: tuple[int, float] | None = None,
-        **asked: Any,
+        self, parts: _Parts, error: _ErrorOf, bound: tuple[int, float] | None = None, **asked: Any
     ) -> Optimum:
-        """The optimum of parts made of all objectives over their spans, one to its `bound` at most.
-
-        A bound is the number of an objective and its share of the front. `error` makes that of the
-        parts from those of the objectives.
-        """
+        """The optimum of parts of all objectives, one of which may be bounded by a share."""
         count = self.span.size
 
         def evaluate(variables: np.ndarray) -> tuple[Any, list[Any]]:
             goals, margins = self.at(variables)
-            scaled = [one / span for one, span in zip(goals, self.span, strict=True)]
-            more = []
+            shares = [one / span for one, span in zip(goals, self.span, strict=True)]
             if bound is not None:
                 goal, share = bound
-                level = self.best[goal] / self.span[goal] + share
+                most, of = self.best[goal] / self.span[goal] + share, shares[goal]
                 # smooth where a norm vanishes just below its bound
-                more = [(level * abs(level) - scaled[goal] * np.abs(scaled[goal])) / max(abs(level), share)]
-            return parts(scaled), [*margins, *more]
+                left = most * abs(most) - of * np.abs(of)
+                margins = [*margins, left / max(abs(most), share)]
+            return parts(shares), margins
 
         def errors(variables: np.ndarray) -> np.ndarray:
-            every = self.off(variables)
+            assert self._errors is not None
+            every = self._errors(variables)
             shares = every[:count] / self.span
-            more = [] if bound is None else [shares[bound[0]]]
+            more = [] if bound is None else [2.0 * shares[bound[0]]]
             return np.array([error(shares), *every[count:], *more])
 
         known = None if self._errors is None else errors
@@ -167,15 +162,29 @@ class _Tracer:
 
     def goal(self, goal: int, **asked: Any) -> Optimum:
         """The optimum of one objective."""
-        return self.least(lambda shares: shares[goal], lambda off: off[goal], **asked)
+        return self.least(lambda shares: shares[goal], lambda off: float(off[goal]), **asked)
 
     def described(self, optimum: Optimum, goal: int | None = None) -> _Point:
-        """A point of the front; of its objectives one may be that of the optimum."""
+        """A point of the front; of its objectives one may be that of the optimum.
+
+        Errors of the others are their own, and those of the variables by their slopes.
+        """
         place, away = optimum.variables, optimum.variables_error
-        errors = self.off(place)[: self.span.size] + self._carried(place, away)
+        here, errors = self.values(place), np.zeros(self.span.size)
+        if self._errors is not None:
+            errors = np.array(self._errors(place)[: self.span.size])
+        for axis in np.flatnonzero(away):
+            step = max(_STEP * (self.high[axis] - self.low[axis]), float(away[axis]))
+            slopes = [np.zeros_like(here)]
+            for side in (-step, step):
+                near = np.clip(place + side * np.eye(place.size)[axis], self.low, self.high)
+                with suppress(NumericalFailure):
+                    moved = max(float(np.abs(near - place)[axis]), 1e-300)
+                    slopes.append(np.abs(self.values(near) - here) / moved)
+            errors += float(away[axis]) * np.max(slopes, axis=0)
         if goal is not None:
             errors[goal] = optimum.objective_error * self.span[goal]
-        return _Point(place, away, self.values(place), errors)
+        return _Point(place, away, here, errors)
 
     def unique(self, goal: int, end: Optimum) -> _Point:
         """Of all points with the best of one objective nearly the best in the sum of the others."""
@@ -187,82 +196,53 @@ class _Tracer:
                 return shares[alone]
             return sum(float(np.max(shares[one])) for one in others)
 
+        def error(off: np.ndarray) -> float:
+            return float(np.sum(off[others]))
+
+        asked = {"first": end.variables, "starts": 0 if alone is not None else 2}
         for slack in _SLACKS:
-            try:
-                optimum = self.least(
-                    parts,
-                    lambda off: float(np.sum(off[others])),
-                    (goal, slack),
-                    first=end.variables,
-                    starts=0 if alone is not None else 2,
-                )
-                return self.described(optimum, alone)
-            except NumericalFailure:
-                continue
+            with suppress(NumericalFailure):
+                return self.described(self.least(parts, error, (goal, slack), **asked), alone)
         self.notes.append(
             f"objective {goal + 1} is at its best at many points, one of them is taken"
         )
         return self.described(end, goal)
 
-    def _carried(self, place: np.ndarray, error: np.ndarray) -> np.ndarray:
-        """Errors of the objectives that come from the errors of the variables."""
-        here = self.values(place)
-        total = np.zeros_like(here)
-        for axis in np.flatnonzero(error):
-            step = max(_STEP * (self.high[axis] - self.low[axis]), float(error[axis]))
-            slopes = [np.zeros_like(here)]
-            for side in (-step, step):
-                nearby = place.copy()
-                nearby[axis] = np.clip(nearby[axis] + side, self.low[axis], self.high[axis])
-                if nearby[axis] != place[axis]:
-                    try:
-                        change = np.abs(self.values(nearby) - here)
-                    except NumericalFailure:
-                        continue
-                    slopes.append(change / abs(nearby[axis] - place[axis]))
-            total += float(error[axis]) * np.max(slopes, axis=0)
-        return total
-
     def first_of(
         self, starts: list[_Point], search: Callable[..., Optimum], goal: int | None, words: str
-    ) -> _Point | None:
+    ) -> list[_Point]:
         """The point that a search ends in, from the first of two starts from which it ends."""
         why = ""
         for count, start in enumerate(starts):
             try:
-                return self.described(search(first=start.variables, starts=2 * count), goal)
+                return [self.described(search(first=start.variables, starts=2 * count), goal)]
             except NumericalFailure as failure:
                 why = str(failure)
         self.notes.append(f"{words}: {why}")
-        return None
+        return []
 
     def halved(self, ends: list[_Point], points: int) -> list[_Point]:
         """Points between the two ends: the next bound halves the gap that may hide most."""
-        begin, other = ends
-        found = [begin, other]
-        gaps = [(begin, other, self._share(begin), self._share(other))]
+
+        def share(point: _Point) -> float:
+            return float((point.values[1] - self.best[1]) / self.span[1])
+
+        def size(gap: tuple[_Point, _Point, float, float]) -> float:
+            left, right, high, low = gap
+            return max(0.0, right.values[0] - left.values[0]) * max(0.0, high - low)
+
+        found, gaps = list(ends), [(*ends, share(ends[0]), share(ends[1]))]
         for _ in range(points - 2):
-            sizes = [
-                max(0.0, right.values[0] - left.values[0]) * max(0.0, high - low)
-                for left, right, high, low in gaps
-            ]
-            left, right, high, low = gaps.pop(int(np.argmax(sizes)))
+            left, right, high, low = gaps.pop(int(np.argmax([size(gap) for gap in gaps])))
             middle = 0.5 * (high + low)
             level = self.best[1] + middle * self.span[1]
-            point = self.first_of(
-                [left, right],
-                partial(self.goal, 0, bound=(1, middle)),
-                0,
-                f"no optimum with the second objective at {level:.6g}",
-            )
-            if point is not None:
+            search = partial(self.goal, 0, bound=(1, middle))
+            words = f"no optimum with the second objective at {level:.6g}"
+            for point in self.first_of([left, right], search, 0, words):
                 found.append(point)
-                reached = min(middle, self._share(point))
+                reached = min(middle, share(point))
                 gaps += [(left, point, high, middle), (point, right, reached, low)]
         return found
-
-    def _share(self, point: _Point) -> float:
-        return float((point.values[1] - self.best[1]) / self.span[1])
 
     def spread_out(self, ends: list[_Point], points: int) -> list[_Point]:
         """Points from evenly spread ones of the simplex between the ends, as far as they can go."""
@@ -278,15 +258,11 @@ class _Tracer:
                 return np.concatenate([a - b for a, b in zip(shares, foot, strict=True)])
 
             away = [float(np.linalg.norm(one.values / self.span - foot)) for one in found]
+            nearest = [found[near] for near in np.argsort(away, kind="stable")[:2].tolist()]
+            search = partial(self.least, towards, lambda off: float(np.max(off)))
             shown = ", ".join(f"{weight:g}" for weight in weights)
-            point = self.first_of(
-                [found[near] for near in np.argsort(away, kind="stable")[:2].tolist()],
-                partial(self.least, towards, lambda off: float(np.max(off))),
-                None,
-                f"no point of the front with the weights {shown}",
-            )
-            if point is not None:
-                found.append(point)
+            words = f"no point of the front with the weights {shown}"
+            found += self.first_of(nearest, search, None, words)
         return found
 
 
@@ -297,18 +273,13 @@ def lattice(objectives: int, points: int) -> np.ndarray:
     """
     found = np.eye(objectives)
     for parts in range(2, points + 1):
-        finer = np.array(list(_parted(parts, objectives)), dtype=float) / parts
-        if len(finer) > points:
+        slots = parts + objectives - 1
+        bars = np.array(list(combinations(range(slots), objectives - 1)))
+        if len(bars) > points:
             break
-        found = finer
+        ends = np.pad(bars, ((0, 0), (1, 1)), constant_values=((0, 0), (-1, slots)))
+        found = (np.diff(ends, axis=1) - 1.0) / parts
     return found
-
-
-def _parted(parts: int, objectives: int) -> Iterator[tuple[int, ...]]:
-    """All ways to part a number into as many whole ones."""
-    for bars in combinations(range(parts + objectives - 1), objectives - 1):
-        ends = (-1, *bars, parts + objectives - 1)
-        yield tuple(ends[i + 1] - ends[i] - 1 for i in range(objectives))
 
 
 def front(
@@ -371,19 +342,16 @@ def front(
     if np.all(span <= unsure + SAME * np.max(np.abs(table), axis=0)):
         every = "both" if objectives == 2 else "all"
         tracer.notes.append(f"one point is the best for {every} objectives")
-        return _front(tracer, described[:1])
-    tracer.best, tracer.span = np.diag(table).copy(), np.where(span > 0.0, span, 1.0)
-    for goal, end in enumerate(ends):
-        if end.free_directions and (goal > 0 or objectives > 2):
-            described[goal] = tracer.unique(goal, end)
-    trace = tracer.halved if objectives == 2 else tracer.spread_out
-    return _front(tracer, trace(described, points))
-
-
-def _front(tracer: _Tracer, points: list[_Point]) -> FrontPoints:
-    variables, away, values, errors = (np.array(one) for one in zip(*points, strict=True))
-    kept = undominated(values)
-    notes = tracer.notes
+        found = described[:1]
+    else:
+        tracer.best, tracer.span = np.diag(table).copy(), np.where(span > 0.0, span, 1.0)
+        for goal, end in enumerate(ends):
+            if end.free_directions and (goal > 0 or objectives > 2):
+                described[goal] = tracer.unique(goal, end)
+        trace = tracer.halved if objectives == 2 else tracer.spread_out
+        found = trace(described, points)
+    variables, away, values, errors = (np.array(one) for one in zip(*found, strict=True))
+    kept, notes = undominated(values), tracer.notes
     if len(kept) < len(values):
         notes.append(f"{len(values) - len(kept)} points were as good as others or dominated")
     return FrontPoints(

@@ -1,13 +1,11 @@
 """Local searches by sequential quadratic programming, from many starts and on one scale."""
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.core.study.search.problem import (
     CONVERGED,
-    Infeasible,
     Sampler,
     Search,
     Values,
@@ -164,15 +162,7 @@ def forward_slopes(values: Values, unit: np.ndarray) -> np.ndarray:
 UNRESOLVED = 2e-11
 
 
-class SearchEnds(NamedTuple):
-    """All local searches, and what there is to say about them."""
-
-    ends: list[Search]
-    notes: tuple[str, ...] = ()
-    flat: bool = False
-
-
-def search_all(sampler: Sampler, points: np.ndarray, searcher: Searcher, most: int) -> SearchEnds:
+def search_all(sampler: Sampler, points: np.ndarray, searcher: Searcher, most: int) -> list[Search]:
     """Search from every start that can be evaluated; `sampler.scale` is set on the way.
 
     Parameters
@@ -190,23 +180,24 @@ def search_all(sampler: Sampler, points: np.ndarray, searcher: Searcher, most: i
     NumericalFailure
         If no start can be evaluated, or no point keeps all limits.
     """
-    vectors, flat = set_scale(sampler, points)
-    if all(vector is None for vector in vectors):
+    set_scale(sampler, points)
+    if len(sampler.failures) == sampler.count:
         raise NumericalFailure(
             f"none of the {len(points)} starting points of the search can be evaluated; the first "
             f"says: {next(iter(sampler.failures.values()))}"
         )
     ends: list[Search] = []
-    notes: tuple[str, ...] = ()
     walks = 0
-    for point, vector in zip(points, vectors, strict=True):
+    for point in points:
         if walks == most:
             break
-        if vector is None:
+        if sampler(point) is None:
             reason = f"cannot be evaluated: {sampler.failure(point)}"
             ends.append(Search(point, point, np.nan, np.inf, reason, 0))
         elif sampler.left < sampler.reserve and walks:
-            notes = (f"the budget ended the search after {len(ends)} of {len(points)} starts",)
+            sampler.notes.append(
+                f"the budget ended the search after {len(ends)} of {len(points)} starts"
+            )
             break
         else:
             walks += 1
@@ -217,17 +208,14 @@ def search_all(sampler: Sampler, points: np.ndarray, searcher: Searcher, most: i
         if not ends[-1].feasible:
             keep = "keeps the limits, not improved"
             ends.append(_searched(sampler, start, lambda values, unit: (unit, keep)))
-    return SearchEnds(ends, notes, flat)
+    return ends
 
 
 def _searched(sampler: Sampler, start: np.ndarray, searcher: Searcher) -> Search:
     before = sampler.count
     unit, reason = searcher(sampler, start)
-    vector = sampler(unit)
-    assert vector is not None
-    top = float(np.max(vector[: sampler.parts]))
-    violation = float(np.max(-vector[sampler.parts :], initial=0.0))
-    return Search(start, unit, top, violation, reason, sampler.count - before)
+    spent = sampler.count - before
+    return Search(start, unit, sampler.top(unit), sampler.violation(unit), reason, spent)
 
 
 #: ends of searches from which a point that keeps all limits is sought
@@ -239,66 +227,46 @@ def _feasible_point(sampler: Sampler, ends: list[Search]) -> np.ndarray:
 
     Infeasible, with the least violated point and what it breaks, where none keeps all limits.
     """
-    best, least = ends[0].end, np.array([-np.inf])
+    tried = [ends[0].end]
     for end in sorted(ends, key=lambda end: end.violation)[:MOST_TRIES]:
 
         def missing(vector: np.ndarray, most: float = end.violation) -> np.ndarray:
             return -vector[sampler.parts :] / most
 
-        count = sum(sampler.entries or [])
-        unit, _ = local_search(View(sampler, missing, count), end.end)
-        vector = sampler(unit)
-        if vector is not None and np.min(vector[sampler.parts :]) > np.min(least):
-            best, least = unit, vector[sampler.parts :]
-        if np.min(least) >= 0:
-            return best
-    of_limits = sampler.of_limits(least, np.min)
-    worst = ", ".join(
-        f"margin {index} is {of_limits[index]:.6g}" for index in np.flatnonzero(of_limits < 0)
-    )
-    nearest = sampler.box.values(best)
-    raise Infeasible(
-        f"no point within the bounds keeps all limits. The least violated one found is at "
-        f"{nearest.tolist()}: {worst} (relative to the limit, needs >= 0). "
+        unit, _ = local_search(View(sampler, missing, sum(sampler.entries or [])), end.end)
+        tried.append(unit)
+        if sampler.violation(unit) == 0.0:
+            return unit
+    raise sampler.infeasible(
+        min(tried, key=sampler.violation),
+        "no point within the bounds keeps all limits. The least violated one found is at {at}: "
+        "{worst} (relative to the limit, needs >= 0). "
         "Widen the bounds of the variables or relax these limits.",
-        nearest,
-        sampler.count,
-        -float(np.min(least)),
     )
 
 
-def set_scale(sampler: Sampler, points: np.ndarray) -> tuple[list[np.ndarray | None], bool]:
-    """Values (before scaling) at the points; `sampler.scale` becomes their typical change.
+def set_scale(sampler: Sampler, points: np.ndarray) -> None:
+    """Take as `sampler.scale` the typical change of the objective at the points, and around.
 
-    Also whether the objective is flat: its change is too small a share of it to be resolved.
+    `sampler.flat` becomes whether that is too small a share of the objective to be resolved.
     """
     sampler.ahead(list(points))
-    vectors = [sampler(point) for point in points]
-    known = [(p, v) for p, v in zip(points, vectors, strict=True) if v is not None]
+    known = [point for point in points if sampler(point) is not None]
     if not known:
-        return vectors, False
-    change = _change(sampler, known[0][0], [v for _, v in known])
-    least = UNRESOLVED * sampler.largest
-    # a power of two, so that scaling is exact
-    sampler.scale = 2.0 ** round(np.log2(max(change, least))) if change > 0 or least > 0 else 1.0
-    return vectors, change <= least
-
-
-def _change(sampler: Sampler, centre: np.ndarray, vectors: list[np.ndarray]) -> float:
-    """A typical change of the objective over the bounds: of the starts, or of a small step."""
-
-    def top(vector: np.ndarray) -> float:
-        return float(np.max(vector[: sampler.parts]))
+        return
+    tops, centre = np.array([sampler.top(point) for point in known]), known[0]
 
     def changes_to(points: np.ndarray, factor: float) -> list[float]:
-        known = [vector for vector in map(sampler, points) if vector is not None]
-        return [factor * abs(top(vector) - tops[0]) for vector in known]
+        there = np.array([sampler.top(point) for point in points])
+        return list(factor * np.abs(there[np.isfinite(there)] - tops[0]))
 
-    tops = np.array([top(vector) for vector in vectors])
     apart = np.abs(tops - np.median(tops))
     changes = [float(np.median(apart)), float(np.max(apart))]
     changes += changes_to(centre + np.diag(np.where(centre < 0.5, 1e-2, -1e-2)), 1e2)
     least = UNRESOLVED * sampler.largest
     if max(changes) <= least:  # a start of high symmetry may hide all change
         changes += changes_to(spread(8, centre.size), 1.0)
-    return next((change for change in changes if change > least), max(changes))
+    change = next((change for change in changes if change > least), max(changes))
+    sampler.flat = change <= least
+    # a power of two, so that scaling is exact
+    sampler.scale = 2.0 ** round(np.log2(max(change, least))) if change > 0 or least > 0 else 1.0

@@ -1,6 +1,7 @@
 """Search methods by name: each from one start, refined by `minimise` or compared as they are."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from typing import NamedTuple
 
@@ -65,39 +66,30 @@ def hooke_jeeves(
     Jeeves, "Direct search" solution of numerical and statistical problems, J. ACM 8 (1961), 212.
     """
     step = float(2.0 ** np.round(np.log2(step)))
-    start = np.round(start * _FINEST) / _FINEST
-    signs = np.ones(start.size)
-    known: dict[bytes, float] = {}
+    base = np.round(start * _FINEST) / _FINEST
+    value, signs = function(base), np.ones(start.size)
 
-    def value_at(point: np.ndarray) -> float:
-        key = (point + 0.0).tobytes()
-        if key not in known:
-            known[key] = function(point)
-        return known[key]
-
-    def explore(point: np.ndarray) -> tuple[np.ndarray, float]:
-        best, lowest = point, value_at(point)
+    def explore(point: np.ndarray, lowest: float) -> tuple[np.ndarray, float]:
         for axis in range(start.size):
             for side in (signs[axis], -signs[axis]):
-                trial = best.copy()
-                trial[axis] = min(1.0, max(0.0, best[axis] + side * step))
-                if trial[axis] != best[axis] and value_at(trial) < lowest:
-                    best, lowest = trial, value_at(trial)
-                    signs[axis] = side
+                trial = point.copy()
+                trial[axis] = min(1.0, max(0.0, point[axis] + side * step))
+                there = lowest if trial[axis] == point[axis] else function(trial)
+                if there < lowest:
+                    point, lowest, signs[axis] = trial, there, side
                     break
-        return best, lowest
+        return point, lowest
 
-    base, value = start, value_at(start)
     while True:
-        explored, lowest = explore(base)
+        explored, lowest = explore(base, value)
+        if lowest >= value and step <= tolerance:
+            return base, True
+        if lowest >= value:
+            step = 0.5 * step
         while lowest < value:
             before, base, value = base, explored, lowest
-            explored, lowest = explore(np.clip(2.0 * base - before, 0.0, 1.0))
-        if explore(base)[1] < value:
-            continue
-        if step <= tolerance:
-            return base, True
-        step = 0.5 * step
+            ahead = np.clip(2.0 * base - before, 0.0, 1.0)
+            explored, lowest = explore(ahead, function(ahead))
 
 
 MOST_RESTARTS = 20
@@ -332,28 +324,27 @@ def find(
     box = Box(lower, upper, period)
     start = np.full(box.size, 0.5) if first is None else box.unit(np.asarray(first, dtype=float))
     sampler = Sampler(evaluate, box, budget, ahead)
-    vectors, _ = set_scale(sampler, start[None, :])
-    if vectors[0] is None:
-        why = next(iter(sampler.failures.values()))
-        raise NumericalFailure(f"the start of the search cannot be evaluated: {why}")
+    set_scale(sampler, start[None, :])
+    if sampler(start) is None:
+        raise NumericalFailure(
+            f"the start of the search cannot be evaluated: {sampler.failure(start)}"
+        )
     try:
         unit, reason = METHODS[name].search(sampler, start)
     except BudgetSpent:
         unit, reason = sampler.best, f"spent its {budget} evaluations"
     evaluations, failures = sampler.count, len(sampler.failures)
     sampler.budget += _RESERVE * (box.size + 1)
+    residual = np.inf
+    with suppress(BudgetSpent):
+        residual = stationarity(sampler, unit)
     vector = sampler(unit)
     assert vector is not None
-    margins = sampler.of_limits(vector[sampler.parts :], np.min)
-    try:
-        residual = stationarity(sampler, unit)
-    except BudgetSpent:
-        residual = np.inf
     return MethodEnd(
         variables=box.values(unit),
-        objective=float(np.max(vector[: sampler.parts])) * sampler.scale,
-        margins=margins,
-        violation=float(np.max(-margins, initial=0.0)),
+        objective=sampler.top(unit) * sampler.scale,
+        margins=sampler.of_limits(vector[sampler.parts :], np.min),
+        violation=sampler.violation(unit),
         residual=residual,
         evaluations=evaluations,
         failures=failures,

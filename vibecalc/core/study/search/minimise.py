@@ -1,13 +1,14 @@
 """Minimise a function of bounded variables while margins are kept, from many starts."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.core.study.search.local_search import SearchEnds, local_search, search_all
+from vibecalc.core.study.search.local_search import local_search, search_all
 from vibecalc.core.study.search.methods import METHODS
-from vibecalc.core.study.search.newton import BALANCED, Refined
+from vibecalc.core.study.search.newton import BALANCED, Refined, walls
 from vibecalc.core.study.search.problem import (
     FEASIBLE_WITHIN,
     Ahead,
@@ -15,7 +16,6 @@ from vibecalc.core.study.search.problem import (
     BudgetSpent,
     ErrorsAt,
     Evaluate,
-    Infeasible,
     LocalOptimum,
     Optimum,
     Sampler,
@@ -47,12 +47,10 @@ _BETWEEN = (0.137, 0.381, 0.529, 0.734)
 
 @dataclass
 class _End:
-    """A point (k,) of the cube where so many searches ended, and what it was refined to."""
+    """A point of the cube where so many searches ended, refined or as it was."""
 
-    unit: np.ndarray
-    objective: float
+    at: Refined
     count: int = 1
-    refined: Refined | None = None
 
 
 class _Choice:
@@ -63,8 +61,8 @@ class _Choice:
 
     def rank(self, end: _End) -> tuple[float, ...]:
         """Distance from the first start, then the place itself, to six digits."""
-        away = float(np.linalg.norm(self.sampler.box.apart(self.begin, end.unit)))
-        return (round(away, 6), *np.round(end.unit, 6))
+        away = float(np.linalg.norm(self.sampler.box.apart(self.begin, end.at.unit)))
+        return (round(away, 6), *np.round(end.at.unit, 6))
 
     def of(self, searches: list[Search]) -> tuple[Refined, list[_End]]:
         """The lowest of the optima that the ends are refined to, and all of these, lowest first.
@@ -72,49 +70,47 @@ class _Choice:
         What is not refined to an optimum is none. Raises NumericalFailure where all are not.
         """
         sampler = self.sampler
-        ends = [_End(one.end, one.objective) for one in searches if one.feasible]
-        ends.sort(key=lambda end: (end.objective, *end.unit))
-        ends = self._joined(ends)
-        lowest = ends[0].objective
+        ends = self._joined([_End(_at_rest(sampler, one.end)) for one in searches if one.feasible])
+        lowest = ends[0].at.objective
         equal = EQUAL_ZERO if sampler.smallest >= 0 and lowest < EQUAL_ZERO else EQUAL
-        level = sorted((one for one in ends if one.objective <= lowest + equal), key=self.rank)
+        level = sorted((one for one in ends if one.at.objective <= lowest + equal), key=self.rank)
         optima: list[_End] = []
         for end in level[:MOST_LEVEL] + ends[len(level) :] + level[MOST_LEVEL:]:
-            self._refine(end, optima, end.objective <= lowest + RIVALS)
+            self._refine(end, optima, end.at.objective <= lowest + RIVALS)
             if len(optima) == MOST_REFINED:
                 break
         if not optima:
             raise NumericalFailure(
                 "no search ended in a point that can be shown to be an optimum; the lowest end is "
-                f"at {sampler.box.values(ends[0].unit).tolist()} with the objective "
+                f"at {sampler.box.values(ends[0].at.unit).tolist()} with the objective "
                 f"{lowest * sampler.scale:.9g}. Ask for more starts or narrow the bounds."
             )
-        known = [(one, one.refined) for one in optima if one.refined is not None]
-        least = min(one.objective + one.excess for _, one in known)
-        lowest_ones = [end for end, one in known if one.objective - one.excess <= least]
-        best = min(lowest_ones, key=self.rank).refined
-        assert best is not None
-        optima.sort(key=lambda end: (end.objective, *end.unit))
-        return best, self._joined(optima)
+        least = min(one.at.objective + one.at.excess for one in optima)
+        low = [one for one in optima if one.at.objective - one.at.excess <= least]
+        return min(low, key=self.rank).at, self._joined(optima)
 
     def _refine(self, end: _End, optima: list[_End], rival: bool) -> None:
         """Add the optimum that an end leads to; one that stopped short of another counts there.
 
-        Only a rival of the lowest is searched further, and may be one of many that are as good.
+        Only a rival of the lowest is searched further, and may be one of many that are as good. Of
+        others an optimum is one for certain: no direction is free, no bound holds without a pull. A
+        weight of zero has an angle that is free: at another it may have to grow.
         """
+        unit, objective = end.at.unit, end.at.objective
         for done in optima:
-            apart = self.sampler.box.apart(done.unit, end.unit)
-            if np.max(np.abs(apart), initial=0.0) < SHORT_OF and done.objective <= end.objective:
+            apart = np.max(np.abs(self.sampler.box.apart(done.at.unit, unit)), initial=0.0)
+            if apart < SHORT_OF and done.at.objective <= objective:
                 done.count += end.count
                 return
         if rival:
-            below = min((one.objective for one in optima), default=np.inf)
-            refined = refine(self.sampler, end.unit, below)
+            below = min((one.at.objective for one in optima), default=np.inf)
+            refined = refine(self.sampler, unit, below)
         else:
-            refined = by_newton(self.sampler, end.unit)
-        if refined is not None and (rival or _is_strict(refined)):
-            end.unit, end.objective, end.refined = refined.unit, refined.objective, refined
-            optima.append(end)
+            refined = by_newton(self.sampler, unit)
+        if refined is not None:
+            pulls = np.abs(refined.bounds[refined.sides != 0])
+            if rival or (refined.free_directions == 0 and np.all(pulls > BALANCED)):
+                optima.append(_End(refined, end.count))
 
     def _joined(self, ends: list[_End]) -> list[_End]:
         """Ends that are one, the lowest first: near, or as good with all between them as good.
@@ -123,88 +119,64 @@ class _Choice:
         thing. Of equally low ones the one nearest to the first start stands for all.
         """
         joined: list[list[_End]] = []
-        for end in ends:
-            group = next((one for one in joined if self._one(one[0], end)), None)
+        for end in sorted(ends, key=lambda one: (one.at.objective, *one.at.unit)):
+            group = next((one for one in joined if self._one(one[0].at, end.at)), None)
             if group is None:
                 joined.append([end])
             else:
                 group.append(end)
+        found = []
         for group in joined:
-            count = sum(one.count for one in group)
-            low = [one for one in group if one.objective - group[0].objective <= EQUAL_REFINED]
-            group[0] = min(low, key=self.rank)
-            group[0].count = count
-        return [group[0] for group in joined]
+            most = group[0].at.objective + EQUAL_REFINED
+            first = min((one for one in group if one.at.objective <= most), key=self.rank)
+            found.append(_End(first.at, sum(one.count for one in group)))
+        return found
 
-    def _one(self, one: _End, other: _End) -> bool:
+    def _one(self, one: Refined, other: Refined) -> bool:
         sampler = self.sampler
         way = sampler.box.apart(one.unit, other.unit)
         if np.max(np.abs(way), initial=0.0) < SAME:
             return True
         if abs(one.objective - other.objective) > EQUAL_REFINED:
             return False
-        try:
-            vectors = [sampler(one.unit + share * way) for share in _BETWEEN]
-        except BudgetSpent:
-            return False
-        return all(
-            vector is not None
-            and abs(float(np.max(vector[: sampler.parts])) - one.objective) <= EQUAL_REFINED
-            and bool(np.all(vector[sampler.parts :] >= -FEASIBLE_WITHIN))
-            for vector in vectors
-        )
+        with suppress(BudgetSpent):
+            between = [one.unit + share * way for share in _BETWEEN]
+            return all(
+                abs(sampler.top(unit) - one.objective) <= EQUAL_REFINED
+                and sampler.violation(unit) <= FEASIBLE_WITHIN
+                for unit in between
+            )
+        return False
 
 
-def _is_strict(refined: Refined) -> bool:
-    """Whether an optimum is one for certain: no direction is free, no bound holds without a pull.
-
-    A weight of zero has an angle that is free: at another it may have to grow.
-    """
-    pulls = np.abs(refined.bounds[refined.sides != 0])
-    return refined.free_directions == 0 and bool(np.all(pulls > BALANCED))
-
-
-def _at_rest(sampler: Sampler, unit: np.ndarray, method: str) -> Refined:
-    """A point where nothing is to be refined: all variables held, or the same value everywhere."""
-    vector = sampler(unit)
-    assert vector is not None
-    margins, top = vector[sampler.parts :], float(np.max(vector[: sampler.parts]))
-    flat = method == "flat"
+def _at_rest(sampler: Sampler, unit: np.ndarray, method: str = "") -> Refined:
+    """A point that is not refined: an end, all variables held, or the same value everywhere."""
+    top, nothing = sampler.top(unit), np.zeros(unit.size)
     return Refined(
         unit=unit,
-        error=np.full(unit.size, max(0.0, -float(np.min(margins, initial=0.0)))),
+        error=nothing + sampler.violation(unit),
         # the scale is the largest change seen, rounded to a power of two
-        excess=2.0 if flat else EPSILON * abs(top),
+        excess=2.0 if method == "flat" else EPSILON * abs(top),
         objective=top,
-        margins=np.zeros(margins.size),
-        bounds=np.zeros(unit.size),
-        sides=np.where(sampler.box.around, 0, np.where(unit <= 0, -1, np.where(unit >= 1, 1, 0))),
+        margins=np.zeros(sum(sampler.entries or [])),
+        bounds=nothing,
+        sides=walls(sampler.box, unit),
         free_directions=unit.size,
         method=method,
     )
 
 
-def _only_point(sampler: Sampler, held: str) -> tuple[SearchEnds, Refined]:
-    """The answer where all variables are `held`, as these words say: one evaluation.
+def _only_point(sampler: Sampler, held: str) -> list[Search]:
+    """The one search where all variables are `held`, as these words say: one evaluation.
 
     Raises NumericalFailure where it cannot be evaluated, Infeasible where it breaks a limit.
     """
     nowhere = np.empty(0)
-    vector = sampler(nowhere)
-    if vector is None:
+    if sampler(nowhere) is None:
         raise NumericalFailure(f"{held}cannot be evaluated: {sampler.failure(nowhere)}")
-    margins = sampler.of_limits(vector[sampler.parts :], np.min)
-    if np.any(margins < 0):
-        raise Infeasible(
-            f"{held}breaks a limit: margin {int(np.argmin(margins))} is "
-            f"{float(np.min(margins)):.6g}",
-            sampler.box.values(nowhere),
-            sampler.count,
-            -float(np.min(margins)),
-        )
-    best = _at_rest(sampler, nowhere, "fixed")
-    end = Search(nowhere, nowhere, best.objective, 0.0, "all variables are held", 1)
-    return SearchEnds([end]), best
+    if sampler.violation(nowhere) > 0.0:
+        raise sampler.infeasible(nowhere, f"{held}breaks a limit: {{worst}}")
+    return [Search(nowhere, nowhere, sampler.top(nowhere), 0.0, "all variables are held", 1)]
 
 
 # ----------------------------------------------------------------------------
@@ -213,7 +185,7 @@ def _only_point(sampler: Sampler, held: str) -> tuple[SearchEnds, Refined]:
 
 
 def _summary(
-    sampler: Sampler, search: SearchEnds, best: Refined, optima: list[_End], rtol: float
+    sampler: Sampler, searches: list[Search], best: Refined, optima: list[_End], rtol: float
 ) -> Optimum:
     """Put what was found into the units of the caller; `rtol` as in `minimise`."""
     scale, box = sampler.scale, sampler.box
@@ -249,12 +221,13 @@ def _summary(
                 end=box.values(end.end),
                 objective=end.objective * scale,
             )
-            for end in search.ends
+            for end in searches
         ),
         optima=tuple(
-            LocalOptimum(box.values(one.unit), one.objective * scale, one.count) for one in optima
+            LocalOptimum(box.values(one.at.unit), one.at.objective * scale, one.count)
+            for one in optima
         ),
-        notes=search.notes
+        notes=tuple(sampler.notes)
         + _notes(best.free_directions, box.size, error, rtol * max(abs(objective), scale)),
     )
 
@@ -355,24 +328,22 @@ def minimise(
     points = np.vstack([begin[None, :], further])
     chosen = METHODS[method]
     searcher = local_search if method == "sequential_quadratic" else chosen.search
-    optima: list[_End]
     try:
         if box.size == 0:
             held = "all variables are held by equal bounds, and that point "
-            search, best = _only_point(sampler, held if count else "what is picked ")
-            optima = [_End(best.unit, best.objective)]
+            searches = _only_point(sampler, held if count else "what is picked ")
         else:
             most = 1 if chosen.everywhere else len(points)
-            search = search_all(sampler, points, searcher, most)
-            if search.flat:
-                end = next(end for end in search.ends if end.feasible)
-                best = _at_rest(sampler, end.end, "flat")
-                optima = [_End(best.unit, best.objective, sum(e.feasible for e in search.ends))]
-            else:
-                best, optima = _Choice(sampler, points[0]).of(search.ends)
+            searches = search_all(sampler, points, searcher, most)
+        if box.size == 0 or sampler.flat:
+            kept = [one for one in searches if one.feasible]
+            best = _at_rest(sampler, kept[0].end, "flat" if box.size else "fixed")
+            optima = [_End(best, len(kept))]
+        else:
+            best, optima = _Choice(sampler, points[0]).of(searches)
     except BudgetSpent:
         raise NumericalFailure(
             f"the search had spent its {budget} evaluations before an optimum was pinned down; "
             f"{sampler.lowest_feasible()}. Allow more evaluations or ask for fewer starts."
         ) from None
-    return _summary(sampler, search, best, optima, rtol)
+    return _summary(sampler, searches, best, optima, rtol)

@@ -131,7 +131,8 @@ class Sampler:
     A call gives the vector (parts of the objective / `scale`, margins), or None where the function
     raises NumericalFailure or gives NaN or an infinity. `count` counts true evaluations only: a
     point met again is looked up. `best` (k,) is the lowest point met, of those that break limits
-    least. `parts` counts the parts, `entries` the margins of each limit.
+    least. `parts` counts the parts, `entries` the margins of each limit. `flat` says that the
+    objective does not change, `notes` what a search left out.
     """
 
     def __init__(
@@ -139,7 +140,8 @@ class Sampler:
         errors: ErrorsAt | None = None,
     ):  # fmt: skip
         self.box, self.budget = box, budget
-        self.scale, self.count = 1.0, 0
+        self.scale, self.count, self.flat = 1.0, 0, False
+        self.notes: list[str] = []
         self.failures: dict[bytes, str] = {}
         self.smallest, self.largest = np.inf, 0.0
         self.parts = 1
@@ -173,6 +175,15 @@ class Sampler:
         """The most negative margin as a positive number, or 0; infinite where there is none."""
         vector = self(unit)
         return np.inf if vector is None else float(np.max(-vector[self.parts :], initial=0.0))
+
+    def infeasible(self, unit: np.ndarray, words: str) -> "Infeasible":
+        """That no limits are kept: words with the place {at} and the {worst} margins there."""
+        vector, at = self(unit), self.box.values(unit)
+        assert vector is not None
+        margins = self.of_limits(vector[self.parts :], np.min)
+        broken = [f"margin {i} is {margins[i]:.6g}" for i in np.flatnonzero(margins < 0)]
+        said = words.format(at=at.tolist(), worst=", ".join(broken))
+        return Infeasible(said, at, self.count, self.violation(unit))
 
     def failure(self, unit: np.ndarray) -> str:
         """Why a point has no values."""

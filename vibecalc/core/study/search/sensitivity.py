@@ -74,9 +74,9 @@ def slopes_at(
     box = Box(low, high)
     sampler = Sampler(evaluate, box, ahead=ahead, errors=errors)
     whole, unit = largest_part(sampler), box.unit(point)
-    vectors, _ = set_scale(sampler, unit[None, :])
-    if vectors[0] is None:
-        raise NumericalFailure(next(iter(sampler.failures.values())))
+    set_scale(sampler, unit[None, :])
+    if sampler(unit) is None:
+        raise NumericalFailure(sampler.failure(unit))
     noise, leaning = measured_noise(whole, unit), sampler.leaning(unit)
     first, error = np.zeros(point.size), np.zeros(point.size)
     known = np.zeros(point.size, dtype=bool)
