@@ -6,7 +6,6 @@ combinations next to it are examined until none is better: that proves no more t
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
@@ -21,8 +20,8 @@ from vibecalc.core.study.choices import (
     in_words,
     runs_of_one,
 )
-from vibecalc.core.study.search.methods import kept
-from vibecalc.core.study.search.problem import Box, Evaluate, Infeasible, Optimum
+from vibecalc.core.study.search.methods import differential_evolution
+from vibecalc.core.study.search.problem import Box, Evaluate, Infeasible, Optimum, Sampler
 from vibecalc.errors import NumericalFailure
 
 if TYPE_CHECKING:
@@ -35,8 +34,8 @@ Search = Callable[["Binding", np.ndarray], Optimum]
 
 #: combinations kept in a result, best first
 MOST_KEPT = 200
-#: population of differential evolution for each choice and variable, and its seed
-_POPULATION, _SEED = 10, 20000301
+#: population of differential evolution for each choice and variable
+_POPULATION = 10
 
 
 class Examined(NamedTuple):
@@ -161,44 +160,33 @@ def _evolved(
 
     R. Storn and K. Price, J. Global Optim. 11 (1997), 341-359, with whole numbers, as in scipy.
     """
-    from scipy.optimize import differential_evolution
+    choices, count = binding.choices, len(binding.choices)
+    most = [len(choice.options) - 1.0 for choice in choices]
+    box = Box(
+        np.append(np.zeros(count), binding.lower),
+        np.append(most, binding.upper),
+        np.append(np.zeros(count), binding.period),
+    )
 
-    choices, box = binding.choices, Box(binding.lower, binding.upper, binding.period)
-    count, limits = len(choices), len(binding.margin_names())
-    known: dict[bytes, np.ndarray] = {}
-    bad = np.append(np.inf, np.full(limits, -1e6))
+    def picked(place: np.ndarray) -> Picked:
+        return tuple(round(float(one)) for one in place[:count])
 
-    def parts(place: np.ndarray) -> tuple[Picked, np.ndarray]:
-        return tuple(round(float(one)) for one in place[:count]), box.values(place[count:])
-
-    def at(place: np.ndarray) -> np.ndarray:
-        picked, variables = parts(place)
-        key = np.array([*picked, *variables], dtype=float).tobytes()
-        if key not in known:
-            known[key] = bad
-            with suppress(NumericalFailure):
-                objective, margins = evaluate(binding.with_picked(picked))(variables)
-                worst = [np.clip(np.min(one), -1e6, 1e6) for one in margins]
-                if np.all(np.isfinite(objective)):
-                    known[key] = np.append(np.max(objective), worst)
-        return known[key]
-
-    budget = max(MOST_RUNS // 2, each)
-    solution = differential_evolution(
-        lambda place: float(at(place)[0]),
-        [(0.0, len(choice.options) - 1.0) for choice in choices] + [(0.0, 1.0)] * box.size,
-        integrality=[True] * count + [False] * box.size,
-        constraints=kept(lambda place: at(place)[1:], limits),
-        rng=np.random.default_rng(_SEED),
+    sampler = Sampler(
+        lambda place: evaluate(binding.with_picked(picked(place)))(place[count:]), box
+    )
+    unit, _ = differential_evolution(
+        sampler,
+        None,
+        int(np.sum(box.moving[:count])),
         popsize=_POPULATION,
-        maxiter=max(10, budget // (_POPULATION * (count + box.size)) - 1),
-        polish=False,
+        maxiter=max(10, max(MOST_RUNS // 2, each) // (_POPULATION * box.size) - 1),
         tol=1e-6,
         atol=0.0,
     )
-    if not np.isfinite(at(solution.x)[0]):
+    if sampler(unit) is None:
         raise NumericalFailure("no combination that was tried can be evaluated")
-    return *parts(solution.x), len(known)
+    place = box.values(unit)
+    return picked(place), place[count:], sampler.count
 
 
 def of_all(found: Combined) -> Optimum:

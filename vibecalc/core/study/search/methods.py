@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from vibecalc.core.study.search.derivatives import stationarity
 from vibecalc.core.study.search.local_search import Searcher, local_search, set_scale
 from vibecalc.core.study.search.problem import (
+    AMPLE_MARGIN,
     CONVERGED,
     Ahead,
     Box,
@@ -211,43 +212,42 @@ MOST_GENERATIONS = 1000
 SPREAD = 1e-9
 
 
-def differential_evolution(values: Sampler, start: np.ndarray) -> tuple[np.ndarray, str]:
-    """Let a population spread over the whole unit cube evolve; the start is one of its members.
+def differential_evolution(
+    values: Sampler, start: np.ndarray | None, whole: int = 0, **options: Any
+) -> tuple[np.ndarray, str]:
+    """Let a population spread over the whole unit cube evolve; a start is one of its members.
 
-    Points that break a limit lose against any that keep all of them, and among themselves by how
-    far they break it. R. Storn and K. Price, J. Global Optim. 11 (1997), 341-359, as in scipy.
+    The first `whole` variables are whole numbers; `options` are scipy's. Points that break a limit
+    lose against any that keep all of them, and among themselves by how far they break it. R. Storn
+    and K. Price, J. Global Optim. 11 (1997), 341-359, as in scipy.
     """
+    from scipy.optimize import NonlinearConstraint
     from scipy.optimize import differential_evolution as evolve
 
-    whole = largest_part(values)
-    first = whole(start)
-    assert first is not None
-    bad = np.append(np.inf, np.full(first.size - 1, -1e6))
+    box, places = values.box, np.arange(values.box.size)
+    size = np.where(places < whole, np.round(box.upper - box.lower)[box.moving], 1.0)
 
-    def at(unit: np.ndarray) -> np.ndarray:
-        vector = whole(np.clip(unit, 0.0, 1.0))
-        return bad if vector is None else vector
+    def margin(place: np.ndarray) -> float:
+        broken = values.violation(place / size)
+        return -min(broken, AMPLE_MARGIN)
 
+    asked = {
+        "x0": start,
+        "rng": np.random.default_rng(SEED),
+        "tol": SPREAD,
+        "atol": SPREAD,
+        "maxiter": MOST_GENERATIONS,
+    }
     solution = evolve(
-        lambda unit: float(at(unit)[0]),
-        [(0.0, 1.0)] * start.size,
-        constraints=kept(lambda unit: at(unit)[1:], first.size - 1),
-        seed=np.random.default_rng(SEED),
-        x0=start,
+        lambda place: values.top(place / size),
+        [(0.0, one) for one in size],
+        integrality=places < whole,
+        constraints=(NonlinearConstraint(margin, 0.0, np.inf),),
         polish=False,
-        tol=SPREAD,
-        atol=SPREAD,
-        maxiter=MOST_GENERATIONS,
+        **(asked | options),
     )
     reason = CONVERGED if solution.success else f"stopped after {MOST_GENERATIONS} generations"
-    return values.box.fold(solution.x), reason
-
-
-def kept(margins: Callable[[np.ndarray], np.ndarray], count: int) -> tuple[object, ...]:
-    """So many margins as scipy's constraints, which takes none for an empty one."""
-    from scipy.optimize import NonlinearConstraint
-
-    return (NonlinearConstraint(margins, 0.0, np.inf),) if count else ()
+    return box.fold(solution.x / size), reason
 
 
 # ----------------------------------------------------------------------------
