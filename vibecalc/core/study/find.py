@@ -125,7 +125,7 @@ def choose(along: Along, as_written: tuple[float, float], unit: str) -> ChosenSo
     if math.isfinite(as_written[0]) and math.isfinite(along.written):
         curve.know(along.written, *as_written)
     curve.sample(search.points + (2 if along.turn else 0))
-    computed = [sample for stretch in curve.stretches() for sample in stretch]
+    computed = curve.computed()
     if not computed:
         raise NumericalFailure(
             f"none of {len(curve.samples)} points could be computed: {_reasons(curve)}"
@@ -228,7 +228,7 @@ def _nothing(
     along: Along, curve: SampledCurve, level: Level | None, unit: str, notes: list[str]
 ) -> str:
     search = along.search
-    computed = [sample for stretch in curve.stretches() for sample in stretch]
+    computed = curve.computed()
     low, high = (pick(computed, key=lambda one: one.value) for pick in (min, max))
     bounds = f"{_shown(along.lower, along.unit)} and {_shown(along.upper, along.unit)}"
     if level is None:

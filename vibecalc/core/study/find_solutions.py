@@ -4,8 +4,9 @@ import bisect
 import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from functools import partial
 from itertools import groupby, pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
@@ -67,29 +68,39 @@ class SampledCurve:
     def know(self, key: float, value: float, error: float) -> None:
         """Take a result that is known already, if its key lies between the bounds."""
         if self._ends[0] <= key <= self._ends[1]:
-            self._take(Sample(self.place_of(key), key, value, error))
+            bisect.insort(self.samples, Sample(self.place_of(key), key, value, error))
 
-    def at(self, place: float) -> Sample:
-        """The sample at a place; NumericalFailure where there is no result."""
-        place = float(place)
+    def look(self, place: float) -> Sample:
+        """The sample at a place, with its words where there is no result."""
         position = bisect.bisect_left(self.samples, (place,))
         known = self.samples[position : position + 1]
         if not known or known[0].place != place:
-            known = [self._computed(place)]
-        if known[0].failure:
-            raise NumericalFailure(known[0].failure)
-        return known[0]
+            key, value, error, why = self.key_of(place), math.nan, math.inf, ""
+            self.evaluations += 1
+            try:
+                value, error = self._evaluate(key)
+                why = "" if math.isfinite(value) else "the result is not a finite number there"
+            except NumericalFailure as failure:
+                why = str(failure)
+            self.samples.insert(position, Sample(place, key, value, error, why))
+        return self.samples[position]
+
+    def at(self, place: float) -> Sample:
+        """The sample at a place; NumericalFailure where there is no result."""
+        sample = self.look(float(place))
+        if sample.failure:
+            raise NumericalFailure(sample.failure)
+        return sample
 
     def sample(self, points: int) -> None:
         """Sample evenly spread places, then close in on stretches without results."""
         step = (self.last - self.first) / (points - 1)
-        for number in range(points):
-            place = self.first + number * step if number < points - 1 else self.last
-            self._try(place)
+        for place in (*(self.first + number * step for number in range(points - 1)), self.last):
+            self.look(place)
         for _ in range(HALVINGS):
             for one, other in list(pairwise(self.samples)):
                 if bool(one.failure) != bool(other.failure):
-                    self._try(0.5 * (one.place + other.place))
+                    self.look(0.5 * (one.place + other.place))
 
     def stretches(self) -> Iterator[list[Sample]]:
         """Samples with a result, cut where there is none between two of them."""
@@ -97,39 +108,22 @@ class SampledCurve:
             if not failed:
                 yield list(group)
 
+    def computed(self) -> list[Sample]:
+        """Samples with a result."""
+        return [sample for sample in self.samples if not sample.failure]
+
     def failed(self) -> list[Sample]:
         """Samples without a result."""
         return [sample for sample in self.samples if sample.failure]
 
     def between(self, left: Sample, right: Sample) -> list[Sample]:
         """Samples with a result from one to another."""
-        inside = (one for one in self.samples if left.place <= one.place <= right.place)
-        return [one for one in inside if not one.failure]
+        return [one for one in self.computed() if left.place <= one.place <= right.place]
 
-    def spread(self, centre: Sample, *nearby: Sample) -> float:
-        """Largest distance from a sample to others, in the unit of the key, with its rounding."""
-        far = max((abs(one.key - centre.key) for one in nearby), default=0.0)
-        return far + 4.0 * math.ulp(centre.key)
-
-    def _try(self, place: float) -> None:
-        with suppress(NumericalFailure):  # kept with its words
-            self.at(place)
-
-    def _computed(self, place: float) -> Sample:
-        key = self.key_of(place)
-        self.evaluations += 1
-        try:
-            value, error = self._evaluate(key)
-            sample = Sample(place, key, value, error)
-            if not math.isfinite(value):
-                sample = Sample(place, key, failure="the result is not a finite number there")
-        except NumericalFailure as failure:
-            sample = Sample(place, key, failure=str(failure))
-        self._take(sample)
-        return sample
-
-    def _take(self, sample: Sample) -> None:
-        bisect.insort(self.samples, sample, key=lambda one: one.place)
+    def solution(self, best: Sample, *nearby: Sample) -> "Solution":
+        """A sample as far off as the largest distance from it to others, with its rounding."""
+        far = max((abs(one.key - best.key) for one in nearby), default=0.0)
+        return Solution(best, far + 4.0 * math.ulp(best.key))
 
 
 class Solution(NamedTuple):
@@ -203,8 +197,7 @@ def look_next_to_ends(curve: SampledCurve, height_of: Callable[[Sample], Height]
         for end, other in ((stretch[0], stretch[1:2]), (stretch[-1], stretch[-2:-1])):
             height = height_of(end)
             if other and height(end) <= height(other[0]):
-                with suppress(NumericalFailure):  # kept among the samples with its words
-                    curve.at(end.place + _NEXT * (other[0].place - end.place))
+                curve.look(end.place + _NEXT * (other[0].place - end.place))
 
 
 def _wall(height: Height, low: Sample, others: list[Sample]) -> Sample | None:
@@ -227,29 +220,47 @@ def _narrowed(
     curve: SampledCurve,
     centre: Sample,
     beyond: Sample,
-    certain: Callable[[Sample], bool],
-    share: Callable[[Sample], float],
+    off: Height,
+    unsure: Height,
+    power: float = 1.0,
 ) -> Sample:
-    """A sample nearer to `centre` than `beyond` and `certain` as that is, in steps of a share."""
+    """A sample nearer to `centre` than `beyond`, and `off` by certainly more than it is `unsure`.
+
+    Steps are a share of the way: as the slope has it, or a parabola, of which the `power` is 1/2.
+    """
     factor = 1.5
     for _ in range(_NARROWINGS):
         distance = beyond.place - centre.place
-        step = max(factor * share(beyond) * abs(distance), curve.resolution(centre.place))
+        share = ((unsure(beyond) + abs(off(centre))) / off(beyond)) ** power
+        step = max(factor * share * abs(distance), curve.resolution(centre.place))
         if step > 0.6 * abs(distance):
             break
-        try:
-            nearer = curve.at(centre.place + math.copysign(step, distance))
-        except NumericalFailure:
+        nearer = curve.look(centre.place + math.copysign(step, distance))
+        if nearer.failure:
             break
-        if certain(nearer):
+        if off(nearer) > unsure(nearer):
             beyond = nearer
         else:
             factor *= 2.0
     return beyond
 
 
-def _inside(done: list[tuple[Sample, Sample]], left: Sample, right: Sample) -> bool:
-    return any(one.place <= left.place and right.place <= other.place for one, other in done)
+#: first and last sample of what is looked into, and what else belongs to it
+Bracket = TypeVar("Bracket", Valley, tuple[Sample, Sample])
+
+
+def _each(found: Callable[[], Iterator[Bracket]], work: Callable[[Bracket], None]) -> list[Bracket]:
+    """All brackets that could be worked on; a sample without a result cuts one, and what is left of
+    it is found again."""
+    done: list[Bracket] = []
+    for _ in range(ROUNDS):
+        for one in list(found()):
+            inside = (a[0].place <= one[0].place and one[-1].place <= a[-1].place for a in done)
+            if not any(inside):
+                with suppress(NumericalFailure):
+                    work(one)
+                    done.append(one)
+    return done
 
 
 # ----------------------------------------------------------------------------
@@ -269,38 +280,29 @@ def extremes(curve: SampledCurve, sign: float) -> list[Solution]:
         return sign * sample.value
 
     look_next_to_ends(curve, lambda end: height)
-    done: list[tuple[Sample, Sample]] = []
-    for _ in range(ROUNDS):
-        for valley in list(valleys(curve, height)):
-            left, _, right = valley
-            if not _inside(done, left, right):
-                with suppress(NumericalFailure):  # a sample without a result now cuts the valley
-                    bottom(curve, height, valley)
-                    done.append((left, right))
-    solutions = [_extreme(curve, height, *walls) for walls in done]
+    done = _each(lambda: valleys(curve, height), lambda valley: bottom(curve, height, valley))
+    solutions = [_extreme(curve, height, left, right) for left, _, right in done]
     return sorted(solutions, key=lambda solution: height(solution.sample))
 
 
 def _extreme(curve: SampledCurve, height: Height, left: Sample, right: Sample) -> Solution:
-    def lowest() -> Sample:
-        return min(curve.between(left, right), key=height)
-
-    low = lowest()
-
-    def certain(sample: Sample) -> bool:
-        return height(sample) - height(low) > _uncertainty(low, sample)
-
-    def share(sample: Sample) -> float:  # as a parabola through both has it
-        return math.sqrt(_uncertainty(low, sample) / (height(sample) - height(low)))
-
     inside = curve.between(left, right)
+    low = min(inside, key=height)
+
+    def rise(sample: Sample) -> float:
+        return height(sample) - height(low)
+
+    def unsure(sample: Sample) -> float:
+        return _uncertainty(low, sample)
+
     position = inside.index(low)
-    walls = []
-    for others, end in ((inside[:position][::-1], left), (inside[position + 1 :], right)):
-        wall = _wall(height, low, others)
-        walls.append(end if wall is None else _narrowed(curve, low, wall, certain, share))
-    best = lowest()  # a lower sample may have turned up while the walls were moved
-    return Solution(best, curve.spread(best, *walls))
+    sides = (inside[:position][::-1], left), (inside[position + 1 :], right)
+    walls = [
+        _narrowed(curve, low, _wall(height, low, others) or end, rise, unsure, 0.5)
+        for others, end in sides
+    ]
+    best = min(curve.between(left, right), key=height)  # a lower one may have turned up
+    return curve.solution(best, *walls)
 
 
 # ----------------------------------------------------------------------------
@@ -325,6 +327,10 @@ class Level(NamedTuple):
     def off(self, sample: Sample) -> float:
         """How far a result is above the wanted value."""
         return sample.value - self.wanted
+
+    def off_to(self, side: int, sample: Sample) -> float:
+        """How far it is on one side of it."""
+        return side * self.off(sample)
 
     def unsure(self, sample: Sample) -> float:
         """What that may be without being anything."""
@@ -354,23 +360,18 @@ def roots(curve: SampledCurve, level: Level) -> Roots:
     if all(level.side(one) == 0 for stretch in curve.stretches() for one in stretch):
         raise NumericalFailure("the result has the wanted value everywhere between the bounds")
     _look_into_dips(curve, level)
-    done: list[tuple[Sample, Sample]] = []
     groups: list[list[Sample]] = []
     jumps: list[Sample] = []
-    for _ in range(ROUNDS):
-        for one, other in list(_crossings(curve, level)):
-            if _inside(done, one, other):
-                continue
-            try:
-                end = _closed_in(curve, level, one, other)
-            except NumericalFailure:
-                continue  # a sample without a result now cuts the bracket
-            done.append((one, other))
-            size = _JUMP * (abs(level.off(one)) + abs(level.off(other)))
-            if abs(level.off(end)) > max(size, 8.0 * level.unsure(end)):
-                jumps.append(end)
-            elif level.side(end) != 0:  # else it is one of the samples that are solutions
-                groups += [list(pair) for pair in _crossings(curve, level) if end in pair]
+
+    def close_in(pair: tuple[Sample, Sample]) -> None:
+        end = _closed_in(curve, level, *pair)
+        size = _JUMP * sum(abs(level.off(one)) for one in pair)
+        if abs(level.off(end)) > max(size, 8.0 * level.unsure(end)):
+            jumps.append(end)
+        elif level.side(end) != 0:  # else it is one of the samples that are solutions
+            groups.extend(list(pair) for pair in _crossings(curve, level) if end in pair)
+
+    _each(lambda: _crossings(curve, level), close_in)
     groups += [group for stretch in curve.stretches() for group in _groups(stretch, level)]
     solutions = [_root(curve, level, group) for group in groups]
     return Roots(_merged(sorted(solutions, key=lambda one: one.sample.place), level), jumps)
@@ -436,18 +437,14 @@ def _groups(stretch: list[Sample], level: Level) -> Iterator[list[Sample]]:
 
 def _root(curve: SampledCurve, level: Level, group: list[Sample]) -> Solution:
     best = min(group, key=lambda sample: abs(level.off(sample)))
-
-    def share(sample: Sample) -> float:  # as the slope has it
-        return (level.unsure(best) + abs(level.off(best))) / abs(level.off(sample))
-
-    nearby = [
-        _narrowed(curve, best, end, lambda one, end=end: level.side(one) == level.side(end), share)  # type: ignore[misc]
-        if level.side(end)
-        else end
-        for end in (group[0], group[-1])
-        if end is not best
-    ]
-    return Solution(best, curve.spread(best, *nearby))
+    nearby = []
+    for end in (group[0], group[-1]):
+        side = level.side(end)
+        if side and end is not best:
+            off = partial(level.off_to, side)
+            end = _narrowed(curve, best, end, off, level.unsure)
+        nearby.append(end)
+    return curve.solution(best, *nearby)
 
 
 def _merged(ends: list[Solution], level: Level) -> list[Solution]:
