@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -217,18 +217,15 @@ def compare_methods(out: Studied, optimum: "Optimum") -> None:
             Method(name=method.words, purpose="compared", citation=method.citation)
         )
     off = np.max([_errors(binding, end.variables) for end in ends], axis=0)
-    width = binding.upper - binding.lower
-    apart = [binding.apart(optimum.variables, end.variables) / width for end in ends]
-    columns: dict[str, tuple[list[Any], float]] = {
+    width, unsure = binding.upper - binding.lower, optimum.variables_error
+    apart = [np.abs(binding.apart(optimum.variables, end.variables)) / width for end in ends]
+    columns: Numbers = {
         "objective": ([binding.sign * end.objective for end in ends], off[0]),
         "shortfall": (
             [end.objective - optimum.objective for end in ends],
             off[0] + optimum.objective_error,
         ),
-        "distance": (
-            [np.max(np.abs(one)) for one in apart],
-            float(np.max(optimum.variables_error / width)),
-        ),
+        "distance": ([np.max(one) for one in apart], float(np.max(unsure / width))),
         "violation": ([end.violation for end in ends], float(np.max(off[1:], initial=0.0))),
         "kkt_residual": ([end.residual for end in ends], 0.0),
         "converged": ([int(end.converged) for end in ends], 0.0),
@@ -259,58 +256,50 @@ def add_sensitivity(out: Studied, optimum: "Optimum") -> None:
     _add_slopes(out, places)
     if "optimum" in places:
         _add_deviations(out, optimum)
-    try:
+    with suppress(NumericalFailure):  # said with `optimisation/start`
         start, _ = as_written.worst(as_written.first)
-    except NumericalFailure:
-        return  # said with `optimisation/start`
-    error = optimum.objective_error + float(as_written.errors(as_written.first)[0])
-    out.add({"gain": (start - optimum.objective, error)})
+        error = optimum.objective_error + float(as_written.errors(as_written.first)[0])
+        out.add({"gain": (start - optimum.objective, error)})
 
 
 def _add_slopes(out: Studied, places: dict[str, tuple["Binding", np.ndarray]]) -> None:
     from vibecalc.core.study.search.sensitivity import slopes_at
 
-    slopes_of = {}
+    found = {}
     for name, (at, point) in places.items():
         try:
-            slopes_of[name] = slopes_at(at.evaluate, at.lower, at.upper, point, at.errors, at.ahead)
+            found[name] = slopes_at(at.evaluate, at.lower, at.upper, point, at.errors, at.ahead)
         except NumericalFailure as failure:
             out.warn(f"no slopes of the objective at the {name}: {failure}")
     for i, key in enumerate(out.binding.keys):
-        known = [name for name, slopes in slopes_of.items() if slopes.known[i]]
-        lost = [name for name in slopes_of if name not in known]
+        known = {name: slopes for name, slopes in found.items() if slopes.known[i]}
+        lost = " and the ".join(name for name in found if name not in known)
         if lost:
             out.warn(
-                f"the slope of the objective by {key} is undefined at the "
-                f"{' and the '.join(lost)}: a kink, or no values next to it"
+                f"the slope of the objective by {key} is undefined at the {lost}: a kink, or no "
+                "values next to it"
             )
         if known:
-            values = [out.binding.sign * slopes_of[name].slope[i] for name in known]
-            error = max(float(slopes_of[name].error[i]) for name in known)
-            out.add({f"sensitivity/{key}": (values, error)}, point=np.array(known, dtype=object))
+            values = [out.binding.sign * one.slope[i] for one in known.values()]
+            error = max(float(one.error[i]) for one in known.values())
+            out.add({f"sensitivity/{key}": (values, error)}, point=np.array([*known], dtype=object))
 
 
 def _add_deviations(out: Studied, optimum: "Optimum") -> None:
     from vibecalc.core.study.search.sensitivity import cost_of_deviation
 
-    binding = out.binding
+    at, numbers = out.binding, Numbers()
     cost = cost_of_deviation(
-        binding.evaluate,
-        binding.lower,
-        binding.upper,
-        optimum.variables,
-        errors=binding.errors,
-        period=binding.period,
+        at.evaluate, at.lower, at.upper, optimum.variables, errors=at.errors, period=at.period
     )
-    numbers: Numbers = {}
-    for i, key in enumerate(binding.keys):
+    for i, key in enumerate(at.keys):
         if not cost.known[i]:
             out.warn(f"1 % more or less of {key} has no result at the optimum")
             continue
         loss_error = float(cost.loss_error[i]) + optimum.objective_error
         numbers[f"deviation/size/{key}"] = (cost.deviation[i], 0.0)
         numbers[f"deviation/loss/{key}"] = (cost.loss[i], loss_error)
-        if binding.limits:
-            moved = optimum.variables + np.eye(len(binding.keys))[i] * cost.deviation[i]
-            numbers[f"deviation/margin/{key}"] = (cost.margin[i], _margin_error(binding, moved))
+        if at.limits:
+            moved = optimum.variables + np.eye(len(at.keys))[i] * cost.deviation[i]
+            numbers[f"deviation/margin/{key}"] = (cost.margin[i], _margin_error(at, moved))
     out.add(numbers)

@@ -1,5 +1,6 @@
 """What each variable does to the objective at a point, and what a small error in it costs."""
 
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -69,28 +70,23 @@ def slopes_at(
     Five-point differences with `derivatives.slope`; the error counts truncation, measured noise
     and the slopes that `errors` of the values may have.
     """
-    low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
-    point = np.asarray(at, dtype=float)
-    box = Box(low, high)
+    box = Box(lower, upper)
+    unit = box.unit(np.asarray(at, dtype=float))
     sampler = Sampler(evaluate, box, ahead=ahead, errors=errors)
-    whole, unit = largest_part(sampler), box.unit(point)
+    whole = largest_part(sampler)
     set_scale(sampler, unit[None, :])
     if sampler(unit) is None:
         raise NumericalFailure(sampler.failure(unit))
     noise, leaning = measured_noise(whole, unit), sampler.leaning(unit)
-    first, error = np.zeros(point.size), np.zeros(point.size)
-    known = np.zeros(point.size, dtype=bool)
-    for axis, direction in enumerate(np.eye(point.size)):
-        try:
+    first, error, known = np.zeros(unit.size), np.zeros(unit.size), np.zeros(unit.size, dtype=bool)
+    for axis, direction in enumerate(np.eye(unit.size)):
+        with suppress(NumericalFailure):
             one = slope(whole, unit, direction, noise)
-        except NumericalFailure:
-            continue
-        known[axis] = not one.kinked[0]
-        first[axis], error[axis] = one.first[0], one.error[0] + leaning[0, axis]
-    inner = box.slope(point)
-    values = first * sampler.scale / inner
-    uncertainty = error * sampler.scale / inner + 8.0 * EPSILON * np.abs(values)
-    return ObjectiveSlopes(np.where(known, values, 0.0), np.where(known, uncertainty, 0.0), known)
+            if not one.kinked[0]:
+                known[axis], first[axis] = True, one.first[0]
+                error[axis] = one.error[0] + leaning[0, axis]
+    scale = sampler.scale / box.slope(box.values(unit))
+    return ObjectiveSlopes(first * scale, (error + 8.0 * EPSILON * np.abs(first)) * scale, known)
 
 
 def cost_of_deviation(
@@ -110,34 +106,24 @@ def cost_of_deviation(
     `minimise.minimise`.
     """
     low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
-    around = Box(low, high, period).around
-    point = np.asarray(at, dtype=float)
+    around, point = Box(low, high, period).around, np.asarray(at, dtype=float)
+    off = (lambda x: 0.0) if errors is None else lambda x: float(errors(x)[0])
     here = float(np.max(evaluate(point)[0]))
-    size = point.size
-    deviation, loss, error = np.zeros(size), np.full(size, -np.inf), np.zeros(size)
-    margin, known = np.full(size, np.inf), np.zeros(size, dtype=bool)
-    for axis in range(size):
-        for side in (1.0, -1.0):
-            moved = point.copy()
-            wanted = point[axis] + side * share * (high[axis] - low[axis])
-            moved[axis] = wanted
-            if not (around[axis] or low[axis] <= wanted <= high[axis]):
-                continue
-            try:
-                objective, margins = evaluate(moved)
-            except NumericalFailure:
-                continue
-            there = float(np.max(objective))
-            if not np.isfinite(there):
-                continue
-            known[axis] = True
-            least = min((float(np.min(one)) for one in margins), default=np.inf)
-            margin[axis] = min(margin[axis], least)
-            # where both directions cost the same, rounding would choose: the first counts
-            tie = error[axis] + _TIE * abs(loss[axis]) if np.isfinite(loss[axis]) else 0.0
-            if there - here > loss[axis] + tie:
-                deviation[axis], loss[axis] = moved[axis] - point[axis], there - here
-                error[axis] = 4.0 * EPSILON * (abs(there) + abs(here))
-                if errors is not None:
-                    error[axis] += float(errors(moved)[0] + errors(point)[0])
-    return Cost(deviation, np.where(known, loss, 0.0), error, margin, known)
+    rows = []
+    for axis, step in enumerate(np.diag(share * (high - low))):
+        found = []
+        for moved in (point + step, point - step):
+            if around[axis] or low[axis] <= moved[axis] <= high[axis]:
+                with suppress(NumericalFailure):
+                    objective, margins = evaluate(moved)
+                    there = float(np.max(objective))
+                    least = min((float(np.min(one)) for one in margins), default=np.inf)
+                    error = 4.0 * EPSILON * (abs(there) + abs(here)) + off(moved) + off(point)
+                    if np.isfinite(there):
+                        found.append((moved[axis] - point[axis], there - here, error, least))
+        # where both directions cost the same, rounding would choose: the first counts
+        worse = max(found, key=lambda one: one[1], default=(0.0, 0.0, 0.0, np.inf))
+        if found and worse[1] <= found[0][1] + found[0][2] + _TIE * abs(found[0][1]):
+            worse = found[0]
+        rows.append((*worse[:3], min((one[3] for one in found), default=np.inf), bool(found)))
+    return Cost(*map(np.array, zip(*rows, strict=True)))
