@@ -229,9 +229,10 @@ class _Tracer:
 
         def size(gap: tuple[_Point, _Point, float, float]) -> float:
             left, right, high, low = gap
-            return max(0.0, right.values[0] - left.values[0]) * max(0.0, high - low)
+            return max(0.0, float(right.values[0] - left.values[0])) * max(0.0, high - low)
 
-        found, gaps = list(ends), [(*ends, share(ends[0]), share(ends[1]))]
+        found, (begin, other) = list(ends), ends
+        gaps = [(begin, other, share(begin), share(other))]
         for _ in range(points - 2):
             left, right, high, low = gaps.pop(int(np.argmax([size(gap) for gap in gaps])))
             middle = 0.5 * (high + low)
@@ -350,10 +351,10 @@ def front(
                 described[goal] = tracer.unique(goal, end)
         trace = tracer.halved if objectives == 2 else tracer.spread_out
         found = trace(described, points)
-    variables, away, values, errors = (np.array(one) for one in zip(*found, strict=True))
+    variables, away, values, off = (np.array(one) for one in zip(*found, strict=True))
     kept, notes = undominated(values), tracer.notes
     if len(kept) < len(values):
         notes.append(f"{len(values) - len(kept)} points were as good as others or dominated")
     return FrontPoints(
-        values[kept], errors[kept], variables[kept], away[kept], len(tracer.known), tuple(notes)
+        values[kept], off[kept], variables[kept], away[kept], len(tracer.known), tuple(notes)
     )

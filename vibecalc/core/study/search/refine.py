@@ -96,6 +96,9 @@ def _zero(sampler: Sampler, unit: np.ndarray) -> Refined | None:
     # of a square the error is that of the zero, which counts below
     bias[0], leaning[0] = 0.0, 0.0
     minimum = polish(squared, unit, bias, leaning)
+    if minimum is None:
+        nearer, _ = local_search(squared, unit, to_the_end=True)
+        minimum = polish(squared, nearer, bias, leaning)
     if minimum is None or not _keeps(sampler, minimum.unit):
         return None
     objective = sampler.top(minimum.unit)

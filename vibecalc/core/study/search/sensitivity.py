@@ -107,9 +107,7 @@ def cost_of_deviation(
     """
     low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
     around, point = Box(low, high, period).around, np.asarray(at, dtype=float)
-    off = (lambda x: 0.0) if errors is None else lambda x: float(errors(x)[0])
-    here = float(np.max(evaluate(point)[0]))
-    rows = []
+    here, rows = float(np.max(evaluate(point)[0])), []
     for axis, step in enumerate(np.diag(share * (high - low))):
         found = []
         for moved in (point + step, point - step):
@@ -118,7 +116,9 @@ def cost_of_deviation(
                     objective, margins = evaluate(moved)
                     there = float(np.max(objective))
                     least = min((float(np.min(one)) for one in margins), default=np.inf)
-                    error = 4.0 * EPSILON * (abs(there) + abs(here)) + off(moved) + off(point)
+                    error = 4.0 * EPSILON * (abs(there) + abs(here))
+                    if errors is not None:
+                        error += float(errors(moved)[0] + errors(point)[0])
                     if np.isfinite(there):
                         found.append((moved[axis] - point[axis], there - here, error, least))
         # where both directions cost the same, rounding would choose: the first counts
