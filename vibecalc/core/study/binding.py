@@ -1,14 +1,15 @@
 """A case with some of its keys set to numbers, as a function that a search can call."""
 
 import copy
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import NOT_COMPUTED, case_at, field_unit, number_at
-from vibecalc.core.case.study_tables import Objective, Optimisation
+from vibecalc.core.case.study_tables import Objective, Variable
 from vibecalc.core.case.tables import Limit
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Record
@@ -16,7 +17,7 @@ from vibecalc.core.results.select import Side, Where, parts_of, worst
 from vibecalc.core.results.verdicts import Bound, bounds_of
 from vibecalc.core.run.run import StageCache, check_again, run_case
 from vibecalc.core.study.ahead import Foreseen
-from vibecalc.core.study.choices import Choice, choices_of, in_words
+from vibecalc.core.study.choices import choices_of, in_words
 from vibecalc.core.study.variables import period_of, shown_as
 from vibecalc.errors import CaseError, NumericalFailure
 from vibecalc.units import parse_quantity
@@ -30,56 +31,89 @@ if TYPE_CHECKING:
 Found = Union[Record, "Machines"]
 
 
-class Binding:
-    """Variables, objective and limits of one `[optimisation]` on its case; of a `[fit]` the first.
+#: no keys beside the variables
+NO_MORE: Mapping[str, Any] = MappingProxyType({})
+#: a key, its bounds as written, and the keys that follow it: each a factor times it and an offset
+Row = tuple[str, Any, Any, tuple[tuple[str, float, float], ...]]
+
+
+class Varied:
+    """A case with some of its keys set to numbers between bounds.
 
     `lower`, `upper` and `first` (n,) are in SI, `first` the case as written (of a key that it
-    leaves out the middle of the bounds); `period` (n,) is that
-    of angles, 0 of others. These are the variables between bounds; what is picked from lists is
-    as the case has it, or as `with_picked` says.
+    leaves out the middle of the bounds); `period` (n,) is that of angles, 0 of others.
+    """
+
+    def __init__(self, loaded: "LoadedCase", rows: Sequence[Row], cache: StageCache | None = None):
+        # most points of a search change some parts only, and a front comes back to old points
+        self._cache = StageCache() if cache is None else cache
+        self.keys, self.ties = tuple(row[0] for row in rows), tuple(row[3] for row in rows)
+        # what a point of the search is computed from; its own tables hold the rest
+        base = loaded.base([*self.keys, *(key for ties in self.ties for key, _, _ in ties)])
+        self._resolved = {k: v for k, v in base.items() if k not in NOT_COMPUTED}
+        self.units = tuple(field_unit(key) for key in self.keys)
+        self.written = tuple(row[2] for row in rows)
+        self.lower, self.upper = (
+            np.array([parse_quantity(str(row[side]), field_unit(row[0])) for row in rows], float)
+            for side in (1, 2)
+        )
+        middle = zip(self.keys, (0.5 * (self.lower + self.upper)).tolist(), strict=True)
+        self.first = np.array([number_at(loaded.resolved, key, where) for key, where in middle])
+        self.period = np.array([period_of(key, loaded.case.machine) for key in self.keys])
+
+    def settings(self, variables: np.ndarray) -> dict[str, Any]:
+        """Keys of the case and what they are set to."""
+        settings: dict[str, Any] = {}
+        for key, value, ties in zip(self.keys, map(float, variables), self.ties, strict=True):
+            settings[key] = value
+            settings |= {tied: factor * value + offset for tied, factor, offset in ties}
+        return settings
+
+    def case_at(self, variables: np.ndarray, more: Mapping[str, Any] = NO_MORE) -> "Case":
+        """The case with its variables and `more` keys set, checked again.
+
+        NumericalFailure if it is not a case.
+        """
+        return checked_case(self._resolved, self.settings(variables) | dict(more), self._cache)
+
+    def results(
+        self, variables: np.ndarray, wanted: frozenset[str], more: Mapping[str, Any] = NO_MORE
+    ) -> Record:
+        """Some results of the case with its variables set; NumericalFailure as in a run."""
+        return run_case(self.case_at(variables, more), wanted=wanted, cache=self._cache)
+
+
+def rows_of(variables: Sequence[Variable]) -> list[Row]:
+    """Keys, bounds and what follows them of the variables of a study that move."""
+    return [
+        (
+            one.key,
+            one.lower,
+            one.upper or 0.0,
+            tuple(
+                (tie.key, tie.factor, parse_quantity(tie.offset or 0.0, field_unit(one.key)))
+                for tie in one.follow
+            ),
+        )
+        for one in variables
+    ]
+
+
+class Binding(Varied):
+    """Variables, objective and limits of one `[optimisation]` on its case.
+
+    The variables are those between bounds; what is picked from lists is as the case has it, or as
+    `with_picked` says.
     """
 
     def __init__(self, loaded: "LoadedCase"):
-        study = loaded.case.optimisation or loaded.case.fit
+        study = loaded.case.optimisation
         if study is None:
-            raise ValueError("the case has neither [optimisation] nor [fit]")
-        # most points of a search change some parts only, and a front comes back to old points
-        self._cache = StageCache()
-        moving = study.moving
-        self.choices: tuple[Choice, ...] = (
-            choices_of(study) if isinstance(study, Optimisation) else ()
-        )
+            raise ValueError("the case has no [optimisation]")
+        super().__init__(loaded, rows_of(study.moving))
+        self.choices = choices_of(study)
         self.picked: tuple[int, ...] = ()
-        self.keys = tuple(variable.key for variable in moving)
-        # what a point of the search is computed from; its own tables hold the rest
-        base = loaded.base(self.keys)
-        self._resolved = {k: v for k, v in base.items() if k not in NOT_COMPUTED}
-        self.units = tuple(field_unit(key) for key in self.keys)
-        self.written = tuple(variable.upper or 0.0 for variable in moving)
-        self.lower = self._bounds([variable.lower for variable in moving])
-        self.upper = self._bounds([variable.upper for variable in moving])
-        middle = (0.5 * (self.lower + self.upper)).tolist()
-        self.first = np.array(
-            [
-                number_at(loaded.resolved, key, where)
-                for key, where in zip(self.keys, middle, strict=True)
-            ]
-        )
-        self.period = np.array([period_of(key, loaded.case.machine) for key in self.keys])
-        self.ties = tuple(
-            tuple(
-                (
-                    tie.key,
-                    tie.factor,
-                    0.0 if tie.offset is None else parse_quantity(tie.offset, unit),
-                )
-                for tie in variable.follow
-            )
-            for variable, unit in zip(moving, self.units, strict=True)
-        )
         self.scatter: Scatter | None = None
-        if not isinstance(study, Optimisation):
-            return
         if study.robust is not None:
             from vibecalc.core.study.scatter import scatter_of
 
@@ -91,12 +125,6 @@ class Binding:
         self._foreseen = Foreseen()
         self._others: dict[tuple[int, ...], Binding] = {}
 
-    def _bounds(self, given: list[Any]) -> np.ndarray:
-        return np.array(
-            [parse_quantity(str(v), unit) for v, unit in zip(given, self.units, strict=True)],
-            dtype=float,
-        )
-
     def with_picked(self, picked: tuple[int, ...]) -> "Binding":
         """The same with one option of each choice, by their places; always the same object."""
         if picked not in self._others:
@@ -104,19 +132,12 @@ class Binding:
             other.picked = picked
         return self._others[picked]
 
-    def case_at(self, variables: np.ndarray) -> "Case":
-        """The case with its variables set, checked again; NumericalFailure if it is not a case."""
-        return checked_case(self._resolved, self.settings(variables), self._cache)
-
     def settings(self, variables: np.ndarray) -> dict[str, Any]:
         """Keys of the case and what they are set to."""
         settings: dict[str, Any] = {}
         for choice, place in zip(self.choices, self.picked or (), strict=bool(self.picked)):
             settings |= choice.options[place].settings
-        for key, value, ties in zip(self.keys, map(float, variables), self.ties, strict=True):
-            settings[key] = value
-            settings |= {tied: factor * value + offset for tied, factor, offset in ties}
-        return settings
+        return settings | super().settings(variables)
 
     def apart(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """The difference of two points, (n,) in SI, along angles the shorter one around."""
@@ -158,10 +179,6 @@ class Binding:
         if self.scatter is None:
             self._foreseen.add(self, points, wanted)
 
-    def results(self, variables: np.ndarray, wanted: frozenset[str]) -> Record:
-        """Some results of the case with its variables set; NumericalFailure as in a run."""
-        return run_case(self.case_at(variables), wanted=wanted, cache=self._cache)
-
     def machines_at(
         self, variables: np.ndarray, scatter: "Scatter", wanted: frozenset[str] | None = None
     ) -> "Machines":
@@ -176,8 +193,7 @@ class Binding:
         wanted = self._wanted if wanted is None else wanted
 
         def single(more: Mapping[str, float]) -> Record:
-            case = checked_case(self._resolved, settings | dict(more), self._cache)
-            return run_case(case, wanted=wanted, cache=self._cache)
+            return self.results(variables, wanted, more)
 
         return machines(self.case_at(variables), scatter, written, wanted, single)
 

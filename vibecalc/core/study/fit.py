@@ -10,7 +10,7 @@ from vibecalc.core.case.rules import both
 from vibecalc.core.results.record import Method, Quantity, Record
 from vibecalc.core.results.select import curving, scalar
 from vibecalc.core.run.run import run_case
-from vibecalc.core.study.binding import Binding
+from vibecalc.core.study.binding import Varied, rows_of
 from vibecalc.core.study.measured_points import (
     ROOT,
     MeasuredPoint,
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 class Residuals:
     """Computed less measured over the uncertainty of each point (m,), and what that is off (m,)."""
 
-    def __init__(self, binding: Binding, points: list[MeasuredPoint]):
+    def __init__(self, binding: Varied, points: list[MeasuredPoint]):
         self.binding, self.points = binding, points
         self._wanted = frozenset(point.quantity for point in points)
 
@@ -99,7 +99,7 @@ def fit(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool = Fal
 
     case, started = loaded.case, time.perf_counter()
     assert case.fit is not None
-    binding = Binding(loaded)
+    binding = Varied(loaded, rows_of(case.fit.moving))
     residuals = Residuals(binding, measured_points(case))
     with counted("fitting", progress) as advance:
 
@@ -228,7 +228,7 @@ _NAMED = 0.02
 
 
 def _warnings(
-    binding: Binding,
+    binding: Varied,
     points: list[MeasuredPoint],
     found: LeastSquares,
     told: Determined,
@@ -276,7 +276,7 @@ def _warnings(
     return said
 
 
-def _together(binding: Binding, found: LeastSquares, vector: FloatArray, named: list[int]) -> str:
+def _together(binding: Varied, found: LeastSquares, vector: FloatArray, named: list[int]) -> str:
     """A combination as changes of its keys in percent, of the largest part by one percent."""
     scale = np.where(found.variables != 0.0, np.abs(found.variables), found.widths)
     steps = vector * found.widths / scale
