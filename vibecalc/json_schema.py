@@ -279,12 +279,15 @@ def _tidy(schema: Any, texts: dict[str, Schema]) -> Any:
         choices = [option for option in choices if option != {"type": "null"}]
         if "unit" in tidy:
             number = next(option for option in choices if option.get("type") == "number")
-            text = _text_in(tidy["unit"], number, texts)
+            text = _text_in(tidy.pop("unit"), number, texts)
             choices = [text if option.get("type") == "string" else option for option in choices]
         tidy.pop("anyOf")
         tidy = {**tidy, "anyOf": choices} if len(choices) > 1 else {**choices[0], **tidy}
     elif tidy.get("type") in ("number", "integer"):
         tidy = {_BOUND_NAMES.get(key, key): entry for key, entry in tidy.items()}
+    entries = tidy.get("prefixItems", [])
+    if entries and all(entry == entries[0] for entry in entries):
+        tidy["items"] = tidy.pop("prefixItems")[0]
     if tidy.get("oneOf") == [{"type": "number"}, {"type": "string"}]:
         tidy["oneOf"] = [{"type": "number"}, _VALUE]
     if tidy.get("default", 0) is None:

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -221,12 +221,12 @@ class Scale(NamedTuple):
     @property
     def frequency(self) -> float:
         """w1 = sqrt(K1 / J1) in rad/s."""
-        return math.sqrt(self.stiffness / self.inertia)
+        return np.sqrt(self.stiffness / self.inertia)  # type: ignore[no-any-return]
 
     @property
     def damping(self) -> float:
         """2 sqrt(K1 J1): a damping over it is a ratio referred to the primary."""
-        return 2.0 * math.sqrt(self.stiffness) * math.sqrt(self.inertia)
+        return 2.0 * np.sqrt(self.stiffness) * np.sqrt(self.inertia)  # type: ignore[no-any-return]
 
 
 class Branch(NamedTuple):
@@ -265,8 +265,8 @@ class AbsorberParts:
         one = self.absorber
         if one is None:
             return False
-        found = np.isnan(np.asarray(one.stiffness_ratio)) | np.isnan(one.secondary_damping)
-        return not bool(found)
+        missing = np.isnan(one.stiffness_ratio) | np.isnan(one.secondary_damping)
+        return not np.any(missing)
 
 
 def build_absorber(case: Case) -> AbsorberParts:
@@ -381,7 +381,8 @@ def ratios(one: Secondary, scale: Scale | None, ring: float | None = None) -> Ra
     if one.own_damping_ratio is not None and stiffness is not None:
         from vibecalc.absorber.transfer import damping_from_own_ratio
 
-        damping = float(damping_from_own_ratio(one.own_damping_ratio, mass, stiffness))
+        found: Any = damping_from_own_ratio(one.own_damping_ratio, mass, stiffness)
+        damping = found[()]  # a number, or one for each point
     return Ratios(mass, stiffness, damping)
 
 

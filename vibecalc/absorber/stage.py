@@ -274,7 +274,42 @@ def _response(case: "Case") -> Stage:
         is_last=True,
         work=_work_of_absorber,
         topics=("vibecalc.absorber.accuracy:absorber_topics",),
+        leading=None
+        if several
+        else Leading(
+            keys=RATIO_KEYS,
+            only=PEAKS,
+            why_not="the response at a tuning is computed point by point" * bool(case.tuning),
+        ),
     )
+
+
+#: numbers of primary and secondary over which the peaks of one absorber are found together
+RATIO_KEYS = frozenset(
+    [
+        *(f"machine.primary.{one}" for one in ("damping_ratio", "natural_frequency")),
+        "machine.secondary.mass_ratio",
+        *(f"machine.secondary.{one}_ratio" for one in ("stiffness", "damping", "own_damping")),
+        *(
+            f"machine.{system}.{one}"
+            for system in ("primary", "secondary")
+            for one in (
+                *("inertia", "stiffness", "damping", "mass", "linear_stiffness"),
+                "linear_damping",
+            )
+        ),
+    ]
+)
+#: the results of it
+PEAKS = tuple(
+    f"response/absorber/{name}"
+    for name in (
+        *("peak/magnitude", "peak/frequency_ratio", "largest", "largest_frequency_ratio"),
+        "largest_travel",
+    )
+)
+#: all others of one absorber
+SHOWN = tuple(path for path in below("response/absorber/") if path not in PEAKS)
 
 
 def _motion(case: "Case") -> Stage:

@@ -16,10 +16,15 @@ _OF_ALL = "`vibecalc schema -o vibecalc.schema.json`"
 
 
 def schema_text(kind: str) -> str:
-    """The schema of one kind of machine, or of all of them."""
+    """The schema of one kind of machine, or of all of them; a line for each table and form."""
     from vibecalc.json_schema import json_schema
 
-    return json.dumps(json_schema(kind), indent=2, ensure_ascii=False) + "\n"
+    def text(part: object) -> str:
+        return json.dumps(part, ensure_ascii=False, separators=(",", ":"))
+
+    schema = json_schema(kind)
+    tables = ",\n".join(f"{text(name)}:{text(one)}" for name, one in schema.pop("$defs").items())
+    return f'{text(schema)[:-1]},\n"$defs":{{\n{tables}\n}}}}\n'
 
 
 def schema_name(kind: str) -> str:
@@ -30,7 +35,7 @@ def schema_name(kind: str) -> str:
 def write_schema(folder: Path, kind: str) -> Path:
     """Write the schema into a folder, in the place of an earlier one."""
     path, text = folder / schema_name(kind), schema_text(kind)
-    mark = '"$id": "urn:vibecalc:case:'
+    mark = "urn:vibecalc:case:"
     if path.exists() and mark not in text_file(path, _LARGEST, "the file for the schema"):
         raise UsageError(f"{path} exists already and is no schema of vibecalc; remove it")
     write_text(text, path)

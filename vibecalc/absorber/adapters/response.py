@@ -8,11 +8,11 @@ import numpy as np
 
 from vibecalc.absorber.asked_tables import AbsorberResponse, Vary
 from vibecalc.absorber.model import AbsorberParts, build_absorber
-from vibecalc.absorber.peaks import peaks
+from vibecalc.absorber.peaks import Peaks, peaks
 from vibecalc.absorber.results import NAMES, RESPONSE_ROOT
 from vibecalc.absorber.several import Several
 from vibecalc.absorber.several_peaks import several_slopes
-from vibecalc.absorber.stage import asked_of, curve_names, has_fixed_points, varied_key
+from vibecalc.absorber.stage import SHOWN, asked_of, curve_names, has_fixed_points, varied_key
 from vibecalc.absorber.transfer import (
     Absorber,
     Transfer,
@@ -34,7 +34,7 @@ from vibecalc.schema import Case
 
 
 class Curves(NamedTuple):
-    """Names (n,) and ratios (n,) of each; the first is the absorber given or tuned."""
+    """Names (n,) and ratios (..., n) of each; the first is the absorber given or tuned."""
 
     names: tuple[str, ...]
     absorber: Absorber
@@ -47,35 +47,36 @@ def family(
     absorber = parts.absorber if tuned is None else tuned
     if absorber is None or (tuned is None and not parts.is_complete):
         raise NumericalFailure("the absorber has no spring or no damper, and no tuning finds it")
-    z1, m, k, z2 = (float(np.asarray(part)) for part in absorber)
-    rows = [(z1, m, k, z2)]
+    rows = [absorber]
     if options.limits:
-        rows += [(z1, m, np.inf, z2), (z1, m, 0.0, 0.0)]
+        locked = absorber._replace(stiffness_ratio=np.inf)
+        rows += [locked, absorber._replace(stiffness_ratio=0.0, secondary_damping=0.0)]
     secondary = case.machine.secondary
     ratio = None if secondary is None else secondary.own_damping_ratio
     if options.vary is not None:
-        rows += _varied(options.vary, (z1, m, k, z2), ratio)
-    return Curves(curve_names(case), Absorber(*np.array(rows, dtype=float).T))
+        rows += _varied(options.vary, absorber, ratio)
+    lead = np.broadcast_shapes(*(np.shape(part) for part in absorber))
+    columns = (
+        np.stack([np.broadcast_to(np.asarray(part, dtype=float), lead) for part in column], axis=-1)
+        for column in zip(*rows, strict=True)
+    )
+    return Curves(curve_names(case), Absorber(*columns))
 
 
-def _varied(
-    vary: Vary, given: tuple[float, float, float, float], ratio: float | None
-) -> list[tuple[float, float, float, float]]:
-    key = varied_key(vary)
-    place = ("primary_damping", "mass_ratio", "stiffness_ratio", "secondary_damping")
-    rows = []
+def _varied(vary: Vary, given: Absorber, ratio: float | None) -> list[Absorber]:
+    key, rows = varied_key(vary), []
     for value in getattr(vary, key):
-        each = dict(zip(place, given, strict=True))
+        each = given
         if key == "own_damping":
             ratio = value
         else:
-            each[key] = value
+            each = given._replace(**{key: value})
         # a damper given on the absorber's own frequency follows its spring and its mass
         if ratio is not None and key != "secondary_damping":
-            m, k = each["mass_ratio"], each["stiffness_ratio"]
-            each["secondary_damping"] = float(damping_from_own_ratio(ratio, m, k))
-        rows.append(tuple(each[name] for name in place))
-    return rows  # type: ignore[return-value]
+            damping = damping_from_own_ratio(ratio, each.mass_ratio, each.stiffness_ratio)
+            each = each._replace(secondary_damping=damping)
+        rows.append(each)
+    return rows
 
 
 # ----------------------------------------------------------------------------
@@ -188,13 +189,20 @@ _MOST = 4
 
 
 def run_absorber(scene: Scene) -> None:
-    """Emit everything for [response.absorber], one absorber; at the optimum of [tuning], if any."""
+    """Emit everything for [response.absorber], one absorber; at the optimum of [tuning], if any.
+
+    Peaks of many absorbers at once where the case has numbers (points,).
+    """
     case = scene.case
     if case.response is None or case.response.absorber is None:
         raise ValueError("the case has no [response.absorber]")
     parts = build_absorber(case)
     options, pair = case.response.absorber, asked_of(case)
-    curves = _reported(scene, family(case, options, parts, scene.handed_on.get("tuned")), pair)
+    whole = family(case, options, parts, scene.handed_on.get("tuned"))
+    curves, tops = _reported(scene, whole, pair)
+    _emit_peaks(scene, curves, tops, pair)
+    if not scene.wants(*SHOWN):
+        return
     ratios = frequency_ratios(options, parts)
     axes = {"curve": curves.names, "frequency_ratio": ratios}
     emit_frequencies(scene, parts, ratios)
@@ -205,7 +213,6 @@ def run_absorber(scene: Scene) -> None:
         error = np.where(finite, error, 0.0)
         error[0] += _moved(scene, curves, partial(_shown, ratios, pair[0], what))
         scene.emit(f"{RESPONSE_ROOT}/{name}", value, error, axes)
-    _emit_peaks(scene, curves, pair)
     _emit_landmarks(scene, curves, pair)
     _cite(scene)
 
@@ -226,11 +233,10 @@ def _passed(first: int, one: Absorber) -> np.ndarray:
     return np.array(fixed_points(one.mass_ratio, one.stiffness_ratio)[first : first + 2])
 
 
-def _reported(scene: Scene, curves: Curves, pair: tuple[str, str]) -> Curves:
-    """The curves without those next to the first whose peaks double precision cannot tell."""
+def _reported(scene: Scene, curves: Curves, pair: tuple[str, str]) -> tuple[Curves, Peaks]:
+    """The curves whose peaks double precision can tell, the first in any case, and these peaks."""
     try:
-        peaks(curves.absorber, *pair)
-        return curves
+        return curves, peaks(curves.absorber, *pair)
     except NumericalFailure:
         if scene.wanted is not None:
             raise
@@ -242,7 +248,8 @@ def _reported(scene: Scene, curves: Curves, pair: tuple[str, str]) -> Curves:
         except NumericalFailure as failure:
             scene.warn(f"curve {name!r} left out: {failure}")
     names = tuple(curves.names[place] for place in shown)
-    return Curves(names, Absorber(*(np.asarray(part)[shown] for part in curves.absorber)))
+    left = Absorber(*(np.asarray(part)[shown] for part in curves.absorber))
+    return Curves(names, left), peaks(left, *pair)
 
 
 def frequency_ratios(options: AbsorberResponse, parts: AbsorberParts) -> np.ndarray:
@@ -271,28 +278,34 @@ def emit_frequencies(scene: Scene, parts: AbsorberParts, ratios: np.ndarray) -> 
     scene.emit(f"{RESPONSE_ROOT}/primary_frequency", natural, 8.0 * EPSILON * natural)
 
 
-def _emit_peaks(scene: Scene, curves: Curves, pair: tuple[str, str]) -> None:
+def _emit_peaks(scene: Scene, curves: Curves, tops: Peaks, pair: tuple[str, str]) -> None:
     axes = {"curve": curves.names}
-    tops = peaks(curves.absorber, *pair)
     places = axes | {"peak": np.arange(1, _MOST + 1)}
+    root = f"{RESPONSE_ROOT}/peak"
     spread = np.where(tops.present, 4.0 * EPSILON * tops.frequency, 0.0)
-    spread[0] += _moved(scene, curves, lambda one: peaks(one, *pair).frequency)
+    spread[..., 0, :] += _moved(scene, curves, lambda one: peaks(one, *pair).frequency)
     error = np.where(np.isfinite(tops.error), tops.error, 0.0)
-    error[0] += _moved(scene, curves, lambda one: peaks(one, *pair).magnitude)
-    scene.emit(f"{RESPONSE_ROOT}/peak/magnitude", tops.magnitude, error, places)
-    scene.emit(f"{RESPONSE_ROOT}/peak/frequency_ratio", tops.frequency, spread, places)
-    uncertainty = np.where(np.isfinite(tops.largest_error), tops.largest_error, 0.0)
-    uncertainty[0] += _moved(scene, curves, lambda one: peaks(one, *pair).largest)
-    scene.emit(f"{RESPONSE_ROOT}/largest", tops.largest, uncertainty, axes)
+    error[..., 0, :] += _moved(scene, curves, lambda one: peaks(one, *pair).magnitude)
+    scene.emit(f"{root}/magnitude", tops.magnitude, error, places)
+    scene.emit(f"{root}/frequency_ratio", tops.frequency, spread, places)
+    _emit_largest(scene, "largest", curves, tops, pair)
     finite = np.isfinite(tops.where)
     where = np.where(finite, 4.0 * EPSILON * np.where(finite, tops.where, 0.0), 0.0)
     # it is one of the peaks: what these move by
-    where[0] += np.max(spread[0], initial=0.0) if finite[0] else 0.0
+    moved = np.max(spread[..., 0, :], axis=-1)
+    where[..., 0] += np.where(finite[..., 0], moved, 0.0)
     scene.emit(f"{RESPONSE_ROOT}/largest_frequency_ratio", tops.where, where, axes)
-    travel = peaks(curves.absorber, pair[0], TRAVEL)
-    uncertainty = np.where(np.isfinite(travel.largest_error), travel.largest_error, 0.0)
-    uncertainty[0] += _moved(scene, curves, lambda one: peaks(one, pair[0], TRAVEL).largest)
-    scene.emit(f"{RESPONSE_ROOT}/largest_travel", travel.largest, uncertainty, axes)
+    if scene.wants(f"{RESPONSE_ROOT}/largest_travel"):
+        travel = peaks(curves.absorber, pair[0], TRAVEL)
+        _emit_largest(scene, "largest_travel", curves, travel, (pair[0], TRAVEL))
+
+
+def _emit_largest(
+    scene: Scene, name: str, curves: Curves, tops: Peaks, pair: tuple[str, str]
+) -> None:
+    error = np.where(np.isfinite(tops.largest_error), tops.largest_error, 0.0)
+    error[..., 0] += _moved(scene, curves, lambda one: peaks(one, *pair).largest)
+    scene.emit(f"{RESPONSE_ROOT}/{name}", tops.largest, error, {"curve": curves.names})
 
 
 def _emit_landmarks(scene: Scene, curves: Curves, pair: tuple[str, str]) -> None:
