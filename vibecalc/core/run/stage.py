@@ -10,7 +10,7 @@ import numpy as np
 from vibecalc.core.results.catalogue import AXES, CATALOGUE, OWNER
 from vibecalc.core.results.described import Group, given_in
 from vibecalc.core.results.named import named
-from vibecalc.core.results.record import Axis, Method, Quantity, Record
+from vibecalc.core.results.record import Axis, Method, Record
 from vibecalc.errors import KeyPath, NumericalFailure
 from vibecalc.numerics.bounded import Bounded, Summed
 from vibecalc.subjects import SUBJECTS
@@ -300,14 +300,10 @@ class Scene:
         if own and np.all(finite_errors == estimate):
             own = False
         self.record.add(
-            Quantity(
-                path=path,
-                values=values,
-                unit=entry.unit,
-                long_name=entry.long_name,
-                axes=tuple(self._axis(name, given[name]) for name in entry.axes),
-                amplitude=entry.amplitude,
-                error_estimate=estimate,
+            entry.quantity(
+                values,
+                estimate,
+                tuple(self._axis(name, given[name]) for name in entry.axes),
                 standard_error=standard_error,
                 terms=float(np.max(terms)),
                 errors=finite_errors if own else None,
