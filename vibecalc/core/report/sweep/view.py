@@ -173,13 +173,11 @@ def view_of(result: SweepResult) -> SweepView:
     )
     drawn = head.design["axes"] if head.sampling != "grid" else [axis.keys for axis in axes]
     ends = np.cumsum([0, *map(len, drawn)]).tolist()
-    failures = result.failures()
-    causes_of = zip(failures.points.tolist(), failures.causes.tolist(), strict=True)
 
     def read(path: str) -> StackedResult:
         stacked, every = result.quantities[path], (0, result.count)
         return StackedResult(
-            stacked.points(*every), stacked.errors_of(*every), stacked.standard_errors_of(*every)
+            stacked.values(*every), stacked.errors(*every), stacked.standard_errors(*every)
         )
 
     return SweepView(
@@ -190,7 +188,7 @@ def view_of(result: SweepResult) -> SweepView:
         together=tuple(tuple(range(start, stop)) for start, stop in pairwise(ends)),
         indices=bool(head.design.get("indices")),
         status=result.status().ravel(),
-        reasons={point: failures.texts[cause] for point, cause in causes_of},
+        reasons=result.failures().by_point(),
         quantities={path: _described(quantity) for path, quantity in result.quantities.items()},
         read=read,
         facts=(
