@@ -189,8 +189,6 @@ def _work_of_efficiency(case: "Case", orders: int) -> Work:
 
 def _entries(case: "Case", path: str, axis: str) -> Entries | None:
     options = case.isolation
-    if axis == "speed":
-        return Entries.of_speeds(options and options.run_up, "isolation.run_up")
     if axis == "mode" and path.startswith(("isolation/modes/", "isolation/torque_reaction/")):
         planar = options is not None and options.model == "planar"
         most, body = (3, "a body in the plane") if planar else (6, "a rigid body")

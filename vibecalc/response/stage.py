@@ -52,7 +52,10 @@ def loads_on(case: "Case", table: str) -> Loads:
 
 
 def entries_of_loads(case: "Case", axis: str, table: str) -> Entries | None:
-    """Entries of the axis of these orders, where the case and not the tolerance says how many."""
+    """Speeds of a run-up; these orders, where the case and not the tolerance says how many."""
+    if axis == "speed":
+        options = getattr(case, table)
+        return Entries.of_speeds(options and options.run_up, f"{table}.run_up")
     if axis != "order" or table not in with_torque(case):
         return orders_given(case, axis)
     found = orders_of_reaction(case)
@@ -175,9 +178,6 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
 
 
 def _entries(case: "Case", path: str, axis: str) -> Entries | None:
-    if axis == "speed":
-        asked = case.response and case.response.run_up
-        return Entries.of_speeds(asked, "response.run_up")
     if axis in ("mode", "other_mode") and path.startswith("response/modes/"):
         return Entries.up_to(6, "a rigid body has 6 degrees of freedom")
     return entries_of_loads(case, axis, "response")
