@@ -11,21 +11,11 @@ from vibecalc.core.case.fields import (
     RunUp,
     Table,
 )
-from vibecalc.core.case.raw import table_at
-from vibecalc.core.case.rules import Rule, needs, refuse, wants
+from vibecalc.core.case.rules import needs, refuse, wants
+from vibecalc.parts.body_tables import no_matrices
 from vibecalc.unit_table import FREE_FALL
 
 _WITHOUT = "leave [isolation] out for forces and balance only"
-
-
-def _no_matrix(part: str, matrix: str, instead: str) -> Rule:
-    return refuse(
-        "",
-        f"[isolation] needs {instead}, not a {matrix}",
-        lambda t: matrix in table_at(t.case, "machine", part),
-        hint="[response] takes matrices",
-        also=("machine", part, matrix),
-    )
 
 
 class Isolation(Table):
@@ -69,6 +59,5 @@ class Isolation(Table):
         ),
         wants("machine.body", hint=_WITHOUT),
         wants("machine.mounts", hint=_WITHOUT),
-        _no_matrix("body", "mass_matrix", "a body with mass and inertia"),
-        _no_matrix("mounts", "stiffness_matrix", "mounts with places"),
+        *no_matrices(hint="[response] takes matrices"),
     )
