@@ -46,13 +46,10 @@ def run_bearing_loads(scene: Scene) -> None:
         "crank_angle": np.linspace(0.0, loads.cycle, table.crank_angles),
         **NAMES,
     }
-    crank_pins, wrist_pins = (
-        [size] * len(train.names) for size in (table.crank_pin, table.wrist_pin)
-    )
     _emit(scene, loads, MainLoad, Loads.main, table.main_bearings, axes)
-    _emit(scene, loads, CrankPin, Loads.crank_pin, crank_pins, axes)
+    _emit(scene, loads, CrankPin, Loads.crank_pin, [table.crank_pin], axes)
     if scene.case.machine.crank_train.rod is not None:
-        _emit(scene, loads, WristPin, Loads.wrist_pin, wrist_pins, axes)
+        _emit(scene, loads, WristPin, Loads.wrist_pin, [table.wrist_pin], axes)
     _emit(scene, loads, SideThrust, Loads.wall, (), axes)
     if table.speeds is not None:
         speeds = np.linspace(table.speeds.start, table.speeds.stop, table.speeds.points)
@@ -74,7 +71,10 @@ def _emit(
     sizes: Sequence[BearingSize | MainBearing | None],
     axes: dict[str, Any],
 ) -> None:
-    """Forces over the cycle, their peaks and their means, as far as they are results of a group."""
+    """Forces over the cycle, their peaks and their means, as far as they are results of a group.
+
+    The `sizes` are those of all bearings, or the one of each of them.
+    """
     speed, train = np.asarray(scene.case.machine.speed), scene.parts.crank_train
     of_throw = Loads.crank_pin_of_throw if kind is Loads.crank_pin else kind
     across = (train.stroke - 1j * train.across)[train.axis == 0.0]

@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.bearings.crank_loads import bearing_shares
 from vibecalc.bearings.loads import Gas, Loads, Shaft
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.crank_forces import rod_difference
+from vibecalc.excitation.crank_forces import rod_moments
 from vibecalc.excitation.gas_tables import card_of_force
 from vibecalc.excitation.model import (
     build_firing,
@@ -33,7 +33,7 @@ def loads_of(scene: Scene) -> Loads:
     rod, share = written.rod, rod_share(written)
     moves = (train.reciprocating_mass + train.rotating_mass > 0.0).astype(float)
     mass = moves * (0.0 if rod is None else rod.mass)
-    inertia = rod is not None and rod.inertia is not None
+    moments = rod_moments(train, rod)
     return Loads(
         cycle_angle(case.machine),
         crank_geometry(written),
@@ -42,7 +42,7 @@ def loads_of(scene: Scene) -> Loads:
         train.reciprocating_mass,
         mass * share,
         mass * (1.0 - share),
-        moves * (rod_difference(train, rod).value if rod is not None and inertia else 0.0),
+        0.0 * moves if moments is None else moments.value,
         gas_of(case, train),
         shaft_of(case, train, scene.parts.rotating_masses),
     )
