@@ -89,13 +89,10 @@ def gas_of(case: "Case", train: CrankTrain) -> Gas:
     runs = np.array([working is None or name in working for name in train.names], dtype=float)
     start, none = train.bank_angle - train.crank_phase, np.zeros(1)
     if not has_cards(machine):
-        curves = enumerate(force_curves(machine))
-        each = np.diag(runs)
-        own = ((i, curve) for i, curve in curves if curve is not None and runs[i])
-        return Gas(start, none, tuple(((card_of_force(curve),), each[i]) for i, curve in own))
+        each = zip(force_curves(machine), np.diag(runs), strict=True)
+        own = (((card_of_force(one),), share) for one, share in each if one and share.any())
+        return Gas(start, none, tuple(own))
     speeds, cards = gas_cards(machine)
-    if not cards:
-        return Gas(start, none, ())
     force = crank_geometry(machine.crank_train).piston_area * runs
     if machine.kind == "pump":
         return Gas(start, none, ((cards, force),))
