@@ -54,12 +54,9 @@ def shaft_of(case: "Case", train: CrankTrain, rotating: RotatingMasses) -> Shaft
     assert table is not None
     bearings = [bearing.position for bearing in table.main_bearings]
     count = len(rotating.names) - len(case.machine.crank_train.balance_shafts)
-    fall = free_fall(case, table.up, train)
-    loads = [
-        fall * (one.mass or 0.0) if one.force is None else np.array(one.force)
-        for one in table.shaft_loads
-    ]
-    at_rest = np.array([force @ (train.stroke - 1j * train.across) for force in loads], complex)
+    fall, plane = free_fall(case, table.up, train), train.stroke - 1j * train.across
+    loads = [(one.mass or 0.0) * fall + (one.force or np.zeros(3)) for one in table.shaft_loads]
+    at_rest = np.array([load @ plane for load in loads], dtype=complex)
     return Shaft(
         tuple(bearing.name for bearing in table.main_bearings),
         bearing_shares(bearings, train.position),
