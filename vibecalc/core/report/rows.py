@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.sections import labels, magnitudes, merged
+from vibecalc.core.report.sections import by_size, labels, magnitudes, merged
 from vibecalc.core.report.writing import (
     DIGITS,
     Column,
@@ -37,8 +37,9 @@ class Cells(NamedTuple):
     """A column: a result below the root of its table, or what a function makes of the record.
 
     Of a result with a second axis each entry of that is a column, whose name stands for `{}` in the
-    `head`; its unit stands at `{unit}`. Words stand at the left, numbers at the right. The `note`
-    stands below the table. With `blank` an infinite entry is none, shown as "-".
+    `head`; its unit stands at `{unit}`, the larger one that people read where values are large.
+    Words stand at the left, numbers at the right. The `note` stands below the table. With `blank`
+    an infinite entry is none, shown as "-".
     """
 
     of: str | Made
@@ -191,7 +192,8 @@ def _found(record: Record, of: Rows, one: Cells) -> Quantity | None:
 
 
 def _unit(quantity: Quantity, one: Cells) -> str:
-    return one.how if isinstance(one.how, str) and one.how else quantity.unit
+    unit = one.how if isinstance(one.how, str) and one.how else quantity.unit
+    return by_size(unit, quantity.values) if "{unit}" in one.head else unit
 
 
 def _there(axis: Axis, own: Axis, places: np.ndarray) -> list[int | None]:
@@ -203,8 +205,8 @@ def _there(axis: Axis, own: Axis, places: np.ndarray) -> list[int | None]:
 
 
 def _writer(quantity: Quantity, one: Cells, digits: int) -> Callable[[Any], str]:
-    error, how = quantity.estimate, one.how
-    factor = convert(1.0, quantity.unit, how) if isinstance(how, str) and how else 1.0
+    error, how, unit = quantity.estimate, one.how, _unit(quantity, one)
+    factor = 1.0 if unit == quantity.unit else convert(1.0, quantity.unit, unit)
 
     def written(value: Any) -> str:
         if isinstance(value, str):
