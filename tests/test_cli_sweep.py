@@ -304,7 +304,7 @@ def test_attached_and_fatal_points_are_marked_and_only_they_are_tried_again(tmp_
     assert made.counts == {DONE: 94, TIMED_OUT: 1, DIED: 1} and made.failed == 2
     with open_sweep(wanted.output) as found:
         assert found.status().ravel()[[13, 50]].tolist() == [TIMED_OUT, DIED]
-        words = dict(zip(found.failures().points.tolist(), found.failures().texts, strict=True))
+        words = found.reasons()
         assert words[13] == "took longer than 3 s" and "SIGSEGV" in words[50]
         assert np.isnan(found.quantities[RUN_UP].values()).sum() == 2
     assert "--resume" in said[0]

@@ -92,11 +92,12 @@ def test_errors_are_those_of_each_point_and_the_largest(tmp_path: Path) -> None:
 
 def test_causes_are_reported_once_with_the_points_they_hit(tmp_path: Path) -> None:
     with open_sweep(written(tmp_path, made(tmp_path))) as found:
-        failed = found.failures()
-        assert failed.points.tolist() == [3, 10, 17]
-        said = [failed.texts[cause] for cause in failed.causes]
-        assert said[0] == said[2] == "order 1 meets mode 1" and len(failed.texts) == 2
-        assert said[1].startswith("Traceback\n  a line with é and  and ")
+        reasons = found.reasons()
+        assert list(reasons) == [3, 10, 17]
+        assert reasons[3] == reasons[17] == "order 1 meets mode 1"
+        assert reasons[10].startswith("Traceback\n  a line with é and  and ")
+    with h5py.File(tmp_path / "sweep.h5") as file:
+        assert file["sweep/message/text"].shape == (2,)
 
 
 def test_it_is_read_as_a_result_and_by_xarray(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType, TracebackType
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -210,19 +210,6 @@ def _json_table(place: Any, path: Path, name: str) -> dict[str, Any]:
 # ----------------------------------------------------------------------------
 
 
-class Failures(NamedTuple):
-    """Points without a result: their numbers (m,), ascending, and for each a row of `texts`."""
-
-    points: np.ndarray
-    causes: np.ndarray
-    texts: tuple[str, ...]
-
-    def by_point(self) -> dict[int, str]:
-        """The reason of each of these points."""
-        pairs = zip(self.points.tolist(), self.causes.tolist(), strict=True)
-        return {point: self.texts[cause] for point, cause in pairs}
-
-
 @dataclass(frozen=True, kw_only=True)
 class StackedQuantity:
     """One quantity of a sweep; `axes` are its own, those of the sweep come before them.
@@ -307,13 +294,11 @@ class SweepResult:
         statuses, many = np.unique(self.status(first, last), return_counts=True)
         return dict(zip(statuses.tolist(), many.tolist(), strict=True))
 
-    def failures(self) -> Failures:
-        """Points that were run and have no result, with the reasons."""
-        return Failures(
-            points=self.read(f"{MESSAGE}/point"),
-            causes=self.read(f"{MESSAGE}/cause"),
-            texts=tuple(str(text) for text in self._file[MESSAGE]["text"].asstr()[()]),
-        )
+    def reasons(self) -> dict[int, str]:
+        """Why points that were run have no result, by their numbers, ascending."""
+        points, causes = (self.read(f"{MESSAGE}/{name}").tolist() for name in ("point", "cause"))
+        texts = [str(text) for text in self._file[MESSAGE]["text"].asstr()[()]]
+        return {point: texts[cause] for point, cause in zip(points, causes, strict=True)}
 
     def _quantity(self, name: str) -> StackedQuantity:
         file, path, size = self._file, self.path, len(self.shape)

@@ -188,7 +188,7 @@ def view_of(result: SweepResult) -> SweepView:
         together=tuple(tuple(range(start, stop)) for start, stop in pairwise(ends)),
         indices=bool(head.design.get("indices")),
         status=result.status().ravel(),
-        reasons=result.failures().by_point(),
+        reasons=result.reasons(),
         quantities={path: _described(quantity) for path, quantity in result.quantities.items()},
         read=read,
         facts=(

@@ -169,7 +169,7 @@ def _together(parts: Sequence[SweepResult]) -> Iterator[Block]:
         for part in parts
     )
     step = max(1, min(_AT_ONCE, _ENTRIES // max(entries, 1)))
-    words = [part.failures().by_point() for part in parts]
+    words = [part.reasons() for part in parts]
     for first in range(0, count, step):
         numbers = np.arange(first, min(first + step, count))
         whole: Block | None = None
