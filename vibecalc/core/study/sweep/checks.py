@@ -10,8 +10,9 @@ import numpy as np
 
 from vibecalc.core.case.load import LoadedCase, validate
 from vibecalc.core.case.raw import case_at
-from vibecalc.core.case.walk import Shape, bound_words
+from vibecalc.core.case.walk import bound_words
 from vibecalc.core.results.record import Entry
+from vibecalc.core.run.columns import allowed_by
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.targets import unknown_quantity
 from vibecalc.core.study.sweep.design import AxisKey, Design, make_design, size_words
@@ -25,7 +26,6 @@ from vibecalc.schema import Case
 
 _BLOCK = 1 << 18  # values looked through at a time
 _SHOWN = 3
-_COMPARE = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
 
 
 def forbidden_values(design: Design) -> Iterator[Problem]:
@@ -33,14 +33,6 @@ def forbidden_values(design: Design) -> Iterator[Problem]:
     for column, key in enumerate(design.every):
         if not key.choices and not np.all(allowed_by(key.shape, np.array(key.values.ends))):
             yield from _of_key(design, key, column)
-
-
-def allowed_by(shape: Shape, values: np.ndarray) -> np.ndarray:
-    """Whether each value is finite and within the bounds of its place in a case."""
-    allowed = np.isfinite(values)
-    for name, bound in shape.bounds:
-        allowed &= _COMPARE[name](values, bound)
-    return np.asarray(allowed)
 
 
 def _of_key(design: Design, key: AxisKey, column: int) -> Iterator[Problem]:
