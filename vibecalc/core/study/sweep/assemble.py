@@ -193,9 +193,9 @@ def _block(part: SweepResult, words: Mapping[int, str], numbers: np.ndarray) -> 
         return None
     quantities = {
         path: BlockQuantity(
-            values=one.values(first, last),
-            errors=one.errors(first, last),
-            standard_errors=one.standard_errors(first, last),
+            values=part.values(path, first, last),
+            errors=part.errors(path, first, last),
+            standard_errors=part.standard_errors(path, first, last),
             axes=one.axes,
             unit=one.unit,
             long_name=one.long_name,
