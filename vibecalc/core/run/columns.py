@@ -95,7 +95,7 @@ _COMPARE = {"gt": operator.gt, "ge": operator.ge, "lt": operator.lt, "le": opera
 
 def allowed_by(shape: Shape | None, values: np.ndarray) -> BoolArray:
     """Whether each value is finite and within the bounds of its place in a case."""
-    allowed = np.isfinite(values)
+    allowed: BoolArray = np.isfinite(values)
     for name, bound in () if shape is None else shape.bounds:
         allowed &= _COMPARE[name](values, bound)
     return allowed
