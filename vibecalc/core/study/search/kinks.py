@@ -170,8 +170,8 @@ def _lowest(
 # How far an optimum may be off by errors of the values, whatever holds it.
 # ----------------------------------------------------------------------------
 
-#: first step away from an optimum, growth of the steps, halvings of the last one
-FIRST_AWAY, AWAY, HALVINGS = 1e-5, 4.0, 2
+#: first step away from an optimum, and growth of the steps
+FIRST_AWAY, AWAY = 1e-5, 1.6
 
 
 def reach(values: Values, unit: np.ndarray, bias: np.ndarray) -> np.ndarray:
@@ -195,12 +195,9 @@ def reach(values: Values, unit: np.ndarray, bias: np.ndarray) -> np.ndarray:
         return bool(there[0] - base[0] < 2.0 * bias[0] + KNOWN)
 
     def extent(axis: np.ndarray) -> float:
-        step, factor = FIRST_AWAY, AWAY
+        step = FIRST_AWAY
         while step < 1.0 and within(step * axis):
             step *= AWAY
-        for _ in range(HALVINGS):
-            factor = float(np.sqrt(factor))
-            step = step if within(step / factor * axis) else step / factor
         return step
 
     axes = np.eye(size)

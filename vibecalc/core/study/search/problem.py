@@ -374,6 +374,11 @@ class Search(NamedTuple):
         """Whether the end keeps all limits, as far as a search gets without being refined."""
         return self.violation <= FEASIBLE_WITHIN
 
+    @property
+    def converged(self) -> bool:
+        """Whether it ended because nothing was left to gain."""
+        return self.reason == CONVERGED
+
 
 class LocalOptimum(NamedTuple):
     """A distinct local optimum that keeps all limits, with the number of searches that ended there.
