@@ -20,7 +20,7 @@ from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.adapters.run_up import sections
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.results import SupportForce
-from vibecalc.isolation.rows import Jet
+from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import numbered
@@ -96,6 +96,17 @@ def motion_topic(
     return [forced(ask, [solver], Matrices(*system.matrices[:4]), w, known, read)]
 
 
+def counting(rows: HarmonicsAt) -> tuple[HarmonicsAt, list[int]]:
+    """The same rows, and at how many speeds they have been evaluated."""
+    asked = [0]
+
+    def counted(speed: FloatArray, slopes: bool = False, errors: bool = False) -> Jet:
+        asked[0] += len(speed)
+        return rows(speed, slopes=slopes, errors=errors)
+
+    return counted, asked
+
+
 def run_up_topics(scene: Scene) -> list[Topic]:
     """The largest force of a support at any speed; none where all grow without bound."""
     if isolation_of(scene).run_up is None:
@@ -118,12 +129,7 @@ def run_up_topics(scene: Scene) -> list[Topic]:
         return np.asarray(cycle_peaks(setup.rows, setup.harmonics, speed).value[:, row])
 
     def alone(_: float) -> Answer:
-        asked = [0]
-
-        def rows(speed: FloatArray, slopes: bool = False, errors: bool = False) -> Jet:
-            asked[0] += len(speed)
-            return setup.rows(speed, slopes=slopes, errors=errors)
-
+        rows, asked = counting(setup.rows)
         peak = run_up_peak(rows, setup.harmonics, setup.resonances, *ends, setup.shows)
         return Answer(peak.value[[row]], float(asked[0]), float(peak.speed[row]))
 

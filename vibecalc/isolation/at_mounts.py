@@ -9,8 +9,8 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.rows import Readout
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.leading import product
-from vibecalc.numerics.linear import Linear, law, resisting
-from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF
+from vibecalc.numerics.linear import Linear, law, resisting, uncertain
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mounts import Mounts
 
@@ -75,7 +75,8 @@ def deflected(rest: Resting, load: Bounded) -> AtMounts:
     body = body + _times(inverse, force - _times(matrices.stiffness, body))
     spread = matrices.stiffness_error + 8.0 * UNIT_ROUNDOFF * np.abs(matrices.stiffness)
     body_error = _times(np.abs(inverse), _times(spread, np.abs(body)) + force_error)
-    _require_digits(matrices, body, body_error)
+    if np.any(uncertain(matrices.mass, Bounded(body, body_error))):
+        raise NumericalFailure(_free("to rounding"))
     uncertainty = body_error + 8.0 * UNIT_ROUNDOFF * np.abs(body)
     motion = _times(rest.stretch, body[..., None, :])
     motion_error = _times(np.abs(rest.stretch), uncertainty[..., None, :])
@@ -110,15 +111,6 @@ def _flexibility(matrices: Linear) -> np.ndarray:
     if not np.all(np.isfinite(inverse)):
         raise NumericalFailure(_free("exactly"))
     return inverse
-
-
-def _require_digits(matrices: Linear, body: np.ndarray, error: np.ndarray) -> None:
-    """Refuse a deflection of which fewer than four digits are certain."""
-    weight = np.sqrt(np.linalg.diagonal(matrices.mass))
-    loss = np.max(weight * error, axis=-1)
-    largest = np.maximum(np.max(weight * np.abs(body), axis=-1), np.finfo(float).tiny)
-    if not np.all(loss < SINGULAR * largest):
-        raise NumericalFailure(_free("to rounding"))
 
 
 def _free(how: str) -> str:

@@ -75,7 +75,9 @@ def run_up(
     )  # fmt: skip
     none = np.zeros(len(curve.speed), int)
     samples = Samples(none, curve.speed, curve.value.value, curve.value)
-    peak = _with_unbounded(highest(machine, samples, 0.97, 1), machine, shows)
+    peak = with_unbounded(
+        highest(machine, samples, 0.97, 1), machine.masked, shows[machine.masked.mode - 1]
+    )
     return RunUp(curve.speed, curve.value, peak, machine.masked, curve.unresolved)
 
 
@@ -111,7 +113,7 @@ def run_up_peak(
 ) -> RunUpPeak:
     """The maxima of `run_up` alone, without its curve: for searches that ask thousands of times."""
     machine = machine_of(harmonics_at, orders, resonances, start, stop, shows)
-    return _with_unbounded(highest_peaks(machine), machine, shows)
+    return with_unbounded(highest_peaks(machine), machine.masked, shows[machine.masked.mode - 1])
 
 
 def cycle_peaks(harmonics_at: HarmonicsAt, orders: np.ndarray, speed: np.ndarray) -> Bounded:
@@ -143,11 +145,10 @@ def machine_of(
     )  # fmt: skip
 
 
-def _with_unbounded(peak: RunUpPeak, machine: Machines, shows: np.ndarray) -> RunUpPeak:
-    """With infinite peaks at the first resonance without bound."""
-    masked = machine.masked
-    for row in np.flatnonzero(machine.infinite):
-        first = int(np.argmax(shows[masked.mode - 1, row]))
+def with_unbounded(peak: RunUpPeak, masked: MaskedSpeeds, meets: np.ndarray) -> RunUpPeak:
+    """With an infinite peak of each row at the first resonance that it `meets` (masked, rows)."""
+    for row in np.flatnonzero(np.any(meets, axis=0)):
+        first = int(np.argmax(meets[:, row]))
         peak.value[row], peak.speed[row] = np.inf, masked.centre[first]
         peak.speed_error[row] = masked.centre_error[first]
     return peak

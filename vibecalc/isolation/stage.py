@@ -74,7 +74,6 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
     if options is None:
         return
     pitch, torque = options.model == "pitch", torque_reaches_mounts(case)
-    line = torque and case.machine.shaft_line is not None and not is_separate(case)
     speed = f"{case.machine.speed:.6g} rad/s"
     without = (*_OTHERS, *(_BODY_ONLY if pitch else _PITCH_ONLY), *STEADY, *OF_TORQUE, *NEAREST)
     quantities = below("isolation/", without=without) + _of_mounts(case)
@@ -87,7 +86,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
         adapter="vibecalc.isolation.adapters.body:run_isolation",
         why=f'[isolation] is in the case, model = "{options.model}"'
         + ", with the torque of the cylinders" * torque,
-        parts=("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line)),
+        parts=parts_of_loads(case),
         orders=ORDERS if torque else orders_words(case),
         cost="one solve per order at " + speed,
         quantities=quantities,
@@ -153,12 +152,11 @@ def efficiency_stage(case: "Case") -> Iterator[Stage]:
     if case.isolation is None or not case.isolation.efficiency:
         return
     torque = torque_reaches_mounts(case)
-    line = torque and case.machine.shaft_line is not None and not is_separate(case)
     yield Stage(
         name="isolation efficiency",
         adapter="vibecalc.isolation.adapters.efficiency:run_efficiency",
         why="[isolation] efficiency is in the case" + ", with the torque of the cylinders" * torque,
-        parts=("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line)),
+        parts=parts_of_loads(case),
         orders=ORDERS if torque else orders_words(case),
         cost="one solve per order and at some hundred frequencies",
         quantities=below("isolation/efficiency/"),
@@ -184,8 +182,18 @@ def orders_of_loads(case: "Case") -> Harmonics:
     return (orders_of_reaction if torque_reaches_mounts(case) else orders_of_motion)(case)
 
 
+def parts_of_loads(case: "Case") -> tuple[str, ...]:
+    """Parts of the machine that these loads are made of, and that they act on."""
+    torque = torque_reaches_mounts(case)
+    line = torque and case.machine.shaft_line is not None and not is_separate(case)
+    return ("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line))
+
+
 def entries_of_loads(case: "Case", axis: str) -> Entries | None:
-    """Entries of the axis of these orders, where the case and not the tolerance says how many."""
+    """Speeds of a run-up; these orders, where the case and not the tolerance says how many."""
+    if axis == "speed":
+        options = case.isolation
+        return Entries.of_speeds(options and options.run_up, "isolation.run_up")
     if axis != "order" or not torque_reaches_mounts(case):
         return orders_given(case, axis)
     found = orders_of_reaction(case)
@@ -231,8 +239,6 @@ def _work_of_efficiency(case: "Case", orders: int) -> Work:
 
 def _entries(case: "Case", path: str, axis: str) -> Entries | None:
     options = case.isolation
-    if axis == "speed":
-        return Entries.of_speeds(options and options.run_up, "isolation.run_up")
     if axis == "mode" and path.startswith(("isolation/modes/", "isolation/torque_reaction/")):
         planar = options is not None and options.model == "planar"
         most, body = (3, "a body in the plane") if planar else (6, "a rigid body")

@@ -310,13 +310,15 @@ class Scene:
             )
         )
 
-    def emit_all(self, group: Group, axes: Mapping[str, Any] | None = None) -> None:
-        """Put the results of a group into the record, with the axes that they have among these.
+    def emit_all(
+        self, group: Group | Mapping[str, Any], axes: Mapping[str, Any] | None = None
+    ) -> None:
+        """Put the results of a group, or by path, into the record, with their axes among these.
 
         A value is an array, a `Bounded`, or a `Summed` with the size of its terms; or a function
         without arguments that gives one, which is called where its result is asked for.
         """
-        for path, value in given_in(group):
+        for path, value in group.items() if isinstance(group, Mapping) else given_in(group):
             if callable(value):
                 if not self.wants(path):
                     continue
