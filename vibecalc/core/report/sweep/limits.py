@@ -264,16 +264,13 @@ def _extent(sweep: SweepView, kept: np.ndarray) -> list[str]:
             rows.append([f"{key.words}: {names}", "", "", "", "", "", ""])
             continue
         ends = [key.number(end[column]) for end in (*swept, *inside)]
-        edges = [swept[side][column] == inside[side][column] for side in (0, 1)]
-        mark = ("<" if edges[0] else "") + (">" if edges[1] else "")
-        rows.append([key.words, *ends, key.unit, mark])
-    lines = table(_REGION, rows)
-    if any("<" in row[-1] or ">" in row[-1] for row in rows):
-        lines += paragraph(
-            "< and >: the region reaches the lower or the upper end of what was swept, and may "
-            "go on beyond it"
-        )
-    return lines
+        low, high = (swept[side][column] == inside[side][column] for side in (0, 1))
+        rows.append([key.words, *ends, key.unit, "<" * bool(low) + ">" * bool(high)])
+    words = (
+        "< and >: the region reaches the lower or the upper end of what was swept, and may go on "
+        "beyond it"
+    )
+    return [*table(_REGION, rows), *(paragraph(words) if any(row[-1] for row in rows) else [])]
 
 
 def _best(sweep: SweepView, judged: Judged) -> str:
