@@ -43,6 +43,11 @@ class Limit(NamedTuple):
     broken: np.ndarray
     open: np.ndarray
 
+    @property
+    def words(self) -> str:
+        """`max 100 N`."""
+        return f"{self.side} {self.shown}"
+
 
 class Judged(NamedTuple):
     """Limits on what a sweep keeps, in the order of the case, and quantities it does not keep.
@@ -226,7 +231,7 @@ def _row(sweep: SweepView, limit: Limit) -> list[str]:
     share = _share(sweep, limit.kept).replace(" (", "\n(")
     open_ = np.count_nonzero(limit.open & sweep.independent)
     share += f"\n{open_} undecided" if open_ else ""
-    return [name, f"{limit.side} {limit.shown}", share, where]
+    return [name, limit.words, share, where]
 
 
 def _share(sweep: SweepView, kept: np.ndarray) -> str:
@@ -237,7 +242,7 @@ def _share(sweep: SweepView, kept: np.ndarray) -> str:
 
 def _region(sweep: SweepView, judged: Judged) -> list[str]:
     if judged.kept.any():
-        said = filter(None, (_best(sweep, judged), _nearest(sweep, judged.kept)))
+        said = filter(None, (best_words(sweep, judged), _nearest(sweep, judged.kept)))
         below = [line for words in said for line in paragraph(words)]
         return [*paragraph("where all limits are kept:"), *_extent(sweep, judged.kept), "", *below]
     lines = paragraph("No computed point keeps all limits.")
@@ -273,7 +278,8 @@ def _extent(sweep: SweepView, kept: np.ndarray) -> list[str]:
     return [*table(_REGION, rows), *(paragraph(words) if any(row[-1] for row in rows) else [])]
 
 
-def _best(sweep: SweepView, judged: Judged) -> str:
+def best_words(sweep: SweepView, judged: Judged) -> str:
+    """The best point and its value, empty where there is none."""
     found = best(sweep, judged)
     if found is None:
         return ""
