@@ -27,7 +27,9 @@ from sweep_views import (
     view,
 )
 
-matplotlib = pytest.importorskip("matplotlib")
+pytest.importorskip("matplotlib")
+
+from matplotlib import rc_context
 
 from vibecalc.core.report.plots import STYLE, SWEEP_PICTURES, draw_file, make
 from vibecalc.core.report.sweep.limits import best, judge
@@ -49,7 +51,7 @@ MORE = {
 
 
 def figure(sweep: SweepView, name: str, dpi: float | None = None) -> Any:
-    with matplotlib.rc_context(STYLE):
+    with rc_context(STYLE):
         made = make(sweep, name)
         assert made is not None
         if dpi is not None:
@@ -115,7 +117,7 @@ def test_letters_and_axes_stay_apart(name: str) -> None:
     renderer = made.canvas.get_renderer()
     width = made.bbox.width
     assert 818.0 <= width <= 820.0  # 160 mm
-    with matplotlib.rc_context(STYLE):
+    with rc_context(STYLE):
         boxes = [axes.get_tightbbox(renderer) for axes in made.axes if axes.get_visible()]
         boxes += [legend.get_window_extent(renderer) for legend in made.legends]
     for i, box in enumerate(boxes):
