@@ -11,7 +11,6 @@ from vibecalc.core.report.sweep.limits import (
     Judged,
     Limit,
     best,
-    best_words,
     case_values,
     judge,
     nearest,
@@ -130,8 +129,7 @@ class Picture(NamedTuple):
             return None
         place = np.argwhere(self.points == found[0])[0]
         at = [float(along(axis)[i]) for axis, i in zip(self.grid, place, strict=True)]
-        words = unit_words(best_words(self.sweep, self.judged))[1]
-        return found[0], at, textwrap.fill(words, _LINE)
+        return found[0], at, textwrap.fill(unit_words(found[1])[1], _LINE)
 
 
 def pictured(sweep: SweepView, most_points: int, most: int) -> Picture | None:
