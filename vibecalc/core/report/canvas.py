@@ -189,13 +189,13 @@ def bounds_of(result: Result, quantity: str, entry: bool = True) -> list[tuple[s
     """
     from vibecalc.units import convert
 
-    found = []
-    for row in verdicts_of(only(result, quantity)):
-        own = row.quantity == quantity and not row.element and row.at != "start"
-        if own and row.max is not None and (entry or not row.where):
-            value = convert(row.max, row.unit, result.record[quantity].unit)
-            found.append((f"limit {row.max:g} {row.unit}".rstrip(), value))
-    return found
+    unit = result.record[quantity].unit if quantity in result.record else ""
+    return [
+        (f"limit {row.max:g} {row.unit}".rstrip(), convert(row.max, row.unit, unit))
+        for row in verdicts_of(only(result, quantity))
+        if row.quantity == quantity and not row.element and row.at != "start"
+        if row.max is not None and (entry or not row.where)
+    ]
 
 
 # ----------------------------------------------------------------------------

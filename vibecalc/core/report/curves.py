@@ -223,9 +223,9 @@ class Curve:
         for names, row, place in rows_of(quantity, self.most, self.part):
             colour, dashes = plot.colour()
             colour = self.look.get("color", colour)
-            label = said(self.words, plot.result).replace("{}", ", ".join(names))
-            each = f"{quantity.axes[0].name}{'s' * (len(names) > 1)} {', '.join(names)}"
-            label = label.replace("{each}", each if any(names) else "")
+            joined = ", ".join(names)
+            each = f"{quantity.axes[0].name}{'s' * (len(names) > 1)} {joined}" * any(names)
+            label = said(self.words, plot.result).replace("{}", joined).replace("{each}", each)
             look = {"color": colour, **self.look, "label": label or None}
             y = plot.factor * row[rank]
             plot.drawn.append((x, y))

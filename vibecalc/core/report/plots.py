@@ -239,10 +239,9 @@ def _refuse_unknown(sources: Sequence[Source], look: Look) -> None:
     has = dict.fromkeys(name for source in sources for name, _ in _figures(source, every)[1])
     near = get_close_matches(missing[0][:60], has, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
-    whose = str(sources[0]) if len(sources) == 1 else "none of the results"
-    kept = "has no" if len(sources) == 1 else "has a"
+    none = f"{sources[0]} has no" if len(sources) == 1 else "none of the results has a"
     raise UsageError(
-        f"--only {missing[0]}: {whose} {kept} picture of this name{hint}; "
+        f"--only {missing[0]}: {none} picture of this name{hint}; "
         f"there are: {', '.join(has) or 'none'}"
     )
 

@@ -217,10 +217,10 @@ def _short(keys: list[str], case: Mapping[str, Any]) -> list[str]:
     """The shortest end of each key that no other key has, and whose it is where many have such."""
     parts = [key.split(".") for key in keys]
     names = []
-    for place, path in enumerate(parts):
-        others = parts[:place] + parts[place + 1 :]
-        sizes = range(1, len(path) + 1)
-        size = next((n for n in sizes if all(o[-n:] != path[-n:] for o in others)), len(path))
+    for path in parts:
+        others = [other for other in parts if other is not path]
+        alone = (n for n in range(1, len(path)) if all(o[-n:] != path[-n:] for o in others))
+        size = next(alone, len(path))
         owned = path[-2:-1] != [] and path[-2] in _OWNERS
         if size == 1 and path[-1] in _SHARED and owned:
             size = 2
