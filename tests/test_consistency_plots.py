@@ -133,7 +133,7 @@ def test_transmissibility_marks_the_orders_on_the_curve() -> None:
 def test_a_row_of_the_catalogue_is_a_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = [entry(f"isolation/{name}", "mount speed", "N*m", f"what {name} does", curve="two_loads")
             for name in ("bend", "twist")]  # fmt: skip
-    monkeypatch.setattr("vibecalc.core.report.curves.CATALOGUE", {one.path: one for one in rows})
+    monkeypatch.setattr("vibecalc.core.report.plots.CATALOGUE", {one.path: one for one in rows})
     result = generator()
     speed = Axis(name="speed", values=np.linspace(10.0, 600.0, 200), unit="rad/s")
     mount = Axis(name="mount", values=np.array([f"m{i}" for i in range(9)], object))

@@ -34,8 +34,7 @@ from vibecalc.core.report.canvas import (
 from vibecalc.core.report.sections import labels, magnitudes, read_as, scalar_of
 from vibecalc.core.report.verdicts import MEASURED, judge_references
 from vibecalc.core.report.writing import rpm, show
-from vibecalc.core.results.catalogue import CATALOGUE
-from vibecalc.core.results.record import Axis, Entry, Quantity, Record, Result
+from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.units import convert, parse_quantity
 
 if TYPE_CHECKING:
@@ -698,25 +697,3 @@ class Curves:
         for axes in places:
             axes.tick_params(labelbottom=bool(axes.get_xlabel()))
         return figure
-
-
-# ----------------------------------------------------------------------------
-# Pictures of results that name one in the catalogue, without a description of their own.
-# ----------------------------------------------------------------------------
-
-
-def named_curves() -> dict[str, Curves]:
-    """A picture for each `curve` of the catalogue: a panel for each of its results."""
-    panels: dict[str, list[Panel]] = {}
-    for one in CATALOGUE.values():
-        if one.curve:
-            panels.setdefault(one.curve, []).append(_panel(one))
-    return {name: Curves(name.replace("_", " "), tuple(each)) for name, each in panels.items()}
-
-
-def _panel(one: Entry) -> Panel:
-    label = one.name or one.path.rpartition("/")[2].replace("_", " ")
-    parts: tuple[Mark, ...] = (Curve(one.path, "{}"),)
-    parts += (operating,) if one.axes[-1] == "speed" else ()
-    beside = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
-    return Panel(label, parts, one.long_name, ends=usual_ends, legend=beside)
