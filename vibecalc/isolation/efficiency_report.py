@@ -1,7 +1,7 @@
 """Isolation efficiency in the report and as a picture."""
 
-from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -17,8 +17,8 @@ from vibecalc.core.report.rows import (
     reduced,
     rows_of,
 )
-from vibecalc.core.report.sections import Section, having, scalar_of, section, stacked
-from vibecalc.core.report.writing import Column, number, paragraph, show, table
+from vibecalc.core.report.sections import Section, having, section, stacked
+from vibecalc.core.report.writing import number, paragraph, show_in, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces
 
@@ -45,34 +45,25 @@ def isolation_efficiency(result: Result) -> Section | None:
 
 def _overall(record: Record) -> list[str]:
     """A line for the root mean square and the peak of forces and couples each."""
-    columns = (
-        Column("on the ground"), number("held still"), number("on mounts"),
-        number("efficiency"), number("dB")
-    )  # fmt: skip
     rows = []
     for path, word, unit in _NAMES:
         for name, said in (("rms", "r.m.s."), ("peak", "peak")):
-            if f"{path}/held_{name}" not in record:
-                continue
-            pair = [record[f"{path}/{one}_{name}"] for one in ("held", "ground")]
-            share = scalar_of(record, f"{path}/{name}")
-            decibels = scalar_of(record, f"{path}/{name}_level")
-            rows.append(
-                [
-                    f"{word}, {said}",
-                    *(f"{show(float(one.values), one.error_estimate)} {unit}" for one in pair),
-                    _percent(share),
-                    "-" if decibels is None else f"{decibels:.1f}",
+            names = (f"held_{name}", f"ground_{name}", name, f"{name}_level")
+            held, ground, share, level = (record.quantities.get(f"{path}/{one}") for one in names)
+            if held and ground:
+                sizes = [
+                    show_in(one.values[()], unit, one.error_estimate) for one in (held, ground)
                 ]
-            )
-    lines = table(columns, rows)
-    return stacked(lines, rows_of(record, _BY_DIRECTION)[0])
+                ratio = _percent(float(share.values)) if share else "-"
+                decibels = f"{float(level.values):.1f}" if level else "-"
+                rows.append([f"{word}, {said}", *sizes, ratio, decibels])
+    heads = ("on the ground", number("held still"), number("on mounts"), "efficiency", "dB")
+    return stacked(table(heads, rows), rows_of(record, _BY_DIRECTION)[0])
 
 
-def _percent(share: float | None, _error: float = 0.0) -> str:
+def _percent(share: float, _error: float = 0.0) -> str:
     """Nothing where no load acts: the ratio is then of what arrives or of nothing."""
-    known = share is not None and np.isfinite(share) and share != 1.0
-    return f"{100.0 * share:.2f} %" if share is not None and known else "-"
+    return f"{100.0 * share:.2f} %" if np.isfinite(share) and share != 1.0 else "-"
 
 
 _BY_DIRECTION = Rows(

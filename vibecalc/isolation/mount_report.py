@@ -1,63 +1,63 @@
 """The mounts in the report: static load, stiffness in use, distance to their stops."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from vibecalc.core.report.rows import by_axis
-from vibecalc.core.report.sections import Section, labels, section, stacked
-from vibecalc.core.report.writing import Column, number, paragraph, show, table
-from vibecalc.core.results.record import Estimate, Record, Result, Verdict
+from vibecalc.core.report.rows import Cells, Made, Rows, rows_of
+from vibecalc.core.report.sections import Section, labels, section
+from vibecalc.core.results.record import Estimate, Quantity, Record, Result, Verdict
 from vibecalc.core.results.verdicts import state_of
-from vibecalc.isolation.mount_results import (
-    AT_REST,
-    BY_ORDER,
-    MOVING,
-    OF_RUN_UP,
-    OF_STOPS,
-    OfMounts,
-)
+from vibecalc.isolation.mount_results import MOVING, OF_RUN_UP, OF_STOPS, OfMounts
 
 #: orders shown of stiffness over frequency
 _ORDERS = 4
-_LOADS = (
-    (AT_REST[0], "load", "kN"),
-    (AT_REST[1], "deflection", "mm"),
-    ("isolation/support_displacement/sag", "sag of\nthe body", "mm"),
-    (AT_REST[2], "static\nstiffness", "kN/mm"),
-    (AT_REST[3], "dynamic\nstiffness", "kN/mm"),
+
+
+def _first(name: str) -> Made:
+    """The first orders of what each mount has."""
+
+    def made(record: Record) -> Quantity | None:
+        found = record.quantities.get(f"{OfMounts.ROOT}/{name}")
+        if found is None:
+            return None
+        orders = replace(found.axes[1], values=found.axes[1].values[:_ORDERS])
+        return replace(found, values=found.values[:, :_ORDERS], axes=(found.axes[0], orders))
+
+    return made
+
+
+_AT_REST = (
+    Cells("load", "load kN", "kN"),
+    Cells("deflection", "deflection mm", "mm"),
+    Cells("static_stiffness", "static stiffness kN/mm", "kN/mm"),
+    Cells("stiffness", "dynamic stiffness kN/mm", "kN/mm", "along the axis of the mount that "
+          "carries; the dynamic stiffness is that about the rest, with stops that it stands on"),
+)  # fmt: skip
+_STOPS = (
+    Cells("clearance_at_rest", "to stops at rest mm", "mm", blank=True),
+    Cells("travel", "travel at speed mm", "mm"),
+    Cells("clearance", "least clearance mm", "mm", blank=True),
+    Cells("run_up_travel", "travel in the run-up mm", "mm"),
+    Cells("run_up_travel_speed", "at rpm", "rpm"),
+    Cells("run_up_clearance", "clearance left mm", "mm", blank=True),
 )
-_TRAVEL = (
-    (OF_STOPS[0], "clearance\nat rest", "mm"),
-    (MOVING[0], "travel\nat speed", "mm"),
-    (MOVING[1], "least\nclearance", "mm"),
-)
-_RUN_UP = (
-    (OF_RUN_UP[0], "travel", "mm"),
-    (OF_RUN_UP[1], "at", "rpm"),
-    (OF_RUN_UP[2], "clearance left", "mm"),
+_OVER_ORDERS = (
+    Cells(_first("order_stiffness"), "order {} kN/mm", "kN/mm"),
+    Cells(_first("order_loss_factor"), "loss factor {}"),
 )
 
 
 def mounts(result: Result) -> Section | None:
     """Tables by mount; None where their stiffness is constant."""
-    record = result.record
-    shown = {path for path in record if path.startswith(f"{OfMounts.ROOT}/")}
-    if not shown:
-        return None
-    loads = by_axis(record, "mount", "mount", _LOADS) if AT_REST[0] in record else []
-    none = (*OF_STOPS, MOVING[1], OF_RUN_UP[2])
-    stops, passed = (
-        by_axis(record, "mount", title, columns, blank=none)
-        for title, columns in (("distance to stops", _TRAVEL), ("largest in the run-up", _RUN_UP))
-    )
-    lines = stacked(loads, stops, passed, _over_orders(record))
-    if loads:
-        lines += paragraph(
-            "load, deflection and stiffness along the axis of the mount that carries; the dynamic "
-            "stiffness is that about the rest, with stops that it stands on"
-        )
-    return section("Mounts: load, sag, stiffness in use, clearance", [(lines, shown)])
+    record, root = result.record, OfMounts.ROOT
+    shown = {path for path in record if path.startswith(f"{root}/")}
+    tables = [
+        rows_of(record, Rows("mount", "mount", columns, root=root, merge=True))
+        for columns in (_AT_REST, _STOPS, _OVER_ORDERS)
+    ]
+    return section("Mounts: load, stiffness in use, clearance", tables, shown=shown)
 
 
 def stop_verdicts(result: Result) -> Iterator[Verdict]:
@@ -79,24 +79,3 @@ def stop_verdicts(result: Result) -> Iterator[Verdict]:
                 error_estimate=Estimate(1e3 * error, 0.0), margin=least, state=state,
                 element=f"mount {name}", limit=f"clearance to a stop {words}",
             )  # fmt: skip
-
-
-def _over_orders(record: Record) -> list[str]:
-    """Stiffness and loss factor of each mount at the first orders."""
-    stiffness, loss = (record.quantities.get(path) for path in BY_ORDER)
-    if stiffness is None or loss is None:
-        return []
-    orders = [int(order) for order in stiffness.axes[1].values[:_ORDERS]]
-    rows: dict[tuple[str, ...], list[str]] = {}
-    for place, name in enumerate(labels(stiffness.axes[0])):
-        cells = tuple(
-            f"{show(float(k) * 1e-6)}, {show(float(eta))}"
-            for k, eta in zip(
-                np.abs(stiffness.values[place, : len(orders)]),
-                loss.values[place, : len(orders)],
-                strict=True,
-            )
-        )
-        rows.setdefault(cells, []).append(name)
-    columns = [Column("kN/mm, loss factor"), *(number(f"order {order}") for order in orders)]
-    return table(columns, [[", ".join(names), *cells] for cells, names in rows.items()])

@@ -261,7 +261,7 @@ SUBJECT = Subject(
     },
     sections=(
         "vibecalc.isolation.report:isolation",
-        "vibecalc.isolation.maxima_report:run_up_maxima",
+        "vibecalc.isolation.report:run_up_maxima",
         "vibecalc.isolation.report:torque_reaction",
         "vibecalc.isolation.efficiency_report:isolation_efficiency",
         "vibecalc.isolation.mount_report:mounts",

@@ -55,7 +55,7 @@ class Rows(NamedTuple):
     and `right` sets them like numbers; without a `title` they are left out. `places` says which
     entries are shown, `rest` what is said of the others, `none` what if there is none to show.
     `merge` makes one row of equal ones; `across` turns the table: a row for each result, with its
-    unit at the end.
+    unit at the end, of entries along a second axis the largest with its name.
     """
 
     axis: str
@@ -168,6 +168,9 @@ def rows_of(record: Record, of: Rows) -> tuple[list[str], set[str]]:
             head = one.head.format(name, unit=_unit(quantity, one)).rstrip()
             heads.append(head if callable(one.how) else Column(head, right=kind not in "UO"))
         there = _there(axis, quantity.axes[0], places)
+        if of.across and len(quantity.axes) > 1:
+            cells.append([_largest(quantity, i, write) for i in there])
+            continue
         for entries in quantity.values.reshape(len(quantity.values), -1).T:
             cells.append(["" if i is None else write(entries[i].item()) for i in there])
     if of.across:
@@ -185,9 +188,19 @@ def _found(record: Record, of: Rows, one: Cells) -> Quantity | None:
     """What stands in a column, if it is over the axis of the table and has an entry."""
     path = f"{of.root}/{one.of}" if of.root else one.of
     quantity = one.of(record) if callable(one.of) else record.quantities.get(str(path))
-    if quantity is None or len(quantity.axes) != 1 + one.head.count("{}"):
+    axes = (1, 2) if of.across else (1 + one.head.count("{}"),)
+    if quantity is None or len(quantity.axes) not in axes:
         return None
     return quantity if quantity.axes[0].name == of.axis and np.size(quantity.values) else None
+
+
+def _largest(quantity: Quantity, place: int | None, write: Callable[[Any], str]) -> str:
+    """That of the entries along the second axis with its name, which a zero has not."""
+    if place is None:
+        return ""
+    top = int(np.argmax(magnitudes(quantity)[place]))
+    text = write(quantity.values[place, top].item())
+    return text if text == "0" else f"{text} {labels(quantity.axes[1])[top]}"
 
 
 def _unit(quantity: Quantity, one: Cells) -> str:
