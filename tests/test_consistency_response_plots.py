@@ -75,8 +75,8 @@ def test_modes_have_a_panel_each_with_frequency_and_freedom() -> None:
     made = figure(compressor(), "mode_shapes")
     titles = [axes.get_title() for axes in made.axes]
     assert len(titles) == 6
-    assert titles[0] == "mode 1: 10.03 Hz\ny 51 %, rx 46 %"
-    assert titles[2].startswith("mode 3: 11.56 Hz\nz 96 %")
+    assert titles[0] == "mode 1\n10.03 Hz\ny 51 %, rx 46 %"
+    assert titles[2].startswith("mode 3\n11.56 Hz\nz 96 %")
 
 
 def test_a_box_has_twelve_edges_and_keeps_its_shape() -> None:

@@ -1,8 +1,5 @@
 """Isolation efficiency in the report and as a picture."""
 
-from dataclasses import replace
-from functools import partial
-
 import numpy as np
 
 from vibecalc.core.report.curves import Curve, Curves, Ends, Panel, Plot, level
@@ -11,6 +8,9 @@ from vibecalc.core.report.rows import (
     Cells,
     Made,
     Rows,
+    by_name,
+    chosen,
+    in_decibels,
     loud,
     others,
     part_of,
@@ -18,13 +18,12 @@ from vibecalc.core.report.rows import (
     rows_of,
 )
 from vibecalc.core.report.sections import Section, having, section, stacked
-from vibecalc.core.report.writing import number, paragraph, show_in, table
+from vibecalc.core.report.writing import paragraph
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces
 
-#: orders below this share of the largest stay in the result file
-_SMALL = 1e-3
-_MOST = 12
+#: orders below this share of the largest stay in the result file, as those beyond so many
+_LOUD = loud(1e-3, 12, 2)
 _NAMES = ((OfForces.ROOT, "force", "N"), (OfCouples.ROOT, "couple", "N m"))
 
 
@@ -34,7 +33,9 @@ def isolation_efficiency(result: Result) -> Section | None:
     if f"{ByDirection.ROOT}/transmissibility" not in record:
         return None
     shown = {path for path in record if path.startswith(f"{ByDirection.ROOT}/")}
-    lines = _overall(record) + paragraph(
+    overall = by_name(record, "on the ground", _OVERALL, _COLUMNS, ByDirection.ROOT)[0]
+    each = Rows("coordinate", "r.m.s. along, about", _BY_DIRECTION, ByDirection.ROOT, across=True)
+    lines = stacked(overall, rows_of(record, each)[0]) + paragraph(
         "held still: what acts on the body would reach the ground. Efficiency is 1 less the ratio "
         "of what does reach it; below zero the mounts send more than acts."
     )
@@ -43,42 +44,28 @@ def isolation_efficiency(result: Result) -> Section | None:
     return section("Isolation efficiency", [(lines, shown)], details)
 
 
-def _overall(record: Record) -> list[str]:
-    """A line for the root mean square and the peak of forces and couples each."""
-    rows = []
-    for path, word, unit in _NAMES:
-        for name, said in (("rms", "r.m.s."), ("peak", "peak")):
-            names = (f"held_{name}", f"ground_{name}", name, f"{name}_level")
-            held, ground, share, level = (record.quantities.get(f"{path}/{one}") for one in names)
-            if held and ground:
-                sizes = [
-                    show_in(one.values[()], unit, one.error_estimate) for one in (held, ground)
-                ]
-                ratio = _percent(float(share.values)) if share else "-"
-                decibels = f"{float(level.values):.1f}" if level else "-"
-                rows.append([f"{word}, {said}", *sizes, ratio, decibels])
-    heads = ("on the ground", number("held still"), number("on mounts"), "efficiency", "dB")
-    return stacked(table(heads, rows), rows_of(record, _BY_DIRECTION)[0])
-
-
 def _percent(share: float, _error: float = 0.0) -> str:
     """Nothing where no load acts: the ratio is then of what arrives or of nothing."""
     return f"{100.0 * share:.2f} %" if np.isfinite(share) and share != 1.0 else "-"
 
 
-_BY_DIRECTION = Rows(
-    "coordinate",
-    "r.m.s. along and about",
-    (Cells("by_direction", "efficiency", _percent),),
-    root=ByDirection.ROOT,
-    across=True,
-)
-
-
 def _level(share: float, _error: float) -> str:
     """Of the load held still over what arrives."""
-    known = np.isfinite(share) and share != 1.0
-    return f"{-20.0 * np.log10(1.0 - share):.1f}" if known else "-"
+    return in_decibels(1.0 / (1.0 - share)) if np.isfinite(share) and share != 1.0 else "-"
+
+
+_OVERALL = {
+    f"{word}, {said}": (word, name)
+    for _, word, _ in _NAMES
+    for name, said in (("rms", "r.m.s."), ("peak", "peak"))
+}
+_COLUMNS = (
+    Cells("{}/held_{}", "held still"),
+    Cells("{}/ground_{}", "on mounts"),
+    Cells("{}/{}", "efficiency", _percent),
+    Cells("{}/{}", "dB", _level),
+)
+_BY_DIRECTION = (Cells("by_direction", "efficiency", _percent),)
 
 
 def _sizes(path: str) -> tuple[Made, Made]:
@@ -106,28 +93,13 @@ def _by_order(path: str, unit: str) -> Rows:
     )
     return Rows(
         "half_order", "order", columns, root=path, label="{:g}",
-        places=loud(_SMALL, _MOST, 2), rest=others(OTHERS),
+        places=_LOUD, rest=others(OTHERS),
     )  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
 # Efficiency by order as bars; transmissibility over frequency.
 # ----------------------------------------------------------------------------
-
-
-def of_loud(of: Made, *sizes: Made) -> Callable[[Result], Quantity | None]:
-    """A quantity of those orders alone at which one of the `sizes` is worth a bar."""
-
-    def made(result: Result) -> Quantity | None:
-        found, *every = (one(result.record) for one in (of, *sizes))
-        beside = [one for one in every if one is not None]
-        if found is None or len(beside) != len(sizes):
-            return None
-        large = loud(_SMALL, _MOST, len(sizes))(beside)
-        axis = replace(found.axes[0], values=found.axes[0].values[large])
-        return replace(found, values=found.values[large], axes=(axis,))
-
-    return made
 
 
 def _ends(plot: Plot) -> Ends:
@@ -137,7 +109,7 @@ def _ends(plot: Plot) -> Ends:
 
 
 def _panel(path: str, word: str) -> Panel:
-    bars = Curve(of_loud(_resultant(path), *_sizes(path)), "", bars=True)
+    bars = Curve(chosen(_resultant(path), _LOUD, *_sizes(path)), bars=True)
     return Panel("efficiency", (bars,), f"{word} on the ground, by order", unit="%", ends=_ends)
 
 

@@ -7,9 +7,10 @@ import numpy as np
 
 from vibecalc.core.report.rows import Cells, Made, Rows, rows_of
 from vibecalc.core.report.sections import Section, labels, section
+from vibecalc.core.report.writing import paragraph
 from vibecalc.core.results.record import Estimate, Quantity, Record, Result, Verdict
 from vibecalc.core.results.verdicts import state_of
-from vibecalc.isolation.mount_results import MOVING, OF_RUN_UP, OF_STOPS, OfMounts
+from vibecalc.isolation.mount_results import AT_REST, MOVING, OF_RUN_UP, OF_STOPS, OfMounts
 
 #: orders shown of stiffness over frequency
 _ORDERS = 4
@@ -28,35 +29,24 @@ def _first(name: str) -> Made:
     return made
 
 
-_AT_REST = (
-    Cells("load", "load kN", "kN"),
-    Cells("deflection", "deflection mm", "mm"),
-    Cells("static_stiffness", "static stiffness kN/mm", "kN/mm"),
-    Cells("stiffness", "dynamic stiffness kN/mm", "kN/mm", "along the axis of the mount that "
-          "carries; the dynamic stiffness is that about the rest, with stops that it stands on"),
+_COLUMNS = (
+    AT_REST[:4],
+    [Cells(path, blank=True) for path in (*OF_STOPS, *MOVING, *OF_RUN_UP)],
+    (Cells(_first("order_stiffness"), "order {} kN/mm", "kN/mm"),
+     Cells(_first("order_loss_factor"), "loss factor {}")),
 )  # fmt: skip
-_STOPS = (
-    Cells("clearance_at_rest", "to stops at rest mm", "mm", blank=True),
-    Cells("travel", "travel at speed mm", "mm"),
-    Cells("clearance", "least clearance mm", "mm", blank=True),
-    Cells("run_up_travel", "travel in the run-up mm", "mm"),
-    Cells("run_up_travel_speed", "at rpm", "rpm"),
-    Cells("run_up_clearance", "clearance left mm", "mm", blank=True),
-)
-_OVER_ORDERS = (
-    Cells(_first("order_stiffness"), "order {} kN/mm", "kN/mm"),
-    Cells(_first("order_loss_factor"), "loss factor {}"),
+_NOTE = (
+    "load, deflection and stiffness along the axis of the mount that carries; the dynamic "
+    "stiffness is that about the rest, with stops that it stands on"
 )
 
 
 def mounts(result: Result) -> Section | None:
     """Tables by mount; None where their stiffness is constant."""
-    record, root = result.record, OfMounts.ROOT
-    shown = {path for path in record if path.startswith(f"{root}/")}
-    tables = [
-        rows_of(record, Rows("mount", "mount", columns, root=root, merge=True))
-        for columns in (_AT_REST, _STOPS, _OVER_ORDERS)
-    ]
+    record = result.record
+    shown = {path for path in record if path.startswith(f"{OfMounts.ROOT}/")}
+    tables = [rows_of(record, Rows("mount", "mount", one, merge=True)) for one in _COLUMNS]
+    tables += [paragraph(_NOTE)] * any(map(any, tables))
     return section("Mounts: load, stiffness in use, clearance", tables, shown=shown)
 
 

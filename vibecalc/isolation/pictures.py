@@ -101,7 +101,7 @@ def _loads(result: Result) -> Quantity | None:
     ends = [result.record.quantities.get(_FORCE + end) for end in ("minimum_load", "largest_load")]
     names = labels(found.axes[0])
     for i, name in enumerate(names if None not in ends else ()):
-        names[i] = f"{name}: {' to '.join(show(one.values[i], digits=4) for one in ends if one)}"
+        names[i] = f"{name}: {' to '.join(show(one.values[i], digits=4) for one in ends if one)} N"
     mounts = replace(found.axes[0], values=np.array(names, dtype=object))
     up = "xyz".index(str(table_of(result.case, "isolation").get("up") or "z"))
     return replace(found, values=-found.values[:, up], axes=(mounts, found.axes[2]))
@@ -110,23 +110,13 @@ def _loads(result: Result) -> Quantity | None:
 ENGINE_MOUNTS = Curves(
     _reaction,
     (
-        Panel(
-            "couple",
-            (Curve(_couple, look={"color": TOTAL}), level(_MEAN, "mean couple {}")),
-            "couple on the body about the crankshaft",
-            unit="N*m",
-            needs=(_loads,),
-        ),
-        Panel(
-            "load",
-            (Curve(_loads, "{}", most=99),),
-            "load on each support about its mean: torque and shaking, downwards",
-            unit="N",
-            legend={"title": "support: least\nto largest in N", "loc": "center left",
-                    "bbox_to_anchor": (1.0, 0.5)},
-        ),
+        Panel("couple", (Curve(_couple, look={"color": TOTAL}), level(_MEAN, "mean couple {}")),
+              "couple on the body about the crankshaft", unit="N*m", needs=(_loads,)),
+        Panel("load", (Curve(_loads, "support {}", most=99),),
+              "load on each support about its mean: torque and shaking, downwards", unit="N"),
     ),
     high=3.05,
+    names=3,
 )  # fmt: skip
 
 
@@ -143,10 +133,6 @@ def _decibel(values: Any) -> Any:
     """20 log10 |T|; what is zero or infinite is a gap."""
     size = np.abs(np.asarray(values))
     return 20.0 * np.log10(np.where((size > 0.0) & np.isfinite(size), size, np.nan))
-
-
-def _degrees(values: Any) -> Any:
-    return np.degrees(np.angle(values))
 
 
 def _at_orders(result: Result) -> Quantity | None:
@@ -166,24 +152,23 @@ def _levels(result: Result) -> str:
 
 
 def _isolates(plot: Plot) -> None:
-    plot.axes.axvline(np.sqrt(2.0), color=QUIET, linestyle=":", linewidth=1.2)
-    note(plot.axes, "isolates beyond $\\sqrt{2}$", (np.sqrt(2.0), 1.0), (5, -12),
-         xycoords=plot.axes.get_xaxis_transform(), color=QUIET)  # fmt: skip
+    words = "isolates beyond $\\sqrt{2}$"
+    plot.axes.axvline(np.sqrt(2.0), color=QUIET, linestyle=":", linewidth=1.2, label=words)
 
 
-def _transmitted(part: Callable[[Any], Any], words: Callable[[Result], str] | str) -> list[Curve]:
-    curve = Curve(_BASE + "transmissibility_curve", part=part, look={"color": TOTAL})
+def _transmitted(part: Callable[[Any], Any]) -> tuple[Curve, Curve]:
     dots = {"color": COLOURS[0], "marker": "o", "linestyle": "none"}
-    return [curve, Curve(_at_orders, words, dots, part=part)]
+    curve = Curve(_BASE + "transmissibility_curve", look={"color": TOTAL}, part=part)
+    return curve, Curve(_at_orders, _levels, dots, part=part)
 
 
 TRANSMISSIBILITY = Curves(
     "transmissibility of the mounts, pitch",
     (
-        Panel("|force out / force in| in dB", (*_transmitted(_decibel, _levels), _isolates),
-              log="x", height=2.0),
-        Panel("phase in deg", (*_transmitted(_degrees, ""),), log="x", ends=(-185.0, 5.0),
-              below="excitation frequency / natural frequency"),
+        Panel("|force out / force in| in dB", (*_transmitted(_decibel), _isolates), log="x",
+              height=2.0),
+        Panel("phase in deg", _transmitted(lambda ratio: np.degrees(np.angle(ratio))), log="x",
+              ends=(-185.0, 5.0), below="excitation frequency / natural frequency"),
     ),
     high=2.45,
 )  # fmt: skip
@@ -241,6 +226,12 @@ RUN_UP = Curves(
 # ----------------------------------------------------------------------------
 
 
+def _modes(natural: Quantity) -> list[str]:
+    """Modes by number and frequency."""
+    each = zip(labels(natural.axes[0]), natural.values, strict=True)
+    return [f"mode {mode}\n{show(hertz(float(value)), digits=4)} Hz" for mode, value in each]
+
+
 def _shares(result: Result) -> Quantity | None:
     """Share of each coordinate in the modes, which are named with their frequencies."""
     share = having(result.record, "isolation/modes/energy_fraction", "mode", "coordinate")
@@ -248,11 +239,7 @@ def _shares(result: Result) -> Quantity | None:
     if share is None or natural is None:
         return None
     modes, coordinates = share.axes
-    names = [
-        f"mode {mode}\n{show(hertz(float(frequency)), digits=4)} Hz"
-        for mode, frequency in zip(labels(modes), natural.values, strict=True)
-    ]
-    modes = replace(modes, values=np.array(names, dtype=object))
+    modes = replace(modes, values=np.array(_modes(natural), dtype=object))
     return replace(share, path="", values=share.values.T, axes=(coordinates, modes))
 
 
@@ -293,11 +280,10 @@ def draw_mode_shapes(result: Result) -> "Figure | None":
     figure = canvas(
         result, "modes of the body; arrows by their share of the energy", 1.2 + 2.6 * rows
     )
-    for i, vector in enumerate(length):
+    for i, (vector, name) in enumerate(zip(length, _modes(natural), strict=True)):
         axes = figure.add_subplot(rows, 3, i + 1, projection="3d")
         _mode(axes, np.where(np.abs(vector) >= _SHORT * np.max(np.abs(vector)), vector, 0.0))
-        frequency = show(hertz(float(natural.values[i])), digits=4)
-        axes.set_title(f"mode {i + 1}: {frequency} Hz\n{main_coordinates(share, i)}")
+        axes.set_title(f"{name}\n{main_coordinates(share, i)}")
     handles, words = axes.get_legend_handles_labels()
     figure.legend(handles, words, loc="outside lower center", ncols=4)
     return figure

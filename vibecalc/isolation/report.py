@@ -1,7 +1,5 @@
 """The body on its mounts in the report: modes, transmissibility, supports, run-up, torque."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from vibecalc.core.report.rows import (
@@ -9,20 +7,29 @@ from vibecalc.core.report.rows import (
     Cells,
     Found,
     Rows,
+    in_decibels,
     loud,
     others,
     part_of,
     percent,
     relative,
     rows_of,
-    short,
     whole,
 )
 from vibecalc.core.report.sections import Section, having, labels, scalars, section, table_of
 from vibecalc.core.report.writing import paragraph, show_phase
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.isolation.results import OF_TORQUE, Masked, Pitch, RunUpMaxima, TorqueReaction
+from vibecalc.isolation.results import (
+    NEAREST,
+    OF_TORQUE,
+    Masked,
+    Pitch,
+    RunUpMaxima,
+    SupportDisplacement,
+    SupportForce,
+    TorqueReaction,
+)
 from vibecalc.response.report import left_out
 
 # ----------------------------------------------------------------------------
@@ -39,68 +46,33 @@ _MODES = Rows(
         Cells("modes/natural_frequency", "Hz", "Hz"),
         Cells("modes/natural_frequency", "rpm", "rpm"),
         Cells("modes/damping_ratio", "damping ratio"),
+        Cells("modes/energy_fraction", "{} %", percent(2), "%: share of the energy of the mode"),
+        "torque_reaction/nearest_order",
         Cells(
-            "modes/energy_fraction",
-            "{} %",
-            percent(2),
-            note="%: share of the energy of the mode",
+            "torque_reaction/margin",
+            "margin",
+            relative,
+            "nearest: of the orders of the torque "
+            "whose force on the mode is a thousandth of the largest or more, 0: none; a positive "
+            "margin: it is above the mode",
         ),
     ),
     root="isolation",
-)
-_MODES_MET = Rows(
-    "mode",
-    "mode of the body",
-    (
-        Cells("nearest_order", "nearest order", lambda order, _: f"{order:g}" if order else "-"),
-        Cells(
-            "margin",
-            "margin",
-            relative,
-            note="of the orders whose force on the mode is a thousandth of the largest or more; "
-            "positive: the order is above it",
-        ),
-    ),
-    root=TorqueReaction.ROOT,
 )
 _SUPPORTS = Rows(
     "mount",
     "support",
-    (
-        Cells("support_force/static", "static load N"),
-        Cells("support_force/rigid_peak", "force held still N"),
-        Cells("support_force/steady_peak", "force at speed N"),
-        Cells("support_force/minimum_load", "least load N"),
-        Cells(
-            "support_force/largest_load",
-            "largest load N",
-            note="least and largest over the cycle, with the weight and the mean torque; a "
-            "negative load pulls the support",
-        ),
-        Cells("support_force/run_up_peak", "force in the run-up N"),
-        Cells("support_force/run_up_peak_speed", "at rpm", "rpm"),
-        Cells("support_displacement/sag", "sag mm", "mm"),
-        Cells("support_displacement/vertical_peak", "vertical motion mm", "mm"),
-        Cells("support_displacement/excursion", "largest deflection mm", "mm"),
-    ),
-    root="isolation",
+    (*paths_of(SupportForce), *paths_of(SupportDisplacement)),
+    note="loads: over the cycle, with the weight and the mean torque; a negative one pulls the "
+    "support",
     merge=True,
 )
-
-
-def _level(ratio: complex, _error: float) -> str:
-    return f"{20.0 * np.log10(abs(ratio)):.2f}" if 0.0 < abs(ratio) < np.inf else "-"
-
-
 _TRANSMISSIBILITY = Rows(
     "order",
     "order",
     (
-        Cells("transmissibility", "transmissibility"),
-        Cells("transmissibility", "dB", _level),
-        Cells(
-            "transmissibility", "isolated", lambda ratio, _: f"{100.0 * (1.0 - abs(ratio)):.2f} %"
-        ),
+        "transmissibility",
+        Cells("transmissibility", "dB", in_decibels),
         Cells("transmissibility", "phase deg", show_phase),
     ),
     root=Pitch.ROOT,
@@ -138,8 +110,7 @@ def _mounts(record: Record) -> Quantity | None:
 
 def _highest(found: Found) -> np.ndarray:
     """The highest, in the order of their speeds: equal ones of several mounts by their names."""
-    force, speed = (next(one.values for one in found if one.path.endswith(name))
-                    for name in ("/force", "/speed"))  # fmt: skip
+    _, force, speed = (one.values for one in found[:3])
     places = np.sort(np.argsort(-force, kind="stable")[:_MOST])
     return places[np.argsort(np.round(speed[places], 4), kind="stable")]
 
@@ -149,22 +120,16 @@ _MAXIMA = Rows(
     "",
     (
         Cells(_mounts, "mount", whole),
-        Cells("speed", "rpm", "rpm"),
-        Cells("force", "force N"),
-        Cells("order", "largest", short, note="largest: the order that is largest there, with its "
-              "size over the peak of all; peaking: the order that bends the curve, with the mode "
-              "nearest to its frequency; end: the curve goes on beyond the range"),
-        Cells("order_share", "of the peak %", percent(0)),
-        Cells("bending_order", "peaking", short),
-        Cells("mode", "mode", whole),
-        Cells("frequency_ratio", "order/mode", lambda ratio, _: f"{ratio:.3f}"),
-        Cells("at_end", "", lambda end, _: "end" * int(end)),
+        *paths_of(RunUpMaxima)[1:-1],
+        Cells(f"{RunUpMaxima.ROOT}/at_end", "end", lambda end, _: "end" * int(end)),
     ),
-    root=RunUpMaxima.ROOT,
+    note="order: the largest there, with its share of the peak of all; bending order: that which "
+    "bends the curve, with the mode nearest to its frequency; end: the curve goes on beyond the "
+    "range",
     places=_highest,
     rest=others("the other {left} are lower, and in the file"),
     merge=True,
-)  # fmt: skip
+)
 
 
 def run_up_maxima(result: Result) -> Section | None:
@@ -183,34 +148,23 @@ _ON_BODY = (
     "The driven machine stands on the body, and its stator follows no pulsation: "
     f"{_BY.format('alternating torque')}. The stator gives the mean back."
 )
-_ROTOR = (
-    " The torque is the share that turns the rotor: what moves with the pistons takes the rest."
-)
+_ROTOR = " That is the share that turns the rotor: what moves with the pistons takes the rest."
 _LINE = (
-    "All of the shaft line stands on the body, under a load that does not alternate: the torque of "
-    "the cylinders goes into the speed of the line, and the body takes minus the change of its "
-    "angular momentum. The stator gives the mean torque back: none of it reaches the mounts."
+    "All of the shaft line stands on the body, under a load that does not alternate: the body "
+    "takes minus the change of angular momentum of the line. The stator gives the mean torque back."
 )
-
-
-def _rotation(record: Record) -> Quantity | None:
-    """Rotation of the body at the orders of the torque."""
-    found = having(record, "isolation/body/rotation_harmonics", "order", "direction")
-    if found is None:
-        return None
-    return replace(found, axes=(replace(found.axes[0], name="half_order"), found.axes[1]))
 
 
 #: the orders that matter, in their sequence
 _ORDERS = Rows(
-    "half_order",
+    "half_order order",
     "order",
     (
-        Cells("couple", "couple N m"),
-        Cells("couple", "phase deg", show_phase),
-        Cells(_rotation, "rotation {} mrad", "mrad"),
+        Cells("torque_reaction/couple", "couple N m"),
+        Cells("torque_reaction/couple", "phase deg", show_phase),
+        Cells("body/rotation_harmonics", "rotation {} mrad", "mrad"),
     ),
-    root=TorqueReaction.ROOT,
+    root="isolation",
     label="{:g}",
     places=loud(1e-3, 16),
     rest=others(OTHERS),
@@ -240,9 +194,6 @@ def torque_reaction(result: Result) -> Section | None:
     if silent := table_of(result.case, "response", "torsion").get("misfire"):
         lines += paragraph(f"Without combustion in cylinder {', '.join(map(str, silent))}.")
     blocks = [lines, scalars(record, OF_TORQUE, TorqueReaction.ROOT), rows_of(record, _CAUSES)]
-    details = {
-        "couple of the torque by order": rows_of(record, _ORDERS),
-        "orders next to the modes": rows_of(record, _MODES_MET),
-    }
+    details = {"couple of the torque by order": rows_of(record, _ORDERS)}
     title = "Torque reaction on the mounts, all orders"
-    return section(title, blocks, details, OF_TORQUE)
+    return section(title, blocks, details, (*OF_TORQUE, *NEAREST))

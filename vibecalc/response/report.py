@@ -9,16 +9,15 @@ from vibecalc.core.report.rows import (
     Found,
     Made,
     Rows,
+    by_name,
     others,
     part_of,
     relative,
     rows_of,
-    short,
     whole,
 )
 from vibecalc.core.report.sections import (
     FAINT,
-    Part,
     Section,
     having,
     labels,
@@ -29,24 +28,23 @@ from vibecalc.core.report.sections import (
 from vibecalc.core.report.writing import many, number, paragraph, rpm, show, table
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.response.results import LeftOut, ModesOfBody, MotionOfBody, OverSpeed
+from vibecalc.response.results import (
+    BesidesChanges,
+    Change,
+    Instant,
+    LeftOut,
+    ModesOfBody,
+    MotionOfBody,
+    OverSpeed,
+    Passages,
+    Reversal,
+)
 
 # ----------------------------------------------------------------------------
 # The body on its suspension: modes, motion over one turn, force on the ground, energies.
 # ----------------------------------------------------------------------------
 
-_MOTION = Rows(
-    "direction",
-    "largest over a turn",
-    (
-        Cells("translation_peak", "reference point", "mm"),
-        Cells("rotation_peak", "rotation", "mrad"),
-        Cells("ground_force_peak", "force on the ground"),
-        Cells("ground_couple_peak", "couple on the ground"),
-    ),
-    root="response",
-    across=True,
-)
+_MOTION = Rows("direction", "largest over a turn", paths_of(MotionOfBody), across=True)
 #: coordinates are named until they hold so much of the energy of a mode together
 _ENOUGH = 0.9
 
@@ -98,8 +96,9 @@ def response(result: Result) -> Section | None:
     record = result.record
     paths = [path for group in (ModesOfBody, MotionOfBody, OverSpeed) for path in paths_of(group)]
     modes = rows_of(record, _OF_MODES)
-    blocks = [rows_of(record, _MOTION), _totals(record), _run_up(record)]
-    blocks.append(rows_of(record, left_out(LeftOut.ROOT)))
+    totals = by_name(record, "energy of all orders", {k: (k,) for k in _KINDS}, _TOTALS, "response")
+    tables = [rows_of(record, one) for one in (_MOTION, left_out(LeftOut.ROOT))]
+    blocks = [tables[0], totals, _run_up(record), tables[1]]
     details = {"energies by order": rows_of(record, _BY_ORDER)}
     if "isolation/modes/natural_frequency" in record:
         details["orders next to the modes"] = modes
@@ -133,19 +132,9 @@ _CENTRE = f"{LeftOut.ROOT}/centre"
 
 def left_out(root: str) -> Rows:
     """The speeds left out of a run-up."""
-    columns = (
-        Cells("order", "order", short),
-        Cells("mode", "mode", whole),
-        Cells("low", "from rpm", "rpm"),
-        Cells(
-            "high",
-            "to rpm",
-            "rpm",
-            note="speeds left out: an order on an undamped natural frequency, where there is no "
-            "bound",
-        ),
-    )
-    return Rows("masked", "", columns, root=root, digits=7)
+    note = "speeds left out: an order on an undamped natural frequency, where there is no bound"
+    ends = Cells("low", "from rpm", "rpm"), Cells("high", "to rpm", "rpm")
+    return Rows("masked", "", ("order", "mode", *ends), root, note, digits=7)
 
 
 # ----------------------------------------------------------------------------
@@ -165,15 +154,7 @@ _NEAR_UNDERFLOW = 1e-280
 SMALLEST = float(np.finfo(float).tiny)
 
 
-def _totals(record: Record) -> Part:
-    """Mean and peak energies of all orders together."""
-    found = [record.quantities.get(path) for path in _ENERGIES]
-    cells = [show(one.values[()], one.error_estimate) if one else "" for one in found]
-    if not any(cells):
-        return []
-    words = "mean: over one turn; peak: the largest at any moment, all orders with their phases"
-    lines = table(["energy in J", *map(number, _ENERGIES.values())], [["all orders", *cells]])
-    return lines + paragraph(words), {one.path for one in found if one}
+_TOTALS = (Cells("{}_energy/mean", "mean over a turn"), Cells("{}_energy/peak", "at any moment"))
 
 
 def last_normal(values: np.ndarray) -> tuple[int, bool]:
@@ -285,8 +266,8 @@ def _of_kind(kind: str) -> tuple[Rows, ...]:
         )
         for what, words in _WORDS.items()
     )
-    sums = Cells("difference", "largest - smallest"), Cells("weighted", "weighted")
-    apart = Rows("balance", f"{kind} energy, means", sums, root=root, across=True)
+    sums = ("difference", "weighted")
+    apart = Rows("balance", f"{kind} energy, means", sums, root, across=True)
     turning = Cells("rotating_mean", "mean, balance {}"), Cells("rotating_peak", "peak, balance {}")
     words = f"{kind} energy of throws and balance weights, without counterweights and shafts, J"
     return mean, apart, peak, Rows("operation", words, turning, root=root)
@@ -312,28 +293,13 @@ def _times(root: str) -> Made:
     return made
 
 
-def _way(kind: str, words: str) -> Rows:
+def _way(group: type[Change], words: str) -> Rows:
     """A column for each change of a way, a row for each result."""
-    root = _SWITCHING + kind
-    cells = (
-        Cells("translation_peak", "largest displacement", "mm"),
-        Cells("rotation_peak", "largest rotation", "mrad"),
-        Cells("ground_force_peak", "force on the ground"),
-        Cells("ground_couple_peak", "couple on the ground"),
-        Cells("kinetic_energy_peak", "largest kinetic energy"),
-        Cells(_times(root), "  over the larger steady one", lambda ratio, _: f"{ratio:.3g}"),
-        Cells("slow_kinetic_energy", "  if infinitely slow"),
-        Cells("worst_kinetic_energy_peak", "  at the worst crank angle"),
-        Cells("worst_angle", "  which is", "deg"),
-        Cells("peak_time", "  time from start of change"),
-        Cells("peak_speed", "  at a crank speed of", "rpm"),
-        Cells("potential_energy_peak", "largest potential energy"),
-        Cells("settle_time", "settles, from end of change"),
-    )
-    return Rows("change", words, cells, root=root, across=True)
+    times = Cells(_times(group.ROOT), "kinetic energy over the larger steady one")
+    return Rows("change", words, (*paths_of(group), times), across=True)
 
 
-_WAYS = (_way("reversal", "through rest"), _way("instant", "at once"))
+_WAYS = (_way(Reversal, "through rest"), _way(Instant, "at once"))
 
 
 def _changes(record: Record) -> Quantity | None:
@@ -358,13 +324,9 @@ _PASSAGES = Rows(
     "",
     (
         Cells(_changes, "resonance passed in", ""),
-        Cells("mode", "mode", whole),
-        Cells("order", "order", whole),
-        Cells("speed", "at rpm", "rpm"),
-        Cells("time", "after s"),
-        Cells("haste", "haste", note="haste above 1: the resonance has no time to build up"),
+        *paths_of(Passages)[1:],
     ),
-    root="response/switching/passage",
+    note="haste above 1: the resonance has no time to build up",
     places=_low,
     rest=others("{left} further passages of higher order are in the result file"),
 )
@@ -385,10 +347,4 @@ def switching(result: Result) -> Section | None:
     )  # fmt: skip
 
 
-_STATES = Rows(
-    "operation",
-    "steady states",
-    (Cells("steady_energy", "largest kinetic energy"),),
-    root="response/switching",
-    across=True,
-)
+_STATES = Rows("operation", "steady states", paths_of(BesidesChanges), across=True)
