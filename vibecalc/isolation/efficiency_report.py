@@ -24,7 +24,7 @@ from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForc
 
 #: orders below this share of the largest stay in the result file, as those beyond so many
 _LOUD = loud(1e-3, 12, 2)
-_NAMES = ((OfForces.ROOT, "force", "N"), (OfCouples.ROOT, "couple", "N m"))
+_ROOTS = {"force": OfForces.ROOT, "couple": OfCouples.ROOT}
 
 
 def isolation_efficiency(result: Result) -> Section | None:
@@ -39,8 +39,8 @@ def isolation_efficiency(result: Result) -> Section | None:
         "held still: what acts on the body would reach the ground. Efficiency is 1 less the ratio "
         "of what does reach it; below zero the mounts send more than acts."
     )
-    details = {f"isolation of the {word} by order": rows_of(record, _by_order(path, unit))
-               for path, word, unit in _NAMES}  # fmt: skip
+    details = {f"isolation of the {word} by order": rows_of(record, _by_order(root))
+               for word, root in _ROOTS.items()}  # fmt: skip
     return section("Isolation efficiency", [(lines, shown)], details)
 
 
@@ -56,7 +56,7 @@ def _level(share: float, _error: float) -> str:
 
 _OVERALL = {
     f"{word}, {said}": (word, name)
-    for _, word, _ in _NAMES
+    for word in _ROOTS
     for name, said in (("rms", "r.m.s."), ("peak", "peak"))
 }
 _COLUMNS = (
@@ -83,18 +83,16 @@ def _resultant(path: str) -> Made:
     return made
 
 
-def _by_order(path: str, unit: str) -> Rows:
-    held, ground = _sizes(path)
+def _by_order(root: str) -> Rows:
+    held, ground = _sizes(root)
     columns = (
-        Cells(held, f"held still {unit}", ""),
-        Cells(ground, f"on mounts {unit}", ""),
+        Cells(held, "held still {unit}"),
+        Cells(ground, "on mounts {unit}"),
         Cells("by_order", "{} %", lambda share, _: _percent(share).removesuffix(" %")),
-        Cells(_resultant(path), "dB", _level),
+        Cells(_resultant(root), "dB", _level),
     )
-    return Rows(
-        "half_order", "order", columns, root=path, label="{:g}",
-        places=_LOUD, rest=others(OTHERS),
-    )  # fmt: skip
+    return Rows("half_order", "order", columns, root, label="{:g}", places=_LOUD,
+                rest=others(OTHERS))  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -116,7 +114,7 @@ def _panel(path: str, word: str) -> Panel:
 EFFICIENCY = Curves(
     "isolation efficiency",
     (
-        *(_panel(path, word) for path, word, _ in _NAMES),
+        *(_panel(root, word) for word, root in _ROOTS.items()),
         Panel(
             "transmissibility",
             (Curve(f"{ByDirection.ROOT}/transmissibility", "{}"), level(lambda _: 1.0)),

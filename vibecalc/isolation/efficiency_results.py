@@ -50,9 +50,3 @@ class ByDirection:
     ROOT: ClassVar[str] = "isolation/efficiency"
     by_direction: Any = q("coordinate", "", "efficiency of the r.m.s. in each direction")
     transmissibility: Any = q("coordinate frequency", "", "load on the ground over load")
-
-
-AXES = {
-    "component": ("", "component, or the length of the vector"),
-    "frequency": ("Hz", "frequency"),
-}

@@ -11,7 +11,8 @@ from vibecalc.core.results.record import DIFFERENCE, PEAK
 class OfMounts:
     """Along the axis of each: at rest, over the frequency, and how near it comes to its stops.
 
-    A clearance is negative where the mount stands on a stop or meets it, and infinite without one.
+    A clearance is negative where the mount stands on a stop or meets it, and infinite without one;
+    in the run-up it is that under weight and mean torque less the largest motion.
     """
 
     ROOT: ClassVar[str] = "isolation/mounts"
@@ -28,9 +29,8 @@ class OfMounts:
     run_up_travel: Any = q("mount", "m", "the same motion, largest of the run-up", PEAK)
     run_up_travel_speed: Any = q("mount", "rad/s", "crank speed of that")
     run_up_clearance: Any = lead(
-        "mount", "m", "clearance left to a stop in the run-up", pick="least", exempt=DIFFERENCE,
-        about="under weight and mean torque",
-    )  # fmt: skip
+        "mount", "m", "clearance left to a stop in the run-up", pick="least", exempt=DIFFERENCE
+    )
     order_stiffness: Any = q("mount order", "N/m", "stiffness along its axis at an order")
     order_loss_factor: Any = q("mount order", "", "loss factor at the frequency of an order")
 

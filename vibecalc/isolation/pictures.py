@@ -81,10 +81,9 @@ _RIPPLE = 2e-3
 
 
 def _reaction(result: Result) -> str:
-    couple = result.record[_COUPLE]
-    orders, size = couple.axes[0].values, np.abs(np.asarray(couple.values))
-    title = f"torque reaction on the mounts, orders {orders[0]:g} to {orders[-1]:g}"
-    return title + "; ripples stand for those left out" * bool(size[-1] > _RIPPLE * size.max())
+    size = np.abs(result.record[_COUPLE].values)
+    ripples = "; ripples stand for orders left out" * bool(size[-1] > _RIPPLE * size.max())
+    return "torque reaction on the mounts" + ripples
 
 
 def _couple(result: Result) -> Quantity | None:
@@ -257,8 +256,6 @@ MODAL_ENERGY = Curves(
 #: a way along all edges of a box, by the bits of its corners, and the box in perspective
 _WAY = np.array([0, 1, 3, 2, 0, 4, 5, 1, 5, 7, 3, 7, 6, 2, 6, 4])
 _BOX = (2 * (_WAY[:, None] >> np.arange(3) & 1) - 1) * np.array([0.62, 0.62, 0.5])
-#: parts of a mode shorter than this share of its longest arrow are left out
-_SHORT = 0.06
 #: lengths of the arrows, how far the box is drawn aside, and by what angle, of a mode of size 1
 _ARROW, _ASIDE, _ANGLE = 1.25, 0.45, 0.35
 
@@ -277,12 +274,10 @@ def draw_mode_shapes(result: Result) -> "Figure | None":
         return None
     length = np.sign(np.real(shape.values)) * np.sqrt(np.abs(share.values))
     rows = -(-len(length) // 3)
-    figure = canvas(
-        result, "modes of the body; arrows by their share of the energy", 1.2 + 2.6 * rows
-    )
+    figure = canvas(result, "modes of the body; arrows by their share of energy", 1.2 + 2.6 * rows)
     for i, (vector, name) in enumerate(zip(length, _modes(natural), strict=True)):
         axes = figure.add_subplot(rows, 3, i + 1, projection="3d")
-        _mode(axes, np.where(np.abs(vector) >= _SHORT * np.max(np.abs(vector)), vector, 0.0))
+        _mode(axes, vector)
         axes.set_title(f"{name}\n{main_coordinates(share, i)}")
     handles, words = axes.get_legend_handles_labels()
     figure.legend(handles, words, loc="outside lower center", ncols=4)

@@ -9,17 +9,16 @@ from vibecalc.core.report.rows import (
     Rows,
     in_decibels,
     loud,
+    named_at,
     others,
-    part_of,
     percent,
     relative,
     rows_of,
-    whole,
 )
-from vibecalc.core.report.sections import Section, having, labels, scalars, section, table_of
+from vibecalc.core.report.sections import Section, scalars, section, table_of
 from vibecalc.core.report.writing import paragraph, show_phase
 from vibecalc.core.results.described import paths_of
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.record import Result
 from vibecalc.isolation.results import (
     NEAREST,
     OF_TORQUE,
@@ -38,7 +37,14 @@ from vibecalc.response.report import left_out
 
 _LEVER = tuple(f"isolation/lever_force/{name}_peak" for name in ("rigid", "steady", "run_up"))
 #: what belongs to pictures; the shapes of modes carry no scale, and the energy says what moves
-_DRAWN = ("_harmonics", "/run_up", "_curve", "modes/shape", "lever_force/run_up_peak_speed")
+_DRAWN = (
+    "_harmonics",
+    "/run_up",
+    "_curve",
+    "modes/shape",
+    "masked/centre",
+    "lever_force/run_up_peak_speed",
+)
 _MODES = Rows(
     "mode",
     "mode",
@@ -48,17 +54,11 @@ _MODES = Rows(
         Cells("modes/damping_ratio", "damping ratio"),
         Cells("modes/energy_fraction", "{} %", percent(2), "%: share of the energy of the mode"),
         "torque_reaction/nearest_order",
-        Cells(
-            "torque_reaction/margin",
-            "margin",
-            relative,
-            "nearest: of the orders of the torque "
-            "whose force on the mode is a thousandth of the largest or more, 0: none; a positive "
-            "margin: it is above the mode",
-        ),
+        Cells("torque_reaction/margin", "margin", relative, "nearest: of the orders of the torque "
+              "that drive the mode, 0: none; a positive margin: it is above the mode"),
     ),
     root="isolation",
-)
+)  # fmt: skip
 _SUPPORTS = Rows(
     "mount",
     "support",
@@ -67,15 +67,10 @@ _SUPPORTS = Rows(
     "support",
     merge=True,
 )
-_TRANSMISSIBILITY = Rows(
-    "order",
-    "order",
-    (
-        "transmissibility",
-        Cells("transmissibility", "dB", in_decibels),
-        Cells("transmissibility", "phase deg", show_phase),
-    ),
-    root=Pitch.ROOT,
+_LEVELS = (
+    "transmissibility",
+    Cells("transmissibility", "dB", in_decibels),
+    Cells("transmissibility", "phase deg", show_phase),
 )
 
 
@@ -85,8 +80,8 @@ def isolation(result: Result) -> Section | None:
     shown = {path for path in record if path.startswith("isolation/") and path.endswith(_DRAWN)}
     tables = [rows_of(record, one) for one in (_MODES, _SUPPORTS, left_out(Masked.ROOT))]
     blocks = [scalars(record, (*paths_of(Pitch), *_LEVER), "isolation/"), *tables]
-    details = {"transmissibility by order": rows_of(record, _TRANSMISSIBILITY)}
-    shown |= {*paths_of(Masked)}
+    levels = rows_of(record, Rows("order", "order", _LEVELS, Pitch.ROOT))
+    details = {"transmissibility by order": levels}
     return section("Isolation: body on its mounts", blocks, details, shown)
 
 
@@ -96,21 +91,12 @@ def isolation(result: Result) -> Section | None:
 
 #: maxima shown, of a machine with many mounts
 _MOST = 48
-
-
-def _mounts(record: Record) -> Quantity | None:
-    """Names of the mounts at which the maxima are."""
-    numbers = having(record, f"{RunUpMaxima.ROOT}/mount", "maximum")
-    mounts = having(record, "isolation/support_force/static", "mount")
-    if numbers is None or mounts is None:
-        return numbers
-    names = np.array(labels(mounts.axes[0]))
-    return part_of(numbers, names[numbers.values.astype(int) - 1], numbers.axes[0])
+_AT_MOUNTS = (f"{RunUpMaxima.ROOT}/mount", "isolation/support_force/static")
 
 
 def _highest(found: Found) -> np.ndarray:
     """The highest, in the order of their speeds: equal ones of several mounts by their names."""
-    _, force, speed = (one.values for one in found[:3])
+    force, speed = (one.values for one in found if one.path.endswith(("/force", "/speed")))
     places = np.sort(np.argsort(-force, kind="stable")[:_MOST])
     return places[np.argsort(np.round(speed[places], 4), kind="stable")]
 
@@ -119,7 +105,7 @@ _MAXIMA = Rows(
     "maximum",
     "",
     (
-        Cells(_mounts, "mount", whole),
+        Cells(named_at(*_AT_MOUNTS), "mount"),
         *paths_of(RunUpMaxima)[1:-1],
         Cells(f"{RunUpMaxima.ROOT}/at_end", "end", lambda end, _: "end" * int(end)),
     ),
@@ -155,32 +141,19 @@ _LINE = (
 )
 
 
+_COUPLE = (
+    Cells("torque_reaction/couple", "couple N m"),
+    Cells("torque_reaction/couple", "phase deg", show_phase),
+    Cells("body/rotation_harmonics", "rotation {} mrad", "mrad"),
+)
 #: the orders that matter, in their sequence
 _ORDERS = Rows(
-    "half_order order",
-    "order",
-    (
-        Cells("torque_reaction/couple", "couple N m"),
-        Cells("torque_reaction/couple", "phase deg", show_phase),
-        Cells("body/rotation_harmonics", "rotation {} mrad", "mrad"),
-    ),
-    root="isolation",
-    label="{:g}",
-    places=loud(1e-3, 16),
+    "half_order order", "order", _COUPLE, "isolation", label="{:g}", places=loud(1e-3, 16),
     rest=others(OTHERS),
-)
-_CAUSES = Rows(
-    "mount",
-    "support",
-    (
-        Cells(
-            "by_cause",
-            "{} N",
-            note="peaks over the cycle by each cause alone: they do not add up to that of all",
-        ),
-    ),
-    root="isolation/support_force",
-)
+)  # fmt: skip
+_BY_CAUSE = (Cells("isolation/support_force/by_cause", "{} N"),)
+_ALONE = "peaks over the cycle by each cause alone: they do not add up to that of all"
+_CAUSES = Rows("mount", "support", _BY_CAUSE, note=_ALONE)
 
 
 def torque_reaction(result: Result) -> Section | None:

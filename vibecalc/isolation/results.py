@@ -5,7 +5,6 @@ from typing import Any, ClassVar
 
 from vibecalc.core.results.described import entries_of, lead, named, paths_of, q
 from vibecalc.core.results.record import CANCELS, DIFFERENCE, ORDERS, PEAK, RESONANCE
-from vibecalc.isolation.efficiency_results import AXES as EFFICIENCY_AXES
 from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces
 from vibecalc.isolation.mount_results import OfMounts
 from vibecalc.response.results import LeftOut, Modes, Motion
@@ -69,7 +68,10 @@ class LeverForce:
 
 @dataclass(frozen=True)
 class SupportForce:
-    """Force of each support on what it stands on: dynamic, and the load with weight and mean."""
+    """Force of each support on what it stands on, dynamic; a load is with weight and mean torque.
+
+    A negative load pulls the support.
+    """
 
     ROOT: ClassVar[str] = "isolation/support_force"
     static: Any = q("mount", "N", "share of the weight on one support")
@@ -78,9 +80,8 @@ class SupportForce:
     steady_peak: Any = lead("mount", "N", "force on a support at speed, peak", PEAK)
     largest_load: Any = q("mount", "N", "largest load: weight, mean torque and dynamic force")
     minimum_load: Any = lead(
-        "mount", "N", "minimum load on a support", pick="least", exempt=DIFFERENCE,
-        about="negative: the support is pulled",
-    )  # fmt: skip
+        "mount", "N", "minimum load on a support", pick="least", exempt=DIFFERENCE
+    )
     by_cause: Any = q("mount cause", "N", "force on a support by one cause alone, peak", PEAK)
     mean: Any = q("mount direction", "N", "force of one support on the ground by the mean torque")
     run_up: Any = q("mount speed", "N", "force on a support at each speed, peak", PEAK)
@@ -162,7 +163,8 @@ AXES = {
     "mount": ("", "mount"),
     "cause": ("", "what acts on the body"),
     "maximum": ("", "local maximum, by support and speed"),
-    **EFFICIENCY_AXES,
+    "component": ("", "component, or the length of the vector"),
+    "frequency": ("Hz", "frequency"),
     "deflection": ("m", "compression of a mount along its axis"),
 }
 ENTRIES = tuple(

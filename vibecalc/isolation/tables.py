@@ -32,8 +32,7 @@ class Isolation(Table):
     """The body on its mounts: what reaches the ground."""
 
     model: Literal["pitch", "rigid_body", "planar"] = Field(
-        description="pitch about the axis across the crankshaft, all six freedoms, or the three in "
-        "the plane of the crank"
+        description="pitch across the crankshaft, six freedoms, or three in the plane of the crank"
     )
     up: Literal["x", "y", "z"] = Field("z", description="gravity acts against this direction")
     gravity: Acceleration = Field(FREE_FALL, ge=0, description="acceleration of free fall")

@@ -10,6 +10,7 @@ from vibecalc.core.report.rows import (
     Made,
     Rows,
     by_name,
+    named_at,
     others,
     part_of,
     relative,
@@ -302,14 +303,7 @@ def _way(group: type[Change], words: str) -> Rows:
 _WAYS = (_way(Reversal, "through rest"), _way(Instant, "at once"))
 
 
-def _changes(record: Record) -> Quantity | None:
-    """In which change each resonance is passed."""
-    which = having(record, _SWITCHING + "passage/change", "passage")
-    changes = having(record, _SWITCHING + "reversal/kinetic_energy_peak", "change")
-    if which is None or changes is None:
-        return None
-    names = np.array(labels(changes.axes[0]))
-    return part_of(which, names[which.values.astype(int) - 1], which.axes[0])
+_CHANGE = (f"{Passages.ROOT}/change", f"{Reversal.ROOT}/kinetic_energy_peak")
 
 
 def _low(found: Found) -> np.ndarray:
@@ -323,7 +317,7 @@ _PASSAGES = Rows(
     "passage",
     "",
     (
-        Cells(_changes, "resonance passed in", ""),
+        Cells(named_at(*_CHANGE), "resonance passed in"),
         *paths_of(Passages)[1:],
     ),
     note="haste above 1: the resonance has no time to build up",

@@ -139,6 +139,19 @@ def chosen(
     return made
 
 
+def named_at(path: str, of: str) -> Made:
+    """Names of the first axis of the quantity `of` in place of numbers, from 1, at `path`."""
+
+    def made(record: Record) -> Quantity | None:
+        numbers, known = record.quantities.get(path), record.quantities.get(of)
+        if numbers is None or known is None:
+            return None
+        names = np.array(labels(known.axes[0]))
+        return part_of(numbers, names[numbers.values.astype(int) - 1], *numbers.axes)
+
+    return made
+
+
 def first(most: int) -> Callable[[Found], np.ndarray]:
     """The first entries."""
     return lambda found: np.arange(len(found[0].values))[:most]
@@ -214,12 +227,17 @@ def rows_of(record: Record, of: Rows) -> tuple[list[str], set[str]]:
 
 
 def _found(record: Record, of: Rows, one: Cells) -> Quantity | None:
-    """What stands in a column, if it is over the axis of the table and has an entry."""
+    """What stands in a column, if it is over the axis of the table and has an entry.
+
+    Of two axes that of the table may be the second one.
+    """
     path = f"{of.root}/{one.of}" if of.root else one.of
     quantity = one.of(record) if callable(one.of) else record.quantities.get(str(path))
     if quantity is None or not quantity.axes:
         return None
     named = of.across and quantity.axes[-1].values.dtype.kind not in "biuf"
+    if len(quantity.axes) == 2 and quantity.axes[1].name in of.axis.split():
+        quantity = replace(quantity, values=quantity.values.T, axes=quantity.axes[::-1])
     if len(quantity.axes) - 1 not in ({0, 1} if named else {one.head.count("{}")}):
         return None
     there = quantity.axes[0].name in of.axis.split() and np.size(quantity.values)
