@@ -1,6 +1,6 @@
 """The mounts in the report: static load, stiffness in use, distance to their stops."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from vibecalc.isolation.mount_results import (
     OfMounts,
 )
 
-_COLUMNS = (
+_COLUMNS: tuple[Sequence[Cells | str], ...] = (
     (*AT_REST[:3], Cells(AT_REST[3], note="along the axis of the mount that carries; stiffness: "
                          "dynamic, about the rest, with stops that it stands on")),
     [Cells(path, blank=True) for path in (*OF_STOPS, *MOVING, *OF_RUN_UP)],

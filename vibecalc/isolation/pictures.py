@@ -40,7 +40,6 @@ from vibecalc.isolation.mount_results import AT_REST, BY_ORDER, MOVING
 from vibecalc.response.report import main_coordinates
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 # ----------------------------------------------------------------------------
@@ -284,7 +283,7 @@ def draw_mode_shapes(result: Result) -> "Figure | None":
     return figure
 
 
-def _mode(axes: "Axes", vector: np.ndarray) -> None:
+def _mode(axes: Any, vector: np.ndarray) -> None:
     """The box at rest, the box displaced, and the two arrows from its centre."""
     from scipy.spatial.transform import Rotation
 

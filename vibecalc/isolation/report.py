@@ -15,7 +15,7 @@ from vibecalc.core.report.rows import (
     relative,
     rows_of,
 )
-from vibecalc.core.report.sections import Section, scalars, section, table_of
+from vibecalc.core.report.sections import Part, Section, scalars, section, table_of
 from vibecalc.core.report.writing import paragraph, show_phase
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Result
@@ -166,7 +166,11 @@ def torque_reaction(result: Result) -> Section | None:
     lines = paragraph(_LINE if machine.get("shaft_line") and not separate else words)
     if silent := table_of(result.case, "response", "torsion").get("misfire"):
         lines += paragraph(f"Without combustion in cylinder {', '.join(map(str, silent))}.")
-    blocks = [lines, scalars(record, OF_TORQUE, TorqueReaction.ROOT), rows_of(record, _CAUSES)]
+    blocks: list[Part] = [
+        lines,
+        scalars(record, OF_TORQUE, TorqueReaction.ROOT),
+        rows_of(record, _CAUSES),
+    ]
     details = {"couple of the torque by order": rows_of(record, _ORDERS)}
     title = "Torque reaction on the mounts, all orders"
     return section(title, blocks, details, (*OF_TORQUE, *NEAREST))

@@ -155,10 +155,11 @@ def _peaks(plot: Plot, way: str) -> None:
     found = (first_of(record, f"{stem}/{one}") for one in ("peak_time", "kinetic_energy_peak"))
     for x, y, colour in zip(*found, COLOURS, strict=False):
         plot.axes.plot([x], [plot.factor * y], "o", color=colour)
-    steady = having(record, f"{_SWITCHING}/steady_energy", "operation")
-    for i, value in enumerate([] if steady is None else steady.values):
-        name = f"steady {labels(steady.axes[0])[i]}"
-        plot.axes.axhline(plot.factor * value, color=QUIET, linestyle=("--", ":")[i], label=name)
+    if (steady := having(record, f"{_SWITCHING}/steady_energy", "operation")) is None:
+        return
+    for name, value, style in zip(labels(steady.axes[0]), steady.values, ("--", ":"), strict=False):
+        height, label = plot.factor * float(value), f"steady {name}"
+        plot.axes.axhline(height, color=QUIET, linestyle=style, label=label)
 
 
 def _speed(result: Result, way: str) -> Quantity | None:

@@ -19,6 +19,7 @@ from vibecalc.core.report.rows import (
 )
 from vibecalc.core.report.sections import (
     FAINT,
+    Part,
     Section,
     having,
     labels,
@@ -99,7 +100,7 @@ def response(result: Result) -> Section | None:
     modes = rows_of(record, _OF_MODES)
     totals = by_name(record, "energy of all orders", {k: (k,) for k in _KINDS}, _TOTALS, "response")
     tables = [rows_of(record, one) for one in (_MOTION, left_out(LeftOut.ROOT))]
-    blocks = [tables[0], totals, _run_up(record), tables[1]]
+    blocks: list[Part] = [tables[0], totals, _run_up(record), tables[1]]
     details = {"energies by order": rows_of(record, _BY_ORDER)}
     if "isolation/modes/natural_frequency" in record:
         details["orders next to the modes"] = modes

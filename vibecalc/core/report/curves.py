@@ -273,7 +273,7 @@ class Curve:
             low, high = ends
             wide = high - low > _EQUAL * np.abs(high)
             reach = np.maximum([y - low, high - y], 0.0)[:, wide]
-            look = {"ecolor": TOTAL, "elinewidth": 1.2, "capsize": 3, "zorder": 3}
+            look: dict[str, Any] = {"ecolor": TOTAL, "elinewidth": 1.2, "capsize": 3, "zorder": 3}
             plot.axes.errorbar(x[wide], y[wide], reach, fmt="none", **look)
 
 
