@@ -86,6 +86,10 @@ RESPONSE_RUN_UP = Curves(
 _SUMS = {"weighted": ("weighted mean", "_", 20), "difference": ("largest less smallest", "x", 6)}
 
 
+def _known(result: Result, path: str) -> Quantity | None:
+    return having(result.record, path, "operation", "balance")
+
+
 def _energies(kind: str, what: str, words: str) -> Panel:
     """Bars for each operation with their range over the angle of the weights."""
     stem = f"response/operations/{kind}_energy"
@@ -94,7 +98,8 @@ def _energies(kind: str, what: str, words: str) -> Panel:
     for name, (said, marker, size) in _SUMS.items() if what == "mean" else ():
         look = {"color": TOTAL, "linestyle": "none", "marker": marker, "markersize": size}
         parts.append(Curve(f"{stem}/{name}", said, look))
-    return Panel(f"{kind} energy", tuple(parts), words, ends=(0.0, None))
+    known = partial(_known, path=f"{stem}/{what}")
+    return Panel(f"{kind} energy", tuple(parts), words, ends=(0.0, None), needs=(known,))
 
 
 OPERATIONS = Curves(

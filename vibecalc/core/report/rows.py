@@ -235,9 +235,9 @@ def _found(record: Record, of: Rows, one: Cells) -> Quantity | None:
     quantity = one.of(record) if callable(one.of) else record.quantities.get(str(path))
     if quantity is None or not quantity.axes:
         return None
-    named = of.across and quantity.axes[-1].values.dtype.kind not in "biuf"
     if len(quantity.axes) == 2 and quantity.axes[1].name in of.axis.split():
         quantity = replace(quantity, values=quantity.values.T, axes=quantity.axes[::-1])
+    named = of.across and quantity.axes[-1].values.dtype.kind not in "biuf"
     if len(quantity.axes) - 1 not in ({0, 1} if named else {one.head.count("{}")}):
         return None
     there = quantity.axes[0].name in of.axis.split() and np.size(quantity.values)
