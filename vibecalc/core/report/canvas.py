@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from vibecalc.core.report.sections import speed_of
+from vibecalc.core.report.sections import read_as, speed_of
 from vibecalc.core.report.writing import fold, rpm
-from vibecalc.core.results.record import Axis, Result
+from vibecalc.core.results.record import Axis, Quantity, Result
 from vibecalc.core.results.verdicts import entries, verdicts_of
+from vibecalc.units import convert
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -178,8 +179,6 @@ def bounds_of(result: Result, quantity: str, entry: bool = True) -> list[tuple[s
 
     Without those on one entry of an array, if that is said.
     """
-    from vibecalc.units import convert
-
     found = []
     for row in verdicts_of(only(result, quantity)):
         own = row.quantity == quantity and not row.element and row.at != "start"
@@ -193,6 +192,8 @@ def bounds_of(result: Result, quantity: str, entry: bool = True) -> list[tuple[s
 # Units and choices that suit a picture: lengths that are small, orders that are many.
 # ----------------------------------------------------------------------------
 
+#: rad, an angle up to which it is read in mrad
+_SMALL = 0.1
 _LENGTHS = ((1.0, "m"), (1e3, "mm"), (1e6, "\u00b5m"))
 
 
@@ -202,6 +203,16 @@ def length_scale(largest: float) -> tuple[float, str]:
         if factor * largest >= 1.0:
             return factor, unit
     return _LENGTHS[-1]
+
+
+def read_in(quantity: Quantity, largest: float) -> tuple[float, str]:
+    """Factor and words of the unit that people read values of this size in."""
+    if quantity.unit == "m":
+        return length_scale(largest)
+    unit = read_as(quantity.path, quantity.unit)[1]
+    unit = "mrad" if quantity.unit == "rad" and largest < _SMALL else unit
+    more, words = unit_words(unit, largest)
+    return more * convert(1.0, quantity.unit, unit), words
 
 
 def clearance_names(axis: Axis) -> list[str]:

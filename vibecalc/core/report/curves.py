@@ -21,17 +21,17 @@ from vibecalc.core.report.canvas import (
     crank_angle_axis,
     dotted,
     gaps,
-    length_scale,
     limit_line,
     note,
     only,
     operating_line,
     palette,
     plain_ticks,
+    read_in,
     unit_words,
     waves,
 )
-from vibecalc.core.report.sections import labels, magnitudes, read_as, scalar_of
+from vibecalc.core.report.sections import labels, magnitudes, scalar_of
 from vibecalc.core.report.verdicts import MEASURED, judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
@@ -65,8 +65,6 @@ _BELOW = {
 }
 #: axes of orders, and how many of them have ticks at half ones
 _ORDERS, _FEW_ORDERS = ("order", "half_order"), 6.0
-#: rad, an angle up to which it is read in mrad
-_SMALL = 0.1
 #: s, a time up to which it is read in ms
 _SHORT = 0.1
 #: of a history, what begins before begins with it
@@ -454,12 +452,17 @@ def usual_ends(plot: "Plot", low: float | None = None, far: float = _FAR) -> End
 
     Flanks of an undamped resonance go up without end: beside them, nothing would be left to see.
     """
-    size = np.concatenate([y[np.isfinite(y)] for _, y in plot.drawn])
-    middle, top = float(np.median(np.abs(size))) if size.size else 0.0, np.max(size, initial=0.0)
-    if np.any(size < 0.0) or not 0.0 < far * middle < top:
+    log, x = plot.panel.log, plot.drawn[0][0]
+    spaced = np.geomspace if "x" in log else np.linspace
+    even = spaced(max(x.min(), _SLOW * x.max()), x.max(), 400)
+    size = np.concatenate([np.interp(even, *one) for one in plot.drawn])
+    size = size[np.isfinite(size)]
+    middle = float(np.median(np.abs(size))) if size.size else 0.0
+    top = max(float(np.nanmax(y, initial=0.0)) for _, y in plot.drawn)
+    if np.any(size < 0.0) or middle == 0.0 or ("y" not in log and far * middle > top):
         return low, None
     plot.axes.set_yscale("log")
-    return middle / far, max([min(2.0 * top, far**2 * middle), *plot.points])
+    return middle / far, max([min(3.0 * top, far**2 * middle), *plot.points])
 
 
 def decades(most: int) -> "Callable[[Plot], Ends]":
@@ -563,7 +566,7 @@ class Plot:
             words = said(panel.unit, result)
             self.factor, self.unit = convert(1.0, first.unit, words), unit_words(words)[1]
         else:
-            self.factor, self.unit = _read_in(first, self.largest[first.unit])
+            self.factor, self.unit = read_in(first, self.largest[first.unit])
         words = said(panel.label, result)
         if words and self.unit and "{}" not in words:
             words += "in {}" if words.endswith("\n") else " in {}"
@@ -627,16 +630,6 @@ def _order_ticks(axes: "Axes", halves: bool) -> None:
 
     whole = MaxNLocator(12, integer=True, steps=[1, 2, 5, 10])
     axes.xaxis.set_major_locator(MultipleLocator(0.5) if halves else whole)
-
-
-def _read_in(quantity: Quantity, largest: float) -> tuple[float, str]:
-    """Factor and words of the unit that people read values of this size in."""
-    if quantity.unit == "m":
-        return length_scale(largest)
-    unit = read_as(quantity.path, quantity.unit)[1]
-    unit = "mrad" if quantity.unit == "rad" and largest < _SMALL else unit
-    more, words = unit_words(unit, largest)
-    return more * convert(1.0, quantity.unit, unit), words
 
 
 @dataclass(frozen=True)
