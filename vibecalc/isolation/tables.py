@@ -22,8 +22,7 @@ class Isolation(Table):
     """The body on its mounts: what reaches the ground."""
 
     model: Literal["pitch", "rigid_body", "planar"] = Field(
-        description="pitch about the axis across the crankshaft, all six freedoms, or the three in "
-        "the plane of the crank"
+        description="pitch across the crankshaft, six freedoms, or three in the plane of the crank"
     )
     up: Literal["x", "y", "z"] = Field("z", description="gravity acts against this direction")
     gravity: Acceleration = Field(FREE_FALL, ge=0, description="acceleration of free fall")
@@ -38,15 +37,10 @@ class Isolation(Table):
     )
     run_up: RunUp | None = Field(None, description="also pass a range of speeds")
     run_up_maxima: Number | None = Field(
-        None,
-        gt=0,
-        le=1,
-        description="every local maximum of the run-up from this share of the highest on",
+        None, gt=0, le=1, description="local maxima of the run-up from this share of the highest on"
     )
     efficiency: bool | None = Field(
-        None,
-        strict=True,
-        description="also what the mounts keep from the ground, by order and over frequency",
+        None, strict=True, description="what mounts keep from the ground, by order and frequency"
     )
     RULES = (
         needs("run_up_maxima", "run_up", allowed='run_up = { from = 0, to = "..." } with it'),
