@@ -20,7 +20,6 @@ from vibecalc.core.report.writing import paragraph, show_phase
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Result
 from vibecalc.isolation.results import (
-    NEAREST,
     OF_TORQUE,
     Masked,
     Pitch,
@@ -63,8 +62,7 @@ _SUPPORTS = Rows(
     "mount",
     "support",
     (*paths_of(SupportForce), *paths_of(SupportDisplacement)),
-    note="loads: over the cycle, with the weight and the mean torque; a negative one pulls the "
-    "support",
+    note="loads: over the cycle, with weight and mean torque; a negative one pulls the support",
     merge=True,
 )
 _LEVELS = (
@@ -91,7 +89,6 @@ def isolation(result: Result) -> Section | None:
 
 #: maxima shown, of a machine with many mounts
 _MOST = 48
-_AT_MOUNTS = (f"{RunUpMaxima.ROOT}/mount", "isolation/support_force/static")
 
 
 def _highest(found: Found) -> np.ndarray:
@@ -105,7 +102,7 @@ _MAXIMA = Rows(
     "maximum",
     "",
     (
-        Cells(named_at(*_AT_MOUNTS), "mount"),
+        Cells(named_at(f"{RunUpMaxima.ROOT}/mount", "isolation/support_force/static"), "mount"),
         *paths_of(RunUpMaxima)[1:-1],
         Cells(f"{RunUpMaxima.ROOT}/at_end", "end", lambda end, _: "end" * int(end)),
     ),
@@ -172,5 +169,4 @@ def torque_reaction(result: Result) -> Section | None:
         rows_of(record, _CAUSES),
     ]
     details = {"couple of the torque by order": rows_of(record, _ORDERS)}
-    title = "Torque reaction on the mounts, all orders"
-    return section(title, blocks, details, (*OF_TORQUE, *NEAREST))
+    return section("Torque reaction on the mounts, all orders", blocks, details, OF_TORQUE)

@@ -136,7 +136,7 @@ def left_out(root: str) -> Rows:
     """The speeds left out of a run-up."""
     note = "speeds left out: an order on an undamped natural frequency, where there is no bound"
     ends = Cells("low", "from rpm", "rpm"), Cells("high", "to rpm", "rpm")
-    return Rows("masked", "", ("order", "mode", *ends), root, note, digits=7)
+    return Rows("masked", "", ("order", "mode", *ends), root, digits=7, note=note)
 
 
 # ----------------------------------------------------------------------------
@@ -304,9 +304,6 @@ def _way(group: type[Change], words: str) -> Rows:
 _WAYS = (_way(Reversal, "through rest"), _way(Instant, "at once"))
 
 
-_CHANGE = (f"{Passages.ROOT}/change", f"{Reversal.ROOT}/kinetic_energy_peak")
-
-
 def _low(found: Found) -> np.ndarray:
     """Low orders carry the large forces: they are shown first, in the order of time."""
     order = next((one for one in found if one.path.endswith("/order")), found[0])
@@ -318,7 +315,7 @@ _PASSAGES = Rows(
     "passage",
     "",
     (
-        Cells(named_at(*_CHANGE), "resonance passed in"),
+        Cells(named_at(f"{Passages.ROOT}/change", f"{Reversal.ROOT}/peak_time"), "passed in"),
         *paths_of(Passages)[1:],
     ),
     note="haste above 1: the resonance has no time to build up",

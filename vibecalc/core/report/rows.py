@@ -67,7 +67,6 @@ class Rows(NamedTuple):
     title: str
     columns: Sequence[Cells | str]
     root: str = ""
-    note: str = ""
     label: str = ""
     right: bool = False
     digits: int = DIGITS
@@ -76,6 +75,7 @@ class Rows(NamedTuple):
     none: str = ""
     merge: bool = False
     across: bool = False
+    note: str = ""
 
 
 def whole(value: Any, _error: float) -> str:
