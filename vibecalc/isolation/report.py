@@ -8,6 +8,7 @@ from vibecalc.core.report.rows import (
     Found,
     Rows,
     in_decibels,
+    left_out,
     loud,
     named_at,
     others,
@@ -28,7 +29,6 @@ from vibecalc.isolation.results import (
     SupportForce,
     TorqueReaction,
 )
-from vibecalc.response.report import left_out
 
 # ----------------------------------------------------------------------------
 # The body on its mounts: natural frequencies, what each mount bears, transmissibility.

@@ -10,6 +10,7 @@ from vibecalc.core.report.rows import (
     Made,
     Rows,
     by_name,
+    left_out,
     named_at,
     others,
     part_of,
@@ -130,13 +131,6 @@ def _run_up(record: Record) -> list[str]:
 
 
 _CENTRE = f"{LeftOut.ROOT}/centre"
-
-
-def left_out(root: str) -> Rows:
-    """The speeds left out of a run-up."""
-    note = "speeds left out: an order on an undamped natural frequency, where there is no bound"
-    ends = Cells("low", "from rpm", "rpm"), Cells("high", "to rpm", "rpm")
-    return Rows("masked", "", ("order", "mode", *ends), root, digits=7, note=note)
 
 
 # ----------------------------------------------------------------------------
