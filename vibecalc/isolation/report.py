@@ -36,14 +36,7 @@ from vibecalc.isolation.results import (
 
 _LEVER = tuple(f"isolation/lever_force/{name}_peak" for name in ("rigid", "steady", "run_up"))
 #: what belongs to pictures; the shapes of modes carry no scale, and the energy says what moves
-_DRAWN = (
-    "_harmonics",
-    "/run_up",
-    "_curve",
-    "modes/shape",
-    "masked/centre",
-    "lever_force/run_up_peak_speed",
-)
+_DRAWN = ("_harmonics", "/run_up", "_curve", "modes/shape", "/centre", "run_up_peak_speed")
 _MODES = Rows(
     "mode",
     "mode",
