@@ -33,7 +33,7 @@ def run_balance(scene: Scene) -> None:
     if given is None or train is None:
         raise ValueError("[balance] needs a crank train")
     weights = given.force_weight, given.couple_weight, given.roll_weight
-    counts = counting(*weights, given.reference_length, train.axis)
+    counts = counting(weights, given.reference_length, train.axis)
     sought, orders = sought_weights(given, scene.case.machine.crank_train), orders_that_count(given)
     ratio, before = sought.places.speed_ratio, forcing.per_speed_squared
     rows = [np.flatnonzero(np.abs(ratio) == order) for order in orders]
