@@ -90,10 +90,6 @@ class Places(NamedTuple):
     phase: Real
     largest: Real
 
-    def only(self, which: np.ndarray) -> "Places":
-        """Some of the weights."""
-        return Places(*(part[which] for part in self))
-
 
 class Solution(NamedTuple):
     """The weights found and what proves them; errors are absolute.
@@ -203,11 +199,10 @@ def _search(problem: _Problem) -> Real:
 
     def sought(start: Real, pull: float, within: float) -> Real:
         """Places near `start` that leave the least."""
-        found = least_squares(
+        return np.asarray(least_squares(
             left, start, slopes, (0.0, 1.0), "dogbox", None, within, within, tr_solver="lsmr",
             args=(pull,),
-        )  # fmt: skip
-        return np.asarray(found.x)
+        ).x)  # fmt: skip
 
     starts = [middle, np.arange(count) % 2.0]
     if count <= _CORNERS:
@@ -228,10 +223,9 @@ def _in_the_middle(problem: _Problem) -> LeastNorm:
     """
     twin = np.isin(problem.block, problem.free)
     others = np.searchsorted(problem.free, problem.block[twin]) + problem.radius.size
-    halfway = problem.at(np.full(problem.free.size, 0.5))
     return least_norm(
         problem.constant,
-        np.hstack([halfway, 0.5 * problem.along[:, twin]]),
+        np.hstack([problem.at(np.full(problem.free.size, 0.5)), 0.5 * problem.along[:, twin]]),
         np.concatenate([problem.block, others]),
         np.concatenate([problem.radius, problem.radius[problem.free]]),
     )
