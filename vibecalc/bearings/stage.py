@@ -55,8 +55,9 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
 
 
 def _names(case: "Case") -> dict[str, tuple[str, ...]]:
-    bearings = case.bearing_loads.main_bearings if case.bearing_loads is not None else ()
-    return {"main_bearing": tuple(one.name for one in bearings)} if bearings else {}
+    if case.bearing_loads is None:
+        return {}
+    return {"main_bearing": tuple(one.name for one in case.bearing_loads.main_bearings)}
 
 
 SUBJECT = Subject(
