@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.crank_forces import rod_difference, share_of_rotor
+from vibecalc.excitation.crank_forces import rod_moments, share_of_rotor
 from vibecalc.excitation.cylinder_torque import (
     cylinder_gas,
     cylinder_torque,
@@ -113,9 +113,8 @@ def torque_law(scene: Scene, shaking_orders: int) -> TorqueLaw:
     rotor, share = case.machine.rotor, 1.0
     if rotor is not None:
         rod, train = case.machine.crank_train.rod, scene.parts.crank_train
-        difference = rod_difference(train, rod) if rod is not None and rod.inertia else None
-        motion = scene.handed_on["motion"]
-        share = float(share_of_rotor(train, motion, rotor.inertia, difference))
+        moments, motion = rod_moments(train, rod), scene.handed_on["motion"]
+        share = float(share_of_rotor(train, motion, rotor.inertia, moments))
     return TorqueLaw(order, used, *_torques(scene, order), share)
 
 
@@ -155,12 +154,10 @@ def _torques(scene: Scene, order: np.ndarray) -> tuple[np.ndarray, Bounded, Boun
     speeds, gas, mean = _gas(scene, len(order), scale, ~firing.fires)
     # the shaking of the masses counts from crank phase zero
     turned = rounded(phasor(order, firing_angle(case.machine)).T, 12)
-    rod = case.machine.crank_train.rod
+    moments = rod_moments(train, case.machine.crank_train.rod)
     inertia = train.reciprocating_mass[:, None] * inertia_harmonics(geometry, 1.0, 0.0, order)
-    if rod is not None and rod.inertia is not None:
-        moves = (train.reciprocating_mass + train.rotating_mass > 0.0)[:, None]
-        turning = rod_difference(train, rod) * inertia_harmonics(geometry, 0.0, 1.0, order)
-        inertia = inertia + moves * turning
+    if moments is not None:
+        inertia = inertia + moments[:, None] * inertia_harmonics(geometry, 0.0, 1.0, order)
     return speeds, gas * turned, mean.sum(), inertia * turned
 
 
