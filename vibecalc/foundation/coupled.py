@@ -53,18 +53,19 @@ def run_coupled(scene: Scene) -> None:
     source = "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3 and 10"
     scene.cite(words, "motion of machine and foundation", source)
 
-    def solve(one: OnMounts, load: Bounded) -> Bounded:
-        return steady_motion(scene, one, one.felt(load), loads.order)[0]
-
     def moved(motion: Bounded) -> Moved:
         deflection = system.at_mounts(motion)
         at_mounts = displacement(displacement_at(mounts.position), motion[:, :6])
         return Moved(motion[:, :6], at_mounts, deflection, system.force(deflection, frequency))
 
     still: OnMounts = scene.handed_on["on_mounts"]
-    motion, alone = solve(system, loads.load), solve(still, loads.load)
+    motion, alone = (steady_motion(scene, one, loads.load, loads.order) for one in (system, still))
     found, at_rest = moved(motion), scene.handed_on["at_rest"]
-    emit_steady(scene, mounts, loads, at_rest, found, lambda load: moved(solve(system, load)))
+
+    def solve(load: Bounded) -> Moved:
+        return moved(steady_motion(scene, system, load, loads.order))
+
+    emit_steady(scene, mounts, loads, at_rest, found, solve)
     _emit_motion(scene, system, motion, found.force, loads, frequency)
     ground = system.ground_load(motion, frequency)
     _emit_loads(scene, ground, still.ground_load(alone, frequency), loads)

@@ -15,9 +15,9 @@ from vibecalc.core.accuracy.kinds import (
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
+from vibecalc.isolation.adapters.body_run_up import run_up_rows, sections
 from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads
-from vibecalc.isolation.adapters.run_up import sections
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.results import SupportForce
 from vibecalc.isolation.rows import Jet
@@ -100,31 +100,31 @@ def run_up_topics(scene: Scene) -> list[Topic]:
     """The largest force of a support at any speed; none where all grow without bound."""
     if isolation_of(scene).run_up is None:
         return []
-    best = None
-    for part in sections(scene):
-        setup = part.setup
-        given = (setup.harmonics, setup.resonances, part.start, part.stop)
-        found = run_up_peak(setup.rows, *given, setup.shows)
-        for row in set(setup.row_of[setup.lever_rows :].tolist()):
+    parts, best = sections(scene), None
+    read = run_up_rows(scene, parts[0].system)
+    for part in parts:
+        given = part.given(read.rows, read.shows, True)
+        found = run_up_peak(given)
+        for row in set(read.row_of[read.lever_rows :].tolist()):
             value = float(found.value[row])
             if np.isfinite(value) and value > 0.0 and (best is None or value > best[0]):
-                best = value, float(found.speed[row]), int(row), part
+                best = value, float(found.speed[row]), int(row), given
     if best is None:
         return []
-    _, known, row, part = best
-    setup, ends = part.setup, (float(part.start), float(part.stop))
+    _, known, row, given = best
+    ends = float(given.start), float(given.stop)
 
     def curve(speed: FloatArray) -> FloatArray:
-        return np.asarray(cycle_peaks(setup.rows, setup.harmonics, speed).value[:, row])
+        return np.asarray(cycle_peaks(given.harmonics_at, given.orders, speed).value[:, row])
 
     def alone(_: float) -> Answer:
         asked = [0]
 
         def rows(speed: FloatArray, slopes: bool = False, errors: bool = False) -> Jet:
             asked[0] += len(speed)
-            return setup.rows(speed, slopes=slopes, errors=errors)
+            return given.harmonics_at(speed, slopes=slopes, errors=errors)
 
-        peak = run_up_peak(rows, setup.harmonics, setup.resonances, *ends, setup.shows)
+        peak = run_up_peak(given._replace(harmonics_at=rows))
         return Answer(peak.value[[row]], float(asked[0]), float(peak.speed[row]))
 
     ask = Ask("run_up", "largest force of the run-up", f"from {ends[0]:.6g} to {ends[1]:.6g} rad/s",

@@ -5,12 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.isolation.rows import HarmonicsAt
-from vibecalc.isolation.run_up import RunUp, machine_of
+from vibecalc.isolation.run_up import Range, RunUp, machine_of
 from vibecalc.isolation.run_up_peaks import local_maxima, tops_of
 from vibecalc.isolation.run_up_samples import Samples
 from vibecalc.numerics.maxima import top_errors
-from vibecalc.response.resonances import Resonances
 
 # ----------------------------------------------------------------------------
 # A local maximum of the curve lies next to a speed whose value is no lower than those of its
@@ -23,17 +21,6 @@ _SAMPLED = 0.97
 #: relative: closer ones are one maximum
 _ONE = 1e-7
 _TINY = np.finfo(float).tiny
-
-
-class Range(NamedTuple):
-    """A part of a run-up: rows at its speeds, orders as whole numbers, what orders may meet."""
-
-    harmonics_at: HarmonicsAt
-    orders: np.ndarray
-    resonances: Resonances
-    start: float
-    stop: float
-    shows: np.ndarray
 
 
 class Maxima(NamedTuple):
@@ -125,7 +112,7 @@ def _of_part(
     within = (run.speed >= part.start) & (run.speed <= part.stop)
     speed, value = run.speed[within], run.curve.value[within]
     samples = Samples(np.zeros(len(speed), int), speed, value)
-    tops = tops_of(machine_of(*part), samples, high[within], 1, within=True)
+    tops = tops_of(machine_of(part), samples, high[within], 1, within=True)
     order, natural = np.asarray(part.orders, dtype=float), part.resonances.frequency
     # the order whose part of the second derivative of the squared length is the most negative
     turn = np.exp(1j * tops.angle[:, None] * order)[:, None]

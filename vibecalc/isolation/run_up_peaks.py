@@ -275,8 +275,7 @@ def highest_of(peaks: Sequence[RunUpPeak]) -> RunUpPeak:
 
 
 def highest_peaks(machines: Machines) -> RunUpPeak:
-    """The highest peak (machines * rows,) of each row from few speeds; those without bound stay
-    zero."""
+    """The highest peak (machines * rows,) of each row from few speeds."""
     return highest(machines, sparse_samples(machines), SPARSE, 2)
 
 
@@ -301,9 +300,14 @@ def highest(machines: Machines, samples: Samples, threshold: float, beside: int)
                      np.zeros(total))  # fmt: skip
     for part, known in zip(peak, (*found.height, *found.place), strict=True):
         part[row] = known[alike[which]]
-    return over_all(
+    peak = over_all(
         peak, lambda rows: ((row, *_curve(machines, samples, found, row)) for row in rows.tolist())
     )
+    without = np.flatnonzero(machines.infinite)
+    first, masked = machines.unbounded[without], machines.masked
+    peak.value[without], peak.speed[without] = np.inf, masked.centre[first]
+    peak.speed_error[without] = masked.centre_error[first]
+    return peak
 
 
 #: some of the rows (k,) -> of each its number, speeds (n,), rising, and its curve (n,)

@@ -5,7 +5,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from vibecalc.isolation.rows import EMPTY, HarmonicsAt, Jet
+from vibecalc.isolation.rows import Jet
 from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.response.resonances import MaskedSpeeds, Resonances, outside
@@ -28,8 +28,9 @@ class Machines(NamedTuple):
 
     They pass the speeds from `start` to `stop`, rad/s. `harmonics_at` gives (n, rows, components,
     orders) of machines (n,) at speeds (n,). `resonances` (machines, modes) are to be looked at, NaN
-    for none. Rows that are `infinite` (machines * rows,) have no bound in the intervals `masked`,
-    which only one machine by itself has. `look` is a quick way to jets, good to some 1e-9.
+    for none. Rows have no bound in some of the intervals `masked`, which only one machine by itself
+    has: `unbounded` (machines * rows,) is the first of these, or as many as there are intervals.
+    `look` is a quick way to jets, good to some 1e-9.
     """
 
     jets_at: JetsAt
@@ -40,25 +41,18 @@ class Machines(NamedTuple):
     resonances: Resonances
     rows: int
     masked: MaskedSpeeds
-    infinite: np.ndarray
+    unbounded: np.ndarray
     look: JetsAt | None = None
+
+    @property
+    def infinite(self) -> np.ndarray:
+        """Which rows (machines * rows,) have no bound."""
+        return np.asarray(self.unbounded < len(self.masked.low))
 
     def outside(self, speed: np.ndarray) -> np.ndarray:
         """Which speeds are in the range and in no masked interval; NaN are not."""
         within = (speed >= self.start) & (speed <= self.stop)
         return within & outside(self.masked, speed) if len(self.masked.low) else within
-
-
-def jets_of(harmonics_at: HarmonicsAt) -> JetsAt:
-    """Those of one machine."""
-
-    def jets_at(speed: np.ndarray, row: np.ndarray, errors: bool = False) -> Jet:
-        # rows that are alike share all their speeds
-        shown, which = np.unique(speed, return_inverse=True)
-        jet = harmonics_at(shown, slopes=True, errors=errors)
-        return Jet(*(part if part is EMPTY else part[which, row] for part in jet))
-
-    return jets_at
 
 
 #: speeds times orders that are worked on at once: some 60 MB for a rigid body on four mounts
@@ -337,6 +331,8 @@ def rough_peaks(harmonics: np.ndarray, orders: np.ndarray) -> np.ndarray:
 
 #: no interval is cut below this relative width
 _NARROWEST = 1e-14
+#: speeds of a curve, at most
+_MOST_POINTS = 20_000
 #: next to a pole without bound the curve is resolved relative to itself
 _NEAR_POLE = 0.02
 
@@ -355,7 +351,6 @@ def resolve(
     masked: MaskedSpeeds,
     infinite: np.ndarray,
     tolerance: float,
-    most_points: int,
 ) -> Curve:
     """Add midpoints until each is within `tolerance` of the chord, of each row's maximum.
 
@@ -378,7 +373,7 @@ def resolve(
         across = (low[:, None] < masked.centre) & (high[:, None] > masked.centre)
         wide &= ~np.any(across, axis=1)
         low, high, at_low, at_high = (part[wide] for part in (low, high, at_low, at_high))
-        if not len(low) or len(low) > most_points - sum(map(len, speeds)):
+        if not len(low) or len(low) > _MOST_POINTS - sum(map(len, speeds)):
             break
         middle = 0.5 * (low + high)
         found, exact = curve_at(middle)

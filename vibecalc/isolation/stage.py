@@ -143,7 +143,7 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
             keys=MOUNT_KEYS,
             only=PEAKS if pitch else PEAKS[:2],
             most=1024,
-            adapter="vibecalc.isolation.arrays:run_up_peaks",
+            adapter="vibecalc.isolation.adapters.run_up:run_up_of_points",
         ),
     )
 
@@ -192,8 +192,11 @@ def entries_of_loads(case: "Case", axis: str) -> Entries | None:
     return Entries(tuple(found.lowest * i for i in range(1, found.number + 1)), found.rule)
 
 
-def orders_of_reaction(case: "Case") -> Harmonics:
-    """Half orders of a torque reaction; as many again are solved for the error."""
+def orders_of_reaction(case: "Case", shaking: int | None = None) -> Harmonics:
+    """Half orders of a torque reaction; as many again are solved for the error.
+
+    `shaking` orders act on the body beside it, those of the motion of the pistons if not said.
+    """
     step = TURN / cycle_angle(case.machine)
     torsion = None if case.response is None else case.response.torsion
     given = None if torsion is None else torsion.orders
@@ -202,8 +205,7 @@ def orders_of_reaction(case: "Case") -> Harmonics:
         said = given.highest or (given.count or 0) * (given.step or step)
     orders = None if case.excitation is None else case.excitation.orders
     usual = USUAL_ORDERS if orders is None and not said else 0
-    shaking = orders_of_motion(case).number
-    highest = max(said, shaking, usual)
+    highest = max(said, orders_of_motion(case).number if shaking is None else shaking, usual)
     rule = "[response.torsion] orders" if highest == said else "of the shaking"
     count = math.ceil(highest / step)
     rule = "the usual ones" if highest == usual else rule

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.isolation.rows import EMPTY, HarmonicsAt, Jet
+from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.response.modes import Modes
@@ -109,17 +109,18 @@ def couple_on_body(torque: Bounded, transfer: Bounded | None = None, share: floa
     return Bounded(value, (uncertainty + given.error * (size + torque.error)).sum(-2))
 
 
-def linear_couple(ends: np.ndarray, low: Bounded, high: Bounded) -> HarmonicsAt:
-    """Couple (speeds, m) that is linear in the speed between two `ends`, given there (m,)."""
-    span = ends[1] - ends[0]
-    slope = (high.value - low.value) / span
-    uncertainty = (low.error + high.error) / span
+def linear_couple(
+    by_speed: Callable[[np.ndarray], Bounded], low: float, high: float
+) -> HarmonicsAt:
+    """Couple (speeds, m) of a law (speeds,) to (speeds, m) that is linear between two speeds."""
+    span, ends = high - low, by_speed(np.array([low, high]))
+    slope = (ends.value[1] - ends.value[0]) / span
+    uncertainty = ends.error.sum(0) / span
 
     def couple_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
-        share = ((speed - ends[0]) / span)[:, None]
-        value = (1.0 - share) * low.value + share * high.value
+        share = ((speed - low) / span)[:, None]
+        value, error = ends[0] * (1.0 - share) + ends[1] * share
         empty = np.zeros_like(value)
-        error = (1.0 - share) * low.error + share * high.error + 4.0 * EPSILON * np.abs(value)
         return Jet(value, error, empty + slope, empty.real + uncertainty, empty)
 
     return couple_at
@@ -139,41 +140,20 @@ def couple_by_differences(
         at = np.maximum(speed, SLOWEST)
         value, error = by_speed(at)
         if not slopes:
-            return Jet(value, error, EMPTY, EMPTY, EMPTY)
+            return Jet(value, error)
         step = np.minimum(STEP * at, 0.25 * (high - low))
         middle = np.clip(at, low + 2.0 * step, high - 2.0 * step)
         far_before, before, here, after, far_after = (
             by_speed(np.clip(middle + steps * step, low, high)) for steps in range(-2, 3)
         )
         step, moved = step[:, None], (at - middle)[:, None]
-        slope = (after.value - before.value) / (2.0 * step)
+        slope, uncertainty = (after - before) / (2.0 * step)
+        wider = (far_after.value - far_before.value) / (4.0 * step)
         curvature = (after.value - 2.0 * here.value + before.value) / np.square(step)
-        wider = far_after.value - far_before.value
-        uncertainty = np.abs(wider / (4.0 * step) - slope) + (after.error + before.error) / (
-            2.0 * step
-        )
+        uncertainty = uncertainty + np.abs(wider - slope)
         return Jet(value, error, slope + curvature * moved, uncertainty, curvature)
 
     return couple_at
-
-
-def with_shaking(
-    couple: Bounded, half_order: np.ndarray, axis: np.ndarray, shaking: Bounded
-) -> Bounded:
-    """Loads (m, 6) on the body: a couple (m,) about the unit vector `axis`, and what shakes it.
-
-    `shaking` (n, 6) holds forces and couples of the orders 1 .. n at the speed; it enters at the
-    whole ones of the orders `half_order` (m,).
-    """
-    value = np.zeros((len(half_order), 6), dtype=complex)
-    error = np.zeros(value.shape)
-    value[:, 3:] = couple.value[:, None] * axis
-    error[:, 3:] = couple.error[:, None] * np.abs(axis)
-    whole = (half_order == np.floor(half_order)) & (half_order <= len(shaking.value))
-    place = half_order[whole].astype(int) - 1
-    value[whole] += shaking.value[place]
-    error[whole] += shaking.error[place] + EPSILON * np.abs(value[whole])
-    return Bounded(value, error)
 
 
 def nearest_driven(

@@ -5,7 +5,7 @@ import numpy as np
 from vibecalc.core.accuracy.kinds import Ask, ours, peak_over_cycle, peak_over_range
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
-from vibecalc.isolation.adapters.run_up import sections
+from vibecalc.isolation.adapters.body_run_up import sections
 from vibecalc.isolation.rows import Jet
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.points.adapter import motion_of_body

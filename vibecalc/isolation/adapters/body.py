@@ -67,7 +67,7 @@ def run_isolation(scene: Scene) -> None:
 
 def _moved(scene: Scene, system: OnMounts, loads: BodyLoads, load: Bounded) -> Moved:
     """Of loads (..., m, 6) on a body whose mounts stand on rigid ground."""
-    motion, _ = steady_motion(scene, system, system.felt(load), loads.order)
+    motion = steady_motion(scene, system, load, loads.order)
     at_mounts = system.at_mounts(motion)
     frequency = loads.order * np.asarray(scene.case.machine.speed)[..., None]
     force = system.force(at_mounts, frequency)

@@ -36,7 +36,7 @@ def run_efficiency(scene: Scene) -> None:
     felt = system.felt(loads.load)
     frequency = loads.order * scene.case.machine.speed
     if given is None:
-        motion, _ = steady_motion(scene, system, felt, loads.order)
+        motion = steady_motion(scene, system, loads.load, loads.order)
         ground, natural = system.ground_load(motion, frequency), system.shapes.natural_frequency
         given = Ground(ground, system.transmissibility, natural)
     scene.cite(

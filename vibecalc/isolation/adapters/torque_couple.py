@@ -1,7 +1,9 @@
 """Torque of all cylinders of an engine at its speed, and the couple that it is for the body."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -22,41 +24,38 @@ from vibecalc.excitation.model import (
     has_cards,
     misfire_cards,
 )
-from vibecalc.excitation.stage import USUAL_ORDERS
-from vibecalc.isolation.torque_reaction import couple_on_body, line_transfer
+from vibecalc.isolation.rows import HarmonicsAt
+from vibecalc.isolation.stage import orders_of_reaction
+from vibecalc.isolation.torque_reaction import (
+    couple_by_differences,
+    couple_on_body,
+    line_transfer,
+    linear_couple,
+)
 from vibecalc.numerics.bounded import Bounded, rounded, stack
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.crank_train import crank_geometry
-from vibecalc.parts.firing import TURN, cycle_angle, is_separate, shakes_with_torque
+from vibecalc.parts.firing import is_separate, shakes_with_torque
 
 if TYPE_CHECKING:
     from vibecalc.schema import Machine
 
+Speed: TypeAlias = np.ndarray | float
+Part: TypeAlias = slice | np.ndarray
 #: orders (m,) and crank speeds (...) to the couple on the body (..., m, c) for a unit torque
-Passing = Callable[[np.ndarray, np.ndarray | float], Bounded]
+Passing: TypeAlias = Callable[[np.ndarray, Speed], Bounded]
 
 
-class Couples(NamedTuple):
-    """Couples (m,) on the body about the crankshaft at the orders (m,), twice as many as
-    `retained`.
-
-    `total` is of gas and inertia; `added` is what the shaking of the crank train lacks of it;
-    `mean` a number.
-    """
-
-    order: np.ndarray
-    retained: int
-    total: Bounded
-    added: Bounded
-    mean: Bounded
-
-
-class TorqueLaw(NamedTuple):
+@dataclass(frozen=True, eq=False, kw_only=True)
+class TorqueLaw:
     """Torque of the cylinders on the crankshaft against its speed, at the orders (m,).
 
     `gas` (k, c, m) and `mean` (k,) at the `speeds` (k,) of the gas cards, linear between them; one
-    for all speeds has none. `inertia` (c, m) per speed squared. `share` of the torque turns what is
-    fixed to the crank and, the other way round, the body.
+    for all speeds has none. `inertia` (c, m) per speed squared. Twice as many orders as `retained`.
+
+    The couples on the body about the crankshaft (..., m) at speeds (...) follow by a shaft line,
+    which is `passing` it on, or else as minus a `share` of the torque: that which turns what is
+    fixed to the crank and, the other way round, the body. `stays`: the body gives the mean back.
     """
 
     order: np.ndarray
@@ -66,81 +65,63 @@ class TorqueLaw(NamedTuple):
     mean: Bounded
     inertia: Bounded
     share: float
+    passing: Passing | None
+    stays: bool
 
-    def gas_at(self, speed: np.ndarray | float) -> Bounded:
-        """Gas torque (..., c, m) at speeds (...)."""
-        return _mixed(self.gas, self._weights(speed))
+    def total(self, speed: Speed, part: Part = slice(None)) -> Bounded:
+        """Couple of gas and inertia at some of the orders."""
+        torque = self._at(self.gas, speed) + self.inertia * np.square(speed)[..., None, None]
+        by_line = None if self.passing is None else self.passing(self.order[part], speed)
+        return couple_on_body(torque[..., part], by_line, self.share)
 
-    def mean_at(self, speed: float) -> Bounded:
-        """Mean torque of all cylinders."""
-        return _mixed(self.mean, self._weights(speed))
+    def added(self, speed: Speed, part: Part = slice(None)) -> Bounded:
+        """What the shaking of the crank train lacks of it: what a line passes on, or the gas."""
+        if self.passing is not None:
+            return self.total(speed, part)
+        return couple_on_body(self._at(self.gas, speed)[..., part], share=self.share)
 
-    def _weights(self, speed: np.ndarray | float) -> np.ndarray:
-        return card_weights(self.speeds if len(self.speeds) else [0.0], speed)
+    def added_between(self, low: float, high: float, part: Part) -> HarmonicsAt:
+        """The same over the speeds between two gas cards."""
+        by_speed = partial(self.added, part=part)
+        law = linear_couple if self.passing is None else couple_by_differences
+        return law(by_speed, low, high)
 
+    def mean_couple(self, speed: float) -> Bounded:
+        """What is constant of the couple: minus the mean torque, if that leaves the body."""
+        if self.stays:
+            return Bounded(np.zeros(()), np.zeros(()))
+        return -self._at(self.mean, speed)
 
-def couples_of(scene: Scene, shaking_orders: int) -> Couples:
-    """Couples with all orders up to `shaking_orders`, or more, in steps of the engine's cycle."""
-    law, speed = torque_law(scene, shaking_orders), scene.case.machine.speed
-    gas, torque = law.gas_at(speed), total_torque(law, speed)
-    mean = mean_couple(scene, law, speed)
-    if not shakes_with_torque(scene.case):
-        transfer = line_passing(scene)(law.order, speed)
-        total = couple_on_body(torque, transfer)
-        return Couples(law.order, law.retained, total, total, mean)
-    total = couple_on_body(torque, share=law.share)
-    added = couple_on_body(gas, share=law.share)
-    return Couples(law.order, law.retained, total, added, mean)
-
-
-def mean_couple(scene: Scene, law: "TorqueLaw", speed: float) -> Bounded:
-    """What is constant of the couple: minus the mean torque, if that leaves the body."""
-    if not is_separate(scene.case):
-        return Bounded(np.zeros(()), np.zeros(()))
-    return -law.mean_at(speed)
+    def _at(self, cards: Bounded, speed: Speed) -> Bounded:
+        """Values (k, ...) of the cards at speeds (...)."""
+        weights = card_weights(self.speeds if len(self.speeds) else [0.0], speed)
+        value = np.tensordot(weights, cards.value, axes=(-1, 0))
+        size = cards.error + 2.0 * EPSILON * np.abs(cards.value)
+        return Bounded(value, np.tensordot(weights, size, axes=(-1, 0)))
 
 
 def torque_law(scene: Scene, shaking_orders: int) -> TorqueLaw:
-    """The torque of the cylinders at any speed, with twice the orders that are kept.
+    """The torque of the cylinders, with all orders up to `shaking_orders` or more in steps of the
+    engine's cycle, and as many again.
 
     Evenly spaced cylinders leave every c-th order only, of which at least two are beyond.
     """
     case = scene.case
-    step = TURN / cycle_angle(case.machine)
-    used = int(np.ceil(_highest(scene, shaking_orders) / step))
-    beyond = max(used, 2 * len(scene.parts.crank_train.names))
-    order = step * np.arange(1, used + beyond + 1)
+    kept = orders_of_reaction(case, shaking_orders)
+    beyond = max(kept.number, 2 * len(scene.parts.crank_train.names))
+    order = kept.lowest * np.arange(1, kept.number + beyond + 1)
     rotor, share = case.machine.rotor, 1.0
     if rotor is not None:
         rod, train = case.machine.crank_train.rod, scene.parts.crank_train
         difference = rod_difference(train, rod) if rod is not None and rod.inertia else None
         motion = scene.handed_on["motion"]
         share = float(share_of_rotor(train, motion, rotor.inertia, difference))
-    return TorqueLaw(order, used, *_torques(scene, order), share)
-
-
-def total_torque(law: TorqueLaw, speed: np.ndarray | float) -> Bounded:
-    """Torque (..., c, m) of gas and inertia at speeds (...)."""
-    return law.gas_at(speed) + law.inertia * np.square(speed)[..., None, None]
-
-
-def _mixed(cards: Bounded, weights: np.ndarray) -> Bounded:
-    """Values (k, ...) of cards in the shares `weights` (..., k)."""
-    value = np.tensordot(weights, cards.value, axes=(-1, 0))
-    size = cards.error + 2.0 * EPSILON * np.abs(cards.value)
-    return Bounded(value, np.tensordot(weights, size, axes=(-1, 0)))
-
-
-def _highest(scene: Scene, shaking_orders: int) -> float:
-    case = scene.case
-    torsion = None if case.response is None else case.response.torsion
-    orders = None if torsion is None else torsion.orders
-    said = 0.0
-    if orders is not None:
-        step = orders.step or TURN / cycle_angle(case.machine)
-        said = orders.highest or (orders.count or 0) * step
-    given_orders = None if case.excitation is None else case.excitation.orders
-    return max(said, shaking_orders, USUAL_ORDERS if given_orders is None and not said else 0)
+    speeds, gas, mean, inertia = _torques(scene, order)
+    return TorqueLaw(
+        order=order, retained=kept.number, speeds=speeds, gas=gas, mean=mean, inertia=inertia,
+        share=share, passing=None if shakes_with_torque(case) else line_passing(scene),
+        stays=not is_separate(case),
+    )  # fmt: skip
 
 
 def _torques(scene: Scene, order: np.ndarray) -> tuple[np.ndarray, Bounded, Bounded, Bounded]:
@@ -211,7 +192,7 @@ def line_passing(scene: Scene) -> Passing:
     cylinders = built.cylinder_freedom
     ratio = built.station_ratio[built.cylinder_station]
 
-    def passing(order: np.ndarray, speed: np.ndarray | float) -> Bounded:
+    def passing(order: np.ndarray, speed: Speed) -> Bounded:
         crank = np.asarray(speed, dtype=float)[..., None]
         found = line_transfer(built.at(crank), spin, order * crank)
         value, error = found.value[..., cylinders], found.error[..., cylinders]
