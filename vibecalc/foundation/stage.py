@@ -8,11 +8,11 @@ from vibecalc.isolation.stage import (
     efficiency_stage,
     of_operating_speed,
     orders_of_loads,
+    parts_of_loads,
     run_up_stage,
 )
 from vibecalc.kinematics.stage import orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
-from vibecalc.parts.firing import is_separate, torque_reaches_mounts
 from vibecalc.parts.mount_needs import foundation_kind, why_alone
 
 if TYPE_CHECKING:
@@ -61,15 +61,13 @@ def _of_all_freedoms(case: "Case") -> Stage:
     """Machine and foundation in six freedoms each, or on a foundation of tables."""
     body, options, given = foundation_kind(case) == "body", case.isolation, case.foundation
     plate = given is not None and any(one.at == "whole" for one in given.flexibilities or ())
-    torque = torque_reaches_mounts(case)
-    line = torque and case.machine.shaft_line is not None and not is_separate(case)
     without: tuple[str, ...] = () if body else ("/modes/",)
     without += () if body or plate else ("/body/",)
     return Stage(
         name="flexible foundation",
         adapter="vibecalc.foundation.coupled:run_coupled",
         why="[foundation] has a body" if body else "[foundation] has flexibilities",
-        parts=("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line)),
+        parts=parts_of_loads(case),
         orders="those that act on the body",
         cost=f"a solve of {'12 x 12' if body else 'the tables'} per order and frequency",
         quantities=below("foundation/coupled/", without=without) + of_operating_speed(case),

@@ -18,13 +18,14 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.adapters.body_run_up import run_up_rows, sections
 from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads
+from vibecalc.isolation.efficiency_results import OfForces
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.results import SupportForce
 from vibecalc.isolation.rows import Jet
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import numbered
-from vibecalc.numerics.linear import Linear, dynamics, response
+from vibecalc.numerics.linear import dynamics, response
 from vibecalc.numerics.rounding import FloatArray
 
 #: largest force over the cycle of each support
@@ -44,31 +45,20 @@ def isolation_topics(scene: Scene) -> list[Topic]:
         return []  # the questions are of matrices that no frequency changes
     system: OnMounts = scene.handed_on["on_mounts"]
     loads: BodyLoads = scene.handed_on["loads"]
-    parts = Matrices(*system.matrices[:4])
     order, kept = loads.order[: loads.retained], loads.retained
-    both, readout = system.felt(loads.load[:kept]), system.forces()
-    load = np.where(np.abs(both.value) > both.error, both.value, 0.0)
+    load, readout, w = system.felt(loads.load[:kept]), system.forces(), order * speed
     still, rising = readout.still[which], readout.rising[which]
-    w = order * speed
-    zero = np.zeros(parts.mass.shape)
-    linear = Linear(parts.mass, parts.stiffness, parts.damping, parts.structural, *([zero] * 4))
 
     def read(amplitudes: np.ndarray) -> np.ndarray:
         return np.asarray(amplitudes @ still.T + (w[:, None] * amplitudes) @ rising.T)
 
-    def together(_: float) -> Answer:
-        found = response(dynamics(linear, w), load, 0.0 * np.abs(load)).value
-        return Answer(read(found), float(2 * kept))
-
     name = f"support {mounts.names[which]!r} at {speed:.6g} rad/s, {kept} orders"
-    path = "isolation/support_force/steady_harmonics"
+    path = paths_of(SupportForce, "steady_harmonics")[0]
     ask = Ask("isolation", "support force by order", name, path, "N", 4.0,
               "guard orders are solved for the error estimate")  # fmt: skip
-    solver = ours("orders at once", "dynamic stiffnesses inverted together, a step of refinement",
-                  together, citation="Harris and Piersol (2002), ch. 3")  # fmt: skip
-    found = [forced(ask, [solver], parts, w, load, read)]
+    found = motion_topic(ask, system, load, w, read)
     ask = Ask("isolation", "largest support force", name, LARGEST, "N")
-    peak = peak_over_cycle(ask, together(1.0).values.T, numbered(order))
+    peak = peak_over_cycle(ask, read(_motion(system, load, w)).T, numbered(order))
     half = bool(peak.position) and order[0] < 1.0
     return [*found, peak._replace(position="half the crank angle [rad]") if half else peak]
 
@@ -81,19 +71,47 @@ def motion_topic(
     read: Callable[[np.ndarray], np.ndarray] = np.asarray,
 ) -> list[Topic]:
     """Motion under loads (m, f) at frequencies (m,), as `read` shows it; none where none acts."""
-    known = np.where(np.abs(load.value) > load.error, load.value, 0.0)
+    known = _known(load)
     if not np.any(known):
         return []
-
-    def own(_: float) -> Answer:
-        found = response(dynamics(system.matrices, w), known, np.zeros(known.shape))
-        return Answer(read(found.value), 2.0 * len(w))
-
     solver = ours(
-        "inverse and one step", "inverse of the scaled matrix, refined once", own,
+        "inverse and one step", "inverse of the scaled matrix, refined once",
+        lambda _: Answer(read(_motion(system, load, w)), 2.0 * len(w)),
         citation="Higham, Accuracy and Stability of Numerical Algorithms, chapter 12",
     )  # fmt: skip
     return [forced(ask, [solver], Matrices(*system.matrices[:4]), w, known, read)]
+
+
+def _known(load: Bounded) -> np.ndarray:
+    """Loads without what is nothing but rounding."""
+    return np.where(np.abs(load.value) > load.error, load.value, 0.0)
+
+
+def _motion(system: OnMounts, load: Bounded, w: FloatArray) -> np.ndarray:
+    """Motion (m, f) under loads (m, f) at frequencies (m,)."""
+    known = _known(load)
+    return response(dynamics(system.matrices, w), known, np.zeros(known.shape)).value
+
+
+def efficiency_topics(scene: Scene) -> list[Topic]:
+    """Loads on the ground; none of the pitch model, or of a foundation: these have their own."""
+    if isolation_of(scene).model == "pitch" or "ground" in scene.handed_on:
+        return []
+    loads: BodyLoads = scene.handed_on["loads"]
+    system: OnMounts = scene.handed_on["on_mounts"]
+    if system.spectral is not None:
+        return []  # the question is of matrices that no frequency changes
+    load = system.felt(loads.load[: loads.retained])
+    w = loads.order[: loads.retained] * scene.case.machine.speed
+
+    def read(motion: np.ndarray) -> np.ndarray:
+        return np.asarray((system.passing(w).value @ motion[..., None])[..., 0])
+
+    ask = Ask(
+        "isolation efficiency", "loads on the ground", "force and couple of each order",
+        f"{OfForces.ROOT}/ground", "N", 2.0, "one step of refinement costs as much as the solution",
+    )  # fmt: skip
+    return motion_topic(ask, system, load, w, read)
 
 
 def run_up_topics(scene: Scene) -> list[Topic]:

@@ -11,12 +11,13 @@ from vibecalc.isolation.at_mounts import (
     mount_stiffness,
     passing_force,
 )
-from vibecalc.isolation.rows import HarmonicsAt, Readout, body_rows, distinct
+from vibecalc.isolation.rows import Readout, distinct
 from vibecalc.numerics.bounded import Bounded, reshaped, rounded
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.linear import (
     Dynamics,
     Linear,
+    bounded_parts,
     law,
     response,
 )
@@ -25,7 +26,6 @@ from vibecalc.parts.body import RigidBody, build_frame
 from vibecalc.parts.matrices import displacement_at, mounted, on_springs
 from vibecalc.parts.mounts import Mounts
 from vibecalc.response.modes import modes
-from vibecalc.response.resonances import Resonances
 from vibecalc.response.system import MountedBody, modes_on_mounts
 
 
@@ -77,13 +77,11 @@ class OnMounts(MountedBody):
 
     def passing(self, frequency: np.ndarray) -> Bounded:
         """R^T K* (..., orders, b, f): load on the base for a motion, N and N m."""
-        given = self.at(frequency).passing(frequency)
-        return Bounded(self.carried.T.astype(complex), np.zeros(())) @ given
+        return self.carried.T @ self.at(frequency).passing(frequency)
 
     def ground_load(self, motion: Bounded, frequency: np.ndarray) -> Bounded:
         """Forces and couples (orders, b) on the base by motions (orders, f), about one point."""
-        column = Bounded(motion.value[..., None], motion.error[..., None])
-        return (self.passing(frequency) @ column)[..., 0]
+        return (self.passing(frequency) @ motion[..., None])[..., 0]
 
     def transmissibility(self, frequency: np.ndarray) -> Bounded:
         """Loads on the base over loads on the body, (frequencies, b, b) complex: [i, j] is i by j.
@@ -96,19 +94,16 @@ class OnMounts(MountedBody):
         unit = np.eye(kept, count, dtype=complex)
         each = Dynamics(*(part[..., None, :, :] for part in system_at))
         motion = response(each, unit, np.zeros((kept, count)))
-        columns = Bounded(np.swapaxes(motion.value, -1, -2), np.swapaxes(motion.error, -1, -2))
-        return self.passing(frequency) @ columns
+        return self.passing(frequency) @ reshaped(motion, np.matrix_transpose)
 
     def moved_by_base(self, base: Bounded, frequency: np.ndarray) -> tuple[Bounded, Bounded]:
         """Motion against the base and motion (frequencies, f), the base moving by (frequencies, b).
 
         D (X - R U) = w^2 M R U has no difference of large terms where the base moves slowly.
         """
-        carried = base @ self.carried.T.astype(complex)
-        one, squared = self.matrices, np.square(frequency)[:, None]
-        load = (carried @ one.mass.astype(complex)) * squared
-        spread = np.abs(carried.value) @ one.mass_error
-        found = response(self.dynamics(frequency), load.value, load.error + squared * spread)
+        carried, mass = base @ self.carried.T, bounded_parts(self.matrices)[0]
+        load = (carried @ mass) * np.square(frequency)[:, None]
+        found = response(self.dynamics(frequency), *load)
         return found, found + carried
 
     def forces(self) -> Readout:
@@ -148,25 +143,6 @@ class OnMounts(MountedBody):
             return None
         along = axis[:, None, :] @ self.stretch
         return Readout(along, np.zeros_like(along), 8.0 * UNIT_ROUNDOFF)
-
-    def rows(
-        self,
-        readout: Readout,
-        orders: np.ndarray,
-        force: Bounded,
-        resonances: Resonances,
-        couple_at: HarmonicsAt | None = None,
-        about: np.ndarray | None = None,
-        passed_on: bool = True,
-    ) -> HarmonicsAt:
-        """Rows of the readout over crank speed, under forces (orders, f) per squared speed.
-
-        They are forces that the mounts pass on, or else motions.
-        """
-        return body_rows(
-            self.matrices, readout, orders, force, self.undriven(resonances), couple_at, about,
-            self.spectral, passed_on,
-        )  # fmt: skip
 
 
 def on_mounts(body: RigidBody, mounts: Mounts, freedoms: np.ndarray) -> OnMounts:

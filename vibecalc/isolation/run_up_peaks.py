@@ -18,7 +18,7 @@ from vibecalc.isolation.run_up_samples import (
 )
 from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
-from vibecalc.numerics.maxima import SURE, top_errors
+from vibecalc.numerics.maxima import SURE, Maxima, first_highest, top_errors
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 # ----------------------------------------------------------------------------
@@ -233,8 +233,6 @@ def _polished(
 # says what they leave open of the highest point.
 # ----------------------------------------------------------------------------
 
-#: relative difference of heights that is none
-_ALIKE = 2e-13
 #: orders above the highest one whose resonances are looked at for what is left out
 _BEYOND = 24
 
@@ -291,15 +289,12 @@ def highest(machines: Machines, samples: Samples, threshold: float, beside: int)
     bounded = ~machines.infinite.reshape(-1, machines.rows)[samples.machine]
     high = local_maxima(samples) & (value >= threshold * top) & (value > 0.0) & bounded
     found = tops_of(machines, samples, high, beside)
-    best = np.zeros(total)
-    np.maximum.at(best, found.row, found.height.value)
-    alike = np.flatnonzero(found.height.value >= best[found.row] * (1.0 - _ALIKE))
-    alike = alike[np.lexsort((found.place.value[alike], found.row[alike]))]
-    row, which = np.unique(found.row[alike], return_index=True)
+    every = Maxima(found.row, found.place, found.height, np.zeros(len(found.row)))
+    best = first_highest([every])
     peak = RunUpPeak(np.zeros(total), np.zeros(total), np.full(total, machines.start),
                      np.zeros(total))  # fmt: skip
-    for part, known in zip(peak, (*found.height, *found.place), strict=True):
-        part[row] = known[alike[which]]
+    for part, known in zip(peak, (*best.height, *best.place), strict=True):
+        part[best.row] = known
     peak = over_all(
         peak, lambda rows: ((row, *_curve(machines, samples, found, row)) for row in rows.tolist())
     )

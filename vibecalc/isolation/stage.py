@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibecalc.core.run.stage import Entries, Harmonics, Leading, Stage, Subject, Unit, Work, below
 from vibecalc.excitation.stage import USUAL_ORDERS
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from vibecalc.schema import Case
 
 ORDERS = "half ones of four strokes, else whole ones, and as many again for the error"
+_TORQUE = ", with the torque of the cylinders"
 
 
 def _of_mounts(case: "Case") -> tuple[str, ...]:
@@ -74,7 +75,6 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
     if options is None:
         return
     pitch, torque = options.model == "pitch", torque_reaches_mounts(case)
-    line = torque and case.machine.shaft_line is not None and not is_separate(case)
     speed = f"{case.machine.speed:.6g} rad/s"
     without = (*_OTHERS, *(_BODY_ONLY if pitch else _PITCH_ONLY), *STEADY, *OF_TORQUE, *NEAREST)
     quantities = below("isolation/", without=without) + _of_mounts(case)
@@ -85,13 +85,9 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
     yield Stage(
         name="isolation",
         adapter="vibecalc.isolation.adapters.body:run_isolation",
-        why=f'[isolation] is in the case, model = "{options.model}"'
-        + ", with the torque of the cylinders" * torque,
-        parts=("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line)),
-        orders=ORDERS if torque else orders_words(case),
+        why=f'[isolation] is in the case, model = "{options.model}"' + _TORQUE * torque,
         cost="one solve per order at " + speed,
         quantities=quantities,
-        harmonics=orders_of_loads,
         work=_work_of_isolation,
         topics=("vibecalc.isolation.accuracy:isolation_topics",),
         leading=Leading(
@@ -103,6 +99,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
             else why_alone(case),
             most=2048 if pitch else 1024,
         ),
+        **_of_loads(case),
     )
     if foundation_kind(case) != "body":
         yield from run_up_stage(case)
@@ -121,9 +118,7 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
     yield Stage(
         name="run_up",
         adapter="vibecalc.isolation.adapters.run_up:run_run_up",
-        why="[isolation] run_up is in the case" + ", with the torque of the cylinders" * torque,
-        parts=("body", "mounts", *(("crank_train",) if torque else ())),
-        orders=ORDERS if torque else orders_words(case),
+        why="[isolation] run_up is in the case" + _TORQUE * torque,
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
         quantities=tuple(
             path
@@ -134,7 +129,6 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
         )
         + (OF_RUN_UP if case.machine.mounts is not None and has_stops(case.machine.mounts) else ()),
         is_last=True,
-        harmonics=orders_of_loads,
         work=_work_of_run_up,
         topics=("vibecalc.isolation.accuracy:run_up_topics",),
         leading=None
@@ -145,6 +139,7 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
             most=1024,
             adapter="vibecalc.isolation.adapters.run_up:run_up_of_points",
         ),
+        **_of_loads(case),
     )
 
 
@@ -152,20 +147,16 @@ def efficiency_stage(case: "Case") -> Iterator[Stage]:
     """What reaches the ground, through the foundation where that moves with the machine."""
     if case.isolation is None or not case.isolation.efficiency:
         return
-    torque = torque_reaches_mounts(case)
-    line = torque and case.machine.shaft_line is not None and not is_separate(case)
     yield Stage(
         name="isolation efficiency",
         adapter="vibecalc.isolation.adapters.efficiency:run_efficiency",
-        why="[isolation] efficiency is in the case" + ", with the torque of the cylinders" * torque,
-        parts=("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line)),
-        orders=ORDERS if torque else orders_words(case),
+        why="[isolation] efficiency is in the case" + _TORQUE * torque_reaches_mounts(case),
         cost="one solve per order and at some hundred frequencies",
         quantities=below("isolation/efficiency/"),
         is_last=True,
-        harmonics=orders_of_loads,
-        work=_work_of_efficiency,
-        topics=("vibecalc.isolation.efficiency_accuracy:efficiency_topics",),
+        work=lambda case, orders: ((2 * orders + 6 * _CURVE, "body_solve"), (1, "modes")),
+        topics=("vibecalc.isolation.accuracy:efficiency_topics",),
+        **_of_loads(case),
     )
 
 
@@ -212,9 +203,21 @@ def orders_of_reaction(case: "Case", shaking: int | None = None) -> Harmonics:
     return Harmonics(count, step, count * step, f"{rule}; as many again for the error")
 
 
+def parts_of_loads(case: "Case") -> tuple[str, ...]:
+    """Parts of the machine that a body under all loads reads."""
+    torque = torque_reaches_mounts(case)
+    line = torque and case.machine.shaft_line is not None and not is_separate(case)
+    return ("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line))
+
+
+def _of_loads(case: "Case") -> dict[str, Any]:
+    """What stages under all loads have in common."""
+    words = ORDERS if torque_reaches_mounts(case) else orders_words(case)
+    return {"parts": parts_of_loads(case), "orders": words, "harmonics": orders_of_loads}
+
+
 def _work_of_isolation(case: "Case", orders: int) -> Work:
-    assert case.isolation is not None
-    if case.isolation.model == "pitch":
+    if case.isolation and case.isolation.model == "pitch":
         return ((orders, "pitch_solve"), (1, "modes"))
     if torque_reaches_mounts(case):  # as many orders again, and each cause alone
         return ((6 * orders, "body_solve"), (1, "modes"), (2 * orders, "order"))
@@ -222,13 +225,8 @@ def _work_of_isolation(case: "Case", orders: int) -> Work:
 
 
 def _work_of_run_up(case: "Case", orders: int) -> Work:
-    assert case.isolation is not None
-    pitch = case.isolation.model == "pitch"
+    pitch = case.isolation and case.isolation.model == "pitch"
     return ((orders * _RUN_UP, "pitch_solve" if pitch else "body_solve"),)
-
-
-def _work_of_efficiency(case: "Case", orders: int) -> Work:
-    return ((2 * orders + 6 * _CURVE, "body_solve"), (1, "modes"))
 
 
 def _entries(case: "Case", path: str, axis: str) -> Entries | None:

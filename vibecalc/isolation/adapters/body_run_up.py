@@ -11,7 +11,7 @@ from vibecalc.excitation.adapter import Forcing, few_orders
 from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.loads import with_shaking
 from vibecalc.isolation.on_mounts import OnMounts
-from vibecalc.isolation.rows import HarmonicsAt, Readout, joined_rows, with_left_out
+from vibecalc.isolation.rows import HarmonicsAt, Readout, body_rows, joined_rows, with_left_out
 from vibecalc.isolation.run_up import Range
 from vibecalc.isolation.torque_reaction import TAIL
 from vibecalc.numerics.bounded import Bounded, concatenate
@@ -123,7 +123,10 @@ def _section(
         met = met._replace(idle=np.all(met.idle, axis=0))
 
         def rows(readout: Readout, passed_on: bool) -> HarmonicsAt:
-            return system.rows(readout, order[part], force, met, couple, about, passed_on)
+            return body_rows(
+                system.matrices, readout, order[part], force, system.undriven(met), couple, about,
+                system.spectral, passed_on,
+            )  # fmt: skip
 
         return rows, met, loads
 

@@ -126,14 +126,10 @@ def emit_travel(
     rest, axis = mounts.rest, mounts.axis
     if rest is None or axis is None or not any(law.stop for law in mounts.laws):
         return
-    along = Bounded(
-        -np.einsum("ni,nim->nm", axis, motion.value),
-        np.einsum("ni,nim->nm", np.abs(axis), motion.error),
-    )
-    swing = extremes(Bounded(np.zeros(()), np.zeros(())), along, of)
+    swing = extremes(Bounded(np.zeros(()), np.zeros(())), _pressed(mounts, motion), of)
     travel = np.maximum(swing.highest.value, -swing.lowest.value)
     names = {"mount": mounts.names}
-    still = rest.deflection + _pressed(mounts, mean)
+    still = rest.deflection + _pressed(mounts, mean[..., None])[..., 0]
     ends = still + swing.highest, still + swing.lowest
     deepest, highest = (end.value for end in ends)
     left = _to_stop(mounts.laws, deepest, highest)
@@ -160,10 +156,10 @@ def emit_travel(
                 )
 
 
-def _pressed(mounts: Mounts, mean: Bounded) -> Bounded:
-    """Compression (mounts,) of each mount along its axis by a displacement (mounts, 3)."""
+def _pressed(mounts: Mounts, motion: Bounded) -> Bounded:
+    """Compression (mounts, m) of each mount along its axis by displacements (mounts, 3, m)."""
     assert mounts.axis is not None
-    return -(mean * mounts.axis).sum(-1)
+    return -(motion * mounts.axis[..., None]).sum(-2)
 
 
 def emit_run_up_travel(scene: Scene, peak: RunUpPeak, means: Sequence[Bounded]) -> None:
@@ -178,7 +174,10 @@ def emit_run_up_travel(scene: Scene, peak: RunUpPeak, means: Sequence[Bounded]) 
     names = {"mount": mounts.names}
     finite = np.isfinite(peak.value)
     error = np.where(finite, peak.error, 0.0)
-    places = [mounts.rest.deflection.value + _pressed(mounts, mean).value for mean in means]
+    places = [
+        mounts.rest.deflection.value + _pressed(mounts, mean[..., None]).value[:, 0]
+        for mean in means
+    ]
     at_rest = np.min([_to_stop(mounts.laws, u, u) for u in places], axis=0)
     has = np.isfinite(at_rest)
     left = np.where(has & finite, at_rest, 0.0) - np.where(finite, peak.value, 0.0)

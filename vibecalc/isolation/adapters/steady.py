@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import MotionByOrder, kept, length_over_cycle, peak_with_tail
-from vibecalc.excitation.inertia_forces import size_of_terms
+from vibecalc.excitation.inertia_forces import with_terms
 from vibecalc.isolation.adapters.common import Extremes, extremes, isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.at_mounts import AtMounts
@@ -119,16 +119,12 @@ def _largest(moved: Moved, loads: BodyLoads) -> Summed:
 
 def _by_order(motion: Bounded, loads: BodyLoads) -> Summed:
     """Orders that are results of a motion (..., m, directions)."""
-    few = motion[..., : loads.retained, :]
-    return Summed(few.value, few.error, size_of_terms(few.error))
+    return with_terms(motion[..., : loads.retained, :])
 
 
 def _along(vector: Bounded, direction: np.ndarray) -> Bounded:
     """Component (..., mounts, orders) of vectors (..., mounts, 3, orders)."""
-    return Bounded(
-        np.einsum("...dn,d->...n", vector.value, direction),
-        np.einsum("...dn,d->...n", vector.error, np.abs(direction)),
-    )
+    return (vector * direction[:, None]).sum(-2)
 
 
 def _emit_torque(
