@@ -1,13 +1,13 @@
 """What the torque of an engine's cylinders does to its body, about the crankshaft."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibecalc.isolation.rows import HarmonicsAt, Jet
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
+from vibecalc.numerics.bounded import Bounded, reshaped, rounded, where
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.response.modes import Modes
 
 if TYPE_CHECKING:
@@ -41,17 +41,6 @@ STEP = 1e-4
 SLOWEST = 1e-2
 #: share of the largest modal force from which on an order is said to drive a mode
 DRIVES = 1e-3
-
-
-class NearestOrder(NamedTuple):
-    """Of each mode the order nearest to it of those that drive it; 0 and infinite if none does.
-
-    `margin` (modes,) is the frequency of that order over the natural frequency, less 1.
-    """
-
-    order: np.ndarray
-    margin: np.ndarray
-    margin_error: np.ndarray
 
 
 def line_transfer(line: "Line", spin_inertia: Bounded, frequency: np.ndarray) -> Bounded:
@@ -97,16 +86,9 @@ def couple_on_body(torque: Bounded, transfer: Bounded | None = None, share: floa
 
     `transfer` (m, c) belongs to the freedoms of the cylinders; without one it is minus `share`.
     """
-    size = np.abs(torque.value)
-    count = size.shape[-2] * EPSILON
     if transfer is None:
-        count = count + 16.0 * EPSILON
-        value = -share * torque.value.sum(-2)
-        return Bounded(value, share * (torque.error.sum(-2) + count * size.sum(-2)))
-    given = Bounded(*(np.swapaxes(part, -1, -2) for part in transfer))
-    value = (given.value * torque.value).sum(-2)
-    uncertainty = np.abs(given.value) * (torque.error + count * size)
-    return Bounded(value, (uncertainty + given.error * (size + torque.error)).sum(-2))
+        return (torque * rounded(-share, 32)).sum(-2)
+    return (reshaped(transfer, lambda part: np.swapaxes(part, -1, -2)) * torque).sum(-2)
 
 
 def linear_couple(
@@ -158,24 +140,19 @@ def couple_by_differences(
 
 def nearest_driven(
     shapes: Modes, loads: Bounded, half_order: np.ndarray, speed: float
-) -> NearestOrder:
-    """Which order comes nearest to each mode, of those of the loads (m, 6) that drive it.
+) -> tuple[np.ndarray, Bounded]:
+    """Of each mode the order nearest to it, of those of the loads (m, 6) that drive it, 0 if none
+    does; and the frequency of that order over the natural frequency, less 1, or infinite.
 
     An order drives a mode if its modal force is no rounding, and a thousandth of the largest one.
     """
     force = loads @ shapes.bounded_shape
     size = np.abs(force.value)
     drives = (size > 4.0 * force.error) & (size >= DRIVES * size.max(axis=0))
-    ratio = half_order[:, None] * speed / shapes.natural_frequency
-    away = np.where(drives, np.abs(ratio - 1.0), np.inf)
+    ratio = (half_order * speed)[:, None] / shapes.bounded_frequency
+    away = np.where(drives, np.abs(ratio.value - 1.0), np.inf)
     place = np.argmin(away, axis=0)
     modes = np.arange(len(place))
     none = np.isinf(away[place, modes])
-    nearest = ratio[place, modes]
-    uncertainty = shapes.natural_frequency_error / shapes.natural_frequency
-    error = nearest * (uncertainty + 4.0 * UNIT_ROUNDOFF)
-    return NearestOrder(
-        np.where(none, 0.0, half_order[place]),
-        np.where(none, np.inf, nearest - 1.0),
-        np.where(none, 0.0, error),
-    )
+    margin = where(none, np.inf, ratio[place, modes] - 1.0)
+    return np.where(none, 0.0, half_order[place]), margin

@@ -18,7 +18,7 @@ from vibecalc.isolation.results import (
     TorqueReaction,
 )
 from vibecalc.isolation.torque_reaction import nearest_driven
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.parts.body import COORDINATES, RigidBody, dofs_of_model
 from vibecalc.parts.mount_needs import moves_with_machine
 
@@ -79,14 +79,13 @@ def _emit_nearest(scene: Scene, system: OnMounts, loads: BodyLoads) -> None:
     """The nearest order of each mode, and a warning for those that nearly meet."""
     speed, used = scene.case.machine.speed, loads.retained
     felt = system.felt(loads.load[:used])
-    nearest = nearest_driven(system.shapes, felt, loads.order[:used], speed)
-    margin = Bounded(nearest.margin, nearest.margin_error)
-    axes = {"mode": np.arange(1, len(nearest.order) + 1)}
-    scene.emit_all(TorqueReaction(nearest_order=nearest.order, margin=margin), axes)
+    nearest, margin = nearest_driven(system.shapes, felt, loads.order[:used], speed)
+    axes = {"mode": np.arange(1, len(nearest) + 1)}
+    scene.emit_all(TorqueReaction(nearest_order=nearest, margin=margin), axes)
     resonances = system.resonances(felt)
-    for mode in np.flatnonzero(np.abs(nearest.margin) < CLOSE):
+    for mode in np.flatnonzero(np.abs(margin.value) < CLOSE):
         scene.warn(
-            f"order {nearest.order[mode]:g} of the torque reaction and the shaking is within "
+            f"order {nearest[mode]:g} of the torque reaction and the shaking is within "
             f"{CLOSE:.0%} of mode {mode + 1} of the body on its mounts, "
             f"{resonances.frequency[mode]:.6g} rad/s (damping ratio "
             f"{resonances.damping_ratio[mode]:.2g})"
@@ -101,10 +100,10 @@ def _emit_modes(scene: Scene, system: OnMounts) -> None:
     )
     shapes, reach, share = system.shapes, system.reach.mT, system.energy_fraction()
     found = BodyModes(
-        natural_frequency=Bounded(shapes.natural_frequency, shapes.natural_frequency_error),
+        natural_frequency=shapes.bounded_frequency,
         damping_ratio=system.damping_ratio(),
-        shape=Bounded(shapes.shape.mT @ reach, shapes.shape_error.mT @ reach),
-        energy_fraction=Bounded(share.value @ reach, share.error @ reach),
+        shape=reshaped(shapes.bounded_shape, np.matrix_transpose) @ reach,
+        energy_fraction=share @ reach,
     )
     axes = {"mode": np.arange(1, len(system.freedoms) + 1), "coordinate": COORDINATES}
     scene.emit_all(found, axes)

@@ -12,7 +12,6 @@ from vibecalc.isolation.efficiency import Overall, by_order, efficiency, is_more
 from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces, OfVector
 from vibecalc.isolation.on_mounts import OnMounts, frequency_grid, of_each
 from vibecalc.numerics.bounded import Bounded, concatenate
-from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.body import COORDINATES, cross_matrix
 
 
@@ -45,7 +44,7 @@ def run_efficiency(scene: Scene) -> None:
         "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 30",
     )
     centre = _to_centre(scene, system)
-    held, ground = _about(felt, centre), _about(given.load, centre)
+    held, ground = felt @ centre.T, given.load @ centre.T
     for group, first, second, names in _vectors(system, held, ground):
         _emit_vector(scene, group, first, second, names, loads)
     _emit_rms(scene, system, held, ground, loads)
@@ -58,12 +57,6 @@ def _to_centre(scene: Scene, system: OnMounts) -> np.ndarray:
     if body is not None and len(system.freedoms) > 1:  # that of pitch is about the centre
         matrix[3:, :3] = -cross_matrix(body.centre)
     return np.asarray(matrix[np.ix_(system.freedoms, system.freedoms)])
-
-
-def _about(load: Bounded, centre: np.ndarray) -> Bounded:
-    """Loads (..., f) turned by a matrix of `_to_centre`."""
-    size = load.error + 4.0 * EPSILON * np.abs(load.value)
-    return Bounded(load.value @ centre.T, size @ np.abs(centre).T)
 
 
 def _vectors(
@@ -131,11 +124,8 @@ def _emit_curve(
 ) -> None:
     """Of a load of one size at all frequencies, in the direction in which it acts."""
     grid = frequency_grid(given.natural, highest=highest)
-    found = given.passing(grid)
     # unit loads at the mass centre are such about the reference point with the couple they have
-    size = found.error + 4.0 * EPSILON * np.abs(found.value)
-    back = np.linalg.inv(centre)
-    found = Bounded(centre @ found.value @ back, np.abs(centre) @ size @ np.abs(back))
+    found = centre @ given.passing(grid) @ np.linalg.inv(centre)
     axes = {
         "coordinate": [COORDINATES[place] for place in system.freedoms],
         "frequency": grid / (2.0 * np.pi),

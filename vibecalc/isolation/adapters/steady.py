@@ -104,8 +104,9 @@ def emit_steady(
 
         emit_travel(scene, mounts, moved.deflection, at_rest.mean.displacement, loads)
     if loads.torque is not None:
-        _emit_torque(scene, mounts, loads, at_rest, moved)
-        _emit_by_cause(scene, mounts, loads, loads.torque, solve)
+        _emit_torque(scene, loads, loads.torque, moved, solve)
+        constant = at_rest.mean.force + np.zeros((len(mounts.names), 3))
+        scene.emit_all(SupportForce(mean=constant), axes)
 
 
 def _largest(moved: Moved, loads: BodyLoads) -> Summed:
@@ -128,10 +129,13 @@ def _along(vector: Bounded, direction: np.ndarray) -> Bounded:
 
 
 def _emit_torque(
-    scene: Scene, mounts: Mounts, loads: BodyLoads, at_rest: AtRest, moved: Moved
+    scene: Scene,
+    loads: BodyLoads,
+    torque: Bounded,
+    moved: Moved,
+    solve: Callable[[Bounded], Moved],
 ) -> None:
-    """Couple of the cylinders, the roll under all loads, and the force by the mean torque."""
-    assert loads.torque is not None
+    """Couple of the cylinders, the roll under all loads, and forces of supports by each cause."""
     scene.cite(
         "torque reaction of the cylinders with the shaking of the crank train, order by order",
         f"{scene.case.machine.kind} on its mounts",
@@ -139,29 +143,16 @@ def _emit_torque(
     )
     about = np.concatenate([np.zeros(3), scene.parts.crank_train.axis])
     found = TorqueReaction(
-        couple=loads.torque[: loads.retained] @ about,
+        couple=torque[: loads.retained] @ about,
         mean_couple=loads.mean @ about,
         roll_peak=lambda: peak_with_tail(moved.motion @ about, loads),
     )
     scene.emit_all(found, {"half_order": loads.order[: loads.retained]})
-    force = at_rest.mean.force + np.zeros((len(mounts.names), 3))
-    axes = {"mount": mounts.names, "direction": DIRECTIONS}
-    scene.emit_all(SupportForce(mean=force), axes)
-
-
-def _emit_by_cause(
-    scene: Scene,
-    mounts: Mounts,
-    loads: BodyLoads,
-    torque: Bounded,
-    solve: Callable[[Bounded], Moved],
-) -> None:
-    """Largest force over the cycle of each support by each cause alone."""
     parts = {"torque of the cylinders": torque, "shaking": loads.load - torque}
 
     def alone() -> Bounded:
         peaks = [length_over_cycle(solve(part).force, loads) for part in parts.values()]
         return bounded.stack([Bounded(peak.value, peak.error) for peak in peaks])
 
-    axes = {"mount": mounts.names, "cause": list(parts)}
-    scene.emit_all(SupportForce(by_cause=alone), axes)
+    names = scene.parts.mounts.names if scene.parts.mounts else ()
+    scene.emit_all(SupportForce(by_cause=alone), {"mount": names, "cause": list(parts)})
