@@ -16,7 +16,7 @@ from vibecalc.isolation.at_mounts import mount_readout
 from vibecalc.isolation.rows import Jet, Readout, body_rows
 from vibecalc.isolation.run_up import Range, run_up_peak
 from vibecalc.isolation.run_up_peaks import RunUpPeak
-from vibecalc.isolation.run_up_poles import bodies_of, peaks_of_bodies, pole_sums
+from vibecalc.isolation.run_up_poles import peaks_of_bodies, pole_sums
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import Linear
 from vibecalc.parts.matrices import assemble, displacement_at
@@ -84,8 +84,10 @@ def run_ups(given: Drawn, which: slice | list[int] = slice(None)) -> tuple[RunUp
     load, kept = given.load[which], len(given.orders)
     none, count = np.zeros(0, dtype=int), len(load.value)
     system = MountedBody(matrices=matrices, shapes=shapes)
-    bodies = bodies_of(count, system, readout, load, 0.0, given.orders, kept, none)
-    return peaks_of_bodies(bodies, given.start, given.stop, np.zeros(count, dtype=bool))
+    return peaks_of_bodies(
+        system, readout, load, 0.0, given.orders, kept, none, given.start, given.stop,
+        np.zeros(count, dtype=bool),
+    )  # fmt: skip
 
 
 def alone(given: Drawn, number: int) -> RunUpPeak:

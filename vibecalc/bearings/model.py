@@ -8,14 +8,7 @@ from vibecalc.bearings.crank_loads import bearing_shares
 from vibecalc.bearings.loads import Gas, Loads, RunningGear, Shaft
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.crank_forces import rod_difference
-from vibecalc.excitation.gas_tables import card_of_force
-from vibecalc.excitation.model import (
-    build_firing,
-    force_curves,
-    gas_cards,
-    has_cards,
-    misfire_cards,
-)
+from vibecalc.excitation.model import build_firing, gas_of_cylinders
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.crank_train import CrankTrain, RotatingMasses, crank_geometry, rod_share
@@ -94,26 +87,13 @@ def free_fall(case: "Case", table: "BearingLoads", train: CrankTrain) -> FloatAr
 
 
 def gas_of(case: "Case", train: CrankTrain) -> Gas:
-    """The gas of the cylinders that work: cards of an engine, the liquid of a pump, a pressure or
-    force over a turn of a compressor, or nothing.
+    """The gas of the cylinders that work.
 
     Raises NumericalFailure where a cycle of such a peak or mean pressure does not exist.
     """
-    machine, working = case.machine, None if case.excitation is None else case.excitation.working
-    runs = np.array([working is None or name in working for name in train.names], dtype=float)
-    start, none = train.bank_angle - train.crank_phase, np.zeros(1)
-    if not has_cards(machine):
-        curves = enumerate(force_curves(machine))
-        each = np.diag(runs)
-        own = ((i, curve) for i, curve in curves if curve is not None and runs[i])
-        return Gas(start, none, tuple(((card_of_force(curve),), each[i]) for i, curve in own))
-    speeds, cards = gas_cards(machine)
-    if not cards:
-        return Gas(start, none, ())
-    force = crank_geometry(machine.crank_train).piston_area * runs
-    if machine.kind == "pump":
-        return Gas(start, none, ((cards, force),))
-    firing = build_firing(case)
-    force = force * firing.pressure_scale
-    groups = (cards, force * firing.fires), (misfire_cards(case, cards), force * ~firing.fires)
-    return Gas(firing.first + firing.angle, speeds if len(speeds) else none, groups)
+    speeds, groups = gas_of_cylinders(case)
+    start = train.bank_angle - train.crank_phase
+    if case.machine.kind == "engine":
+        firing = build_firing(case)
+        start = firing.first + firing.angle
+    return Gas(start, speeds if len(speeds) else np.zeros(1), tuple(groups))

@@ -144,16 +144,6 @@ def mount_stiffness(mounts: Mounts, frequency: np.ndarray) -> Bounded:
     return Bounded(value, error)
 
 
-def passing_force(deflection: Bounded, passing: Bounded) -> Bounded:
-    """Force of each mount (..., mounts, d, orders) in N below it, in complex amplitude.
-
-    Deflections are (..., mounts, d, orders). The force has the direction of the displacement for a
-    stiff mount.
-    """
-    column = reshaped(deflection, np.matrix_transpose)[..., None]
-    return reshaped((passing @ column)[..., 0], np.matrix_transpose)
-
-
 def mount_readout(
     stretch: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, structural: np.ndarray
 ) -> Readout:

@@ -9,10 +9,9 @@ from vibecalc.isolation.at_mounts import (
     displacement,
     mount_readout,
     mount_stiffness,
-    passing_force,
 )
 from vibecalc.isolation.rows import Readout, distinct
-from vibecalc.numerics.bounded import Bounded, reshaped, rounded
+from vibecalc.numerics.bounded import Bounded, bounded, reshaped, rounded
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.linear import (
     Dynamics,
@@ -73,11 +72,14 @@ class OnMounts(MountedBody):
 
     def force(self, deflection: Bounded, frequency: np.ndarray) -> Bounded:
         """Force (..., mounts, d, orders) of each mount below it by a deflection, as that."""
-        return passing_force(deflection, mount_stiffness(self.mounts, frequency))
+        column = reshaped(deflection, np.matrix_transpose)[..., None]
+        passed = mount_stiffness(self.mounts, frequency) @ column
+        return reshaped(passed[..., 0], np.matrix_transpose)
 
     def passing(self, frequency: np.ndarray) -> Bounded:
         """R^T K* (..., orders, b, f): load on the base for a motion, N and N m."""
-        return self.carried.T @ self.at(frequency).passing(frequency)
+        given = self.at(frequency).passing(frequency)
+        return bounded(self.carried.T) @ given
 
     def ground_load(self, motion: Bounded, frequency: np.ndarray) -> Bounded:
         """Forces and couples (orders, b) on the base by motions (orders, f), about one point."""

@@ -67,13 +67,11 @@ def run_up(given: Range, curve_tolerance: float = 1e-3) -> RunUp:
         rough, value, error = in_blocks(peaks, speed, machine.orders)
         return rough, Bounded(value, error)
 
-    curve = resolve(
+    speed, curve, unresolved = resolve(
         curve_at, curve_speeds(machine), machine.masked, machine.infinite, curve_tolerance
     )
-    none = np.zeros(len(curve.speed), int)
-    samples = Samples(none, curve.speed, curve.value.value, curve.value)
-    peak = highest(machine, samples, 0.97, 1)
-    return RunUp(curve.speed, curve.value, peak, machine.masked, curve.unresolved)
+    samples = Samples(np.zeros(len(speed), int), speed, curve.value, curve)
+    return RunUp(speed, curve, highest(machine, samples, 0.97, 1), machine.masked, unresolved)
 
 
 def joined(parts: Sequence[RunUp]) -> RunUp:

@@ -93,52 +93,26 @@ def pole_sums(
 _MOST_AT_ONCE = 600
 
 
-class Bodies(NamedTuple):
-    """Bodies on their mounts; all arrays have machines as first axis.
-
-    Their loads `load` (machines, orders, f) are per squared crank speed. The first `used` of the
-    `orders` are kept, those at the places `few` stand, `tail` (machines,) times, for what is left
-    out.
-    """
-
-    matrices: Linear
-    shapes: Modes
-    readout: Readout
-    load: Bounded
-    tail: np.ndarray
-    orders: np.ndarray
-    used: int
-    few: np.ndarray
-
-
-def bodies_of(
-    count: int, body: MountedBody, readout: Readout, load: Bounded, tail: np.ndarray | float,
-    orders: np.ndarray, used: int, few: np.ndarray,
-) -> Bodies:  # fmt: skip
-    """`count` of them, of arrays that may lack the first axis where all have the same."""
-
-    def each(own: int, part: np.ndarray) -> np.ndarray:
-        return np.broadcast_to(part, (count, *part.shape[part.ndim - own :]))
-
-    axes = (1, 1, 2, 2, 1, 1)
-    return Bodies(
-        Linear(*(each(2, part) for part in body.matrices)),
-        Modes(*(each(own, part) for own, part in zip(axes, body.shapes, strict=True))),
-        readout._replace(still=each(3, readout.still), rising=each(3, readout.rising)),
-        Bounded(*(each(2, part) for part in load)), np.broadcast_to(tail, count),
-        orders, used, few,
-    )  # fmt: skip
-
-
 def peaks_of_bodies(
-    bodies: Bodies, start: float, stop: float, left: BoolArray
-) -> tuple[RunUpPeak, BoolArray]:
+    body: MountedBody, readout: Readout, load: Bounded, tail: np.ndarray | float,
+    orders: np.ndarray, used: int, few: np.ndarray, start: float, stop: float, left: BoolArray,
+) -> tuple[RunUpPeak, BoolArray]:  # fmt: skip
     """Highest peaks (machines, rows) in a range of speeds in rad/s, and what has to be run alone.
 
-    That are those `left` (machines,), which are not looked at, bodies that nothing damps in some
-    mode, and those whose motions in free vibration are nearly dependent.
+    Arrays have machines as first axis, or lack it where all have the same. Loads `load` (machines,
+    orders, f) are per squared crank speed. The first `used` of the `orders` are kept, those at the
+    places `few` stand, `tail` (machines,) times, for what is left out. Those `left` (machines,)
+    are not looked at, and have to be run alone as have bodies that nothing damps in some mode, and
+    those whose motions in free vibration are nearly dependent.
     """
-    matrices, shapes, readout, load, tail, orders, used, few = bodies
+
+    def each(own: int, part: np.ndarray) -> np.ndarray:
+        return np.broadcast_to(part, (len(left), *part.shape[part.ndim - own :]))
+
+    matrices, axes = Linear(*(each(2, part) for part in body.matrices)), (1, 1, 2, 2, 1, 1)
+    shapes = Modes(*(each(own, part) for own, part in zip(axes, body.shapes, strict=True)))
+    readout = readout._replace(still=each(3, readout.still), rising=each(3, readout.rising))
+    load, tail = Bounded(*(each(2, part) for part in load)), np.broadcast_to(tail, len(left))
     first, rows = load[:, :used], readout.still.shape[1]
     system, poles = MountedBody(matrices=matrices, shapes=shapes), damped_poles(matrices, shapes)
     met = system.resonances(first)

@@ -122,7 +122,7 @@ def sparse_samples(machines: Machines) -> Samples:
     harmonics, value = _seen(machines, machine, speed)
     # place of each resonance in the list
     place = (np.cumsum(used) - 1).reshape(used.shape)[:, : at[0].size].reshape(at.shape)
-    of_order = _size(harmonics[place, ..., np.arange(place.shape[1])[:, None]])
+    of_order = _size(harmonics[place, :, :, np.arange(place.shape[1])[:, None]])
     top = np.full((len(at), machines.rows), 1e-300)
     np.maximum.at(top, machine, value)
     top = top[:, None, None]
@@ -301,22 +301,15 @@ _MOST_POINTS = 20_000
 _NEAR_POLE = 0.02
 
 
-class Curve(NamedTuple):
-    """Ascending speeds (speeds,), values (speeds, rows), intervals left unresolved by the cap."""
-
-    speed: np.ndarray
-    value: Bounded
-    unresolved: int
-
-
 def resolve(
     curve_at: Callable[[np.ndarray], tuple[np.ndarray, Bounded]],
     speed: np.ndarray,
     masked: MaskedSpeeds,
     infinite: np.ndarray,
     tolerance: float,
-) -> Curve:
-    """Add midpoints until each is within `tolerance` of the chord, of each row's maximum.
+) -> tuple[np.ndarray, Bounded, int]:
+    """Speeds, rising, and the curve there, with midpoints added until each is within `tolerance` of
+    the chord, of each row's maximum; how many intervals the cap on their number left unresolved.
 
     Parameters
     ----------
@@ -351,4 +344,4 @@ def resolve(
         at_low, at_high = np.concatenate([at_low[poor], at]), np.concatenate([at, at_high[poor]])
     every = np.concatenate(speeds)
     rising = np.argsort(every, kind="stable")
-    return Curve(every[rising], concatenate(values, axis=0)[rising], len(low))
+    return every[rising], concatenate(values, axis=0)[rising], len(low)

@@ -190,4 +190,4 @@ def _to_stop(laws: tuple[Law, ...], deepest: np.ndarray, highest: np.ndarray) ->
     """Distance (mounts,) to the nearer stop, infinite without one."""
     ends = [(law.down, law.up) if law.stop else (np.inf, np.inf) for law in laws]
     down, up = np.array(ends).T
-    return np.minimum(down - deepest, highest + up)
+    return np.asarray(np.minimum(down - deepest, highest + up))

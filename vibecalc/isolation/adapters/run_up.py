@@ -85,7 +85,7 @@ def run_run_up(scene: Scene) -> None:
 def run_up_of_points(scene: "PointsScene") -> None:
     """Emit the highest peak of each point of a sweep and its speed; points with a mode that nothing
     damps are run alone."""
-    from vibecalc.isolation.run_up_poles import bodies_of, peaks_of_bodies
+    from vibecalc.isolation.run_up_poles import peaks_of_bodies
 
     span = isolation_of(scene).run_up
     if span is None:
@@ -94,10 +94,10 @@ def run_up_of_points(scene: "PointsScene") -> None:
     system = scene.handed_on["on_mounts"]
     read, load = run_up_rows(scene, system), system.felt(forcing.per_speed_squared)
     few, tail = few_orders(forcing)
-    bodies = bodies_of(
-        scene.count, system, read.rows, load, tail, forcing.order, forcing.retained, few
-    )
-    peak, scene.alone = peaks_of_bodies(bodies, span.start, span.stop, scene.alone)
+    peak, scene.alone = peaks_of_bodies(
+        system, read.rows, load, tail, forcing.order, forcing.retained, few, span.start, span.stop,
+        scene.alone,
+    )  # fmt: skip
     _emit_peaks(scene, read, peak)
 
 

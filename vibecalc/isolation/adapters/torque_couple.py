@@ -9,21 +9,9 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.crank_forces import rod_difference, share_of_rotor
-from vibecalc.excitation.cylinder_torque import (
-    cylinder_gas,
-    cylinder_torque,
-    inertia_harmonics,
-    phasor,
-)
-from vibecalc.excitation.gas_tables import card_of_force, card_weights
-from vibecalc.excitation.model import (
-    build_firing,
-    firing_angle,
-    force_curves,
-    gas_cards,
-    has_cards,
-    misfire_cards,
-)
+from vibecalc.excitation.cylinder_torque import cylinder_torque, inertia_harmonics, phasor
+from vibecalc.excitation.gas_tables import card_weights
+from vibecalc.excitation.model import firing_angle, gas_of_cylinders
 from vibecalc.isolation.rows import HarmonicsAt
 from vibecalc.isolation.stage import orders_of_reaction
 from vibecalc.isolation.torque_reaction import (
@@ -32,13 +20,14 @@ from vibecalc.isolation.torque_reaction import (
     line_transfer,
     linear_couple,
 )
-from vibecalc.numerics.bounded import Bounded, rounded, stack
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.crank_train import crank_geometry
 from vibecalc.parts.firing import is_separate, shakes_with_torque
 
 if TYPE_CHECKING:
-    from vibecalc.schema import Machine
+    from vibecalc.parts.geometry import CrankGeometry
+    from vibecalc.schema import Case
 
 Speed: TypeAlias = np.ndarray | float
 Part: TypeAlias = slice | np.ndarray
@@ -107,77 +96,45 @@ def torque_law(scene: Scene, shaking_orders: int) -> TorqueLaw:
     Evenly spaced cylinders leave every c-th order only, of which at least two are beyond.
     """
     case = scene.case
-    kept = orders_of_reaction(case, shaking_orders)
-    beyond = max(kept.number, 2 * len(scene.parts.crank_train.names))
+    kept, train = orders_of_reaction(case, shaking_orders), scene.parts.crank_train
+    beyond = max(kept.number, 2 * len(train.names))
     order = kept.lowest * np.arange(1, kept.number + beyond + 1)
-    rotor, share = case.machine.rotor, 1.0
+    rotor, share, rod = case.machine.rotor, 1.0, case.machine.crank_train.rod
     if rotor is not None:
-        rod, train = case.machine.crank_train.rod, scene.parts.crank_train
         difference = rod_difference(train, rod) if rod is not None and rod.inertia else None
         motion = scene.handed_on["motion"]
         share = float(share_of_rotor(train, motion, rotor.inertia, difference))
-    speeds, gas, mean, inertia = _torques(scene, order)
-    return TorqueLaw(
-        order=order, retained=kept.number, speeds=speeds, gas=gas, mean=mean, inertia=inertia,
-        share=share, passing=None if shakes_with_torque(case) else line_passing(scene),
-        stays=not is_separate(case),
-    )  # fmt: skip
-
-
-def _torques(scene: Scene, order: np.ndarray) -> tuple[np.ndarray, Bounded, Bounded, Bounded]:
-    """Speeds of the cards, gas torque and its mean at each, inertia torque, as in `TorqueLaw`."""
-    case, train = scene.case, scene.parts.crank_train
-    firing = build_firing(case)
-    options = case.excitation
-    working = None if options is None else options.working
-    runs = np.array([working is None or name in working for name in firing.names])
     geometry = crank_geometry(case.machine.crank_train)
-    scale = runs * firing.pressure_scale
-    speeds, gas, mean = _gas(scene, len(order), scale, ~firing.fires)
+    speeds, gas, mean = _gas(case, geometry, len(order))
     # the shaking of the masses counts from crank phase zero
     turned = rounded(phasor(order, firing_angle(case.machine)).T, 12)
-    rod = case.machine.crank_train.rod
     inertia = train.reciprocating_mass[:, None] * inertia_harmonics(geometry, 1.0, 0.0, order)
     if rod is not None and rod.inertia is not None:
         moves = (train.reciprocating_mass + train.rotating_mass > 0.0)[:, None]
         turning = rod_difference(train, rod) * inertia_harmonics(geometry, 0.0, 1.0, order)
         inertia = inertia + moves * turning
-    return speeds, gas * turned, mean.sum(), inertia * turned
+    return TorqueLaw(
+        order=order, retained=kept.number, speeds=speeds, gas=gas * turned, mean=mean,
+        inertia=inertia * turned, share=share, stays=not is_separate(case),
+        passing=None if shakes_with_torque(case) else line_passing(scene),
+    )  # fmt: skip
 
 
 def _gas(
-    scene: Scene, count: int, scale: np.ndarray, misfiring: np.ndarray
+    case: "Case", geometry: "CrankGeometry", count: int
 ) -> tuple[np.ndarray, Bounded, Bounded]:
-    """Gas torque of every cylinder and its mean at the speeds of the cards.
-
-    One that misfires has none, or that of a motored one.
-    """
-    case = scene.case
-    if not has_cards(case.machine):
-        return np.empty(0), *_gas_of_forces(case.machine, count, scale)
-    speeds, cards = gas_cards(case.machine)
-    motored, geometry = None, crank_geometry(case.machine.crank_train)
-    dead = misfire_cards(case, cards)
-    if dead:
-        motored = cylinder_torque(dead, geometry, reciprocating_mass=0.0, harmonics=count)
-    healthy = cylinder_torque(cards, geometry, reciprocating_mass=0.0, harmonics=count)
-    return speeds, *cylinder_gas(healthy, scale, misfiring=misfiring, motored=motored)
-
-
-def _gas_of_forces(machine: "Machine", count: int, scale: np.ndarray) -> tuple[Bounded, Bounded]:
-    """The same of cylinders that have curves of their own over a turn, one set for all speeds."""
-    geometry = crank_geometry(machine.crank_train)._replace(bore=2.0 / np.sqrt(np.pi))  # of 1 m^2
-    none = rounded(np.zeros((1, count), dtype=complex), 0), rounded(np.zeros(1), 0)
-    rows = []
-    for row, curve in enumerate(force_curves(machine)):
-        if curve is None or not scale[row]:
-            rows.append(none)
-            continue
-        card = card_of_force(curve)
-        found = cylinder_torque([card], geometry, reciprocating_mass=0.0, harmonics=count)
-        rows.append((found.gas, found.mean))
-    gas, mean = zip(*rows, strict=True)
-    return stack(gas, axis=1), stack(mean, axis=1)
+    """Speeds of the cards, gas torque of every cylinder and mean of all at each, as `TorqueLaw`."""
+    speeds, groups = gas_of_cylinders(case)
+    names, unit = case.machine.crank_train.cylinders, 2.0 / np.sqrt(np.pi)  # bore of 1 m^2
+    none = np.zeros((max(len(speeds), 1), len(names), count))
+    gas, mean = Bounded(none, none), Bounded(none[..., 0].sum(-1), np.zeros(()))
+    for cards, area in groups:
+        one = cylinder_torque(
+            cards, geometry._replace(bore=unit), reciprocating_mass=0.0, harmonics=count
+        )
+        gas = gas + one.gas[:, None] * rounded(area, 8)[:, None]
+        mean = mean + (one.mean[:, None] * rounded(area, 8)).sum()
+    return speeds, gas, mean
 
 
 def line_passing(scene: Scene) -> Passing:
