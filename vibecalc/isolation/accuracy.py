@@ -118,18 +118,16 @@ def run_up_topics(scene: Scene) -> list[Topic]:
     """The largest force of a support at any speed; none where all grow without bound."""
     if isolation_of(scene).run_up is None:
         return []
-    parts, best = sections(scene), None
+    parts, every = sections(scene), []
     read = run_up_rows(scene, parts[0].system)
-    for part in parts:
-        given = part.given(read.rows, read.shows, True)
-        found = run_up_peak(given)
-        for row in set(read.row_of[read.lever_rows :].tolist()):
-            value = float(found.value[row])
-            if np.isfinite(value) and value > 0.0 and (best is None or value > best[0]):
-                best = value, float(found.speed[row]), int(row), given
-    if best is None:
+    for given in [part.given(read.rows, read.shows, True) for part in parts]:
+        value, _, place, _ = run_up_peak(given)
+        rows = np.unique(read.row_of[read.lever_rows :])
+        rows = rows[np.isfinite(value[rows]) & (value[rows] > 0.0)]
+        every += [(value[row], float(place[row]), row, given) for row in rows.tolist()]
+    if not every:
         return []
-    _, known, row, given = best
+    _, known, row, given = max(every, key=lambda one: one[0])
     ends = float(given.start), float(given.stop)
 
     def curve(speed: FloatArray) -> FloatArray:

@@ -24,7 +24,6 @@ from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF
 from vibecalc.parts.body import RigidBody, build_frame
 from vibecalc.parts.matrices import displacement_at, mounted, on_springs
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.modes import modes
 from vibecalc.response.system import MountedBody, modes_on_mounts
 
 
@@ -222,12 +221,11 @@ def pitching(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> OnMount
     )
     mass = side_by_side([body.mass, body.inertia[..., turned, turned]])[..., None] * np.eye(2)
     whole = on_springs(rounded(mass, DATA_ROUNDINGS), stretch, few)
-    matrices = whole.reduced(np.array([1]))
-    return OnMounts(
-        matrices=matrices, shapes=modes(matrices), translations=0, mounts=few,
-        freedoms=np.array([3 + turned]), reach=both[..., 1:], stretch=stretch[..., 1:],
-        resting=Resting(whole, both, stretch, few.stiffness), carried=np.eye(1), directions=(up,),
+    found = assembled(
+        few, np.array([3 + turned]), whole.reduced(np.array([1])), both[..., 1:], stretch[..., 1:],
+        Resting(whole, both, stretch, few.stiffness), np.eye(1),
     )  # fmt: skip
+    return replace(found, directions=(up,))
 
 
 # ----------------------------------------------------------------------------

@@ -68,9 +68,9 @@ def emit_steady(
         "direction": [DIRECTIONS[place] for place in moved.directions],
     }
     if isolation_of(scene).model != "pitch":
-        move, turn = moved.motion[..., :3], moved.motion[..., 3:]
-        found = BodyMotion(_by_order(move, loads), _by_order(turn, loads))
-        scene.emit_all(found, axes)
+        motion = moved.motion[..., : loads.retained, :]
+        move, turn = (with_terms(motion[..., part]) for part in (slice(3), slice(3, None)))
+        scene.emit_all(BodyMotion(move, turn), axes)
     up = np.eye(3)["xyz".index(isolation_of(scene).up)]
     few = up[list(moved.directions)]
 
@@ -116,11 +116,6 @@ def _largest(moved: Moved, loads: BodyLoads) -> Summed:
     first, which = moved.alike
     peak = length_over_cycle(moved.force[..., first, :, :], loads)
     return peak._replace(value=peak.value[..., which], error=peak.error[..., which])
-
-
-def _by_order(motion: Bounded, loads: BodyLoads) -> Summed:
-    """Orders that are results of a motion (..., m, directions)."""
-    return with_terms(motion[..., : loads.retained, :])
 
 
 def _along(vector: Bounded, direction: np.ndarray) -> Bounded:
