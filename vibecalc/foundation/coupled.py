@@ -60,12 +60,12 @@ def run_coupled(scene: Scene) -> None:
 
     still: OnMounts = scene.handed_on["on_mounts"]
     motion, alone = (steady_motion(scene, one, loads.load, loads.order) for one in (system, still))
-    found, at_rest = moved(motion), scene.handed_on["at_rest"]
+    found = moved(motion)
 
     def solve(load: Bounded) -> Moved:
         return moved(steady_motion(scene, system, load, loads.order))
 
-    emit_steady(scene, mounts, loads, at_rest, found, solve)
+    emit_steady(scene, mounts, found, solve)
     _emit_motion(scene, system, motion, found.force, loads, frequency)
     ground = system.ground_load(motion, frequency)
     _emit_loads(scene, ground, still.ground_load(alone, frequency), loads)

@@ -10,7 +10,6 @@ from vibecalc.isolation.run_up_peaks import RunUpPeak, highest, highest_of, high
 from vibecalc.isolation.run_up_samples import (
     Machines,
     Samples,
-    curve_speeds,
     exact_peaks,
     in_blocks,
     resolve,
@@ -67,9 +66,7 @@ def run_up(given: Range, curve_tolerance: float = 1e-3) -> RunUp:
         rough, value, error = in_blocks(peaks, speed, machine.orders)
         return rough, Bounded(value, error)
 
-    speed, curve, unresolved = resolve(
-        curve_at, curve_speeds(machine), machine.masked, machine.infinite, curve_tolerance
-    )
+    speed, curve, unresolved = resolve(curve_at, machine, curve_tolerance)
     samples = Samples(np.zeros(len(speed), int), speed, curve.value, curve)
     return RunUp(speed, curve, highest(machine, samples, 0.97, 1), machine.masked, unresolved)
 

@@ -122,7 +122,7 @@ def sparse_samples(machines: Machines) -> Samples:
     harmonics, value = _seen(machines, machine, speed)
     # place of each resonance in the list
     place = (np.cumsum(used) - 1).reshape(used.shape)[:, : at[0].size].reshape(at.shape)
-    of_order = _size(harmonics[place, :, :, np.arange(place.shape[1])[:, None]])
+    of_order = _size(np.moveaxis(harmonics, -1, 1)[place, np.arange(at.shape[1])[:, None]])
     top = np.full((len(at), machines.rows), 1e-300)
     np.maximum.at(top, machine, value)
     top = top[:, None, None]
@@ -303,21 +303,17 @@ _NEAR_POLE = 0.02
 
 def resolve(
     curve_at: Callable[[np.ndarray], tuple[np.ndarray, Bounded]],
-    speed: np.ndarray,
-    masked: MaskedSpeeds,
-    infinite: np.ndarray,
+    machine: Machines,
     tolerance: float,
 ) -> tuple[np.ndarray, Bounded, int]:
     """Speeds, rising, and the curve there, with midpoints added until each is within `tolerance` of
     the chord, of each row's maximum; how many intervals the cap on their number left unresolved.
 
-    Parameters
-    ----------
-    curve_at : rows at speeds, (speeds,) to (speeds, rows): roughly, and with their errors.
-    speed : ascending first speeds, none inside a masked interval.
-    infinite : (rows,) rows that have no bound within the range; the maximum that counts for
-        them is that of the speeds well away from the masked intervals.
+    `curve_at` gives rows at speeds, (speeds,) to (speeds, rows): roughly, and with their errors.
+    Of rows that have no bound the maximum that counts is that of the speeds well away from the
+    masked intervals.
     """
+    speed, masked, infinite = curve_speeds(machine), machine.masked, machine.infinite
     value, exact = curve_at(speed)
     speeds, values = [speed], [exact]
     away = np.all(np.abs(speed[:, None] - masked.centre) > 0.01 * masked.centre, axis=1)

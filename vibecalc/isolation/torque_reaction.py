@@ -1,7 +1,7 @@
 """What the torque of an engine's cylinders does to its body, about the crankshaft."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 #   gives it back.
 # ----------------------------------------------------------------------------
 
+#: some of the orders
+Part: TypeAlias = slice | np.ndarray
 #: orders beyond twice the highest against those up to there: forces that fall as order^-2 or faster
 TAIL = 2.0
 #: relative step of speed of numerical derivatives, and the slowest speed of a line, rad/s

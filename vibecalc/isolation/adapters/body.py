@@ -48,9 +48,8 @@ def run_isolation(scene: Scene) -> None:
     sag, share = _weight(scene, system, body)
     scene.emit_all(SupportDisplacement(sag=sag), {"mount": mounts.names})
     scene.emit_all(SupportForce(static=share), {"mount": mounts.names})
-    at_rest = AtRest(sag, share, mean)
     scene.handed_on["loads"], scene.handed_on["on_mounts"] = loads, system
-    scene.handed_on["at_rest"] = at_rest
+    scene.handed_on["at_rest"] = AtRest(sag, share, mean)
     if mounts.rest is not None or mounts.spectrum is not None:
         from vibecalc.isolation.adapters.mounts import emit_mounts
 
@@ -58,7 +57,7 @@ def run_isolation(scene: Scene) -> None:
     if not moves_with_machine(scene.case):
         solve = partial(_moved, scene, system, loads)
         moved = solve(loads.load)
-        emit_steady(scene, mounts, loads, at_rest, moved, solve)
+        emit_steady(scene, mounts, moved, solve)
         if pitch:
             emit_pitch(scene, system, loads, moved)
         if loads.torque is not None and scene.wants(*NEAREST):

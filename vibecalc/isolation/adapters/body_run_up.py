@@ -13,14 +13,14 @@ from vibecalc.isolation.adapters.loads import with_shaking
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.rows import HarmonicsAt, Readout, body_rows, joined_rows, with_left_out
 from vibecalc.isolation.run_up import Range
-from vibecalc.isolation.torque_reaction import TAIL
+from vibecalc.isolation.torque_reaction import TAIL, Part
 from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.numerics.cycle_peak import numbered
 from vibecalc.parts.firing import torque_reaches_mounts
 from vibecalc.response.resonances import Resonances
 
 if TYPE_CHECKING:
-    from vibecalc.isolation.adapters.torque_couple import Part, TorqueLaw
+    from vibecalc.isolation.adapters.torque_couple import TorqueLaw
 
 # ----------------------------------------------------------------------------
 # The run-up of a body: all orders of the shaking and of the torque that reaches the mounts.
@@ -76,40 +76,31 @@ def sections(scene: Scene) -> tuple[RunUpSection, ...]:
     span = isolation_of(scene).run_up
     if span is None:
         raise ValueError("the case has no run-up")
-    forcing: Forcing = scene.handed_on["forcing"]
-    if not torque_reaches_mounts(scene.case):
-        few, tail = few_orders(forcing)
-        kept = slice(forcing.retained)
-        return (_section(scene, span.start, span.stop, forcing.order, kept, few, tail),)
-    from vibecalc.isolation.adapters.torque_couple import torque_law
+    law, cards = None, np.zeros(0)
+    if torque_reaches_mounts(scene.case):
+        from vibecalc.isolation.adapters.torque_couple import torque_law
 
-    law = torque_law(scene, forcing.retained)
-    within = law.speeds[(law.speeds > span.start) & (law.speeds < span.stop)]
-    kept, beyond = slice(law.retained), slice(law.retained, None)
-    return tuple(
-        _section(scene, low, high, law.order, kept, beyond, TAIL, law)
-        for low, high in pairwise([span.start, *within.tolist(), span.stop])
-    )
+        law = torque_law(scene, scene.handed_on["forcing"].retained)
+        cards = law.speeds
+    within = cards[(cards > span.start) & (cards < span.stop)]
+    ends = pairwise([span.start, *within.tolist(), span.stop])
+    return tuple(_section(scene, low, high, law) for low, high in ends)
 
 
-def _section(
-    scene: Scene,
-    low: float,
-    high: float,
-    order: np.ndarray,
-    kept: slice,
-    beyond: "Part",
-    factor: np.ndarray | float,
-    law: "TorqueLaw | None" = None,
-) -> RunUpSection:
+def _section(scene: Scene, low: float, high: float, law: "TorqueLaw | None") -> RunUpSection:
     """Between two speeds, under the shaking and the torque of the cylinders, if that acts."""
     system: OnMounts = scene.handed_on.get("on_foundation") or scene.handed_on["on_mounts"]
     forcing: Forcing = scene.handed_on["forcing"]
+    beyond: Part
+    if law is None:
+        order, kept, (beyond, factor) = forcing.order, forcing.retained, few_orders(forcing)
+    else:
+        order, kept, beyond, factor = law.order, law.retained, slice(law.retained, None), TAIL
     axis, none = scene.parts.crank_train.axis, np.zeros(len(order))
     shaking = with_shaking(Bounded(none + 0j, none), order, axis, forcing.per_speed_squared)
     about = np.concatenate([np.zeros(3), axis]) @ system.reach
 
-    def driven(part: "Part") -> tuple[Callable[[Readout, bool], HarmonicsAt], Resonances, Bounded]:
+    def driven(part: Part) -> tuple[Callable[[Readout, bool], HarmonicsAt], Resonances, Bounded]:
         """Rows of some orders, and what they may meet under loads (n, orders, f) on the body."""
         force = system.felt(shaking[part])
         loads, couple = force[None], None
@@ -130,7 +121,7 @@ def _section(
 
         return rows, met, loads
 
-    (rows, met, loads), (left_out, *_) = driven(kept), driven(beyond)
+    (rows, met, loads), (left_out, *_) = driven(slice(kept)), driven(beyond)
     resonances = system.with_poles(met, loads)
     if law is not None and law.passing is not None:
         frequency = _line_frequencies(scene, high)
@@ -139,7 +130,7 @@ def _section(
             moved_ratio=np.append(resonances.moved_ratio, np.full(len(frequency), _NARROW)),
         )
     return RunUpSection(
-        system, low, high, order[kept], order[beyond], factor, resonances,
+        system, low, high, order[:kept], order[beyond], factor, resonances,
         lambda readout, passed_on: (rows(readout, passed_on), left_out(readout, passed_on)),
         () if law is None else (law.mean_couple(low), law.mean_couple(high)),
     )  # fmt: skip

@@ -1,7 +1,7 @@
 """What all that acts on a body does at its mounts at the operating speed."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -47,18 +47,17 @@ class AtRest(NamedTuple):
     mean: AtMounts
 
 
-def emit_steady(
-    scene: Scene,
-    mounts: Mounts,
-    loads: BodyLoads,
-    at_rest: AtRest,
-    moved: Moved,
-    solve: Callable[[Bounded], Moved],
-) -> None:
+#: loads (..., m, 6) on the body to what they do
+Solve: TypeAlias = Callable[[Bounded], Moved]
+
+
+def emit_steady(scene: Scene, mounts: Mounts, moved: Moved, solve: Solve) -> None:
     """Emit motion, forces and loads of the supports, `moved` by all that acts.
 
-    `solve` takes loads (..., m, 6) of which a part has to be told apart.
+    `solve` takes loads of which a part has to be told apart.
     """
+    loads: BodyLoads = scene.handed_on["loads"]
+    at_rest: AtRest = scene.handed_on["at_rest"]
     scene.handed_on["motion_by_order"] = MotionByOrder(
         loads.order, loads.retained, loads.tail, moved.motion
     )
@@ -124,11 +123,7 @@ def _along(vector: Bounded, direction: np.ndarray) -> Bounded:
 
 
 def _emit_torque(
-    scene: Scene,
-    loads: BodyLoads,
-    torque: Bounded,
-    moved: Moved,
-    solve: Callable[[Bounded], Moved],
+    scene: Scene, loads: BodyLoads, torque: Bounded, moved: Moved, solve: Solve
 ) -> None:
     """Couple of the cylinders, the roll under all loads, and forces of supports by each cause."""
     scene.cite(

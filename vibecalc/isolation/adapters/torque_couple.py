@@ -15,6 +15,7 @@ from vibecalc.excitation.model import firing_angle, gas_of_cylinders
 from vibecalc.isolation.rows import HarmonicsAt
 from vibecalc.isolation.stage import orders_of_reaction
 from vibecalc.isolation.torque_reaction import (
+    Part,
     couple_by_differences,
     couple_on_body,
     line_transfer,
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from vibecalc.schema import Case
 
 Speed: TypeAlias = np.ndarray | float
-Part: TypeAlias = slice | np.ndarray
 #: orders (m,) and crank speeds (...) to the couple on the body (..., m, c) for a unit torque
 Passing: TypeAlias = Callable[[np.ndarray, Speed], Bounded]
 
