@@ -17,7 +17,6 @@ from vibecalc.numerics.linear import (
     Dynamics,
     Linear,
     bounded_parts,
-    law,
     response,
 )
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF
@@ -115,10 +114,9 @@ class OnMounts(MountedBody):
 
     def couple_over(self, lever: np.ndarray | float) -> Readout:
         """Couple through the mounts over a lever (...) in m, of a body that only pitches."""
-        matrices, arm = self.matrices, np.asarray(lever)[..., None, None, None]
-        still, rising = law(matrices.stiffness, matrices.structural, matrices.damping)
-        rounding = (8 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
-        return Readout(still[..., None, :, :] / arm, rising[..., None, :, :] / arm, rounding)
+        one = self.matrices
+        springs = (part[..., None, :, :] for part in (one.stiffness, one.damping, one.structural))
+        return mount_readout(1.0 / np.asarray(lever)[..., None, None, None], *springs)
 
     def shows(self) -> np.ndarray:
         """Which of the modes loads which mount, (..., modes, mounts)."""
@@ -126,7 +124,7 @@ class OnMounts(MountedBody):
         size = np.sqrt(np.square(pressed).sum(axis=-2)).mT
         return np.asarray(size > 1e-12 * size.max(axis=(-2, -1), keepdims=True))
 
-    def alike(self) -> tuple[list[int], np.ndarray]:
+    def alike(self) -> tuple[np.ndarray, np.ndarray]:
         """Mounts that repeat none before them, up to sign, and which of these each mount is.
 
         Those whose stiffness follows the frequency, or that have stops, are each one of its own:
@@ -135,7 +133,7 @@ class OnMounts(MountedBody):
         if self.mounts.spectrum is None and self.travel() is None:
             return distinct(self.forces())
         every = np.arange(self.stretch.shape[-3])
-        return every.tolist(), every
+        return every, every
 
     def travel(self) -> Readout | None:
         """Motion of each mount along its axis, where mounts have stops."""

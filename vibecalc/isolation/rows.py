@@ -40,19 +40,17 @@ class Readout(NamedTuple):
 def joined_rows(first: Readout, others: Readout) -> Readout:
     """Rows of both, one after the other; either may lack the axis of the machines."""
 
+    points = np.broadcast_shapes(first.still.shape[:-3], others.still.shape[:-3])
+
     def both(*pair: np.ndarray) -> np.ndarray:
-        points = np.broadcast_shapes(*(part.shape[:-3] for part in pair))
         rows = [np.broadcast_to(part, (*points, *part.shape[-3:])) for part in pair]
         return np.concatenate(rows, axis=-3)
 
-    return Readout(
-        both(first.still, others.still),
-        both(first.rising, others.rising),
-        max(first.uncertainty, others.uncertainty),
-    )
+    uncertainty = max(first.uncertainty, others.uncertainty)
+    return Readout(both(first.still, others.still), both(first.rising, others.rising), uncertainty)
 
 
-def distinct(readout: Readout) -> tuple[list[int], np.ndarray]:
+def distinct(readout: Readout) -> tuple[np.ndarray, np.ndarray]:
     """Rows that repeat none before them, up to sign, and which one of these each is (rows,).
 
     Equal supports at the same distance on either side feel the same force at opposite times. Of
@@ -64,12 +62,9 @@ def distinct(readout: Readout) -> tuple[list[int], np.ndarray]:
     leading = np.argmax(entries != 0.0, axis=-1)[..., None]
     negative = np.take_along_axis(entries, leading, -1) < 0.0
     signed = np.moveaxis(entries * np.where(negative, -1.0, 1.0), -2, 0)
-    number_of: dict[bytes, int] = {}
-    # -0.0 and 0.0 are one
-    rows = [(row + 0.0).tobytes() for row in signed]
-    which = np.array([number_of.setdefault(row, len(number_of)) for row in rows])
-    first = [int(np.argmax(which == number)) for number in range(len(number_of))]
-    return first, which
+    rows = signed.reshape(len(signed), -1) + 0.0  # -0.0 and 0.0 are one
+    _, first, which = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    return first, which.ravel()
 
 
 # ----------------------------------------------------------------------------

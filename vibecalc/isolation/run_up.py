@@ -62,11 +62,9 @@ def run_up(given: Range, curve_tolerance: float = 1e-3) -> RunUp:
         jet = given.harmonics_at(speed, errors=True)
         return (rough_peaks(jet.value, machine.orders), *exact_peaks(jet, machine.orders))
 
-    def curve_at(speed: np.ndarray) -> tuple[np.ndarray, Bounded]:
-        rough, value, error = in_blocks(peaks, speed, machine.orders)
-        return rough, Bounded(value, error)
-
-    speed, curve, unresolved = resolve(curve_at, machine, curve_tolerance)
+    speed, curve, unresolved = resolve(
+        lambda speed: in_blocks(peaks, speed, machine.orders), machine, curve_tolerance
+    )
     samples = Samples(np.zeros(len(speed), int), speed, curve.value, curve)
     return RunUp(speed, curve, highest(machine, samples, 0.97, 1), machine.masked, unresolved)
 
@@ -82,8 +80,7 @@ def joined(parts: Sequence[RunUp]) -> RunUp:
         *(np.concatenate(each) for each in zip(*(p.masked for p in parts), strict=True))
     )
     # an interval across an end is met from both sides
-    both = np.stack([masked.low, masked.order, masked.mode])
-    met = np.concatenate([[True], np.any(both[:, 1:] != both[:, :-1], axis=0)])[: len(masked.low)]
+    _, met = np.unique([masked.low, masked.order, masked.mode], axis=1, return_index=True)
     return RunUp(
         speed[new],
         curve,

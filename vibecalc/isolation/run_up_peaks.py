@@ -1,6 +1,6 @@
 """The highest points of run-ups: maxima over speed of the peaks over the cycle."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -295,9 +295,7 @@ def highest(machines: Machines, samples: Samples, threshold: float, beside: int)
                      np.zeros(total))  # fmt: skip
     for part, known in zip(peak, (*best.height, *best.place), strict=True):
         part[best.row] = known
-    peak = over_all(
-        peak, lambda rows: ((row, *_curve(machines, samples, found, row)) for row in rows.tolist())
-    )
+    peak = over_all(peak, lambda row: _curve(machines, samples, found, row))
     without = np.flatnonzero(machines.infinite)
     first, masked = machines.unbounded[without], machines.masked
     peak.value[without], peak.speed[without] = np.inf, masked.centre[first]
@@ -305,18 +303,14 @@ def highest(machines: Machines, samples: Samples, threshold: float, beside: int)
     return peak
 
 
-#: some of the rows (k,) -> of each its number, speeds (n,), rising, and its curve (n,)
-CurvesOf = Callable[[np.ndarray], Iterable[tuple[int, np.ndarray, Bounded]]]
-
-
-def over_all(peak: RunUpPeak, curves_of: CurvesOf) -> RunUpPeak:
-    """The same with errors that count the whole curve of each row that is not known to rounding."""
+def over_all(peak: RunUpPeak, curve_of: Callable[[int], tuple[np.ndarray, Bounded]]) -> RunUpPeak:
+    """The same with errors that count the whole curve of each row that is not known to rounding:
+    speeds (n,), rising, and the row there (n,)."""
     error, speed_error = peak.error.copy(), peak.speed_error.copy()
-    unsure = np.flatnonzero(peak.error > SURE * peak.value)
-    for row, speed, curve in curves_of(unsure) if len(unsure) else ():
+    for row in np.flatnonzero(peak.error > SURE * peak.value).tolist():
         top = Bounded(peak.speed[row], peak.speed_error[row])
         height = Bounded(peak.value[row], peak.error[row])
-        speed_error[row], error[row] = top_errors(top, height, speed, curve)
+        speed_error[row], error[row] = top_errors(top, height, *curve_of(row))
     return peak._replace(error=error, speed_error=speed_error)
 
 

@@ -302,20 +302,18 @@ _NEAR_POLE = 0.02
 
 
 def resolve(
-    curve_at: Callable[[np.ndarray], tuple[np.ndarray, Bounded]],
-    machine: Machines,
-    tolerance: float,
+    curve_at: Callable[[np.ndarray], tuple[np.ndarray, ...]], machine: Machines, tolerance: float
 ) -> tuple[np.ndarray, Bounded, int]:
     """Speeds, rising, and the curve there, with midpoints added until each is within `tolerance` of
     the chord, of each row's maximum; how many intervals the cap on their number left unresolved.
 
-    `curve_at` gives rows at speeds, (speeds,) to (speeds, rows): roughly, and with their errors.
+    `curve_at` gives rows at speeds, (speeds,) to (speeds, rows): roughly, exactly, their errors.
     Of rows that have no bound the maximum that counts is that of the speeds well away from the
     masked intervals.
     """
     speed, masked, infinite = curve_speeds(machine), machine.masked, machine.infinite
-    value, exact = curve_at(speed)
-    speeds, values = [speed], [exact]
+    value, *exact = curve_at(speed)
+    speeds, values = [speed], [Bounded(*exact)]
     away = np.all(np.abs(speed[:, None] - masked.centre) > 0.01 * masked.centre, axis=1)
     scale = np.max(value, axis=0)
     scale = np.where(infinite & np.any(away), np.max(value[away], axis=0, initial=0.0), scale)
@@ -329,9 +327,9 @@ def resolve(
         if not len(low) or len(low) > _MOST_POINTS - sum(map(len, speeds)):
             break
         middle = 0.5 * (low + high)
-        found, exact = curve_at(middle)
+        found, *exact = curve_at(middle)
         speeds.append(middle)
-        values.append(exact)
+        values.append(Bounded(*exact))
         scale = np.maximum(scale, np.where(infinite, 0.0, np.max(found, axis=0)))
         allowed = tolerance * scale + np.where(infinite, _NEAR_POLE * found, 0.0)
         poor = np.any(np.abs(found - 0.5 * (at_low + at_high)) > allowed, axis=1)

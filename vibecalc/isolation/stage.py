@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Entries, Harmonics, Leading, Stage, Subject, Unit, Work, below
 from vibecalc.excitation.stage import USUAL_ORDERS
 from vibecalc.isolation.mount_results import (
@@ -13,7 +14,14 @@ from vibecalc.isolation.mount_results import (
     OF_RUN_UP,
     OF_STOPS,
 )
-from vibecalc.isolation.results import NEAREST, OF_TORQUE, STEADY, STEADY_AT_SUPPORTS
+from vibecalc.isolation.results import (
+    NEAREST,
+    OF_TORQUE,
+    STEADY,
+    STEADY_AT_SUPPORTS,
+    LeverForce,
+    SupportForce,
+)
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import (
@@ -60,11 +68,7 @@ def of_operating_speed(case: "Case") -> tuple[str, ...]:
 _PITCH_ONLY = ("isolation/pitch/", "isolation/lever_force/", "support_force/rigid_peak")
 CURVE = "isolation/pitch/transmissibility_curve"
 #: of the run-up, without its curves
-PEAKS = tuple(
-    f"isolation/{force}/run_up_peak{what}"
-    for force in ("support_force", "lever_force")
-    for what in ("", "_speed")
-)
+PEAKS = [paths_of(one, "run_up_peak", "run_up_peak_speed") for one in (SupportForce, LeverForce)]
 _BODY_ONLY = ("isolation/modes/", "isolation/body/")
 #: of the stages next to it
 _OTHERS = ("run_up", "masked", "efficiency", "isolation/mounts/")
@@ -112,7 +116,8 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
     options = case.isolation
     if options is None or options.run_up is None:
         return
-    pitch = options.model == "pitch"
+    pitch, mounts = options.model == "pitch", case.machine.mounts
+    stops = mounts is not None and has_stops(mounts)
     first, last = options.run_up.start, options.run_up.stop
     torque = torque_reaches_mounts(case)
     yield Stage(
@@ -124,10 +129,9 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
             path
             for path in below("isolation/", without=() if pitch else ("lever_force",))
             if ("run_up" in path or "masked" in path)
-            and path not in OF_RUN_UP
+            and (stops or path not in OF_RUN_UP)
             and (options.run_up_maxima is not None or "/maxima/" not in path)
-        )
-        + (OF_RUN_UP if case.machine.mounts is not None and has_stops(case.machine.mounts) else ()),
+        ),
         is_last=True,
         work=_work_of_run_up,
         topics=("vibecalc.isolation.accuracy:run_up_topics",),
@@ -135,7 +139,7 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
         if torque or foundation_kind(case) == "body"
         else Leading(
             keys=MOUNT_KEYS,
-            only=PEAKS if pitch else PEAKS[:2],
+            only=(*PEAKS[0], *PEAKS[1] * pitch),
             most=1024,
             adapter="vibecalc.isolation.adapters.run_up:run_up_of_points",
         ),

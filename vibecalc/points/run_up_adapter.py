@@ -75,7 +75,7 @@ def _emit_severity(scene: Scene, sensors: tuple[str, ...], found: RunUp) -> None
     error = np.max(np.where(np.isfinite(value), error, 0.0), axis=0)
     row = np.argmax(value, axis=0) * count + np.arange(count)
     highest = RunUpPeak(np.max(value, axis=0), error, top.speed[row], top.speed_error[row])
-    off = over_all(highest, lambda rows: ((k, found.speed, whole[:, k]) for k in rows.tolist()))
+    off = over_all(highest, lambda row: (found.speed, whole[:, row]))
     results = SeverityInRunUp(
         severity=whole.T,
         severity_largest=Bounded(highest.value, error),

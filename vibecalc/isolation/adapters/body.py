@@ -32,12 +32,8 @@ def run_isolation(scene: Scene) -> None:
     if body is None or mounts is None:
         raise ValueError("isolation needs a body and mounts")
     train, model = scene.case.machine.crank_train, isolation_of(scene).model
-    pitch = model == "pitch"
-    if pitch:
-        from vibecalc.isolation.adapters.pitch import emit_pitch, emit_pitch_model
-
+    if model == "pitch":
         system = pitching(body, mounts, train.axis, train.stroke)
-        emit_pitch_model(scene, system)
     else:
         system = on_mounts(body, mounts, dofs_of_model(model, train.axis))
         _emit_modes(scene, system)
@@ -58,7 +54,9 @@ def run_isolation(scene: Scene) -> None:
         solve = partial(_moved, scene, system, loads)
         moved = solve(loads.load)
         emit_steady(scene, mounts, moved, solve)
-        if pitch:
+        if model == "pitch":
+            from vibecalc.isolation.adapters.pitch import emit_pitch
+
             emit_pitch(scene, system, loads, moved)
         if loads.torque is not None and scene.wants(*NEAREST):
             _emit_nearest(scene, system, loads)

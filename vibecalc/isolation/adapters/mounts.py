@@ -154,16 +154,14 @@ def emit_run_up_travel(scene: Scene, peak: RunUpPeak, means: Sequence[Bounded]) 
     """Emit the largest motion of mounts with stops at any speed, and say which meet one there.
 
     Of the `means` (mounts, 3), displacements by the mean torque at speeds of the range, that counts
-    which leaves a mount the least.
+    which leaves a mount the least; without any they are where the weight has put them.
     """
     mounts = scene.parts.mounts
     if mounts is None or mounts.rest is None:
         raise ValueError("mounts with stops have a rest")
     error = np.where(np.isfinite(peak.value), peak.error, 0.0)
-    places = [
-        mounts.rest.deflection.value + _pressed(mounts, mean[..., None]).value[:, 0]
-        for mean in means
-    ]
+    still = mounts.rest.deflection.value
+    places = [still + _pressed(mounts, mean[..., None]).value[:, 0] for mean in means] or [still]
     at_rest = np.min([_to_stop(mounts.laws, u, u) for u in places], axis=0)
     none = np.full(len(at_rest), np.inf)
     left = np.subtract(at_rest, peak.value, out=none, where=np.isfinite(at_rest))

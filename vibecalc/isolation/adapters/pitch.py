@@ -22,18 +22,6 @@ from vibecalc.numerics.rounding import SINGULAR
 from vibecalc.parts.body import build_frame
 
 
-def emit_pitch_model(scene: Scene, system: OnMounts) -> None:
-    """Emit inertia, stiffness, damping, natural frequency and damping ratio."""
-    scene.cite(
-        "pitch model with complex amplitudes",
-        "response on the mounts",
-        "Gibson (2008), equations 13 to 19, with the phase kept",
-    )
-    mass, stiffness, damping, _ = (one[..., 0, 0] for one in bounded_parts(system.matrices))
-    frequency, ratio = system.shapes.bounded_frequency[..., 0], system.damping_ratio()[..., 0]
-    scene.emit_all(Pitch(mass, stiffness, damping, frequency, ratio))
-
-
 def lever_of(scene: Scene, system: OnMounts) -> np.ndarray:
     """The lever (...) of couples in m: that of the case, or the distance of the mounts."""
     given = isolation_of(scene).lever
@@ -43,12 +31,19 @@ def lever_of(scene: Scene, system: OnMounts) -> np.ndarray:
 
 
 def emit_pitch(scene: Scene, system: OnMounts, loads: BodyLoads, moved: Moved) -> None:
-    """Emit the pitch angle, transmissibility, couples over the lever, and what pitch leaves out.
+    """Emit the model, the pitch angle, transmissibility, couples over the lever, and what pitch
+    leaves out.
 
     Couples over a lever are the source's reading of "the force on a support", with the body held
     still and through its mounts: the force of one pair of supports that far from the pitch axis if
     that pair alone resisted. Source: Gibson, equations 11, 12.
     """
+    scene.cite(
+        "pitch model with complex amplitudes",
+        "response on the mounts",
+        "Gibson (2008), equations 13 to 19, with the phase kept",
+    )
+    mass, stiffness, damping, _ = (one[..., 0, 0] for one in bounded_parts(system.matrices))
     forcing: Forcing = scene.handed_on["forcing"]
     used, speed = loads.retained, scene.case.machine.speed
     frequency, square = loads.order * np.asarray(speed)[..., None], np.square(speed)
@@ -65,6 +60,11 @@ def emit_pitch(scene: Scene, system: OnMounts, loads: BodyLoads, moved: Moved) -
         return _times(peak_with_tail(couple, forcing), square)
 
     found = Pitch(
+        inertia=mass,
+        stiffness=stiffness,
+        damping=damping,
+        natural_frequency=system.shapes.bounded_frequency[..., 0],
+        damping_ratio=system.damping_ratio()[..., 0],
         transmissibility=lambda: transmissibility(system.matrices, frequency[..., :used]),
         angle_harmonics=kept(angle, loads),
         angle_peak=lambda: peak_with_tail(angle, loads),
@@ -110,7 +110,7 @@ def transmissibility(matrices: Linear, frequency: np.ndarray) -> Bounded:
     return where(lost, Bounded(np.asarray(np.inf), np.zeros(())), ratio)
 
 
-def _left_out(scene: Scene, forcing: Forcing) -> tuple[Bounded, Bounded]:
+def _left_out(scene: Scene, forcing: Forcing) -> tuple[Bounded, ...]:
     """Shaking about the mass centre that turns no body which can only pitch.
 
     Force and couple (..., 3, orders) per crank speed squared.
@@ -119,12 +119,8 @@ def _left_out(scene: Scene, forcing: Forcing) -> tuple[Bounded, Bounded]:
     assert body is not None
     shaking = about_point(forcing.per_speed_squared, body.centre[..., None, :])
     across = build_frame(train.axis, train.stroke).across
-    couple = couples_of(shaking)
-    aside = Bounded(couple.value @ (np.eye(3) - np.outer(across, across)), couple.error)
-    force, other = (
-        reshaped(one, lambda part: np.swapaxes(part, -1, -2)) for one in (forces_of(shaking), aside)
-    )
-    return force, other
+    aside = couples_of(shaking) @ (np.eye(3) - np.outer(across, across))
+    return tuple(reshaped(one, np.matrix_transpose) for one in (forces_of(shaking), aside))
 
 
 def _emit_curve(scene: Scene, system: OnMounts, highest: float) -> None:

@@ -42,13 +42,10 @@ def run_run_up(scene: Scene) -> None:
         from vibecalc.isolation.adapters.mounts import emit_run_up_travel
 
         motions = [run_up_peak(part.given(travel, system.shows())) for part in parts]
-        couples = [couple for part in parts for couple in part.mean]
-        axis = scene.parts.crank_train.axis
-        loads = [couple_about(axis, couple) for couple in couples if np.any(couple.value)]
-        # without a mean torque the mounts are where the weight has put them
-        none = np.zeros((1, len(system.mounts.names), 3))
+        couples = [couple for part in parts for couple in part.mean if np.any(couple.value)]
+        loads = [couple_about(scene.parts.crank_train.axis, couple) for couple in couples]
         means = [deflected(system.resting, load).displacement for load in loads]
-        emit_run_up_travel(scene, highest_of(motions), means or [Bounded(none[0], none[0])])
+        emit_run_up_travel(scene, highest_of(motions), means)
     if not scene.wants(*CURVES, *MAXIMA):
         _emit_peaks(scene, read, highest_of([run_up_peak(each) for each in given]))
         return

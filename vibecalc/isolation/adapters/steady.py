@@ -1,6 +1,7 @@
 """What all that acts on a body does at its mounts at the operating speed."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -36,7 +37,7 @@ class Moved(NamedTuple):
     deflection: Bounded
     force: Bounded
     directions: tuple[int, ...] = (0, 1, 2)
-    alike: tuple[list[int], np.ndarray] | None = None
+    alike: tuple[np.ndarray, np.ndarray] | None = None
 
 
 class AtRest(NamedTuple):
@@ -82,9 +83,7 @@ def emit_steady(scene: Scene, mounts: Mounts, moved: Moved, solve: Solve) -> Non
         both = upright(at_rest.sag, at_rest.mean.displacement, moved.deflection)
         return maximum(abs(both.highest), abs(both.lowest))
 
-    def loads_on_supports() -> Extremes:
-        return upright(at_rest.load, at_rest.mean.force, moved.force)
-
+    on_supports = partial(upright, at_rest.load, at_rest.mean.force, moved.force)
     displacement = SupportDisplacement(
         steady_harmonics=kept(moved.at_mounts, loads),
         vertical_peak=lambda: peak_with_tail(_along(moved.at_mounts, few), loads),
@@ -94,8 +93,8 @@ def emit_steady(scene: Scene, mounts: Mounts, moved: Moved, solve: Solve) -> Non
     force = SupportForce(
         steady_harmonics=kept(moved.force, loads),
         steady_peak=lambda: _largest(moved, loads),
-        largest_load=lambda: loads_on_supports().highest,
-        minimum_load=lambda: loads_on_supports().lowest,
+        largest_load=lambda: on_supports().highest,
+        minimum_load=lambda: on_supports().lowest,
     )
     scene.emit_all(force, axes)
     if mounts.rest is not None:
