@@ -71,8 +71,6 @@ def run_up(given: Range, curve_tolerance: float = 1e-3) -> RunUp:
 
 def joined(parts: Sequence[RunUp]) -> RunUp:
     """Parts of one range, one after the other, as one: each ends where the next begins."""
-    if len(parts) == 1:
-        return parts[0]
     speed = np.concatenate([part.speed for part in parts])
     new = np.concatenate([[True], np.diff(speed) > 0.0])
     curve = concatenate([part.curve for part in parts], axis=0)[new]

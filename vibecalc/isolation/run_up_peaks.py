@@ -252,8 +252,6 @@ class RunUpPeak(NamedTuple):
 
 def highest_of(peaks: Sequence[RunUpPeak]) -> RunUpPeak:
     """The highest of several parts of a run-up, row by row; of equals the first."""
-    if len(peaks) == 1:
-        return peaks[0]
     first = np.argmax([peak.value for peak in peaks], axis=0)
     rows = np.arange(len(first))
     best = RunUpPeak(*(np.stack(part)[first, rows] for part in zip(*peaks, strict=True)))

@@ -133,7 +133,7 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
             and (options.run_up_maxima is not None or "/maxima/" not in path)
         ),
         is_last=True,
-        work=_work_of_run_up,
+        work=lambda case, orders: ((orders * _RUN_UP, f"{'pitch' if pitch else 'body'}_solve"),),
         topics=("vibecalc.isolation.accuracy:run_up_topics",),
         leading=None
         if torque or foundation_kind(case) == "body"
@@ -226,11 +226,6 @@ def _work_of_isolation(case: "Case", orders: int) -> Work:
     if torque_reaches_mounts(case):  # as many orders again, and each cause alone
         return ((6 * orders, "body_solve"), (1, "modes"), (2 * orders, "order"))
     return ((orders, "body_solve"), (1, "modes"))
-
-
-def _work_of_run_up(case: "Case", orders: int) -> Work:
-    pitch = case.isolation and case.isolation.model == "pitch"
-    return ((orders * _RUN_UP, "pitch_solve" if pitch else "body_solve"),)
 
 
 def _entries(case: "Case", path: str, axis: str) -> Entries | None:

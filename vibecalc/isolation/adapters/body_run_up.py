@@ -9,7 +9,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing, few_orders
 from vibecalc.isolation.adapters.common import isolation_of
-from vibecalc.isolation.adapters.loads import with_shaking
+from vibecalc.isolation.adapters.loads import couple_about, with_shaking
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.rows import HarmonicsAt, Readout, body_rows, joined_rows, with_left_out
 from vibecalc.isolation.run_up import Range
@@ -106,9 +106,8 @@ def _section(scene: Scene, low: float, high: float, law: "TorqueLaw | None") -> 
         loads, couple = force[None], None
         if law is not None:
             couple = law.added_between(low, high, part)
-            at_ends = couple(np.array([low, high]))
-            at_ends = Bounded(at_ends.value, at_ends.error)[..., None] * about
-            loads = concatenate([loads, at_ends], axis=0)
+            at_ends = couple_about(axis, Bounded(*couple(np.array([low, high]))[:2]))
+            loads = concatenate([loads, system.felt(at_ends)], axis=0)
         met = system.resonances(loads)
         # an order is idle that none of the loads gives a force
         met = met._replace(idle=np.all(met.idle, axis=0))
@@ -124,7 +123,12 @@ def _section(scene: Scene, low: float, high: float, law: "TorqueLaw | None") -> 
     (rows, met, loads), (left_out, *_) = driven(slice(kept)), driven(beyond)
     resonances = system.with_poles(met, loads)
     if law is not None and law.passing is not None:
-        frequency = _line_frequencies(scene, high)
+        from vibecalc.torsion.model import build_shaft_line
+        from vibecalc.torsion.modes import natural_modes
+
+        # the torque that the shaft line passes on has resonances of its own
+        frequency = natural_modes(build_shaft_line(scene.case).at(high)).frequency
+        frequency = frequency[frequency > 0.0]
         resonances = resonances._replace(
             moved_frequency=np.append(resonances.moved_frequency, frequency),
             moved_ratio=np.append(resonances.moved_ratio, np.full(len(frequency), _NARROW)),
@@ -160,12 +164,3 @@ def run_up_rows(scene: Scene, system: OnMounts) -> RunUpRows:
     readout = joined_rows(system.couple_over(lever_of(scene, system)), readout)
     shows = np.concatenate([np.ones_like(shows[..., :1]), shows], axis=-1)
     return RunUpRows(readout, np.concatenate([[0], 1 + row_of]), 1, shows)
-
-
-def _line_frequencies(scene: Scene, speed: float) -> np.ndarray:
-    """Natural frequencies of the shaft line above zero, rad/s, where its torque has resonances."""
-    from vibecalc.torsion.model import build_shaft_line
-    from vibecalc.torsion.modes import natural_modes
-
-    frequency = natural_modes(build_shaft_line(scene.case).at(speed)).frequency
-    return frequency[frequency > 0.0]

@@ -32,7 +32,6 @@ def run_efficiency(scene: Scene) -> None:
     system: OnMounts = scene.handed_on["on_mounts"]
     loads: BodyLoads = scene.handed_on["loads"]
     given: Ground | None = scene.handed_on.get("ground")
-    felt = system.felt(loads.load)
     frequency = loads.order * scene.case.machine.speed
     if given is None:
         motion = steady_motion(scene, system, loads.load, loads.order)
@@ -48,7 +47,8 @@ def run_efficiency(scene: Scene) -> None:
     if body is not None and len(freedoms) > 1:
         centre[3:, :3] = -cross_matrix(body.centre)
     centre = centre[np.ix_(freedoms, freedoms)]
-    held, ground, directions = felt @ centre.T, given.load @ centre.T, []
+    held, ground = system.felt(loads.load) @ centre.T, given.load @ centre.T
+    directions = []
     for group, chosen in ((OfForces, freedoms < 3), (OfCouples, freedoms >= 3)):
         if np.any(chosen):
             names = [COORDINATES[place] for place in freedoms[chosen]]

@@ -151,8 +151,6 @@ def line_passing(scene: Scene) -> Passing:
 
     def passing(order: np.ndarray, speed: Speed) -> Bounded:
         crank = np.asarray(speed, dtype=float)[..., None]
-        found = line_transfer(built.at(crank), spin, order * crank)
-        value, error = found.value[..., cylinders], found.error[..., cylinders]
-        return Bounded(value * ratio, error * np.abs(ratio))
+        return line_transfer(built.at(crank), spin, order * crank)[..., cylinders] * ratio
 
     return passing
