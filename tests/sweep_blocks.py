@@ -11,8 +11,9 @@ from vibecalc.core.results.layout import BUG, DONE, FAILED
 from vibecalc.core.results.record import Axis, Quantity
 from vibecalc.core.results.sweep_file import SweepHead
 from vibecalc.core.study.sweep.assemble import sweep_head
-from vibecalc.core.study.sweep.blocks import Block, ChunkFolder, make_block
+from vibecalc.core.study.sweep.blocks import Block, combined, one_point
 from vibecalc.core.study.sweep.design import Design
+from vibecalc.core.study.sweep.journal import Journal
 from vibecalc.core.study.sweep.prepare import identify
 
 SAG, FORCE, SPREAD, MASKED = "isolation/sag", "excitation/force", "impact/speed", "isolation/curve"
@@ -21,17 +22,18 @@ DIRECTIONS = np.array(["x", "y", "z"])
 
 
 class Made(NamedTuple):
-    """A sweep with its folder for chunks and the head of its file."""
+    """A sweep with the journal of its chunks and the head of its file."""
 
     design: Design
     head: SweepHead
-    chunks: ChunkFolder
+    journal: Journal
 
     def fill(self, *numbers: int) -> None:
         """Write these chunks, by default all."""
-        self.chunks.make()
-        for number in numbers or range(self.chunks.chunks):
-            self.chunks.write(number, block_at(self.chunks.points(number), self.head.stored))
+        self.journal.look()
+        self.journal.start()
+        for number in numbers or range(self.journal.chunks):
+            self.journal.write(number, block_at(self.journal.points(number), self.head.stored))
 
 
 def grid_of(*sizes: int) -> Design:
@@ -45,10 +47,11 @@ def made(folder: Path, design: Design | None = None, size: int = 5, kept: Any = 
     design = design or grid_of(4, 3, 2)
     identity = identify(generator().resolved, design, kept)
     head = sweep_head(result_of(), design, identity, kept)
-    chunks = ChunkFolder(
-        folder=folder / "sweep.h5.parts", identity=identity.sweep, count=design.count, size=size
+    folder.mkdir(exist_ok=True)
+    journal = Journal(
+        path=folder / "sweep.h5.chunks", identity=identity.sweep, count=design.count, size=size
     )
-    return Made(design, head, chunks)
+    return Made(design, head, journal)
 
 
 def outcome(point: int) -> tuple[int, str]:
@@ -80,14 +83,8 @@ def found_at(point: int) -> dict[str, Quantity]:
 
 
 def block_at(points: np.ndarray, kept: Any = KEPT) -> Block:
-    outcomes = [outcome(int(point)) for point in points]
-    return make_block(
-        points,
-        [status for status, _ in outcomes],
-        [message for _, message in outcomes],
-        [found_at(int(point)) for point in points],
-        kept,
-    )
+    each = [one_point(point, *outcome(point), found_at(point)) for point in points.tolist()]
+    return combined(each, points, kept)
 
 
 def expected(path: str, point: int, shape: tuple[int, ...]) -> np.ndarray:

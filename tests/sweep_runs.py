@@ -8,6 +8,8 @@ from typing import Any
 
 import h5py
 
+from vibecalc.core.study.sweep.journal import records
+
 CASES = Path(__file__).resolve().parents[1] / "cases"
 GENERATOR = CASES / "generator.toml"
 #: 96 points of some 10 ms, in 16 chunks
@@ -34,11 +36,13 @@ def killed(sweep: "subprocess.Popen[str]", how: signal.Signals = signal.SIGKILL)
     return sweep.communicate(timeout=60)[1]
 
 
-def chunk_files(output: Path) -> dict[str, tuple[int, int]]:
-    """Finished chunks next to an output: which file it is, and when it was written."""
-    folder = output.with_name(f"{output.name}.parts")
-    found = {path: path.stat() for path in folder.glob("chunk_*") if path.exists()}
-    return {path.name: (stat.st_ino, stat.st_mtime_ns) for path, stat in found.items()}
+def finished_chunks(output: Path) -> dict[int, tuple[int, int]]:
+    """Finished chunks in the journal next to an output: where each stands, and its length."""
+    try:
+        found = list(records(output.with_name(f"{output.name}.chunks")))
+    except FileNotFoundError:
+        return {}
+    return {number: (place, length) for number, place, length in found}
 
 
 def objects(path: Path) -> dict[str, Any]:

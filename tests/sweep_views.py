@@ -76,20 +76,17 @@ def view(
         scale = errors * np.max(np.abs(array[np.isfinite(array)]), initial=0.0)
         return StackedResult(array, np.full(count, scale), (spread or {}).get(path))
 
-    grid = tuple(axes) if not isinstance(axes, np.ndarray) else ()
-    sizes = [len(axis.keys) for axis in grid] or [1] * len(keys)
+    sizes = [1] * len(keys) if isinstance(axes, np.ndarray) else [len(axis.keys) for axis in axes]
     ends = np.cumsum([0, *sizes])
     return SweepView(
         name="mounts",
         case={"title": "Machine on mounts", "limit": list(limits), **(case or {})},
         sampling=sampling,
-        keys=tuple(keys),
-        grid=grid,
-        drawn=axes if isinstance(axes, np.ndarray) else None,
+        axes=(GridAxis(tuple(keys), axes),) if isinstance(axes, np.ndarray) else tuple(axes),
         together=tuple(tuple(range(a, b)) for a, b in pairwise(ends.tolist())),
         indices=indices,
         status=status,
-        message=lambda point: failed[point][1],
+        reasons={point: words for point, (_, words) in failed.items()},
         quantities=kept,
         read=read,
     )

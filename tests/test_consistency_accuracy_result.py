@@ -12,7 +12,7 @@ from shipped_cases import CASES
 
 from vibecalc.core.accuracy.record import as_record, folder_of, measured_text, plan_rows
 from vibecalc.core.accuracy.topic import measure
-from vibecalc.core.report.accuracy import accuracy_object, render_accuracy, render_answer, topics_of
+from vibecalc.core.report.accuracy import accuracy_object, render_answer, topics_of
 from vibecalc.core.report.sweep.text import report_file
 from vibecalc.core.results.compare import compare
 from vibecalc.core.results.layout import MEASURED, TRIAL_DONE, TRIAL_FAILED, is_accuracy
@@ -37,7 +37,7 @@ def result() -> Result:
 
 
 def test_the_table_is_the_same_from_the_file(result: Result, tmp_path: Path) -> None:
-    text = render_accuracy(result)
+    text = report_file(result)
     path = write_result(result, tmp_path / "one.h5")
     assert is_accuracy(read_result(path))
     assert report_file(path) == text

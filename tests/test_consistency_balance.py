@@ -20,7 +20,6 @@ from vibecalc.balance.weights import (
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Record
 from vibecalc.core.study.execute import execute, load_checked
-from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 
 AXIS = np.array([1.0, 0.0, 0.0])
@@ -199,17 +198,6 @@ def test_the_longest_of_a_turn_is_the_half_axis_of_its_ellipse() -> None:
     walked = np.real(vector[..., None] * np.exp(1j * angle))
     length = np.linalg.norm(walked, axis=1).max(axis=-1)
     assert longest(Bounded(vector, np.zeros((5, 3)))).value == pytest.approx(length, rel=1e-7)
-
-
-def test_weights_that_change_nothing_that_counts_are_refused() -> None:
-    place = np.zeros((1, 3))
-    places = Places(np.array([1]), place, place, np.array([np.nan]), np.array([1.0]))
-    none = counting(0.0, 1.0, 0.0, 0.1, AXIS)
-    with pytest.raises(NumericalFailure, match=r"no weight of .balance. changes anything"):
-        least(
-            np.ones(3, complex), np.ones(3, complex), places,
-            FRAME._replace(origin=np.zeros(3)), none,
-        )  # fmt: skip
 
 
 #: what is sought stands at the ends: the longest levers need the least weight

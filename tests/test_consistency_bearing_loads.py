@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from shipped_cases import table_of
 
-from vibecalc.bearings.crank_loads import bearing_shares, cycle_means, cycle_peaks, grid_of
+from vibecalc.bearings.crank_loads import bearing_shares, cycle_means, cycle_peaks
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.machine_checks import machine_warnings
@@ -221,21 +221,18 @@ def test_highest_and_mean_loads() -> None:
     def every(angle: np.ndarray) -> np.ndarray:
         ellipse = 3.0 * np.cos(angle) + 1j * np.sin(angle) + 0.5 + 0.2j
         corners = np.interp(angle % TURN, [0.0, *places, TURN], [1.0, 4.0, -2.0, 3.9, 1.0])
-        return np.stack([ellipse, corners + 0.3j])
+        return np.stack([ellipse, corners + 0.3j], axis=-1)
 
-    def some(row: np.ndarray, angle: np.ndarray) -> np.ndarray:
-        return np.where(row[:, None] == 0, every(angle)[0], every(angle)[1])
-
-    peaks = cycle_peaks(some, every(grid_of(places, TURN)), grid_of(places, TURN))
-    means = cycle_means(every, grid_of(places, TURN, 144))
+    height, place = cycle_peaks(every, places, TURN)
+    mean, vector = cycle_means(every, places, TURN)
     fine = np.linspace(0.0, TURN, 400_001)
-    size = np.abs(every(fine))
-    assert peaks.height.value == pytest.approx([size[0].max(), np.hypot(4.0, 0.3)], rel=1e-9)
-    assert peaks.angle.value[1] == pytest.approx(0.4, abs=1e-9)
-    mean = 0.5 * (size[:, 1:] + size[:, :-1]).mean(-1)
-    assert means.magnitude.value == pytest.approx(mean, rel=1e-9)
-    assert np.all(peaks.height.error < 1e-9) and np.all(means.magnitude.error < 1e-9)
-    assert means.vector.value[0] == pytest.approx(0.5 + 0.2j)
+    size = np.abs(every(fine)).T
+    assert height.value == pytest.approx([size[0].max(), np.hypot(4.0, 0.3)], rel=1e-9)
+    assert place.value[1] == pytest.approx(0.4, abs=1e-9)
+    sampled = 0.5 * (size[:, 1:] + size[:, :-1]).mean(-1)
+    assert mean.value == pytest.approx(sampled, rel=1e-9)
+    assert np.all(height.error < 1e-9) and np.all(mean.error < 1e-9)
+    assert vector.value[0] == pytest.approx(0.5 + 0.2j)
 
 
 def test_peaks_over_speeds_are_those_of_single_runs() -> None:

@@ -45,7 +45,7 @@ def test_the_optimiser_starts_in_the_middle_of_the_bounds() -> None:
     (loaded,) = load_checked([CASES["generator"]], ("reference=[]", "limit=[]", study), (DAMPING,))
     binding = Binding(loaded)
     assert binding.first == pytest.approx([0.155])
-    value, _ = binding.evaluate(np.array([0.1]))
+    value, _ = binding.worst(np.array([0.1]))
     (single,) = load_checked([CASES["generator"]], (f"{LOSS}=0.1",), (DAMPING,))
     assert value == run_case(single.case)[FORCE].values.max()
 

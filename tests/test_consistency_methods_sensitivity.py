@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vibecalc.core.study.search.trade_offs import cost_of_deviation, slopes_at
+from vibecalc.core.study.search.sensitivity import cost_of_deviation, slopes_at
 from vibecalc.errors import NumericalFailure
 
 LOWER, UPPER = [0.1, 1.0, -1.0], [5.0, 100.0, 2.0]

@@ -3,26 +3,25 @@
 import numpy as np
 import pytest
 
-from vibecalc.core.study.search.several import front_of_several, knee, lattice
-from vibecalc.core.study.search.trade_offs import front
+from vibecalc.core.study.search.fronts import front, knee, lattice
 from vibecalc.errors import NumericalFailure
 
 
 def two_bowls(x):
     """Distances squared from (0, 0) and (1, 0): sqrt(f1) + sqrt(f2) = 1 along the front."""
-    return x[0] ** 2 + x[1] ** 2, (x[0] - 1) ** 2 + x[1] ** 2, []
+    return (x[0] ** 2 + x[1] ** 2, (x[0] - 1) ** 2 + x[1] ** 2), []
 
 
 def test_convex_front_in_closed_form():
     found = front(two_bowls, [-2, -2], [2, 2], points=9, starts=2)
-    assert found.objective.size == 9
-    assert np.all(np.diff(found.objective) > 0)
-    assert np.all(np.diff(found.second_objective) < 0)
-    exact = (1.0 - np.sqrt(found.second_objective)) ** 2
-    allowed = found.objective_error + 2 * found.second_objective_error
-    assert np.all(np.abs(found.objective - exact) <= allowed + 1e-15)
-    assert (found.objective[0], found.second_objective[-1]) == pytest.approx((0, 0), abs=1e-14)
-    assert (found.objective[-1], found.second_objective[0]) == pytest.approx((1, 1), abs=1e-9)
+    assert found.values[:, 0].size == 9
+    assert np.all(np.diff(found.values[:, 0]) > 0)
+    assert np.all(np.diff(found.values[:, 1]) < 0)
+    exact = (1.0 - np.sqrt(found.values[:, 1])) ** 2
+    allowed = found.errors[:, 0] + 2 * found.errors[:, 1]
+    assert np.all(np.abs(found.values[:, 0] - exact) <= allowed + 1e-15)
+    assert (found.values[:, 0][0], found.values[:, 1][-1]) == pytest.approx((0, 0), abs=1e-14)
+    assert (found.values[:, 0][-1], found.values[:, 1][0]) == pytest.approx((1, 1), abs=1e-9)
     assert found.evaluations < 1500
     assert not found.notes
 
@@ -30,60 +29,59 @@ def test_convex_front_in_closed_form():
 def fonseca_fleming(x):
     """A front that bulges inwards, along x0 = x1 between -1/sqrt 2 and 1/sqrt 2."""
     half = 1 / np.sqrt(2)
-    return 1 - np.exp(-np.sum((x - half) ** 2)), 1 - np.exp(-np.sum((x + half) ** 2)), []
+    return (1 - np.exp(-np.sum((x - half) ** 2)), 1 - np.exp(-np.sum((x + half) ** 2))), []
 
 
 def test_front_that_weighted_sums_miss():
     found = front(fonseca_fleming, [-4, -4], [4, 4], points=5, starts=2)
-    assert found.objective.size == 5
+    assert found.values[:, 0].size == 5
     place = np.mean(found.variables, axis=1)
     exact = 1 - np.exp(-2 * (place - 1 / np.sqrt(2)) ** 2)
-    assert found.objective == pytest.approx(exact, abs=1e-12)
+    assert found.values[:, 0] == pytest.approx(exact, abs=1e-12)
     assert np.ptp(found.variables, axis=1) == pytest.approx(np.zeros(5), abs=1e-6)
     # in the middle of its bulge the front is above the line between its ends
-    assert found.objective[2] + found.second_objective[2] > 1.2
+    assert found.values[:, 0][2] + found.values[:, 1][2] > 1.2
 
 
 def with_a_jump(x):
     """Along f2 = x the first objective has two valleys: the front leaves out what lies between."""
-    return 0.2 * np.cos(3 * np.pi * x[0]) - x[0] + 1.2, x[0], []
+    return (0.2 * np.cos(3 * np.pi * x[0]) - x[0] + 1.2, x[0]), []
 
 
 def test_jumps_are_left_out_and_said():
     found = front(with_a_jump, [0], [1], points=15, starts=6)
-    assert found.objective.size < 15
+    assert found.values[:, 0].size < 15
     assert any("dominated" in note for note in found.notes)
     # every point is the best of a fine grid for its bound on the second objective
     grid = np.linspace(0, 1, 20001)
     heights = 0.2 * np.cos(3 * np.pi * grid) - grid + 1.2
-    for one, two in zip(found.objective, found.second_objective, strict=True):
+    for one, two in zip(found.values[:, 0], found.values[:, 1], strict=True):
         assert one <= np.min(heights[grid <= two + 1e-12]) + 1e-9
-    assert np.all(np.diff(found.objective) > 0)
-    assert np.all(np.diff(found.second_objective) < 0)
+    assert np.all(np.diff(found.values[:, 0]) > 0)
+    assert np.all(np.diff(found.values[:, 1]) < 0)
 
 
 def test_an_end_that_is_not_unique_takes_the_best_of_the_others():
     """The second objective is zero on a whole edge; of it only one point belongs to the front."""
 
     def edge(x):
-        return (x[0] - 0.3) ** 2 + (x[1] - 1) ** 2, x[1], []
+        return ((x[0] - 0.3) ** 2 + (x[1] - 1) ** 2, x[1]), []
 
     found = front(edge, [0, 0], [1, 1], points=4, starts=3)
     assert found.variables[:, 0] == pytest.approx(np.full(4, 0.3), abs=1e-4)
     # the last point gives a millionth of the front away to be well defined
-    assert found.second_objective[-1] == pytest.approx(1e-6, rel=1e-9)
+    assert found.values[:, 1][-1] == pytest.approx(1e-6, rel=1e-9)
 
 
 def test_objectives_that_agree_have_one_best_point():
-    found = front(lambda x: ((x[0] - 0.2) ** 2, (x[0] - 0.2) ** 2, []), [0], [1], points=5)
-    assert found.objective.shape == (1,)
+    found = front(lambda x: (((x[0] - 0.2) ** 2, (x[0] - 0.2) ** 2), []), [0], [1], points=5)
+    assert found.values[:, 0].shape == (1,)
     assert "one point is the best for both" in found.notes[0]
 
 
 def test_a_front_without_a_feasible_point_fails():
     def never(x):
-        one, two, _ = two_bowls(x)
-        return one, two, [-1.0 - x[0] ** 2]
+        return two_bowls(x)[0], [-1.0 - x[0] ** 2]
 
     with pytest.raises(NumericalFailure, match="no point within the bounds keeps all limits"):
         front(never, [-2, -2], [2, 2], points=3, starts=1)
@@ -93,13 +91,13 @@ def test_errors_are_honest_where_the_values_are_inaccurate():
     """Objectives good to 1e-7 only: neither error estimate may be smaller than what that does."""
 
     def errors(x):
-        return 1e-7 * np.abs(two_bowls(x)[:2])
+        return 1e-7 * np.abs(two_bowls(x)[0])
 
     rough = front(two_bowls, [-2, -2], [2, 2], points=5, starts=1, errors=errors)
     inner = slice(1, -1)
-    assert np.all(rough.objective_error[inner] >= 1e-8 * rough.objective[inner])
-    assert np.all(rough.second_objective_error[inner] >= 1e-7 * rough.second_objective[inner])
-    assert np.all(rough.second_objective_error < 1e-3)
+    assert np.all(rough.errors[:, 0][inner] >= 1e-8 * rough.values[:, 0][inner])
+    assert np.all(rough.errors[:, 1][inner] >= 1e-7 * rough.values[:, 1][inner])
+    assert np.all(rough.errors[:, 1] < 1e-3)
 
 
 # ----------------------------------------------------------------------------
@@ -111,9 +109,7 @@ CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
 def test_three_distances_have_a_triangle_for_a_front():
     """Squared distances from three corners: the best are all points of the triangle."""
-    found = front_of_several(
-        lambda x: (np.sum((x - CORNERS) ** 2, axis=1), []), [-1, -1], [2, 2], 3, starts=1
-    )
+    found = front(lambda x: (np.sum((x - CORNERS) ** 2, axis=1), []), [-1, -1], [2, 2], 3, starts=1)
     x = found.variables
     assert len(x) == 15 and not found.notes
     assert np.all(x > -1e-9) and np.all(x.sum(axis=1) < 1.0 + 1e-9)
@@ -132,7 +128,7 @@ def test_a_front_that_bulges_inwards():
         return np.array([c[0] * c[1], c[0] * s[1], s[0]]) * (1.0 + x[2]), []
 
     quarter = np.pi / 2.0
-    found = front_of_several(sphere, [0, 0, 0], [quarter, quarter, 1], 3, points=6, starts=1)
+    found = front(sphere, [0, 0, 0], [quarter, quarter, 1], 3, points=6, starts=1)
     assert np.linalg.norm(found.values, axis=1) == pytest.approx(1.0, abs=1e-9)
     assert len(found.values) >= 5 and np.max(np.min(found.values, axis=1)) > 0.3
 

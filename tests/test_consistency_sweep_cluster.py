@@ -1,4 +1,4 @@
-"""Claim: a dask cluster gives what a pool gives, also when a worker is lost in the middle."""
+"""Claim: a dask cluster gives what one machine gives, also when a worker is lost in the middle."""
 
 import json
 import os
@@ -8,18 +8,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from sweep_work import Start
+from sweep_work import Squares, Start
 
 from vibecalc.core.results.layout import DIED, TIMED_OUT
-from vibecalc.core.study.sweep.cluster import Cluster
-from vibecalc.core.study.sweep.pool import ChunkResult, Work
+from vibecalc.core.study.sweep.workers import Workers
 from vibecalc.errors import UsageError
 
 distributed = pytest.importorskip("distributed")
 
-CHUNKS = [Work(number, range(5 * number, 5 * number + 5)) for number in range(12)]
+CHUNKS = [range(5 * number, 5 * number + 5) for number in range(12)]
 
 
 @pytest.fixture(scope="module")
@@ -35,17 +33,22 @@ def cluster() -> Iterator[Any]:
         yield local
 
 
-def check(done: list[ChunkResult], lost: dict[int, int]) -> set[int]:
-    assert sorted(one.work.number for one in done) == list(range(len(CHUNKS)))
-    assert {one.point: one.status for chunk in done for one in chunk.lost} == lost
-    processes = set()
-    for one in done:
-        points = [point for batch in one.batches for point in batch.points]
-        assert sorted([*points, *(x.point for x in one.lost)]) == list(one.work.points)
-        for batch in one.batches:
-            assert (batch.block.squares == np.array(batch.points) ** 2).all()
-            assert batch.block.threads == "1"
-            processes.add(batch.block.process)
+def check(done: list[tuple[range, list[Any]]], lost: dict[int, int]) -> set[int]:
+    assert sorted(work.start for work, _ in done) == [work.start for work in CHUNKS]
+    processes, given_up = set(), {}
+    for work, found in done:
+        points = []
+        for one in found:
+            if not isinstance(one, Squares):
+                points.append(int(one.indices[0]))
+                given_up[points[-1]] = int(one.status[0])
+                continue
+            points += one.points.tolist()
+            assert (one.squares == one.points**2).all()
+            assert one.threads == "1"
+            processes.add(one.process)
+        assert sorted(points) == list(work)
+    assert given_up == lost
     return processes
 
 
@@ -56,8 +59,8 @@ def test_points_are_shared_out_attached_ones_given_up_and_fatal_ones_reported(
     file = tmp_path / "scheduler.json"
     # the part of such a file that a client reads
     file.write_text(json.dumps({"address": cluster.scheduler_address}), encoding="utf-8")
-    with Cluster(start, address=str(file), timeout=0.5) as workers:
-        assert workers.workers() == 2
+    with Workers(start, cluster=str(file), timeout=0.5) as workers:
+        assert workers.threads() == 2
         done = list(workers.run(CHUNKS))
     assert len(check(done, {4: TIMED_OUT, 33: DIED})) >= 2
 
@@ -67,7 +70,7 @@ def test_a_worker_killed_in_the_middle_costs_no_point(cluster: Any) -> None:
     with distributed.Client(cluster.scheduler_address, set_as_default=False) as client:
         victim = next(iter(client.run(os.getpid).values()))
     done = []
-    with Cluster(Start(seconds=0.02), address=cluster.scheduler_address) as workers:
+    with Workers(Start(seconds=0.02), cluster=cluster.scheduler_address) as workers:
         for one in workers.run(CHUNKS):
             done.append(one)
             if len(done) == 3:
@@ -78,21 +81,21 @@ def test_a_worker_killed_in_the_middle_costs_no_point(cluster: Any) -> None:
 def test_a_mistake_on_a_worker_is_raised_here(cluster: Any) -> None:
     start = Start(raising=frozenset({11}))
     with (
-        Cluster(start, address=cluster.scheduler_address) as workers,
+        Workers(start, cluster=cluster.scheduler_address) as workers,
         pytest.raises(RuntimeError, match="a mistake at"),
     ):
         list(workers.run(CHUNKS))
 
 
 def test_a_scheduler_that_is_not_there_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vibecalc.core.study.sweep.cluster._ANSWER_WITHIN", 0.2)
+    monkeypatch.setattr("vibecalc.core.study.sweep.workers._ANSWER_WITHIN", 0.2)
     with pytest.raises(UsageError, match="no dask scheduler answers at tcp:"):
-        Cluster(Start(), address="tcp://127.0.0.1:9")
+        Workers(Start(), cluster="tcp://127.0.0.1:9")
     with pytest.raises(UsageError, match=r"there is no scheduler file nowhere\.json"):
-        Cluster(Start(), address="nowhere.json")
+        Workers(Start(), cluster="nowhere.json")
 
 
 def test_without_dask_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(UsageError, match=r"vibecalc\[cluster\]"):
-        Cluster(Start(), address="tcp://127.0.0.1:9")
+        Workers(Start(), cluster="tcp://127.0.0.1:9")

@@ -30,8 +30,8 @@ from sweep_views import (
 pytest.importorskip("matplotlib")
 
 from vibecalc.core.report.plots import STYLE, SWEEP_PICTURES, draw_file, make
-from vibecalc.core.report.sweep.limits import best, judge, keeping_all
-from vibecalc.core.report.sweep.picture_parts import failure_marks, plane, shown_unit
+from vibecalc.core.report.sweep.limits import best, judge
+from vibecalc.core.report.sweep.picture_parts import failure_marks, pictured, shown_unit
 from vibecalc.core.report.sweep.view import GridAxis, SweepView
 from vibecalc.core.results.record import Axis
 from vibecalc.core.study.sweep.assemble import assemble
@@ -69,8 +69,12 @@ def own(name: str) -> tuple[SweepView, Any]:
 
 
 def panel(made: Any, title: str) -> Any:
-    (found,) = (axes for axes in made.axes if axes.get_title().startswith(title))
+    (found,) = (axes for axes in made.axes if title_of(axes).startswith(title))
     return found
+
+
+def title_of(axes: Any) -> str:
+    return str(axes.get_title(loc="left") or axes.get_title())
 
 
 def labelled(axes: Any) -> dict[str, Any]:
@@ -136,7 +140,7 @@ def test_lines_are_the_results_one_for_each_value_of_the_short_axis() -> None:
     assert axes.get_xscale() == "log" and axes.get_xlabel() == "stiffness in N/mm"
     assert axes.get_ylabel() == "force in N"
     assert panel(made, SAG).get_ylabel() == "length in mm"
-    assert panel(made, BOTH).get_title() == f"{BOTH}\nlargest: mount=2"
+    assert title_of(panel(made, BOTH)) == f"{BOTH}\nlargest: mount=2"
 
 
 def test_a_limit_is_a_line_with_its_far_side_hatched() -> None:
@@ -170,7 +174,7 @@ def test_failed_points_are_marks_with_their_cause(name: str) -> None:
 @pytest.mark.parametrize("name", ["sweep_line", "sweep_map"])
 def test_the_best_point_within_all_limits_is_marked(name: str) -> None:
     sweep, made = own(name)
-    found = best(sweep, judge(sweep)[0])
+    found = best(sweep, judge(sweep))
     assert found is not None
     stiffness, damping = sweep.values_of(np.array([found[0]]))[0]
     axes = panel(made, SAG)
@@ -200,7 +204,7 @@ def test_standard_errors_are_bars() -> None:
     segments = axes.containers[0].lines[2][0].get_segments()
     heights = [0.5 * (segment[1, 1] - segment[0, 1]) for segment in segments]
     np.testing.assert_allclose(heights, spread)
-    assert axes.get_title().endswith("bars: standard error")
+    assert title_of(axes).endswith("bars: standard error")
 
 
 def test_standard_errors_may_be_a_result_of_their_own() -> None:
@@ -233,7 +237,9 @@ def test_resonances_are_marked_over_the_speed() -> None:
     marks = [line.get_xdata()[0] for line in axes.get_lines() if line.get_linestyle() == ":"]
     rpm = 60.0 / (2.0 * np.pi)
     assert sorted(marks) == pytest.approx(sorted(rpm * np.array([90.0, 140.0, 70.0])))
-    assert {"order 1, 2 modes", "order 2"} <= {text.get_text() for text in axes.texts}
+    assert {"order 1, mode 1", "order 1, mode 2", "order 2, mode 2"} <= {
+        text.get_text() for text in axes.texts
+    }
     assert axes.get_ylabel() == "energy in mJ"
 
 
@@ -283,7 +289,7 @@ def test_the_region_is_green_where_all_limits_are_kept() -> None:
     axes = panel(made, "limits")
     (cells,) = (part for part in axes.collections if hasattr(part, "get_coordinates"))
     drawn = np.ma.filled(cells.get_array().astype(float), -1.0).reshape(15, 21)
-    kept = keeping_all(sweep, judge(sweep)[0])
+    kept = judge(sweep).kept
     wanted = np.where(sweep.done, 2.0 * kept, -1.0).reshape(21, 15).T
     np.testing.assert_array_equal(drawn, wanted)
     assert "sag max 30 mm" in labelled(axes)
@@ -293,7 +299,8 @@ def test_the_region_is_green_where_all_limits_are_kept() -> None:
 
 def test_axes_that_are_not_shown_stand_at_the_best_point() -> None:
     sweep = three_axes()
-    part = plane(sweep, judge(sweep)[0], 9)
+    part = pictured(sweep, 9, 6)
+    assert part is not None
     assert part.axes == (0, 2) and part.points.shape == (9, 8)
     assert part.held == "method = modal"
     # the points are those of the grid, with the method at its first value
@@ -307,7 +314,8 @@ def test_axes_that_are_not_shown_stand_at_the_best_point() -> None:
 
 def test_the_longest_axis_of_numbers_is_across_whatever_its_place() -> None:
     sweep = three_axes((3, 3, 8))
-    part = plane(sweep, judge(sweep)[0], 6)
+    part = pictured(sweep, 6, 6)
+    assert part is not None
     assert part.axes == (2, 0) and part.points.shape == (8, 3)
     chosen = sweep.values_of(part.points.ravel()).reshape(8, 3, 3)
     np.testing.assert_array_equal(chosen[:, 0, 2], sweep.grid[2].values[:, 0])
@@ -332,7 +340,7 @@ def test_samples_are_counted_and_their_limit_drawn() -> None:
     assert sum(heights[: int(np.sqrt(counted.sum()))]) == counted.sum() == 127
     forces = sweep.read(PEAK).values[counted]
     share = 100.0 * np.mean(forces > 12.0)
-    assert f"max 12 N: broken by {share:.3g} %" in axes.get_title()
+    assert f"max 12 N: broken by {share:.3g} %" in title_of(axes)
     assert "1 point: numerical failure: no" in legend(made)
     (hatched,) = (patch for patch in axes.patches if patch.get_hatch())
     assert hatched.get_x() == pytest.approx(12.0)
@@ -374,7 +382,7 @@ def test_a_file_is_drawn_by_its_own_name_and_equal_ones_alike(
     sweep = made(tmp_path)
     sweep.fill()
     target = tmp_path / "stiff.sweep.h5"
-    assemble(target, sweep.head, sweep.chunks)
+    assemble(target, sweep.head, sweep.journal)
     (first,) = draw_file(target, tmp_path / "a")
     (second,) = draw_file(target, tmp_path / "b")
     assert first.name == "stiff_sweep_line.png"

@@ -159,6 +159,17 @@ def test_a_kink_and_a_fourth_power() -> None:
     assert abs(one.sample.key - 0.777) <= one.error <= 0.02
 
 
+@pytest.mark.parametrize("place", [0.003, 0.05, 0.1, 3.93, 3.997])
+def test_an_extreme_between_a_bound_and_the_next_sample(place: float) -> None:
+    for sign in (1.0, -1.0):
+        sampled = sampled_curve(lambda x, sign=sign: sign * (x - place) ** 2, 0.0, 4.0)
+        within(extremes(sampled, sign), [place])
+
+
+def test_two_solutions_between_a_bound_and_the_next_sample() -> None:
+    within(found(lambda x: (x - 0.05) ** 2, 0.0, 4.0, 1e-4), [0.04, 0.06])
+
+
 def test_bounds_and_ends_of_stretches_are_no_extremes() -> None:
     assert not extremes(sampled_curve(lambda x: x, 0.0, 4.0), 1.0)
     broken = with_hole(1.0, 2.0, lambda x: (x - 1.5) ** 2)

@@ -27,11 +27,10 @@ def levels(values: np.ndarray) -> SweepView:
         name="s",
         case={},
         sampling="grid",
-        keys=(key,),
-        grid=(GridAxis((key,), points[:, None]),),
+        axes=(GridAxis((key,), points[:, None]),),
         together=((0,),),
         status=np.zeros(len(values), dtype=int),
-        message=lambda point: "",
+        reasons={},
         quantities=kept,
         read=lambda path: StackedResult(values, np.zeros(len(values))),
     )

@@ -38,7 +38,7 @@ from vibecalc.core.study.sweep.assemble import assemble, merge
 
 def written(folder: Path, sweep: Made, name: str = "sweep.h5") -> Path:
     sweep.fill()
-    return assemble(folder / name, sweep.head, sweep.chunks).path
+    return assemble(folder / name, sweep.head, sweep.journal).path
 
 
 @given(data=st.data(), shape=st.lists(st.integers(1, 6), min_size=1, max_size=4))
@@ -68,10 +68,10 @@ def test_every_point_is_where_it_belongs(tmp_path: Path, sizes: tuple[int, ...],
             for point in range(24):
                 wanted = expected(name, point, whole.shape[1:])
                 assert np.array_equal(whole[point], wanted, equal_nan=True)
-            assert np.array_equal(quantity.points(3, 19), whole[3:19], equal_nan=True)
+            assert np.array_equal(quantity.values(3, 19), whole[3:19], equal_nan=True)
         status = found.status().ravel()
         assert status.tolist() == [outcome(point)[0] for point in range(24)]
-        assert np.array_equal(found.status_of(2, 9), status[2:9])
+        assert np.array_equal(found.status(2, 9), status[2:9])
 
 
 def test_errors_are_those_of_each_point_and_the_largest(tmp_path: Path) -> None:
@@ -82,7 +82,7 @@ def test_errors_are_those_of_each_point_and_the_largest(tmp_path: Path) -> None:
         assert errors[done].tolist() == [1e-12 * point for point in done]
         assert np.isnan(np.delete(errors, done)).all()
         assert sag.error_estimate == 1e-12 * 23 and sag.standard_error is None
-        assert sag.standard_errors() is None and sag.standard_errors_of(0, 3) is None
+        assert sag.standard_errors() is None and sag.standard_errors(0, 3) is None
         assert spread_one.standard_error == 1e-3 * 23
         spread_all = spread_one.standard_errors()
         assert spread_all is not None
@@ -149,7 +149,7 @@ def test_what_cannot_be_stacked_is_left_out_with_its_reason(tmp_path: Path) -> N
 def test_partial_files_say_what_is_missing(tmp_path: Path) -> None:
     sweep = made(tmp_path)
     sweep.fill(1, 4)
-    done = assemble(tmp_path / "part.h5", sweep.head, sweep.chunks)
+    done = assemble(tmp_path / "part.h5", sweep.head, sweep.journal)
     assert done.missing == ((0, 4), (10, 19)) and done.counts == {DONE: 9, NOT_RUN: 15}
     with open_sweep(done.path) as found:
         status = found.status().ravel()
@@ -180,11 +180,11 @@ def test_merged_shards_are_the_whole(
         numbers = [number for number, owner in enumerate(cuts) if owner == part]
         numbers += [7] if share else []
         path = folder / f"part{part}.h5"
-        parts.append(assemble(path, sweep.head, sweep.chunks, numbers).path)
+        parts.append(assemble(path, sweep.head, sweep.journal, numbers).path)
     parts = parts[::-1] if cuts[0] else parts
     done = merge(parts, folder / "merged.h5", {"command": "vibecalc merge"})
     assert done.missing == () and objects(done.path) == objects(whole)
-    assert done.counts == assemble(whole, sweep.head, sweep.chunks).counts
+    assert done.counts == assemble(whole, sweep.head, sweep.journal).counts
 
 
 _PROGRAM = """
@@ -198,15 +198,15 @@ from vibecalc.core.study.sweep.blocks import Block, BlockQuantity
 folder, rows = Path(sys.argv[1]), int(sys.argv[2])
 kept = ("isolation/a", "isolation/b", "isolation/c")
 sweep = made(folder, grid_of(rows, 1000), 5000, kept)
-sweep.chunks.make()
-for number in range(sweep.chunks.chunks):
-    points = sweep.chunks.points(number)
+sweep.journal.start()
+for number in range(sweep.journal.chunks):
+    points = sweep.journal.points(number)
     values = np.sqrt(points)
     one = BlockQuantity(values, np.full(points.size, 1e-9), None, (), "N", "a number")
     status = np.zeros(points.size, dtype=np.int8)
     block = Block(points, status, ("",) * points.size, dict.fromkeys(kept, one))
-    sweep.chunks.write(number, block)
-assert assemble(folder / "big.h5", sweep.head, sweep.chunks).counts == {0: rows * 1000}
+    sweep.journal.write(number, block)
+assert assemble(folder / "big.h5", sweep.head, sweep.journal).counts == {0: rows * 1000}
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
 

@@ -21,7 +21,8 @@ UNIT_ROUNDOFF = 2.0**-53
 
 
 def values(*tables, **more):
-    return design_of(*tables, **more).axes[0].values[:, 0]
+    key_values = design_of(*tables, **more).axes[0].keys[0].values
+    return key_values.at(np.arange(key_values.count))
 
 
 def test_each_step_is_what_a_case_gets_that_says_so():
@@ -89,11 +90,12 @@ def test_names_units_and_labels():
         axis(MODEL, "pitch", "rigid_body"),
     )
     # `speed` is an axis of results, so the axis of the sweep needs a longer name
-    assert design.axis_names == ("stiffness", "machine.speed", "crank_phase", "model")
-    assert design.units == ("N/m", "N*s/m", "rad/s", "rad", "")
-    assert [one.written_units[0] for one in design.axes] == ["N/mm", "rpm", "deg", ""]
-    assert design.choices == ((), (), (), (), ("pitch", "rigid_body"))
-    assert all(all(one.labels) for one in design.axes)
+    names = [axis.name for axis in design.axes]
+    assert names == ["stiffness", "machine.speed", "crank_phase", "model"]
+    assert [key.unit for key in design.every] == ["N/m", "N*s/m", "rad/s", "rad", ""]
+    assert [axis.keys[0].written_unit for axis in design.axes] == ["N/mm", "rpm", "deg", ""]
+    assert [key.choices for key in design.every] == [(), (), (), (), ("pitch", "rigid_body")]
+    assert all(key.label for key in design.every)
 
 
 def test_a_text_and_a_table_make_the_same_design():
@@ -144,7 +146,7 @@ SCATTERS = [
 @pytest.mark.parametrize(("kind", "parameters"), SCATTERS)
 def test_quantiles_invert_the_distribution_functions(kind, parameters):
     shares = np.array([1e-9, 0.01, 0.2, 0.5, 0.77, 0.999])
-    found = Scatter(kind=kind, parameters=parameters).quantile(shares)
+    found = Scatter(kind=kind, parameters=parameters).drawn(shares)
     assert np.all(np.diff(found) > 0.0)
     with mpmath.workdps(40):
         for share, value in zip(shares, found, strict=True):

@@ -6,17 +6,14 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sweep_blocks import Made, block_at, made
 
-from vibecalc.core.study.sweep.blocks import chunk_block, chunk_image
+from vibecalc.core.study.sweep.journal import Journal, packed
 from vibecalc.core.study.sweep.output import lock_path, locked
-from vibecalc.errors import ResultError, UsageError
-
-POINTS = np.arange(24)
+from vibecalc.errors import UsageError
 
 
 @pytest.fixture
@@ -26,73 +23,89 @@ def sweep(tmp_path: Path) -> Made:
     return whole
 
 
+def anew(sweep: Made) -> Journal:
+    """The journal as the next command finds it."""
+    journal = replace(sweep.journal, places={}, end=0)
+    journal.look()
+    return journal
+
+
 def test_a_chunk_comes_back_as_it_was(sweep: Made) -> None:
-    for number in range(sweep.chunks.chunks):
-        found, made_here = sweep.chunks.read(number), block_at(sweep.chunks.points(number))
-        assert chunk_image(found, "a") == chunk_image(made_here, "a")
+    journal = anew(sweep)
+    for number in range(journal.chunks):
+        assert packed(journal.read(number)) == packed(block_at(journal.points(number)))
 
 
 @given(where=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
 @settings(max_examples=40, deadline=None)
-def test_no_flipped_bit_goes_unseen(where: float, bit: int) -> None:
-    content = bytearray(chunk_image(block_at(POINTS[:3]), "id"))
+def test_no_flipped_bit_goes_unseen(
+    where: float, bit: int, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """The chunks before it stay, and what it leaves is what was written."""
+    whole = made(tmp_path_factory.mktemp("flipped"))
+    whole.fill()
+    content = bytearray(whole.journal.path.read_bytes())
     content[int(where * len(content))] ^= 1 << bit
-    with pytest.raises(ResultError, match="damaged"):
-        chunk_block(bytes(content), Path("chunk"), "id")
+    whole.journal.path.write_bytes(content)
+    journal = anew(whole)
+    assert len(journal.places) < whole.journal.chunks
+    assert list(journal.places) == list(range(len(journal.places)))
+    for number in journal.places:
+        assert packed(journal.read(number)) == packed(block_at(journal.points(number)))
 
 
-def test_no_truncated_or_longer_chunk_is_finished(sweep: Made) -> None:
-    path = sweep.chunks.path(2)
-    whole = path.read_bytes()
-    for content in (b"", whole[:1], whole[: len(whole) // 2], whole[:-1], whole + b"\0"):
-        path.write_bytes(content)
-        found = sweep.chunks.survey()
-        assert found.finished == {0, 1, 3, 4}
-        assert [name for name, _ in found.damaged] == [path]
-        assert "checksum" in found.damaged[0][1]
-    sweep.fill(2)
-    assert sweep.chunks.finished() == {0, 1, 2, 3, 4}
+def test_no_truncated_chunk_is_finished_and_it_is_written_again(sweep: Made) -> None:
+    content = sweep.journal.path.read_bytes()
+    second, _ = sweep.journal.places[2]
+    for size in (second + 1, second + 30, second + 60, sweep.journal.places[3][0] - 1):
+        sweep.journal.path.write_bytes(content[:size])
+        journal = anew(sweep)
+        assert sorted(journal.places) == [0, 1]
+        assert "is not whole" in journal.look()
+    journal.start()
+    for number in (2, 3, 4):
+        journal.write(number, block_at(journal.points(number)))
+    assert journal.path.read_bytes() == content
+
+
+def test_what_stands_behind_a_damaged_chunk_is_cut_off(sweep: Made) -> None:
+    content = bytearray(sweep.journal.path.read_bytes())
+    content[sweep.journal.places[3][0] - 1] ^= 1
+    sweep.journal.path.write_bytes(content)
+    journal = anew(sweep)
+    assert sorted(journal.places) == [0, 1] and "checksum" in journal.look()
 
 
 def test_chunks_of_another_sweep_are_foreign(sweep: Made) -> None:
-    """Another identity, another cut, and a chunk under the name of its neighbour."""
-    chunks = sweep.chunks
-    for other in (replace(chunks, identity="0" * 64), replace(chunks, size=4)):
-        found = other.survey()
-        assert not found.finished and len(found.foreign) == 5
-        other.write(0, block_at(other.points(0)))
-        assert other.finished() == {0} and chunks.finished() == {0, 1, 2, 3, 4}
-        other.path(0).unlink()
-    chunks.path(1).write_bytes(chunks.path(2).read_bytes())
-    found = chunks.survey()
-    assert found.finished == {0, 2, 3, 4} and "another sweep" in found.damaged[0][1]
-
-
-def test_files_of_others_are_left_alone(sweep: Made) -> None:
-    note, unfinished = sweep.chunks.folder / "note.txt", sweep.chunks.folder / ".vibecalc-1-a.tmp"
-    note.write_text("mine")
-    unfinished.write_bytes(b"half")
-    found = sweep.chunks.survey()
-    assert found.unfinished == (unfinished,) and not found.foreign and not found.damaged
-    sweep.chunks.clear()
-    assert list(sweep.chunks.folder.iterdir()) == [note]
-    note.unlink()
-    sweep.chunks.clear()
-    assert not sweep.chunks.folder.exists()
+    """Another identity, another cut, and a chunk under the number of its neighbour."""
+    for other in (replace(sweep.journal, identity="0" * 64), replace(sweep.journal, size=4)):
+        assert other.foreign() == 5
+        assert other.look() == "" and not other.places
+    assert not sweep.journal.foreign()
+    content = sweep.journal.path.read_bytes()
+    (first, _), (second, _), (third, _) = (sweep.journal.places[n] for n in range(3))
+    renumbered = content[:first] + content[second:third].replace(b"\1", b"\0", 1)
+    sweep.journal.path.write_bytes(renumbered)
+    assert "checksum" in anew(sweep).look()
 
 
 def test_a_killed_writer_leaves_no_chunk(tmp_path: Path) -> None:
-    """The process dies when the file is whole, but not yet at its place."""
+    """The process dies when half of a chunk is written."""
     program = (
         "import os, signal, sys; from pathlib import Path; from sweep_blocks import made\n"
-        "os.replace = lambda *_: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "from vibecalc.core.study.sweep import journal\n"
+        "def half(stream, place, record):\n"
+        "    stream.seek(place)\n"
+        "    stream.write(record[: len(record) // 2])\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+        "journal._put = half\n"
         "made(Path(sys.argv[1])).fill(0)\n"
     )
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, "-c", program, str(tmp_path)], env=environment)
     assert done.returncode == -9
-    found = made(tmp_path).chunks.survey()
-    assert not found.finished and len(found.unfinished) == 1
+    journal = made(tmp_path).journal
+    assert "not whole" in journal.look() and not journal.places
 
 
 def test_the_lock_keeps_others_out_and_goes(tmp_path: Path) -> None:

@@ -101,9 +101,6 @@ def test_runs_for_sobol_indices_exchange_one_axis_at_a_time(sampling):
         expected = a.copy()
         expected[:, columns] = b[:, columns]
         assert np.array_equal(runs[:, 2 + position], expected)
-    base, role = design.roles(np.arange(40))
-    assert base.tolist() == np.repeat(np.arange(8), 5).tolist()
-    assert role.tolist() == list(range(5)) * 8
 
 
 def test_the_same_input_has_the_same_hash_in_any_sweep():

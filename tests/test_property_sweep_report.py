@@ -34,7 +34,6 @@ from vibecalc.core.report.sweep.limits import (
     best,
     case_values,
     judge,
-    keeping_all,
     least_broken,
     limit_lines,
     nearest,
@@ -107,7 +106,7 @@ def test_of_values_that_are_the_same_the_first_counts(values: list[float], error
     """Within errors that exceed them, else to rounding: what is left out makes none equal."""
     array, errors = np.array(values), np.full(len(values), error)
     for side, extreme in (("max", array.max()), ("min", array.min())):
-        found = first_of(array, errors, side)
+        found = int(first_of(array, errors, side))
         apart = np.abs(array - extreme)
         known = abs(extreme) > error
         slack = 2.0 * (min(error, 1e-8 * abs(extreme)) if known else error)
@@ -173,13 +172,13 @@ def test_complex_results_count_by_magnitude() -> None:
 
 def test_limits_are_judged_at_every_point() -> None:
     sweep = mounts(failed=FAILED_POINTS)
-    limits, missing = judge(sweep)
+    judged = judge(sweep)
     sag, force = (sweep.read(path).values for path in (DEFLECTION, PEAK))
     inside = sweep.done & (sag <= 0.03) & (force <= 12.0) & (0.6 * force <= 400.0)
-    np.testing.assert_array_equal(keeping_all(sweep, limits), inside)
-    assert not missing and 0 < inside.sum() < sweep.done.sum()
-    assert f"kept at {inside.sum()} of {sweep.done.sum()} (" in share_within_limits(sweep, limits)
-    found = best(sweep, limits)
+    np.testing.assert_array_equal(judged.kept, inside)
+    assert not judged.missing and 0 < inside.sum() < sweep.done.sum()
+    assert f"kept at {inside.sum()} of {sweep.done.sum()} (" in share_within_limits(sweep, judged)
+    found = best(sweep, judged)
     assert found is not None
     point, limit = found
     assert limit.quantity == DEFLECTION
@@ -192,33 +191,32 @@ def test_the_kept_results_in_the_order_of_the_case_choose_the_best_point() -> No
     for first, second in ((PEAK, DEFLECTION), (DEFLECTION, PEAK)):
         sweep = mounts(limits=limits, case={"sweep": {"keep": [first, second]}})
         assert numeric(sweep)[:2] == [first, second]
-        judged, _ = judge(sweep)
+        judged = judge(sweep)
         found = best(sweep, judged)
         assert found is not None and found[1].quantity == first
-        inside = keeping_all(sweep, judged)
         values = sweep.read(first).values
-        assert values[found[0]] == pytest.approx(values[inside].min(), rel=1e-11)
+        assert values[found[0]] == pytest.approx(values[judged.kept].min(), rel=1e-11)
 
 
 def test_a_margin_within_the_error_keeps_a_limit_and_an_infinite_value_breaks_it() -> None:
     limit = {"quantity": PEAK, "max": "0.01 kN"}
     sweep = one_axis([10.0, 10.0 + 1e-12, 10.0 + 1e-9, np.inf, 1.0], limits=[limit])
-    (judged,), _ = judge(sweep)
+    (judged,) = judge(sweep).limits
     assert judged.kept.tolist() == [True, True, False, False, True]
     assert judged.shown == "0.01 kN" and judged.bound == 10.0
     at_least = one_axis([1.0, 3.0], limits=[{"quantity": PEAK, "min": 2.0}])
-    assert judge(at_least)[0][0].kept.tolist() == [False, True]
+    assert judge(at_least).limits[0].kept.tolist() == [False, True]
 
 
 def test_the_region_is_the_box_around_all_points_that_keep_the_limits() -> None:
     sweep = mounts()
-    limits, _ = judge(sweep)
-    inside = keeping_all(sweep, limits)
+    judged = judge(sweep)
+    inside = judged.kept
     values = sweep.values_of(np.flatnonzero(inside))
     low, high = ranges(sweep, inside)
     np.testing.assert_array_equal(low, values.min(axis=0))
     np.testing.assert_array_equal(high, values.max(axis=0))
-    text = "\n".join(limit_lines(sweep, limits, []))
+    text = "\n".join(limit_lines(sweep, judged))
     row = next(line for line in text.splitlines() if line.startswith("  stiffness"))
     assert row.split()[1:] == ["5", "50", f"{1e-3 * low[0]:.6g}", f"{1e-3 * high[0]:.6g}", "N/mm"]
     # damping keeps them from end to end
@@ -255,19 +253,19 @@ def test_the_case_itself_is_found_where_it_has_the_keys() -> None:
 def test_where_no_point_keeps_all_limits_the_least_broken_one_is_named() -> None:
     limits = [{"quantity": PEAK, "max": "2 N"}]
     sweep = one_axis([5.0, 3.0, 4.0], limits=limits, failed={2: (REFUSED, "no")})
-    judged, _ = judge(sweep)
+    judged = judge(sweep)
     assert best(sweep, judged) is None
-    found = least_broken(sweep, judged)
+    found = least_broken(sweep, judged.limits)
     assert found is not None and (found[0], found[2]) == (1, pytest.approx(0.5))
-    text = "\n".join(limit_lines(sweep, judged, []))
+    text = "\n".join(limit_lines(sweep, judged))
     assert "No computed point keeps all limits." in text
     assert "least broken at stiffness = 0.002 N/mm: peak, force, isolation is 50.0 %" in text
 
 
 def test_a_limit_on_what_is_not_kept_is_said() -> None:
     sweep = mounts(limits=[{"quantity": "isolation/other", "max": 1.0}])
-    limits, missing = judge(sweep)
-    assert not limits and missing == ["isolation/other"]
+    judged = judge(sweep)
+    assert not judged.limits and judged.missing == ["isolation/other"]
     assert "the limit on isolation/other is not judged" in render_sweep(sweep)
 
 
@@ -330,7 +328,7 @@ def test_a_file_is_read_as_it_was_written(tmp_path: Path) -> None:
     sweep = made(tmp_path)
     sweep.fill()
     target = tmp_path / "mounts.sweep.h5"
-    assemble(target, sweep.head, sweep.chunks)
+    assemble(target, sweep.head, sweep.journal)
     with open_sweep(target) as opened:
         found = view_of(opened)
         assert set(found.quantities) == set(KEPT)
@@ -345,7 +343,7 @@ def test_a_file_is_read_as_it_was_written(tmp_path: Path) -> None:
         assert worst(found, FORCE).values[5] == pytest.approx(largest[0])
         spread = worst(found, SPREAD).spread
         assert spread is not None and spread[4] == pytest.approx(4e-3)
-        assert found.message(3) == outcome(3)[1]
+        assert found.reasons[3] == outcome(3)[1]
         assert found.words_of(0).startswith("stiffness = 5 N/mm, damping = 1 N*s/m, speed = 1000")
         text = render_sweep(found)
     assert text == report_file(target)
@@ -363,15 +361,15 @@ def test_limits_of_a_sweep_are_those_of_single_runs(tmp_path: Path) -> None:
     )
     paths = tuple(sorted({limit.quantity for limit in case.case.limit}))
     sweep = made(tmp_path, design, size=3, kept=paths)
-    sweep.chunks.make()
-    for number in range(sweep.chunks.chunks):
-        points = sweep.chunks.points(number)
-        sweep.chunks.write(number, Evaluator(case, design, paths).run_points(points))
+    sweep.journal.start()
+    for number in range(sweep.journal.chunks):
+        points = sweep.journal.points(number)
+        sweep.journal.write(number, Evaluator(case, design, paths)(points))
     target = tmp_path / "generator.sweep.h5"
-    assemble(target, sweep.head, sweep.chunks)
+    assemble(target, sweep.head, sweep.journal)
     with open_sweep(target) as opened:
         found = dataclasses.replace(view_of(opened), case=case.resolved)
-        judged, missing = judge(found)
+        judged, missing, *_ = judge(found)
         assert not missing and len(judged) == 4
         for point in range(design.count):
             chosen = design.settings(point)

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from long_but import long_but
-from sweep_runs import GENERATOR, GRID, chunk_files, killed, objects, started
+from sweep_runs import GENERATOR, GRID, finished_chunks, killed, objects, started
 
 from vibecalc.core.results.sweep_file import open_sweep
 from vibecalc.core.study.execute import load_checked
@@ -49,9 +49,9 @@ def survives(output: Path, whole: Path, seconds: float, moments: int, seed: int)
         if output.exists():
             assert objects(output) == expected
             output.unlink()
-            kept = chunk_files(output)
+            kept = finished_chunks(output)
             continue
-        found = chunk_files(output)
+        found = finished_chunks(output)
         assert kept.items() <= found.items(), "a finished chunk was lost or computed again"
         kept = found
         assert "Traceback" not in err
@@ -60,7 +60,7 @@ def survives(output: Path, whole: Path, seconds: float, moments: int, seed: int)
     assert code == 0, err
     assert json.loads(out)["taken_up"] == before
     assert objects(output) == expected
-    assert not chunk_files(output)
+    assert not finished_chunks(output)
     names = {path.name for path in output.parent.iterdir()}
     assert names == {output.name, output.with_suffix(".txt").name}
 
@@ -79,17 +79,17 @@ def test_a_sweep_killed_after_its_first_chunk_ends_as_if_never_killed(tmp_path: 
     output, whole = tmp_path / "killed.h5", tmp_path / "whole" / "whole.h5"
     grid = (*(axis.replace("16log", "8log").replace(":6", ":3") for axis in GRID),)
     running = started(GENERATOR, *grid, "-j", 2, "-q", "-o", output)
-    while not chunk_files(output):
+    while not finished_chunks(output):
         assert running.poll() is None
         time.sleep(0.002)
     assert "Traceback" not in killed(running)
-    kept = chunk_files(output)
+    kept = finished_chunks(output)
     assert kept and not output.exists()
     (loaded,) = load_checked([GENERATOR], sweep_settings(grid[1:4:2], (), None, grid[5::2]))
     options = Options(output=output, jobs=1, resume=True, note=lambda text: None)
     done = sweep(prepare(loaded, 1), options)
     assert 0 < done.taken_up < 24
-    assert not done.failed and not chunk_files(output)
+    assert not done.failed and not finished_chunks(output)
     whole.parent.mkdir()
     sweep(prepare(loaded, 1), replace(options, output=whole, resume=False))
     assert objects(output) == objects(whole)
@@ -104,11 +104,11 @@ def test_an_interrupted_sweep_says_how_to_go_on(
 ) -> None:
     output = tmp_path / "stopped.h5"
     sweep = started(GENERATOR, *GRID, "-j", 2, "-q", "-o", output)
-    while len(chunk_files(output)) < 3:
+    while len(finished_chunks(output)) < 3:
         assert sweep.poll() is None
         time.sleep(0.002)
     err = killed(sweep, how)
-    finished = len(chunk_files(output))
+    finished = len(finished_chunks(output))
     assert sweep.returncode == 130, err
     assert f"{finished} of 16 chunks are finished" in err and "--resume" in err
     assert not output.exists() and not output.with_name("stopped.h5.lock").exists()
@@ -116,7 +116,7 @@ def test_an_interrupted_sweep_says_how_to_go_on(
     code, _, err = finish(GENERATOR, *GRID, "-q", "-o", output)
     assert code == 2
     assert f"{finished} of 16 chunks" in err and "--resume" in err and "--fresh" in err
-    assert len(chunk_files(output)) == finished
+    assert len(finished_chunks(output)) == finished
 
     code, out, _ = finish(GENERATOR, *GRID, "-q", "--json", "--resume", "-o", output)
     assert code == 0
@@ -149,7 +149,7 @@ def test_ctrl_c_while_the_file_is_put_together(
     options = Options(output=tmp_path / "s.h5", jobs=1, note=said.append)
     with pytest.raises(Interrupted, match="4 of 4 chunks are finished and stay"):
         sweep(prepared, options)
-    assert not (tmp_path / "s.h5").exists() and len(chunk_files(tmp_path / "s.h5")) == 4
+    assert not (tmp_path / "s.h5").exists() and len(finished_chunks(tmp_path / "s.h5")) == 4
     done = sweep(prepared, replace(options, resume=True))
     assert done.taken_up == 4 and not done.failed and not said
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

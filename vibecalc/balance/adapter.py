@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from vibecalc.balance.model import Sought, orders_that_count, sought_weights
+from vibecalc.balance.model import orders_that_count, sought_weights
 from vibecalc.balance.results import After, Before, Left, Shaking, WeightsFound
 from vibecalc.balance.weights import (
     Solution,
@@ -21,7 +21,6 @@ from vibecalc.excitation.inertia_forces import (
     couples_of,
     forces_of,
     rotating_excitation,
-    size_of_terms,
     with_terms,
 )
 from vibecalc.numerics.bounded import Bounded, Summed, concatenate, rounded, stack
@@ -33,13 +32,8 @@ def run_balance(scene: Scene) -> None:
     given, train = scene.case.balance, scene.parts.crank_train
     if given is None or train is None:
         raise ValueError("[balance] needs a crank train")
-    counts = counting(
-        given.force_weight,
-        given.couple_weight,
-        given.roll_weight,
-        given.reference_length,
-        train.axis,
-    )
+    weights = given.force_weight, given.couple_weight, given.roll_weight
+    counts = counting(*weights, given.reference_length, train.axis)
     sought, orders = sought_weights(given, scene.case.machine.crank_train), orders_that_count(given)
     ratio, before = sought.places.speed_ratio, forcing.per_speed_squared
     rows = [np.flatnonzero(np.abs(ratio) == order) for order in orders]
@@ -54,12 +48,20 @@ def run_balance(scene: Scene) -> None:
                 "weights are zero"
             )
     back = np.argsort(np.concatenate(rows))
-    unbalance, phase = (
-        concatenate([getattr(one, name) for one in solved])[back] for name in ("unbalance", "phase")
-    )
+    unbalance = concatenate([one.unbalance for one in solved])[back]
+    phase = concatenate([one.phase for one in solved])[back]
     share = np.concatenate([one.share for one in solved])[back]
     position = sought.places.start + share[:, None] * (sought.places.end - sought.places.start)
-    _emit_weights(scene, sought, unbalance, phase, position)
+    known, bounded = np.isfinite(sought.radius), np.isfinite(sought.places.largest)
+    found = WeightsFound(
+        unbalance=unbalance,
+        phase=phase,
+        position=rounded(position, 8),
+        speed_ratio=ratio.astype(float),
+        mass=unbalance[known] / sought.radius[known] if known.any() else None,
+        use=unbalance[bounded] / sought.places.largest[bounded] if bounded.any() else None,
+    )
+    scene.emit_all(found, {**sought.axes, "direction": DIRECTIONS})
     pull = rotating_excitation(
         unbalance=unbalance,
         speed_ratio=ratio,
@@ -70,7 +72,8 @@ def run_balance(scene: Scene) -> None:
         across=train.across,
         highest_order=len(forcing.order),
     )
-    _emit_shaking(scene, {Before: before, After: before + pull}, forcing, counts)
+    _emit_shaking(scene, Before, before, forcing, counts)
+    _emit_shaking(scene, After, before + pull, forcing, counts)
     _emit_totals(scene, residual(before[np.array(orders) - 1], counts), solved, orders)
     scene.cite(
         "linear least squares with each weight within its bound",
@@ -79,56 +82,26 @@ def run_balance(scene: Scene) -> None:
     )
 
 
-def _emit_weights(
-    scene: Scene, sought: Sought, unbalance: Bounded, phase: Bounded, position: np.ndarray
-) -> None:
-    largest, names = sought.places.largest, np.array(sought.names)
-    known, bounded = ~np.isnan(sought.radius), np.isfinite(largest)
-    found = WeightsFound(
-        unbalance=unbalance,
-        phase=phase,
-        position=rounded(position, 8),
-        speed_ratio=sought.places.speed_ratio.astype(float),
-        mass=unbalance[known] / sought.radius[known] if known.any() else None,
-        use=unbalance[bounded] / largest[bounded] if bounded.any() else None,
-    )
-    axes = {
-        "weight": sought.names,
-        "direction": DIRECTIONS,
-        "balance_radius": names[known].tolist(),
-        "balance_bound": names[bounded].tolist(),
-    }
-    scene.emit_all(found, axes)
-
-
 def _emit_shaking(
-    scene: Scene, both: dict[type[Shaking], Bounded], forcing: Forcing, counts: np.ndarray
+    scene: Scene, group: type[Shaking], loads: Bounded, forcing: Forcing, counts: np.ndarray
 ) -> None:
     """What is left by order, and of all orders together; weights turn at none that is left out."""
     used, axis = forcing.retained, scene.parts.crank_train.axis
     axes = {"order": forcing.order[:used], "direction": DIRECTIONS}
-    terms: dict[str, float] = {}
-    for group, loads in both.items():
-        driven = at_speed(loads, scene.case.machine.speed)
-        force, couple, every = forces_of(driven), couples_of(driven), residual(driven, counts)
-        by_order = {
-            "force": longest(force[:used]),
-            "couple": longest(couple[:used] @ across_of(axis)),
-            "roll_couple": abs(couple[:used] @ axis),
-            "residual": every[:used],
-        }
-        for name, one in by_order.items():
-            terms[name] = max(terms.get(name, 0.0), size_of_terms(one.error))
-        sums = {name: Summed(one.value, one.error, terms[name]) for name, one in by_order.items()}
-        found = group(
-            **sums,
-            all_orders=norm_with_tail(every, forcing),
-            force_peak=partial(length_over_cycle, force.T, forcing),
-            couple_peak=partial(length_over_cycle, couple.T, forcing),
-        )
-        scene.emit_all(found, axes)
-        if group is After:
-            scene.emit_all(Left(with_terms(force[:used]), with_terms(couple[:used])), axes)
+    driven = at_speed(loads, scene.case.machine.speed)
+    force, couple, every = forces_of(driven), couples_of(driven), residual(driven, counts)
+    found = group(
+        force=with_terms(longest(force[:used])),
+        couple=with_terms(longest(couple[:used] @ across_of(axis))),
+        roll_couple=with_terms(abs(couple[:used] @ axis)),
+        residual=with_terms(every[:used]),
+        all_orders=norm_with_tail(every, forcing),
+        force_peak=partial(length_over_cycle, force.T, forcing),
+        couple_peak=partial(length_over_cycle, couple.T, forcing),
+    )
+    scene.emit_all(found, axes)
+    if group is After:
+        scene.emit_all(Left(with_terms(force[:used]), with_terms(couple[:used])), axes)
 
 
 def _emit_totals(

@@ -1,6 +1,7 @@
 """Can these weights change what counts, and is each of them told from the others?"""
 
 from collections.abc import Iterator
+from itertools import combinations
 
 import numpy as np
 
@@ -24,13 +25,13 @@ def balance_problems(case: Case) -> Iterator[Problem]:
     if given is None or train is None or train.axis == train.stroke:  # reported with the train
         return
     sought = sought_weights(given, train)
-    yield from _orders(case, given)
+    yield from _orders(case, given, sought)
     yield from _shafts(train, given)
     yield from _places(sought)
     yield from _levers(train, given, sought.places)
 
 
-def _orders(case: Case, given: Balance) -> Iterator[Problem]:
+def _orders(case: Case, given: Balance, sought: Sought) -> Iterator[Problem]:
     turning, counting = orders_of_weights(given), orders_that_count(given)
     for order in sorted({*counting} - {*turning}):
         yield Problem(
@@ -42,13 +43,9 @@ def _orders(case: Case, given: Balance) -> Iterator[Problem]:
             "order 2; higher orders are listed with them",
         )
     for order in sorted({*turning} - {*counting}):
-        shafts = [i for i, one in enumerate(given.shafts) if abs(one.speed_ratio) == order]
-        on_crank = order == 1 and given.counterweights
+        first = int(np.flatnonzero(np.abs(sought.places.speed_ratio) == order)[0])
         yield Problem(
-            path=(
-                *BALANCE,
-                *(("counterweights",) if on_crank else ("shafts", shafts[0], "speed_ratio")),
-            ),
+            path=(*BALANCE, *sought.paths[first]),
             message=f"weights turn at order {order}, which does not count",
             allowed=f"orders = {[*counting, order]}, or no such weights",
             also=(*BALANCE, "orders"),
@@ -87,25 +84,22 @@ def _places(sought: Sought) -> Iterator[Problem]:
     near = np.abs(start[:, None] - start).max(axis=-1) <= _SAME
     apart = np.abs(np.sin(phase[:, None] - phase)) > _SAME  # not where a phase is free
     same = given & given[:, None] & (ratio == ratio[:, None]) & near & ~apart
-    for i, name in enumerate(names):
-        known = [j for j in range(i) if same[i, j] or names[j] == name]
-        if not known:
-            continue
-        path, also = ((*BALANCE, *sought.paths[k]) for k in (i, known[0]))
-        if same[i, known[0]]:
+    for k, i in combinations(range(len(names)), 2):
+        path, also = ((*BALANCE, *sought.paths[place]) for place in (i, k))
+        if same[i, k] and not np.any(same[i, :k]):
             yield Problem(
                 path=path,
-                message=f"{name!r} and {names[known[0]]!r} stand at one place on shafts of one "
-                "speed, so that only their sum can be told",
+                message=f"{names[i]!r} and {names[k]!r} stand at one place on shafts of one speed, "
+                "so that only their sum can be told",
                 allowed="different positions, or given phases that differ",
                 also=also,
             )
-        else:
+        elif names[i] == names[k]:
             yield Problem(
                 path=path,
-                message=f"two weights of [balance] are named {name!r}",
-                hint="a weight of two on a shaft has the name of the shaft with its own, or its "
-                "number",
+                message=f"two weights of [balance] are named {names[i]!r}",
+                hint="a weight on a shaft has the name of the shaft; of two each has its own with "
+                "it, or its number",
                 also=also,
             )
 

@@ -1,5 +1,6 @@
 """The weights of a case as arrays: names, shafts, where they may stand."""
 
+from itertools import compress
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from vibecalc.parts.body import build_frame
 from vibecalc.parts.tables import CrankTrain
 
 if TYPE_CHECKING:
-    from vibecalc.balance.tables import Balance, Weight
+    from vibecalc.balance.tables import Balance
 
 
 class Sought(NamedTuple):
@@ -22,44 +23,44 @@ class Sought(NamedTuple):
     places: Places
     radius: np.ndarray
 
+    @property
+    def axes(self) -> dict[str, tuple[str, ...]]:
+        """Names of all, of those with a radius, and of those with a largest unbalance."""
+        chosen = {
+            "weight": np.ones(len(self.names), dtype=bool),
+            "balance_radius": np.isfinite(self.radius),
+            "balance_bound": np.isfinite(self.places.largest),
+        }
+        return {axis: tuple(compress(self.names, those)) for axis, those in chosen.items()}
+
 
 def sought_weights(balance: "Balance", train: CrankTrain) -> Sought:
     """Weights on the crankshaft, then those of the shafts."""
     axis = build_frame(train.axis, train.stroke).axis
     throws = {cylinder.name: cylinder.position for cylinder in train.cylinders}
-    names, ratios, ends = [], [], []
-    paths: list[tuple[str | int, ...]] = []
-    weights: list[Weight] = [*balance.counterweights]
+    names, paths, ratios, feet = [], list[tuple[str | int, ...]](), [], []
     for i, weight in enumerate(balance.counterweights):
-        place = throws[weight.throw] if weight.throw is not None else weight.position
         names.append(weight.name)
         paths.append(("counterweights", i))
         ratios.append(1)
-        ends.append(_ends(weight, place)[:, None] * axis)
+        feet.append(np.zeros(3) if weight.throw is None else throws[weight.throw] * axis)
     for i, shaft in enumerate(balance.shafts):
-        weights += shaft.weights
         for k, one in enumerate(shaft.weights):
             single = len(shaft.weights) == 1
             names.append(shaft.name if single else f"{shaft.name}, {one.name or k + 1}")
             paths.append(("shafts", i, "weights", k))
             ratios.append(shaft.speed_ratio)
-            ends.append(np.array(shaft.position) + _ends(one, one.position)[:, None] * axis)
+            feet.append(np.array(shaft.position))
+    weights = balance.weights
+    between = np.array([one.between or [one.position or 0.0] * 2 for one in weights])
+    start, end = (feet + between[:, [i]] * axis for i in range(2))
     phase, largest, radius = (
-        np.array([other if one is None else one for one in values])
-        for values, other in (
-            ([one.phase for one in weights], np.nan),
-            ([one.largest_unbalance for one in weights], np.inf),
-            ([one.radius for one in weights], np.nan),
-        )
+        np.array([getattr(one, key) for one in weights], dtype=float)
+        for key in ("phase", "largest_unbalance", "radius")
     )
-    start, end = np.moveaxis(np.array(ends), 1, 0)
+    largest = np.where(np.isnan(largest), np.inf, largest)
     places = Places(np.array(ratios), start, end, phase, largest)
     return Sought(tuple(names), tuple(paths), places, radius)
-
-
-def _ends(weight: "Weight", place: float | None) -> np.ndarray:
-    """From where to where (2,) along the crankshaft a weight may stand."""
-    return np.array(weight.between if place is None else (place, place))
 
 
 def orders_that_count(balance: "Balance") -> tuple[int, ...]:

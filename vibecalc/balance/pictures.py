@@ -8,8 +8,8 @@ import numpy as np
 from vibecalc.balance.report import axis_of
 from vibecalc.balance.results import WeightsFound
 from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas, palette
-from vibecalc.core.report.curves import Curve, Curves, Panel, Source, sourced
-from vibecalc.core.report.sections import by_size, having, labels
+from vibecalc.core.report.curves import Curve, Curves, Panel, Source
+from vibecalc.core.report.sections import by_size, having, labels, scalar_of
 from vibecalc.core.report.writing import read, show
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.units import convert
@@ -22,57 +22,45 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 
+_TIMES = {"before": ("without", QUIET), "after": ("with", COLOURS[0])}
+
+
 def _acting(name: str, when: str) -> Source:
-    """A size by order, rounding as the zero that it is."""
+    """A size by order, rounding as the zero that it is; none where it is zero before and after."""
 
     def made(result: Result) -> Quantity | None:
-        found = having(result.record, f"balance/{when}/{name}", "order")
-        if found is None:
+        both = {one: having(result.record, f"balance/{one}/{name}", "order") for one in _TIMES}
+        if all(one is None or np.all(one.zero) for one in both.values()):
             return None
-        return replace(found, values=np.where(found.zero, 0.0, found.values))
-
-    return made
-
-
-def _any(name: str) -> Source:
-    """The size before or after, whichever is not zero at all orders."""
-
-    def made(result: Result) -> Quantity | None:
-        both = (sourced(_acting(name, when), result) for when in ("before", "after"))
-        return next((one for one in both if one is not None and np.any(one.values)), None)
+        found = both[when]
+        return found and replace(found, values=np.where(found.zero, 0.0, found.values))
 
     return made
 
 
 def _title(result: Result) -> str:
     """With the residual of all orders, without the weights and with them."""
-    both = (f"balance/{when}/all_orders" for when in ("before", "after"))
-    known = [one for path in both if (one := result.record.quantities.get(path)) is not None]
-    sizes = [f"{show(float(one.values), one.error_estimate)} N" for one in known]
+    both = (scalar_of(result.record, f"balance/{when}/all_orders") for when in _TIMES)
+    sizes = [f"{show(size)} N" for size in both if size is not None]
     words = "what the weights leave, by order"
     return f"{words}; weighted residual of all: {', then '.join(sizes)}" if sizes else words
 
 
-def _pair(name: str, label: str) -> Panel:
-    return Panel(
-        label,
-        tuple(
-            Curve(_acting(name, when), words, {"color": colour}, bars=True)
-            for when, words, colour in (
-                ("before", "without the weights", QUIET),
-                ("after", "with the weights", COLOURS[0]),
-            )
-        ),
-        needs=(_any(name),),
-    )
-
-
 BALANCE_ORDERS = Curves(
     _title,
-    (
-        _pair("force", "force"),
-        _pair("couple", "couple"),
-        _pair("residual", "weighted residual"),
+    tuple(
+        Panel(
+            label,
+            tuple(
+                Curve(_acting(name, when), f"{how} the weights", {"color": colour}, bars=True)
+                for when, (how, colour) in _TIMES.items()
+            ),
+        )
+        for name, label in (
+            ("force", "force"),
+            ("couple", "couple"),
+            ("residual", "weighted residual"),
+        )
     ),
     high=2.3,
 )
@@ -87,6 +75,8 @@ _WORDS = {1: "on the crank and with it", -1: "against the crank", 2: "twice as f
 
 def draw_weights(result: Result) -> "Figure | None":
     """Unbalances over their angle from the stroke; None where all are zero."""
+    from matplotlib.ticker import MaxNLocator
+
     record = result.record
     unbalance = having(record, f"{WeightsFound.ROOT}/unbalance", "weight")
     if unbalance is None or not np.any(unbalance.values):
@@ -94,7 +84,7 @@ def draw_weights(result: Result) -> "Figure | None":
     unit = by_size("g*mm", unbalance.values)
     size = convert(1.0, "kg*m", unit) * np.asarray(unbalance.values, dtype=float)
     phase, position, ratio = (
-        np.asarray(record[f"{WeightsFound.ROOT}/{name}"].values, dtype=float)
+        record[f"{WeightsFound.ROOT}/{name}"].values
         for name in ("phase", "position", "speed_ratio")
     )
     names, along = labels(unbalance.axes[0]), axis_of(result)
@@ -113,17 +103,10 @@ def draw_weights(result: Result) -> "Figure | None":
         if mine.size > 1 and abs(together) > 1e-9 * size[mine].sum():
             axes.plot([np.angle(together)], [abs(together)], "+", color=TOTAL, label="sum")
         axes.set(theta_zero_location="N", rlabel_position=100.0, ylim=(0.0, 1.15 * max(size[mine])))
-        axes.set_yticks(_circles(float(max(size[mine]))))
+        axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10], prune="lower"))
         axes.tick_params(labelsize=7)
         axes.legend(
             loc="upper left", bbox_to_anchor=(1.15, 1.0), fontsize=7,
             title=f"{one:+d}: {_WORDS[one]}", title_fontsize=8,
         )  # fmt: skip
     return figure
-
-
-def _circles(largest: float) -> list[float]:
-    """Two to four round numbers up to the largest."""
-    power = 10.0 ** np.floor(np.log10(largest))
-    step = power * next(part for part in (5.0, 2.0, 1.0, 0.5) if largest >= 2.0 * part * power)
-    return [float(step * k) for k in range(1, int(largest / step + 1e-9) + 1)]

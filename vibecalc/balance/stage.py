@@ -7,7 +7,6 @@ from vibecalc.core.run.stage import Entries, Stage, Subject, Unit, Work, below
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 
 if TYPE_CHECKING:
-    from vibecalc.balance.tables import Weight
     from vibecalc.schema import Case
 
 
@@ -16,11 +15,12 @@ def plan_balance(case: "Case") -> Iterator[Stage]:
     balance = case.balance
     if balance is None:
         return
-    weights, on_crank = _weights(case), len(balance.counterweights)
-    given = {
-        "weight/mass": any(one.radius is not None for one in weights),
-        "weight/use": any(one.largest_unbalance is not None for one in weights),
-    }
+    weights, on_crank = balance.weights, len(balance.counterweights)
+    absent = tuple(
+        f"weight/{name}"
+        for name, key in (("mass", "radius"), ("use", "largest_unbalance"))
+        if all(getattr(one, key) is None for one in weights)
+    )
     yield Stage(
         name="balance",
         adapter="vibecalc.balance.adapter:run_balance",
@@ -29,21 +29,15 @@ def plan_balance(case: "Case") -> Iterator[Stage]:
         orders=orders_words(case),
         cost=f"least squares within bounds: {on_crank} weights on the crank, "
         f"{len(weights) - on_crank} on shafts",
-        quantities=below("balance/", without=tuple(k for k, there in given.items() if not there)),
+        quantities=below("balance/", absent),
         is_last=True,
         harmonics=orders_of_motion,
         work=_work,
     )
 
 
-def _weights(case: "Case") -> "list[Weight]":
-    assert case.balance is not None
-    shafts = case.balance.shafts
-    return [*case.balance.counterweights, *(one for shaft in shafts for one in shaft.weights)]
-
-
 def _work(case: "Case", orders: int) -> Work:
-    weights = _weights(case)
+    weights = case.balance.weights if case.balance is not None else []
     places = sum(one.between is not None for one in weights)
     return ((len(weights), "sought_weight"), (places, "free_place"))
 
@@ -61,13 +55,7 @@ def _names(case: "Case") -> dict[str, tuple[str, ...]]:
         return {}
     from vibecalc.balance.model import sought_weights
 
-    sought = sought_weights(case.balance, case.machine.crank_train)
-    given = list(zip(sought.names, _weights(case), strict=True))
-    return {
-        "weight": sought.names,
-        "balance_radius": tuple(name for name, one in given if one.radius is not None),
-        "balance_bound": tuple(name for name, one in given if one.largest_unbalance is not None),
-    }
+    return sought_weights(case.balance, case.machine.crank_train).axes
 
 
 SUBJECT = Subject(

@@ -1,6 +1,5 @@
 """The table [balance] of a case, with those below it."""
 
-from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
@@ -15,8 +14,7 @@ from vibecalc.core.case.fields import (
     Unbalance,
     Whole,
 )
-from vibecalc.core.case.rules import Row, once, one_of, pair_ordered, refers, refuse, unique
-from vibecalc.errors import Problem
+from vibecalc.core.case.rules import once, one_of, pair_ordered, refers, refuse, unique
 
 Order = Annotated[int, Field(strict=True, ge=1, le=400)]
 Between = Annotated[tuple[Length, ...], Field(min_length=2, max_length=2)]
@@ -75,25 +73,6 @@ class Shaft(Table):
     RULES = (unique("weights", "weights of a shaft"),)
 
 
-def _one_namespace(row: Row) -> Iterator[Problem]:
-    """A weight on the crankshaft and a shaft have different names: both stand on one axis."""
-    names = [one.data.get("name") for one in row.each("counterweights")]
-    for place, shaft in enumerate(row.each("shafts")):
-        name = shaft.data.get("name")
-        if isinstance(name, str) and name in names:
-            yield row.problem(
-                (*row.path, "shafts", place, "name"),
-                f"a weight on the crankshaft and a balance shaft are both named {name[:60]!r}",
-                hint="give each its own name",
-                also=(*row.path, "counterweights", names.index(name), "name"),
-            )
-
-
-def _nothing_counts(row: Row) -> bool:
-    keys = ("force_weight", "couple_weight", "roll_weight")
-    return all(row.number(key) == 0.0 for key in keys)
-
-
 class Balance(Table):
     """Weights sought for the least force and couple that they leave on the body."""
 
@@ -118,7 +97,6 @@ class Balance(Table):
     RULES = (
         unique("counterweights"),
         unique("shafts"),
-        _one_namespace,
         once("orders", "order"),
         refuse(
             "",
@@ -130,7 +108,12 @@ class Balance(Table):
         refuse(
             "force_weight",
             "nothing counts: the weights of forces and couples are all zero",
-            _nothing_counts,
+            lambda row: not any(row.number(f"{of}_weight") for of in ("force", "couple", "roll")),
             "a weight above zero",
         ),
     )
+
+    @property
+    def weights(self) -> list[Weight]:
+        """All of them: those on the crankshaft, then those of the shafts."""
+        return [*self.counterweights, *(one for shaft in self.shafts for one in shaft.weights)]

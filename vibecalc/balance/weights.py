@@ -7,16 +7,16 @@ Where places are free between bounds the components are solved for at each of th
 are searched (variable projection: Golub and Pereyra, SIAM J. Numer. Anal. 10, 1973, p. 413).
 """
 
+from functools import cache
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.inertia_forces import Complex, Real, rotating_excitation
+from vibecalc.excitation.inertia_forces import Complex, Real, pull_along
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.least_norm import LeastNorm, least_norm, range_of
-from vibecalc.numerics.rounding import EPSILON, BoolArray
+from vibecalc.numerics.rounding import EPSILON
 
 if TYPE_CHECKING:
     from vibecalc.parts.crank_train import CrankTrain
@@ -117,28 +117,12 @@ class Solution(NamedTuple):
     free_directions: int
 
 
-def columns_at(places: Places, position: Real, train: "CrankTrain", counts: Real) -> Real:
-    """(14, m, 2): what a unit of the cosine and of the sine part of each weight adds."""
-    pull = rotating_excitation(
-        unbalance=np.ones((len(position), 1)),
-        speed_ratio=places.speed_ratio[:, None],
-        phase=np.zeros((len(position), 1)),
-        position=position[:, None, :],
-        origin=train.origin,
-        stroke=train.stroke,
-        across=train.across,
-        highest_order=int(np.max(np.abs(places.speed_ratio))),
-    ).value[:, -1]
-    sense = 1j * np.sign(places.speed_ratio)[:, None]
-    parts = [counted(pull, counts), counted(sense * pull, counts)]
-    return np.moveaxis(np.stack(parts, axis=-1), 0, 1)
+class _Problem(NamedTuple):
+    """constant (k,) + (columns + along moves p) x, with components x (n,) of unbalances in kg m.
 
-
-class _Linear(NamedTuple):
-    """constant (k,) + (columns + share columns_along) x, of shares x (n,) of `scale` (n,) kg m.
-
-    `block` (n,) is the weight of each x and `turn` (n,) its direction, as a phasor; `radius` (m,)
-    is the largest share of each weight, 1 or inf, and `free` are those whose place is.
+    `block` (n,) is the weight of each x and `turn` (n,) its direction, as a phasor; no weight is
+    larger than its `radius` (m,). Places p, from 0 to 1 of their ways, are those of the weights
+    `free`, whose components `moves` (n, p) tells.
     """
 
     constant: Real
@@ -146,149 +130,113 @@ class _Linear(NamedTuple):
     along: Real
     block: np.ndarray
     turn: Complex
-    scale: Real
     radius: Real
     free: np.ndarray
 
-    def at(self, share: Real) -> Real:
-        """Columns with the weights at these shares of their ways."""
-        return np.asarray(self.columns + self.along * share[self.block])
+    @property
+    def moves(self) -> Real:
+        """1 where a component is that of a free weight."""
+        return np.asarray(self.block[:, None] == self.free, dtype=float)
 
-    def least(self, share: Real) -> LeastNorm:
-        """The least norm there."""
-        return least_norm(self.constant, self.at(share), self.block, self.radius)
+    def at(self, places: Real) -> Real:
+        """Columns with the free weights at these places."""
+        return np.asarray(self.columns + self.along * (self.moves @ places))
+
+    def slopes(self, unknowns: Real) -> Real:
+        """(k, p): what moving a weight along all of its way adds, for each that may."""
+        return np.asarray((self.along * unknowns) @ self.moves)
 
 
-def _linear(load: Complex, places: Places, train: "CrankTrain", counts: Real) -> _Linear:
+def _problem(load: Complex, places: Places, train: "CrankTrain", counts: Real) -> _Problem:
     constant = counted(load, counts)
     fixed = ~np.isnan(places.phase)
     block = np.repeat(np.arange(fixed.size), np.where(fixed, 1, 2))
     turn = np.where(fixed, np.exp(1j * places.phase), 1.0)[block]
     turn[1:][block[1:] == block[:-1]] = 1j
-    ends = []
-    for position in (places.start, places.end):
-        cosine, sine = np.moveaxis(columns_at(places, position, train, counts), -1, 0)
-        ends.append(turn.real * cosine[:, block] + turn.imag * sine[:, block])
-    strongest = float(np.max(np.linalg.norm(np.hstack(ends), axis=0)))
-    if strongest == 0.0:
-        raise NumericalFailure(
-            "no weight of [balance] changes anything that counts: where they stand they have no "
-            "couple, and forces have a weight of zero"
-        )
-    bounded = np.isfinite(places.largest)
-    usual = float(np.linalg.norm(constant)) / strongest or 1.0
-    usual = float(np.max(places.largest[bounded])) if bounded.any() else usual
-    scale = np.where(bounded, places.largest, usual)[block]
-    return _Linear(
-        constant,
-        ends[0] * scale,
-        (ends[1] - ends[0]) * scale,
-        block,
-        turn,
-        scale,
-        np.where(bounded, 1.0, np.inf),
-        np.flatnonzero(np.any(places.start != places.end, axis=1)),
+    # a unit of each component pulls with q^2 at crank angle zero, ahead of it or behind
+    sense, square = np.sign(places.speed_ratio)[:, None], places.speed_ratio[:, None] ** 2
+    pull = square * (train.stroke + 1j * sense * train.across)
+    direction = turn.real + 1j * sense[block, 0] * turn.imag
+    first, last = (
+        counted(direction[:, None] * pull_along(place + train.origin, pull).value[block], counts).T
+        for place in (places.start, places.end)
     )
+    free = np.flatnonzero(np.any(places.start != places.end, axis=1))
+    return _Problem(constant, first, last - first, block, turn, places.largest, free)
 
-
-#: of the largest singular value, below which one counts as zero
-_RANK = 1e-12
-#: roundings of forces and of their sum
-_ROUNDINGS = 64.0
 
 # ----------------------------------------------------------------------------
 # Places that are free: searched, with the weights solved for at each of them.
 # ----------------------------------------------------------------------------
 
+#: of the largest singular value, below which one counts as zero
+_RANK = 1e-12
+#: roundings of forces and of their sum
+_ROUNDINGS = 64.0
 #: pulls towards less weight while places are sought, each from where the one before ended
 _PULLS = (1e-1, 1e-2, 1e-3)
-#: free places up to which every corner is a start
-_CORNERS = 3
-_STEPS = 60
+#: steps of places and slopes at which a search ends, with a pull, and in the end without one
+_NEAR, _EXACTLY = 1e-9, 1e-15
+#: free places up to which every corner is a start; share of the best that a better start has less
+_CORNERS, _BETTER = 3, 1e-9
 
 
-def _slopes(problem: _Linear, unknowns: Real) -> Real:
-    """(k, p): what moving a weight along all of its way adds, for each that may."""
-    moved = problem.along * unknowns
-    return np.stack([moved[:, problem.block == i].sum(axis=1) for i in problem.free], axis=1)
+def _search(problem: _Problem) -> Real:
+    """Places (p,) of the free weights."""
+    from scipy.optimize import least_squares
 
+    count, components = problem.free.size, problem.block.size
+    middle = np.full(count, 0.5)
+    size = float(np.linalg.norm(problem.at(middle), 2))
+    constant = np.concatenate([problem.constant, np.zeros(components)])
 
-def _search(problem: _Linear) -> Real:
-    """Shares (m,) of the ways of the weights."""
-    from scipy.optimize import minimize
+    @cache  # what is left and its slopes are asked for one after the other
+    def solved(pull: float, *places: float) -> tuple[Real, LeastNorm]:
+        columns = np.vstack([problem.at(np.array(places)), pull * size * np.eye(components)])
+        return columns, least_norm(constant, columns, problem.block, problem.radius)
 
-    count, every = problem.free.size, problem.radius.size
-    size = float(np.linalg.norm(problem.at(np.full(every, 0.5)), 2))
-    scale = float(problem.constant @ problem.constant) or 1.0
-    rows, more = problem.constant.size, np.eye(problem.block.size)
-    constant = np.concatenate([problem.constant, np.zeros(problem.block.size)])
+    def left(places: Real, pull: float) -> Real:
+        columns, found = solved(pull, *places)
+        return constant + columns @ found.unknowns
 
-    def shares(places: Real) -> Real:
-        whole = np.zeros(every)
-        whole[problem.free] = places
-        return whole
+    def slopes(places: Real, pull: float) -> Real:
+        """With weights that follow: what they can take back is none of it."""
+        columns, found = solved(pull, *places)
+        moved = np.vstack([problem.slopes(found.unknowns), np.zeros((components, count))])
+        basis = range_of(columns[:, ~found.held[problem.block]])
+        return np.asarray(moved - basis @ (basis.T @ moved))
 
-    def squares(places: Real, pull: float) -> tuple[float, Real]:
-        columns = np.vstack([problem.at(shares(places)), pull * size * more])
-        found = least_norm(constant, columns, problem.block, problem.radius).unknowns
-        left = constant + columns @ found
-        return float(left @ left) / scale, 2.0 * (left[:rows] @ _slopes(problem, found)) / scale
+    def sought(start: Real, pull: float, within: float) -> Real:
+        """Places near `start` that leave the least."""
+        found = least_squares(
+            left, start, slopes, (0.0, 1.0), "dogbox", None, within, within, tr_solver="lsmr",
+            args=(pull,),
+        )  # fmt: skip
+        return np.asarray(found.x)
 
-    starts = [np.full(count, 0.5), np.arange(count) % 2.0]
+    starts = [middle, np.arange(count) % 2.0]
     if count <= _CORNERS:
         starts += [np.array(corner) for corner in product((0.0, 1.0), repeat=count)]
-    best, least = starts[0], np.inf
-    for start in starts:
-        places = start
+    best, least = middle, np.inf
+    for places in starts:
         for pull in _PULLS:
-            found = minimize(
-                squares, places, (pull,), method="L-BFGS-B", jac=True, bounds=[(0.0, 1.0)] * count,
-                options={"maxiter": 200, "ftol": 1e-16, "gtol": 1e-13},
-            )  # fmt: skip
-            places = np.clip(found.x, 0.0, 1.0)
-        value = squares(places, _PULLS[-1])[0]
-        if value < least * (1.0 - 1e-9):
+            places = sought(places, pull, _NEAR)
+        value = float(np.linalg.norm(left(places, _PULLS[-1])))
+        if value < least * (1.0 - _BETTER):
             best, least = places, value
-    return _finished(problem, shares(best))
+    return sought(best, 0.0, _EXACTLY)
 
 
-def _finished(problem: _Linear, share: Real) -> Real:
-    """Steps of Gauss and Newton on places and weights from near the minimum, while they help."""
-    found = problem.least(share)
-    for _ in range(_STEPS):
-        inner = _inner(problem, share)
-        if not inner.any():
-            break
-        columns = problem.at(share)
-        left = problem.constant + columns @ found.unknowns
-        slopes = _slopes(problem, found.unknowns)[:, inner]
-        basis = range_of(columns[:, ~found.held[problem.block]])
-        slopes = slopes - basis @ (basis.T @ slopes)
-        moved = share.copy()
-        moved[problem.free[inner]] -= np.linalg.lstsq(slopes, left, rcond=1e-9)[0]
-        moved = np.clip(moved, 0.0, 1.0)
-        trial = problem.least(moved)
-        if not trial.value < found.value:
-            break
-        share, found = moved, trial
-    return share
-
-
-def _inner(problem: _Linear, share: Real) -> BoolArray:
-    """Which of the free weights stand between the ends of their ways."""
-    return np.asarray((share[problem.free] > 0.0) & (share[problem.free] < 1.0))
-
-
-def _in_the_middle(problem: _Linear) -> LeastNorm:
+def _in_the_middle(problem: _Problem) -> LeastNorm:
     """The least norm with each free weight in the middle of its way, and a couple next to it as
     large as the weight's could be at an end: together they leave no more than it can.
     """
     twin = np.isin(problem.block, problem.free)
     others = np.searchsorted(problem.free, problem.block[twin]) + problem.radius.size
-    halfway = np.where(np.isin(np.arange(problem.radius.size), problem.free), 0.5, 0.0)
+    halfway = problem.at(np.full(problem.free.size, 0.5))
     return least_norm(
         problem.constant,
-        np.hstack([problem.at(halfway), 0.5 * problem.along[:, twin]]),
+        np.hstack([halfway, 0.5 * problem.along[:, twin]]),
         np.concatenate([problem.block, others]),
         np.concatenate([problem.radius, problem.radius[problem.free]]),
     )
@@ -306,13 +254,14 @@ def least_residual(load: Bounded, places: Places, train: "CrankTrain", counts: R
     ----------
     load : (6,) complex amplitudes without the weights, per crank speed squared, in kg m and kg m^2
         about the body's reference point.
-    places, train : the weights; the train with its origin, stroke and across.
+    places, train : the weights, one of which at least changes what counts; the train with its
+        origin, stroke and across.
     counts : (6, 7) of `counting`.
 
     Raises
     ------
     NumericalFailure
-        If no weight changes what counts, or the search within the bounds does not end.
+        If the search within the bounds does not end.
 
     Notes
     -----
@@ -321,45 +270,48 @@ def least_residual(load: Bounded, places: Places, train: "CrankTrain", counts: R
     of its way and a couple besides: it may lie below what is possible. The error then
     holds the slope along the ways that is left, times all of them.
     """
-    problem = _linear(load.value, places, train, counts)
-    share = _search(problem) if problem.free.size else np.zeros(problem.radius.size)
-    columns, found = problem.at(share), problem.least(share)
+    problem = _problem(load.value, places, train, counts)
+    places_found = _search(problem) if problem.free.size else np.zeros(0)
+    columns = problem.at(places_found)
+    found = least_norm(problem.constant, columns, problem.block, problem.radius)
     # a bound that is far off must not enlarge errors: of each column by itself
-    length = np.linalg.norm(columns, axis=0)
+    unit, length = _unit(columns)
     terms = np.linalg.norm(problem.constant) + length @ np.abs(found.unknowns)
     rounding = _ROUNDINGS * EPSILON * float(terms) + float(residual(load, counts).error)
-    unit = np.where(length > 0.0, length, 1.0)
-    size = np.linalg.svd(columns / unit, compute_uv=False)
-    bound, freedom = found.lower_bound, found.free_directions
-    off = rounding + max(0.0, found.value - bound)
-    if problem.free.size:
-        inner, slopes = _inner(problem, share), _slopes(problem, found.unknowns)
+    off = rounding + max(0.0, found.value - found.lower_bound)
+    inner, slopes = np.abs(places_found - 0.5) < 0.5, problem.slopes(found.unknowns)
+    if found.value > rounding:
         left = problem.constant + columns @ found.unknowns
-        if found.value > rounding:
-            off += float(np.abs(left @ slopes)[inner].sum()) / found.value
-        open_ = np.hstack([columns[:, ~found.held[problem.block]], slopes[:, inner]])
-        lengths = np.linalg.norm(open_, axis=0)
-        freedom = open_.shape[1] - range_of(open_ / np.where(lengths > 0.0, lengths, 1.0)).shape[1]
-        bound = _in_the_middle(problem).lower_bound
+        off += float(np.abs(left @ slopes)[inner].sum()) / found.value
+    open_, _ = _unit(np.hstack([columns[:, ~found.held[problem.block]], slopes[:, inner]]))
+    size = np.linalg.svd(unit, compute_uv=False)
     weakest = float(size[size > _RANK * size[0]][-1])
-    slack = float(size[0]) * rounding / weakest**2 / unit
+    slack = float(size[0]) * rounding / weakest**2 / np.where(length > 0.0, length, 1.0)
     unbalance, phase = _as_weights(found.unknowns, slack, problem)
+    share = np.zeros(problem.radius.size)
+    share[problem.free] = places_found
     return Solution(
         unbalance=unbalance,
         phase=phase,
         share=share,
         left=Bounded(np.asarray(found.value), np.asarray(off)),
-        lower_bound=max(0.0, bound - rounding),
-        free_directions=freedom,
+        lower_bound=max(0.0, _in_the_middle(problem).lower_bound - rounding),
+        free_directions=open_.shape[1] - range_of(open_).shape[1],
     )
 
 
-def _as_weights(found: Real, slack: Real, problem: _Linear) -> tuple[Bounded, Bounded]:
+def _unit(columns: Real) -> tuple[Real, Real]:
+    """Columns (k, n) of length one, and the lengths (n,) that they had; zeros stay as they are."""
+    length = np.linalg.norm(columns, axis=0)
+    return columns / np.where(length > 0.0, length, 1.0), length
+
+
+def _as_weights(found: Real, slack: Real, problem: _Problem) -> tuple[Bounded, Bounded]:
     """Unbalances and phases (m,) of unknowns (n,) that are off by no more than `slack` (n,)."""
     weight = np.zeros(problem.radius.size, dtype=complex)
     off = np.zeros(weight.size)
-    np.add.at(weight, problem.block, found * problem.scale * problem.turn)
-    np.maximum.at(off, problem.block, slack * problem.scale)
+    np.add.at(weight, problem.block, found * problem.turn)
+    np.maximum.at(off, problem.block, slack)
     size, angle = np.abs(weight), np.angle(weight) % (2.0 * np.pi)
     none = size <= off
     angle = np.where(none | (2.0 * np.pi - angle < 1e-12), 0.0, angle)

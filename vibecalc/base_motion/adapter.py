@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.base_motion.model import at_reference, densities_of, harmonics_of, on_base
+from vibecalc.base_motion.model import at_reference, density_of, harmonics_of, on_base
 from vibecalc.base_motion.results import HARMONIC, PEAKS, RESPONSES, SPECTRUM, OverFrequency
-from vibecalc.base_motion.spectrum import Density, mean_squares, panel_ends
+from vibecalc.base_motion.spectrum import Density, curve_frequencies, mean_squares, panel_ends
 from vibecalc.base_motion.tables import BaseMotion
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
@@ -14,14 +14,13 @@ from vibecalc.isolation.on_mounts import OnMounts, frequency_grid, of_each
 from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
-from vibecalc.numerics.rounding import SINGULAR, FloatArray
+from vibecalc.numerics.linear import uncertain
+from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.body import COORDINATES, DIRECTIONS
 from vibecalc.points.model import QUANTITIES, readings_of
 
 #: turns of 2 pi
 _TURN = 2.0 * np.pi
-#: frequencies of a density that is drawn
-_DRAWN = 320
 #: damping ratio below which a mean square is no number
 _UNDAMPED = 1e-7
 
@@ -29,8 +28,7 @@ _UNDAMPED = 1e-7
 def run_base_motion(scene: Scene) -> None:
     """Emit transmissibilities, the response to each harmonic, and that to the spectra."""
     given, body, mounts = scene.case.base_motion, scene.parts.body, scene.parts.mounts
-    if given is None or body is None or mounts is None:
-        raise ValueError("[base_motion] needs a body and mounts")
+    assert given is not None and body is not None and mounts is not None
     system, readings = on_base(scene.case, body, mounts), readings_of(scene.case)
     scene.handed_on["on_base"] = system
     scene.cite(
@@ -56,26 +54,24 @@ def _responses(
 
     Points are read by the `rows` (readings, 6).
     """
-    rate = 1j * frequency[:, None]
-    own, deflection = motion[..., :6], system.at_mounts(relative)
+    rate, deflection = 1j * frequency[:, None], system.at_mounts(relative)
+    rates = [motion[..., :6], motion[..., :6] * rate, motion[..., :6] * rate**2]
     pairs = {
-        "translation rotation": own,
+        "translation rotation": rates[0],
         "relative_translation relative_rotation": relative[..., :6],
-        "velocity angular_velocity": own * rate,
-        "acceleration angular_acceleration": own * rate**2,
+        "velocity angular_velocity": rates[1],
+        "acceleration angular_acceleration": rates[2],
         "foundation_translation foundation_rotation": motion[..., 6:],
     }
     found: dict[str, Bounded] = {}
     for names, part in pairs.items():
         along, about = names.split()
         found |= {along: part[..., :3], about: part[..., 3:]}
-    for name, part in (
-        ("deflection", deflection),
-        ("mount_force", system.force(deflection, frequency)),
-    ):
+    at_mounts = {"deflection": deflection, "mount_force": system.force(deflection, frequency)}
+    for name, part in at_mounts.items():
         found[name] = reshaped(part, lambda one: np.moveaxis(one, -1, -3))
-    for power, name in enumerate(QUANTITIES):
-        found[f"point_{name}"] = own @ rows.T * rate**power
+    for name, part in zip(QUANTITIES, rates, strict=True):
+        found[f"point_{name}"] = part @ rows.T
     return {name: part for name, part in found.items() if part.value.size}
 
 
@@ -89,32 +85,7 @@ def _emit_harmonics(
 ) -> None:
     names, (frequency, base) = [one.name for one in given.harmonics], harmonics_of(scene.case)
     relative, motion = system.moved_by_base(base, frequency)
-    _require_digits(system, relative, names, frequency)
-    axes = {**axes, "base_harmonic": names}
-    scene.emit(f"{HARMONIC}/frequency", frequency, axes=axes)
-    for name, part in _responses(system, rows, relative, motion, frequency).items():
-        by_harmonic = part
-        if RESPONSES[name][2] != "direction":
-            by_harmonic = reshaped(part, lambda one: np.moveaxis(one, 0, -1))
-        scene.emit(f"{HARMONIC}/{name}", by_harmonic, axes=axes)
-        if name in PEAKS:
-            size = _longest(part) if PEAKS[name] == "mount" else abs(part)
-            scene.emit(f"{HARMONIC}/{name}_peak", size.sum(0), axes=axes)
-
-
-def _longest(vector: Bounded) -> Bounded:
-    """Largest length (...) over the cycle of vectors (..., 3) of one frequency."""
-    found = vector_cycle_peak(vector.value[..., None], [1])
-    return Bounded(found.value, found.error + vector.norm().error)
-
-
-def _require_digits(
-    system: OnMounts, relative: Bounded, names: list[str], frequency: FloatArray
-) -> None:
-    """Refuse a harmonic of whose response fewer than four digits are certain."""
-    weight = np.sqrt(np.diagonal(system.matrices.mass))
-    size = np.max(weight * np.abs(relative.value), axis=-1)
-    lost = ~(np.max(weight * relative.error, axis=-1) < SINGULAR * size) & (size > 0.0)
+    lost = uncertain(system.matrices.mass, relative)
     if np.any(lost):
         place = int(np.argmax(lost))
         raise NumericalFailure(
@@ -122,6 +93,22 @@ def _require_digits(
             "undamped natural frequency of the machine on its mounts: there is no steady motion; "
             "give the mounts damping or a loss factor, or another frequency"
         )
+    axes = {**axes, "base_harmonic": names}
+    scene.emit(f"{HARMONIC}/frequency", frequency, axes=axes)
+    for name, part in _responses(system, rows, relative, motion, frequency).items():
+        over, by_harmonic = RESPONSES[name][2], part
+        if over != "direction":
+            by_harmonic = reshaped(part, lambda one: np.moveaxis(one, 0, -1))
+        scene.emit(f"{HARMONIC}/{name}", by_harmonic, axes=axes)
+        if name in PEAKS:
+            size = _longest(part) if over == "mount direction" else abs(part)
+            scene.emit(f"{HARMONIC}/{name}_peak", size.sum(0), axes=axes)
+
+
+def _longest(vector: Bounded) -> Bounded:
+    """Largest length (...) over the cycle of vectors (..., 3) of one frequency."""
+    found = vector_cycle_peak(vector.value[..., None], [1])
+    return Bounded(found.value, found.error + vector.norm().error)
 
 
 # ----------------------------------------------------------------------------
@@ -132,10 +119,7 @@ def _require_digits(
 def _emit_spectra(
     scene: Scene, system: OnMounts, rows: FloatArray, given: BaseMotion, axes: dict[str, Any]
 ) -> None:
-    logarithmic = given.interpolation == "logarithmic"
-    densities = [
-        Density(*densities_of(one), logarithmic, one.velocity is not None) for one in given.spectra
-    ]
+    densities = [density_of(one, given.interpolation) for one in given.spectra]
     chosen = [COORDINATES.index(one.direction) for one in given.spectra]
     base = at_reference(given.point)[:, chosen]
     ratio, natural = system.damping_ratio().value, system.shapes.natural_frequency
@@ -143,9 +127,9 @@ def _emit_spectra(
 
     def powers(frequency: FloatArray) -> dict[str, FloatArray]:
         """Densities (frequencies, own axes) of each response; unit accelerations of the base."""
-        unit = -base.T[:, None] / np.square(frequency)[:, None]
-        moved = system.moved_by_base(Bounded(unit, np.zeros(())), frequency)
+        unit = Bounded(-base.T[:, None] / np.square(frequency)[:, None], np.zeros(()))
         found = {"base_acceleration": base[:3].T[:, None] + 0.0 * frequency[:, None]}
+        moved = system.moved_by_base(unit, frequency)
         for name, part in _responses(system, rows, *moved, frequency).items():
             if not name.startswith("foundation"):
                 found[name] = part.value
@@ -162,11 +146,7 @@ def _emit_spectra(
         scene.emit(f"{SPECTRUM}/{name}_rms", rms, axes=axes)
         if name in RESPONSES:
             scene.emit(f"{SPECTRUM}/{name}_peak", rms * given.peak_factor, axes=axes)
-    drawn = np.geomspace(ends[0], ends[-1], _DRAWN)
-    inside = natural[(natural > ends[0]) & (natural < ends[-1])]
-    around = (inside[:, None] * (1.0 + np.array([-0.02, -0.005, 0.005, 0.02]))).ravel()
-    drawn = np.sort(np.concatenate([drawn, around[(around > ends[0]) & (around < ends[-1])]]))
-    drawn = drawn[np.concatenate([[True], np.diff(drawn) > 1e-9 * drawn[1:]])]
+    drawn = curve_frequencies(ends, natural)
     found, axes = powers(drawn), {**axes, "base_frequency": drawn / _TURN}
     for name, of in (("base_density", "base_acceleration"), ("density", "acceleration")):
         scene.emit(f"{SPECTRUM}/{name}", found[of].T, 1e-11 * np.max(found[of]), axes)

@@ -4,12 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from vibecalc.base_motion.spectrum import Density
 from vibecalc.base_motion.tables import BaseHarmonic, BaseSpectrum
 from vibecalc.errors import Problem
 from vibecalc.foundation.model import on_body
 from vibecalc.isolation.on_mounts import OnMounts, on_mounts
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.numerics.bounded import Bounded, bounded
 from vibecalc.parts.body import RigidBody
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mount_state import never_held
@@ -39,18 +39,11 @@ def harmonics_of(case: Case) -> tuple[np.ndarray, Bounded]:
 
     In complex amplitude, m and rad, 0 to peak.
     """
-    given = case.base_motion
+    given, speed = case.base_motion, case.machine.speed
     assert given is not None
-    frequency = np.array([_frequency_of(one, case) for one in given.harmonics])
-    rows = zip(given.harmonics, frequency, strict=True)
-    said, turned = np.array([_amplitude_of(*row) for row in rows]), at_reference(given.point)
-    size = np.abs(said) @ np.abs(turned).T
-    return frequency, Bounded(said @ turned.T, 8.0 * UNIT_ROUNDOFF * size)
-
-
-def _frequency_of(one: BaseHarmonic, case: Case) -> float:
-    """Frequency in rad/s, said or as a multiple of the speed."""
-    return one.frequency if one.frequency is not None else (one.order or 0.0) * case.machine.speed
+    every = [(one, one.frequency or (one.order or 0.0) * speed) for one in given.harmonics]
+    said = bounded(np.array([_amplitude_of(*each) for each in every]))
+    return np.array([one for _, one in every]), said @ at_reference(given.point).T
 
 
 def _amplitude_of(one: BaseHarmonic, frequency: float) -> np.ndarray:
@@ -73,22 +66,20 @@ def _key(one: BaseSpectrum) -> str:
     return next(key for key in keys if getattr(one, key) is not None)
 
 
-def densities_of(one: BaseSpectrum) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies in rad/s and density of the acceleration, or of the velocity times w^2, there.
+def density_of(one: BaseSpectrum, interpolation: str) -> Density:
+    """The density of the base in one direction.
 
     Straight lines of a velocity density in logarithmic scales are straight for the acceleration.
     """
-    given = getattr(one, _key(one))
-    return np.asarray(given.frequency), np.asarray(given.density)
+    rows, straight_in_logarithms = getattr(one, _key(one)), interpolation == "logarithmic"
+    columns = np.asarray(rows.frequency), np.asarray(rows.density)
+    return Density(*columns, straight_in_logarithms, one.velocity is not None)
 
 
 def base_motion_problems(case: Case) -> Iterator[Problem]:
     """Problems of a base motion on a machine without other problems."""
-    motion, machine = case.base_motion, case.machine
-    if motion is None or machine.body is None or machine.mounts is None:
-        return
-    if machine.body.mass_matrix is not None or machine.mounts.stiffness_matrix is not None:
-        return  # the rules of the table say so
+    motion = case.base_motion
+    assert motion is not None
     if motions := never_held(case):
         yield Problem(
             path=("machine", "mounts"),
@@ -99,9 +90,9 @@ def base_motion_problems(case: Case) -> Iterator[Problem]:
             also=("base_motion",),
         )
     for place, spectrum in enumerate(motion.spectra):
-        _, density = densities_of(spectrum)
-        if motion.interpolation == "logarithmic" and np.any(density == 0.0):
-            row = int(np.argmin(density))
+        curve = density_of(spectrum, motion.interpolation)
+        if curve.logarithmic and np.any(curve.density == 0.0):
+            row = int(np.argmin(curve.density))
             yield Problem(
                 path=("base_motion", "spectra", place, _key(spectrum), "density", row),
                 message="a density of zero has no logarithm",

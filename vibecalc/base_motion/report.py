@@ -55,18 +55,13 @@ _MOUNTS = Rows(
     (Cells("deflection_peak", "{} mm", "mm"), Cells("mount_force_peak", "{} N")),
     root=SPECTRUM,
 )
+_AT_ONCE = "peaks as if all harmonics were at their largest at once: they have no common period"
 _SUMS = Rows(
     "mount",
     "mount, all harmonics",
     (
         Cells("deflection_peak", "deflection peak mm", "mm"),
-        Cells(
-            "mount_force_peak",
-            "force peak N",
-            "N",
-            note="peaks as if all harmonics were at their largest at once: they have no common "
-            "period",
-        ),
+        Cells("mount_force_peak", "force peak N", note=_AT_ONCE),
     ),
     root=HARMONIC,
     merge=True,
@@ -121,21 +116,19 @@ def _spectra(result: Result) -> list[str]:
 # Transmissibility of the six freedoms; density of the acceleration.
 # ----------------------------------------------------------------------------
 
+
+def _ratio(name: str, label: str, title: str) -> Panel:
+    parts = Curve(f"{ROOT}/{name}", "{}"), level(lambda _: 1.0)
+    return Panel(label, parts, title, log="xy")
+
+
+_IN_ALL = "motion of the body over that of the base, in the same direction"
+_RELATIVE = "motion against the base over that of the base"
 TRANSMISSIBILITY = Curves(
     "motion of the machine over motion of its base",
     (
-        Panel(
-            "transmissibility",
-            (Curve(f"{ROOT}/transmissibility", "{}"), level(lambda _: 1.0)),
-            "motion of the body over that of the base, in the same direction",
-            log="xy",
-        ),
-        Panel(
-            "relative to the base",
-            (Curve(f"{ROOT}/relative_transmissibility", "{}"), level(lambda _: 1.0)),
-            "motion against the base over that of the base",
-            log="xy",
-        ),
+        _ratio("transmissibility", "transmissibility", _IN_ALL),
+        _ratio("relative_transmissibility", "relative to the base", _RELATIVE),
     ),
     names=6,
 )
@@ -152,16 +145,9 @@ def _moving(name: str) -> Source:
     return entry_of(path, places)
 
 
+_BODY = Curve(_moving("density"), "body, {}")
+_BASE = Curve(_moving("base_density"), "base, {}", {"linestyle": "--"})
 DENSITY = Curves(
     "acceleration of base and body by the spectra of the base, in (m/s$^2$)$^2$/Hz",
-    (
-        Panel(
-            "density",
-            (
-                Curve(_moving("density"), "body, {}"),
-                Curve(_moving("base_density"), "base, {}", {"linestyle": "--"}),
-            ),
-            log="xy",
-        ),
-    ),
+    (Panel("density", (_BODY, _BASE), log="xy"),),
 )

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 from vibecalc.core.results.described import entries_of, q
 from vibecalc.core.results.record import PEAK, RMS, Entry, Headline, entry
+from vibecalc.points.results import UNITS
 
 ROOT = "base_motion"
 HARMONIC, SPECTRUM = f"{ROOT}/harmonic", f"{ROOT}/spectrum"
@@ -13,6 +14,10 @@ AXES = {
     "base_harmonic": ("", "harmonic of the motion of the base"),
     "base_frequency": ("Hz", "frequency"),
 }
+
+
+#: where motions are told
+_POINT = "reference point"
 
 
 @dataclass(frozen=True)
@@ -33,35 +38,24 @@ class OverFrequency:
 #: unit, words, axes of what moves by a harmonic; by spectra all but the foundation, on which the
 #: mounts may stand, has an r.m.s. value
 RESPONSES = {
-    "translation": ("m", "displacement of the reference point", "direction"),
+    "translation": ("m", f"displacement of the {_POINT}", "direction"),
     "rotation": ("rad", "rotation", "direction"),
-    "relative_translation": (
-        "m", "displacement of the reference point against the base", "direction"
-    ),
+    "relative_translation": ("m", f"displacement of the {_POINT} against the base", "direction"),
     "relative_rotation": ("rad", "rotation against the base", "direction"),
-    "velocity": ("m/s", "velocity of the reference point", "direction"),
+    "velocity": ("m/s", f"velocity of the {_POINT}", "direction"),
     "angular_velocity": ("rad/s", "angular velocity", "direction"),
-    "acceleration": ("m/s^2", "acceleration of the reference point", "direction"),
+    "acceleration": ("m/s^2", f"acceleration of the {_POINT}", "direction"),
     "angular_acceleration": ("rad/s^2", "angular acceleration", "direction"),
-    "foundation_translation": (
-        "m", "displacement of the foundation at its reference point", "direction"
-    ),
+    "foundation_translation": ("m", f"displacement of the foundation at its {_POINT}", "direction"),
     "foundation_rotation": ("rad", "rotation of the foundation", "direction"),
     "deflection": ("m", "deflection of a mount", "mount direction"),
     "mount_force": ("N", "force of a mount below it", "mount direction"),
     "point_displacement": ("m", "displacement at a point", "sensor"),
     "point_velocity": ("m/s", "velocity at a point", "sensor"),
     "point_acceleration": ("m/s^2", "acceleration at a point", "sensor"),
-}  # fmt: skip
-#: those that have a peak under all harmonics, and its axis
-PEAKS = {
-    "deflection": "mount",
-    "mount_force": "mount",
-    "acceleration": "direction",
-    "point_displacement": "sensor",
-    "point_velocity": "sensor",
-    "point_acceleration": "sensor",
 }
+#: those that have a peak under all harmonics, over the first of their axes
+PEAKS = ("deflection", "mount_force", "acceleration", *(f"point_{name}" for name in UNITS))
 _HEADLINES = {
     f"{HARMONIC}/deflection_peak": Headline("deflection of a mount by the base, peak", "mm"),
     f"{HARMONIC}/mount_force_peak": Headline("force of a mount below it by the base, peak", "N"),
@@ -81,25 +75,20 @@ def _entries() -> Iterator[Entry]:
     for name, (unit, words, axes) in RESPONSES.items():
         each = f"base_harmonic {axes}" if axes == "direction" else f"{axes} base_harmonic"
         yield of(f"{HARMONIC}/{name}", each, unit, f"{words} by a harmonic of the base", PEAK)
-    for name, axes in PEAKS.items():
-        unit, words, _ = RESPONSES[name]
+    for name in PEAKS:
+        unit, words, axes = RESPONSES[name]
         words = f"{words}, harmonics at their largest at once"
-        yield of(f"{HARMONIC}/{name}_peak", axes, unit, words, PEAK)
-    yield entry(
-        f"{SPECTRUM}/base_acceleration_rms",
-        "direction",
-        "m/s^2",
-        "of the base at the reference point",
-        RMS,
-    )
+        yield of(f"{HARMONIC}/{name}_peak", axes.split()[0], unit, words, PEAK)
+    words = f"of the base at the {_POINT}"
+    yield entry(f"{SPECTRUM}/base_acceleration_rms", "direction", "m/s^2", words, RMS)
     for name, (unit, words, axes) in RESPONSES.items():
         if not name.startswith("foundation"):
             path = f"{SPECTRUM}/{name}"
             yield of(f"{path}_rms", axes, unit, f"{words} by the spectra of the base", RMS)
             yield of(f"{path}_peak", axes, unit, f"{words}, peak factor in it", PEAK)
     for name, words in (
-        ("base_density", "the same of the base where the reference point is"),
-        ("density", "one-sided density of the acceleration of the reference point, for each hertz"),
+        ("base_density", f"the same of the base where the {_POINT} is"),
+        ("density", f"one-sided density of the acceleration of the {_POINT}, for each hertz"),
     ):
         yield entry(f"{SPECTRUM}/{name}", "direction base_frequency", "m^2/s^3", words)
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.isolation.on_mounts import rising
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.gauss import integral
 from vibecalc.numerics.rounding import EPSILON, FloatArray
@@ -20,6 +21,8 @@ from vibecalc.numerics.rounding import EPSILON, FloatArray
 _NOTHING = 1e-24
 #: in half widths of a resonance, where panels end on either side of it
 _STEPS = np.array([0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0])
+#: frequencies at which a density is drawn, and relative distances of more of them from a resonance
+_DRAWN, _BESIDE = 320, np.array([-0.02, -0.005, 0.005, 0.02])
 
 
 class Density(NamedTuple):
@@ -47,14 +50,21 @@ class Density(NamedTuple):
 def panel_ends(densities: list[Density], natural: FloatArray, ratio: FloatArray) -> FloatArray:
     """First ends of panels in rad/s: rows of the tables, and steps around the resonances."""
     rows = np.concatenate([one.frequency for one in densities])
-    low, high = rows.min(), rows.max()
     width = np.maximum(ratio, 1e-7)[:, None] * _STEPS
     around = natural[:, None] * np.concatenate([1.0 - width, 1.0 + width], axis=1)
-    inside = around[(around > low) & (around < high)]
-    even = np.geomspace(low, high, 9)
-    ends = np.sort(np.concatenate([rows, inside, even]))
-    apart = np.concatenate([[True], np.diff(ends) > 1e-12 * ends[1:]])
-    return np.asarray(ends[apart])
+    even = np.geomspace(rows.min(), rows.max(), 9)
+    return rising([rows, even, _within(around, even)], 1e-12)
+
+
+def curve_frequencies(ends: FloatArray, natural: FloatArray) -> FloatArray:
+    """Frequencies in rad/s at which a density between the `ends` is drawn."""
+    even = np.geomspace(ends[0], ends[-1], _DRAWN)
+    return rising([even, _within(natural[:, None] * (1.0 + _BESIDE), even)], 1e-9)
+
+
+def _within(around: FloatArray, range_: FloatArray) -> FloatArray:
+    """Those of all entries that lie between the first and the last of a range."""
+    return np.asarray(around[(around > range_[0]) & (around < range_[-1])])
 
 
 #: of frequencies (n,) in rad/s to what is integrated, each (n, its own axes)
@@ -70,25 +80,22 @@ def mean_squares(powers: Powers, ends: FloatArray, tolerance: float) -> dict[str
     Raises NumericalFailure where that takes too many panels.
     """
     shapes = {name: part.shape[1:] for name, part in powers(ends[:1]).items()}
-    sizes = [int(np.prod(shape)) for shape in shapes.values()]
-    alike = np.repeat(np.arange(len(sizes)), sizes)
+    alike = np.repeat(np.arange(len(shapes)), [np.prod(one, dtype=int) for one in shapes.values()])
 
     def values_at(frequency: FloatArray) -> FloatArray:
         every = [part.reshape(len(frequency), -1) for part in powers(frequency).values()]
         return np.concatenate(every, axis=-1) / (2.0 * np.pi)
 
     def nothing(whole: FloatArray) -> FloatArray:
-        largest = np.zeros(len(sizes))
-        np.maximum.at(largest, alike, whole)
-        return _NOTHING * largest[alike]
+        return _NOTHING * np.array([whole[alike == one].max() for one in range(len(shapes))])[alike]
 
-    total, error = integral(
+    found = integral(
         values_at,
         ends,
         lambda whole: np.maximum(tolerance / 32.0, 4.0 * EPSILON) * whole + nothing(whole),
         "the mean squares of the responses to the spectrum of the base do not settle: a resonance "
         "within the spectrum has next to no damping; give the mounts damping or a loss factor",
     )
-    each = np.split(np.stack([total, error + nothing(total)]), np.cumsum(sizes)[:-1], axis=-1)
-    named = zip(shapes.items(), each, strict=True)
-    return {name: Bounded(*part.reshape(2, *shape)) for (name, shape), part in named}
+    each = Bounded(found.value, found.error + nothing(found.value))
+    named = ((name, each[alike == place]) for place, name in enumerate(shapes))
+    return {name: Bounded(*(part.reshape(shapes[name]) for part in one)) for name, one in named}

@@ -9,7 +9,6 @@ from vibecalc.core.case.fields import (
     Angle,
     AngularSpeed,
     Frequency,
-    Length,
     Name,
     Number,
     Point,
@@ -27,11 +26,17 @@ from vibecalc.core.case.rules import (
     unique,
     wants,
 )
-from vibecalc.parts.body_tables import NO_MATRICES
+from vibecalc.parts.body_tables import NO_MATRICES, along_or_about
 
 Velocity = Annotated[float, Unit("m/s")]
 AngularAcceleration = Annotated[float, Unit("rad/s^2")]
+Angles = tuple[Angle, Angle, Angle]
+AngularAccelerations = tuple[AngularAcceleration, AngularAcceleration, AngularAcceleration]
 _DENSITY = "a spectral density"
+_Acceleration = Annotated[float, Field(ge=0), Unit("m^2/s^3", _DENSITY)]
+_Velocity = Annotated[float, Field(ge=0), Unit("m^2/s", _DENSITY, "'1e-6 m^2/s'")]
+_AngularAcceleration = Annotated[float, Field(ge=0), Unit("rad^2/s^3", _DENSITY)]
+_Many = Field(min_length=2, max_length=20_000)
 _LINEAR = ("displacement", "velocity", "acceleration")
 _ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
 
@@ -42,28 +47,18 @@ class BaseHarmonic(Table):
     name: Name = Field(description="label used in tables and in `where`")
     frequency: Frequency | None = Field(None, gt=0, description="as '8 Hz'")
     order: Number | None = Field(None, gt=0, description="multiple of machine.speed instead")
-    displacement: tuple[Length, Length, Length] | None = Field(
-        None, description="of the point of the base along x, y, z"
-    )
+    displacement: Point | None = Field(None, description="of the point of the base along x, y, z")
     velocity: tuple[Velocity, Velocity, Velocity] | None = Field(None, description="instead of it")
     acceleration: tuple[Acceleration, Acceleration, Acceleration] | None = Field(
         None, description="instead of these"
     )
-    phase: tuple[Angle, Angle, Angle] = Field(
-        (0.0, 0.0, 0.0), description="by which each of the three leads"
-    )
-    angle: tuple[Angle, Angle, Angle] | None = Field(
-        None, description="rotation of the base about x, y, z"
-    )
+    phase: Angles = Field((0.0, 0.0, 0.0), description="by which each of the three leads")
+    angle: Angles | None = Field(None, description="rotation of the base about x, y, z")
     angular_velocity: tuple[AngularSpeed, AngularSpeed, AngularSpeed] | None = Field(
         None, description="instead of it"
     )
-    angular_acceleration: (
-        tuple[AngularAcceleration, AngularAcceleration, AngularAcceleration] | None
-    ) = Field(None, description="instead of these")
-    angular_phase: tuple[Angle, Angle, Angle] = Field(
-        (0.0, 0.0, 0.0), description="by which each of the three leads"
-    )
+    angular_acceleration: AngularAccelerations | None = Field(None, description="instead of these")
+    angular_phase: Angles = Field((0.0, 0.0, 0.0), description="by which each of the three leads")
     RULES = (
         one_of("frequency", "order"),
         at_most_one(*_LINEAR),
@@ -85,8 +80,8 @@ class BaseHarmonic(Table):
 class _Densities(Table):
     """One-sided density at ascending frequencies."""
 
-    frequency: tuple[Annotated[Frequency, Field(gt=0)], ...] = Field(
-        min_length=2, max_length=20_000, description="ascending"
+    frequency: Annotated[tuple[Annotated[Frequency, Field(gt=0)], ...], _Many] = Field(
+        description="ascending"
     )
     RULES = (ascending("frequency"), same_length("frequency", "density"))
 
@@ -94,28 +89,23 @@ class _Densities(Table):
 class AccelerationDensities(_Densities):
     """One-sided density of the acceleration, (m/s^2)^2/Hz, at ascending frequencies."""
 
-    density: tuple[Annotated[float, Field(ge=0), Unit("m^2/s^3", _DENSITY)], ...] = Field(
-        min_length=2, max_length=20_000, description="(m/s^2)^2/Hz is m^2/s^3"
+    density: Annotated[tuple[_Acceleration, ...], _Many] = Field(
+        description="(m/s^2)^2/Hz is m^2/s^3"
     )
 
 
 class VelocityDensities(_Densities):
     """One-sided density of the velocity, (m/s)^2/Hz, at ascending frequencies."""
 
-    density: tuple[Annotated[float, Field(ge=0), Unit("m^2/s", _DENSITY, "'1e-6 m^2/s'")], ...] = (
-        Field(min_length=2, max_length=20_000, description="(m/s)^2/Hz is m^2/s")
-    )
+    density: Annotated[tuple[_Velocity, ...], _Many] = Field(description="(m/s)^2/Hz is m^2/s")
 
 
 class AngularDensities(_Densities):
     """One-sided density of the angular acceleration, (rad/s^2)^2/Hz, at ascending frequencies."""
 
-    density: tuple[Annotated[float, Field(ge=0), Unit("rad^2/s^3", _DENSITY)], ...] = Field(
-        min_length=2, max_length=20_000, description="(rad/s^2)^2/Hz is rad^2/s^3"
+    density: Annotated[tuple[_AngularAcceleration, ...], _Many] = Field(
+        description="(rad/s^2)^2/Hz is rad^2/s^3"
     )
-
-
-_TURNS = ("rx", "ry", "rz")
 
 
 class BaseSpectrum(Table):
@@ -133,19 +123,12 @@ class BaseSpectrum(Table):
     )
     RULES = (
         one_of("acceleration", "velocity", "angular_acceleration"),
-        refuse(
-            "direction",
+        *along_or_about(
+            "acceleration velocity",
             "a rotation of the base has an angular_acceleration",
-            lambda t: t["direction"] in _TURNS and ("acceleration" in t or "velocity" in t),
-            found="direction = '{direction}'",
-            allowed="x, y or z, or angular_acceleration",
-        ),
-        refuse(
-            "direction",
+            "angular_acceleration",
             "an angular_acceleration is one about an axis",
-            lambda t: t["direction"] in ("x", "y", "z") and "angular_acceleration" in t,
-            found="direction = '{direction}'",
-            allowed="rx, ry or rz",
+            "x, y or z, or angular_acceleration",
         ),
     )
 

@@ -9,33 +9,28 @@ from vibecalc.core.accuracy.kinds import Ask, ours, peak_over_range
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import ComplexArray, FloatArray
-from vibecalc.parts.firing import cycle_angle
 
 
 def bearing_topics(scene: Scene) -> list[Topic]:
     """The peak over a cycle of the main bearing whose peak is the highest."""
-    loads, speed = loads_of(scene), np.asarray(scene.case.machine.speed)
-    half = 0.5 * cycle_angle(scene.case.machine)
+    loads, speed = loads_of(scene), np.array([scene.case.machine.speed])
     asked = [0]
 
     def counted(of: Loads, angle: FloatArray, at: FloatArray) -> ComplexArray:
         asked[0] += np.broadcast(angle, at).size if of is loads else 0
         return of.main(angle, at)
 
-    def search() -> tuple[float, float, int]:
-        asked[0] = 0
-        found = highest_loads(scene, loads, counted, speed)
-        which = int(np.argmax(found.height.value))
-        return float(found.height.value[which]), float(found.angle.value[which]), which
-
-    _, known, most = search()
+    height, place = highest_loads(loads, counted, speed)
+    most = int(np.argmax(height.value[0]))
+    known, half = float(place.value[0, most]), 0.5 * loads.cycle
 
     def curve(angles: FloatArray) -> FloatArray:
-        return np.abs(loads.main(angles, speed)[:, most])
+        return np.abs(loads.main(angles, speed[0])[:, most])
 
     def own(_: float) -> Answer:
-        height, place, _ = search()
-        return Answer(np.array([height]), float(asked[0]), place)
+        asked[0] = 0
+        height, place = highest_loads(loads, counted, speed)
+        return Answer(height.value[0, [most]], float(asked[0]), float(place.value[0, most]))
 
     ask = Ask(
         "bearing_loads", "highest main bearing load", "over a cycle, of the bearing loaded most",

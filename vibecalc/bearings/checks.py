@@ -5,12 +5,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.errors import KeyPath, Problem
-from vibecalc.excitation.gas_tables import within_cards
+from vibecalc.errors import Problem
 from vibecalc.kinds import TRAIN
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, build_frame
-from vibecalc.parts.firing import TURN, cycle_angle, has_gas
 from vibecalc.schema import Case
 
 if TYPE_CHECKING:
@@ -18,24 +16,16 @@ if TYPE_CHECKING:
 
 
 def bearing_problems(case: Case) -> Iterator[Problem]:
-    """Problems of [bearing_loads]: of gas, firing, forces along the shaft, speeds of cards."""
+    """Problems of [bearing_loads]: of tangential effort, of forces and weights along the shaft."""
     table = case.bearing_loads
     if table is not None:
-        yield from _gas(case)
+        yield from _effort(case.machine.crank_train)
         if case.machine.crank_train.axis != case.machine.crank_train.stroke:
             yield from _shaft_loads(table, case.machine.crank_train)
             yield from _weights(case, table)
-        yield from _speeds(case, table)
 
 
-def _gas(case: Case) -> Iterator[Problem]:
-    train, machine = case.machine.crank_train, case.machine
-    fires = (
-        bool(train.firing_order)
-        or all(cylinder.firing_angle is not None for cylinder in train.cylinders)
-        or len(train.cylinders) == 1
-        or cycle_angle(machine) == TURN
-    )
+def _effort(train: parts.CrankTrain) -> Iterator[Problem]:
     if train.tangential_effort is not None:
         yield Problem(
             path=("bearing_loads",),
@@ -43,21 +33,6 @@ def _gas(case: Case) -> Iterator[Problem]:
             "its torque",
             allowed="gas_pressure, gas_cards or gas_cycle in [machine.crank_train]",
             also=(*TRAIN, "tangential_effort"),
-        )
-    elif train.gas_pressure is not None and train.bore is None:
-        yield Problem(
-            path=(*TRAIN, "gas_pressure"),
-            message="[bearing_loads] cannot use gas_pressure without bore: the gas force is "
-            "pressure times area",
-            allowed="bore with it, or neither for the loads of inertia alone",
-        )
-    elif has_gas(case) and not fires:
-        yield Problem(
-            path=TRAIN,
-            message="[machine.crank_train] does not say when its cylinders fire",
-            allowed="firing_order = ['1', '3', '4', '2'], or a firing_angle for every cylinder",
-            hint="[bearing_loads] puts the gas pressure of each cylinder where it fires",
-            also=("bearing_loads",),
         )
 
 
@@ -97,27 +72,6 @@ def _weights(case: Case, table: "BearingLoads") -> Iterator[Problem]:
             allowed=others + (", or one of these with a minus" if isolation is None else ""),
             also=("bearing_loads", "shaft_loads") if table.up is None else None,
         )
-
-
-def _speeds(case: Case, table: "BearingLoads") -> Iterator[Problem]:
-    known = [card.speed for card in case.machine.crank_train.gas_cards]
-    asked: dict[KeyPath, float] = {}
-    if table.speeds is not None:
-        asked = {
-            ("bearing_loads", "speeds", "from"): table.speeds.start,
-            ("bearing_loads", "speeds", "to"): table.speeds.stop,
-        }
-    asked["machine", "speed"] = case.machine.speed
-    for path, speed in asked.items():
-        if len(known) > 1 and not within_cards((min(known), max(known)), speed):
-            low, high = (one * 30.0 / np.pi for one in (min(known), max(known)))
-            yield Problem(
-                path=path,
-                message="a speed beyond those of the gas cards: nothing is extrapolated",
-                found=f"{speed * 30.0 / np.pi:.6g} rpm",
-                allowed=f"{low:.6g} to {high:.6g} rpm",
-                also=(*TRAIN, "gas_cards"),
-            )
 
 
 def bearing_cautions(case: Case) -> list[str]:

@@ -1,7 +1,6 @@
 """Main bearing loads of a crankshaft taken as statically determinate, and loads over a cycle."""
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,103 +42,79 @@ def bearing_shares(bearing: ArrayLike, place: ArrayLike) -> FloatArray:
 # The highest load of a cycle, and the mean one.
 # ----------------------------------------------------------------------------
 
-#: forces (n, k), complex, of rows (n,) at crank angles (n, k)
-ForcesAt = Callable[[IntArray, FloatArray], ComplexArray]
-#: forces (rows, k), complex, of all rows at crank angles (k,)
-EveryAt = Callable[[FloatArray], ComplexArray]
+#: forces (..., rows), complex, at crank angles (...)
+ForcesAt = Callable[[FloatArray], ComplexArray]
 #: places per cycle at least, of the grid for peaks and of panels for means
 GRID, PANELS = 1440, 144
 #: share of the highest on the grid that a place has, to be looked into on both of its sides
 NEARLY = 0.98
-#: rad, how far aside of a place it is seen whether a curve has a corner there
+#: rad, how far aside of a place it is seen whether a curve rises from there
 ASIDE = 1e-6
 #: relative height below which a curve counts as level
 LEVEL = 1e-13
 
 
-class Peaks(NamedTuple):
-    """Highest magnitude (rows,) in N over a cycle, and the crank angle (rows,) of it in rad."""
-
-    height: Bounded
-    angle: Bounded
-
-
-class Means(NamedTuple):
-    """Mean magnitude (rows,) in N over a cycle, and the mean vector (rows,), complex."""
-
-    magnitude: Bounded
-    vector: Bounded
-
-
-def grid_of(breaks: FloatArray, cycle: float, parts: int = GRID) -> FloatArray:
-    """Crank angles (k,) from 0 to a cycle in even parts, with `breaks` among them."""
+def _grid(kinks: FloatArray, cycle: float, parts: int) -> FloatArray:
+    """Crank angles (k,) from 0 to a cycle in even parts, with the kinks among them."""
     even = np.linspace(0.0, cycle, parts + 1)
-    every = np.sort(np.concatenate([even, np.mod(breaks, cycle)]))
+    every = np.sort(np.concatenate([even, np.mod(kinks, cycle)]))
     return np.asarray(every[np.concatenate([[True], np.diff(every) > 1e-9])])
 
 
-def cycle_peaks(forces_at: ForcesAt, on_grid: ComplexArray, grid: FloatArray) -> Peaks:
-    """Highest magnitudes of rows whose forces `on_grid` (rows, k) tell where to look.
+def cycle_peaks(forces_at: ForcesAt, kinks: FloatArray, cycle: float) -> tuple[Bounded, Bounded]:
+    """Highest magnitude (rows,) over a cycle in N, and the crank angle (rows,) of it in rad.
 
     Kinks of the forces stand on the grid, so that between two of its places they are smooth. The
     error holds what the search leaves; that of the forces is none of it.
     """
-    size, cycle = np.abs(on_grid), grid[-1] - grid[0]
+    grid = _grid(kinks, cycle, GRID)
+    size = np.abs(forces_at(grid)).T
     top = np.max(size, axis=1)
-    flat = top - np.min(size, axis=1) <= LEVEL * top
-    height = Bounded(top.copy(), LEVEL * top)
-    where = Bounded(np.zeros(len(top)), np.full(len(top), EPSILON * cycle))
+    level = np.flatnonzero(top - np.min(size, axis=1) <= LEVEL * top)
+    none = np.zeros(len(level))
+    flat = Maxima(level, Bounded(none, none), Bounded(top[level], LEVEL * top[level]), none)
 
-    def values_at(rows: IntArray, places: FloatArray) -> FloatArray:
-        return np.abs(forces_at(rows, places))
+    def values_at(row: IntArray, places: FloatArray) -> FloatArray:
+        every = forces_at(places)
+        return np.abs(np.take_along_axis(every, row[:, None, None], axis=-1)[..., 0])
 
     # every place of the grid, and every cell next to it, that may hold the highest one
-    row, place = np.nonzero((size >= NEARLY * top[:, None]) & ~flat[:, None])
+    nearly = size >= NEARLY * top[:, None]
+    nearly[level] = False
+    row, place = np.nonzero(nearly)
     at = grid[place]
-    near = values_at(row, at[:, None] + ASIDE * np.array([-1.0, -0.5, 0.0, 0.5, 1.0]))
-    corner = (near[:, 2] >= near[:, 1]) & (near[:, 2] >= near[:, 3])
-    # straight on both sides it is a corner, whose height is known; round ones are lower by so much
-    drop = near[:, 2:3] - near[:, [0, 4]]
-    half = near[:, 2:3] - near[:, [1, 3]]
-    bent = np.abs(drop - 2.0 * half).max(axis=-1) + 4.0 * EPSILON * near[:, 2]
-    aside, none = np.full(int(corner.sum()), ASIDE), np.zeros(int(corner.sum()))
-    tops = [Maxima(
-        row[corner], Bounded(at[corner], aside), Bounded(near[corner, 2], bent[corner]), none
-    )]  # fmt: skip
-    # without a kink, a cell holds a maximum where it rises inwards from both of its ends
-    rises = np.zeros((2, *size.shape), dtype=bool)  # to the left and to the right
-    rises[:, row, place] = near[:, 2] < near[:, [1, 3]].T
-    unseen = size < NEARLY * top[:, None]
-    row, cell = np.nonzero((rises[1] | unseen)[:, :-1] & (rises[0] | unseen)[:, 1:]
-                           & ~(unseen[:, :-1] & unseen[:, 1:]) & ~flat[:, None])  # fmt: skip
-    low, high = grid[cell], grid[cell + 1]
-    step = np.minimum(ASIDE, 0.5 * (high - low))
-    start = np.where(size[row, cell] >= size[row, cell + 1], low + step, high - step)
-    if len(row):
-        tops.append(by_values(values_at, row, low, start, high))
-    found = first_highest(tops)
-    height.value[found.row], height.error[found.row] = found.height
-    where.value[found.row] = np.mod(found.place.value, cycle)
-    where.error[found.row] = found.place.error + EPSILON * cycle
-    missing = np.setdiff1d(np.flatnonzero(~flat), found.row)
+    before, here, after = values_at(row, at[:, None] + ASIDE * np.array([-1.0, 0.0, 1.0])).T
+    # a cell holds a maximum where the curve rises into it from both of its ends, as far as seen
+    leftwards, rightwards = np.ones((2, *size.shape), dtype=bool)
+    leftwards[row, place], rightwards[row, place] = before > here, after > here
+    rising = rightwards[:, :-1] & leftwards[:, 1:] & (nearly[:, :-1] | nearly[:, 1:])
+    inside, cell = np.nonzero(rising)
+    corner = (here >= before) & (here >= after)
+    low = np.concatenate([at[corner] - ASIDE, grid[cell]])
+    high = np.concatenate([at[corner] + ASIDE, grid[cell + 1]])
+    rows = np.concatenate([row[corner], inside])
+    found = first_highest([flat, by_values(values_at, rows, low, 0.5 * (low + high), high)])
+    missing = np.setdiff1d(np.arange(len(size)), found.row)
     if len(missing):
         raise NumericalFailure(
             f"bearing loads: no highest point of the load {int(missing[0]) + 1} was found over the "
             "cycle"
         )
-    return Peaks(height, where)
+    angle, error = np.mod(found.place.value, cycle), found.place.error + EPSILON * cycle
+    return found.height, Bounded(np.where(cycle - angle <= error, 0.0, angle), error)
 
 
-def cycle_means(every_at: EveryAt, grid: FloatArray, rtol: float = 1e-11) -> Means:
-    """Means of forces over a cycle whose kinks stand on the grid.
+def cycle_means(
+    forces_at: ForcesAt, kinks: FloatArray, cycle: float, rtol: float = 1e-11
+) -> tuple[Bounded, Bounded]:
+    """Mean magnitude (rows,) over a cycle in N, and the mean vector (rows,), complex.
 
     Where a force passes close to zero its magnitude has almost a kink. Raises NumericalFailure
     where the integrals do not settle.
     """
-    cycle = grid[-1] - grid[0]
 
     def values_at(angle: FloatArray) -> ComplexArray:
-        force = every_at(angle).T / cycle
+        force = forces_at(angle) / cycle
         return np.concatenate([np.abs(force), force], axis=-1)
 
     def allowed(whole: ComplexArray) -> FloatArray:
@@ -147,7 +122,7 @@ def cycle_means(every_at: EveryAt, grid: FloatArray, rtol: float = 1e-11) -> Mea
 
     found = integral(
         values_at,
-        grid,
+        _grid(kinks, cycle, PANELS),
         allowed,
         "bearing loads: the mean load over a cycle does not settle; a gas pressure this steep has "
         "to be given with fewer kinks",
@@ -155,4 +130,4 @@ def cycle_means(every_at: EveryAt, grid: FloatArray, rtol: float = 1e-11) -> Mea
     rows = found.shape[0] // 2
     magnitude = found[:rows].real
     rounding = Bounded(np.zeros(rows), 8.0 * EPSILON * magnitude.value)
-    return Means(magnitude + rounding, found[rows:] + rounding)
+    return magnitude + rounding, found[rows:] + rounding

@@ -33,22 +33,6 @@ from vibecalc.parts.geometry import CrankGeometry
 # ----------------------------------------------------------------------------
 
 
-class RunningGear(NamedTuple):
-    """c cylinders: angle of each throw from its cylinder at crank angle zero, masses in kg.
-
-    `reciprocating_mass` (c,) is all that goes with a piston, `small_end` (c,) the rod's share of
-    it, `big_end` (c,) the mass of the rod at the crank pin; `rod_difference` (c,) in kg m^2 is the
-    rod's moment of inertia less that of these two.
-    """
-
-    geometry: CrankGeometry
-    angle: FloatArray
-    reciprocating_mass: FloatArray
-    small_end: FloatArray
-    big_end: FloatArray
-    rod_difference: FloatArray
-
-
 class Gas(NamedTuple):
     """Gas in c cylinders: cards of groups that share them, with what a group takes of its cards.
 
@@ -98,68 +82,66 @@ class Shaft(NamedTuple):
     at_rest: ComplexArray
 
 
-class RodForces(NamedTuple):
-    """Forces (..., c) in N along e + i q of each cylinder.
-
-    `on_rod`: what the rod hands on to the crank pin besides the centrifugal force of its big end;
-    `big_end`: that force; `wrist_pin`: of the piston on the rod.
-    """
-
-    on_rod: ComplexArray
-    big_end: ComplexArray
-    wrist_pin: ComplexArray
-
-
 class Loads(NamedTuple):
     """What loads the bearings of one machine: forces at crank angles (...) and speeds (...).
 
-    Angles are in rad, speeds in rad/s, forces complex, along the stroke + i ahead of it; `bank`
-    (c,) is the angle of each cylinder from there.
+    Angles are in rad, speeds in rad/s, forces in N, complex, along the stroke + i ahead of it; they
+    repeat after a `cycle`. Of c cylinders `bank` (c,) is the angle of each from there, `angle` (c,)
+    that of its throw from the cylinder at crank angle zero. `reciprocating_mass` (c,) in kg is all
+    that goes with a piston, `small_end` (c,) the rod's share of it, `big_end` (c,) the mass of the
+    rod at the crank pin; `rod_difference` (c,) in kg m^2 is the rod's moment of inertia less that
+    of these two.
     """
 
-    gear: RunningGear
+    cycle: float
+    geometry: CrankGeometry
     bank: FloatArray
+    angle: FloatArray
+    reciprocating_mass: FloatArray
+    small_end: FloatArray
+    big_end: FloatArray
+    rod_difference: FloatArray
     gas: Gas
     shaft: Shaft
 
-    def rods(self, angle: FloatArray, speed: FloatArray) -> RodForces:
-        """Forces (..., c) along the axes of each cylinder."""
-        gear, square = self.gear, np.square(speed)[..., None]
-        radius, length, _, offset = gear.geometry
-        local = angle[..., None] + gear.angle
+    def rods(self, angle: FloatArray, speed: FloatArray) -> tuple[ComplexArray, ...]:
+        """Forces (..., c) along e + i q of each cylinder: of the rod on the crank pin, without and
+        with the centrifugal force of its big end, and of the piston on the rod.
+        """
+        square = np.square(speed)[..., None]
+        radius, length, _, offset = self.geometry
+        local = angle[..., None] + self.angle
         path = piston_path(local, radius, length, offset)
         aside = offset - radius * np.sin(local)
         turning = -radius * np.cos(local) / path.rod
         bending = (radius * np.sin(local) + aside * turning**2) / path.rod
         inertia = path.acceleration * square
-        along = -self.gas.at(angle, speed) - gear.reciprocating_mass * inertia
-        across = (aside * along + gear.rod_difference * bending * square) / path.rod
-        pin = along + 1j * across
-        big_end = gear.big_end * radius * square * np.exp(1j * local)
-        return RodForces(pin, big_end, pin + gear.small_end * inertia)
+        along = -self.gas.at(angle, speed) - self.reciprocating_mass * inertia
+        across = (aside * along + self.rod_difference * bending * square) / path.rod
+        on_pin = along + 1j * across
+        big_end = self.big_end * radius * square * np.exp(1j * local)
+        return on_pin, on_pin + big_end, on_pin + self.small_end * inertia
 
     def crank_pin(self, angle: FloatArray, speed: FloatArray) -> ComplexArray:
         """Of the rods on the crank pins (..., c), with their big ends."""
-        rods = self.rods(angle, speed)
-        return np.asarray((rods.on_rod + rods.big_end) * np.exp(1j * self.bank))
+        return np.asarray(self.rods(angle, speed)[1] * np.exp(1j * self.bank))
 
     def crank_pin_of_throw(self, angle: FloatArray, speed: FloatArray) -> ComplexArray:
         """The same outwards along each throw + i ahead of it."""
-        rods = self.rods(angle, speed)
-        turned = np.exp(-1j * (angle[..., None] + self.gear.angle))
-        return np.asarray((rods.on_rod + rods.big_end) * turned)
+        turned = np.exp(-1j * (angle[..., None] + self.angle))
+        return np.asarray(self.rods(angle, speed)[1] * turned)
 
     def wrist_pin(self, angle: FloatArray, speed: FloatArray) -> ComplexArray:
         """Of the pistons on the rods (..., c)."""
-        return np.asarray(self.rods(angle, speed).wrist_pin * np.exp(1j * self.bank))
+        return np.asarray(self.rods(angle, speed)[2] * np.exp(1j * self.bank))
 
     def wall(self, angle: FloatArray, speed: FloatArray) -> ComplexArray:
         """Side thrust (..., c) of the pistons, real, positive ahead."""
-        return -self.rods(angle, speed).on_rod.imag.astype(complex)
+        return -self.rods(angle, speed)[0].imag.astype(complex)
 
     def main(self, angle: FloatArray, speed: FloatArray) -> ComplexArray:
         """Of the shaft on the main bearings (..., b)."""
-        shaft, of_rods = self.shaft, self.rods(angle, speed).on_rod * np.exp(1j * self.bank)
+        shaft, of_rods = self.shaft, self.rods(angle, speed)[0] * np.exp(1j * self.bank)
         turned = angle[..., None] + shaft.weight_angle
         weights = shaft.unbalance * np.square(speed)[..., None] * np.exp(1j * turned)
         return np.asarray(

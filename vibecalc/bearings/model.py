@@ -5,85 +5,71 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibecalc.bearings.crank_loads import bearing_shares
-from vibecalc.bearings.loads import Gas, Loads, RunningGear, Shaft
+from vibecalc.bearings.loads import Gas, Loads, Shaft
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.crank_forces import rod_difference
 from vibecalc.excitation.model import build_firing, gas_of_cylinders
 from vibecalc.numerics.rounding import FloatArray
-from vibecalc.parts.body import DIRECTIONS
+from vibecalc.parts.body import unit_vector
 from vibecalc.parts.crank_train import CrankTrain, RotatingMasses, crank_geometry, rod_share
+from vibecalc.parts.firing import cycle_angle
 from vibecalc.unit_table import FREE_FALL
 
 if TYPE_CHECKING:
-    from vibecalc.bearings.tables import BearingLoads, ShaftLoad
     from vibecalc.schema import Case
 
 
 def loads_of(scene: Scene) -> Loads:
-    """What loads the bearings of a scene with [bearing_loads]."""
+    """What loads the bearings of a scene with [bearing_loads]; cylinders at rest have no mass."""
     case, train = scene.case, scene.parts.crank_train
-    assert case.bearing_loads is not None
-    shaft = shaft_of(case, case.bearing_loads, train, scene.parts.rotating_masses)
-    return Loads(running_gear(case, train), train.bank_angle, gas_of(case, train), shaft)
-
-
-def running_gear(case: "Case", train: CrankTrain) -> RunningGear:
-    """The running gear of the cylinders that move; the others have no mass."""
     written = case.machine.crank_train
     rod, share = written.rod, rod_share(written)
     moves = (train.reciprocating_mass + train.rotating_mass > 0.0).astype(float)
-    mass, difference = (0.0, 0.0) if rod is None else (rod.mass, 0.0)
-    if rod is not None and rod.inertia is not None:
-        difference = float(rod_difference(train, rod).value)
-    return RunningGear(
-        crank_geometry(case.machine.crank_train),
+    mass = moves * (0.0 if rod is None else rod.mass)
+    inertia = rod is not None and rod.inertia is not None
+    return Loads(
+        cycle_angle(case.machine),
+        crank_geometry(written),
+        train.bank_angle,
         train.crank_phase - train.bank_angle,
         train.reciprocating_mass,
-        moves * mass * share,
-        moves * mass * (1.0 - share),
-        moves * difference,
+        mass * share,
+        mass * (1.0 - share),
+        moves * (rod_difference(train, rod).value if rod is not None and inertia else 0.0),
+        gas_of(case, train),
+        shaft_of(case, train, scene.parts.rotating_masses),
     )
 
 
-def shaft_of(
-    case: "Case", table: "BearingLoads", train: CrankTrain, rotating: RotatingMasses
-) -> Shaft:
+def shaft_of(case: "Case", train: CrankTrain, rotating: RotatingMasses) -> Shaft:
     """What loads the bearings besides the rods; balance shafts have bearings of their own."""
+    table = case.bearing_loads
+    assert table is not None
     bearings = [bearing.position for bearing in table.main_bearings]
-    own = np.arange(len(rotating.names)) < len(rotating.names) - len(
-        case.machine.crank_train.balance_shafts
-    )
-    along = rotating.position[own] @ train.axis
-    fall = free_fall(case, table, train)
-    loads = [_constant(load, train, fall) for load in table.shaft_loads]
-    places = [load.position for load in table.shaft_loads]
-    shares = bearing_shares(bearings, places)
+    count = len(rotating.names) - len(case.machine.crank_train.balance_shafts)
+    fall = free_fall(case, table.up, train)
+    loads = [
+        fall * (one.mass or 0.0) if one.force is None else np.array(one.force)
+        for one in table.shaft_loads
+    ]
+    at_rest = np.array([force @ (train.stroke - 1j * train.across) for force in loads], complex)
     return Shaft(
         tuple(bearing.name for bearing in table.main_bearings),
         bearing_shares(bearings, train.position),
-        rotating.unbalance[own],
-        rotating.phase[own],
-        bearing_shares(bearings, along),
-        shares @ np.array(loads, dtype=complex),
+        rotating.unbalance[:count],
+        rotating.phase[:count],
+        bearing_shares(bearings, rotating.position[:count] @ train.axis),
+        bearing_shares(bearings, [load.position for load in table.shaft_loads]) @ at_rest,
     )
 
 
-def _constant(load: "ShaftLoad", train: CrankTrain, fall: FloatArray) -> complex:
-    if load.force is not None:
-        force = np.asarray(load.force)
-    else:
-        assert load.mass is not None
-        force = load.mass * fall
-    return complex(force @ train.stroke, force @ -train.across)
-
-
-def free_fall(case: "Case", table: "BearingLoads", train: CrankTrain) -> FloatArray:
+def free_fall(case: "Case", up: str | None, train: CrankTrain) -> FloatArray:
     """Acceleration (3,) of free fall in m/s^2: that of the body on its mounts, where it has any."""
-    isolation = case.isolation
-    name = table.up if isolation is None else isolation.up
-    up = train.stroke if name is None else np.eye(3)[DIRECTIONS.index(name.strip("-"))]
-    size = FREE_FALL if isolation is None else isolation.gravity
-    return np.asarray((size if name is not None and name.startswith("-") else -size) * up)
+    size = FREE_FALL
+    if case.isolation is not None:
+        up, size = case.isolation.up, case.isolation.gravity
+    against = train.stroke if up is None else unit_vector(up.strip("-"))
+    return np.asarray((size if (up or "").startswith("-") else -size) * against)
 
 
 def gas_of(case: "Case", train: CrankTrain) -> Gas:

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibecalc.bearings.results import CrankPin, MainLoad, WristPin
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, note, unit_words
-from vibecalc.core.report.curves import Curve, Curves, Panel, sourced
+from vibecalc.core.report.curves import Curve, Curves, Panel, rows_of, sourced
 from vibecalc.core.report.sections import labels
 from vibecalc.core.results.record import Quantity, Result
 
@@ -77,28 +77,29 @@ def _polar(
     result: Result, path: str, what: str, axes_of: str, places: tuple[int, int]
 ) -> "Figure | None":
     """Paths in axes of the machine or the throw, of which the first of the `places` is upright."""
-    found = result.record.quantities.get(path)
-    if found is None or len(found.axes) != 3:
+    found = sourced(path, result)
+    if found is None:
         return None
-    values, angle = np.asarray(found.values), np.degrees(found.axes[-1].values)
-    kept = _different(values, 1e-9 * float(np.abs(values).max(initial=0.0)))[:_MOST]
-    names, of = labels(found.axes[0]), labels(found.axes[1])
-    factor, unit = unit_words(found.unit, float(np.abs(values).max()))
     upright, flat = places
-    columns = min(_ROW, len(kept))
-    rows = -(-len(kept) // columns)
+    bearing, directions, angle = found.axes
+    of = labels(directions)
+    force = found.values[:, flat] + 1j * found.values[:, upright]
+    complex_force = replace(found, values=force, axes=(bearing, angle))
+    shown = rows_of(complex_force, _MOST, part=np.asarray)
+    factor, unit = unit_words(found.unit, float(np.abs(found.values).max()))
+    columns = min(_ROW, len(shown))
+    rows = -(-len(shown) // columns)
     figure = canvas(
         result, f"polar diagrams: {what}s over a cycle, in axes of the {axes_of}; crank angle "
         "in deg",
         1.0 + (7.8 if columns == 1 else 9.0 / columns) * rows,
     )  # fmt: skip
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-    for axes in grid.ravel()[len(kept) :]:
+    for axes in grid.ravel()[len(shown) :]:
         axes.set_visible(False)
-    for axes, (i, alike) in zip(grid.ravel(), kept, strict=False):
-        x, y = factor * values[i, flat], factor * values[i, upright]
-        _path(axes, x, y, angle)
-        axes.set_title(f"{what} {', '.join(names[k] for k in alike)}", loc="left", fontsize=8)
+    for axes, (names, row, _) in zip(grid.ravel(), shown, strict=False):
+        _path(axes, factor * row, np.degrees(angle.values))
+        axes.set_title(f"{what} {', '.join(names)}", loc="left", fontsize=8)
     handles, texts = grid[0, 0].get_legend_handles_labels()
     if texts:
         figure.legend(handles, texts, loc="outside lower center", ncols=len(texts))
@@ -109,34 +110,24 @@ def _polar(
     return figure
 
 
-def _different(values: np.ndarray, near: float) -> list[tuple[int, list[int]]]:
-    """Rows that differ by more than `near`, each with those that do not."""
-    found = list[tuple[int, list[int]]]()
-    for i, row in enumerate(values):
-        same = next((k for k in found if np.all(np.abs(values[k[0]] - row) <= near)), None)
-        if same is None:
-            found.append((i, [i]))
-        else:
-            same[1].append(i)
-    return found
-
-
-def _path(axes: "Axes", x: np.ndarray, y: np.ndarray, angle: np.ndarray) -> None:
-    size, turns = np.hypot(x, y), round(float(angle[-1]) / 360.0)
-    top = int(np.argmax(size))
-    for turn in range(max(turns, 1)):
+def _path(axes: "Axes", force: np.ndarray, angle: np.ndarray) -> None:
+    """One path (n,), flat + i upright, over crank angles (n,) in degrees."""
+    turns = max(round(float(angle[-1]) / 360.0), 1)
+    top = force[np.argmax(np.abs(force))]
+    for turn in range(turns):
         of = (angle >= 360.0 * turn - 1e-9) & (angle <= 360.0 * (turn + 1) + 1e-9)
         label = f"turn {turn + 1}" if turns > 1 else None
-        axes.plot(x[of], y[of], color=COLOURS[turn], linewidth=1.1, label=label)
+        axes.plot(force[of].real, force[of].imag, color=COLOURS[turn], linewidth=1.1, label=label)
     axes.plot([0.0], [0.0], "+", color=QUIET, ms=9)
-    marks = np.arange(0, round(float(angle[-1])), _MARK * max(turns, 1))
-    there = [int(np.argmin(np.abs(angle - mark))) for mark in marks]
-    points = np.stack([x[there], y[there]], axis=-1)
-    for i, alike in _different(points, _CLOSE * float(size[top])):
-        axes.plot(*points[i], ".", color=TOTAL, ms=5)
-        words = ", ".join(f"{marks[k]}" for k in alike)
-        note(axes, words, tuple(points[i]), (3, 2), color=TOTAL, fontsize=7)
-    axes.plot([0.0, x[top]], [0.0, y[top]], color=LIMIT, linewidth=0.9)
-    axes.plot([x[top]], [y[top]], "o", color=LIMIT, ms=4)
+    marks: dict[complex, list[str]] = {}
+    for mark in range(0, round(float(angle[-1])), _MARK * turns):
+        here = complex(force[np.argmin(np.abs(angle - mark))])
+        near = next((one for one in marks if abs(one - here) <= _CLOSE * abs(top)), here)
+        marks.setdefault(near, []).append(str(mark))
+    for at, words in marks.items():
+        axes.plot([at.real], [at.imag], ".", color=TOTAL, ms=5)
+        note(axes, ", ".join(words), (at.real, at.imag), (3, 2), color=TOTAL, fontsize=7)
+    axes.plot([0.0, top.real], [0.0, top.imag], color=LIMIT, linewidth=0.9)
+    axes.plot([top.real], [top.imag], "o", color=LIMIT, ms=4)
     axes.set_aspect("equal", adjustable="box")
     axes.margins(0.12)

@@ -15,19 +15,18 @@ def plan_bearing_loads(case: "Case") -> Iterator[Stage]:
     if table is None:
         return
     train = case.machine.crank_train
-    no_pin = () if train.rod is not None else ("/wrist_pin/",)
-    no_speeds = () if table.speeds is not None else ("/speeds/",)
-    sized = {
-        "/main/": all(bearing.diameter is not None for bearing in table.main_bearings),
-        "/crank_pin/": table.crank_pin is not None,
-        "/wrist_pin/": table.wrist_pin is not None,
+    absent = [
+        name
+        for name, there in (("/wrist_pin/", train.rod), ("/speeds/", table.speeds))
+        if there is None
+    ]
+    sizes = {
+        "main": table.main_bearings[0].diameter,
+        "crank_pin": table.crank_pin,
+        "wrist_pin": table.wrist_pin,
     }
-    pressures = tuple(
-        f"{part}{name}_pressure"
-        for part, there in sized.items()
-        for name in ("peak", "mean")
-        if not there
-    )
+    for name, size in sizes.items():
+        absent += [f"/{name}/{one}_pressure" for one in ("peak", "mean") if size is None]
     yield Stage(
         name="bearing_loads",
         adapter="vibecalc.bearings.adapter:run_bearing_loads",
@@ -36,7 +35,7 @@ def plan_bearing_loads(case: "Case") -> Iterator[Stage]:
         orders="none: forces over the crank angle",
         cost=f"peaks and means of {len(table.main_bearings)} main bearings and "
         f"{len(train.cylinders)} rods over a cycle",
-        quantities=below("bearing_loads/", (*no_pin, *no_speeds, *pressures)),
+        quantities=below("bearing_loads/", without=tuple(absent)),
         is_last=True,
         work=_work,
         topics=("vibecalc.bearings.accuracy:bearing_topics",),
@@ -59,10 +58,8 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
 
 
 def _names(case: "Case") -> dict[str, tuple[str, ...]]:
-    table = case.bearing_loads
-    if table is None:
-        return {}
-    return {"main_bearing": tuple(bearing.name for bearing in table.main_bearings)}
+    bearings = case.bearing_loads.main_bearings if case.bearing_loads is not None else ()
+    return {"main_bearing": tuple(one.name for one in bearings)} if bearings else {}
 
 
 SUBJECT = Subject(

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
-from vibecalc.core.case.fields import AngularSpeed, Force, Length, Mass, Name, Table
+from vibecalc.core.case.fields import AngularSpeed, Force, Length, Mass, Name, RunUp, Table
 from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import Row, needs, one_of, ordered, refuse, unique
 from vibecalc.errors import Problem
@@ -40,13 +40,10 @@ class ShaftLoad(Table):
     RULES = (one_of("mass", "force"),)
 
 
-class BearingSpeeds(Table):
+class BearingSpeeds(RunUp):
     """Crank speeds at which the highest loads of a cycle are wanted."""
 
-    model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
-
-    start: AngularSpeed = Field(alias="from", gt=0, description="lowest")
-    stop: AngularSpeed = Field(alias="to", gt=0, description="highest")
+    start: AngularSpeed = Field(alias="from", gt=0, description="lowest speed")
     points: Annotated[int, Field(strict=True, ge=2, le=401)] = Field(
         41, description="evenly spaced, both ends included"
     )
@@ -94,6 +91,7 @@ class BearingLoads(Table):
         unique("shaft_loads"),
         unique("main_bearings", "main bearings", "position"),
         _sizes,
+        "vibecalc.parts.rules:gas_of_bearings",
         refuse(
             ("kinematics", "series"),
             "bearing loads follow from the exact motion of piston and rod",

@@ -14,7 +14,7 @@ def run_body(scene: Scene) -> None:
     body = scene.parts.body
     if body is None or body.inertia_error is None or body.centre_error is None:
         raise ValueError("the body has no parts")
-    axes = {"direction": DIRECTIONS, "product": NAMES["product"], "principal": np.arange(1, 4)}
+    axes = {"direction": DIRECTIONS, "principal": np.arange(1, 4), **NAMES}
     inertia, error = body.inertia, body.inertia_error
     rows, columns = np.triu_indices(3, 1)
     moments, vectors = np.linalg.eigh(inertia)

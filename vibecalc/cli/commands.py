@@ -78,15 +78,16 @@ def accuracy(
 def _write_measured(result: "Result", path: Path) -> None:
     """Write the file, the table and, with matplotlib, the picture; print what is asked for."""
     from vibecalc.cli.outputs import write_text
-    from vibecalc.core.report.accuracy import render_accuracy, render_answer
+    from vibecalc.core.report.accuracy import render_answer
     from vibecalc.core.report.defects import as_defect, defects
     from vibecalc.core.report.plots import draw_file
+    from vibecalc.core.report.sweep.text import report_file
     from vibecalc.core.results.store import write_result
 
     write_result(result, path)
     written = [path]
     with defects("the report") as met:
-        write_text(render_accuracy(result), path.with_suffix(".txt"))
+        write_text(report_file(result), path.with_suffix(".txt"))
         written.append(path.with_suffix(".txt"))
         try:
             written += draw_file(path, path.parent)

@@ -140,7 +140,7 @@ def merge(
     """Put the parts of a sweep together; exit 4 if points failed or are still missing."""
     from vibecalc.cli.outputs import check_suffix
     from vibecalc.core.report.sweep.text import missing_words
-    from vibecalc.core.results.layout import DONE, NOT_RUN
+    from vibecalc.core.results.layout import DONE
     from vibecalc.core.study.execute import provenance
     from vibecalc.core.study.sweep.assemble import merge as put_together
 
@@ -149,15 +149,14 @@ def merge(
     if made.missing:
         note(f"no part has the points {missing_words(made.missing)}")
     _report(output, {**made.counts}, 0, 0.0, "")
-    bad = [many for status, many in made.counts.items() if status not in (DONE, NOT_RUN) and many]
-    raise typer.Exit(EXIT_POINTS_FAILED if bad or made.missing else EXIT_FINE)
+    raise typer.Exit(EXIT_FINE if made.counts.keys() <= {DONE} else EXIT_POINTS_FAILED)
 
 
 def _forecast(prepared: "PreparedSweep", options: "Options") -> None:
     from vibecalc.core.report.sweep.text import forecast_object, render_forecast
     from vibecalc.core.study.sweep.prepare import forecast, shard_chunks
 
-    chunks = len(shard_chunks(prepared.chunks(options.output).chunks, options.shard))
+    chunks = len(shard_chunks(prepared.journal(options.output).chunks, options.shard))
     found = forecast(prepared, options.jobs)
     if asked.json:
         say_json(forecast_object(prepared, found, chunks))
@@ -176,16 +175,13 @@ def _run(prepared: "PreparedSweep", options: "Options") -> int:
 
 def _kept(output: Path) -> int:
     """Exit code of a sweep that is there already, printed where JSON is asked for."""
-    import numpy as np
-
     from vibecalc.core.report.sweep.text import outcome_object
     from vibecalc.core.report.sweep.view import view_of
     from vibecalc.core.results.layout import DONE
     from vibecalc.core.results.sweep_file import open_sweep
 
     with open_sweep(output) as opened:
-        status = zip(*np.unique(opened.status(), return_counts=True), strict=True)
-        counts = {int(one): int(many) for one, many in status}
+        counts = opened.counts()
         if asked.json:
             points = sum(counts.values())
             say_json(outcome_object(view_of(opened), output, counts, points, 0.0) | {"written": []})

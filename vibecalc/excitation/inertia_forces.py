@@ -112,7 +112,7 @@ def order_phasors(angle: ArrayLike, orders: ArrayLike) -> Bounded:
     return phasors(np.asarray(orders)[:, None] * np.asarray(angle, dtype=float)[..., None, :])
 
 
-def _pull_along(place: Operand, direction: Operand) -> Bounded:
+def pull_along(place: Operand, direction: Operand) -> Bounded:
     """Loads (..., 6) of a unit force along directions (..., 3) at places (..., 3)."""
     return _together(bounded(direction), cross(place, direction))
 
@@ -171,7 +171,7 @@ def reciprocating_excitation(
     along = np.asarray(position, dtype=float)[..., None] * np.asarray(axis, dtype=float)
     offset = np.asarray(wrist_pin_offset, dtype=float)[..., None, None]
     place = rounded(along, 2) + np.asarray(origin, dtype=float) + offset * sideways
-    found: Bounded = push @ (_pull_along(place, outward) * mass)
+    found: Bounded = push @ (pull_along(place, outward) * mass)
     return found
 
 
@@ -221,7 +221,7 @@ def rotating_excitation(
     place = rounded(position, 2) + np.asarray(origin, dtype=float)
     orders = np.arange(1, highest_order + 1)
     at_order = (np.abs(ratio)[..., None, :] == orders[:, None]).astype(float)
-    found: Bounded = (at_order * pull[..., None, :]) @ _pull_along(place, turning)
+    found: Bounded = (at_order * pull[..., None, :]) @ pull_along(place, turning)
     return found
 
 

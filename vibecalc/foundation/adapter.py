@@ -27,7 +27,7 @@ def run_foundation(scene: Scene) -> None:
     (motion, ground_force), (_, rigid_force) = moved(system), moved(alone)
     shapes = system.shapes
     found = UpAndDown(
-        natural_frequency=Bounded(shapes.natural_frequency, shapes.natural_frequency_error),
+        natural_frequency=shapes.bounded_frequency,
         machine=motion[..., :used, 0],
         motion=motion[..., :used, 1],
         ground_force=ground_force[..., :used],

@@ -1,30 +1,25 @@
 """Adapter: loads of the machine onto machine and foundation, and what a rigid one would get."""
 
+from collections.abc import Iterator, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.inertia_forces import with_terms
-from vibecalc.foundation.coupled_results import (
-    BelowMounts,
-    CoupledModes,
-    FoundationMotion,
-    OnGround,
-    OnRigid,
-)
 from vibecalc.foundation.model import flexible_foundation, on_body
-from vibecalc.foundation.systems import FlexibleFoundation, OnTables, on_tables
+from vibecalc.foundation.results import COUPLED, BelowMounts, CoupledModes, FoundationMotion
+from vibecalc.foundation.systems import Curve, OnTables, on_tables
 from vibecalc.isolation.adapters.efficiency import Ground
 from vibecalc.isolation.adapters.loads import BodyLoads, steady_motion
-from vibecalc.isolation.adapters.steady import Moved, emit_steady
+from vibecalc.isolation.adapters.steady import Moved, emit_steady, moved_by
 from vibecalc.isolation.at_mounts import displacement
-from vibecalc.isolation.efficiency import efficiency, is_more, rms
+from vibecalc.isolation.efficiency import by_order, rms
 from vibecalc.isolation.on_mounts import OnMounts, frequency_grid, of_each
 from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.parts.body import COORDINATES, DIRECTIONS
-from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mount_needs import foundation_kind
 
 _TURN = 2.0 * np.pi
@@ -35,47 +30,49 @@ _OUTSIDE = 0.01
 def run_coupled(scene: Scene) -> None:
     """Emit modes, motion of both, loads on the ground and on a rigid foundation, their ratios."""
     given, body, mounts = scene.case.foundation, scene.parts.body, scene.parts.mounts
-    if given is None or body is None or mounts is None:
-        raise ValueError("[foundation] needs a body and mounts")
+    assert given is not None and body is not None and mounts is not None
     loads: BodyLoads = scene.handed_on["loads"]
-    frequency = loads.order * scene.case.machine.speed
+    frequency, used = loads.order * scene.case.machine.speed, loads.retained
     system: OnMounts
     if foundation_kind(scene.case) == "body":
-        system = on_body(given, body, mounts)
-        scene.handed_on["on_foundation"] = system
+        system = scene.handed_on["on_foundation"] = on_body(given, body, mounts)
         _emit_modes(scene, system)
         words = "two rigid bodies, 12 x 12 complex dynamic stiffness"
     else:
-        flexible = flexible_foundation(given, mounts.names)
-        _inside(scene, flexible, loads, frequency)
-        system = on_tables(body, mounts, flexible)
+        system = on_tables(body, mounts, flexible_foundation(given, mounts.names))
+        _inside(scene, system.curves, loads, frequency)
         words = "mounts in series with the dynamic stiffness of their feet"
     source = "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3 and 10"
     scene.cite(words, "motion of machine and foundation", source)
 
-    def moved(motion: Bounded) -> Moved:
-        deflection = system.at_mounts(motion)
-        at_mounts = displacement(displacement_at(mounts.position), motion[:, :6])
-        return Moved(motion[:, :6], at_mounts, deflection, system.force(deflection, frequency))
+    def solve(load: Bounded) -> Moved:
+        return moved_by(system, steady_motion(scene, system, load, loads.order), frequency)
 
     still: OnMounts = scene.handed_on["on_mounts"]
     motion, alone = (steady_motion(scene, one, loads.load, loads.order) for one in (system, still))
-    found = moved(motion)
-
-    def solve(load: Bounded) -> Moved:
-        return moved(steady_motion(scene, system, load, loads.order))
-
+    found = moved_by(system, motion, frequency)
     emit_steady(scene, mounts, found, solve)
-    _emit_motion(scene, system, motion, found.force, loads, frequency)
     ground = system.ground_load(motion, frequency)
-    _emit_loads(scene, ground, still.ground_load(alone, frequency), loads)
     natural = np.concatenate([still.shapes.natural_frequency, system.shapes.natural_frequency])
     scene.handed_on["ground"] = Ground(ground, system.transmissibility, natural)
-    grid = frequency_grid(natural, highest=float(frequency[loads.retained - 1]))
-    axes = {"coordinate": COORDINATES, "foundation_frequency": grid / _TURN}
-
-    for group, one in ((OnGround, system), (OnRigid, still)):
-        scene.emit_all(group(transmissibility=partial(_curves, one, grid)), axes)
+    grid = frequency_grid(natural, highest=float(frequency[used - 1]))
+    axes = {
+        "half_order": loads.order[:used].astype(float),
+        "direction": DIRECTIONS,
+        "mount": mounts.names,
+        "coordinate": COORDINATES,
+        "foundation_frequency": grid / _TURN,
+    }
+    for group in _below(system, motion, found.force, scene.case.machine.speed, loads):
+        scene.emit_all(group, axes)
+    arriving = {"ground": ground, "rigid": still.ground_load(alone, frequency)}
+    for what, part in (("force", slice(0, 3)), ("couple", slice(3, 6))):
+        for name, load in arriving.items():
+            path = f"{COUPLED}/{name}/{what}"
+            reached = _arriving(path, loads.load[:, part], load[:, part], loads)
+            scene.emit_all(reached, axes)
+    for name, one in (("ground", system), ("rigid", still)):
+        scene.emit_all({f"{COUPLED}/{name}/transmissibility": partial(_curves, one, grid)}, axes)
 
 
 def _curves(system: OnMounts, frequency: np.ndarray) -> Bounded:
@@ -86,18 +83,15 @@ def _emit_modes(scene: Scene, system: OnMounts) -> None:
     shapes = system.shapes
     axes = {"coupled_mode": np.arange(1, len(shapes.natural_frequency) + 1)}
     found = CoupledModes(
-        natural_frequency=Bounded(shapes.natural_frequency, shapes.natural_frequency_error),
+        natural_frequency=shapes.bounded_frequency,
         damping_ratio=system.damping_ratio(),
         machine_share=system.energy_fraction()[..., :6].sum(-1),
     )
     scene.emit_all(found, axes)
 
 
-def _inside(
-    scene: Scene, foundation: FlexibleFoundation, loads: BodyLoads, frequency: np.ndarray
-) -> None:
+def _inside(scene: Scene, curves: Sequence[Curve], loads: BodyLoads, frequency: np.ndarray) -> None:
     """Say which orders are beyond the tables; refuse where these matter."""
-    curves = [*foundation.feet.values(), *foundation.plate.values()]
     low = max(float(one.frequency[0]) for one in curves)
     high = min(float(one.frequency[-1]) for one in curves)
     out = (frequency < low) | (frequency > high)
@@ -121,53 +115,29 @@ def _inside(
     scene.warn(f"{words}: their first or last row holds there, for loads of {share:.1e} of all")
 
 
-def _emit_motion(
-    scene: Scene,
-    system: OnMounts,
-    motion: Bounded,
-    force: Bounded,
-    loads: BodyLoads,
-    frequency: np.ndarray,
-) -> None:
-    """Emit what the foundation does by a motion (m, f) and forces (mounts, 3, m) of the mounts."""
+def _below(
+    system: OnMounts, motion: Bounded, force: Bounded, speed: float, loads: BodyLoads
+) -> Iterator[FoundationMotion | BelowMounts]:
+    """What the foundation does by a motion (m, f) and forces (mounts, 3, m) of the mounts."""
     used = loads.retained
-    axes = {
-        "half_order": loads.order[:used].astype(float),
-        "direction": DIRECTIONS,
-        "mount": system.mounts.names,
-    }
     kept = list(system.plate if isinstance(system, OnTables) else range(6))
-    plate = motion[:used, 6 : 6 + len(kept)] @ np.eye(6)[kept]
     if kept:
-        scene.emit_all(FoundationMotion(plate[:, :3], plate[:, 3:]), axes)
+        plate = motion[:used, 6 : 6 + len(kept)] @ np.eye(6)[kept]
+        yield FoundationMotion(plate[:, :3], plate[:, 3:])
     foot = displacement(-system.stretch[..., 6:], motion[:, 6:])
-    speed = foot * (1j * frequency)
-    power = (speed * Bounded(np.conj(force.value), force.error)).real.sum((0, 1)) * 0.5
-    by_order = reshaped(speed, lambda one: np.moveaxis(one, -1, 0))
-    below = BelowMounts(
-        foot=foot[..., :used],
-        foot_velocity_rms=rms(by_order, used, loads.tail).norm().value,
-        power=power[:used],
-    )
-    scene.emit_all(below, axes)
+    rate = foot * (1j * loads.order * speed)
+    power = (rate * Bounded(np.conj(force.value), force.error)).real.sum((0, 1)) * 0.5
+    rates = reshaped(rate, lambda one: np.moveaxis(one, -1, 0))
+    level = rms(rates, used, loads.tail).norm().value
+    yield BelowMounts(foot[..., :used], level, power[:used])
 
 
-def _emit_loads(scene: Scene, ground: Bounded, rigid: Bounded, loads: BodyLoads) -> None:
+def _arriving(path: str, held: Bounded, load: Bounded, loads: BodyLoads) -> dict[str, Any]:
+    """A load (m, 3) below the mounts, and how much less it is than that `held` on them, by path."""
     used = loads.retained
-    axes = {"half_order": loads.order[:used].astype(float), "direction": DIRECTIONS}
-    for what, part in (("force", slice(0, 3)), ("couple", slice(3, 6))):
-        held = loads.load[:, part]
-        acting = rms(held, used, loads.tail).norm()
-        size = held[:used].norm()
-        acts = is_more(size, size.error, size.max(0))
-        for group, load in ((OnGround, ground[:, part]), (OnRigid, rigid[:, part])):
-            total, arrived = rms(load, used, loads.tail).norm(), load[:used].norm()
-            arrives = is_more(arrived, arrived.error, arrived.max(0))
-            found = {
-                what: with_terms(load[:used]),
-                f"{what}_rms": with_terms(total.value, total.rounding),
-                f"{what}_by_order": efficiency(size, arrived, acts, arrives),
-            }
-            if acting.value.value > 4.0 * acting.rounding:
-                found[f"{what}_efficiency"] = 1.0 - total.value / acting.value
-            scene.emit_all(group(**found), axes)
+    acting, total = (rms(one, used, loads.tail).norm() for one in (held, load))
+    found: dict[str, Any] = {path: with_terms(load[:used])}
+    found[f"{path}_rms"] = with_terms(total.value, total.rounding)
+    if acting.value.value > 4.0 * acting.rounding:
+        found[f"{path}_efficiency"] = 1.0 - total.value / acting.value
+    return found | {f"{path}_by_order": by_order(held[:used], load[:used])[:, -1]}

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from vibecalc.core.report.curves import Curve, Curves, Panel, entry_of, level
+from vibecalc.core.report.curves import Curve, Curves, Look, Panel, Source, entry_of, level
 from vibecalc.core.report.rows import Cells, Made, Rows, by_axis, loud, percent, reduced, rows_of
 from vibecalc.core.report.sections import (
     Section,
@@ -11,11 +11,12 @@ from vibecalc.core.report.sections import (
     section,
     stacked,
 )
-from vibecalc.core.report.writing import Column, number, paragraph, show, table
+from vibecalc.core.report.writing import Column, number, paragraph, show_in, table
 from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.foundation.results import COUPLED
+from vibecalc.isolation.efficiency_report import of_loud
 from vibecalc.parts.body import COORDINATES
 
-COUPLED = "foundation/coupled"
 #: orders below this share of the largest stay in the result file, as those beyond so many
 _LARGE = loud(1e-3, 12)
 
@@ -78,10 +79,8 @@ def _loads(record: Record) -> list[str]:
         for name in ("ground", "rigid"):
             total = record[f"{COUPLED}/{name}/{what}_rms"]
             share = scalar_of(record, f"{COUPLED}/{name}/{what}_efficiency")
-            cells += [
-                f"{show(float(total.values), total.error_estimate)} {unit}",
-                "-" if share is None else f"{100.0 * share:.2f} %",
-            ]
+            cells.append(show_in(float(total.values), unit, total.error_estimate))
+            cells.append("-" if share is None else f"{100.0 * share:.2f} %")
         rows.append([f"{what}, r.m.s.", *cells])
     heads = (
         Column("on the ground"), number("as it is"), number("efficiency"),
@@ -101,52 +100,37 @@ def _loads(record: Record) -> list[str]:
 
 
 def _length(of: Made) -> Callable[[Result], Quantity | None]:
-    """Length of the force of the orders that matter, as whole or half numbers."""
+    """Of the orders that matter, without the path: references of the case are of components."""
+    source = of_loud(of, _RIGID)
 
     def made(result: Result) -> Quantity | None:
-        found, rigid = of(result.record), _RIGID(result.record)
-        if found is None or rigid is None:
-            return None
-        large = _LARGE([rigid])
-        axis = replace(found.axes[0], values=found.axes[0].values[large])
-        return replace(found, path="", values=found.values[large], axes=(axis,))
+        found = source(result)
+        return found and replace(found, path="")
 
     return made
 
 
+def _both(ground: Source, rigid: Source, look: Look, bars: bool = False) -> tuple[Curve, Curve]:
+    rigidly = Curve(rigid, "on a rigid foundation", look, bars=bars)
+    return Curve(ground, "as it is", bars=bars), rigidly
+
+
 def _panel(coordinate: str) -> Panel:
-    return Panel(
-        "transmissibility",
-        (
-            Curve(
-                entry_of(f"{COUPLED}/ground/transmissibility", COORDINATES.index(coordinate)),
-                "as it is",
-            ),
-            Curve(
-                entry_of(f"{COUPLED}/rigid/transmissibility", COORDINATES.index(coordinate)),
-                "on a rigid foundation",
-                {"linestyle": "--"},
-            ),
-            level(lambda _: 1.0),
-        ),
-        f"load on the ground over a load on the machine, {coordinate}",
-        log="xy",
+    place = COORDINATES.index(coordinate)
+    ground, rigid = (
+        entry_of(f"{COUPLED}/{name}/transmissibility", place) for name in ("ground", "rigid")
     )
+    curves = _both(ground, rigid, {"linestyle": "--"})
+    words = f"load on the ground over a load on the machine, {coordinate}"
+    return Panel("transmissibility", (*curves, level(lambda _: 1.0)), words, log="xy")
 
 
+_LENGTHS = _both(_length(_FORCE), _length(_RIGID), {}, bars=True)
 FOUNDATION = Curves(
     "machine on its foundation",
     (
         *(_panel(one) for one in ("y", "z", "rx")),
-        Panel(
-            "force",
-            (
-                Curve(_length(_FORCE), "as it is", bars=True),
-                Curve(_length(_RIGID), "on a rigid foundation", bars=True),
-            ),
-            "force on the ground by order",
-            log="y",
-        ),
+        Panel("force", _LENGTHS, "force on the ground by order", log="y"),
     ),
     high=2.3,
 )

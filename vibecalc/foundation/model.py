@@ -26,21 +26,22 @@ FOUNDATION: KeyPath = ("foundation",)
 def on_mass(scene: Scene) -> tuple[OnMounts, OnMounts]:
     """Machine and foundation as two masses that move up and down, and the machine alone."""
     case, body, mounts = scene.case, scene.parts.body, scene.parts.mounts
-    given = case.foundation
-    if given is None or body is None or mounts is None or case.isolation is None:
-        raise ValueError("[foundation] needs [isolation], a body and mounts")
-    if given.mass is None or given.stiffness is None:
-        raise ValueError("a foundation of kind 'mass' has a mass and a stiffness")
+    given, options = case.foundation, case.isolation
+    assert given is not None and options is not None and body is not None and mounts is not None
+    assert given.mass is not None and given.stiffness is not None
     spring = given.stiffness, given.damping, given.loss_factor * given.stiffness
-    return on_second_mass(body, mounts, DIRECTIONS.index(case.isolation.up), given.mass, spring)
+    return on_second_mass(body, mounts, DIRECTIONS.index(options.up), given.mass, spring)
 
 
 def on_body(given: Foundation, body: RigidBody, mounts: Mounts) -> OnMounts:
     """Machine and foundation as two rigid bodies."""
-    if given.body is None or given.springs is None or given.position is None:
-        raise ValueError("a foundation of kind 'body' has a body, springs and a position")
+    assert given.body is not None and given.springs is not None
     second, springs = build_body(given.body), build_mounts(given.springs)
-    return on_second_body(body, mounts, second, np.asarray(given.position), springs)
+    return on_second_body(body, mounts, second, _position(given), springs)
+
+
+def _position(given: Foundation) -> np.ndarray:
+    return np.zeros(3) if given.position is None else np.asarray(given.position)
 
 
 def flexible_foundation(given: Foundation, names: tuple[str, ...]) -> FlexibleFoundation:
@@ -54,8 +55,7 @@ def flexible_foundation(given: Foundation, names: tuple[str, ...]) -> FlexibleFo
         for place, name in enumerate(names):
             if one.mounts is None or name in one.mounts:
                 feet[place, direction] = curve
-    position = np.zeros(3) if given.position is None else np.asarray(given.position)
-    return FlexibleFoundation(feet, plate, position)
+    return FlexibleFoundation(feet, plate, _position(given))
 
 
 def _curve(one: Flexibility) -> Curve:
@@ -76,14 +76,16 @@ def _key(one: Flexibility) -> str:
 
 def coupled_problems(case: Case) -> Iterator[Problem]:
     """Problems of a foundation with six freedoms, or of tables."""
-    given, kind = case.foundation, foundation_kind(case)
-    if given is None or kind in ("", "mass") or case.machine.mounts is None:
+    given, options, mounts = case.foundation, case.isolation, case.machine.mounts
+    assert given is not None and options is not None and mounts is not None
+    kind = foundation_kind(case)
+    if kind == "mass":
         return
-    if case.isolation is not None and case.isolation.model != "rigid_body":
+    if options.model != "rigid_body":
         yield Problem(
             path=("isolation", "model"),
             message=f"a foundation of kind {kind!r} carries a machine with all six freedoms",
-            found=f"model = '{case.isolation.model}'",
+            found=f"model = '{options.model}'",
             allowed="model = 'rigid_body'",
             also=FOUNDATION,
         )
@@ -91,8 +93,7 @@ def coupled_problems(case: Case) -> Iterator[Problem]:
         yield from moment_problems((*FOUNDATION, "body"), given.body)
         yield from _springs(given.springs)
     else:
-        names = [one.name for one in mount_entries(case.machine.mounts)]
-        yield from _names(names, given)
+        yield from _names([one.name for one in mount_entries(mounts)], given)
         yield from _feeding(given)
 
 

@@ -1,12 +1,14 @@
-"""Results of a machine on a foundation that moves."""
+"""Results of a machine on a foundation that moves: one mass, six freedoms, or tables."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from vibecalc.core.results.described import entries_of, q
-from vibecalc.core.results.record import PEAK, Headline
-from vibecalc.foundation.coupled_results import AXES as COUPLED_AXES
-from vibecalc.foundation.coupled_results import ENTRIES as COUPLED_ENTRIES
+from vibecalc.core.results.record import PEAK, RMS, Entry, Headline, entry
+
+COUPLED = "foundation/coupled"
+_ORDERS = "half_order direction"
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,72 @@ class UpAndDown:
     )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class CoupledModes:
+    """Modes of machine and foundation together."""
+
+    ROOT: ClassVar[str] = f"{COUPLED}/modes"
+    natural_frequency: Any = q(
+        "coupled_mode", "rad/s", "of machine and foundation, undamped",
+        headline=Headline("natural frequency, machine on foundation", "Hz", pick="ends"),
+    )  # fmt: skip
+    damping_ratio: Any = q("coupled_mode", "", "modal damping ratio")
+    machine_share: Any = q("coupled_mode", "", "share of the kinetic energy that is in the machine")
+
+
+@dataclass(frozen=True)
+class FoundationMotion:
+    """Motion of a foundation that is one body."""
+
+    ROOT: ClassVar[str] = f"{COUPLED}/body"
+    translation: Any = q(_ORDERS, "m", "foundation at its reference point", PEAK)
+    rotation: Any = q(_ORDERS, "rad", "rotation of the foundation", PEAK)
+
+
+@dataclass(frozen=True)
+class BelowMounts:
+    """What the mounts stand on, and what passes through them."""
+
+    ROOT: ClassVar[str] = COUPLED
+    foot: Any = q("mount direction half_order", "m", "motion of what a mount stands on", PEAK)
+    foot_velocity_rms: Any = q(
+        "mount", "m/s",
+        "velocity of what a mount stands on, length of the vector, all orders", RMS,
+        headline=Headline("velocity of the foundation at a mount, r.m.s.", "mm/s"),
+    )  # fmt: skip
+    power: Any = q(
+        "half_order", "W", "mean power through the mounts into the foundation",
+        headline=Headline("power into the foundation, largest order", "W"),
+    )  # fmt: skip
+
+
+def _below(name: str, where: str, better: str) -> Iterator[Entry]:
+    """Loads below the mounts; efficiencies stand in the first table unless those at `better` do."""
+    held = "that of the machine held still"
+    for what, unit, about in (("force", "N", ""), ("couple", "N*m", " about the origin")):
+        path, words = f"{COUPLED}/{name}/{what}", f"{what} {where}{about}"
+        head = Headline(f"{words}, r.m.s.", unit) if what == "force" else None
+        share = Headline(f"isolation of the {what}{about}, r.m.s.", unless=better.format(what))
+        yield entry(path, _ORDERS, unit, words, PEAK)
+        yield entry(f"{path}_rms", "", unit, f"{words}, all orders", RMS, headline=head)
+        words = f"{words} over {held}"
+        yield entry(f"{path}_efficiency", "", "", f"1 - r.m.s. of the {words}", headline=share)
+        yield entry(f"{path}_by_order", "half_order", "", f"1 - {words}")
+    yield entry(
+        f"{COUPLED}/{name}/transmissibility",
+        "coordinate foundation_frequency",
+        "",
+        f"load {where} over a load of one size on the machine, both at the reference point",
+    )
+
+
 AXES = {
     "foundation_mode": ("", "mode of machine and foundation, up and down, lowest first"),
-    **COUPLED_AXES,
+    "coupled_mode": ("", "mode of machine and foundation, lowest first"),
+    "foundation_frequency": ("Hz", "frequency"),
 }
-ENTRIES = (*entries_of(UpAndDown), *COUPLED_ENTRIES)
+ENTRIES = (
+    *entries_of(UpAndDown, CoupledModes, FoundationMotion, BelowMounts),
+    *_below("ground", "on the ground", "isolation/efficiency/{}/rms"),
+    *_below("rigid", "on a rigid foundation", f"{COUPLED}/ground/{{}}_efficiency"),
+)

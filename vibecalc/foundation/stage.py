@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import Leading, Stage, Subject, Unit, Work, below
+from vibecalc.core.run.stage import Leading, Stage, Subject, Unit, below
 from vibecalc.isolation.stage import (
     efficiency_stage,
     of_operating_speed,
@@ -43,7 +43,7 @@ def plan_foundation(case: "Case") -> Iterator[Stage]:
         quantities=below("foundation/", without=("foundation/coupled/",)),
         is_last=True,
         harmonics=orders_of_motion,
-        work=_work,
+        work=lambda case, orders: ((orders, "two_masses"),),
         topics=("vibecalc.foundation.accuracy:foundation_topics",),
         leading=Leading(
             MOUNT_KEYS
@@ -53,16 +53,13 @@ def plan_foundation(case: "Case") -> Iterator[Stage]:
     )
 
 
-def _work(case: "Case", orders: int) -> Work:
-    return ((orders, "two_masses"),)
-
-
 def _of_all_freedoms(case: "Case") -> Stage:
     """Machine and foundation in six freedoms each, or on a foundation of tables."""
     body, options, given = foundation_kind(case) == "body", case.isolation, case.foundation
-    plate = given is not None and any(one.at == "whole" for one in given.flexibilities or ())
+    assert given is not None and options is not None
     without: tuple[str, ...] = () if body else ("/modes/",)
-    without += () if body or plate else ("/body/",)
+    if not body and all(one.at != "whole" for one in given.flexibilities or ()):
+        without += ("/body/",)
     return Stage(
         name="flexible foundation",
         adapter="vibecalc.foundation.coupled:run_coupled",
@@ -71,16 +68,11 @@ def _of_all_freedoms(case: "Case") -> Stage:
         orders="those that act on the body",
         cost=f"a solve of {'12 x 12' if body else 'the tables'} per order and frequency",
         quantities=below("foundation/coupled/", without=without) + of_operating_speed(case),
-        is_last=not case.point
-        and not (options and (options.efficiency or (body and options.run_up))),
+        is_last=not (case.point or options.efficiency or (body and options.run_up)),
         harmonics=orders_of_loads,
-        work=_work_of_all,
+        work=lambda case, orders: ((2 * orders + 6 * _CURVE, "coupled_solve"),),
         topics=("vibecalc.foundation.accuracy:coupled_topics",),
     )
-
-
-def _work_of_all(case: "Case", orders: int) -> Work:
-    return ((2 * orders + 6 * _CURVE, "coupled_solve"),)
 
 
 SUBJECT = Subject(

@@ -9,7 +9,7 @@ so that K = sum B^T k B with B (3, coordinates) of each. Moving with the ground 
 Y = (G(position) U, rotation of U).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.at_mounts import Resting
-from vibecalc.isolation.on_mounts import OnMounts, assembled, resting_on
+from vibecalc.isolation.on_mounts import OnMounts, assembled, in_direction, resting_on
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.linear import Linear, added_up
@@ -42,11 +42,7 @@ def on_second_mass(
     N s/m and N/m) may have leading axes as the mounts. Source: J. P. Den Hartog, Mechanical
     Vibrations, 4th ed., section 3.2.
     """
-    along = (..., slice(up, up + 1), slice(up, up + 1))
-    stiffness, damping, structural = (
-        part[along] for part in (mounts.stiffness, mounts.damping, mounts.structural)
-    )
-    few = replace(mounts, stiffness=stiffness, damping=damping, structural=structural)
+    few = in_direction(mounts, up)
     mass = rounded(side_by_side([body.mass, below])[..., None] * np.eye(2), DATA_ROUNDINGS)
     each = (np.asarray(part)[..., None, None, None] for part in spring)
     ground = added_up(mass, np.array([[[0.0, 1.0]]]), *each)
@@ -73,9 +69,7 @@ def on_second_body(
     """
     below = displacement_at(springs.position)
     lower = np.concatenate([np.zeros_like(below), below], axis=-1)
-    mass = Bounded(np.zeros((12, 12)), np.zeros((12, 12)))
-    for place, one in ((slice(6), body), (slice(6, 12), second)):
-        mass.value[place, place], mass.error[place, place] = one.bounded_mass()
+    mass = _masses(12, body, second)
     ground, stretch = on_springs(mass, lower, springs), _stretch(mounts, position)
     return assembled(
         mounts,
@@ -87,6 +81,15 @@ def on_second_body(
         _carried(position),
         below=ground,
     )
+
+
+def _masses(size: int, *bodies: RigidBody) -> Bounded:
+    """Mass matrix (size, size) of bodies in six coordinates each; others have none."""
+    mass = Bounded(*np.zeros((2, size, size)))
+    for number, one in enumerate(bodies):
+        own = (slice(6 * number, 6 * number + 6),) * 2
+        mass.value[own], mass.error[own] = one.bounded_mass()
+    return mass
 
 
 def _stretch(mounts: Mounts, position: FloatArray) -> FloatArray:
@@ -116,9 +119,7 @@ class Curve(NamedTuple):
 
     def at(self, frequency: FloatArray) -> ComplexArray:
         """Dynamic stiffness, straight between rows, real and imaginary part each; ends hold."""
-        found = np.interp(frequency, self.frequency, self.value.real) + 1j * np.interp(
-            frequency, self.frequency, self.value.imag
-        )
+        found = np.interp(frequency, self.frequency, self.value)
         return np.asarray(1j * frequency * found if self.by_velocity else found)
 
 
@@ -175,12 +176,9 @@ def on_tables(body: RigidBody, mounts: Mounts, foundation: FlexibleFoundation) -
     carried[: len(kept)] = _carried(foundation.position)[kept]
     for place, (mount, direction) in enumerate(foundation.feet, start=len(kept)):
         stretch[mount, direction, place] = -1.0
-    mass = Bounded(np.zeros((size, size)), np.zeros((size, size)))
-    mass.value[:6, :6], mass.error[:6, :6] = body.bounded_mass()
-    matrices = on_springs(mass, stretch, mounts)
-    spectral = None
-    if mounts.spectrum is not None:
-        spectral = spectral_system(matrices.free(), mounts, stretch)
+    matrices = on_springs(_masses(size, body), stretch, mounts)
+    follows = mounts.spectrum is not None
+    spectral = spectral_system(matrices.free(), mounts, stretch) if follows else None
     none, shapes = np.zeros(0), np.zeros((size, 0))
     return OnTables(
         matrices=matrices,

@@ -25,7 +25,7 @@ from vibecalc.core.case.rules import (
     same_length,
     wants,
 )
-from vibecalc.parts.body_tables import NO_MATRICES, Body, Mounts
+from vibecalc.parts.body_tables import NO_MATRICES, TURNS, Body, Mounts, along_or_about
 
 _Stiffnesses = tuple[Annotated[float, Unit("N/m")], ...]
 _Dampings = tuple[Annotated[float, Unit("N*s/m")], ...]
@@ -71,7 +71,6 @@ class AngularImpedance(_OverFrequency):
     imaginary: _TurnDampings = Field(description="positive like an inertia")
 
 
-_TURNS = ("rx", "ry", "rz")
 _LINEAR = ("dynamic_stiffness", "impedance")
 _ANGULAR = ("angular_dynamic_stiffness", "angular_impedance")
 #: keys of a flexibility that have its curve
@@ -104,23 +103,16 @@ class Flexibility(Table):
     )
     RULES = (
         one_of(*CURVES),
-        refuse(
-            "direction",
+        *along_or_about(
+            " ".join(_LINEAR),
             "the flexibility about an axis is an angular_dynamic_stiffness or angular_impedance",
-            lambda t: t["direction"] in _TURNS and any(key in t for key in _LINEAR),
-            found="direction = '{direction}'",
-        ),
-        refuse(
-            "direction",
+            " ".join(_ANGULAR),
             "what is angular is about an axis",
-            lambda t: t["direction"] in ("x", "y", "z") and any(key in t for key in _ANGULAR),
-            found="direction = '{direction}'",
-            allowed="rx, ry or rz",
         ),
         refuse(
             "direction",
             "a mount has no rotation of its own: it passes forces only",
-            lambda t: t["direction"] in _TURNS and t["at"] != "whole",
+            lambda t: t["direction"] in TURNS and t["at"] != "whole",
             found="direction = '{direction}'",
             allowed="x, y or z, or at = 'whole'",
             also="at",

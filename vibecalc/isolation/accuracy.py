@@ -21,7 +21,7 @@ from vibecalc.isolation.adapters.loads import BodyLoads
 from vibecalc.isolation.efficiency_results import OfForces
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.results import SupportForce
-from vibecalc.isolation.rows import Jet
+from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import numbered
@@ -114,6 +114,17 @@ def efficiency_topics(scene: Scene) -> list[Topic]:
     return motion_topic(ask, system, load, w, read)
 
 
+def counting(rows: HarmonicsAt) -> tuple[HarmonicsAt, list[int]]:
+    """The same rows, and at how many speeds they have been evaluated."""
+    asked = [0]
+
+    def counted(speed: FloatArray, slopes: bool = False, errors: bool = False) -> Jet:
+        asked[0] += len(speed)
+        return rows(speed, slopes=slopes, errors=errors)
+
+    return counted, asked
+
+
 def run_up_topics(scene: Scene) -> list[Topic]:
     """The largest force of a support at any speed; none where all grow without bound."""
     if isolation_of(scene).run_up is None:
@@ -134,12 +145,7 @@ def run_up_topics(scene: Scene) -> list[Topic]:
         return np.asarray(cycle_peaks(given.harmonics_at, given.orders, speed).value[:, row])
 
     def alone(_: float) -> Answer:
-        asked = [0]
-
-        def rows(speed: FloatArray, slopes: bool = False, errors: bool = False) -> Jet:
-            asked[0] += len(speed)
-            return given.harmonics_at(speed, slopes=slopes, errors=errors)
-
+        rows, asked = counting(given.harmonics_at)
         peak = run_up_peak(given._replace(harmonics_at=rows))
         return Answer(peak.value[[row]], float(asked[0]), float(peak.speed[row]))
 

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.rows import Readout
 from vibecalc.numerics.bounded import Bounded, reshaped, rounded
-from vibecalc.numerics.linear import Dynamics, Linear, law, resisting, response
-from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF
+from vibecalc.numerics.linear import Dynamics, Linear, law, resisting, response, uncertain
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mounts import Mounts
 
@@ -63,7 +63,8 @@ def deflected(rest: Resting, load: Bounded) -> AtMounts:
     stiffness, felt = rest.matrices.stiffness, (load[..., None, :] @ rest.reach)[..., 0, :]
     system = Dynamics(stiffness, rest.matrices.stiffness_error, _flexibility(rest.matrices))
     body = response(system, *felt)
-    _require_digits(rest.matrices, body)
+    if np.any(uncertain(rest.matrices.mass, body)):
+        raise NumericalFailure(_free("to rounding"))
     motion = (rest.stretch @ body[..., None, :, None])[..., 0]
     force = rounded(rest.stiffness, 4 + DATA_ROUNDINGS) @ motion[..., None]
     return AtMounts(motion, force[..., 0])
@@ -95,15 +96,6 @@ def _flexibility(matrices: Linear) -> np.ndarray:
     if not np.all(np.isfinite(inverse)):
         raise NumericalFailure(_free("exactly"))
     return inverse
-
-
-def _require_digits(matrices: Linear, body: Bounded) -> None:
-    """Refuse a deflection of which fewer than four digits are certain."""
-    weight = np.sqrt(np.linalg.diagonal(matrices.mass))
-    loss = np.max(weight * body.error, axis=-1)
-    largest = np.maximum(np.max(weight * np.abs(body.value), axis=-1), np.finfo(float).tiny)
-    if not np.all(loss < SINGULAR * largest):
-        raise NumericalFailure(_free("to rounding"))
 
 
 def _free(how: str) -> str:

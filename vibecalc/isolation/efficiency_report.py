@@ -124,17 +124,17 @@ def _by_order(path: str, unit: str) -> Rows:
 # ----------------------------------------------------------------------------
 
 
-def _loud(path: str) -> Callable[[Result], Quantity | None]:
-    """Efficiency of the resultant of those orders that are worth a bar."""
+def of_loud(of: Made, *sizes: Made) -> Callable[[Result], Quantity | None]:
+    """A quantity of those orders alone at which one of the `sizes` is worth a bar."""
 
     def made(result: Result) -> Quantity | None:
-        share = _resultant(path)(result.record)
-        sizes = [one for of in _sizes(path) if (one := of(result.record)) is not None]
-        if share is None or len(sizes) != 2:
+        found, *every = (one(result.record) for one in (of, *sizes))
+        beside = [one for one in every if one is not None]
+        if found is None or len(beside) != len(sizes):
             return None
-        large = loud(_SMALL, _MOST, 2)(sizes)
-        axis = replace(share.axes[0], values=share.axes[0].values[large])
-        return replace(share, values=share.values[large], axes=(axis,))
+        large = loud(_SMALL, _MOST, len(sizes))(beside)
+        axis = replace(found.axes[0], values=found.axes[0].values[large])
+        return replace(found, values=found.values[large], axes=(axis,))
 
     return made
 
@@ -146,7 +146,7 @@ def _ends(plot: Plot) -> Ends:
 
 
 def _panel(path: str, word: str) -> Panel:
-    bars = Curve(_loud(path), "", bars=True)
+    bars = Curve(of_loud(_resultant(path), *_sizes(path)), "", bars=True)
     return Panel("efficiency", (bars,), f"{word} on the ground, by order", unit="%", ends=_ends)
 
 

@@ -1,5 +1,6 @@
 """A body on its mounts as one linear system: in six motions, in those of a plane, or in pitch."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -192,6 +193,13 @@ def assembled(
     )  # fmt: skip
 
 
+def in_direction(mounts: Mounts, along: int) -> Mounts:
+    """Mounts that stiffen one direction alone."""
+    only = (..., slice(along, along + 1), slice(along, along + 1))
+    each = {name: getattr(mounts, name)[only] for name in ("stiffness", "damping", "structural")}
+    return replace(mounts, **each)
+
+
 def pitching(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> OnMounts:
     """The system of a body that only turns, about the axis across its crankshaft.
 
@@ -210,13 +218,7 @@ def pitching(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> OnMount
     both = np.stack([heave, turn], axis=-1)
     lever = body.centre[..., along, None] - mounts.position[..., along]
     stretch = np.stack([np.ones(lever.shape), lever], axis=-1)[..., None, :]
-    only = (..., slice(up, up + 1), slice(up, up + 1))
-    few = replace(
-        mounts,
-        stiffness=mounts.stiffness[only],
-        damping=mounts.damping[only],
-        structural=mounts.structural[only],
-    )
+    few = in_direction(mounts, up)
     mass = side_by_side([body.mass, body.inertia[..., turned, turned]])[..., None] * np.eye(2)
     whole = on_springs(rounded(mass, DATA_ROUNDINGS), stretch, few)
     found = assembled(
@@ -254,6 +256,10 @@ def frequency_grid(natural: np.ndarray, lowest: float = 0.0, highest: float = 0.
     even = np.geomspace(start, stop, _FAR)
     # two natural frequencies may be one to rounding, and so may samples around them
     clear = np.all(np.abs(even[:, None] / known - 1.0) > 0.5 * _NEAR[0], axis=1)
-    grid = np.sort(np.concatenate([even[clear], around.ravel()]))
-    apart = np.concatenate([[True], np.diff(grid) > 1.0e-9 * grid[1:]])
-    return np.asarray(grid[apart])
+    return rising([even[clear], around.ravel()], 1.0e-9)
+
+
+def rising(parts: Sequence[np.ndarray], apart: float) -> np.ndarray:
+    """All places in their order, without those that follow one by less than a share `apart`."""
+    every = np.sort(np.concatenate(parts))
+    return np.asarray(every[np.concatenate([[True], np.diff(every) > apart * every[1:]])])

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from vibecalc.errors import KeyPath, Problem
-from vibecalc.isolation.model import MOUNTS
 from vibecalc.kinds import TRAIN
 from vibecalc.parts.body import DIRECTIONS, build_body, dofs_of_model
 from vibecalc.parts.matrices import mounted
@@ -16,6 +15,7 @@ from vibecalc.schema import Case, Machine
 #: a coupling below this share of what it couples is the round-off of none
 TOLERANCE = 1e-9
 
+MOUNTS: KeyPath = ("machine", "mounts")
 BODY: KeyPath = ("machine", "body")
 _OTHERWISE = "model = 'rigid_body', which has all six motions"
 

@@ -114,10 +114,8 @@ def machine_of(given: Range) -> Machines:
     def values(_: np.ndarray, speed: np.ndarray) -> np.ndarray:
         return in_blocks(lambda at: (given.harmonics_at(at).value,), speed, order)[0]
 
-    every = np.ones_like(given.shows[:1])
     return Machines(
         jets_at, values, order, given.start, given.stop,
         Resonances(*(part[None] for part in given.resonances.sought())),
-        given.shows.shape[1], masked,
-        np.argmax(np.concatenate([given.shows[masked.mode - 1], every]), axis=0),
+        given.shows.shape[1], masked, given.shows[masked.mode - 1],
     )  # fmt: skip

@@ -20,6 +20,7 @@ from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.numerics.maxima import SURE, Maxima, first_highest, top_errors
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.response.resonances import MaskedSpeeds
 
 # ----------------------------------------------------------------------------
 # The peak over the cycle as a curve over speed: the highest of the branches f(speed, angle) of a
@@ -294,10 +295,15 @@ def highest(machines: Machines, samples: Samples, threshold: float, beside: int)
     for part, known in zip(peak, (*best.height, *best.place), strict=True):
         part[best.row] = known
     peak = over_all(peak, lambda row: _curve(machines, samples, found, row))
-    without = np.flatnonzero(machines.infinite)
-    first, masked = machines.unbounded[without], machines.masked
-    peak.value[without], peak.speed[without] = np.inf, masked.centre[first]
-    peak.speed_error[without] = masked.centre_error[first]
+    return with_unbounded(peak, machines.masked, machines.meets)
+
+
+def with_unbounded(peak: RunUpPeak, masked: MaskedSpeeds, meets: np.ndarray) -> RunUpPeak:
+    """With an infinite peak of each row at the first resonance that it `meets` (masked, rows)."""
+    for row in np.flatnonzero(np.any(meets, axis=0)):
+        first = int(np.argmax(meets[:, row]))
+        peak.value[row], peak.speed[row] = np.inf, masked.centre[first]
+        peak.speed_error[row] = masked.centre_error[first]
     return peak
 
 

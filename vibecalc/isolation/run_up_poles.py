@@ -140,7 +140,8 @@ def peaks_of_bodies(
         return Machines(
             jets_at, lambda machine, speed: sums.values(members[machine], speed), orders[:used],
             start, stop, Resonances(*(part[members] for part in sought[:4])), rows,
-            MaskedSpeeds(none, none, none, none, none), np.zeros(len(members) * rows, int), look,
+            MaskedSpeeds(none, none, none, none, none), np.zeros((0, len(members) * rows), bool),
+            look,
         )  # fmt: skip
 
     peak = RunUpPeak(*np.zeros((4, len(left), rows)))

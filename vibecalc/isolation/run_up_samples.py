@@ -28,9 +28,8 @@ class Machines(NamedTuple):
 
     They pass the speeds from `start` to `stop`, rad/s. `harmonics_at` gives (n, rows, components,
     orders) of machines (n,) at speeds (n,). `resonances` (machines, modes) are to be looked at, NaN
-    for none. Rows have no bound in some of the intervals `masked`, which only one machine by itself
-    has: `unbounded` (machines * rows,) is the first of these, or as many as there are intervals.
-    `look` is a quick way to jets, good to some 1e-9.
+    for none. Only one machine by itself has intervals `masked`; rows have no bound in those that
+    each `meets` (masked, machines * rows). `look` is a quick way to jets, good to some 1e-9.
     """
 
     jets_at: JetsAt
@@ -41,13 +40,13 @@ class Machines(NamedTuple):
     resonances: Resonances
     rows: int
     masked: MaskedSpeeds
-    unbounded: np.ndarray
+    meets: np.ndarray
     look: JetsAt | None = None
 
     @property
     def infinite(self) -> np.ndarray:
         """Which rows (machines * rows,) have no bound."""
-        return np.asarray(self.unbounded < len(self.masked.low))
+        return np.asarray(np.any(self.meets, axis=0))
 
     def outside(self, speed: np.ndarray) -> np.ndarray:
         """Which speeds are in the range and in no masked interval; NaN are not."""

@@ -179,8 +179,18 @@ def orders_of_loads(case: "Case") -> Harmonics:
     return (orders_of_reaction if torque_reaches_mounts(case) else orders_of_motion)(case)
 
 
+def parts_of_loads(case: "Case") -> tuple[str, ...]:
+    """Parts of the machine that these loads are made of, and that they act on."""
+    torque = torque_reaches_mounts(case)
+    line = torque and case.machine.shaft_line is not None and not is_separate(case)
+    return ("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line))
+
+
 def entries_of_loads(case: "Case", axis: str) -> Entries | None:
-    """Entries of the axis of these orders, where the case and not the tolerance says how many."""
+    """Speeds of a run-up; these orders, where the case and not the tolerance says how many."""
+    if axis == "speed":
+        options = case.isolation
+        return Entries.of_speeds(options and options.run_up, "isolation.run_up")
     if axis != "order" or not torque_reaches_mounts(case):
         return orders_given(case, axis)
     found = orders_of_reaction(case)
@@ -207,13 +217,6 @@ def orders_of_reaction(case: "Case", shaking: int | None = None) -> Harmonics:
     return Harmonics(count, step, count * step, f"{rule}; as many again for the error")
 
 
-def parts_of_loads(case: "Case") -> tuple[str, ...]:
-    """Parts of the machine that a body under all loads reads."""
-    torque = torque_reaches_mounts(case)
-    line = torque and case.machine.shaft_line is not None and not is_separate(case)
-    return ("body", "mounts", *(("crank_train",) * torque), *(("shaft_line",) * line))
-
-
 def _of_loads(case: "Case") -> dict[str, Any]:
     """What stages under all loads have in common."""
     words = ORDERS if torque_reaches_mounts(case) else orders_words(case)
@@ -230,8 +233,6 @@ def _work_of_isolation(case: "Case", orders: int) -> Work:
 
 def _entries(case: "Case", path: str, axis: str) -> Entries | None:
     options = case.isolation
-    if axis == "speed":
-        return Entries.of_speeds(options and options.run_up, "isolation.run_up")
     if axis == "mode" and path.startswith(("isolation/modes/", "isolation/torque_reaction/")):
         planar = options is not None and options.model == "planar"
         most, body = (3, "a body in the plane") if planar else (6, "a rigid body")

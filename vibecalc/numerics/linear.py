@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.leading import product
-from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF
+from vibecalc.numerics.rounding import DATA_ROUNDINGS, SINGULAR, UNIT_ROUNDOFF, BoolArray
 
 # ----------------------------------------------------------------------------
 # What resists a motion of frequency w is K* = K + iH + iwC times the motion: of a mount as of a
@@ -225,6 +225,16 @@ def response(system: Dynamics, force: np.ndarray, force_error: np.ndarray) -> Bo
 # ----------------------------------------------------------------------------
 
 
+def uncertain(mass: np.ndarray, motion: Bounded) -> BoolArray:
+    """Which motions (...) of coordinates (..., f) are known to fewer than four digits.
+
+    Of what is largest in them, each coordinate with the root of its `mass` (..., f, f).
+    """
+    weight = np.sqrt(np.linalg.diagonal(mass))
+    largest = np.maximum(np.max(weight * np.abs(motion.value), axis=-1), np.finfo(float).tiny)
+    return np.asarray(~(np.max(weight * motion.error, axis=-1) < SINGULAR * largest))
+
+
 def require_digits(
     matrices: Linear,
     system: Dynamics,
@@ -244,13 +254,11 @@ def require_digits(
     NumericalFailure
         If fewer than four digits remain in the response to a driven order.
     """
-    weight = np.sqrt(np.linalg.diagonal(matrices.mass))[..., None, :]
-    size = np.abs(motion.value)
-    moved = product(system.error, size[..., None])
+    moved = product(system.error, np.abs(motion.value)[..., None])
     uncertainty = product(np.abs(system.inverse), moved)[..., 0]
     driven = np.any(np.abs(force.value) > 4.0 * force.error, axis=-1)
-    largest = np.max(weight * size, axis=-1)
-    lost = driven & ~(np.max(weight * uncertainty, axis=-1) < SINGULAR * largest)
+    mass = matrices.mass[..., None, :, :]
+    lost = driven & uncertain(mass, Bounded(motion.value, uncertainty))
     if np.any(lost):
         *place, row = np.argwhere(lost)[0]
         order = float(orders[row])

@@ -1,6 +1,6 @@
 """The body and what it stands on, as a case writes them."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
@@ -278,8 +278,29 @@ def _no_matrix(part: str, matrix: str, instead: str) -> Rule:
     )
 
 
+#: directions about the axes
+TURNS = ("rx", "ry", "rz")
 #: of a table that needs the mass of the body and its mounts one by one
 NO_MATRICES = (
     _no_matrix("body", "mass_matrix", "a body with mass and inertia"),
     _no_matrix("mounts", "stiffness_matrix", "mounts with places"),
 )
+
+
+def along_or_about(
+    linear: str, about: str, angular: str, along: str, allowed: str = ""
+) -> list[Rule]:
+    """Keys for a `direction` along an axis, and those for one about an axis.
+
+    `about` are the words for a `linear` key with a direction about an axis, `along` those for an
+    `angular` one with a direction along it.
+    """
+
+    def met(directions: tuple[str, ...], keys: str) -> Callable[[Row], bool]:
+        return lambda t: t["direction"] in directions and any(key in t for key in keys.split())
+
+    said = "direction = '{direction}'"
+    return [
+        refuse("direction", about, met(TURNS, linear), allowed, found=said),
+        refuse("direction", along, met(("x", "y", "z"), angular), "rx, ry or rz", found=said),
+    ]

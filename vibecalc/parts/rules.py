@@ -33,6 +33,12 @@ def _of_one_turn(row: Row) -> Iterator[Problem]:
             )
 
 
+def _firing_counts(row: Row) -> bool:
+    """Whether anything is asked that wants to know when cylinders fire."""
+    loads = "bearing_loads" in row.case and not row.data.keys().isdisjoint(GAS)
+    return loads or _line_asked(row)
+
+
 def _firing(row: Row) -> Iterator[Problem]:
     """When each cylinder fires, in one of two ways."""
     cylinders = tables_at(row.data, "cylinders")
@@ -56,7 +62,7 @@ def _firing(row: Row) -> Iterator[Problem]:
                     also=(*path, with_angle[0], "firing_angle"),
                 )
     elif (
-        _line_asked(row)
+        _firing_counts(row)
         and not row["firing_order"]
         and row.machine.get("cycle") == "four_stroke"  # in two strokes the throws say it
         and len(cylinders) > 1
@@ -109,21 +115,31 @@ OF_PUMP = (
 # ----------------------------------------------------------------------------
 
 
+def _gas_needs(row: Row, one: str, other: str, instead: str) -> Iterator[Problem]:
+    """A key of the gas without the other one, where `row` asks for forces."""
+    if one in table_at(row.case, *TRAIN) and other not in table_at(row.case, *TRAIN):
+        yield row.problem(
+            (*TRAIN, one),
+            f"{row.header()} cannot use {one} without {other}: the gas force is pressure "
+            "times area",
+            allowed=f"{other} with it, or {instead}",
+        )
+
+
 def _gas_whole(row: Row, instead: str) -> Iterator[Problem]:
-    """A bore without pressure, or a pressure without bore, where `row` asks for forces."""
-    for one, other in (("bore", "gas_pressure"), ("gas_pressure", "bore")):
-        if one in table_at(row.case, *TRAIN) and other not in table_at(row.case, *TRAIN):
-            yield row.problem(
-                (*TRAIN, one),
-                f"{row.header()} cannot use {one} without {other}: the gas force is pressure "
-                "times area",
-                allowed=f"{other} with it, or {instead}",
-            )
+    """A bore without pressure, or a pressure without bore."""
+    yield from _gas_needs(row, "bore", "gas_pressure", instead)
+    yield from _gas_needs(row, "gas_pressure", "bore", instead)
 
 
 def gas_of_impacts(row: Row) -> Iterator[Problem]:
     """Yield half of what makes a force of the gas, for [response.impact]."""
     yield from _gas_whole(row, "neither for impacts by inertia alone")
+
+
+def gas_of_bearings(row: Row) -> Iterator[Problem]:
+    """Yield a pressure without area, for [bearing_loads]."""
+    yield from _gas_needs(row, "gas_pressure", "bore", "neither for the loads of inertia alone")
 
 
 def needed_of_roll(row: Row) -> Iterator[Problem]:

@@ -5,32 +5,29 @@ import numpy as np
 from vibecalc.core.accuracy.kinds import Ask, ours, peak_over_cycle, peak_over_range
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
+from vibecalc.isolation.accuracy import counting
 from vibecalc.isolation.adapters.body_run_up import sections
-from vibecalc.isolation.rows import Jet
-from vibecalc.numerics.rounding import FloatArray
 from vibecalc.points.adapter import motion_of_body
 from vibecalc.points.model import band_of, readings_of
 from vibecalc.points.readings import signals
-from vibecalc.points.results import RUN_UP, AtPoints
+from vibecalc.points.results import ROOT, RUN_UP
 from vibecalc.points.rms_over_speed import rms_at
 from vibecalc.points.run_up_adapter import band_rows, passed
 
 
 def points_topics(scene: Scene) -> list[Topic]:
     """The largest velocity of a reading over the cycle; none at rest."""
-    given = motion_of_body(scene)
+    given, path = motion_of_body(scene), f"{ROOT}/velocity_peak"
     readings, speed, kept = readings_of(scene.case), scene.case.machine.speed, given.retained
-    peaks = scene.record[f"{AtPoints.ROOT}/velocity_peak"].values
+    peaks = scene.record[path].values
     worst = int(np.argmax(peaks))
     if not peaks[worst] > 0.0:
         return []
-    found = signals(given.motion, readings.row, given.order * speed).velocity.value[[worst], :kept]
+    velocity = signals(given.motion, readings.row, given.order * speed)[1]
     doubled = np.rint(2.0 * given.order[:kept]).astype(int)
     name = f"reading {readings.names[worst]!r} at {speed:.6g} rad/s, {kept} orders"
-    ask = Ask(
-        "points", "largest velocity at a point", name, f"{AtPoints.ROOT}/velocity_peak", "m/s"
-    )
-    topic = peak_over_cycle(ask, found, doubled)
+    ask = Ask("points", "largest velocity at a point", name, path, "m/s")
+    topic = peak_over_cycle(ask, velocity.value[[worst], :kept], doubled)
     return [topic._replace(position=topic.position and "half the crank angle [rad]")]
 
 
@@ -41,26 +38,16 @@ def points_run_up_topics(scene: Scene) -> list[Topic]:
     for part in sections(scene):
         counted = band_rows(part, readings, band)
         top = passed(part, readings, counted)[1].peak
-        every += [
-            (float(top.value[row]), float(top.speed[row]), row, part, counted)
-            for row in range(count, 2 * count)
-            if np.isfinite(top.value[row])
-        ]
-    if not any(value > 0.0 for value, *_ in every):
+        for row in range(count, 2 * count):
+            if np.isfinite(top.value[row]) and top.value[row] > 0.0:
+                every.append((float(top.value[row]), float(top.speed[row]), row, part, counted))
+    if not every:
         return []
     _, known, row, part, counted = max(every, key=lambda one: one[0])
     ends = float(part.start), float(part.stop)
 
-    def curve(speed: FloatArray) -> FloatArray:
-        return np.asarray(rms_at(counted, np.ravel(speed)).value[:, row].reshape(np.shape(speed)))
-
     def alone(_: float) -> Answer:
-        asked = [0]
-
-        def rows(speed: FloatArray, slopes: bool = False, errors: bool = False) -> Jet:
-            asked[0] += len(speed)
-            return counted.rows(speed, slopes=slopes, errors=errors)
-
+        rows, asked = counting(counted.rows)
         peak = passed(part, readings, counted._replace(rows=rows))[1].peak
         return Answer(peak.value[[row]], float(asked[0]), float(peak.speed[row]))
 
@@ -72,5 +59,8 @@ def points_run_up_topics(scene: Scene) -> list[Topic]:
     )  # fmt: skip
     solver = ours("resonances and slopes", "speeds about resonances, Newton's method", alone)
     return [
-        peak_over_range(ask, [solver], curve, *ends, "crank speed [rad/s]", known, work="speeds")
-    ]
+        peak_over_range(
+            ask, [solver], lambda speed: rms_at(counted, speed, speed).value[:, row], *ends,
+            "crank speed [rad/s]", known, work="speeds",
+        )
+    ]  # fmt: skip

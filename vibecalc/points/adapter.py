@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.adapter import MotionByOrder, kept, peak_with_tail
+from vibecalc.excitation.adapter import MotionByOrder, kept, left_out, peak_with_tail
+from vibecalc.numerics.bounded import where
 from vibecalc.points.model import QUANTITIES, band_of, boundaries_of, readings_of
-from vibecalc.points.readings import Signals, in_band, rms, signals
-from vibecalc.points.results import AtPoints, Boundaries
+from vibecalc.points.readings import in_band, rms, signals
+from vibecalc.points.results import BOUNDARY, ROOT
 from vibecalc.points.severity import severity, zones
 
 
@@ -19,15 +20,18 @@ def run_points(scene: Scene) -> None:
     given = motion_of_body(scene)
     speed, used = case.machine.speed, given.retained
     frequency = given.order * np.asarray(speed)[..., None]
-    found = signals(given.motion, readings.row, frequency)
     counts = in_band(frequency, band_of(case))[..., None, :]
+    found = dict(zip(QUANTITIES, signals(given.motion, readings.row, frequency), strict=True))
+    levels = {}
+    for name, one in found.items():
+        _, dropped = left_out(where(counts, one, 0.0), given)
+        levels[name] = rms(one[..., :used], counts[..., :used], dropped)
     axes = {"sensor": readings.names, "order": given.order[:used]}
-    results: dict[str, Any] = {}
-    for name, harmonics in zip(QUANTITIES, found, strict=True):
-        results[name] = kept(harmonics, given)
-        results[f"{name}_peak"] = partial(peak_with_tail, harmonics, given)
-        results[f"{name}_rms"] = rms(harmonics, counts, used, given.tail)
-    scene.emit_all(AtPoints(**results), axes)
+    results: dict[str, Any] = {f"{ROOT}/{name}": kept(one, given) for name, one in found.items()}
+    for name, one in found.items():
+        results[f"{ROOT}/{name}_peak"] = partial(peak_with_tail, one, given)
+    results |= {f"{ROOT}/{name}_rms": level for name, level in levels.items()}
+    scene.emit_all(results, axes)
     scene.cite(
         "readings at points of a rigid body, r.m.s. of the orders in a band by Parseval's theorem",
         "vibration where it is measured",
@@ -43,21 +47,19 @@ def run_points(scene: Scene) -> None:
         return
     if case.vibration_severity is None:
         return
-    values = Signals(*(results[f"{name}_rms"] for name in QUANTITIES))
-    scene.emit_all(AtPoints(severity=severity(*values)), axes)
+    scene.emit(f"{ROOT}/severity", severity(*levels.values()), axes=axes)
     boundaries = boundaries_of(case.vibration_severity)
-    exceeded = [zones(getattr(values, name).value, each) for name, each in boundaries.items()]
+    exceeded = [zones(levels[name].value, each) for name, each in boundaries.items()]
     if exceeded:
-        scene.emit_all(AtPoints(zone=np.max(exceeded, axis=0)), axes)
+        scene.emit(f"{ROOT}/zone", np.max(exceeded, axis=0), axes=axes)
         scene.cite(
             f"zones of vibration severity, {case.vibration_severity.standard}, informative",
             "severity of vibration",
             case.vibration_severity.standard,
         )
     for name, between in boundaries.items():
-        scene.emit_all(
-            Boundaries(**{name: between}), {"zone_limit": np.arange(1, len(between) + 1)}
-        )
+        limits = {"zone_limit": np.arange(1, len(between) + 1)}
+        scene.emit(f"{BOUNDARY}/{name}", between, axes=limits)
 
 
 def motion_of_body(scene: Scene) -> MotionByOrder:

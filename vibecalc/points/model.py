@@ -12,13 +12,20 @@ from vibecalc.parts.body import DIRECTIONS
 from vibecalc.parts.firing import driven_machine, has_gas, torque_reaches_mounts
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mount_needs import moves_with_machine
+from vibecalc.points.results import UNITS
 from vibecalc.points.severity import grade
-from vibecalc.points.tables import BAND, GRADES, MeasuringPoint, VibrationSeverity
+from vibecalc.points.tables import BAND, GRADES, MeasuringPoint, VibrationSeverity, zoned
 from vibecalc.schema import Case
 
 #: cosine of the angle between two axes above which they are not square to each other
 _SQUARE = 1e-6
-QUANTITIES = ("displacement", "velocity", "acceleration")
+_DIRECTION = ("direction", "a direction of length zero", "[0, 0, 1], e.g.")
+_AXES = (
+    "axes",
+    "the axes of a point stand square to each other, each of them of some length",
+    "[[1, 0, 0], [0, 1, 0], [0, 0, 1]], e.g., or a direction for one sensor alone",
+)
+QUANTITIES = tuple(UNITS)
 
 
 class Readings(NamedTuple):
@@ -63,15 +70,13 @@ def band_of(case: Case) -> tuple[float, float]:
     return BAND if case.vibration_severity is None else case.vibration_severity.band
 
 
-def boundaries_of(severity: VibrationSeverity | None) -> dict[str, FloatArray]:
+def boundaries_of(severity: VibrationSeverity) -> dict[str, FloatArray]:
     """Boundaries of the zones by quantity, r.m.s. in SI; none without zones."""
-    if severity is None:
-        return {}
-    if severity.grades is not None:
-        each = [grade(GRADES.index(one)) for one in severity.grades]
-        return {name: np.array([getattr(one, name) for one in each]) for name in QUANTITIES}
-    given = ((name, getattr(severity, name)) for name in QUANTITIES)
-    return {name: np.array(bounds) for name, bounds in given if bounds is not None}
+    grades = [grade(GRADES.index(one)) for one in severity.grades or ()]
+    return {
+        name: np.array([getattr(one, name) for one in grades] or getattr(severity, name))
+        for name in zoned(severity)
+    }
 
 
 # ----------------------------------------------------------------------------
@@ -105,16 +110,8 @@ def points_problems(case: Case) -> Iterator[Problem]:
         directions = directions_of(point)
         rows = np.array([*directions.values()])
         if np.any(np.abs(rows @ rows.T - np.eye(len(rows))) > _SQUARE):
-            alone = point.direction is not None
-            yield Problem(
-                path=("point", number, "direction" if alone else "axes"),
-                message="a direction of length zero"
-                if alone
-                else "the axes of a point stand square to each other, each of them of some length",
-                allowed="[0, 0, 1], e.g."
-                if alone
-                else "[[1, 0, 0], [0, 1, 0], [0, 0, 1]], e.g., or a direction for one sensor alone",
-            )
+            key, message, allowed = _AXES if point.direction is None else _DIRECTION
+            yield Problem(path=("point", number, key), message=message, allowed=allowed)
         for name in directions:
             if taken.setdefault(name, number) != number:
                 yield Problem(
@@ -128,8 +125,6 @@ def points_problems(case: Case) -> Iterator[Problem]:
 
 def points_cautions(case: Case) -> list[str]:
     """What the motion of the points lacks."""
-    if not case.point or case.machine.body is None:
-        return []
     texts = {
         "the vibration at points is computed without the torque of the gas on the body: "
         "[isolation] with model = 'rigid_body' or 'planar' includes it, where the case says when "

@@ -14,11 +14,11 @@ from vibecalc.core.report.curves import (
     peak,
     spans,
 )
-from vibecalc.core.report.sections import having, labels
+from vibecalc.core.report.sections import having, speed_of
 from vibecalc.core.report.writing import hertz
 from vibecalc.core.results.record import Result
-from vibecalc.points.report import band_in_hertz, band_words, standard_of
-from vibecalc.points.results import RUN_UP, UNITS, AtPoints, Boundaries
+from vibecalc.points.report import band_in_hertz, band_words, boundaries, standard_of
+from vibecalc.points.results import ROOT, RUN_UP, UNITS
 from vibecalc.points.severity import zone_names
 
 _RIGHT = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
@@ -32,47 +32,31 @@ _MOST = 4
 
 def _outside(plot: Plot) -> None:
     """Orders outside the band, shaded."""
-    speed = plot.result.case.get("machine", {}).get("speed")  # type: ignore[attr-defined]
+    speed = speed_of(plot.result)
     if not speed:
         return
-    low, high = (one / hertz(float(speed)) for one in band_in_hertz(plot.result))
+    low, high = (one / hertz(speed) for one in band_in_hertz(plot.result))
     orders = np.asarray(plot.axis.values, dtype=float)
-    for start, stop in ((0.0, low), (high, np.inf)):
+    for start, stop in ((0.0, low), (high, orders.max() + 1.0)):
         if np.any((orders > start) & (orders < stop)):
-            ends = max(start, 0.0), min(stop, orders.max() + 1.0)
-            plot.axes.axvspan(*ends, color=QUIET, alpha=0.15, linewidth=0.0, zorder=0,
-                              label="outside the band")  # fmt: skip
+            plot.axes.axvspan(start, min(stop, orders.max() + 1.0), color=QUIET, alpha=0.15,
+                              linewidth=0.0, zorder=0, label="outside the band")  # fmt: skip
 
 
 def _spectra(result: Result) -> list[Panel]:
-    found = having(result.record, f"{AtPoints.ROOT}/velocity", "sensor", "order")
+    path = f"{ROOT}/velocity"
+    found = having(result.record, path, "sensor", "order")
     if found is None:
         return []
-    size = np.sqrt(np.square(np.abs(found.values)).sum(axis=1))
-    readings: dict[str, list[int]] = {}
-    names = labels(found.axes[0])
-    for one in result.case.get("point") or ():  # type: ignore[attr-defined]
-        own = str(one["name"])
-        single = one.get("direction") is not None
-        readings[own] = [
-            i for i, name in enumerate(names)
-            if (name == own if single else name.rpartition(" ")[0] == own)
-        ]  # fmt: skip
-    worst = sorted(readings, key=lambda name: -max(size[readings[name]], default=0.0))[:_MOST]
-    return [
-        Panel(
-            "velocity, 0 to peak",
-            (
-                *(Curve(entry_of(f"{AtPoints.ROOT}/velocity", i), "{}", bars=True) for i in chosen),
-                _outside,
-            ),
-            name,
-            unit="mm/s",
-            legend=_RIGHT,
-        )
-        for name, chosen in readings.items()
-        if name in worst
-    ]
+    size, last, panels = np.linalg.norm(found.values, axis=1), 0, []
+    for one in result.case["point"]:  # type: ignore[attr-defined]
+        first, last = last, last + (3 if one.get("direction") is None else 1)
+        bars = (Curve(entry_of(path, i), "{}", bars=True) for i in range(first, last))
+        parts: tuple[Mark, ...] = (*bars, _outside)
+        panel = Panel("velocity, 0 to peak", parts, one["name"], unit="mm/s", legend=_RIGHT)
+        panels.append((max(size[first:last], default=0.0), panel))
+    largest = sorted((top for top, _ in panels), reverse=True)[:_MOST]
+    return [panel for top, panel in panels if top >= largest[-1]][:_MOST]
 
 
 BY_ORDER = Curves(
@@ -88,7 +72,7 @@ def _zones(name: str) -> Mark:
     """A line for each boundary, with the names of the zones that it parts."""
 
     def draw(plot: Plot) -> None:
-        found = having(plot.result.record, f"{Boundaries.ROOT}/{name}", "zone_limit")
+        found = boundaries(plot.result.record).get(name)
         if found is None:
             return
         zones = zone_names(found.values.size)
@@ -110,7 +94,7 @@ def _zones(name: str) -> Mark:
 
 def _title(result: Result) -> str:
     title = f"r.m.s. of {band_words(result)} at points over the run-up"
-    zones = any(f"{Boundaries.ROOT}/{name}" in result.record for name in UNITS)
+    zones = bool(boundaries(result.record))
     return title + f"; zones of {standard_of(result)}, informative" * zones
 
 

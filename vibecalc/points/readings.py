@@ -7,35 +7,24 @@ Over the cycle the orders are orthogonal, so that the square of an r.m.s. value 
 the squared amplitudes of the orders that it counts (Parseval).
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from vibecalc.isolation.rows import EMPTY, HarmonicsAt, Jet
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, BoolArray, FloatArray
+from vibecalc.numerics.bounded import Bounded, reshaped, where
+from vibecalc.numerics.rounding import BoolArray, FloatArray
 
 #: an order this close to an end of the band, relatively, is on it
 _ON = 1e-12
 
 
-class Signals(NamedTuple):
-    """Complex amplitudes (..., readings, orders), 0 to peak, in m, m/s and m/s^2."""
+def signals(motion: Bounded, row: FloatArray, frequency: FloatArray) -> list[Bounded]:
+    """Displacement, velocity and acceleration (..., readings, orders), m, m/s and m/s^2, 0 to peak.
 
-    displacement: Bounded
-    velocity: Bounded
-    acceleration: Bounded
-
-
-def signals(motion: Bounded, row: FloatArray, frequency: FloatArray) -> Signals:
-    """Readings `row` (r, 6) of a motion (..., orders, 6) at frequencies (..., orders), rad/s."""
-    value = motion.value @ row.T
-    size = np.abs(row.T)
-    error = motion.error @ size + 8.0 * UNIT_ROUNDOFF * (np.abs(motion.value) @ size)
-    found = Bounded(np.swapaxes(value, -1, -2), np.swapaxes(error, -1, -2))
-    rate = np.asarray(frequency)[..., None, :]
-    velocity = found * (1j * rate)
-    return Signals(found, velocity, velocity * (1j * rate))
+    Of readings `row` (r, 6) of a motion (..., orders, 6) at frequencies (..., orders), rad/s.
+    """
+    found = reshaped(motion @ row.T, lambda part: np.swapaxes(part, -1, -2))
+    rate = 1j * np.asarray(frequency)[..., None, :]
+    return [found, found * rate, found * rate * rate]
 
 
 def in_band(frequency: FloatArray, band: tuple[float, float]) -> BoolArray:
@@ -44,23 +33,15 @@ def in_band(frequency: FloatArray, band: tuple[float, float]) -> BoolArray:
     return np.asarray((frequency >= low * (1.0 - _ON)) & (frequency <= high * (1.0 + _ON)))
 
 
-def rms(harmonics: Bounded, counts: BoolArray, retained: int, tail: FloatArray | float) -> Bounded:
-    """R.m.s. values (...) of the first `retained` orders (..., m) that count (..., m).
+def rms(kept: Bounded, counts: BoolArray, dropped: FloatArray) -> Bounded:
+    """R.m.s. values (...) of those harmonics (..., m) that count (..., m).
 
-    What the others, up to m, would add is in the error, `tail` times, where they count. `tail` has
-    the first axes of the values.
+    What all others that count may add is in the error: `dropped` (...) is the sum of their sizes.
     """
-    kept = np.where(counts[..., :retained], harmonics.value[..., :retained], 0.0)
-    error = np.where(counts[..., :retained], harmonics.error[..., :retained], 0.0)
-    found = Bounded(kept, error).norm()
-    dropped = np.where(counts[..., retained:], np.abs(harmonics.value[..., retained:]), 0.0)
-    size = dropped.sum(axis=-1)
-    factor = np.reshape(tail, (*np.shape(tail), *(1,) * (size.ndim - np.ndim(tail))))
+    found = where(counts, kept, 0.0).norm()
     # at right angles to what is kept: it adds a square
-    added = np.hypot(found.value, factor * size) - found.value
-    half = np.sqrt(0.5)
-    value = half * found.value
-    return Bounded(value, half * (found.error + added) + 2.0 * UNIT_ROUNDOFF * value)
+    added = np.hypot(found.value, dropped) - found.value
+    return Bounded(found.value, found.error + added) * float(np.sqrt(0.5))
 
 
 # ----------------------------------------------------------------------------
@@ -80,13 +61,12 @@ def with_rates(rows: HarmonicsAt, order: FloatArray) -> HarmonicsAt:
         rate = (speed[:, None] * order)[:, None, None, :]
         for _ in range(2):
             jets.append(_rate(jets[-1], rate, order))
-        return Jet(*(_together(parts) for parts in zip(*jets, strict=True)))
+        return Jet(
+            *(part if part is EMPTY else np.concatenate((part, *more), axis=1)
+              for part, *more in zip(*jets, strict=True))
+        )  # fmt: skip
 
     return harmonics_at
-
-
-def _together(parts: tuple[np.ndarray, ...]) -> np.ndarray:
-    return EMPTY if parts[0] is EMPTY else np.concatenate(parts, axis=1)
 
 
 def _rate(jet: Jet, rate: FloatArray, order: FloatArray) -> Jet:

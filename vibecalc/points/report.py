@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -19,12 +18,12 @@ from vibecalc.core.report.sections import (
 from vibecalc.core.report.writing import hertz, paragraph, show
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.points.readings import in_band
-from vibecalc.points.results import RUN_UP, UNITS, AtPoints, Boundaries
+from vibecalc.points.results import BOUNDARY, KINDS, ROOT, RUN_UP, UNITS
 from vibecalc.points.severity import grade_number, zone_names
-from vibecalc.points.tables import GRADED, GRADES
+from vibecalc.points.tables import BAND, GRADED, GRADES
 from vibecalc.units import convert
 
-_SEVERITY, _ZONE = "points/severity", "points/zone"
+_SEVERITY, _ZONE = f"{ROOT}/severity", f"{ROOT}/zone"
 
 # ----------------------------------------------------------------------------
 # The zone of a reading, and the boundaries that were given.
@@ -33,23 +32,29 @@ _SEVERITY, _ZONE = "points/severity", "points/zone"
 
 def zone_words(record: Record, place: int) -> str:
     """`zone C` of a reading, or nothing where the case has no zones."""
-    zone, count = having(record, _ZONE, "sensor"), _boundaries(record)
-    return f"zone {zone_names(count)[int(zone.values[place])]}" if zone is not None else ""
+    zones = _zones(record)
+    return f"zone {zones.values[place]}" if zones is not None else ""
 
 
-def _boundaries(record: Record) -> int:
-    """How many boundaries the zones have."""
-    found = (having(record, f"{Boundaries.ROOT}/{name}", "zone_limit") for name in UNITS)
-    return max((one.values.size for one in found if one is not None), default=0)
+def _zones(record: Record) -> Quantity | None:
+    """Names of the zones of all readings."""
+    zone = having(record, _ZONE, "sensor")
+    if zone is None:
+        return None
+    names = zone_names(max(one.values.size for one in boundaries(record).values()))
+    return part_of(zone, np.array(names)[zone.values.astype(int)], *zone.axes)
+
+
+def boundaries(record: Record) -> dict[str, Quantity]:
+    """Boundaries of the zones, of those quantities that have any."""
+    found = {name: having(record, f"{BOUNDARY}/{name}", "zone_limit") for name in UNITS}
+    return {name: one for name, one in found.items() if one is not None}
 
 
 def band_in_hertz(result: Result) -> tuple[float, float]:
     """Ends of the band of the r.m.s. values."""
-    given: Any = table_of(result.case, "vibration_severity").get("band")
-    if given is None:
-        return 2.0, 1000.0
-    low, high = given
-    return hertz(float(low)), hertz(float(high))
+    low, high = table_of(result.case, "vibration_severity").get("band") or BAND
+    return hertz(low), hertz(high)
 
 
 def band_words(result: Result) -> str:
@@ -66,19 +71,17 @@ def _severity_words(result: Result) -> list[str]:
     record = result.record
     if _SEVERITY not in record:
         return []
-    lines, count = [], _boundaries(record)
-    if count:
-        names = zone_names(count)
-        pairs = [f"{one} and {two}" for one, two in pairwise(names)]
-        bounds = []
-        for name, (si, read) in UNITS.items():
-            found = having(record, f"{Boundaries.ROOT}/{name}", "zone_limit")
-            if found is not None:
-                each = (show(convert(float(one), si, read), digits=4) for one in found.values)
-                bounds.append(f"{name} {', '.join(each)} {read}")
+    lines, bounds, between = [], [], boundaries(record)
+    for name, found in between.items():
+        si, read = UNITS[name]
+        each = (show(convert(float(one), si, read), digits=4) for one in found.values)
+        bounds.append(f"{name} {', '.join(each)} {read}")
+    if between:
+        names = pairwise(zone_names(max(one.values.size for one in between.values())))
+        pairs = ", ".join(f"{one} and {two}" for one, two in names)
         lines += paragraph(
-            f"Zones by {standard_of(result)} (informative), r.m.s. values between "
-            f"{', '.join(pairs)}: {'; '.join(bounds)}. The worst of the three counts."
+            f"Zones by {standard_of(result)} (informative), r.m.s. values between {pairs}: "
+            f"{'; '.join(bounds)}. The worst of the three counts."
         )
     worst = float(np.max(magnitudes(record[_SEVERITY])))
     number = grade_number(worst)
@@ -97,14 +100,6 @@ def _severity_words(result: Result) -> list[str]:
 _SHORT = {"displacement": "s", "velocity": "v", "acceleration": "a"}
 
 
-def _zones(record: Record) -> Quantity | None:
-    zone = having(record, _ZONE, "sensor")
-    if zone is None:
-        return None
-    words = [zone_words(record, i).removeprefix("zone ") for i in range(zone.values.size)]
-    return part_of(zone, np.array(words), *zone.axes)
-
-
 _AT_SPEED = Rows(
     "sensor",
     "sensor",
@@ -112,11 +107,11 @@ _AT_SPEED = Rows(
         *(
             Cells(f"{name}_{kind}", f"{_SHORT[name]} {words}\n{read}", read)
             for name, (_, read) in UNITS.items()
-            for kind, words in (("peak", "peak"), ("rms", "r.m.s."))
+            for kind, (words, _) in KINDS.items()
         ),
         Cells(_zones, "zone", ""),
     ),
-    root=AtPoints.ROOT,
+    root=ROOT,
 )
 _IN_RUN_UP = Rows(
     "sensor",
@@ -138,9 +133,16 @@ _IN_RUN_UP = Rows(
 # ----------------------------------------------------------------------------
 
 
-def _left_out(result: Result, found: Quantity) -> list[str]:
+def _orders(result: Result, found: Quantity) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Orders of a quantity by sensor, their frequencies in Hz, and which of them count."""
+    order = np.asarray(found.axes[1].values, dtype=float)
+    frequency = order * hertz(speed_of(result) or 0.0)
+    return order, frequency, in_band(frequency, band_in_hertz(result))
+
+
+def _left_out(result: Result, velocity: Quantity) -> list[str]:
     """Orders that are outside the band at the speed, in words."""
-    order, counts = _counted(result, found)
+    order, _, counts = _orders(result, velocity)
     outside = [f"{one:g}" for one in order[~counts]]
     if not outside:
         return []
@@ -151,41 +153,27 @@ def _left_out(result: Result, found: Quantity) -> list[str]:
     )
 
 
-def _counted(result: Result, found: Quantity) -> tuple[np.ndarray, np.ndarray]:
-    order = np.asarray(found.axes[1].values, dtype=float)
-    frequency = order * hertz(speed_of(result) or 0.0)
-    return order, in_band(frequency, band_in_hertz(result))
+def _by_order(result: Result, velocity: Quantity) -> list[str]:
+    (sensor, axis), (_, frequency, counts) = velocity.axes, _orders(result, velocity)
+    worst = int(np.argmax(np.linalg.norm(magnitudes(velocity) * counts, axis=1)))
 
-
-def _by_order(result: Result) -> list[str]:
-    found = having(result.record, f"{AtPoints.ROOT}/velocity", "sensor", "order")
-    if found is None:
-        return []
-    axis, (order, counts) = found.axes[1], _counted(result, found)
-    worst = int(np.argmax(np.sqrt(np.square(magnitudes(found) * counts).sum(axis=1))))
-    hertz_of = part_of(found, order * hertz(speed_of(result) or 0.0), axis)
-    counting = part_of(found, np.where(counts, "counts", "outside"), axis)
+    def known(values: np.ndarray) -> Made:
+        return lambda _: part_of(velocity, values, axis)
 
     def of_worst(name: str) -> Made:
         def made(record: Record) -> Quantity | None:
-            every = having(record, f"{AtPoints.ROOT}/{name}", "sensor", "order")
+            every = having(record, f"{ROOT}/{name}", "sensor", "order")
             return None if every is None else part_of(every, magnitudes(every)[worst], axis)
 
         return made
 
-    rows = Rows(
-        "order",
-        "order",
-        (
-            Cells(lambda _: hertz_of, "Hz", lambda value, _: show(value, digits=4)),
-            *(Cells(of_worst(name), f"{name} {read}", read) for name, (_, read) in UNITS.items()),
-            Cells(lambda _: counting, "r.m.s.", ""),
-        ),
-        label="{:g}",
-        right=True,
-        places=_moving,
+    columns = (
+        Cells(known(frequency), "Hz", lambda value, _: show(value, digits=4)),
+        *(Cells(of_worst(name), f"{name} {read}", read) for name, (_, read) in UNITS.items()),
+        Cells(known(np.where(counts, "counts", "outside")), "r.m.s.", ""),
     )
-    title = f"{labels(found.axes[0])[worst]}, 0 to peak by order"
+    rows = Rows("order", "order", columns, label="{:g}", right=True, places=_moving)
+    title = f"{labels(sensor)[worst]}, 0 to peak by order"
     return [*paragraph(title), *rows_of(result.record, rows)[0]]
 
 
@@ -197,24 +185,21 @@ def _moving(found: Sequence[Quantity]) -> np.ndarray:
 def points(result: Result) -> Section | None:
     """Readings at the points, their zones, the run-up; by order in a full report."""
     record = result.record
+    velocity = having(record, f"{ROOT}/velocity", "sensor", "order")
     table_lines, shown = rows_of(record, _AT_SPEED)
     up_lines, _ = rows_of(record, _IN_RUN_UP)
-    further = {path for path in record if path.startswith((RUN_UP, Boundaries.ROOT))}
-    velocity = having(record, f"{AtPoints.ROOT}/velocity", "sensor", "order")
+    if not table_lines and not up_lines:
+        return None
     moves = table_of(result.case, "foundation").get("kind") in ("body", "impedance")
     on_what = ", with the motion of the foundation at the speed" if moves else ""
     words = paragraph(
         f"Displacement s, velocity v and acceleration a along each sensor{on_what}; peak over the "
         f"cycle of all orders, r.m.s. of those from {band_words(result)}."
     )
-    if not table_lines and not up_lines:
-        return None
-    if velocity is not None:
-        words += _left_out(result, velocity)
-    words += _severity_words(result)
+    words += (_left_out(result, velocity) if velocity else []) + _severity_words(result)
     return section(
         "Vibration at points",
         ([*words, "", *table_lines] if table_lines else words, up_lines),
-        {"readings by order": _by_order(result)},
-        {*shown, *further, _SEVERITY},
+        {"readings by order": _by_order(result, velocity) if velocity else []},
+        {*shown, *(path for path in record if path.startswith((RUN_UP, BOUNDARY))), _SEVERITY},
     )

@@ -1,121 +1,69 @@
 """Results of vibration at points: by order, peak and r.m.s., over the run-up, and its severity."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, q
 from vibecalc.core.results.record import ORDERS, PEAK, RESONANCE, RMS, Entry, Headline, entry
 
+ROOT, RUN_UP, BOUNDARY = "points", "points/run_up", "points/zone_boundary"
 #: the unit of each, in SI and as people read it
 UNITS = {
     "displacement": ("m", "um"),
     "velocity": ("m/s", "mm/s"),
     "acceleration": ("m/s^2", "m/s^2"),
 }
-
-# ----------------------------------------------------------------------------
-# At the operating speed.
-# ----------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class AtPoints:
-    """Readings at the points, and how severe they are."""
-
-    ROOT: ClassVar[str] = "points"
-    displacement: Any = q("sensor order", "m", "displacement at a point, by order", PEAK)
-    velocity: Any = q("sensor order", "m/s", "velocity at a point, by order", PEAK)
-    acceleration: Any = q("sensor order", "m/s^2", "acceleration at a point, by order", PEAK)
-    displacement_peak: Any = q(
-        "sensor", "m", "largest displacement over the cycle, all orders", PEAK,
-        name="displacement at a point, peak",
-    )  # fmt: skip
-    velocity_peak: Any = q(
-        "sensor", "m/s", "largest velocity over the cycle, all orders", PEAK,
-        name="velocity at a point, peak",
-    )  # fmt: skip
-    acceleration_peak: Any = q(
-        "sensor", "m/s^2", "largest acceleration over the cycle, all orders", PEAK,
-        name="acceleration at a point, peak",
-    )  # fmt: skip
-    displacement_rms: Any = q(
-        "sensor", "m", "displacement of the orders in the band", RMS,
-        name="displacement at a point, r.m.s.",
-    )  # fmt: skip
-    velocity_rms: Any = q(
-        "sensor", "m/s", "velocity of the orders in the band", RMS,
-        name="velocity at a point, r.m.s.",
-        headline=Headline(
-            "velocity at a point, r.m.s.", "mm/s", words="vibecalc.points.report:zone_words"
-        ),
-    )  # fmt: skip
-    acceleration_rms: Any = q(
-        "sensor", "m/s^2", "acceleration of the orders in the band", RMS,
-        name="acceleration at a point, r.m.s.",
-    )  # fmt: skip
-    severity: Any = q(
-        "sensor", "m/s",
-        "velocity whose grade displacement, velocity and acceleration all keep (10 and 250 Hz)",
-        RMS, name="severity",
-    )  # fmt: skip
-    zone: Any = q(
-        "sensor", "", "boundaries of zones exceeded by one of the three: 0 in the best zone"
-    )
+#: what is read of each over the cycle, in words and as a kind of amplitude
+KINDS = {"peak": ("peak", PEAK), "rms": ("r.m.s.", RMS)}
+_OVER_CYCLE = {
+    "peak": "largest {} over the cycle, all orders",
+    "rms": "{} of the orders in the band",
+}
 
 
-@dataclass(frozen=True)
-class Boundaries:
-    """Boundaries of the zones."""
+def _at_speed() -> Iterator[Entry]:
+    """At the operating speed."""
+    for name, (unit, _) in UNITS.items():
+        words = f"{name} at a point, by order"
+        yield entry(f"{ROOT}/{name}", "sensor order", unit, words, PEAK)
+    for kind, (said, amplitude) in KINDS.items():
+        for name, (unit, read) in UNITS.items():
+            words, called = _OVER_CYCLE[kind].format(name), f"{name} at a point, {said}"
+            head = Headline(called, read, words="vibecalc.points.report:zone_words")
+            yield entry(
+                f"{ROOT}/{name}_{kind}", "sensor", unit, words, amplitude,
+                name=called, headline=head if (name, kind) == ("velocity", "rms") else None,
+            )  # fmt: skip
+    words = "velocity whose grade displacement, velocity and acceleration all keep (10 and 250 Hz)"
+    yield entry(f"{ROOT}/severity", "sensor", "m/s", words, RMS, name="severity")
+    words = "boundaries of zones exceeded by one of the three: 0 in the best zone"
+    yield entry(f"{ROOT}/zone", "sensor", "", words)
+    for name, (unit, _) in UNITS.items():
+        yield entry(f"{BOUNDARY}/{name}", "zone_limit", unit, f"{name} between two zones", RMS)
 
-    ROOT: ClassVar[str] = "points/zone_boundary"
-    displacement: Any = q("zone_limit", "m", "displacement between two zones", RMS)
-    velocity: Any = q("zone_limit", "m/s", "velocity between two zones", RMS)
-    acceleration: Any = q("zone_limit", "m/s^2", "acceleration between two zones", RMS)
 
-
-# ----------------------------------------------------------------------------
-# In the run-up.
-# ----------------------------------------------------------------------------
-
-RUN_UP = "points/run_up"
-
-
-def _of_run_up(name: str, kind: str) -> Iterator[Entry]:
-    """Of one quantity, `kind` of which is its peak or its r.m.s."""
-    si, read = UNITS[name]
-    amplitude, words = (PEAK, "peak") if kind == "peak" else (RMS, "r.m.s.")
-    path, said = f"{RUN_UP}/{name}_{kind}", f"{name} in the run-up, {words}"
-    each = f"{'largest ' * (kind == 'peak')}{name} at each speed"
-    yield entry(path, "sensor speed", si, each, amplitude, name=said)
-    head = Headline("velocity in the run-up, r.m.s.", read, at=f"{path}_largest_speed")
-    yield entry(
-        f"{path}_largest", "sensor", si, f"largest of the run-up of {name}, {words}", amplitude,
-        name=f"{said}, largest", headline=head if (name, kind) == ("velocity", "rms") else None,
-    )  # fmt: skip
+def _over_speed() -> Iterator[Entry]:
+    """In the run-up."""
+    for name, (unit, read) in UNITS.items():
+        for kind, (words, amplitude) in KINDS.items():
+            path, said = f"{RUN_UP}/{name}_{kind}", f"{name} in the run-up, {words}"
+            each = f"{'largest ' * (kind == 'peak')}{name} at each speed"
+            head = Headline("velocity in the run-up, r.m.s.", read, at=f"{path}_largest_speed")
+            yield entry(path, "sensor speed", unit, each, amplitude, name=said)
+            yield entry(
+                f"{path}_largest", "sensor", unit, f"largest of the run-up of {name}, {words}",
+                amplitude, name=f"{said}, largest",
+                headline=head if (name, kind) == ("velocity", "rms") else None,
+            )  # fmt: skip
+            yield entry(f"{path}_largest_speed", "sensor", "rad/s", "crank speed of the largest")
+    path, largest = f"{RUN_UP}/severity", "severity in the run-up, largest"
+    yield entry(path, "sensor speed", "m/s", "severity at each speed", RMS)
+    words = "largest severity of the run-up"
+    yield entry(f"{path}_largest", "sensor", "m/s", words, RMS, name=largest)
     yield entry(f"{path}_largest_speed", "sensor", "rad/s", "crank speed of the largest")
-
-
-@dataclass(frozen=True)
-class SeverityInRunUp:
-    """Severity over the speed."""
-
-    ROOT: ClassVar[str] = RUN_UP
-    severity: Any = q("sensor speed", "m/s", "severity at each speed", RMS)
-    severity_largest: Any = q(
-        "sensor", "m/s", "largest severity of the run-up", RMS,
-        name="severity in the run-up, largest",
-    )  # fmt: skip
-    severity_largest_speed: Any = q("sensor", "rad/s", "crank speed of the largest")
 
 
 AXES = {
     "sensor": ("", "sensor"),
     "zone_limit": ("", "between zones, from the best on"),
 }
-ENTRIES = (
-    *entries_of(AtPoints, Boundaries),
-    *(one for name in UNITS for kind in ("peak", "rms") for one in _of_run_up(name, kind)),
-    *entries_of(SeverityInRunUp),
-)
-HELPS = {f"{AtPoints.ROOT}/": (ORDERS, RESONANCE)}
+ENTRIES = (*_at_speed(), *_over_speed())
+HELPS = {f"{ROOT}/": (ORDERS, RESONANCE)}

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibecalc.isolation.rows import HarmonicsAt
 from vibecalc.isolation.run_up import RunUp
-from vibecalc.isolation.run_up_peaks import RunUpPeak, over_all
+from vibecalc.isolation.run_up_peaks import RunUpPeak, over_all, with_unbounded
 from vibecalc.isolation.run_up_samples import in_blocks
 from vibecalc.numerics import maxima
 from vibecalc.numerics.bounded import Bounded
@@ -39,19 +39,20 @@ class BandRows(NamedTuple):
     band: tuple[float, float]
 
 
-def rms_at(counted: BandRows, speed: FloatArray, at: FloatArray | None = None) -> Bounded:
-    """R.m.s. values (speeds, rows), of the orders that count at the speeds `at` (speeds,)."""
-    every = np.concatenate([counted.order, counted.beyond])
-    where = speed if at is None else at
+def rms_at(counted: BandRows, speed: FloatArray, counts_at: FloatArray) -> Bounded:
+    """R.m.s. values (speeds, rows), of the orders that count at other speeds (speeds,)."""
 
     def values(number: np.ndarray) -> tuple[np.ndarray, ...]:
         jet, dropped = counted.rows(speed[number], errors=True), counted.left_out(speed[number])
-        value = np.concatenate([jet.value[..., 0, :], dropped.value[..., 0, :]], axis=-1)
-        error = np.concatenate([jet.error[..., 0, :], np.abs(0.0 * dropped.value[..., 0, :])], -1)
-        counts = in_band(where[number][:, None] * every, counted.band)[:, None, :]
-        return tuple(rms(Bounded(value, error), counts, len(counted.order), counted.factor))
+        counts, others = (
+            in_band(counts_at[number][:, None, None] * order, counted.band)
+            for order in (counted.order, counted.beyond)
+        )
+        size = np.where(others, np.abs(dropped.value[..., 0, :]), 0.0).sum(axis=-1)
+        kept = Bounded(jet.value[..., 0, :], jet.error[..., 0, :])
+        return tuple(rms(kept, counts, counted.factor * size))
 
-    return Bounded(*in_blocks(values, np.arange(len(speed)), every))
+    return Bounded(*in_blocks(values, np.arange(len(speed)), counted.order))
 
 
 def rms_run_up(
@@ -68,13 +69,11 @@ def rms_run_up(
     Maxima are found by Newton's method between speeds that are high, the orders that count being
     those half way. Their errors hold roundings and what the orders left out may add.
     """
-    masked = passed.masked
-    edges = (np.array(counted.band)[:, None] / counted.order).ravel()
-    edges = np.concatenate([edges * (1.0 - _BESIDE), edges, edges * (1.0 + _BESIDE)])
-    edges = edges[(edges > start) & (edges < stop)]
-    edges = edges[outside(masked, edges)] if len(masked.low) else edges
+    masked, beside = passed.masked, np.array([1.0 - _BESIDE, 1.0, 1.0 + _BESIDE])
+    edges = np.multiply.outer(beside, np.divide.outer(counted.band, counted.order)).ravel()
+    edges = edges[(edges > start) & (edges < stop) & outside(masked, edges)]
     grid = np.unique(np.concatenate([passed.speed, edges]))
-    curve = rms_at(counted, grid)
+    curve = rms_at(counted, grid, grid)
     place, rows = np.argmax(curve.value, axis=0), np.arange(curve.shape[1])
     at_end = (grid[place] == start) | (grid[place] == stop)
     off = np.where(at_end, 0.0, UNIT_ROUNDOFF * grid[place])
@@ -84,10 +83,7 @@ def rms_run_up(
     found = over_all(peak, lambda row: (grid, curve[:, row]))
     # rows without a bound, at the first of the resonances that they have none at
     meets = in_band(masked.order * masked.centre, counted.band)[:, None] & shows[masked.mode - 1]
-    for row in np.flatnonzero(np.any(meets, axis=0)):
-        first = int(np.argmax(meets[:, row]))
-        found.value[row], found.speed[row] = np.inf, masked.centre[first]
-        found.speed_error[row] = masked.centre_error[first]
+    found = with_unbounded(found, masked, meets)
     return passed._replace(speed=grid, curve=curve, peak=found)
 
 
@@ -97,10 +93,8 @@ def _tops(
     """Tops between the speeds, of each row in the steps that are high enough."""
     value = curve.value
     high = np.maximum(value[:-1], value[1:]) >= _HIGH * np.max(value, axis=0)
-    high &= value[:-1] + value[1:] > 0.0
     middle = 0.5 * (grid[:-1] + grid[1:])
-    if len(masked.low):
-        high &= outside(masked, middle)[:, None]
+    high &= (value[:-1] + value[1:] > 0.0) & outside(masked, middle)[:, None]
     step, row = np.nonzero(high)
     counts = in_band(middle[:, None] * counted.order, counted.band)
 
@@ -113,14 +107,12 @@ def _tops(
 
         count = max(len(counted.order) * 4, 1)
         x, error, slope, _, bend = in_blocks(jets, speeds, np.zeros(count))
-        which = (back, row[curve])
-        use = counts[step[curve]]
+        which, use = (back, row[curve]), counts[step[curve]]
         value, first, second = (np.where(use, each[which], 0.0) for each in (x, slope, bend))
-        off = np.where(use, error[which], 0.0)
+        off, size = np.where(use, error[which], 0.0), np.square(np.abs(value))
         return maxima.Jet(
-            np.square(np.abs(value)).sum(-1),
-            2.0 * (np.abs(value) * off).sum(-1)
-            + 4.0 * UNIT_ROUNDOFF * np.square(np.abs(value)).sum(-1),
+            size.sum(-1),
+            (2.0 * np.abs(value) * off + 4.0 * UNIT_ROUNDOFF * size).sum(-1),
             2.0 * (value.conj() * first).real.sum(-1),
             2.0 * (np.square(np.abs(first)) + (value.conj() * second).real).sum(-1),
         )

@@ -7,11 +7,11 @@ from vibecalc.isolation.adapters.body_run_up import RunUpSection, sections
 from vibecalc.isolation.rows import Readout
 from vibecalc.isolation.run_up import RunUp, joined, run_up
 from vibecalc.isolation.run_up_peaks import RunUpPeak, over_all
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.points.model import QUANTITIES, Readings, band_of, readings_of
 from vibecalc.points.readings import with_rates
-from vibecalc.points.results import RUN_UP, SeverityInRunUp
+from vibecalc.points.results import RUN_UP
 from vibecalc.points.rms_over_speed import BandRows, rms_run_up
 from vibecalc.points.severity import LOWER, UPPER, severity
 
@@ -31,10 +31,18 @@ def run_points_run_up(scene: Scene) -> None:
             f"the run-up at the points has {peaks.unresolved} intervals of speed that are coarser "
             "than asked for, since the number of speeds is capped; its maxima are not affected"
         )
-    _emit(scene, readings.names, "peak", peaks)
-    _emit(scene, readings.names, "rms", levels)
     if scene.case.vibration_severity is not None:
-        _emit_severity(scene, readings.names, levels)
+        levels = _with_severity(levels)
+    count = len(readings.names)
+    for kind, found in (("peak", peaks), ("rms", levels)):
+        axes, top = {"sensor": readings.names, "speed": found.speed}, found.peak
+        value, speed = Bounded(top.value, top.error), Bounded(top.speed, top.speed_error)
+        names = [*(f"{name}_{kind}" for name in QUANTITIES), "severity"]
+        for number in range(found.curve.shape[1] // count):
+            own, path = slice(number * count, (number + 1) * count), f"{RUN_UP}/{names[number]}"
+            scene.emit(path, found.curve[:, own].T, axes=axes)
+            scene.emit(f"{path}_largest", value[own], axes=axes)
+            scene.emit(f"{path}_largest_speed", speed[own], axes=axes)
 
 
 def band_rows(part: RunUpSection, readings: Readings, band: tuple[float, float]) -> BandRows:
@@ -55,30 +63,16 @@ def passed(part: RunUpSection, readings: Readings, counted: BandRows) -> tuple[R
     return peaks, rms_run_up(counted, peaks._replace(masked=masked), shows, part.start, part.stop)
 
 
-def _emit(scene: Scene, sensors: tuple[str, ...], kind: str, found: RunUp) -> None:
-    axes, top, count = {"sensor": sensors, "speed": found.speed}, found.peak, len(sensors)
-    value, speed = Bounded(top.value, top.error), Bounded(top.speed, top.speed_error)
-    for number, name in enumerate(QUANTITIES):
-        own, path = slice(number * count, (number + 1) * count), f"{RUN_UP}/{name}_{kind}"
-        scene.emit(path, found.curve[:, own].T, axes=axes)
-        scene.emit(f"{path}_largest", value[own], axes=axes)
-        scene.emit(f"{path}_largest_speed", speed[own], axes=axes)
-
-
-def _emit_severity(scene: Scene, sensors: tuple[str, ...], found: RunUp) -> None:
-    """Severity over speed; its largest is the largest of what the three largest values make."""
-    axes, top, count = {"sensor": sensors, "speed": found.speed}, found.peak, len(sensors)
-    own = [slice(number * count, (number + 1) * count) for number in range(3)]
-    whole = severity(*(found.curve[:, one] for one in own))
-    factor = np.array([[LOWER], [1.0], [1.0 / UPPER]])
-    value, error = (np.reshape(part, (3, count)) * factor for part in (top.value, top.error))
-    error = np.max(np.where(np.isfinite(value), error, 0.0), axis=0)
+def _with_severity(found: RunUp) -> RunUp:
+    """With severity behind the rows of three quantities; its largest is that of their largest."""
+    top, count = found.peak, found.curve.shape[1] // 3
+    whole = severity(*(found.curve[:, k * count : (k + 1) * count] for k in range(3)))
+    factor = np.repeat([LOWER, 1.0, 1.0 / UPPER], count)
+    value = (top.value * factor).reshape(3, count)
+    error = np.where(np.isfinite(top.value), top.error * factor, 0.0).reshape(3, count).max(axis=0)
     row = np.argmax(value, axis=0) * count + np.arange(count)
     highest = RunUpPeak(np.max(value, axis=0), error, top.speed[row], top.speed_error[row])
     off = over_all(highest, lambda row: (found.speed, whole[:, row]))
-    results = SeverityInRunUp(
-        severity=whole.T,
-        severity_largest=Bounded(highest.value, error),
-        severity_largest_speed=Bounded(highest.speed, off.speed_error),
-    )
-    scene.emit_all(results, axes)
+    highest = highest._replace(speed_error=off.speed_error)
+    peak = RunUpPeak(*(np.concatenate(pair) for pair in zip(top, highest, strict=True)))
+    return found._replace(curve=concatenate([found.curve, whole]), peak=peak)

@@ -4,12 +4,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from vibecalc.core.run.stage import (
-    Entries,
     Leading,
     Stage,
     Subject,
     Unit,
-    Work,
     below,
 )
 from vibecalc.isolation.stage import ORDERS, entries_of_loads, orders_of_loads
@@ -17,6 +15,7 @@ from vibecalc.kinematics.stage import orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import torque_reaches_mounts
 from vibecalc.parts.mount_needs import moves_with_machine
+from vibecalc.points.results import UNITS
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -26,17 +25,14 @@ def plan_points(case: "Case") -> Iterator[Stage]:
     """Planned where the case has points on a body that some table moves."""
     if not case.point:
         return
+    from vibecalc.points.tables import zoned
+
     torque, names = torque_reaches_mounts(case), ", ".join(one.name for one in case.point[:3])
-    without = ["/run_up/"]
-    severity = case.vibration_severity
-    if severity is None:
-        without += ["points/severity", "points/zone"]
-    else:
-        given = [name for name in ("displacement", "velocity", "acceleration")
-                 if severity.grades is None and getattr(severity, name) is None]  # fmt: skip
-        without += [f"zone_boundary/{name}" for name in given]
-        without += ["points/zone"] if len(given) == 3 else []
+    severity, zones = case.vibration_severity, zoned(case.vibration_severity)
+    without = ["/run_up/", *(f"zone_boundary/{name}" for name in UNITS if name not in zones)]
+    without += ["points/zone"] * (not zones) + ["points/severity"] * (severity is None)
     orders = ORDERS if torque else orders_words(case)
+    readings = sum(1 if one.direction is not None else 3 for one in case.point)
     yield Stage(
         name="points",
         adapter="vibecalc.points.adapter:run_points",
@@ -47,7 +43,7 @@ def plan_points(case: "Case") -> Iterator[Stage]:
         quantities=below("points/", tuple(without)),
         is_last=True,
         harmonics=orders_of_loads,
-        work=_work,
+        work=lambda _, orders: ((readings * orders, "reading_order"),),
         topics=("vibecalc.points.accuracy:points_topics",),
         leading=None if torque or moves_with_machine(case) else Leading(MOUNT_KEYS, most=1024),
     )
@@ -64,28 +60,16 @@ def plan_points(case: "Case") -> Iterator[Stage]:
         quantities=below("points/run_up/", ("severity",) if severity is None else ()),
         is_last=True,
         harmonics=orders_of_loads,
-        work=_work_of_run_up,
+        work=lambda _, orders: (
+            (2 * orders * _RUN_UP, "body_solve"),
+            (3 * readings * orders * _RUN_UP, "reading_order"),
+        ),
         topics=("vibecalc.points.accuracy:points_run_up_topics",),
     )
 
 
 #: speeds that a run-up of readings takes
 _RUN_UP = 400
-
-
-def _readings(case: "Case") -> int:
-    return sum(1 if one.direction is not None else 3 for one in case.point)
-
-
-def _work(case: "Case", orders: int) -> Work:
-    return ((_readings(case) * orders, "reading_order"),)
-
-
-def _work_of_run_up(case: "Case", orders: int) -> Work:
-    return (
-        (2 * orders * _RUN_UP, "body_solve"),
-        (3 * _readings(case) * orders * _RUN_UP, "reading_order"),
-    )
 
 
 def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
@@ -97,17 +81,10 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
     return {"sensor": readings_of(case).names}
 
 
-def _entries(case: "Case", path: str, axis: str) -> Entries | None:
-    if axis == "speed":
-        options = case.isolation
-        return Entries.of_speeds(options and options.run_up, "isolation.run_up")
-    return entries_of_loads(case, axis)
-
-
 SUBJECT = Subject(
     stages=(plan_points,),
     names=names_of,
-    entries=_entries,
+    entries=lambda case, _, axis: entries_of_loads(case, axis),
     concerns=lambda case: bool(case.point) or case.vibration_severity is not None,
     units={"reading_order": Unit(1.0e-6, "orders of readings at points")},
     checks=("vibecalc.points.model:points_problems",),

@@ -21,6 +21,7 @@ from vibecalc.core.case.rules import (
     refuse,
     same_length,
 )
+from vibecalc.points.results import UNITS
 
 # ----------------------------------------------------------------------------
 # Where vibration is measured.
@@ -106,3 +107,10 @@ class VibrationSeverity(Table):
             also="standard",
         ),
     )
+
+
+def zoned(severity: VibrationSeverity | None) -> list[str]:
+    """Quantities that have boundaries between zones."""
+    if severity is None:
+        return []
+    return [name for name in UNITS if severity.grades or getattr(severity, name)]

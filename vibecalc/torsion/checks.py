@@ -34,7 +34,9 @@ def torsion_problems(case: Case) -> list[Problem]:
     """Problems of [response.torsion] and [damper_design] against the machine."""
     line = case.machine.shaft_line
     if line is None:
-        return [*_speeds(case), *_effort(case)] if torque_reaches_mounts(case) else []
+        turned = torque_reaches_mounts(case)
+        counted = [*_speeds(case)] if turned or case.bearing_loads is not None else []
+        return [*counted, *_effort(case)] if turned else counted
     torsion = None if case.response is None else case.response.torsion
     problems = [*_speeds(case), *_effort(case), *_run_up(case, line)]
     problems += excitation_problems(case, line)
@@ -107,7 +109,12 @@ def _speeds(case: Case) -> Iterator[Problem]:
     if len(cards) < 2:
         return
     low, high = min(c.speed for c in cards), max(c.speed for c in cards)
-    for path, speed in asked_speeds(case) if low < high else ():
+    asked = asked_speeds(case)
+    speeds = None if case.bearing_loads is None else case.bearing_loads.speeds
+    if speeds is not None:
+        ends: KeyPath = ("bearing_loads", "speeds")
+        asked += [((*ends, "from"), speeds.start), ((*ends, "to"), speeds.stop)]
+    for path, speed in asked if low < high else ():
         if not within_cards((low, high), speed):
             yield Problem(
                 path=path,

@@ -17,7 +17,6 @@ from vibecalc.core.accuracy.kinds import (
 )
 from vibecalc.core.accuracy.run import LONGEST, WHOLE_CASE
 from vibecalc.core.accuracy.topic import Answer, Reference, Topic
-from vibecalc.core.case.raw import NOT_COMPUTED
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import StageCache, run_case
 from vibecalc.core.study.binding import Binding
@@ -114,8 +113,7 @@ def find_topics(loaded: "LoadedCase") -> list[Topic]:
 
     def along(one: "Find") -> Along:
         """The case along the key, with nothing remembered."""
-        resolved = {key: part for key, part in loaded.resolved.items() if key not in NOT_COMPUTED}
-        return Along(one, resolved, StageCache(), lambda _: None)
+        return Along(one, loaded, StageCache(), lambda _: None)
 
     @cache
     def wanted() -> float:
@@ -193,7 +191,7 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
 
     def problem() -> Limited:
         binding = Binding(loaded)
-        return lambda unit: binding.evaluate(box.values(unit))
+        return lambda unit: binding.worst(box.values(unit))
 
     budgets = (20, 40, 80)
     ask = Ask("optimisation", "optimum", f"{goal} at the best point that keeps the limits",

@@ -297,4 +297,4 @@ class RunUp(Table):
 
     start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest speed")
     stop: AngularSpeed = Field(alias="to", gt=0, description="highest speed")
-    RULES = ("vibecalc.core.case.rules:upwards",)
+    RULES: ClassVar[tuple[Any, ...]] = ("vibecalc.core.case.rules:upwards",)

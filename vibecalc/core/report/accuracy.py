@@ -2,10 +2,12 @@
 
 import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from vibecalc.core.report.pages import rerun, warnings
+from vibecalc.core.report.sections import stacked
 from vibecalc.core.report.writing import (
     finite,
     heading,
@@ -40,21 +42,21 @@ class TrialView(NamedTuple):
     """One method at one setting; `setting` is empty where there is nothing to set.
 
     `seconds` is None where the level was not run; errors are infinite where it was not measured,
-    and `position` also where the method gives none.
+    and `position_error` also where the method gives none.
     """
 
     method: str
     setting: str
     seconds: float | None
-    in_seconds: bool
+    front_in_seconds: bool
     status: int
     cause: str
     work: float
-    relative: float
-    level: float
-    is_default: bool
-    in_work: bool
-    position: float
+    worst_relative: float
+    worst_level: float
+    default: bool
+    front_in_work: bool
+    position_error: float
 
     @property
     def done(self) -> bool:
@@ -66,34 +68,23 @@ class TrialView(NamedTuple):
 _COLUMNS = ("status", "cause", "work", "worst_relative", "worst_level", "is_default", "on_front")
 
 
-class MethodView(NamedTuple):
-    """A method: what it is, what it steps, the order it shows, empty if none, and the theory."""
-
-    name: str
-    words: str
-    setting: str
-    shown: str
-    theory: str
-
-
 class TopicView(NamedTuple):
-    """A topic. `extra_...`: of the default over the least as accurate, in work and seconds."""
+    """A topic. `extra_...`: of the default over the least as accurate, in work and seconds.
+
+    A method has its name, its setting, the order that it has `shown`, if any, and the theory.
+    """
 
     folder: str
     words: dict[str, str]
     agreement: float
     trials: tuple[TrialView, ...]
-    methods: tuple[MethodView, ...]
+    methods: tuple[Mapping[str, str], ...]
     extra_work: float
     extra_seconds: float
 
-    def of(self, method: str) -> list[TrialView]:
-        """The levels of one method, from coarse to fine."""
-        return [trial for trial in self.trials if trial.method == method]
-
     def cheapest(self, target: float, by_work: bool) -> TrialView | None:
         """The trial with the least work, or the fastest, of an error of at most `target`."""
-        error = [max(trial.relative, 0.0) for trial in self.trials]
+        error = [max(trial.worst_relative, 0.0) for trial in self.trials]
         cost = [trial.work if by_work else trial.seconds or 0.0 for trial in self.trials]
         place = cheapest(error, cost, target)
         return None if place is None else self.trials[place]
@@ -101,7 +92,7 @@ class TopicView(NamedTuple):
     @property
     def default(self) -> TrialView | None:
         """What vibecalc takes."""
-        return next((trial for trial in self.trials if trial.is_default), None)
+        return next((trial for trial in self.trials if trial.default), None)
 
     @property
     def noise(self) -> float:
@@ -156,21 +147,15 @@ def _topic_view(result: Result, words: dict[str, str], seconds: list[Any]) -> To
     return TopicView(folder, words, agreement, trials, methods, more, slower)
 
 
-def _methods(result: Result, folder: str) -> tuple[MethodView, ...]:
-    order = result.record[f"{folder}/order"]
-    kind = result.record[f"{folder}/order_kind"].values
-    rows = {
-        row["method"]: row for row in result.plan if "method" in row and row["folder"] == folder
-    }
-    found = []
-    for place, name in enumerate(str(label) for label in order.axes[0].values):
-        row, value = rows[name], float(order.values[place])
-        shown = {
-            ALGEBRAIC: f"order {value:.2f}",
-            GEOMETRIC: f"{value:.3g} digits per unit",
-        }.get(str(kind[place]), "")
-        found.append(MethodView(name, row["why"], row["setting"], shown, row["theory"]))
-    return tuple(found)
+def _methods(result: Result, folder: str) -> tuple[Mapping[str, str], ...]:
+    order, kind = (result.record[f"{folder}/{name}"].values for name in ("order", "order_kind"))
+    shown = {ALGEBRAIC: "order {:.2f}", GEOMETRIC: "{:.3g} digits per unit"}
+    rows = {row["method"]: row for row in result.plan if row["folder"] == folder if "method" in row}
+    names = map(str, result.record[f"{folder}/order"].axes[0].values)
+    return tuple(
+        {**rows[name], "shown": shown.get(str(how), "").format(value)}
+        for name, value, how in zip(names, order.tolist(), kind, strict=True)
+    )
 
 
 # ----------------------------------------------------------------------------
@@ -204,13 +189,8 @@ def render_answer(result: Result) -> str:
     return text_of([*lines, *paragraph(f"In the text: {said}.") * bool(said)])
 
 
-def render_accuracy(result: Result) -> str:
-    """The whole report of one measurement, at most 100 columns wide."""
-    return text_of(accuracy_lines(result))
-
-
 def accuracy_lines(result: Result) -> list[str]:
-    """The blocks of that report."""
+    """The blocks of the whole report of one measurement."""
     topics = topics_of(result)
     lines = heading(f"Speed against error: {result.case.get('title') or result.name}", 1)
     lines += pairs([("case", result.name), ("sha256 of the case", result.case_sha256)])
@@ -232,11 +212,11 @@ def _summary(topics: tuple[TopicView, ...]) -> list[str]:
             said = "no method of ours" if ours is None else "ours failed"
             rows.append([name, "", "", said, "", ""])
             continue
-        best = topic.cheapest(max(ours.relative, topic.noise), by_work=False)
-        shown = "ours" if best is None or best.is_default else best.method[:_NARROW]
+        best = topic.cheapest(max(ours.worst_relative, topic.noise), by_work=False)
+        shown = "ours" if best is None or best.default else best.method[:_NARROW]
         times = [f"{one:.3g}" if one < 100.0 else f"{one:.0f}"
                  for one in (topic.extra_seconds, topic.extra_work)]  # fmt: skip
-        rows.append([name, _error(ours.relative), _seconds(ours), shown, *times])
+        rows.append([name, _error(ours.worst_relative), _seconds(ours), shown, *times])
     heads = ("question", number("error"), number("seconds"), "fastest as accurate",
              number("time x"), number("work x"))  # fmt: skip
     words = (
@@ -247,42 +227,51 @@ def _summary(topics: tuple[TopicView, ...]) -> list[str]:
 
 def _section(topic: TopicView) -> list[str]:
     words = topic.words
-    lines = ["", f"{words['stage']}: {words['name']}"]
-    lines.append("-" * len(lines[-1]))
-    lines += paragraph(words["why"])
-    about = [("stands for", words["quantity"])] if words["quantity"] else []
-    about.append(("reference", f"{words['reference']}; agreement {_error(topic.agreement)}"))
-    about.append(("work", words["work"]))
-    if words["position"]:
-        about.append(("position", words["position"]))
-    lines += [*pairs(about), "", *_trials(topic)]
-    lines += ["", *_orders(topic), "", *_cheapest(topic)]
-    if topic.failed:
-        lines += ["", *_failures(topic)]
-    if float(words["default_extra"]) > 1.0:
-        more = f"The default may take {words['default_extra']} times the least work: "
-        lines += ["", *paragraph(more + words["default_why"])]
-    return lines
+    about = {
+        "stands for": words["quantity"],
+        "reference": f"{words['reference']}; agreement {_error(topic.agreement)}",
+        "work": words["work"],
+        "position": words["position"],
+    }
+    more = f"The default may take {words['default_extra']} times the least work: "
+    dear = float(words["default_extra"]) > 1.0
+    blocks = stacked(
+        [*paragraph(words["why"]), *pairs(row for row in about.items() if row[1])],
+        _trials(topic),
+        _orders(topic),
+        _cheapest(topic),
+        _failures(topic),
+        paragraph(more + words["default_why"]) if dear else [],
+    )
+    title = f"{words['stage']}: {words['name']}"
+    return ["", title, "-" * len(title), *blocks]
 
 
 def _trials(topic: TopicView) -> list[str]:
     rows = []
     last = ""
     for trial in topic.trials:
-        cells = [trial.method if trial.method != last else "", trial.setting or "-"]
+        errors = [_error(trial.worst_relative), _error(trial.worst_level)]
+        away = _error(trial.position_error) if math.isfinite(trial.position_error) else "-"
+        marks = "*" * trial.front_in_work + "s" * trial.front_in_seconds + "<" * trial.default
+        rows.append([
+            trial.method if trial.method != last else "", trial.setting or "-", _work(trial),
+            _seconds(trial), *(errors if trial.done else [TRIAL_STATUS_WORDS[trial.status], ""]),
+            away if topic.words["position"] else "", marks,
+        ])  # fmt: skip
         last = trial.method
-        errors = [_error(trial.relative), _error(trial.level)]
-        cells += [_work(trial), _seconds(trial)]
-        cells += errors if trial.done else [TRIAL_STATUS_WORDS[trial.status], ""]
-        away = _error(trial.position) if math.isfinite(trial.position) else "-"
-        rows.append([*cells, away if topic.words["position"] else "", _marks(trial)])
     heads = map(number, ("setting", "work", "seconds", "relative", "dB", "position"))
     return table(("method", *heads, "marks"), rows)
 
 
 def _orders(topic: TopicView) -> list[str]:
     rows = [
-        [one.name, one.setting or "nothing to set", one.shown or "-", one.theory or "-"]
+        [
+            one["method"],
+            one["setting"] or "nothing to set",
+            one["shown"] or "-",
+            one["theory"] or "-",
+        ]
         for one in topic.methods
     ]
     return table(("method", "steps", "convergence shown", "theory"), rows)
@@ -299,7 +288,8 @@ def _cheapest(topic: TopicView) -> list[str]:
 def _pick(trial: TrialView | None, by_work: bool) -> str:
     if trial is None:
         return "none reaches it"
-    return f"{_name(trial)}: " + (_work(trial) if by_work else f"{_seconds(trial)} s")
+    name = f"{trial.method}, {trial.setting}" if trial.setting else trial.method
+    return f"{name}: " + (_work(trial) if by_work else f"{_seconds(trial)} s")
 
 
 def _failures(topic: TopicView) -> list[str]:
@@ -321,15 +311,6 @@ def _machine(result: Result) -> list[str]:
     for name, seconds in result.timings.items():
         rows.append((f"{name} s", f"{seconds:.2f}"))
     return pairs([*rows, ("rerun", rerun(result))])
-
-
-def _name(trial: TrialView) -> str:
-    return f"{trial.method}, {trial.setting}" if trial.setting else trial.method
-
-
-def _marks(trial: TrialView) -> str:
-    marks = ((trial.in_work, "*"), (trial.in_seconds, "s"), (trial.is_default, "<"))
-    return "".join(mark for there, mark in marks if there)
 
 
 def _error(value: float) -> str:
@@ -375,8 +356,8 @@ def _topic(topic: TopicView) -> dict[str, Any]:
         "reference": {"words": words["reference"], "agreement": finite(topic.agreement)},
         "trials": [_trial(trial, bool(words["position"])) for trial in topic.trials],
         "methods": [
-            {"method": method.name, "shown": method.shown or None, "theory": method.theory or None}
-            for method in topic.methods
+            {name: one[name] or None for name in ("method", "shown", "theory")}
+            for one in topic.methods
         ],
         "cheapest": [
             {
@@ -392,19 +373,15 @@ def _topic(topic: TopicView) -> dict[str, Any]:
 
 
 def _trial(trial: TrialView, with_position: bool) -> dict[str, Any]:
-    position = {"position_error": finite(trial.position)} if with_position else {}
-    return position | {
-        "method": trial.method,
+    told = trial._asdict() | {
         "setting": float(trial.setting) if trial.setting else None,
         "status": TRIAL_STATUS_WORDS[trial.status],
         "cause": trial.cause or None,
-        "work": trial.work,
-        "seconds": trial.seconds,
-        "worst_relative": finite(trial.relative),
-        "worst_level": finite(trial.level),
-        "default": trial.is_default,
-        "front_in_work": trial.in_work,
-        "front_in_seconds": trial.in_seconds,
+    }
+    return {
+        name: finite(one) if isinstance(one, float) else one
+        for name, one in told.items()
+        if with_position or name != "position_error"
     }
 
 

@@ -108,12 +108,13 @@ def _page(result: Result, subject: Subject, calculation: Calculation, full: bool
         if (below := made.chapter(chapter))
     )
     title = str(result.case.get("title") or result.name)
+    date = str(result.provenance.get("time") or "").split("T")[0]
+    rows = [*identity(result), ("date", date), ("vibecalc", result.version)]
     body, contents = [], []
     rest = made.rest(subject, calculation)
     for number, (words, below) in enumerate([*chapters, *rest, conclusion], 1):
-        words = f"{number} {words}"
-        contents.append(words)
-        body += [html_heading(words), *_numbered(below, number)]
+        contents.append(f"{number} {words}")
+        body += [html_heading(contents[-1]), *_numbered(below, number)]
     written = [("Case as written", [html_written(result.case_toml)])] if result.case_toml else []
     contents.append("Appendix")
     body += [html_heading("Appendix"), '<div class="appendix">',
@@ -123,7 +124,7 @@ def _page(result: Result, subject: Subject, calculation: Calculation, full: bool
     )
     first = [
         html_heading(title, 1), f'<p class="kind">{html_text(calculation.title)}</p>',
-        *html_blocks(pairs(_title_rows(result))),
+        *html_blocks(pairs(row for row in rows if row[1])),
         *html_blocks(named(calculation.summary)(result)),
         *html_blocks(_warnings(result)),
         f'<nav class="contents"><strong>Contents</strong><ol>\n{listed}</ol></nav>',
@@ -140,12 +141,6 @@ def _running(title: str) -> str:
         f'@bottom-right {{ content: counter(page) " / " counter(pages); {font} }} }}\n'
         '@page :first { @top-left { content: ""; } }\n'
     )
-
-
-def _title_rows(result: Result) -> list[tuple[str, str]]:
-    date = str(result.provenance.get("time") or "").split("T")[0]
-    rows = [*identity(result), ("date", date), ("vibecalc", result.version)]
-    return [(name, words) for name, words in rows if words]
 
 
 def _warnings(result: Result) -> list[str]:
@@ -184,18 +179,18 @@ class _Maker:
 
     def part(self, where: str) -> Below | None:
         """A section, blocks or a picture, None where the result has none, or it fails."""
-        return survived(where, partial(self.made, where))
 
-    def made(self, where: str) -> Below | None:
-        """The same, of what does not fail."""
-        if ":" not in where:
-            return self.picture(partial(make, self.result, where))
-        made: Any = named(where)(self.result)
-        if isinstance(made, Section):
-            return self.section(made)
-        if made is None or isinstance(made, list):
-            return ("", self.html(made)) if made else None
-        return self.picture(lambda: made)
+        def made() -> Below | None:
+            if ":" not in where:
+                return self.picture(partial(make, self.result, where))
+            found: Any = named(where)(self.result)
+            if isinstance(found, Section):
+                return self.section(found)
+            if found is None or isinstance(found, list):
+                return ("", self.html(found)) if found else None
+            return self.picture(lambda: found)
+
+        return survived(where, made)
 
     def section(self, one: Section) -> Below | None:
         """A section of the text report; its details are for the appendix."""

@@ -81,16 +81,16 @@ def rough_megabytes(megabytes: float) -> str:
 
 
 def _row(stage: StageNeeds) -> dict[str, Any]:
-    harmonics = stage.harmonics
-    texts = stage.plan.as_texts()
+    harmonics, texts = stage.harmonics, stage.plan.as_texts()
     counted = [_counted(number, units()[unit].words) for number, unit in stage.work[:-1]]
+    time = time_in_words(stage.seconds)
     return texts | {
         "orders": texts["orders"] if harmonics is None else harmonics.words(),
-        "cost": f"{texts['cost']}\n" + "; ".join([*counted, time_in_words(stage.seconds)]),
+        "cost": f"{texts['cost']}\n" + "; ".join([*counted, time]),
         "needs": {
             "harmonics": None if harmonics is None else harmonics._asdict(),
             "work": {unit: number for number, unit in stage.work},
-            "time": time_in_words(stage.seconds),
+            "time": time,
             "megabytes": stage.megabytes,
         },
     }
@@ -145,16 +145,12 @@ def _each(case: "Case", needs: Needs, wanted: frozenset[str]) -> float:
 
 def _study(row: dict[str, str], runs: int, running: float) -> tuple[dict[str, Any], float]:
     seconds = running + LIBRARIES["scipy.optimize"][0]
-    told = row | {
-        "cost": f"{row['cost']}\n{_counted(runs, 'runs')}; {time_in_words(seconds)}",
-        "needs": {
-            "harmonics": None,
-            "work": {"run": runs},
-            "time": time_in_words(seconds),
-            "megabytes": 0.0,
-        },
-    }
-    return told, seconds
+    time = time_in_words(seconds)
+    needs = {"harmonics": None, "work": {"run": runs}, "time": time, "megabytes": 0.0}
+    return row | {
+        "cost": f"{row['cost']}\n{_counted(runs, 'runs')}; {time}",
+        "needs": needs,
+    }, seconds
 
 
 # ----------------------------------------------------------------------------
@@ -203,15 +199,10 @@ def render_plan(
         lines += ["", f"{number}. {stage['stage']}"]
         shown = {**stage, "quantities": _by_folder(stage.get("quantities", ""))}
         lines += pairs([(name, shown[key]) for key, name in ROWS if shown.get(key)])
-    counted = [row for row in case.reference if row.kind == "published"]
-    counted = [row for row in counted if not row.known_difference]
-    lines += [
-        "",
-        str(total["text"]),
-        f"{many(len(case.reference), 'reference')}, {len(counted)} of them counted; "
-        f"{many(len(case.limit), 'limit')} in [[limit]]",
-    ]
-    return "\n".join(lines)
+    counted = sum(row.kind == "published" and not row.known_difference for row in case.reference)
+    words = f"{many(len(case.reference), 'reference')}, {counted} of them counted; "
+    words += f"{many(len(case.limit), 'limit')} in [[limit]]"
+    return "\n".join([*lines, "", str(total["text"]), words])
 
 
 def _by_folder(quantities: str) -> str:

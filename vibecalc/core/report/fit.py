@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.core.report.goals import bound_unit, in_unit
+from vibecalc.core.report.goals import SIDES, bound_unit, in_unit
 from vibecalc.core.report.sections import (
     Part,
     Section,
@@ -23,7 +23,6 @@ from vibecalc.units import convert, parse_quantity
 
 PREFIX = "fit/"
 VALUE = PREFIX + "value/"
-_SIDES = {-1: "at lower", 0: "", 1: "at upper"}
 #: points of the short report, the worst first
 _MOST = 8
 
@@ -60,7 +59,7 @@ def _keys(result: Result) -> list[str]:
         shown = show(*in_unit(start, unit)), show(fitted, error, _digits(fitted, size))
         share = "" if not known or not fitted else f"{100.0 * size / abs(fitted):.2g} %"
         off = show(size, digits=2) if known else "not told"
-        rows.append([key, *shown, off, unit, share, _SIDES[side]])
+        rows.append([key, *shown, off, unit, share, SIDES[side]])
     heads = number("start"), number("fitted"), number("+-"), "unit", number(""), ""
     return table(("fitted key", *heads), rows)
 
@@ -119,16 +118,14 @@ def _paste(result: Result) -> list[str]:
         value = result.record[VALUE + key]
         settings.append(_setting(key, float(value.values), value.unit))
         for tie in variable.get("with") or ():
-            offset = tie.get("offset")
-            unit = value.unit
-            shift = 0.0 if offset is None else parse_quantity(offset, unit)
+            shift = parse_quantity(tie.get("offset") or 0.0, value.unit)
             tied = float(tie.get("factor", 1.0)) * float(value.values) + shift
-            settings.append(_setting(str(tie["key"]), tied, unit))
+            settings.append(_setting(str(tie["key"]), tied, value.unit))
     return paragraph(f"to run with these values: --unset fit {' '.join(settings)}")
 
 
 def _setting(key: str, value: float, unit: str) -> str:
-    return f"--set '{key}={value:.7g}'" if not unit else f"--set '{key}={value:.7g} {unit}'"
+    return f"--set '{key}={f'{value:.7g} {unit}'.rstrip()}'"
 
 
 # ----------------------------------------------------------------------------

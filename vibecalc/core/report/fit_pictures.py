@@ -7,6 +7,7 @@ import numpy as np
 from vibecalc.core.report.canvas import COLOURS, QUIET, canvas, note
 from vibecalc.core.report.fit import PREFIX, quantities_of
 from vibecalc.core.report.sections import having, labels, read_as
+from vibecalc.core.report.study_pictures import ABOVE, name_rows
 from vibecalc.core.report.writing import fold
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.core.results.select import select
@@ -41,36 +42,20 @@ def draw_fit(result: Result) -> "Figure | None":
 
 def _across(parts: Parts) -> tuple[str, str, np.ndarray, dict[str, str]] | None:
     """Axis, unit, numbers and what all share, where the points lie along one axis of numbers."""
-    found: list[tuple[str, float | str]] = []
-    names = labels(parts["measured"].axes[0])
-    if len(names) < 3:
+    names = [name.split(" (")[0].split(", ") for name in labels(parts["measured"].axes[0])]
+    shared = set.intersection(*map(set, names))
+    own = [one.partition("=") for name in names for one in name if one not in shared]
+    axes = {axis for axis, _, _ in own}
+    if len(names) < 3 or len(own) != len(names) or len(axes) != 1:
         return None
-    shared = set.intersection(*({*name.split(" (")[0].split(", ")} for name in names))
-    for name in names:
-        own = [one for one in name.split(" (")[0].split(", ") if one not in shared]
-        if len(own) != 1 or "=" not in own[0]:
-            return None
-        axis, _, entry = own[0].partition("=")
-        found.append((axis, entry))
-    if len({axis for axis, _ in found}) != 1:
-        return None
-    axis = found[0][0]
-    unit = "rpm" if axis.endswith("speed") else ""
+    (axis,) = axes
+    unit, si = ("rpm", "rad/s") if axis.endswith("speed") else ("", "")
     try:
-        si = "rad/s" if unit else ""
-        values = np.array([parse_quantity(_plain(entry), si) for _, entry in found])
+        values = np.array([parse_quantity(entry, si) for _, _, entry in own])
     except (UnitError, ValueError):
         return None
-    factor = convert(1.0, "rad/s", "rpm") if unit else 1.0
     picked = (one.partition("=") for one in shared)
-    return axis, unit, values * factor, {name: entry for name, _, entry in picked}
-
-
-def _plain(entry: float | str) -> float | str:
-    try:
-        return float(entry)
-    except ValueError:
-        return entry
+    return axis, unit, values * convert(1.0, si, unit), {name: entry for name, _, entry in picked}
 
 
 def _curve(axes: "Axes", result: Result, path: str, parts: Parts) -> None:
@@ -125,8 +110,6 @@ def _residuals(axes: "Axes", result: Result, residual: Quantity) -> None:
         path, _, entry = label.partition(" [")
         words = f"{read_as(path, '')[0]}, {entry.rstrip(']').replace('=', ' ')}"
         names.append("\n".join(fold(words.removesuffix(", "), _NAME)))
-    axes.set_yticks(places, names)
-    axes.invert_yaxis()
+    name_rows(axes, names)
     axes.set_xlabel("computed less measured, over the standard uncertainty")
-    axes.grid(visible=False, axis="y")
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+    axes.legend(**ABOVE)

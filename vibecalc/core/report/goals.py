@@ -14,6 +14,8 @@ from vibecalc.errors import ResultError
 from vibecalc.units import convert, parse_quantity, si_value, split_number
 
 PREFIX = "optimisation/"
+#: where an optimum stands in its bounds
+SIDES = {-1: "at lower", 0: "", 1: "at upper"}
 VARIABLE, PICKED, FRONT = f"{PREFIX}variable/", f"{PREFIX}choice/", f"{PREFIX}front/"
 
 
@@ -117,10 +119,8 @@ def picked_of(result: Result) -> list[list[str]]:
     for variable in study.get("variables") or ():
         key, given = str(variable["key"]), variable.get("choices") or ()
         before: Any = written_at(result.case, key)
-        place, quantity = (
-            scalar_of(result.record, PICKED + key),
-            result.record.quantities.get(VARIABLE + key),
-        )
+        place = scalar_of(result.record, PICKED + key)
+        quantity = result.record.quantities.get(VARIABLE + key)
         if place is not None:
             found.append([key, str(before), str(given[int(place) - 1]), str(len(given))])
         elif quantity is not None and (given or variable.get("integer")):
@@ -188,9 +188,10 @@ class Goal(NamedTuple):
 
 def worst_of(record: Record, path: str, where: Mapping[str, Any], side: Side) -> float | None:
     """The worst entry of a result; None if it has none that is finite."""
-    quantity = record.quantities.get(path)
+    if path not in record:
+        return None
     try:
-        value = np.nan if quantity is None else worst(quantity, where, side)[0]
+        value = worst(record[path], where, side)[0]
     except ResultError:
         return None
     return float(value) if np.isfinite(value) else None
@@ -204,9 +205,12 @@ def goal_of(given: Mapping[str, Any], unit: str) -> Goal:
     return Goal(path, where, "max" if smaller else "min", name, shown, convert(1.0, unit, shown))
 
 
-def objective_of(result: Result, unit: str) -> Goal:
-    """The objective of an optimisation."""
-    return goal_of(table_of(result.case, "optimisation", "objective"), unit)
+def objective_of(result: Result, unit: str = "") -> Goal:
+    """The objective of an optimisation, of a quantity in `unit` where the result lacks it."""
+    given = table_of(result.case, "optimisation", "objective")
+    path = str(given.get("quantity") or "")
+    there = path in result.record
+    return goal_of(given, result.record[path].unit if there else unit or read_as(path, "")[1])
 
 
 def goals_of(result: Result) -> list[tuple[Goal, Quantity]]:

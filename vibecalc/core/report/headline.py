@@ -8,7 +8,7 @@ import numpy as np
 
 from vibecalc.core.report.goals import PICKED, bound_units, label_of
 from vibecalc.core.report.sections import by_size, magnitudes, read_as, table_of
-from vibecalc.core.report.verdicts import place_of
+from vibecalc.core.report.verdicts import bounds_of, place_of
 from vibecalc.core.report.writing import decibels, number, read, rpm, show, table
 from vibecalc.core.results.catalogue import HEADLINES, OWNER
 from vibecalc.core.results.named import named
@@ -91,14 +91,8 @@ def _own_row(limit: Verdict) -> Answer:
 
 def _held(limit: Verdict, unit: str) -> str:
     """Each bound with the verdict, `max 400 kept`; capitals where that is not as expected."""
-    sides = (("min", limit.min), ("max", limit.max))
-    bounds = [
-        f"{side} {convert(bound, limit.unit, unit):.6g}"
-        for side, bound in sides
-        if bound is not None
-    ]
     verdict = limit.state if limit.satisfied else limit.state.upper()
-    return f"{', '.join(bounds)} {verdict}"
+    return f"{', '.join(bounds_of(limit, convert(1.0, limit.unit, unit)))} {verdict}"
 
 
 def headline_rows(record: Record, case: Mapping[str, Any] | None = None) -> list[Answer]:

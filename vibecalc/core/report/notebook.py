@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.core.report.html import html_blocks
 from vibecalc.core.report.sections import read_as
-from vibecalc.core.report.writing import show
+from vibecalc.core.report.writing import Column, number, show, table
 from vibecalc.core.results.record import Axis, Quantity
 from vibecalc.errors import UnitError
 from vibecalc.units import convert
@@ -41,16 +42,15 @@ def _table(cells: np.ndarray, axes: tuple[Axis, ...], error: Any) -> str:
     """The last two axes down and across; of further ones the first entry."""
     while cells.ndim > 2:
         cells, axes = cells[0], axes[1:]
-    across = len(axes) > 1
-    rows = [["", *_entries(axes[1], _COLUMNS)]] if across else []
-    for name, row in zip(_entries(axes[0], _ROWS), cells, strict=False):
-        rows.append([name, *(_shown(one, error) for one in np.atleast_1d(row)[:_COLUMNS].tolist())])
-    if len(cells) > _ROWS or (across and len(axes[1].values) > _COLUMNS):
-        rows.append(["..."])
-    body = "".join(
-        f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows
-    )
-    return f"<table><caption>{escape(' / '.join(one.name for one in axes))}</caption>{body}</table>"
+    heads = _entries(axes[1], _COLUMNS) if len(axes) > 1 else [""]
+    rows = [
+        [name, *(_shown(one, error) for one in np.atleast_1d(row)[:_COLUMNS].tolist())]
+        for name, row in zip(_entries(axes[0], _ROWS), cells, strict=False)
+    ]
+    if len(cells) > _ROWS or (len(axes) > 1 and len(axes[1].values) > _COLUMNS):
+        rows.append(["...", *[""] * len(heads)])
+    over = Column(" / ".join(one.name for one in axes))
+    return "".join(html_blocks(table([over, *map(number, heads)], rows)))
 
 
 def _entries(axis: Axis, most: int) -> list[str]:

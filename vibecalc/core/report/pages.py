@@ -16,6 +16,7 @@ from vibecalc.core.report.verdicts import (
     OUTSIDE,
     WITHIN,
     ReferenceRow,
+    bounds_of,
     place_of,
 )
 from vibecalc.core.report.writing import (
@@ -70,15 +71,14 @@ def limits(rows: Sequence[Verdict]) -> list[str]:
     """The table of limits: those of the case in its order, then those of rules and makers."""
     cells = []
     for row in rows:
-        bounds = [f"{side} {bound:.6g}" for side, bound in (("min", row.min), ("max", row.max))
-                  if bound is not None]  # fmt: skip
         picks = _picks(row.where)
         entry = f"worst {row.label}" if row.label not in ("", picks) else picks
         if row.element:
             entry = ", ".join(filter(None, (row.element, row.limit, row.condition)))
         name = _name(row, entry, f"({row.source})" if row.source else "")
         shown = show(row.computed, row.error_estimate)
-        cells.append([name, "\n".join(bounds), shown, margin(row), row.unit, limit_verdict(row)])
+        bounds = "\n".join(bounds_of(row))
+        cells.append([name, bounds, shown, margin(row), row.unit, limit_verdict(row)])
     return table(_LIMITS, cells) if cells else []
 
 

@@ -127,7 +127,11 @@ def draw_files(
     Raises UsageError, before anything is written, where two files would write the same pictures or
     none has a picture that is asked for.
     """
-    homes = [(folder or _folder(source), _stem(source)) for source in sources]
+    paths = [source if isinstance(source, Path) else source.swept for source in sources]
+    homes = [
+        (folder or (path.parent if path else Path()), _stem(source))
+        for source, path in zip(sources, paths, strict=True)
+    ]
     for number, (source, home) in enumerate(zip(sources, homes, strict=True)):
         if home in homes[:number]:
             raise UsageError(
@@ -159,15 +163,23 @@ def draw_file(
         The file cannot be read.
     """
     names, made = _figures(of, look)
-    stem = _stem(of)
-    if any(name in SWEEP_PICTURES for name in names):
-        stem = stem.removesuffix("_sweep")
-    return _write(made, Path(folder), stem, names, look, written)
-
-
-def _folder(of: Source) -> Path:
-    path = of if isinstance(of, Path) else of.swept
-    return Path() if path is None else path.parent
+    stem = _stem(of).removesuffix("_sweep") if names is SWEEP_PICTURES else _stem(of)
+    files: list[Path] = []
+    before = set() if written is None else written
+    for name, figure in made:
+        if not look.title:
+            figure.suptitle("").set_in_layout(False)
+        for form in look.formats:
+            path = Path(folder) / f"{_file_name(stem, name, names)}.{form}"
+            if path in before:
+                raise UsageError(
+                    f"two results have a picture {path.name}; draw them into two folders, with -o"
+                )
+            save = partial(_save, figure, path, form, look.dpi or _RESOLUTION)
+            if survived(f"the picture {name}", save) is not None:
+                before.add(path)
+                files.append(path)
+    return files
 
 
 def _stem(of: Source) -> str:
@@ -205,21 +217,14 @@ def vector_picture(maker: Callable[[], "Figure | None"]) -> tuple[str, bytes] | 
 
 def as_vector(figure: "Figure") -> tuple[str, bytes]:
     """Title of a picture, and the picture as SVG without it."""
-    from vibecalc.core.report.paper import lay_out
-
     title = " ".join(figure.get_suptitle().split())
     figure.suptitle("").set_in_layout(False)
-    with _matplotlib().rc_context(STYLE):
-        lay_out(figure, _RESOLUTION)
-        return title, _by_matplotlib(figure, "svg", _RESOLUTION)
+    return title, _image(figure, "svg", _RESOLUTION)
 
 
 def _made(names: Iterable[str], of: Any, look: Look) -> Iterator[tuple[str, "Figure"]]:
-    matplotlib = _matplotlib()
-    for name in names:
-        if look.only and name not in look.only:
-            continue
-        with matplotlib.rc_context(STYLE):
+    for name in (one for one in names if not look.only or one in look.only):
+        with _matplotlib().rc_context(STYLE):
             figure = survived(f"the picture {name}", partial(make, of, name))
         if figure is not None:
             yield name, figure
@@ -242,35 +247,6 @@ def _refuse_unknown(sources: Sequence[Source], look: Look) -> None:
     )
 
 
-def _write(
-    made: Iterable[tuple[str, "Figure"]],
-    folder: Path,
-    stem: str,
-    names: Iterable[str],
-    look: Look,
-    written: set[Path] | None = None,
-) -> list[Path]:
-    matplotlib = _matplotlib()
-    files: list[Path] = []
-    before = set() if written is None else written
-    for name, figure in made:
-        if not look.title:
-            figure.suptitle("").set_in_layout(False)
-        for form in look.formats:
-            path = folder / f"{_file_name(stem, name, names)}.{form}"
-            if path in before:
-                raise UsageError(
-                    f"two results have a picture {path.name}; draw them into two folders, with -o"
-                )
-            save = partial(_save, figure, path, form, look.dpi or _RESOLUTION)
-            with matplotlib.rc_context(STYLE):
-                saved = survived(f"the picture {name}", save)
-            if saved is not None:
-                before.add(path)
-                files.append(saved)
-    return files
-
-
 def _file_name(stem: str, name: str, names: Iterable[str]) -> str:
     """`roll_levels` for `roll_levels` of `roll`, `gear_test_time` for `test_time` of `gear_test`.
 
@@ -287,19 +263,22 @@ def _file_name(stem: str, name: str, names: Iterable[str]) -> str:
 
 
 def _save(figure: "Figure", path: Path, form: str, dpi: int) -> Path:
-    from vibecalc.core.report.paper import lay_out
     from vibecalc.core.results.files import write_atomically
 
-    lay_out(figure, dpi)
-    image = png(figure, dpi) if form == "png" else _by_matplotlib(figure, form, dpi)
-    write_atomically(path, image)
+    write_atomically(path, _image(figure, form, dpi))
     return path
 
 
-def _by_matplotlib(figure: "Figure", form: str, dpi: int) -> bytes:
-    image = BytesIO()
-    figure.savefig(image, format=form, dpi=dpi, metadata=_SILENT[form])
-    return image.getvalue()
+def _image(figure: "Figure", form: str, dpi: int) -> bytes:
+    from vibecalc.core.report.paper import lay_out
+
+    with _matplotlib().rc_context(STYLE):
+        lay_out(figure, dpi)
+        if form == "png":
+            return png(figure, dpi)
+        image = BytesIO()
+        figure.savefig(image, format=form, dpi=dpi, metadata=_SILENT[form])
+        return image.getvalue()
 
 
 #: from 1, quick, to 9, small: 6 takes twice the time of 3 for a tenth of the size
@@ -410,7 +389,7 @@ def draw_accuracy(result: Result) -> "Figure | None":
 def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
     timed = [trial for trial in topic.trials if trial.seconds]
     done = [trial for trial in timed if trial.done]
-    low, top = _span([_height(one) for one in done if one.relative > 0.0] or [1.0], 2.0)
+    low, top = _span([_height(one) for one in done if one.worst_relative > 0.0] or [1.0], 2.0)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlim(*_span([trial.seconds or 0.0 for trial in timed] or [1.0], 1.0))
@@ -422,28 +401,22 @@ def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
         points = [
             (one.seconds or 0.0, _height(one) if height is None else height) for one in trials
         ]
-        axes.plot(*zip(*points, strict=True) if points else ([], []), **style)
+        axes.plot(*zip(*points, strict=True) if points else ([], []), **{"ls": "none", **style})
 
     for place, method in enumerate(topic.methods):
         colour, marker = _MANY[place % len(_MANY)], _MARKERS[place % len(_MARKERS)]
-        own = [trial for trial in timed if trial.method == method.name]
+        own = [trial for trial in timed if trial.method == method["method"]]
         measured = [trial for trial in own if trial.done]
         style: dict[str, Any] = {"color": colour, "marker": marker, "ms": 5}
         line = "-" if place < len(COLOURS) else "--"
-        dots(measured, ls=line, lw=1.2, mfc="white", label=method.name, **style)
-        dots((one for one in measured if one.in_seconds), ls="none", **style)
-        alone: dict[str, Any] = {"color": colour, "clip_on": False, "ls": "none"}
-        dots((one for one in measured if one.relative == 0.0), low, marker="v", ms=6, **alone)
+        dots(measured, ls=line, lw=1.2, mfc="white", label=method["method"], **style)
+        dots((one for one in measured if one.front_in_seconds), **style)
+        alone: dict[str, Any] = {"color": colour, "clip_on": False}
+        exact = (one for one in measured if one.worst_relative == 0.0)
+        dots(exact, low, marker="v", ms=6, **alone)
         dots((one for one in own if not one.done), top, marker="x", ms=7, **alone)
-    ring: dict[str, Any] = {
-        "ls": "none",
-        "marker": "o",
-        "color": TOTAL,
-        "mfc": "none",
-        "ms": 12,
-        "mew": 1.4,
-    }
-    dots((trial for trial in done if trial.is_default), **ring)
+    ring = (one for one in done if one.default)
+    dots(ring, marker="o", color=TOTAL, mfc="none", ms=12, mew=1.4)
     if topic.agreement > low:
         axes.axhline(topic.agreement, color=LIMIT, linestyle=":", linewidth=1.0)
     axes.set_title("\n".join(fold(f"{topic.words['stage']}: {topic.words['name']}", 44)))
@@ -459,7 +432,7 @@ def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
 
 def _height(trial: TrialView) -> float:
     """The error, a gap where there is none."""
-    return (trial.relative or math.nan) if math.isfinite(trial.relative) else 1.0
+    return (trial.worst_relative or math.nan) if math.isfinite(trial.worst_relative) else 1.0
 
 
 def _span(values: Sequence[float], decades: float) -> tuple[float, float]:

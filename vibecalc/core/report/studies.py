@@ -11,6 +11,7 @@ from vibecalc.core.report.goals import (
     NAMES,
     PICKED,
     PREFIX,
+    SIDES,
     Variable,
     bound_unit,
     bound_units,
@@ -34,7 +35,7 @@ from vibecalc.core.report.sections import (
     together,
 )
 from vibecalc.core.report.writing import number, paragraph, show, show_in, show_percent, table
-from vibecalc.core.results.record import AT_START, Quantity, Record, Result
+from vibecalc.core.results.record import AT_START, Estimate, Quantity, Record, Result
 from vibecalc.core.results.select import worst
 from vibecalc.core.results.verdicts import entries, name_of
 from vibecalc.errors import ResultError
@@ -55,7 +56,6 @@ _REPORTED = tuple(
 )  # fmt: skip
 #: Of vectors with these endings the largest entry stands for the whole.
 _WORST = ("_peak", "/sag", "/excursion")
-_SIDES = {-1: "at lower", 0: "", 1: "at upper"}
 #: rows of searches, optima and combinations
 _ROWS = 12
 _REST = others("{left} further ones are in the result file")
@@ -90,10 +90,11 @@ def _variables(result: Result) -> list[str]:
         start = "-" if one.start is None else show(one.start)
         side = scalar_of(result.record, f"{PREFIX}active_bound/{one.key}")
         cells = [one.key, start, show(one.value, one.error), one.unit]
-        rows.append([*cells, show(one.lower), show(one.upper), _SIDES[int(side or 0)]])
+        rows.append([*cells, show(one.lower), show(one.upper), SIDES[int(side or 0)]])
     ties = []
     for variable in table_of(result.case, "optimisation").get("variables") or ():
-        for tie in variable.get("with") or () if _found(result, variable) else ():
+        there = f"{PREFIX}variable/{variable['key']}" in result.record
+        for tie in variable.get("with") or () if there else ():
             factor, offset = float(tie.get("factor", 1.0)), tie.get("offset")
             words = f"{tie['key']} follows {'' if factor == 1.0 else f'{factor:g} times '}"
             words += str(variable["key"]) + ("" if offset is None else f" + {offset}")
@@ -103,16 +104,11 @@ def _variables(result: Result) -> list[str]:
     return [*(table(heads, rows) if rows else []), *([""] if ties else []), *ties]
 
 
-def _found(result: Result, variable: Mapping[str, Any]) -> bool:
-    return f"{PREFIX}variable/{variable['key']}" in result.record
-
-
 def _objective(result: Result) -> list[str]:
-    path = str(table_of(result.case, "optimisation", "objective").get("quantity") or "")
-    if path not in result.record:
+    goal = objective_of(result)
+    quantity = result.record.quantities.get(goal.path)
+    if quantity is None:
         return []
-    quantity = result.record[path]
-    goal = objective_of(result, quantity.unit)
     over = table_of(result.case, "optimisation", "robust")
     words = "objective, without tolerances: " if over else "objective: "
     if _ended(result.record) == "optimum" and not over:
@@ -158,8 +154,8 @@ def _nearby(record: Record) -> list[str]:
 # ----------------------------------------------------------------------------
 
 
-def _if_finite(word: str) -> How:
-    return lambda value, error: word if math.isinf(value) else show(value, error)
+def _or_failed(value: float, error: Estimate) -> str:
+    return "failed" if math.isinf(value) else show(value, error)
 
 
 def _marked(yes: str, no: str) -> How:
@@ -180,7 +176,7 @@ OPTIMA = Rows(
     "optimum",
     "optimum",
     (
-        Cells("objective", "objective {unit}", _if_finite("failed")),
+        Cells("objective", "objective {unit}", _or_failed),
         Cells("found_by", "searches", whole),
     ),
     root="optimisation/optima",
@@ -191,7 +187,7 @@ SEARCHES = Rows(
     "search",
     "search",
     (
-        Cells("objective", "objective {unit}", _if_finite("failed")),
+        Cells("objective", "objective {unit}", _or_failed),
         Cells("feasible", "limits kept", _marked("yes", "no")),
         Cells("evaluations", "evaluations", whole),
     ),

@@ -2,7 +2,7 @@
 
 import re
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from vibecalc.core.report.goals import (
     variables_of,
     worst_of,
 )
-from vibecalc.core.report.sections import along, labels, scalar_of, table_of
+from vibecalc.core.report.sections import along, labels, scalar_of
 from vibecalc.core.report.studies import sigmas_of
 from vibecalc.core.report.writing import fold, show
 from vibecalc.core.results.record import AT_START, Quantity, Result
@@ -164,13 +164,8 @@ def _axis(result: Result, goal: Goal, width: int) -> str:
 _ROUNDING = 1e-9
 
 
-class Use(NamedTuple):
-    """Start and optimum in percent of a bound, or of the objective at the start."""
-
-    words: str
-    start: float
-    end: float
-    limited: bool
+#: words, start and optimum in percent of a bound, or of the objective at the start; which of them
+Use = tuple[str, float, float, bool]
 
 
 def draw_start_and_optimum(result: Result) -> "Figure | None":
@@ -221,26 +216,21 @@ def _uses(result: Result) -> list[Use]:
     for row in verdicts_of(result):
         if row.max and not row.element and row.at != "start" and np.isfinite(row.computed):
             start = worst_of(result.record, AT_START + row.quantity, row.where, "max")
-            factor = convert(1.0, result.record[row.quantity].unit, row.unit)
+            factor = 100.0 * convert(1.0, result.record[row.quantity].unit, row.unit) / row.max
             limit = f"max {row.max:g} {unit_words(row.unit)[1]}".rstrip()
             words = f"{in_words(result, row.quantity)}\n{limit}"
-            uses.append(
-                Use(words, 100.0 * factor * (start or 0.0) / row.max, 100.0 * row.use, True)
-            )
-    path = str(table_of(result.case, "optimisation", "objective").get("quantity") or "")
-    if path in result.record:
-        goal = objective_of(result, result.record[path].unit)
-        start, end = goal.at(result.record, AT_START), goal.at(result.record)
-        if start and end is not None:
-            uses.append(
-                Use(f"objective:\n{in_words(result, path)}", 100.0, 100.0 * end / start, False)
-            )
+            uses.append((words, factor * (start or 0.0), 100.0 * row.use, True))
+    goal = objective_of(result)
+    start, end = goal.at(result.record, AT_START), goal.at(result.record)
+    if start and end is not None:
+        words = f"objective:\n{in_words(result, goal.path)}"
+        uses.append((words, 100.0, 100.0 * end / start, False))
     return uses
 
 
 def _draw_uses(axes: "Axes", uses: list[Use]) -> None:
     place = np.arange(len(uses), dtype=float)
-    _, starts, ends, limited = zip(*uses, strict=True)
+    names, starts, ends, limited = zip(*uses, strict=True)
     for shift, values, colour, words in (
         (-0.19, starts, "#c9c9c9", "start"),
         (0.19, ends, COLOURS[0], "optimum"),
@@ -250,7 +240,7 @@ def _draw_uses(axes: "Axes", uses: list[Use]) -> None:
             note(axes, f"{value:.1f} %", (value, i + shift), (4, 0), va="center")
     if any(limited):
         axes.axvline(100.0, color=LIMIT, linestyle="--", linewidth=1.3)
-    name_rows(axes, [use.words for use in uses])
+    name_rows(axes, list(names))
     axes.set_xlim(0.0, 1.18 * max([100.0, *starts, *ends]))
     parts = ["% of the limit"] * any(limited) + ["objective: % of its start"] * (not all(limited))
     axes.set_xlabel("; ".join(parts))

@@ -1,5 +1,6 @@
 """The report of a result: as text, and as the object that `--json` prints."""
 
+import math
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -100,10 +101,8 @@ def report_lines(result: Result, *, full: bool = False) -> list[str]:
         lines += titled(one.title, body) if body else []
     left_out = "; ".join(one.detail_name for one in found if one.detail)
     if left_out and not full:
-        lines += [
-            "",
-            *paragraph(f"Left out here: {left_out}. `vibecalc report --full` shows them."),
-        ]
+        words = f"Left out here: {left_out}. `vibecalc report --full` shows them."
+        lines += ["", *paragraph(words)]
     return lines + [line for one in pages.closings(result, full) for line in titled(*one[:2])]
 
 
@@ -202,7 +201,25 @@ def _headline(row: Answer) -> dict[str, Any]:
 
 def quantity_object(quantity: Quantity) -> dict[str, Any]:
     """One quantity of that object."""
-    return _array(quantity) if quantity.axes else _number(quantity)
+    told = {"unit": quantity.unit, "error": finite(quantity.error_estimate)}
+    if quantity.axes:
+        values = quantity.values
+        if values.dtype.kind in "fc":
+            values = np.where(quantity.zero, 0.0, values)
+        parts = {"value": values}
+        if values.dtype.kind == "c":
+            parts = {"real": values.real, "imaginary": values.imag}
+        axes = [
+            {"name": axis.name, "unit": axis.unit, "values": _list(axis.values)}
+            for axis in quantity.axes
+        ]
+        return {name: _list(part) for name, part in parts.items()} | told | {"axes": axes}
+    value = magnitudes(quantity).item()
+    known = isinstance(value, int | float) and math.isfinite(value)
+    zero = isinstance(value, float) and known and quantity.estimate.is_zero(value)
+    shown = int(value) if isinstance(value, int) else 0.0 if zero else _plain(value)
+    resolved = not known or not quantity.estimate.unresolved(float(value))
+    return {"value": shown} | told | {"resolved": resolved}
 
 
 _REFERENCE = "quantity where source value computed resolved unit relative_difference within kind"
@@ -232,53 +249,15 @@ def _limit(row: Verdict) -> dict[str, Any]:
     return told | {name: getattr(row, name) or None for name in names}
 
 
-def _number(quantity: Quantity) -> dict[str, Any]:
-    value = magnitudes(quantity)[()]
-    shown: float | int | str | None
-    if value.dtype.kind in "biu":
-        shown = int(value)
-    else:
-        shown = finite(float(value)) if value.dtype.kind == "f" else str(value)
-    known = not isinstance(shown, int | float)
-    if not known and quantity.estimate.is_zero(float(value)):
-        shown = 0.0 if isinstance(shown, float) else shown
-    return {
-        "value": shown,
-        "unit": quantity.unit,
-        "error": finite(quantity.error_estimate),
-        "resolved": known or not quantity.estimate.unresolved(float(value)),
-    }
-
-
 def _is_listed(path: str) -> bool:
     """Whether the first table has each entry of an array."""
     return path in HEADLINES and HEADLINES[path].pick == "each"
 
 
-def _array(quantity: Quantity) -> dict[str, Any]:
-    values = np.asarray(quantity.values)
-    if values.dtype.kind in "fc":
-        values = np.where(quantity.zero, 0.0, values)
-    parts = {"value": values}
-    if values.dtype.kind == "c":
-        parts = {"real": values.real, "imaginary": values.imag}
-    return {
-        **{name: _list(part) for name, part in parts.items()},
-        "unit": quantity.unit,
-        "error": finite(quantity.error_estimate),
-        "axes": [
-            {"name": axis.name, "unit": axis.unit, "values": _list(axis.values)}
-            for axis in quantity.axes
-        ],
-    }
-
-
 def _list(values: np.ndarray) -> list[Any]:
     """Nested lists of plain numbers and texts, None for what is not finite."""
-    if values.dtype.kind == "f" and not np.isfinite(values).all():
-        plain = values.astype(object)
-        plain[~np.isfinite(values)] = None
-        values = plain
-    elif values.dtype.kind not in "biuf":
-        values = np.vectorize(str, otypes=[object])(values) if values.size else values
+    if values.dtype.kind == "f":
+        values = np.where(np.isfinite(values), values, np.array(None))
+    elif values.dtype.kind not in "biu":
+        values = values.astype(str)
     return list(values.tolist())

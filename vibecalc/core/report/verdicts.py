@@ -124,6 +124,13 @@ def place_of(row: Verdict) -> str:
     return words.replace("=", " ").replace("_", " ")
 
 
+def bounds_of(row: Verdict, factor: float = 1.0) -> list[str]:
+    """The bounds of a limit times a factor: `max 400`."""
+    sides = {"min": row.min, "max": row.max}
+    return [f"{side} {factor * bound:.6g}"
+            for side, bound in sides.items() if bound is not None]  # fmt: skip
+
+
 def _computed(value: float, digits: int, lead: str = "computed ") -> str:
     return "nothing found" if math.isnan(value) else f"{lead}{value:.{digits}g}"
 
@@ -149,9 +156,9 @@ def _judge_reference(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
         difference = math.remainder(difference, convert(2.0 * math.pi, "rad", printed.unit))
     # what a wide error happens to hold agrees with nothing
     agrees = bool(abs(difference) <= tolerance + slack) and (resolved or error <= tolerance)
-    kind, known = (str(entry.get(key) or "") for key in ("kind", "known_difference"))
-    kind = kind or "published"
-    counted = kind == "published" and not known
+    told = {key: str(entry.get(key) or "") for key in ("source", "known_difference", "shown_by")}
+    kind = str(entry.get("kind") or "published")
+    counted = kind == "published" and not told["known_difference"]
     relative = difference / abs(printed.number) if printed.number else None
     verdict = WITHIN if agrees else UNRESOLVED if not resolved else OUTSIDE
     if not counted:
@@ -159,7 +166,6 @@ def _judge_reference(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
     return ReferenceRow(
         quantity=str(entry["quantity"]),
         where=where,
-        source=str(entry.get("source") or ""),
         value=printed.number,
         printed=printed.text,
         computed=computed,
@@ -173,8 +179,7 @@ def _judge_reference(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
         within=agrees if counted else None,
         verdict=verdict,
         kind=kind,
-        known_difference=known,
-        shown_by=str(entry.get("shown_by") or ""),
+        **told,
         at=str(entry.get("at") or "optimum"),
         cyclic=cyclic,
     )

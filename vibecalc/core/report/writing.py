@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from itertools import zip_longest
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -20,7 +20,13 @@ INDENT = _GAP = "  "
 
 
 class Block(str):
-    """Lines of a report as one text of at most `WIDTH` columns."""
+    """Lines of a report as one text of at most `WIDTH` columns, with the parts it is made of."""
+
+    def __new__(cls, lines: Sequence[str], **parts: Any) -> Self:
+        """Of these lines."""
+        made = super().__new__(cls, "\n".join(lines))
+        made.__dict__.update(parts)
+        return made
 
     def at(self, width: int) -> str:
         """The same in lines of that width."""
@@ -67,8 +73,7 @@ def heading(title: str, level: int = 2) -> list[str]:
     """A title over its rule, after an empty line but at the beginning."""
     lines = fold(title, WIDTH - len(INDENT))
     rule = ("=" if level == 1 else "-") * max(len(line) for line in lines)
-    block = Heading("\n".join([*lines, rule]))
-    block.level, block.words = level, title
+    block = Heading([*lines, rule], level=level, words=title)
     return [block] if level == 1 else ["", block]
 
 
@@ -172,9 +177,7 @@ def table(
         for part in (body, below):
             lines += [INDENT + "-" * (len(rule) - len(INDENT))] if part is below and part else []
             lines += [line for row in part for line in _row([row[i] for i in group], chosen, wide)]
-    block = Table("\n".join(lines))
-    block.columns, block.rows, block.totals = heads, body, below
-    return [block]
+    return [Table(lines, columns=heads, rows=body, totals=below)]
 
 
 def _column(head: Column | str, cells: Sequence[str]) -> Column:
@@ -251,9 +254,7 @@ def pairs(rows: Iterable[tuple[str, str]], most: int = 48) -> list[str]:
     both = Column(""), Column("")
     room = WIDTH - len(INDENT) - wide - len(_GAP)
     lines = [line for row in rows for line in _row(row, both, (wide, room))]
-    block = Pairs("\n".join(lines))
-    block.rows = rows
-    return [block] if rows else []
+    return [Pairs(lines, rows=rows)] if rows else []
 
 
 def paragraph(text: str, mark: str = "", width: int = WIDTH) -> list[str]:
@@ -261,9 +262,7 @@ def paragraph(text: str, mark: str = "", width: int = WIDTH) -> list[str]:
     lead = INDENT + (f"{mark} " if mark else "")
     folded = fold(text, width - len(lead))
     lines = [f"{' ' * len(lead) if i else lead}{line}".rstrip() for i, line in enumerate(folded)]
-    block = Paragraph("\n".join(lines))
-    block.mark, block.words = mark, text
-    return [block]
+    return [Paragraph(lines, mark=mark, words=text)]
 
 
 # ----------------------------------------------------------------------------

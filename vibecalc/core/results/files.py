@@ -176,10 +176,20 @@ def written_aside(target: Path, check: Callable[[Path], None] | None = None) -> 
         step(f"wrote {target}")
     except OSError as error:
         _discard(temporary)
-        raise UsageError(f"cannot write {target}: {_reason(error, target)}") from error
+        with in_words("cannot write", target):
+            raise error
     except BaseException:
         _discard(temporary)
         raise
+
+
+@contextmanager
+def in_words(what: str, path: Path) -> Iterator[None]:
+    """OSErrors as UsageError: `what` cannot be done, the path, and why in the system's words."""
+    try:
+        yield
+    except OSError as error:
+        raise UsageError(f"{what} {path}: {_reason(error, path)}") from error
 
 
 def _to_disk(path: Path) -> None:

@@ -44,7 +44,6 @@ TEXT_ATTRIBUTES = (
     "case_toml",
     "case_toml_resolved",
 )
-JSON_ATTRIBUTES = ("quantities", "plan", "warnings", "methods")
 
 PROVENANCE = "provenance"
 TIMINGS = "timings"

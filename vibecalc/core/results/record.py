@@ -93,6 +93,24 @@ class Entry(NamedTuple):
     diagnostic: bool = False
     circle: str = ""
 
+    def quantity(
+        self, values: Any, error: float = 0.0, axes: "Mapping[str, Any] | tuple[Axis, ...]" = (),
+        **more: Any,
+    ) -> "Quantity":  # fmt: skip
+        """A result of this entry; `axes` are its own, or the entries of axes by name."""
+        if not isinstance(axes, tuple):
+            axes = tuple(Axis(name=name, values=axes[name]) for name in self.axes)
+        return Quantity(
+            path=self.path,
+            values=np.asarray(values),
+            unit=self.unit,
+            long_name=self.long_name,
+            axes=axes,
+            amplitude=self.amplitude,
+            error_estimate=error,
+            **more,
+        )
+
 
 def entry(
     path: str,

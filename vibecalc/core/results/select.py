@@ -158,6 +158,29 @@ def worst(quantity: Quantity, where: Where, sense: Side) -> tuple[float, str]:
     return float(flat[np.argmax(size)]), labels[first_of_largest(size)]
 
 
+#: axes along which every candidate of a search has the same entries, parts of its machine
+PARTS = frozenset({"mount", "direction", "cylinder", "station", "section", "damper", "gear",
+                   "coupling", "main_bearing", "sensor"})  # fmt: skip
+
+
+def parts_of(quantity: Quantity, where: Where, sense: Side) -> tuple[np.ndarray, np.ndarray]:
+    """Entries (n,) that `where` leaves, and how far the truth may lie beyond each.
+
+    Of entries along axes that are no parts of the machine, as of a curve, the worst counts.
+    """
+    flat, _, errors = numbers(quantity, where)
+    free = [axis for axis in quantity.axes if axis.name not in where]
+    shape = tuple(len(axis.values) for axis in free)
+    along = tuple(place for place, axis in enumerate(free) if axis.name not in PARTS)
+    exact = quantity.zeros(flat, errors) | ~np.isfinite(flat)
+    reach = np.where(exact, 0.0, errors + beside_error(quantity, where))
+    largest = np.max if sense == "max" else np.min
+    return (
+        np.ravel(largest(flat.reshape(shape), axis=along)),
+        np.ravel(np.max(reach.reshape(shape), axis=along)),
+    )
+
+
 def uncertainty(quantity: Quantity, where: Where) -> float:
     """How far the truth may be off any of what `where` picks, in the unit of the quantity.
 

@@ -136,7 +136,12 @@ class _Writer:
         values = np.asarray(quantity.values)
         _check(quantity, values)
         folder, _, name = quantity.path.rpartition("/")
-        dataset = self.dataset(self.group(folder), name, values)
+        self.describe(self.dataset(self.group(folder), name, values), quantity)
+
+    def describe(self, dataset: Any, quantity: Quantity, first: int = 0) -> None:
+        """The attributes of a quantity and its axes, from position `first` on."""
+        from h5py import h5ds
+
         self.text(dataset, "units", quantity.unit)
         self.text(dataset, "long_name", quantity.long_name)
         if quantity.amplitude is not None:
@@ -148,16 +153,9 @@ class _Writer:
             self.number(dataset, "standard_error", float(quantity.standard_error))
         if quantity.terms:
             self.number(dataset, "terms", float(quantity.terms))
-        self.axes(dataset, quantity.path, quantity.axes)
-
-    def axes(self, dataset: Any, path: str, axes: Sequence[Axis], first: int = 0) -> None:
-        """The axes of a quantity on its dataset, from position `first` on."""
-        from h5py import h5ds
-
-        for position, (axis, name) in enumerate(
-            zip(axes, self.dimensions[path], strict=True), start=first
-        ):
-            h5ds.attach_scale(dataset, self.scale(path, axis, name), position)
+        names = self.dimensions[quantity.path]
+        for position, (axis, name) in enumerate(zip(quantity.axes, names, strict=True), first):
+            h5ds.attach_scale(dataset, self.scale(quantity.path, axis, name), position)
             h5ds.set_label(dataset, position, _encoded(axis.name))
 
     def provenance(

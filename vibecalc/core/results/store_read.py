@@ -12,7 +12,6 @@ import numpy as np
 from vibecalc.core.results.case_hash import WRITTEN, case_hash, text_hash
 from vibecalc.core.results.layout import (
     ENTRY_ERRORS,
-    JSON_ATTRIBUTES,
     PROVENANCE,
     RESULT_SCHEMA_VERSION,
     TEXT_ATTRIBUTES,
@@ -111,13 +110,18 @@ def _result(file: Any, path: Path, size: int) -> Result:
         )
     if version < 1:
         raise ResultError(f"{path} is damaged: schema_version is {version}")
-    text = texts_of(file, path)
-    lists = {name: _json_list(file, path, name) for name in JSON_ATTRIBUTES}
-    record = Record(warnings=[str(warning) for warning in lists["warnings"]])
-    record.methods.extend(Method(**method) for method in lists["methods"])
+    result = bare_result(file, path)
     axes: dict[Any, Axis] = {}
-    for quantity_path in lists["quantities"]:
-        record.add(_quantity(file, path, size, str(quantity_path), axes))
+    for quantity_path in _json_list(file, path, "quantities"):
+        result.record.add(_quantity(file, path, size, str(quantity_path), axes))
+    return result
+
+
+def bare_result(file: Any, path: Path) -> Result:
+    """What a file says of its run, without the quantities."""
+    text = texts_of(file, path)
+    record = Record(warnings=[str(warning) for warning in _json_list(file, path, "warnings")])
+    record.methods.extend(Method(**method) for method in _json_list(file, path, "methods"))
     provenance, timings = _provenance(file)
     return Result(
         name=text["name"],
@@ -128,7 +132,8 @@ def _result(file: Any, path: Path, size: int) -> Result:
         record=record,
         version=text["vibecalc_version"],
         plan=tuple(
-            {str(key): str(value) for key, value in stage.items()} for stage in lists["plan"]
+            {str(key): str(value) for key, value in stage.items()}
+            for stage in _json_list(file, path, "plan")
         ),
         provenance=provenance,
         timings=timings,

@@ -24,7 +24,7 @@ from vibecalc.core.results.layout import (
     VERSION_ATTRIBUTE,
     text_checksum,
 )
-from vibecalc.core.results.record import Axis, Method, Record, Result
+from vibecalc.core.results.record import Axis, Result
 from vibecalc.core.results.steps import step
 from vibecalc.core.results.store_read import (
     _axis,
@@ -32,14 +32,12 @@ from vibecalc.core.results.store_read import (
     _damaged,
     _integer,
     _json_list,
-    _provenance,
     _real,
     _text,
+    bare_result,
     raw_text,
     read_file,
     shown,
-    stored_case,
-    texts_of,
 )
 from vibecalc.errors import ResultError
 
@@ -118,28 +116,16 @@ def boxes(first: int, last: int, shape: Sequence[int]) -> Iterator[Box]:
     Gives for each its place in the grid, its first point and the one after its last. There are at
     most two for each axis but the first, and one more.
     """
-    if first >= last:
-        return
-    if len(shape) == 1:
-        yield (slice(first, last),), first, last
-        return
-    row = math.prod(shape[1:])
-    start = min(last, -(-first // row) * row)
-    stop = max(start, last // row * row)
-    yield from _within(first, start, shape)
-    if stop > start:
-        full = (slice(0, size) for size in shape[1:])
-        yield (slice(start // row, stop // row), *full), start, stop
-    yield from _within(stop, last, shape)
-
-
-def _within(first: int, last: int, shape: Sequence[int]) -> Iterator[Box]:
-    """The same for points that share their place along the first axis."""
-    row = math.prod(shape[1:])
-    number = first // row
-    base = number * row
-    for place, start, stop in boxes(first - base, last - base, shape[1:]):
-        yield (slice(number, number + 1), *place), start + base, stop + base
+    steps = [math.prod(shape[axis + 1 :]) for axis in range(len(shape))]
+    while first < last:
+        place = [int(at) for at in np.unravel_index(first, shape)]
+        axis = next(k for k, one in enumerate(steps) if not first % one and first + one <= last)
+        many = min(shape[axis] - place[axis], (last - first) // steps[axis])
+        above = (slice(at, at + 1) for at in place[:axis])
+        below = (slice(0, size) for size in shape[axis + 1 :])
+        after = first + many * steps[axis]
+        yield (*above, slice(place[axis], place[axis] + many), *below), first, after
+        first = after
 
 
 def read_points(dataset: Any, first: int, last: int, shape: Sequence[int]) -> np.ndarray:
@@ -191,27 +177,11 @@ def check_origin(file: Any, path: Path) -> None:
 
 def read_head(file: Any, path: Path) -> SweepHead:
     place = file[SWEEP]
-    text = texts_of(file, path)
-    record = Record(warnings=[str(warning) for warning in _json_list(file, path, "warnings")])
-    record.methods.extend(Method(**method) for method in _json_list(file, path, "methods"))
-    provenance, timings = _provenance(file)
-    result = Result(
-        name=text["name"],
-        case=stored_case(file, text, path),
-        case_toml=text["case_toml"],
-        case_toml_resolved=text["case_toml_resolved"],
-        case_sha256=text["case_sha256"],
-        record=record,
-        version=text["vibecalc_version"],
-        plan=tuple(_json_list(file, path, "plan")),
-        provenance=provenance,
-        timings=timings,
-    )
     return SweepHead(
-        result=result,
+        result=bare_result(file, path),
         axes=tuple(_swept(file, axis) for axis in _json_list(place, path, "axes")),
         sampling=_text(place, path, "sampling"),
-        design=json_table(place, path, "design"),
+        design=_json_table(place, path, "design"),
         stored=tuple(str(name) for name in _json_list(place, path, "kept")),
         identity=_text(place, path, "identity"),
         base=_text(place, path, "base"),
@@ -228,11 +198,7 @@ def _swept(file: Any, axis: dict[str, Any]) -> SweptAxis:
     return SweptAxis(name=axis["name"], count=columns[0].shape[0], keys=keys, read=read)
 
 
-def listed(file: Any, path: Path) -> list[Any]:
-    return _json_list(file, path, "quantities")
-
-
-def json_table(place: Any, path: Path, name: str) -> dict[str, Any]:
+def _json_table(place: Any, path: Path, name: str) -> dict[str, Any]:
     content = shown(json.loads(raw_text(place, path, name)))
     if not isinstance(content, dict):
         raise ResultError(f"{path} is damaged: {name} is no table")
@@ -251,12 +217,19 @@ class Failures(NamedTuple):
     causes: np.ndarray
     texts: tuple[str, ...]
 
+    def by_point(self) -> dict[int, str]:
+        """The reason of each of these points."""
+        pairs = zip(self.points.tolist(), self.causes.tolist(), strict=True)
+        return {point: self.texts[cause] for point, cause in pairs}
+
 
 @dataclass(frozen=True, kw_only=True)
 class StackedQuantity:
     """One quantity of a sweep; `axes` are its own, those of the sweep come before them.
 
-    `error_estimate` and `standard_error` are the largest of all points, in `unit`.
+    `error_estimate` and `standard_error` are the largest of all points, in `unit`. What is read of
+    it is of all points (axes of the sweep..., own axes...), or of those from `first` to `last` - 1
+    (last - first, own axes...).
     """
 
     path: str
@@ -266,55 +239,21 @@ class StackedQuantity:
     axes: tuple[Axis, ...]
     error_estimate: float
     standard_error: float | None
-    _data: "_Data"
+    sweep: "SweepResult"
 
-    def values(self) -> np.ndarray:
-        """Everything: (axes of the sweep..., own axes...); NaN at points without it."""
-        return self._data.whole(self.path)
+    def values(self, first: int = 0, last: int | None = None) -> np.ndarray:
+        """Values; NaN at points without it."""
+        return self.sweep.read(self.path, first, last)
 
-    def errors(self) -> np.ndarray:
-        """Error estimate of each point (axes of the sweep...)."""
-        return self._data.whole(f"{ERRORS}/{self.path}")
+    def errors(self, first: int = 0, last: int | None = None) -> np.ndarray:
+        """Error estimates; NaN at points without it."""
+        return self.sweep.read(f"{ERRORS}/{self.path}", first, last)
 
-    def standard_errors(self) -> np.ndarray | None:
-        """Standard error of each point (axes of the sweep...); None if it is no statistic."""
-        statistic = self.standard_error is not None
-        return self._data.whole(f"{STANDARD_ERRORS}/{self.path}") if statistic else None
-
-    def points(self, first: int, last: int) -> np.ndarray:
-        """Values (last - first, own axes...) at consecutive points."""
-        return self._data.points(self.path, first, last)
-
-    def errors_of(self, first: int, last: int) -> np.ndarray:
-        """Error estimates (last - first,) of consecutive points."""
-        return self._data.points(f"{ERRORS}/{self.path}", first, last)
-
-    def standard_errors_of(self, first: int, last: int) -> np.ndarray | None:
-        """Standard errors (last - first,) of consecutive points; None if it is no statistic."""
+    def standard_errors(self, first: int = 0, last: int | None = None) -> np.ndarray | None:
+        """Standard errors; None if it is no statistic."""
         if self.standard_error is None:
             return None
-        return self._data.points(f"{STANDARD_ERRORS}/{self.path}", first, last)
-
-
-@dataclass(frozen=True)
-class _Data:
-    """Datasets of an open file; ResultError where HDF5 finds their checksums wrong."""
-
-    file: Any
-    path: Path
-    shape: tuple[int, ...]
-
-    def whole(self, name: str) -> np.ndarray:
-        try:
-            return np.asarray(self.file[name][()])
-        except (OSError, KeyError) as error:
-            raise _damaged(self.path, error) from error
-
-    def points(self, name: str, first: int, last: int) -> np.ndarray:
-        try:
-            return read_points(self.file[name], first, last, self.shape)
-        except (OSError, KeyError) as error:
-            raise _damaged(self.path, error) from error
+        return self.sweep.read(f"{STANDARD_ERRORS}/{self.path}", first, last)
 
 
 class SweepResult:
@@ -327,10 +266,9 @@ class SweepResult:
     def __init__(self, file: Any, path: Path) -> None:
         self._file, self.path = file, path
         self.head = read_head(file, path)
-        self._data = _Data(file, path, self.head.shape)
-        place = file[SWEEP]
-        self.left_out: Mapping[str, str] = json_table(place, path, "left_out")
-        found = {str(name): _quantity(self._data, str(name)) for name in listed(file, path)}
+        self.left_out: Mapping[str, str] = _json_table(file[SWEEP], path, "left_out")
+        names = [str(name) for name in _json_list(file, path, "quantities")]
+        found = {name: self._quantity(name) for name in names}
         self.quantities: Mapping[str, StackedQuantity] = MappingProxyType(found)
         if file[STATUS].shape != self.head.shape:
             raise ResultError(f"{path} is damaged: {STATUS} does not fit the axes")
@@ -343,27 +281,58 @@ class SweepResult:
     @property
     def count(self) -> int:
         """Number of points."""
-        return int(np.prod(self.shape, dtype=np.int64))
+        return math.prod(self.shape)
 
     @property
     def case(self) -> Mapping[str, Any]:
         """The case of the sweep in SI, with its limits and references."""
         return self.head.result.case
 
-    def status(self) -> np.ndarray:
-        """What became of each point (axes of the sweep...)."""
-        return self._data.whole(STATUS)
+    def read(self, name: str, first: int = 0, last: int | None = None) -> np.ndarray:
+        """A dataset over the points, of all or of some; ResultError where its checksum is wrong."""
+        try:
+            dataset = self._file[name]
+            if last is None:
+                return np.asarray(dataset[()])
+            return read_points(dataset, first, last, self.shape)
+        except (OSError, KeyError) as error:
+            raise _damaged(self.path, error) from error
 
-    def status_of(self, first: int, last: int) -> np.ndarray:
-        """What became of consecutive points (last - first,)."""
-        return self._data.points(STATUS, first, last)
+    def status(self, first: int = 0, last: int | None = None) -> np.ndarray:
+        """What became of each point (axes of the sweep...), or of some (last - first,)."""
+        return self.read(STATUS, first, last)
+
+    def counts(self, first: int = 0, last: int | None = None) -> dict[int, int]:
+        """How many points have which status, of all or of some."""
+        statuses, many = np.unique(self.status(first, last), return_counts=True)
+        return dict(zip(statuses.tolist(), many.tolist(), strict=True))
 
     def failures(self) -> Failures:
         """Points that were run and have no result, with the reasons."""
         return Failures(
-            points=self._data.whole(f"{MESSAGE}/point"),
-            causes=self._data.whole(f"{MESSAGE}/cause"),
+            points=self.read(f"{MESSAGE}/point"),
+            causes=self.read(f"{MESSAGE}/cause"),
             texts=tuple(str(text) for text in self._file[MESSAGE]["text"].asstr()[()]),
+        )
+
+    def _quantity(self, name: str) -> StackedQuantity:
+        file, path, size = self._file, self.path, len(self.shape)
+        dataset, errors = file[name], file[f"{ERRORS}/{name}"]
+        if dataset.shape[:size] != self.shape or errors.shape != self.shape:
+            raise ResultError(f"{path} is damaged: {name} does not fit the axes of the sweep")
+        statistic, bytes_there = "standard_error" in dataset.attrs, path.stat().st_size
+        return StackedQuantity(
+            path=name,
+            unit=_text(dataset, path, "units"),
+            long_name=_text(dataset, path, "long_name"),
+            amplitude=_text(dataset, path, "amplitude") if "amplitude" in dataset.attrs else None,
+            axes=tuple(
+                _axis(dataset, path, bytes_there, position, {})
+                for position in range(size, dataset.ndim)
+            ),
+            error_estimate=_real(dataset, path, "error_estimate"),
+            standard_error=_real(dataset, path, "standard_error") if statistic else None,
+            sweep=self,
         )
 
     def close(self) -> None:
@@ -444,24 +413,3 @@ def opened(source: Path | Result) -> Iterator[SweepResult | Result]:
 def check_sweep(path: Path) -> None:
     """Open a file and close it again; ResultError if it is not the whole file of a sweep."""
     open_sweep(path).close()
-
-
-def _quantity(data: _Data, name: str) -> StackedQuantity:
-    file, path, shape = data.file, data.path, data.shape
-    dataset, errors = file[name], file[f"{ERRORS}/{name}"]
-    if dataset.shape[: len(shape)] != shape or errors.shape != shape:
-        raise ResultError(f"{path} is damaged: {name} does not fit the axes of the sweep")
-    statistic = "standard_error" in dataset.attrs
-    size = path.stat().st_size
-    return StackedQuantity(
-        path=name,
-        unit=_text(dataset, path, "units"),
-        long_name=_text(dataset, path, "long_name"),
-        amplitude=_text(dataset, path, "amplitude") if "amplitude" in dataset.attrs else None,
-        axes=tuple(
-            _axis(dataset, path, size, position, {}) for position in range(len(shape), dataset.ndim)
-        ),
-        error_estimate=_real(dataset, path, "error_estimate"),
-        standard_error=_real(dataset, path, "standard_error") if statistic else None,
-        _data=data,
-    )

@@ -97,8 +97,8 @@ class Bound(NamedTuple):
         """What is left from values (...) to the bound: positive inside."""
         return self.value - values if self.side == "max" else values - self.value
 
-    def scaled(self, margin: float) -> float:
-        """A margin as a share of the bound."""
+    def scaled(self, margin: Any) -> Any:
+        """Margins (...) as shares of the bound."""
         return margin / (abs(self.value) or 1.0)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from vibecalc.core.results.catalogue import AXES, CATALOGUE, OWNER
 from vibecalc.core.results.described import Group, given_in
 from vibecalc.core.results.named import named
-from vibecalc.core.results.record import Axis, Method, Quantity, Record
+from vibecalc.core.results.record import Axis, Method, Record
 from vibecalc.errors import KeyPath, NumericalFailure
 from vibecalc.numerics.bounded import Bounded, Summed
 from vibecalc.subjects import SUBJECTS
@@ -300,27 +300,25 @@ class Scene:
         if own and np.all(finite_errors == estimate):
             own = False
         self.record.add(
-            Quantity(
-                path=path,
-                values=values,
-                unit=entry.unit,
-                long_name=entry.long_name,
-                axes=tuple(self._axis(name, given[name]) for name in entry.axes),
-                amplitude=entry.amplitude,
-                error_estimate=estimate,
+            entry.quantity(
+                values,
+                estimate,
+                tuple(self._axis(name, given[name]) for name in entry.axes),
                 standard_error=standard_error,
                 terms=float(np.max(terms)),
                 errors=finite_errors if own else None,
             )
         )
 
-    def emit_all(self, group: Group, axes: Mapping[str, Any] | None = None) -> None:
-        """Put the results of a group into the record, with the axes that they have among these.
+    def emit_all(
+        self, group: Group | Mapping[str, Any], axes: Mapping[str, Any] | None = None
+    ) -> None:
+        """Put the results of a group, or by path, into the record, with their axes among these.
 
         A value is an array, a `Bounded`, or a `Summed` with the size of its terms; or a function
         without arguments that gives one, which is called where its result is asked for.
         """
-        for path, value in given_in(group):
+        for path, value in group.items() if isinstance(group, Mapping) else given_in(group):
             if callable(value):
                 if not self.wants(path):
                     continue

@@ -7,8 +7,7 @@ import numpy as np
 
 from vibecalc.core.case.raw import parse_key
 from vibecalc.core.results.catalogue import CATALOGUE
-from vibecalc.core.results.record import Quantity, Record
-from vibecalc.core.run.columns import Column
+from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import StageCache
 from vibecalc.core.study.sweep.at_once import Plan, compute, planned, unsupported
 from vibecalc.errors import NumericalFailure
@@ -74,10 +73,14 @@ class Foreseen:
         parts, _ = compute(case, varied, len(points), wanted, plan, self._cache)
         for part in parts:
             for row, place in enumerate(part.places.tolist()):
-                record = Record(
-                    quantities={path: _at(path, one, row) for path, one in part.columns.items()}
-                )
-                self._known[(binding.picked, points[place].tobytes(), wanted)] = record
+                quantities = {
+                    path: CATALOGUE[path].quantity(
+                        one.values[row], float(one.errors[row]), one.axes
+                    )
+                    for path, one in part.columns.items()
+                }
+                key = (binding.picked, points[place].tobytes(), wanted)
+                self._known[key] = Record(quantities=quantities)
         while len(self._known) > MOST:
             self._known.popitem(last=False)
 
@@ -94,16 +97,3 @@ class Foreseen:
             if keys and unsupported(case, keys, wanted) is None:
                 self._plans[what] = case, planned(case, wanted, keys, again=True)
         return self._plans[what]
-
-
-def _at(path: str, column: Column, row: int) -> Quantity:
-    entry = CATALOGUE[path]
-    return Quantity(
-        path=path,
-        values=column.values[row],
-        unit=entry.unit,
-        long_name=entry.long_name,
-        axes=column.axes,
-        amplitude=entry.amplitude,
-        error_estimate=float(column.errors[row]),
-    )

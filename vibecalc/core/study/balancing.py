@@ -44,13 +44,6 @@ class BalancedWeights(NamedTuple):
     allowed: bool
 
 
-class _Weight(NamedTuple):
-    """Places among the variables; `phase` None where the angle is not one."""
-
-    unbalance: int
-    phase: int | None
-
-
 def balances(case: "Case") -> bool:
     """Whether [optimisation] seeks the least residual by weights that turn and by nothing else."""
     study = case.optimisation
@@ -60,7 +53,7 @@ def balances(case: "Case") -> bool:
         return False
     goal = study.objective
     asked = goal.quantity == _QUANTITY and goal.sense == "min" and not goal.where
-    return asked and bool(_weights(tuple(variable.key for variable in study.variables)))
+    return asked and _places(tuple(variable.key for variable in study.variables)) is not None
 
 
 def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
@@ -68,28 +61,31 @@ def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
 
     Raises NumericalFailure where the case has no forces.
     """
-
     problem = _Problem(binding, case)
     constant, columns = problem.linear()
-    size = float(np.linalg.norm(constant) + np.sum(np.linalg.norm(columns, axis=0) * problem.reach))
-    for share in (0.5, 0.8):
-        somewhere = problem.somewhere(share)
+    length = np.linalg.norm(columns, axis=0)
+    size = float(np.linalg.norm(constant) + length @ problem.reach)
+    for share in (0.5, 0.8):  # unknowns like no others
+        somewhere = share * problem.reach * np.cos(1.0 + 2.4 * np.arange(length.size)) / 1.5
         off = problem.forces(problem.variables(somewhere)) - constant - columns @ somewhere
         if np.linalg.norm(off) > _LINEAR * size:
             return None
     solution = least_norm(constant, columns, problem.block, problem.radius)
     variables = problem.variables(solution.unknowns)
-    objective, margins = binding.evaluate(variables)
+    objective, margins = binding.worst(variables)
     # a bound that is far off must not enlarge errors: of each column by itself
-    length = np.linalg.norm(columns, axis=0)
-    rounding = np.linalg.norm(constant) + length @ np.abs(solution.unknowns)
-    rounding = _ROUNDINGS * EPSILON * float(rounding)
+    rounding = float(np.linalg.norm(constant) + length @ np.abs(solution.unknowns))
+    rounding *= _ROUNDINGS * EPSILON
     lower_bound = max(0.0, solution.lower_bound - rounding)
-    inside, moved = problem.moved_inside(variables)
     unit = np.where(length > 0.0, length, 1.0)
     stiffness = np.linalg.svd(columns / unit, compute_uv=False)
     weakest = stiffness[stiffness > 1e-12 * stiffness[0]][-1] if stiffness[0] > 0.0 else 1.0
-    error = rounding / float(weakest) / unit
+    slack = _INSIDE * (binding.upper - binding.lower)
+    inside = (variables >= binding.lower - slack) & (variables <= binding.upper + slack)
+    moved = np.where(inside, np.clip(variables, binding.lower, binding.upper), variables)
+    pulls = columns.T @ (constant + columns @ solution.unknowns) / (solution.value or 1.0)
+    held, price = problem.bounds(solution.held, solution.unknowns, pulls)
+    moved = np.where(held == 0, moved, np.where(held < 0, binding.lower, binding.upper))
     end = Search(
         start=binding.first,
         end=moved,
@@ -98,11 +94,9 @@ def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
         reason="solved as linear least squares within bounds",
         evaluations=problem.evaluations,
     )
-    pulls = columns.T @ (constant + columns @ solution.unknowns) / (solution.value or 1.0)
-    held, price = problem.bounds(solution.held, solution.unknowns, pulls)
     optimum = Optimum(
         variables=moved,
-        variables_error=problem.errors(solution.unknowns, held, error),
+        variables_error=problem.errors(solution.unknowns, held, rounding / float(weakest) / unit),
         objective=objective,
         objective_error=objective - lower_bound if objective > lower_bound else rounding,
         margins=margins,
@@ -120,7 +114,8 @@ def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
         optima=(LocalOptimum(moved, objective, 1),),
         notes=_notes(solution.free_directions),
     )
-    return BalancedWeights(optimum, lower_bound, inside and bool(np.all(margins >= 0.0)))
+    allowed = bool(np.all(inside) and np.all(margins >= 0.0))
+    return BalancedWeights(optimum, lower_bound, allowed)
 
 
 def _notes(free_directions: int) -> tuple[str, ...]:
@@ -132,17 +127,20 @@ def _notes(free_directions: int) -> tuple[str, ...]:
     )
 
 
-def _weights(keys: tuple[str, ...]) -> tuple[_Weight, ...]:
-    """The weights that the keys change, or none where a key changes anything else."""
-    place: dict[str, dict[str, int]] = {}
+def _places(keys: tuple[str, ...]) -> np.ndarray | None:
+    """Places (m, 2) of the size and the angle of each weight among the keys, -1 for no angle.
+
+    None where a key changes anything else, or the angle alone: a weight of given size at any angle
+    lies on a circle, which is not convex.
+    """
+    place: dict[str, list[int]] = {}
     for index, key in enumerate(keys):
         match = _WEIGHT.match(key)
         if match is None:
-            return ()
-        place.setdefault(match[1], {})[match[2]] = index
-    if any("unbalance" not in parts for parts in place.values()):
-        return ()  # a weight of given size at any angle lies on a circle, which is not convex
-    return tuple(_Weight(parts["unbalance"], parts.get("phase")) for parts in place.values())
+            return None
+        place.setdefault(match[1], [-1, -1])[match[2] == "phase"] = index
+    found = np.array(list(place.values()))
+    return None if np.any(found[:, 0] < 0) else found
 
 
 class _Problem:
@@ -153,98 +151,70 @@ class _Problem:
     """
 
     def __init__(self, binding: "Binding", case: "Case"):
-        options = case.excitation
-        assert options is not None and options.residual is not None
+        options, places = case.excitation, _places(binding.keys)
+        assert options is not None and options.residual is not None and places is not None
         residual = options.residual
-        self._binding = binding
+        self._binding, self.evaluations = binding, 0
         self._scales = (residual.force_weight, residual.couple_weight / residual.reference_length)
-        self._weights = _weights(binding.keys)
-        counts = [1 if weight.phase is None else 2 for weight in self._weights]
-        self.block = np.repeat(np.arange(len(counts)), counts)
-        sizes = np.array([weight.unbalance for weight in self._weights])
-        low, high = binding.lower[sizes], binding.upper[sizes]
-        fixed = np.array([weight.phase is None for weight in self._weights])
-        self._middle = np.where(fixed, 0.5 * (low + high), 0.0)
-        self.radius = np.where(fixed, 0.5 * (high - low), high)
+        self._sizes, self._phases = places.T
+        self._turns = self._phases >= 0
+        self.block = np.repeat(np.arange(len(places)), 1 + self._turns)
+        low, high = binding.lower[self._sizes], binding.upper[self._sizes]
+        self._middle = np.where(self._turns, 0.0, 0.5 * (low + high))
+        self.radius = high - self._middle
         self.reach = self.radius[self.block]
-        self.evaluations = 0
 
     def forces(self, variables: np.ndarray) -> np.ndarray:
         """What the residual is the norm of, as real numbers."""
         self.evaluations += 1
         record = self._binding.results(variables, frozenset(_FORCES))
-        parts = [
-            scale * record[path].values.ravel()
-            for scale, path in zip(self._scales, _FORCES, strict=True)
-        ]
+        scaled = zip(self._scales, _FORCES, strict=True)
+        parts = [scale * record[path].values.ravel() for scale, path in scaled]
         return np.concatenate([part for whole in parts for part in (whole.real, whole.imag)])
 
     def linear(self) -> tuple[np.ndarray, np.ndarray]:
         """Forces without the unknowns, (k,), and what a unit of each adds, (k, n)."""
-        count = self.block.size
-        unknowns = [np.zeros(count), *(np.eye(count) * self.reach)]
-        rows = [self.forces(self.variables(one)) for one in unknowns]
-        constant, turned = rows[0], rows[1:]
-        return constant, np.stack(
-            [(one - constant) / reach for one, reach in zip(turned, self.reach, strict=True)],
-            axis=1,
-        )
+        unknowns = [np.zeros(self.block.size), *np.diag(self.reach)]
+        constant, *turned = (self.forces(self.variables(one)) for one in unknowns)
+        return constant, np.stack([one - constant for one in turned], axis=1) / self.reach
 
-    def somewhere(self, share: float) -> np.ndarray:
-        """Unknowns like no others, at a share of the bounds."""
-        return np.asarray(share * self.reach * np.cos(1.0 + 2.4 * np.arange(self.block.size)) / 1.5)
+    def _weights(self, parts: np.ndarray) -> np.ndarray:
+        """Numbers (n,) of the unknowns as one complex number for each weight (m,)."""
+        first = np.searchsorted(self.block, np.arange(self.radius.size))
+        other = np.append(parts, 0.0)[np.where(self._turns, first + 1, -1)]
+        return np.asarray(parts[first] + 1j * other)
 
     def variables(self, unknowns: np.ndarray) -> np.ndarray:
         """Sizes and angles; the angle of a weight of none is that of the case."""
         binding, found = self._binding, self._binding.first.copy()
-        for index, weight in enumerate(self._weights):
-            parts = unknowns[self.block == index]
-            if weight.phase is None:
-                found[weight.unbalance] = self._middle[index] + parts[0]
-                continue
-            found[weight.unbalance] = np.hypot(*parts)
-            if found[weight.unbalance] > EPSILON * self.radius[index]:
-                low, period = binding.lower[weight.phase], binding.period[weight.phase]
-                turned = (np.arctan2(parts[1], parts[0]) - low) % period
-                near = period - turned < 16.0 * EPSILON * period
-                found[weight.phase] = low + (0.0 if near else turned)
+        weights = self._weights(unknowns)
+        found[self._sizes] = np.where(self._turns, np.abs(weights), self._middle + weights.real)
+        there = self._turns & (np.abs(weights) > EPSILON * self.radius)
+        phases = self._phases[there]
+        low, period = binding.lower[phases], binding.period[phases]
+        turned = (np.angle(weights[there]) - low) % period
+        found[phases] = low + np.where(period - turned < 16.0 * EPSILON * period, 0.0, turned)
         return found
-
-    def moved_inside(self, variables: np.ndarray) -> tuple[bool, np.ndarray]:
-        """Whether variables keep all their bounds but for rounding, and the same within them."""
-        binding = self._binding
-        slack = _INSIDE * (binding.upper - binding.lower)
-        inside = (variables >= binding.lower - slack) & (variables <= binding.upper + slack)
-        moved = np.clip(variables, binding.lower, binding.upper)
-        return bool(np.all(inside)), np.where(inside, moved, variables)
 
     def bounds(
         self, held: np.ndarray, unknowns: np.ndarray, pulls: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """-1, 0 or 1 for each variable, and the derivative of the residual by that bound."""
-        sides, price = (
-            np.zeros(len(self._binding.keys), dtype=int),
-            np.zeros(len(self._binding.keys)),
-        )
-        for index in np.flatnonzero(held):
-            of_weight = self.block == index
-            size = float(np.linalg.norm(unknowns[of_weight]))
-            place, weight = self._weights[index].unbalance, self._weights[index]
-            sides[place] = 1 if weight.phase is not None or unknowns[of_weight][0] > 0.0 else -1
-            price[place] = (
-                sides[place] * float(pulls[of_weight] @ unknowns[of_weight]) / (size or 1.0)
-            )
+        count = len(self._binding.keys)
+        sides, price, weights = np.zeros(count, dtype=int), np.zeros(count), self._weights(unknowns)
+        outwards = (np.conj(self._weights(pulls)) * weights).real
+        size = np.where(weights != 0.0, np.abs(weights), 1.0)
+        upper = self._turns | (weights.real > 0.0)
+        sides[self._sizes] = np.where(held, np.where(upper, 1, -1), 0)
+        price[self._sizes] = sides[self._sizes] * outwards / size
         return sides, price
 
     def errors(self, unknowns: np.ndarray, sides: np.ndarray, each: np.ndarray) -> np.ndarray:
         """Absolute errors of the variables for those of `each` of the unknowns (n,)."""
-        found = np.zeros(len(self._binding.keys))
-        for index, weight in enumerate(self._weights):
-            mine = self.block == index
-            size, off = float(np.linalg.norm(unknowns[mine])), float(np.max(each[mine]))
-            if sides[weight.unbalance] == 0:
-                found[weight.unbalance] = off
-            if weight.phase is not None and size > 0.0:
-                turned = np.arctan2(off, size)
-                found[weight.phase] = float(turned) + 8.0 * EPSILON
+        found, size = np.zeros(sides.size), np.abs(self._weights(unknowns))
+        off = self._weights(each)
+        off = np.maximum(off.real, off.imag)
+        found[self._sizes] = np.where(sides[self._sizes] == 0, off, 0.0)
+        there = self._turns & (size > 0.0)
+        found[self._phases[there]] = np.arctan2(off, size)[there] + 8.0 * EPSILON
         return found

@@ -1,22 +1,23 @@
 """A case with some of its keys set to numbers, as a function that a search can call."""
 
 import copy
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import NOT_COMPUTED, case_at, field_unit, number_at
-from vibecalc.core.case.study_tables import Objective, Optimisation
+from vibecalc.core.case.study_tables import Objective, Variable
 from vibecalc.core.case.tables import Limit
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Record
-from vibecalc.core.results.select import Side, Where, uncertainty, worst
+from vibecalc.core.results.select import Side, Where, parts_of, worst
 from vibecalc.core.results.verdicts import Bound, bounds_of
 from vibecalc.core.run.run import StageCache, check_again, run_case
 from vibecalc.core.study.ahead import Foreseen
-from vibecalc.core.study.choices import Choice, choices_of, in_words
+from vibecalc.core.study.choices import choices_of, in_words
 from vibecalc.core.study.variables import period_of, shown_as
 from vibecalc.errors import CaseError, NumericalFailure
 from vibecalc.units import parse_quantity
@@ -30,56 +31,89 @@ if TYPE_CHECKING:
 Found = Union[Record, "Machines"]
 
 
-class Binding:
-    """Variables, objective and limits of one `[optimisation]` on its case; of a `[fit]` the first.
+#: no keys beside the variables
+NO_MORE: Mapping[str, Any] = MappingProxyType({})
+#: a key, its bounds as written, and the keys that follow it: each a factor times it and an offset
+Row = tuple[str, Any, Any, tuple[tuple[str, float, float], ...]]
+
+
+class Varied:
+    """A case with some of its keys set to numbers between bounds.
 
     `lower`, `upper` and `first` (n,) are in SI, `first` the case as written (of a key that it
-    leaves out the middle of the bounds); `period` (n,) is that
-    of angles, 0 of others. These are the variables between bounds; what is picked from lists is
-    as the case has it, or as `with_picked` says.
+    leaves out the middle of the bounds); `period` (n,) is that of angles, 0 of others.
+    """
+
+    def __init__(self, loaded: "LoadedCase", rows: Sequence[Row], cache: StageCache | None = None):
+        # most points of a search change some parts only, and a front comes back to old points
+        self._cache = StageCache() if cache is None else cache
+        self.keys, self.ties = tuple(row[0] for row in rows), tuple(row[3] for row in rows)
+        # what a point of the search is computed from; its own tables hold the rest
+        base = loaded.base([*self.keys, *(key for ties in self.ties for key, _, _ in ties)])
+        self._resolved = {k: v for k, v in base.items() if k not in NOT_COMPUTED}
+        self.units = tuple(field_unit(key) for key in self.keys)
+        self.written = tuple(row[2] for row in rows)
+        self.lower, self.upper = (
+            np.array([parse_quantity(str(row[side]), field_unit(row[0])) for row in rows], float)
+            for side in (1, 2)
+        )
+        middle = zip(self.keys, (0.5 * (self.lower + self.upper)).tolist(), strict=True)
+        self.first = np.array([number_at(loaded.resolved, key, where) for key, where in middle])
+        self.period = np.array([period_of(key, loaded.case.machine) for key in self.keys])
+
+    def settings(self, variables: np.ndarray) -> dict[str, Any]:
+        """Keys of the case and what they are set to."""
+        settings: dict[str, Any] = {}
+        for key, value, ties in zip(self.keys, map(float, variables), self.ties, strict=True):
+            settings[key] = value
+            settings |= {tied: factor * value + offset for tied, factor, offset in ties}
+        return settings
+
+    def case_at(self, variables: np.ndarray, more: Mapping[str, Any] = NO_MORE) -> "Case":
+        """The case with its variables and `more` keys set, checked again.
+
+        NumericalFailure if it is not a case.
+        """
+        return checked_case(self._resolved, self.settings(variables) | dict(more), self._cache)
+
+    def results(
+        self, variables: np.ndarray, wanted: frozenset[str], more: Mapping[str, Any] = NO_MORE
+    ) -> Record:
+        """Some results of the case with its variables set; NumericalFailure as in a run."""
+        return run_case(self.case_at(variables, more), wanted=wanted, cache=self._cache)
+
+
+def rows_of(variables: Sequence[Variable]) -> list[Row]:
+    """Keys, bounds and what follows them of the variables of a study that move."""
+    return [
+        (
+            one.key,
+            one.lower,
+            one.upper or 0.0,
+            tuple(
+                (tie.key, tie.factor, parse_quantity(tie.offset or 0.0, field_unit(one.key)))
+                for tie in one.follow
+            ),
+        )
+        for one in variables
+    ]
+
+
+class Binding(Varied):
+    """Variables, objective and limits of one `[optimisation]` on its case.
+
+    The variables are those between bounds; what is picked from lists is as the case has it, or as
+    `with_picked` says.
     """
 
     def __init__(self, loaded: "LoadedCase"):
-        study = loaded.case.optimisation or loaded.case.fit
+        study = loaded.case.optimisation
         if study is None:
-            raise ValueError("the case has neither [optimisation] nor [fit]")
-        # most points of a search change some parts only, and a front comes back to old points
-        self._cache = StageCache()
-        moving = study.moving
-        self.choices: tuple[Choice, ...] = (
-            choices_of(study) if isinstance(study, Optimisation) else ()
-        )
+            raise ValueError("the case has no [optimisation]")
+        super().__init__(loaded, rows_of(study.moving))
+        self.choices = choices_of(study)
         self.picked: tuple[int, ...] = ()
-        self.keys = tuple(variable.key for variable in moving)
-        # what a point of the search is computed from; its own tables hold the rest
-        base = loaded.base(self.keys)
-        self._resolved = {k: v for k, v in base.items() if k not in NOT_COMPUTED}
-        self.units = tuple(field_unit(key) for key in self.keys)
-        self.written = tuple(variable.upper or 0.0 for variable in moving)
-        self.lower = self._bounds([variable.lower for variable in moving])
-        self.upper = self._bounds([variable.upper for variable in moving])
-        middle = (0.5 * (self.lower + self.upper)).tolist()
-        self.first = np.array(
-            [
-                number_at(loaded.resolved, key, where)
-                for key, where in zip(self.keys, middle, strict=True)
-            ]
-        )
-        self.period = np.array([period_of(key, loaded.case.machine) for key in self.keys])
-        self.ties = tuple(
-            tuple(
-                (
-                    tie.key,
-                    tie.factor,
-                    0.0 if tie.offset is None else parse_quantity(tie.offset, unit),
-                )
-                for tie in variable.follow
-            )
-            for variable, unit in zip(moving, self.units, strict=True)
-        )
         self.scatter: Scatter | None = None
-        if not isinstance(study, Optimisation):
-            return
         if study.robust is not None:
             from vibecalc.core.study.scatter import scatter_of
 
@@ -91,12 +125,6 @@ class Binding:
         self._foreseen = Foreseen()
         self._others: dict[tuple[int, ...], Binding] = {}
 
-    def _bounds(self, given: list[Any]) -> np.ndarray:
-        return np.array(
-            [parse_quantity(str(v), unit) for v, unit in zip(given, self.units, strict=True)],
-            dtype=float,
-        )
-
     def with_picked(self, picked: tuple[int, ...]) -> "Binding":
         """The same with one option of each choice, by their places; always the same object."""
         if picked not in self._others:
@@ -104,19 +132,12 @@ class Binding:
             other.picked = picked
         return self._others[picked]
 
-    def case_at(self, variables: np.ndarray) -> "Case":
-        """The case with its variables set, checked again; NumericalFailure if it is not a case."""
-        return checked_case(self._resolved, self.settings(variables), self._cache)
-
     def settings(self, variables: np.ndarray) -> dict[str, Any]:
         """Keys of the case and what they are set to."""
         settings: dict[str, Any] = {}
         for choice, place in zip(self.choices, self.picked or (), strict=bool(self.picked)):
             settings |= choice.options[place].settings
-        for key, value, ties in zip(self.keys, map(float, variables), self.ties, strict=True):
-            settings[key] = value
-            settings |= {tied: factor * value + offset for tied, factor, offset in ties}
-        return settings
+        return settings | super().settings(variables)
 
     def apart(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """The difference of two points, (n,) in SI, along angles the shorter one around."""
@@ -126,21 +147,27 @@ class Binding:
             self.period > 0.0, difference - period * np.round(difference / period), difference
         )
 
-    def evaluate(self, variables: np.ndarray) -> tuple[float, np.ndarray]:
-        """Objective (to be made small) and dimensionless margins, kept where >= 0.
+    def evaluate(self, variables: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+        """The objective, as its parts (p,) to be made small, and the margins of each limit.
 
-        They are those of the whole interval of a value and its error, as verdicts are.
+        Margins are dimensionless and kept where >= 0: those of the whole interval of a value and
+        its error, as verdicts are. Parts and margins are those of all entries of a result.
         """
-        values, margins = self.evaluate_all(variables, (self.goal,))
-        return float(values[0]), margins
+        (parts,), margins = self.evaluate_all(variables, (self.goal,))
+        return parts, margins
 
     def evaluate_all(
         self, variables: np.ndarray, goals: tuple[Objective, ...]
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Some objectives (all to be made small) and the margins."""
         found = self._results_at(variables, self._wanted | {goal.quantity for goal in goals})
-        values = np.array([self._objective(found, goal) for goal in goals])
-        return values, self._all_margins(found)
+        values = [sign_of(goal) * self._goal(found, goal)[0] for goal in goals]
+        return values, [margins for margins, _ in self._margins(found)]
+
+    def worst(self, variables: np.ndarray) -> tuple[float, np.ndarray]:
+        """The objective, and the smallest margin of each limit."""
+        parts, margins = self.evaluate(variables)
+        return float(np.max(parts)), np.array([np.min(one) for one in margins])
 
     def ahead(self, points: np.ndarray, goals: tuple[Objective, ...] = ()) -> None:
         """Compute objectives and limits at points (k, n) that are about to be asked for, at once.
@@ -151,10 +178,6 @@ class Binding:
         wanted = self._wanted | {goal.quantity for goal in goals}
         if self.scatter is None:
             self._foreseen.add(self, points, wanted)
-
-    def results(self, variables: np.ndarray, wanted: frozenset[str]) -> Record:
-        """Some results of the case with its variables set; NumericalFailure as in a run."""
-        return run_case(self.case_at(variables), wanted=wanted, cache=self._cache)
 
     def machines_at(
         self, variables: np.ndarray, scatter: "Scatter", wanted: frozenset[str] | None = None
@@ -170,8 +193,7 @@ class Binding:
         wanted = self._wanted if wanted is None else wanted
 
         def single(more: Mapping[str, float]) -> Record:
-            case = checked_case(self._resolved, settings | dict(more), self._cache)
-            return run_case(case, wanted=wanted, cache=self._cache)
+            return self.results(variables, wanted, more)
 
         return machines(self.case_at(variables), scatter, written, wanted, single)
 
@@ -187,48 +209,32 @@ class Binding:
         """Absolute errors of the objectives, then of the margins."""
         goals = goals or (self.goal,)
         found = self._results_at(variables, self._wanted | {goal.quantity for goal in goals})
-        off = [
-            self._worst(found, goal.quantity, goal.where, "max" if goal.sense == "min" else "min")
-            for goal in goals
-        ]
-        limits = []
-        for limit, bound in self.held():
-            error = self._worst(found, limit.quantity, limit.where, bound.side)[3]
-            limits.append(bound.scaled(error))
-        return np.array([*(one[3] for one in off), *limits])
+        off = [np.max(self._goal(found, goal)[1]) for goal in goals]
+        return np.array([*off, *(error for _, error in self._margins(found))])
 
-    def _worst(
+    def _goal(self, found: Found, goal: Objective) -> tuple[np.ndarray, np.ndarray]:
+        side: Side = "max" if goal.sense == "min" else "min"
+        return self._entries(found, goal.quantity, goal.where, side)
+
+    def _margins(self, found: Found) -> Iterator[tuple[np.ndarray, float]]:
+        """Of each limit the margins of its entries, and the error of these."""
+        for limit, bound in self.held():
+            values, reach = self._entries(found, limit.quantity, limit.where, bound.side)
+            yield bound.scaled(bound.left(values) - reach), bound.scaled(float(np.max(reach)))
+
+    def _entries(
         self, found: Found, path: str, where: Where, side: Side
-    ) -> tuple[float, float, str, float]:
-        """The worst entry of a result, how far the truth may lie beyond it, its label and error.
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Entries of a result, and how far the truth may lie beyond each.
 
         Over tolerances it is the mean of the worst entries and some deviations more.
         """
         if isinstance(found, Record):
-            quantity = found[path]
-            value, label = worst(quantity, where, side)
-            zero = quantity.estimate.is_zero(value)
-            reach = 0.0 if zero or not np.isfinite(value) else uncertainty(quantity, where)
-            error = float(quantity.error_estimate)
-        else:
-            assert self.scatter is not None
-            middle, apart, error = found.spread(path, where, side).moments()
-            more = self.scatter.sigmas * apart
-            value, label = middle + (more if side == "max" else -more), ""
-            reach = error = error * max(1.0, self.scatter.sigmas)
-        return value, reach, label, error if np.isfinite(value) else 0.0
-
-    def _objective(self, found: Found, goal: Objective) -> float:
-        side: Side = "max" if goal.sense == "min" else "min"
-        value = self._worst(found, goal.quantity, goal.where, side)[0]
-        return sign_of(goal) * value
-
-    def _all_margins(self, found: Found) -> np.ndarray:
-        margins = []
-        for limit, bound in self.held():
-            value, reach, *_ = self._worst(found, limit.quantity, limit.where, bound.side)
-            margins.append(bound.scaled(bound.left(value) - reach))
-        return np.array(margins, dtype=float)
+            return parts_of(found[path], where, side)
+        assert self.scatter is not None
+        middle, apart, error = found.spread(path, where, side).moments()
+        more = self.scatter.sigmas * apart * (1.0 if side == "max" else -1.0)
+        return np.array([middle + more]), np.array([error * max(1.0, self.scatter.sigmas)])
 
     def held(self) -> Iterator[tuple[Limit, Bound]]:
         """Each bound of each limit, in the order of the margins."""
@@ -251,8 +257,8 @@ class Binding:
             )
         )
 
-    def broken(self, variables: np.ndarray) -> tuple[str, np.ndarray]:
-        """Which limits a point breaks and by how much, in the units of the case; and all margins.
+    def broken(self, variables: np.ndarray) -> str:
+        """Which limits a point breaks and by how much, in the units of the case.
 
         Raises NumericalFailure as a run does.
         """
@@ -260,16 +266,19 @@ class Binding:
         of = "" if self.scatter is None else f"mean and {self.scatter.sigmas:g} deviations of "
         said = []
         for limit, bound in self.held():
-            unit = CATALOGUE[limit.quantity].unit
-            value, reach, label, _ = self._worst(found, limit.quantity, limit.where, bound.side)
-            if bound.left(value) < reach:
+            values, reach = self._entries(found, limit.quantity, limit.where, bound.side)
+            worst_one = int(np.argmin(bound.left(values) - reach))
+            if bound.left(values[worst_one]) < reach[worst_one]:
+                unit, label = CATALOGUE[limit.quantity].unit, ""
+                if isinstance(found, Record):
+                    _, label = worst(found[limit.quantity], limit.where, bound.side)
                 most = "at most" if bound.side == "max" else "at least"
                 said.append(
                     f"{of}{limit.quantity}{f' at {label}' if label else ''} is "
-                    f"{shown_as(value, unit, bound.written)}, {most} "
+                    f"{shown_as(float(values[worst_one]), unit, bound.written)}, {most} "
                     f"{shown_as(bound.value, unit, bound.written)} is allowed"
                 )
-        return "; ".join(said), self._all_margins(found)
+        return "; ".join(said)
 
     def margin_names(self) -> tuple[str, ...]:
         """One name per margin, in the order of `evaluate`."""

@@ -20,7 +20,8 @@ from vibecalc.core.study.choices import (
     in_words,
     runs_of_one,
 )
-from vibecalc.core.study.search.problem import Box, Infeasible, Optimum
+from vibecalc.core.study.search.methods import differential_evolution
+from vibecalc.core.study.search.problem import Box, Evaluate, Infeasible, Optimum, Sampler
 from vibecalc.errors import NumericalFailure
 
 if TYPE_CHECKING:
@@ -28,14 +29,13 @@ if TYPE_CHECKING:
     from vibecalc.schema import Case
 
 Picked = tuple[int, ...]
-Evaluate = Callable[[np.ndarray], tuple[float, np.ndarray]]
 #: binding of a combination, and further starts -> its optimum
 Search = Callable[["Binding", np.ndarray], Optimum]
 
 #: combinations kept in a result, best first
 MOST_KEPT = 200
-#: population of differential evolution for each choice and variable, and its seed
-_POPULATION, _SEED = 10, 20000301
+#: population of differential evolution for each choice and variable
+_POPULATION = 10
 
 
 class Examined(NamedTuple):
@@ -137,10 +137,7 @@ def _examined(binding: "Binding", picked: Picked, search: Search, warm: np.ndarr
     try:
         optimum = search(binding.with_picked(picked), warm)
     except Infeasible as nearest:
-        at = binding.with_picked(picked)
-        _, margins = at.evaluate(nearest.variables)
-        violation = float(np.max(-margins, initial=0.0))
-        return Examined(picked, None, np.inf, violation, nearest.evaluations, "", nearest)
+        return Examined(picked, None, np.inf, nearest.violation, nearest.evaluations, "", nearest)
     except NumericalFailure as failure:
         return Examined(picked, None, np.inf, np.inf, 1, str(failure))
     return Examined(picked, optimum, optimum.objective, 0.0, optimum.evaluations, "")
@@ -163,56 +160,33 @@ def _evolved(
 
     R. Storn and K. Price, J. Global Optim. 11 (1997), 341-359, with whole numbers, as in scipy.
     """
-    from scipy.optimize import NonlinearConstraint, differential_evolution
+    choices, count = binding.choices, len(binding.choices)
+    most = [len(choice.options) - 1.0 for choice in choices]
+    box = Box(
+        np.append(np.zeros(count), binding.lower),
+        np.append(most, binding.upper),
+        np.append(np.zeros(count), binding.period),
+    )
 
-    choices, box = binding.choices, Box(binding.lower, binding.upper, binding.period)
-    count, size = len(choices), binding.lower.size
-    known: dict[bytes, np.ndarray | None] = {}
+    def picked(place: np.ndarray) -> Picked:
+        return tuple(round(float(one)) for one in place[:count])
 
-    def parts(place: np.ndarray) -> tuple[Picked, np.ndarray]:
-        picked = tuple(round(float(one)) for one in place[:count])
-        return picked, box.values(box.start(np.clip(place[count:], 0.0, 1.0)))
-
-    def values(place: np.ndarray) -> np.ndarray | None:
-        picked, variables = parts(place)
-        key = np.array([*picked, *variables], dtype=float).tobytes()
-        if key not in known:
-            known[key] = None
-            try:
-                objective, margins = evaluate(binding.with_picked(picked))(variables)
-            except NumericalFailure:
-                return None
-            if np.isfinite(objective):
-                known[key] = np.append(objective, np.clip(margins, -1e6, 1e6))
-        return known[key]
-
-    def objective(place: np.ndarray) -> float:
-        found = values(place)
-        return np.inf if found is None else float(found[0])
-
-    margins = len(binding.margin_names())
-
-    def kept(place: np.ndarray) -> np.ndarray:
-        found = values(place)
-        return np.full(margins, -1e6) if found is None else found[1:]
-
-    budget = max(MOST_RUNS // 2, each)
-    solution = differential_evolution(
-        objective,
-        [(0.0, len(choice.options) - 1.0) for choice in choices] + [(0.0, 1.0)] * size,
-        integrality=[True] * count + [False] * size,
-        constraints=(NonlinearConstraint(kept, 0.0, np.inf),) if margins else (),
-        rng=np.random.default_rng(_SEED),
+    sampler = Sampler(
+        lambda place: evaluate(binding.with_picked(picked(place)))(place[count:]), box
+    )
+    unit, _ = differential_evolution(
+        sampler,
+        None,
+        int(np.sum(box.moving[:count])),
         popsize=_POPULATION,
-        maxiter=max(10, budget // (_POPULATION * (count + size)) - 1),
-        polish=False,
+        maxiter=max(10, max(MOST_RUNS // 2, each) // (_POPULATION * box.size) - 1),
         tol=1e-6,
         atol=0.0,
     )
-    if not np.isfinite(objective(solution.x)):
+    if sampler(unit) is None:
         raise NumericalFailure("no combination that was tried can be evaluated")
-    picked, variables = parts(solution.x)
-    return picked, variables, len(known)
+    place = box.values(unit)
+    return picked(place), place[count:], sampler.count
 
 
 def of_all(found: Combined) -> Optimum:
@@ -222,7 +196,8 @@ def of_all(found: Combined) -> Optimum:
     """
     best = found.best
     if best.nearest is not None:
-        raise Infeasible(str(best.nearest), best.nearest.variables, found.evaluations)
+        best.nearest.evaluations = found.evaluations
+        raise best.nearest
     if best.optimum is None:
         raise NumericalFailure(
             f"no combination has an optimum; {in_words(found.choices, best.picked)}: {best.why}"

@@ -2,17 +2,17 @@
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.case.raw import NOT_COMPUTED, field_unit, get_key, number_at
-from vibecalc.core.results.record import Axis, Method, Quantity, Record
+from vibecalc.core.case.raw import get_key, number_at
+from vibecalc.core.results.record import Method, Record
 from vibecalc.core.results.select import worst
-from vibecalc.core.run.run import StageCache, run_case
-from vibecalc.core.study.binding import checked_case
+from vibecalc.core.run.run import StageCache
+from vibecalc.core.study.binding import Varied
 from vibecalc.core.study.find_solutions import (
     Level,
     Sample,
@@ -22,7 +22,7 @@ from vibecalc.core.study.find_solutions import (
     roots,
 )
 from vibecalc.core.study.planned import FIND, MACHINE, find_entries, machine_paths
-from vibecalc.core.study.variables import counted, period_of
+from vibecalc.core.study.variables import counted
 from vibecalc.errors import NumericalFailure, ResultError
 from vibecalc.units import parse_quantity
 
@@ -43,24 +43,21 @@ class Along:
     """
 
     def __init__(
-        self,
-        search: "Find",
-        resolved: Mapping[str, Any],
-        cache: StageCache,
-        count: Callable[[str], None],
-        period: float = 0.0,
+        self, search: "Find", loaded: "LoadedCase", cache: StageCache, count: Callable[[str], None]
     ):
-        self.search = search
-        self.unit = field_unit(search.key)
-        self.lower = parse_quantity(search.lower, self.unit)
-        self.upper = parse_quantity(search.upper, self.unit)
         # nan of a key that the case leaves out; solutions are then ordered from the middle
-        self.written = number_at(resolved, search.key, math.nan)
-        self.near = number_at(resolved, search.key, 0.5 * (self.lower + self.upper))
+        self.written = number_at(loaded.resolved, search.key, math.nan)
+        ties = [
+            (key, float(get_key(loaded.resolved, key)) / self.written, 0.0) for key in search.also
+        ]
+        row = (search.key, search.lower, search.upper, tuple(ties))
+        self.search, self.at = search, Varied(loaded, [row], cache)
+        self.unit = self.at.units[0]
+        self.lower, self.upper = float(self.at.lower[0]), float(self.at.upper[0])
+        self.near, period = float(self.at.first[0]), float(self.at.period[0])
         whole = abs(self.upper - self.lower - period) <= 1e-9 * period and not search.also
         self.turn = period if whole else 0.0
-        self._also = {key: float(get_key(resolved, key)) for key in search.also}
-        self._resolved, self._cache, self._count = resolved, cache, count
+        self._count = count
 
     def evaluate(self, value: float) -> tuple[float, float]:
         """The result and its absolute error; NumericalFailure where there is none."""
@@ -71,18 +68,9 @@ class Along:
         except ResultError as error:  # an order that this point does not keep, say
             raise NumericalFailure(str(error)) from error
 
-    def changed(self, value: float) -> dict[str, float]:
-        """All keys that the search changes, with what it sets them to."""
-        settings = {self.search.key: value}
-        if self._also:
-            ratio = value / self.written
-            settings |= {key: ratio * written for key, written in self._also.items()}
-        return settings
-
     def results(self, value: float, wanted: frozenset[str]) -> "Record":
         """Some results of the case with its keys changed; NumericalFailure as in a run."""
-        case = checked_case(self._resolved, self.changed(value), self._cache)
-        return run_case(case, wanted=wanted, cache=self._cache)
+        return self.at.results(np.array([value]), wanted)
 
     def read(self, record: "Record") -> tuple[float, float]:
         """The result and its error from a run; of several entries the largest counts."""
@@ -125,7 +113,7 @@ def choose(along: Along, as_written: tuple[float, float], unit: str) -> ChosenSo
     if math.isfinite(as_written[0]) and math.isfinite(along.written):
         curve.know(along.written, *as_written)
     curve.sample(search.points + (2 if along.turn else 0))
-    computed = [sample for stretch in curve.stretches() for sample in stretch]
+    computed = curve.computed()
     if not computed:
         raise NumericalFailure(
             f"none of {len(curve.samples)} points could be computed: {_reasons(curve)}"
@@ -228,7 +216,7 @@ def _nothing(
     along: Along, curve: SampledCurve, level: Level | None, unit: str, notes: list[str]
 ) -> str:
     search = along.search
-    computed = [sample for stretch in curve.stretches() for sample in stretch]
+    computed = curve.computed()
     low, high = (pick(computed, key=lambda one: one.value) for pick in (min, max))
     bounds = f"{_shown(along.lower, along.unit)} and {_shown(along.upper, along.unit)}"
     if level is None:
@@ -295,10 +283,7 @@ def add_solutions(
     failures: list[str] = []
     with counted("finding", progress) as advance:
         for search in loaded.case.find:
-            period = period_of(search.key, loaded.case.machine)
-            base = loaded.base([search.key, *search.also])
-            resolved = {k: v for k, v in base.items() if k not in NOT_COMPUTED}
-            along = Along(search, resolved, cache, advance, period)
+            along = Along(search, loaded, cache, advance)
             try:
                 choice = choose(along, along.read(record), record[search.quantity].unit)
             except NumericalFailure as failure:
@@ -312,19 +297,8 @@ def add_solutions(
     for along, choice in chosen:
         name = along.search.name
         for path, (value, error) in _numbers(along, choice).items():
-            entry = entries[f"{FIND}/{name}/{path}"]
-            solutions = np.arange(1, len(choice.others) + 1)
-            record.add(
-                Quantity(
-                    path=entry.path,
-                    values=np.asarray(value),
-                    unit=entry.unit,
-                    long_name=entry.long_name,
-                    axes=tuple(Axis(name=axis, values=solutions) for axis in entry.axes),
-                    amplitude=entry.amplitude,
-                    error_estimate=error,
-                )
-            )
+            axes = {"solution": np.arange(1, len(choice.others) + 1)}
+            record.add(entries[f"{FIND}/{name}/{path}"].quantity(value, error, axes))
         _add_machine(record, along, choice, machine_paths(loaded.case, along.search))
         record.warnings += [f"find {name!r}: {note}" for note in choice.notes]
     seeks = [along.search.seek is not None for along, _ in chosen]
@@ -378,7 +352,7 @@ def _numbers(along: Along, choice: ChosenSolution) -> dict[str, tuple[Any, float
         np.array([other.sample.value for other in others], dtype=float),
         max((other.sample.error for other in others), default=0.0),
     )
-    for key, value in along.changed(sample.key).items():
+    for key, value in along.at.settings(np.array([sample.key])).items():
         if key != along.search.key:
             numbers[f"also/{key}"] = (value, error * abs(value / sample.key))
     numbers["evaluations"] = (choice.curve.evaluations, 0.0)

@@ -4,8 +4,9 @@ import bisect
 import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from functools import partial
 from itertools import groupby, pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
@@ -67,29 +68,39 @@ class SampledCurve:
     def know(self, key: float, value: float, error: float) -> None:
         """Take a result that is known already, if its key lies between the bounds."""
         if self._ends[0] <= key <= self._ends[1]:
-            self._take(Sample(self.place_of(key), key, value, error))
+            bisect.insort(self.samples, Sample(self.place_of(key), key, value, error))
 
-    def at(self, place: float) -> Sample:
-        """The sample at a place; NumericalFailure where there is no result."""
-        place = float(place)
+    def look(self, place: float) -> Sample:
+        """The sample at a place, with its words where there is no result."""
         position = bisect.bisect_left(self.samples, (place,))
         known = self.samples[position : position + 1]
         if not known or known[0].place != place:
-            known = [self._computed(place)]
-        if known[0].failure:
-            raise NumericalFailure(known[0].failure)
-        return known[0]
+            key, value, error, why = self.key_of(place), math.nan, math.inf, ""
+            self.evaluations += 1
+            try:
+                value, error = self._evaluate(key)
+                why = "" if math.isfinite(value) else "the result is not a finite number there"
+            except NumericalFailure as failure:
+                why = str(failure)
+            self.samples.insert(position, Sample(place, key, value, error, why))
+        return self.samples[position]
+
+    def at(self, place: float) -> Sample:
+        """The sample at a place; NumericalFailure where there is no result."""
+        sample = self.look(float(place))
+        if sample.failure:
+            raise NumericalFailure(sample.failure)
+        return sample
 
     def sample(self, points: int) -> None:
         """Sample evenly spread places, then close in on stretches without results."""
         step = (self.last - self.first) / (points - 1)
-        for number in range(points):
-            place = self.first + number * step if number < points - 1 else self.last
-            self._try(place)
+        for place in (*(self.first + number * step for number in range(points - 1)), self.last):
+            self.look(place)
         for _ in range(HALVINGS):
             for one, other in list(pairwise(self.samples)):
                 if bool(one.failure) != bool(other.failure):
-                    self._try(0.5 * (one.place + other.place))
+                    self.look(0.5 * (one.place + other.place))
 
     def stretches(self) -> Iterator[list[Sample]]:
         """Samples with a result, cut where there is none between two of them."""
@@ -97,34 +108,22 @@ class SampledCurve:
             if not failed:
                 yield list(group)
 
+    def computed(self) -> list[Sample]:
+        """Samples with a result."""
+        return [sample for sample in self.samples if not sample.failure]
+
     def failed(self) -> list[Sample]:
         """Samples without a result."""
         return [sample for sample in self.samples if sample.failure]
 
-    def spread(self, centre: Sample, *nearby: Sample) -> float:
-        """Largest distance from a sample to others, in the unit of the key, with its rounding."""
-        far = max((abs(one.key - centre.key) for one in nearby), default=0.0)
-        return far + 4.0 * math.ulp(centre.key)
+    def between(self, left: Sample, right: Sample) -> list[Sample]:
+        """Samples with a result from one to another."""
+        return [one for one in self.computed() if left.place <= one.place <= right.place]
 
-    def _try(self, place: float) -> None:
-        with suppress(NumericalFailure):  # kept with its words
-            self.at(place)
-
-    def _computed(self, place: float) -> Sample:
-        key = self.key_of(place)
-        self.evaluations += 1
-        try:
-            value, error = self._evaluate(key)
-            sample = Sample(place, key, value, error)
-            if not math.isfinite(value):
-                sample = Sample(place, key, failure="the result is not a finite number there")
-        except NumericalFailure as failure:
-            sample = Sample(place, key, failure=str(failure))
-        self._take(sample)
-        return sample
-
-    def _take(self, sample: Sample) -> None:
-        bisect.insort(self.samples, sample, key=lambda one: one.place)
+    def solution(self, best: Sample, *nearby: Sample) -> "Solution":
+        """A sample as far off as the largest distance from it to others, with its rounding."""
+        far = max((abs(one.key - best.key) for one in nearby), default=0.0)
+        return Solution(best, far + 4.0 * math.ulp(best.key))
 
 
 class Solution(NamedTuple):
@@ -135,12 +134,7 @@ class Solution(NamedTuple):
 
 
 # ----------------------------------------------------------------------------
-# Extremes of a result along one key: valleys between samples, then Brent's parabolas.
-#
-# Brent, Algorithms for Minimization without Derivatives (1973), chapter 5. A minimum between two
-# samples that are certainly higher lies between them, whatever the curve does there: that, closed
-# in as far as the error of the result allows, is the error of its place. On a flat top it goes with
-# the root of the result's error.
+# Valleys between samples, and what is certain about them.
 # ----------------------------------------------------------------------------
 
 Height = Callable[[Sample], float]
@@ -150,27 +144,8 @@ Valley = tuple[Sample, Sample, Sample]
 ROUNDS = 4
 _FINEST = 1e-9
 _NARROWINGS = 12
-
-
-def extremes(curve: SampledCurve, sign: float) -> list[Solution]:
-    """All minima (sign 1) or maxima (-1) between the bounds, best first; bounds are none."""
-
-    def height(sample: Sample) -> float:
-        return sign * sample.value
-
-    done: list[Valley] = []
-    for _ in range(ROUNDS):
-        new = [valley for valley in valleys(curve, height) if not _within(valley, done)]
-        if not new:
-            break
-        for valley in new:
-            try:
-                bottom(curve, height, valley)
-            except NumericalFailure:
-                continue
-            done.append(valley)
-    solutions = [_solution(curve, height, valley) for valley in done]
-    return sorted(solutions, key=lambda solution: height(solution.sample))
+#: of the way from a bound to the next sample, where it shows whether the curve falls from there
+_NEXT = 1e-3
 
 
 def valleys(curve: SampledCurve, height: Height) -> Iterator[Valley]:
@@ -187,9 +162,7 @@ def valleys(curve: SampledCurve, height: Height) -> Iterator[Valley]:
             yield left, min(inside, key=height), right
 
 
-def bottom(
-    curve: SampledCurve, height: Height, valley: Valley, enough: float = -math.inf
-) -> Sample | None:
+def bottom(curve: SampledCurve, height: Height, valley: Valley, enough: float = -math.inf) -> None:
     """Close in on the bottom of a valley; ends early below `enough`. NumericalFailure inside it."""
     from scipy.optimize import minimize_scalar
 
@@ -207,19 +180,24 @@ def bottom(
 
     depth = min(height(left), height(right)) - height(low)
     tolerance = max(_FINEST, 0.02 * math.sqrt(min(1.0, _uncertainty(low, low) / depth)))
-    try:
+    with suppress(_LowEnough):
         minimize_scalar(function, bracket=(1.0, middle, 2.0), method="brent", tol=tolerance)
-    except _LowEnough:
-        return None
-    return _lowest(curve, height, valley)
 
 
 class _LowEnough(Exception):
     """Low enough."""
 
 
-def _within(valley: Valley, done: list[Valley]) -> bool:
-    return any(one[0].place <= valley[0].place and valley[2].place <= one[2].place for one in done)
+def look_next_to_ends(curve: SampledCurve, height_of: Callable[[Sample], Height]) -> None:
+    """Sample where a curve falls from the end of a stretch on: the end is then a higher neighbour.
+
+    Without it a valley between a bound and the next sample would have no wall on that side.
+    """
+    for stretch in list(curve.stretches()):
+        for end, other in ((stretch[0], stretch[1:2]), (stretch[-1], stretch[-2:-1])):
+            height = height_of(end)
+            if other and height(end) <= height(other[0]):
+                curve.look(end.place + _NEXT * (other[0].place - end.place))
 
 
 def _wall(height: Height, low: Sample, others: list[Sample]) -> Sample | None:
@@ -238,48 +216,93 @@ def _uncertainty(one: Sample, other: Sample) -> float:
     return one.error + other.error + 4.0 * EPSILON * max(abs(one.value), abs(other.value))
 
 
-def _lowest(curve: SampledCurve, height: Height, valley: Valley) -> Sample:
-    left, _, right = valley
-    inside = [
-        one for one in curve.samples if left.place <= one.place <= right.place and not one.failure
-    ]
-    return min(inside, key=height)
+def _narrowed(
+    curve: SampledCurve,
+    centre: Sample,
+    beyond: Sample,
+    off: Height,
+    unsure: Height,
+    power: float = 1.0,
+) -> Sample:
+    """A sample nearer to `centre` than `beyond`, and `off` by certainly more than it is `unsure`.
 
-
-def _solution(curve: SampledCurve, height: Height, valley: Valley) -> Solution:
-    low = _lowest(curve, height, valley)
-    (stretch,) = [stretch for stretch in curve.stretches() if low in stretch]
-    position = stretch.index(low)
-    walls = []
-    for others, end in (
-        (stretch[:position][::-1], valley[0]),
-        (stretch[position + 1 :], valley[2]),
-    ):
-        wall = _wall(height, low, others)
-        walls.append(end if wall is None else _narrowed(curve, height, low, wall))
-    # a lower sample may have turned up while the walls were moved
-    lowest = _lowest(curve, height, valley)
-    return Solution(lowest, curve.spread(lowest, *walls))
-
-
-def _narrowed(curve: SampledCurve, height: Height, low: Sample, wall: Sample) -> Sample:
-    """A nearer sample that is certainly higher, as a parabola through both has it."""
-    factor = 1.25
+    Steps are a share of the way: as the slope has it, or a parabola, of which the `power` is 1/2.
+    """
+    factor = 1.5
     for _ in range(_NARROWINGS):
-        distance = wall.place - low.place
-        share = factor * math.sqrt(_uncertainty(low, wall) / (height(wall) - height(low)))
-        step = max(share * abs(distance), curve.resolution(low.place))
+        distance = beyond.place - centre.place
+        share = ((unsure(beyond) + abs(off(centre))) / off(beyond)) ** power
+        step = max(factor * share * abs(distance), curve.resolution(centre.place))
         if step > 0.6 * abs(distance):
             break
-        try:
-            nearer = curve.at(low.place + math.copysign(step, distance))
-        except NumericalFailure:
+        nearer = curve.look(centre.place + math.copysign(step, distance))
+        if nearer.failure:
             break
-        if height(nearer) - height(low) > _uncertainty(low, nearer):
-            wall = nearer
+        if off(nearer) > unsure(nearer):
+            beyond = nearer
         else:
-            factor *= 1.5
-    return wall
+            factor *= 2.0
+    return beyond
+
+
+#: first and last sample of what is looked into, and what else belongs to it
+Bracket = TypeVar("Bracket", Valley, tuple[Sample, Sample])
+
+
+def _each(found: Callable[[], Iterator[Bracket]], work: Callable[[Bracket], None]) -> list[Bracket]:
+    """All brackets that could be worked on; a sample without a result cuts one, and what is left of
+    it is found again."""
+    done: list[Bracket] = []
+    for _ in range(ROUNDS):
+        for one in list(found()):
+            inside = (a[0].place <= one[0].place and one[-1].place <= a[-1].place for a in done)
+            if not any(inside):
+                with suppress(NumericalFailure):
+                    work(one)
+                    done.append(one)
+    return done
+
+
+# ----------------------------------------------------------------------------
+# Extremes of a result along one key: valleys between samples, then Brent's parabolas.
+#
+# Brent, Algorithms for Minimization without Derivatives (1973), chapter 5. A minimum between two
+# samples that are certainly higher lies between them, whatever the curve does there: that, closed
+# in as far as the error of the result allows, is the error of its place. On a flat top it goes with
+# the root of the result's error.
+# ----------------------------------------------------------------------------
+
+
+def extremes(curve: SampledCurve, sign: float) -> list[Solution]:
+    """All minima (sign 1) or maxima (-1) between the bounds, best first; bounds are none."""
+
+    def height(sample: Sample) -> float:
+        return sign * sample.value
+
+    look_next_to_ends(curve, lambda end: height)
+    done = _each(lambda: valleys(curve, height), lambda valley: bottom(curve, height, valley))
+    solutions = [_extreme(curve, height, left, right) for left, _, right in done]
+    return sorted(solutions, key=lambda solution: height(solution.sample))
+
+
+def _extreme(curve: SampledCurve, height: Height, left: Sample, right: Sample) -> Solution:
+    inside = curve.between(left, right)
+    low = min(inside, key=height)
+
+    def rise(sample: Sample) -> float:
+        return height(sample) - height(low)
+
+    def unsure(sample: Sample) -> float:
+        return _uncertainty(low, sample)
+
+    position = inside.index(low)
+    sides = (inside[:position][::-1], left), (inside[position + 1 :], right)
+    walls = [
+        _narrowed(curve, low, _wall(height, low, others) or end, rise, unsure, 0.5)
+        for others, end in sides
+    ]
+    best = min(curve.between(left, right), key=height)  # a lower one may have turned up
+    return curve.solution(best, *walls)
 
 
 # ----------------------------------------------------------------------------
@@ -304,6 +327,10 @@ class Level(NamedTuple):
     def off(self, sample: Sample) -> float:
         """How far a result is above the wanted value."""
         return sample.value - self.wanted
+
+    def off_to(self, side: int, sample: Sample) -> float:
+        """How far it is on one side of it."""
+        return side * self.off(sample)
 
     def unsure(self, sample: Sample) -> float:
         """What that may be without being anything."""
@@ -332,30 +359,22 @@ def roots(curve: SampledCurve, level: Level) -> Roots:
     """
     if all(level.side(one) == 0 for stretch in curve.stretches() for one in stretch):
         raise NumericalFailure("the result has the wanted value everywhere between the bounds")
-    if not list(_crossings(curve, level)):
-        _nearest_dip(curve, level)
-    _dips(curve, level)
-    done: list[tuple[Sample, Sample]] = []
-    ends: list[Solution] = []
+    _look_into_dips(curve, level)
+    groups: list[list[Sample]] = []
     jumps: list[Sample] = []
-    for _ in range(ROUNDS):
-        for one, other in [pair for pair in _crossings(curve, level) if not _tried(pair, done)]:
-            try:
-                end = _closed_in(curve, level, one, other)
-            except NumericalFailure:
-                continue  # a sample without a result now cuts the bracket
-            done.append((one, other))
-            size = _JUMP * (abs(level.off(one)) + abs(level.off(other)))
-            if abs(level.off(end)) > max(size, 8.0 * level.unsure(end)):
-                jumps.append(end)
-            elif level.side(end) != 0:
-                near = [pair for pair in _crossings(curve, level) if end in pair]
-                nearby = [sample for pair in near for sample in pair]
-                if nearby:  # else a sample next to it is a solution, and stands for both
-                    ends.append(Solution(end, curve.spread(end, *nearby)))
-    groups = [group for stretch in curve.stretches() for group in _groups(stretch, level)]
-    ends += [_root(curve, level, group) for group in groups]
-    return Roots(_merged(sorted(ends, key=lambda solution: solution.sample.place), level), jumps)
+
+    def close_in(pair: tuple[Sample, Sample]) -> None:
+        end = _closed_in(curve, level, *pair)
+        size = _JUMP * sum(abs(level.off(one)) for one in pair)
+        if abs(level.off(end)) > max(size, 8.0 * level.unsure(end)):
+            jumps.append(end)
+        elif level.side(end) != 0:  # else it is one of the samples that are solutions
+            groups.extend(list(pair) for pair in _crossings(curve, level) if end in pair)
+
+    _each(lambda: _crossings(curve, level), close_in)
+    groups += [group for stretch in curve.stretches() for group in _groups(stretch, level)]
+    solutions = [_root(curve, level, group) for group in groups]
+    return Roots(_merged(sorted(solutions, key=lambda one: one.sample.place), level), jumps)
 
 
 def _crossings(curve: SampledCurve, level: Level) -> Iterator[tuple[Sample, Sample]]:
@@ -364,10 +383,6 @@ def _crossings(curve: SampledCurve, level: Level) -> Iterator[tuple[Sample, Samp
         for one, other in pairwise(stretch):
             if level.side(one) * level.side(other) < 0:
                 yield one, other
-
-
-def _tried(pair: tuple[Sample, Sample], done: list[tuple[Sample, Sample]]) -> bool:
-    return any(one.place <= pair[0].place and pair[1].place <= other.place for one, other in done)
 
 
 def _closed_in(curve: SampledCurve, level: Level, one: Sample, other: Sample) -> Sample:
@@ -383,54 +398,53 @@ def _closed_in(curve: SampledCurve, level: Level, one: Sample, other: Sample) ->
     return curve.at(float(place))
 
 
-def _dips(curve: SampledCurve, level: Level) -> None:
-    """Look between samples where the curve turns so near the wanted value that it may pass it."""
-    for dip in _turning(curve, level):
-        left, low, right = (abs(level.off(one)) for one in dip)
-        if level.side(dip[1]) == 0 or _vertex(dip, left, low, right) <= max(left, right) - low:
-            _look_into(curve, level, dip)
+def _look_into_dips(curve: SampledCurve, level: Level) -> None:
+    """Look between samples where the curve turns so near the wanted value that it may pass it.
 
+    Three samples on one side of it, the middle one nearest or there, show that where the middle
+    one is nearer to it than to its neighbours. Where nothing crosses, the nearest of all is looked
+    into: it says how near the result comes.
+    """
 
-def _nearest_dip(curve: SampledCurve, level: Level) -> None:
-    dips = list(_turning(curve, level))
-    if dips:
-        _look_into(curve, level, min(dips, key=lambda dip: abs(level.off(dip[1]))))
+    def towards(sample: Sample) -> Height:
+        side = level.side(sample) or 1
+        return lambda one: side * level.off(one)
 
-
-def _turning(curve: SampledCurve, level: Level) -> list[Valley]:
-    """Three samples on one side of the wanted value, the middle one nearest to it or there."""
-    return [
-        dip
-        for dip in valleys(curve, lambda sample: abs(level.off(sample)))
-        if level.side(dip[0]) == level.side(dip[2]) != 0
-        and level.side(dip[1]) != -level.side(dip[0])
+    look_next_to_ends(curve, towards)
+    dips = [
+        (left, low, right)
+        for left, low, right in valleys(curve, lambda one: abs(level.off(one)))
+        if level.side(left) == level.side(right) != 0 and level.side(low) != -level.side(left)
     ]
-
-
-def _look_into(curve: SampledCurve, level: Level, dip: Valley) -> None:
-    side, beyond = level.side(dip[0]), -2.0 * level.unsure(dip[1])
-    with suppress(NumericalFailure):  # kept among the samples with its words
-        bottom(curve, lambda sample: side * level.off(sample), dip, enough=beyond)
-
-
-def _vertex(dip: Valley, left: float, low: float, right: float) -> float:
-    """Lowest value of the parabola through three samples."""
-    before, after = dip[1].place - dip[0].place, dip[2].place - dip[1].place
-    falling, rising = (low - left) / before, (right - low) / after
-    curvature = (rising - falling) / (before + after)
-    slope = (falling * after + rising * before) / (before + after)
-    return low - slope * slope / (4.0 * curvature)
+    dips.sort(key=lambda dip: abs(level.off(dip[1])))
+    crossed = any(True for _ in _crossings(curve, level))
+    for number, dip in enumerate(dips):
+        left, low, right = (abs(level.off(one)) for one in dip)
+        if low <= max(left, right) - low or (number == 0 and not crossed):
+            with suppress(NumericalFailure):  # kept among the samples with its words
+                bottom(curve, towards(dip[0]), dip, enough=-2.0 * level.unsure(dip[1]))
 
 
 def _groups(stretch: list[Sample], level: Level) -> Iterator[list[Sample]]:
     """Neighbours that are all solutions, with the certain samples next to them, if any."""
-    sides = [level.side(one) for one in stretch]
     start = 0
-    for zero, members in groupby(sides, key=lambda side: side == 0):
+    for side, members in groupby(stretch, key=lambda one: level.side(one) == 0):
         stop = start + len(list(members))
-        if zero:
+        if side:
             yield stretch[max(start - 1, 0) : stop + 1]
         start = stop
+
+
+def _root(curve: SampledCurve, level: Level, group: list[Sample]) -> Solution:
+    best = min(group, key=lambda sample: abs(level.off(sample)))
+    nearby = []
+    for end in (group[0], group[-1]):
+        side = level.side(end)
+        if side and end is not best:
+            off = partial(level.off_to, side)
+            end = _narrowed(curve, best, end, off, level.unsure)
+        nearby.append(end)
+    return curve.solution(best, *nearby)
 
 
 def _merged(ends: list[Solution], level: Level) -> list[Solution]:
@@ -446,32 +460,3 @@ def _merged(ends: list[Solution], level: Level) -> list[Solution]:
         else:
             merged.append(end)
     return merged
-
-
-def _root(curve: SampledCurve, level: Level, group: list[Sample]) -> Solution:
-    best = min(group, key=lambda sample: abs(level.off(sample)))
-    nearby = [
-        _root_narrowed(curve, level, best, one) for one in (group[0], group[-1]) if one is not best
-    ]
-    return Solution(best, curve.spread(best, *nearby))
-
-
-def _root_narrowed(curve: SampledCurve, level: Level, best: Sample, beyond: Sample) -> Sample:
-    """A nearer sample that is certainly off the wanted value, as the slope has it."""
-    factor, side = 2.0, level.side(beyond)
-    for _ in range(_NARROWINGS if side else 0):
-        distance = beyond.place - best.place
-        off = level.unsure(best) + abs(level.off(best))
-        step = factor * off / abs(level.off(beyond)) * abs(distance)
-        step = max(step, curve.resolution(best.place))
-        if step > 0.6 * abs(distance):
-            break
-        try:
-            nearer = curve.at(best.place + math.copysign(step, distance))
-        except NumericalFailure:
-            break
-        if level.side(nearer) == side:
-            beyond = nearer
-        else:
-            factor *= 2.0
-    return beyond

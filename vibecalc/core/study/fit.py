@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.case.rules import both
-from vibecalc.core.results.record import Axis, Method, Quantity, Record
+from vibecalc.core.results.record import Method, Quantity, Record
 from vibecalc.core.results.select import curving, scalar
 from vibecalc.core.run.run import run_case
-from vibecalc.core.study.binding import Binding
+from vibecalc.core.study.binding import Varied, rows_of
 from vibecalc.core.study.measured_points import (
     ROOT,
     MeasuredPoint,
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 class Residuals:
     """Computed less measured over the uncertainty of each point (m,), and what that is off (m,)."""
 
-    def __init__(self, binding: Binding, points: list[MeasuredPoint]):
+    def __init__(self, binding: Varied, points: list[MeasuredPoint]):
         self.binding, self.points = binding, points
         self._wanted = frozenset(point.quantity for point in points)
 
@@ -95,9 +95,11 @@ def fit(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool = Fal
     square as large less than once in twenty; they never shrink. Raises NumericalFailure where no
     search ends in a minimum.
     """
+    from scipy.special import chdtrc
+
     case, started = loaded.case, time.perf_counter()
     assert case.fit is not None
-    binding = Binding(loaded)
+    binding = Varied(loaded, rows_of(case.fit.moving))
     residuals = Residuals(binding, measured_points(case))
     with counted("fitting", progress) as advance:
 
@@ -112,28 +114,22 @@ def fit(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool = Fal
             binding.first,
             spread(case.fit.starts, binding.lower.size),
         )
-    spare = len(residuals.points) - int(
-        np.linalg.matrix_rank(found.slopes, tol=float(np.linalg.norm(found.slopes_error)) or None)
-    )
-    probability = _probability(found.chi_square, spare)
+    least = float(np.linalg.norm(found.slopes_error)) or None
+    spare = len(residuals.points) - int(np.linalg.matrix_rank(found.slopes, tol=least))
+    # of a chi square at least as large, of so many degrees of freedom
+    probability = float(chdtrc(spare, found.chi_square)) if spare > 0 else 1.0
     growth = 1.0
     if probability < _LEAST_PROBABILITY and found.chi_square > spare:
         growth = math.sqrt(found.chi_square / spare)
+    scatter = {"degrees_of_freedom": spare, "probability": probability, "growth": growth}
     told = what_is_determined(found.slopes, found.slopes_error, growth)
     seconds = time.perf_counter() - started
     record = run_case(binding.case_at(found.variables), timings=timings)
     timings["fit"] = seconds
-    _add(record, case, binding, residuals, found, told, (spare, probability, growth))
+    _add(record, case, residuals, found, told, scatter)
     record.warnings[:0] = _warnings(binding, residuals.points, found, told, growth)
     record.methods.append(_METHOD)
     return record
-
-
-def _probability(chi_square: float, spare: int) -> float:
-    """Of a chi square at least as large, of so many degrees of freedom; 1 of none."""
-    from scipy.special import chdtrc
-
-    return float(chdtrc(spare, chi_square)) if spare > 0 else 1.0
 
 
 # ----------------------------------------------------------------------------
@@ -144,94 +140,73 @@ def _probability(chi_square: float, spare: int) -> float:
 def _add(
     record: Record,
     case: "Case",
-    binding: Binding,
     residuals: Residuals,
     found: LeastSquares,
     told: Determined,
-    scatter: tuple[int, float, float],
+    scatter: dict[str, float],
 ) -> None:
-    points = residuals.points
-    spare, probability, growth = scatter
-    deviation = np.sqrt(np.diag(told.covariance)) * found.widths
+    binding, points, growth = residuals.binding, residuals.points, scatter["growth"]
     scale = np.sqrt(np.diag(told.covariance))
-    finite = np.isfinite(scale) & (scale > 0.0)
+    deviation, finite = scale * found.widths, np.isfinite(scale) & (scale > 0.0)
     scales = np.outer(np.where(finite, scale, 1.0), np.where(finite, scale, 1.0))
     correlation = np.where(np.outer(finite, finite), told.covariance / scales, np.eye(scale.size))
     # what slopes are off, of uncertainties and of what is made of them
-    weakest = np.max(np.where(np.isfinite(told.deviations), told.deviations, 0.0)) / growth
-    share = min(float(np.linalg.norm(found.slopes_error)) * float(weakest), 1.0)
+    weakest = float(np.max(np.where(np.isfinite(told.deviations), told.deviations, 0.0)))
+    share = min(float(np.linalg.norm(found.slopes_error)) * weakest / growth, 1.0)
     computed, rounding, curved = residuals.computed(found.variables)
     now, _ = residuals(found.variables)
     off = rounding + curved
     noise = off / np.array([point.uncertainty for point in points])
     variables_error = found.variables_error + found.moved_by @ noise
-    before = before_computed = None
-    try:
-        before, _ = residuals(binding.first)
-        before_computed, _, _ = residuals.computed(binding.first)
-    except NumericalFailure as failure:
-        record.warnings.append(f"{ROOT}/at_start is left out, the case as written fails: {failure}")
     moved = np.abs(found.slopes) @ (variables_error / found.widths) + noise
     numbers: dict[str, tuple[Any, float]] = {
         "correlation": (correlation, 2.0 * share),
         "chi_square": (found.chi_square, float(2.0 * np.abs(now) @ noise) + 1e-12),
-        "degrees_of_freedom": (spare, 0.0),
-        "probability": (probability, 1e-9 * probability),
-        "growth": (growth, 1e-9 * growth),
         "residual": (now, float(np.max(moved))),
         "combination": (told.combinations, share),
-        "combination_uncertainty": (told.deviations, share * float(weakest) * growth),
+        "combination_uncertainty": (told.deviations, share * weakest),
         "combination_told": (told.told.astype(int), 0.0),
         "search_chi_square": ([one.chi_square for one in found.searches], 1e-9 * found.chi_square),
         "evaluations": (found.evaluations, 0.0),
         "failures": (len(found.failures), 0.0),
     }
+    for name, value in scatter.items():
+        numbers[name] = (value, 0.0 if isinstance(value, int) else 1e-9 * value)
     for place, key in enumerate(binding.keys):
-        error = float(variables_error[place])
-        numbers[f"value/{key}"] = (found.variables[place], error)
         off_by = share * deviation[place] if np.isfinite(deviation[place]) else 0.0
+        numbers[f"value/{key}"] = (found.variables[place], float(variables_error[place]))
         numbers[f"standard_error/{key}"] = (deviation[place], float(off_by))
         numbers[f"start/{key}"] = (binding.first[place], 0.0)
         numbers[f"active_bound/{key}"] = (int(found.active[place]), 0.0)
-    if before is not None:
+    columns = {
+        "measured": np.array([point.value for point in points]),
+        "uncertainty": np.array([point.uncertainty for point in points]),
+        "computed": computed,
+    }
+    try:
+        before, _ = residuals(binding.first)
+        columns["at_start"], _, _ = residuals.computed(binding.first)
         numbers["start_chi_square"] = (before @ before, 1e-9 * float(before @ before))
         numbers["start_residual"] = (before, float(np.max(noise)))
+    except NumericalFailure as failure:
+        record.warnings.append(f"{ROOT}/at_start is left out, the case as written fails: {failure}")
+    keys = np.array(binding.keys, dtype=object)
     labels: dict[str, Any] = {
-        "variable": np.array(binding.keys, dtype=object),
-        "other_variable": np.array(binding.keys, dtype=object),
+        "variable": keys,
+        "other_variable": keys,
         "measured_point": _unique([point.name for point in points]),
         "combination": np.arange(1, len(told.deviations) + 1),
         "search": np.arange(1, len(found.searches) + 1),
     }
     entries = fit_entries(case)
     for path, (values, error) in numbers.items():
-        _emit(record, entries[f"{ROOT}/{path}"], values, error, labels)
+        record.add(entries[f"{ROOT}/{path}"].quantity(values, error, labels))
     for path in dict.fromkeys(point.quantity for point in points):
         own = [place for place, point in enumerate(points) if point.quantity == path]
         labels["point"] = _unique([points[place].place or "-" for place in own])
-        columns: dict[str, tuple[Any, float]] = {
-            "measured": ([points[place].value for place in own], 0.0),
-            "uncertainty": ([points[place].uncertainty for place in own], 0.0),
-            "computed": (computed[own], float(np.max(off[own]))),
-        }
-        if before_computed is not None:
-            columns["at_start"] = (before_computed[own], float(np.max(off[own])))
-        for name, (values, error) in columns.items():
-            _emit(record, entries[f"{ROOT}/{name}/{path}"], values, error, labels)
-
-
-def _emit(record: Record, entry: Any, values: Any, error: float, labels: dict[str, Any]) -> None:
-    record.add(
-        Quantity(
-            path=entry.path,
-            values=np.asarray(values),
-            unit=entry.unit,
-            long_name=entry.long_name,
-            axes=tuple(Axis(name=axis, values=labels[axis]) for axis in entry.axes),
-            amplitude=entry.amplitude,
-            error_estimate=error,
-        )
-    )
+        for name, column in columns.items():
+            error = float(np.max(off[own])) if name in ("computed", "at_start") else 0.0
+            record.add(entries[f"{ROOT}/{name}/{path}"].quantity(column[own], error, labels))
 
 
 def _unique(names: list[str]) -> np.ndarray:
@@ -253,7 +228,7 @@ _NAMED = 0.02
 
 
 def _warnings(
-    binding: Binding,
+    binding: Varied,
     points: list[MeasuredPoint],
     found: LeastSquares,
     told: Determined,
@@ -301,7 +276,7 @@ def _warnings(
     return said
 
 
-def _together(binding: Binding, found: LeastSquares, vector: FloatArray, named: list[int]) -> str:
+def _together(binding: Varied, found: LeastSquares, vector: FloatArray, named: list[int]) -> str:
     """A combination as changes of its keys in percent, of the largest part by one percent."""
     scale = np.where(found.variables != 0.0, np.abs(found.variables), found.widths)
     steps = vector * found.widths / scale

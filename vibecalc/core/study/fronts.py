@@ -1,36 +1,26 @@
 """What an optimisation adds to its record for several objectives: the front between them."""
 
-import time
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.core.results.record import Method, Record
+from vibecalc.core.results.record import Method
 from vibecalc.core.study.binding import sign_of
 from vibecalc.core.study.choices import MOST_RUNS, combinations, in_words
 from vibecalc.core.study.planned import FRONT_NAMES, FRONT_RUNS, front_points, goals_of
-from vibecalc.core.study.record import Numbers, add_numbers
+from vibecalc.core.study.record import Numbers, Studied
+from vibecalc.core.study.search.fronts import FrontPoints, front, knee, undominated
 from vibecalc.core.study.search.problem import FEASIBLE_WITHIN, Infeasible
-from vibecalc.core.study.search.several import FrontPoints, front_of_several, knee, undominated
 from vibecalc.errors import NumericalFailure
 
 if TYPE_CHECKING:
     from vibecalc.core.study.binding import Binding
-    from vibecalc.core.study.search.problem import Optimum
     from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
 # The front of one combination of what is picked, and that of all.
 # ----------------------------------------------------------------------------
-
-
-class _Traced(NamedTuple):
-    """The fronts of some combinations, one after the other."""
-
-    picked: list[tuple[int, ...]]
-    fronts: list[FrontPoints]
-    notes: list[str]
 
 
 def _of_one(case: "Case", binding: "Binding", first: np.ndarray) -> FrontPoints:
@@ -39,52 +29,40 @@ def _of_one(case: "Case", binding: "Binding", first: np.ndarray) -> FrontPoints:
     assert study is not None
     goals = goals_of(study)
     if binding.lower.size == 0:
-        values, margins = binding.evaluate_all(first, goals)
-        if np.any(margins < -FEASIBLE_WITHIN):
-            raise Infeasible("breaks a limit", first, 1)
+        parts, margins = binding.evaluate_all(first, goals)
+        if any(np.any(one < -FEASIBLE_WITHIN) for one in margins):
+            raise Infeasible("breaks a limit", first, 1, 0.0)
+        values = np.array([[np.max(one) for one in parts]])
         error, nothing = binding.errors(first, goals)[: len(goals)], np.empty((1, 0))
-        return FrontPoints(values[None, :], error[None, :], nothing, nothing, 1, ())
-    asked: dict[str, Any] = {
-        "first": first,
-        "points": front_points(study),
-        "starts": study.starts,
-        "rtol": case.accuracy.rtol,
-        "errors": lambda variables: binding.errors(variables, goals),
-        "period": binding.period,
-        "ahead": lambda points: binding.ahead(points, goals),
-    }
-    low, high = binding.lower, binding.upper
-    if len(goals) > 2:
-        return front_of_several(
-            lambda x: binding.evaluate_all(x, goals), low, high, len(goals), **asked
-        )
-    from vibecalc.core.study.search.trade_offs import front
-
-    def both(variables: np.ndarray) -> tuple[float, float, np.ndarray]:
-        (one, other), margins = binding.evaluate_all(variables, goals)
-        return float(one), float(other), margins
-
-    two = front(both, low, high, **asked)
-    return FrontPoints(
-        np.stack([two.objective, two.second_objective], axis=1),
-        np.stack([two.objective_error, two.second_objective_error], axis=1),
-        two.variables,
-        two.variables_error,
-        two.evaluations,
-        two.notes,
+        return FrontPoints(values, error[None, :], nothing, nothing, 1, ())
+    return front(
+        lambda variables: binding.evaluate_all(variables, goals),
+        binding.lower,
+        binding.upper,
+        len(goals),
+        first=first,
+        points=front_points(study),
+        starts=study.starts,
+        rtol=case.accuracy.rtol,
+        errors=lambda variables: binding.errors(variables, goals),
+        period=binding.period,
+        ahead=lambda points: binding.ahead(points, goals),
     )
 
 
-def _of_all(case: "Case", binding: "Binding", first: np.ndarray) -> _Traced:
-    """The fronts of all combinations, or of the best where there are too many."""
+def _of_all(
+    case: "Case", binding: "Binding", first: np.ndarray
+) -> tuple[list[tuple[int, ...]], list[FrontPoints], list[str]]:
+    """What is picked, the fronts of it, and notes: all combinations, or the best of too many."""
     study = case.optimisation
     assert study is not None
     each = front_points(study) * FRONT_RUNS if study.moving else 1
-    if combinations(binding.choices) * each > MOST_RUNS:
+    if not binding.choices or combinations(binding.choices) * each > MOST_RUNS:
         found = _of_one(case, binding, first)
         words = in_words(binding.choices, binding.picked)
-        return _Traced([binding.picked], [found], [f"the front is that of {words} alone"])
-    traced = _Traced([], [], [])
+        notes = [f"the front is that of {words} alone"] if binding.choices else list(found.notes)
+        return [binding.picked], [found], notes
+    every, fronts, notes = [], [], []
     for picked in product(*(range(len(choice.options)) for choice in binding.choices)):
         words = in_words(binding.choices, picked)
         try:
@@ -92,15 +70,15 @@ def _of_all(case: "Case", binding: "Binding", first: np.ndarray) -> _Traced:
         except Infeasible:
             continue
         except NumericalFailure as failure:
-            traced.notes.append(f"{words} has no front: {failure}")
+            notes.append(f"{words} has no front: {failure}")
             continue
-        traced.picked.append(picked)
-        traced.fronts.append(found)
-        notes = found.notes if len(found.values) > 1 else ()  # one point is said by the front
-        traced.notes.extend(f"{words}: {note}" for note in notes)
-    if not traced.fronts:
-        raise NumericalFailure("; ".join(traced.notes) or "no combination keeps the limits")
-    return traced
+        every.append(picked)
+        fronts.append(found)
+        if len(found.values) > 1:  # one point is said by the front
+            notes.extend(f"{words}: {note}" for note in found.notes)
+    if not fronts:
+        raise NumericalFailure("; ".join(notes) or "no combination keeps the limits")
+    return every, fronts, notes
 
 
 # ----------------------------------------------------------------------------
@@ -108,53 +86,38 @@ def _of_all(case: "Case", binding: "Binding", first: np.ndarray) -> _Traced:
 # ----------------------------------------------------------------------------
 
 
-def add_front(
-    record: Record,
-    case: "Case",
-    binding: "Binding",
-    optimum: "Optimum",
-    timings: dict[str, float],
-) -> None:
-    """Trace the front from the optimum on and add `optimisation/front/...`.
+def add_front(out: Studied, optimum: np.ndarray) -> None:
+    """Trace the front from the optimum (n,) on and add `optimisation/front/...`.
 
     Raises NumericalFailure if an end of the front has no optimum.
     """
-    study = case.optimisation
-    assert study is not None
-    goals, started = goals_of(study), time.perf_counter()
+    goals, binding = goals_of(out.study), out.binding
     try:
-        if binding.choices:
-            traced = _of_all(case, binding, optimum.variables)
-        else:
-            found = _of_one(case, binding, optimum.variables)
-            traced = _Traced([()], [found], list(found.notes))
+        with out.timed("front"):
+            every, fronts, notes = _of_all(out.case, binding, optimum)
     except NumericalFailure as failure:
         raise NumericalFailure(f"the front cannot be traced: {failure}") from failure
-    timings["front"] = time.perf_counter() - started
     values, errors, variables, away = (
-        np.concatenate([getattr(one, name) for one in traced.fronts])
+        np.concatenate([getattr(one, name) for one in fronts])
         for name in ("values", "errors", "variables", "variables_error")
     )
-    sizes = [len(one.values) for one in traced.fronts]
-    picked = [one for one, size in zip(traced.picked, sizes, strict=True) for _ in range(size)]
-    kept = undominated(values) if len(sizes) > 1 else np.arange(len(values))
-    values = values[kept]
-    signs = np.array([sign_of(goal) for goal in goals])
-    numbers: Numbers = {"front/evaluations": (sum(one.evaluations for one in traced.fronts), 0.0)}
-    for place, name in enumerate(FRONT_NAMES[: len(goals)]):
+    picked = [one for one, of in zip(every, fronts, strict=True) for _ in of.values]
+    kept = undominated(values) if len(fronts) > 1 else np.arange(len(values))
+    numbers: Numbers = {"front/evaluations": (sum(one.evaluations for one in fronts), 0.0)}
+    for place, (name, goal) in enumerate(zip(FRONT_NAMES, goals, strict=False)):
         error = float(np.max(errors[kept, place]))
-        numbers[f"front/{name}"] = (signs[place] * values[:, place], error)
+        numbers[f"front/{name}"] = (sign_of(goal) * values[kept, place], error)
     for i, key in enumerate(binding.keys):
         numbers[f"front/variable/{key}"] = (variables[kept, i], float(np.max(away[kept, i])))
     for i, choice in enumerate(binding.choices):
         along = [choice.value(picked[place][i]) for place in kept.tolist()]
         numbers[f"front/{choice.path}"] = (along, 0.0)
-    deepest = knee(values)
+    deepest = knee(values[kept])
     if deepest is not None:
         numbers["front/knee"] = (deepest + 1, 0.0)
-    add_numbers(record, case, numbers, {"front_point": np.arange(1, len(kept) + 1)})
-    record.warnings += [f"front: {note}" for note in traced.notes]
-    record.methods.append(_EPSILON if len(goals) == 2 else _BOUNDARY)
+    out.add(numbers, front_point=np.arange(1, len(kept) + 1))
+    out.record.warnings += [f"front: {note}" for note in notes]
+    out.record.methods.append(_EPSILON if len(goals) == 2 else _BOUNDARY)
 
 
 _EPSILON = Method(

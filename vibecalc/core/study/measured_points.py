@@ -8,6 +8,7 @@ from vibecalc.core.case.raw import field_unit
 from vibecalc.core.results.printed import is_phase, read_printed, uncertainty_of
 from vibecalc.core.results.record import Entry
 from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.study.planned import row_of, tabled
 from vibecalc.core.study.variables import start_problems
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.units import convert
@@ -137,73 +138,60 @@ def fit_problems(case: "Case") -> list[Problem]:
 # ----------------------------------------------------------------------------
 
 
+_FITTED = """
+value/{key}             |                         | unit | {key}, fitted
+standard_error/{key}    |                         | unit | standard uncertainty of {key}
+start/{key}             |                         | unit | {key} as written
+active_bound/{key}      |                         |      | -1 at lower bound, 1 at upper, 0 between
+correlation             | variable other_variable |      | correlation of the fitted keys
+chi_square |  |  | sum of the squared residuals over uncertainties
+start_chi_square        |                         |      | the same for the case as written
+degrees_of_freedom      |                         |      | points less keys that they tell
+probability             | | | of a chi square as large, were the uncertainties right
+growth                  | | | factor of all uncertainties that the scatter of the points asks
+residual | measured_point |  | computed less measured over the uncertainty
+start_residual          | measured_point          |      | the same for the case as written
+combination             | combination variable    |      | orthogonal combinations of keys
+combination_uncertainty|combination||standard uncertainty along each, over the way between bounds
+combination_told        | combination             |      | 1 where the points tell it
+search_chi_square       | search                  |      | chi square where searches ended
+evaluations             |                         |      | points evaluated
+failures                |                         |      | points that could not be evaluated
+measured/{path}         | point                   | path | {words}, measured
+uncertainty/{path} | point | path | {words}, standard uncertainty of what was measured
+at_start/{path}         | point                   | path | {words}, computed for the case as written
+computed/{path}         | point                   | path | {words}, computed with the fitted keys
+"""
+
+
 def fit_entries(case: "Case") -> dict[str, Entry]:
     """Catalogue entries of everything under `fit/`."""
-    return {} if case.fit is None else {entry.path: entry for entry in _entries(case)}
-
-
-def _entries(case: "Case") -> Iterator[Entry]:
-    assert case.fit is not None
-    for variable in case.fit.variables:
-        key, unit = variable.key, field_unit(variable.key)
-        yield Entry(f"{ROOT}/value/{key}", (), unit, f"{key}, fitted")
-        yield Entry(f"{ROOT}/standard_error/{key}", (), unit, f"standard uncertainty of {key}")
-        yield Entry(f"{ROOT}/start/{key}", (), unit, f"{key} as written")
-        yield Entry(
-            f"{ROOT}/active_bound/{key}", (), "", "-1 at lower bound, 1 at upper, 0 between"
-        )
-    both = ("variable", "other_variable")
-    yield Entry(f"{ROOT}/correlation", both, "", "correlation of the fitted keys")
-    yield Entry(f"{ROOT}/chi_square", (), "", "sum of the squared residuals over uncertainties")
-    yield Entry(f"{ROOT}/start_chi_square", (), "", "the same for the case as written")
-    yield Entry(f"{ROOT}/degrees_of_freedom", (), "", "points less keys that they tell")
-    yield Entry(
-        f"{ROOT}/probability", (), "", "of a chi square as large, were the uncertainties right"
-    )
-    yield Entry(
-        f"{ROOT}/growth", (), "", "factor of all uncertainties that the scatter of the points asks"
-    )
-    points = ("measured_point",)
-    yield Entry(f"{ROOT}/residual", points, "", "computed less measured over the uncertainty")
-    yield Entry(f"{ROOT}/start_residual", points, "", "the same for the case as written")
-    part = ("combination", "variable")
-    yield Entry(f"{ROOT}/combination", part, "", "orthogonal combinations of keys")
-    yield Entry(
-        f"{ROOT}/combination_uncertainty", part[:1], "", "standard uncertainty along each, over "
-        "the way between bounds"
-    )  # fmt: skip
-    yield Entry(f"{ROOT}/combination_told", part[:1], "", "1 where the points tell it")
-    yield Entry(f"{ROOT}/search_chi_square", ("search",), "", "chi square where searches ended")
-    yield Entry(f"{ROOT}/evaluations", (), "", "points evaluated")
-    yield Entry(f"{ROOT}/failures", (), "", "points that could not be evaluated")
+    if case.fit is None:
+        return {}
     planned = planned_quantities(case)
-    for path in dict.fromkeys(one.quantity for _, one in chosen_references(case)):
-        if path in planned:
-            one, axes = planned[path], ("point",)
-            for name, words in (
-                ("measured", "measured"),
-                ("uncertainty", "standard uncertainty of what was measured"),
-                ("at_start", "computed for the case as written"),
-                ("computed", "computed with the fitted keys"),
-            ):
-                long_name = f"{one.long_name}, {words}"
-                yield Entry(f"{ROOT}/{name}/{path}", axes, one.unit, long_name, one.amplitude)
+    known = [planned[path] for path in _measured(case) if path in planned]
+    keys = [variable.key for variable in case.fit.variables]
+    each = {
+        "key": [{"key": key, "unit": field_unit(key)} for key in keys],
+        "path": [{"path": one.path, "words": one.long_name} for one in known],
+    }
+    units = {one.path: (one.unit, one.amplitude) for one in known}
+    return tabled(ROOT, _FITTED, units, each, {})
+
+
+def _measured(case: "Case") -> tuple[str, ...]:
+    """The quantities that were measured."""
+    return tuple(dict.fromkeys(one.quantity for _, one in chosen_references(case)))
 
 
 def describe_fit(case: "Case") -> dict[str, str]:
     """The row of the plan that a fit adds."""
     assert case.fit is not None
-    points = list(chosen_references(case))
-    quantities = ", ".join(dict.fromkeys(one.quantity for _, one in points))
-    return {
-        "stage": "fit",
-        "why": "[fit] is in the case",
-        "parts": ", ".join(variable.key for variable in case.fit.variables),
-        "orders": "",
-        "cost": f"{len(points)} measured points, {case.fit.starts + 1} searches of some "
-        f"{_RUNS * len(case.fit.variables)} runs each of the stages that make {quantities}",
-        "quantities": ", ".join(fit_entries(case)),
-    }
+    keys = [variable.key for variable in case.fit.variables]
+    cost = f"{len(list(chosen_references(case)))} measured points, {case.fit.starts + 1} searches "
+    cost += f"of some {_RUNS * len(keys)} runs each of the stages that make "
+    cost += ", ".join(_measured(case))
+    return row_of("fit", "[fit] is in the case", keys, cost, fit_entries(case))
 
 
 #: runs of one search for each key

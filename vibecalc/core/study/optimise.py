@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,27 +16,25 @@ from vibecalc.core.study.binding import Binding
 from vibecalc.core.study.combine import Combined, combine, of_all
 from vibecalc.core.study.planned import ROOT, search_runs
 from vibecalc.core.study.record import (
+    Studied,
     add_combinations,
     add_nearest,
-    add_numbers,
     add_optimum,
     add_sensitivity,
     compare_methods,
 )
-from vibecalc.core.study.search.problem import Infeasible
+from vibecalc.core.study.search.problem import Evaluate, Infeasible
 from vibecalc.core.study.variables import counted
 from vibecalc.errors import NumericalFailure
 
 if TYPE_CHECKING:
     from vibecalc.core.case.load import LoadedCase
-    from vibecalc.core.study.combine import Search
     from vibecalc.core.study.search.problem import Optimum
     from vibecalc.schema import Case
 
 #: the method of a case that names none
 STANDARD = "sequential_quadratic"
 
-Evaluate = Callable[[np.ndarray], tuple[float, np.ndarray]]
 #: what a search calls for a binding, counted where somebody looks
 Shown = Callable[[Binding], Evaluate]
 
@@ -47,104 +46,92 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
     limits it is that of the point that comes nearest, and says so as its `failure`. Raises
     NumericalFailure if no search ends in a point that can be shown to be an optimum.
     """
-    study = loaded.case.optimisation
+    case, study = loaded.case, loaded.case.optimisation
     if study is None:
         raise ValueError("the case has no [optimisation]")
     binding = as_written = Binding(loaded)
     started = time.perf_counter()
     balanced: BalancedWeights | None = None
     combined: Combined | None = None
-    with _shown(loaded.case, progress) as shown:
-        if balances(loaded.case):
-            balanced = balance(binding, loaded.case)
+    optimum: Optimum | None = None
+    with _shown(case, progress) as shown:
+        if balances(case):
+            balanced = balance(binding, case)
         try:
             if balanced is not None and balanced.allowed:
                 optimum = balanced.optimum
             elif binding.choices:
-                combined = combine(binding, loaded.case, _one(loaded.case, shown), shown)
+                combined = combine(binding, case, partial(_searched, case, shown), shown)
                 binding = binding.with_picked(combined.best.picked)
                 optimum = of_all(combined)
             else:
-                optimum = _searched(binding, loaded.case, shown(binding), balanced)
-        except Infeasible as nearest:
-            timings["optimisation"] = time.perf_counter() - started
-            record = _nearest(loaded.case, binding, nearest, timings)
-            _add_start(record, as_written)
-            if combined is not None:
-                add_combinations(record, loaded.case, binding, combined)
-            return record
+                # where the optimum without limits is known, also from there
+                further = None if balanced is None else balanced.optimum.variables[None, :]
+                optimum = _searched(case, shown, binding, further)
+            variables = optimum.variables
+        except Infeasible as failure:
+            nearest, variables = failure, failure.variables
         except NumericalFailure as error:
             raise NumericalFailure(f"{error} {_legend(binding)}") from error
     seconds = time.perf_counter() - started
-    record = run_case(binding.case_at(optimum.variables), timings=timings)
+    record = run_case(binding.case_at(variables), timings=timings)
     timings["optimisation"] = seconds
-    add_optimum(record, loaded.case, binding, optimum)
+    out = Studied(record, case, timings, binding, as_written)
+    if optimum is None:
+        _say_nearest(out, nearest)
+    else:
+        add_optimum(out, optimum)
+        if balanced is not None:
+            out.add({"lower_bound": (balanced.lower_bound, 0.0)})
+        if optimum.failures:
+            why = "; ".join(optimum.failure_messages[:3])
+            points = f"{optimum.failures} of {optimum.evaluations} points"
+            out.warn(f"{points} could not be evaluated: {why}")
+        record.warnings += [note for note in optimum.notes if note not in record.warnings]
     if combined is not None:
-        add_combinations(record, loaded.case, binding, combined)
-    if balanced is not None:
-        bound = {"lower_bound": (balanced.lower_bound, 0.0)}
-        add_numbers(record, loaded.case, bound, {})
-    if optimum.failures:
-        why = "; ".join(optimum.failure_messages[:3])
-        record.warnings.append(
-            f"{optimum.failures} of {optimum.evaluations} points could not be evaluated: {why}"
-        )
-    record.warnings += [note for note in optimum.notes if note not in record.warnings]
+        add_combinations(out, combined)
     _add_start(record, as_written)
-    if study.robust:
-        from vibecalc.core.study.robust import add_robust
-
-        points = {"start": (as_written, as_written.first), "optimum": (binding, optimum.variables)}
-        add_robust(record, loaded.case, points)
-    record.methods.append(_CONVEX if optimum.method == "convex" else _method(study.method))
-    if study.compare:
-        compare_methods(record, loaded.case, binding, optimum, timings)
-    if study.sensitivity:
-        add_sensitivity(record, loaded.case, binding, optimum, timings, as_written)
-    if study.second_objective:
-        from vibecalc.core.study.fronts import add_front
-
-        add_front(record, loaded.case, binding, optimum, timings)
+    if optimum is not None:
+        _add_further(out, optimum)
     return record
 
 
-def _one(case: "Case", shown: Shown) -> "Search":
-    """The search of one combination of what is picked, from the starts of the case and others."""
+def _add_further(out: Studied, optimum: "Optimum") -> None:
+    """What the study asks for beside its optimum."""
+    study = out.study
+    if study.robust:
+        from vibecalc.core.study.robust import add_robust
 
-    def search(binding: Binding, further: np.ndarray) -> "Optimum":
-        return _searched(binding, case, shown(binding), None, further)
+        add_robust(out, optimum.variables)
+    out.record.methods.append(_CONVEX if optimum.method == "convex" else _method(study.method))
+    if study.compare:
+        compare_methods(out, optimum)
+    if study.sensitivity:
+        with out.timed("sensitivity"):
+            add_sensitivity(out, optimum)
+    if study.second_objective:
+        from vibecalc.core.study.fronts import add_front
 
-    return search
+        add_front(out, optimum.variables)
 
 
 def _searched(
-    binding: Binding,
-    case: "Case",
-    evaluate: Evaluate,
-    balanced: BalancedWeights | None,
-    further: np.ndarray | None = None,
+    case: "Case", shown: Shown, binding: Binding, further: np.ndarray | None
 ) -> "Optimum":
-    """The search from many starts, and from `further` (k, n); where the optimum without limits is
-    known, also from there.
-    """
+    """The search from the case as written, `further` (k, n) and the starts of the case."""
     from vibecalc.core.study.search.minimise import minimise
     from vibecalc.core.study.search.problem import Box, spread
 
     study = case.optimisation
     assert study is not None
-    starts: int | np.ndarray = study.starts
-    if balanced is not None:
-        further = balanced.optimum.variables[None, :]
-    if further is not None:
-        box = Box(binding.lower, binding.upper, binding.period)
-        places = box.values(box.start(spread(study.starts, binding.lower.size)))
-        starts = np.vstack([further, places])
+    box = Box(binding.lower, binding.upper, binding.period)
+    places = box.values(spread(study.starts, binding.lower.size)[:, box.moving])
     return minimise(
-        evaluate,
+        shown(binding),
         binding.lower,
         binding.upper,
         first=binding.first,
-        starts=starts,
+        starts=places if further is None else np.vstack([further, places]),
         rtol=case.accuracy.rtol,
         errors=binding.errors,
         period=binding.period,
@@ -153,21 +140,17 @@ def _searched(
     )
 
 
-def _nearest(
-    case: "Case", binding: Binding, nearest: Infeasible, timings: dict[str, float]
-) -> Record:
-    """The record of the point that comes nearest to keeping the limits, and what it breaks."""
-    record = run_case(binding.case_at(nearest.variables), timings=timings)
-    words, margins = binding.broken(nearest.variables)
-    add_nearest(record, case, binding, nearest.variables, margins, nearest.evaluations)
-    record.warnings.insert(
+def _say_nearest(out: Studied, nearest: Infeasible) -> None:
+    """That all results are those of the point that comes nearest to keeping the limits."""
+    words = out.binding.broken(nearest.variables)
+    add_nearest(out, nearest)
+    out.record.warnings.insert(
         0,
         "no values of the variables between their bounds keep all limits; these come nearest, and "
-        f"all results are theirs: {binding.words(nearest.variables)}. {words}. Widen the bounds of "
-        "the variables or relax these limits.",
+        f"all results are theirs: {out.binding.words(nearest.variables)}. {words}. Widen the "
+        "bounds of the variables or relax these limits.",
     )
-    record.failure = "no values of the variables between their bounds keep all limits"
-    return record
+    out.record.failure = "no values of the variables between their bounds keep all limits"
 
 
 _CONVEX = Method(
@@ -218,11 +201,11 @@ def _shown(case: "Case", wanted: bool) -> Iterator[Shown]:
     with counted("optimising", wanted, search_runs(case)) as advance:
 
         def shown(binding: Binding) -> Evaluate:
-            def evaluate(variables: np.ndarray) -> tuple[float, np.ndarray]:
+            def evaluate(variables: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
                 nonlocal best
                 objective, margins = binding.evaluate(variables)
-                if objective < best and (margins >= 0.0).all():
-                    best = objective
+                if np.max(objective) < best and all((one >= 0.0).all() for one in margins):
+                    best = float(np.max(objective))
                 advance(f", best {binding.sign * best:.6g}" if np.isfinite(best) else "")
                 return objective, margins
 

@@ -1,7 +1,8 @@
 """What a run to an optimum or to a wanted value adds to those of the stages: its result paths."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 from vibecalc.core.case.load import resolve
@@ -13,7 +14,6 @@ from vibecalc.core.study.balancing import balances
 from vibecalc.core.study.choices import (
     MOST_RUNS,
     SEARCH_RUNS,
-    Choice,
     choices_of,
     combinations,
     examines_all,
@@ -25,12 +25,64 @@ if TYPE_CHECKING:
     from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
+# Result paths as tables: name, axes, unit, words.
+# ----------------------------------------------------------------------------
+
+#: unit as a table names it -> the unit, and the kind of amplitude
+Units = Mapping[str, tuple[str, str | None]]
+
+
+def tabled(
+    root: str,
+    table: str,
+    units: Units,
+    each: Mapping[str, Sequence[Mapping[str, str]]],
+    asked: Mapping[str, object],
+) -> dict[str, Entry]:
+    """Catalogue entries below a root, by path.
+
+    Rows with a name in braces are repeated for `each` of that name, with what belongs to it, as a
+    unit may. What is not `asked` for, by the first part of the path, is left out.
+    """
+    found = {}
+    lines = (line.split("|") for line in table.strip().splitlines())
+    for mark, rows in groupby(lines, key=lambda row: row[0].partition("{")[2].partition("}")[0]):
+        block = list(rows)
+        for names in each[mark] if mark else [{}]:
+            for row in block:
+                name, axes, unit, words = (one.strip().format(**names) for one in row)
+                if asked.get(name.partition("/")[0], True):
+                    known, path = names.get(unit, unit), f"{root}/{name}"
+                    of, kind = units.get(known, (known, None))
+                    found[path] = Entry(path, tuple(axes.split()), of, words, kind)
+    return found
+
+
+def _unit_of(planned: Mapping[str, Entry], quantity: str) -> tuple[str, str | None]:
+    """Unit and kind of amplitude of a result; none of one that no stage brings."""
+    goal = planned.get(quantity)
+    return (goal.unit, goal.amplitude) if goal else ("", None)
+
+
+# ----------------------------------------------------------------------------
 # Result paths that [[find]] adds to those of the stages, and its row of the plan.
 # ----------------------------------------------------------------------------
 
 FIND = "find"
 #: below it the results of the machine that a search found
 MACHINE = "machine"
+_FOUND = """
+value          |          | key  | KEY that brings what is wanted
+ratio          |          |      | that value over the one written
+reached        |          | goal | GOAL there
+wanted         |          | goal | GOAL that is wanted
+written        |          | key  | KEY as written
+others         | solution | key  | further values of KEY between the bounds
+others_reached | solution | goal | GOAL with these
+also/{key}     |          | unit | {key} with that value
+evaluations    |          |      | points evaluated
+failures       |          |      | points that could not be evaluated
+"""
 
 
 def find_entries(case: "Case") -> dict[str, Entry]:
@@ -40,13 +92,22 @@ def find_entries(case: "Case") -> dict[str, Entry]:
     planned, resolved = planned_quantities(case), resolve(case)
     found: dict[str, Entry] = {}
     for search in case.find:
-        goal = planned.get(search.quantity)
-        unit, kind = (goal.unit, goal.amplitude) if goal else ("", None)
-        written = number_at(resolved, search.key, math.nan)
-        found |= {entry.path: entry for entry in _find_entries(search, written, unit, kind)}
+        root, written = f"{FIND}/{search.name}", number_at(resolved, search.key, math.nan)
+        is_written = math.isfinite(written)
+        found |= tabled(
+            root,
+            _FOUND.replace("KEY", search.key).replace("GOAL", search.quantity),
+            {"key": (field_unit(search.key), None), "goal": _unit_of(planned, search.quantity)},
+            {"key": [{"key": key, "unit": field_unit(key)} for key in search.also]},
+            {
+                "ratio": is_written and written != 0.0,
+                "wanted": search.seek is None,
+                "written": is_written,
+            },
+        )
         for path in machine_paths(case, search):
-            entry = planned[path]._replace(path=f"{FIND}/{search.name}/{MACHINE}/{path}")
-            found[entry.path] = entry
+            below = f"{root}/{MACHINE}/{path}"
+            found[below] = planned[path]._replace(path=below)
     return found
 
 
@@ -57,68 +118,105 @@ def machine_paths(case: "Case", search: "Find") -> tuple[str, ...]:
     return tuple(path for path in paths if not CATALOGUE[path].axes)
 
 
-def _find_entries(search: "Find", written: float, unit: str, kind: str | None) -> Iterator[Entry]:
-    root, key, key_unit = f"{FIND}/{search.name}", search.key, field_unit(search.key)
-    yield Entry(f"{root}/value", (), key_unit, f"{key} that brings what is wanted")
-    is_written = math.isfinite(written)
-    if is_written and written != 0.0:
-        yield Entry(f"{root}/ratio", (), "", "that value over the one written")
-    yield Entry(f"{root}/reached", (), unit, f"{search.quantity} there", kind)
-    if search.seek is None:
-        yield Entry(f"{root}/wanted", (), unit, f"{search.quantity} that is wanted", kind)
-    if is_written:
-        yield Entry(f"{root}/written", (), key_unit, f"{key} as written")
-    yield Entry(
-        f"{root}/others", ("solution",), key_unit, f"further values of {key} between the bounds"
-    )
-    yield Entry(
-        f"{root}/others_reached", ("solution",), unit, f"{search.quantity} with these", kind
-    )
-    for other in search.also:
-        yield Entry(f"{root}/also/{other}", (), field_unit(other), f"{other} with that value")
-    yield Entry(f"{root}/evaluations", (), "", "points evaluated")
-    yield Entry(f"{root}/failures", (), "", "points that could not be evaluated")
-
-
 def describe_find(case: "Case") -> dict[str, str]:
     """The row of the plan that the searches add."""
     keys = (key for search in case.find for key in (search.key, *search.also))
     runs = " + ".join(str(search.points) for search in case.find)
+    quantities = ", ".join(dict.fromkeys(search.quantity for search in case.find))
+    cost = f"{runs} runs, and some 15 for each solution, of the stages that make {quantities}"
+    return row_of("find", "[[find]] is in the case", keys, cost, find_entries(case))
+
+
+def row_of(
+    stage: str, why: str, parts: Iterable[str], cost: str, quantities: Iterable[str]
+) -> dict[str, str]:
+    """A row of the plan."""
     return {
-        "stage": "find",
-        "why": "[[find]] is in the case",
-        "parts": ", ".join(dict.fromkeys(keys)),
+        "stage": stage,
+        "why": why,
+        "parts": ", ".join(dict.fromkeys(parts)),
         "orders": "",
-        "cost": f"{runs} runs, and some 15 for each solution, of the stages that make "
-        + ", ".join(dict.fromkeys(search.quantity for search in case.find)),
-        "quantities": ", ".join(find_entries(case)),
+        "cost": cost,
+        "quantities": ", ".join(quantities),
     }
 
 
 # ----------------------------------------------------------------------------
-# Result paths of what an optimisation adds only if it is asked to: methods, front, slopes.
+# Result paths that an optimisation adds to those of its stages.
 # ----------------------------------------------------------------------------
 
+ROOT = "optimisation"
 #: most runs of the stages that one compared method may spend
 COMPARE_BUDGET = 5000
 #: runs of one point of a front, of weights solved for next to one for each variable
 FRONT_RUNS, _SOLVED = 100, 5
 _FRONT_POINTS = 15
+#: objectives of a front, in their order
+FRONT_NAMES = tuple(
+    f"{number}objective" for number in ("", "second_", "third_", "fourth_", "fifth_")
+)
+
+#: `goal` has the unit and the kind of amplitude of the objective, `loss` the unit alone
+_OPTIMUM = """
+{choice}                 |             | unit  | {name}, picked{number}
+combinations/{choice}    | combination | unit  | {name} there
+combinations/possible    |             |       | combinations of all that can be picked
+combinations/examined    |             |       | combinations examined
+combinations/kept        |             |       | combinations that can keep all limits
+combinations/objective   | combination | goal  | best objective of each, best first
+combinations/feasible    | combination |       | 1 where it can keep all limits
+combinations/evaluations | combination |       | points evaluated for it
+variable/{key}           |             | unit  | {key} at the optimum
+active_bound/{key}       |             |       | -1 at lower bound, 1 at upper, 0 between
+history/start/{key}      | search      | unit  | {key} where searches began
+history/end/{key}        | search      | unit  | {key} where searches ended
+objective                |             | goal  | objective at the optimum
+lower_bound              |             | goal  | no values within the bounds give less
+margin                   | limit       |       | distance to a limit over the limit
+multiplier               | limit       | loss  | rise of the objective per unit of margin
+kkt_residual             |             |       | what is left of the gradients that should balance
+evaluations              |             |       | points evaluated
+failures                 |             |       | points that could not be evaluated
+history/objective        | search      | goal  | objective where searches ended
+history/feasible         | search      |       | 1 where a search kept all limits
+history/evaluations      | search      |       | points a search evaluated
+optima/objective         | optimum     | goal  | distinct optima, best first
+optima/found_by          | optimum     |       | searches that ended there
+gain                     |             | goal  | how much better the optimum is than the start
+sensitivity/{key}        | point       | slope | objective per unit of {key}
+deviation/size/{key}     |             | unit  | 1 % of the bounds of {key}, the worse way
+deviation/loss/{key}     |             | loss  | objective lost by it at the optimum
+deviation/margin/{key}   |             |       | least margin of all limits there
+robust/nominal           | point       | goal  | objective without tolerances
+robust/mean              | point       | goal  | mean over the machines within tolerances
+robust/deviation         | point       | loss  | deviation over these machines
+robust/value             | point       | goal  | mean and deviations together, which is improved
+robust/mean_error        | point       | loss  | standard error of the mean, by other machines drawn
+robust/deviation_error   | point       | loss  | standard error of the deviation
+robust/value_error       | point       | loss  | standard error of mean and deviations together
+robust/samples           |             |       | machines drawn for each candidate
+robust/margin_nominal | limit |  | distance to a limit over the limit, without tolerances
+robust/margin_mean       | limit       |       | mean of that over the machines
+robust/margin_deviation  | limit       |       | deviation of that over the machines
+methods/objective        | method      | goal  | objective where the method ended
+methods/shortfall        | method      | loss  | how much worse it is than the optimum
+methods/distance | method |  | largest distance of a variable from the optimum, over its bounds
+methods/violation        | method      |       | most negative margin, as a positive number
+methods/kkt_residual     | method      |       | what is left of the gradients; infinite on a kink
+methods/converged        | method      |       | 1 where the method says that it has converged
+methods/evaluations      | method      |       | points evaluated
+methods/failures         | method      |       | points that could not be evaluated
+front/{goal}             | front_point | goal  | {words}
+front/knee               |             |       | number of the point at the knee of the front
+front/{choice}           | front_point | unit  | {name} there
+front/variable/{key}     | front_point | unit  | {key} there
+front/evaluations        |             |       | points evaluated for the front
+"""
 
 
 def front_points(study: "Optimisation") -> int:
     """Points of the front that are asked for."""
     return _FRONT_POINTS if study.front_points is None else study.front_points
-
-
-#: objectives of a front, in their order
-FRONT_NAMES = (
-    "objective",
-    "second_objective",
-    "third_objective",
-    "fourth_objective",
-    "fifth_objective",
-)
 
 
 def goals_of(study: "Optimisation") -> tuple["Objective", ...]:
@@ -127,84 +225,47 @@ def goals_of(study: "Optimisation") -> tuple["Objective", ...]:
     return (study.objective, *second, *study.further_objectives)
 
 
-def further_entries(study: "Optimisation", planned: Mapping[str, Entry]) -> Iterator[Entry]:
-    """Catalogue entries of the parts that `study` asks for."""
-    goal = planned.get(study.objective.quantity)
-    unit, kind = (goal.unit, goal.amplitude) if goal else ("", None)
-    keys = [variable.key for variable in study.moving]
-    if study.sensitivity:
-        yield Entry(f"{ROOT}/gain", (), unit, "how much better the optimum is than the start", kind)
-        for key in keys:
-            yield from _sensitivity(key, unit)
-    if study.robust:
-        yield from _robust(unit, kind)
-    if study.compare:
-        yield from _methods(unit, kind)
-    if study.second_objective:
-        axes, root = ("front_point",), f"{ROOT}/front"
-        for name, one in zip(FRONT_NAMES, goals_of(study), strict=False):
-            of = planned.get(one.quantity)
-            of_unit, of_kind = (of.unit, of.amplitude) if of else ("", None)
-            words = name.replace("_", " ")
-            where = "along the front" if name == "objective" else "there"
-            yield Entry(f"{root}/{name}", axes, of_unit, f"{words} {where}", of_kind)
-        yield Entry(f"{root}/knee", (), "", "number of the point at the knee of the front")
-        for choice in choices_of(study):
-            unit_of = field_unit(choice.name) if choice.is_number else ""
-            yield Entry(f"{root}/{choice.path}", axes, unit_of, f"{choice.name} there")
-        for key in keys:
-            yield Entry(f"{ROOT}/front/variable/{key}", axes, field_unit(key), f"{key} there")
-        yield Entry(f"{ROOT}/front/evaluations", (), "", "points evaluated for the front")
-
-
-def _robust(unit: str, kind: str | None) -> Iterator[Entry]:
-    axes, root = ("point",), f"{ROOT}/robust"
-    for name, words, amplitude in (
-        ("nominal", "objective without tolerances", kind),
-        ("mean", "mean over the machines within tolerances", kind),
-        ("deviation", "deviation over these machines", None),
-        ("value", "mean and deviations together, which is improved", kind),
-        ("mean_error", "standard error of the mean, by other machines drawn", None),
-        ("deviation_error", "standard error of the deviation", None),
-        ("value_error", "standard error of mean and deviations together", None),
-    ):
-        yield Entry(f"{root}/{name}", axes, unit, words, amplitude)
-    yield Entry(f"{root}/samples", (), "", "machines drawn for each candidate")
-    for name, words in (
-        ("nominal", "distance to a limit over the limit, without tolerances"),
-        ("mean", "mean of that over the machines"),
-        ("deviation", "deviation of that over the machines"),
-    ):
-        yield Entry(f"{root}/margin_{name}", ("limit",), "", words)
-
-
-def _sensitivity(key: str, unit: str) -> Iterator[Entry]:
-    key_unit = field_unit(key)
-    yield Entry(
-        f"{ROOT}/sensitivity/{key}",
-        ("point",),
-        _over(unit, key_unit),
-        f"objective per unit of {key}",
-    )
-    cost = f"{ROOT}/deviation"
-    yield Entry(f"{cost}/size/{key}", (), key_unit, f"1 % of the bounds of {key}, the worse way")
-    yield Entry(f"{cost}/loss/{key}", (), unit, "objective lost by it at the optimum")
-    yield Entry(f"{cost}/margin/{key}", (), "", "least margin of all limits there")
-
-
-def _methods(unit: str, kind: str | None) -> Iterator[Entry]:
-    axes = ("method",)
-    for name, value_unit, words, amplitude in (
-        ("objective", unit, "objective where the method ended", kind),
-        ("shortfall", unit, "how much worse it is than the optimum", None),
-        ("distance", "", "largest distance of a variable from the optimum, over its bounds", None),
-        ("violation", "", "most negative margin, as a positive number", None),
-        ("kkt_residual", "", "what is left of the gradients; infinite on a kink", None),
-        ("converged", "", "1 where the method says that it has converged", None),
-        ("evaluations", "", "points evaluated", None),
-        ("failures", "", "points that could not be evaluated", None),
-    ):
-        yield Entry(f"{ROOT}/methods/{name}", axes, value_unit, words, amplitude)
+def optimisation_entries(case: "Case") -> dict[str, Entry]:
+    """Catalogue entries of everything under `optimisation/` for a case that optimises."""
+    study = case.optimisation
+    if study is None:
+        return {}
+    planned, choices = planned_quantities(case), choices_of(study)
+    goals = dict(zip(FRONT_NAMES, goals_of(study), strict=False))
+    units = {name: _unit_of(planned, one.quantity) for name, one in goals.items()}
+    of_goal, _ = units["goal"] = units["objective"]
+    units["loss"] = (of_goal, None)
+    each = {
+        "choice": [
+            {
+                "choice": choice.path,
+                "name": choice.name,
+                "unit": field_unit(choice.name) if choice.is_number else "",
+                "number": "" if choice.is_number else ": number in its list, from 1",
+            }
+            for choice in choices
+        ],
+        "key": [
+            {"key": key, "unit": field_unit(key), "slope": _over(of_goal, field_unit(key))}
+            for key in (variable.key for variable in study.moving)
+        ],
+        "goal": [
+            {"goal": name, "words": f"{words} {'there' if place else 'along the front'}"}
+            for place, (name, words) in enumerate((one, one.replace("_", " ")) for one in goals)
+        ],
+    }
+    asked = {
+        "combinations": choices,
+        "lower_bound": balances(case),
+        **dict.fromkeys(("gain", "sensitivity", "deviation"), study.sensitivity),
+        "robust": study.robust,
+        "methods": study.compare,
+        "front": study.second_objective,
+    }
+    found = tabled(ROOT, _OPTIMUM, units, each, asked)
+    for path, entry in planned.items():
+        found[f"{ROOT}/start/{path}"] = entry._replace(path=f"{ROOT}/start/{path}")
+    return found
 
 
 def _over(unit: str, key_unit: str) -> str:
@@ -213,78 +274,6 @@ def _over(unit: str, key_unit: str) -> str:
         return unit
     bottom = f"({key_unit})" if any(mark in key_unit for mark in "*/") else key_unit
     return f"{unit or '1'}/{bottom}"
-
-
-# ----------------------------------------------------------------------------
-# Result paths that an optimisation adds to those of its stages.
-# ----------------------------------------------------------------------------
-
-ROOT = "optimisation"
-
-
-def optimisation_entries(case: "Case") -> dict[str, Entry]:
-    """Catalogue entries of everything under `optimisation/` for a case that optimises."""
-    return {entry.path: entry for entry in _entries(case)}
-
-
-def _entries(case: "Case") -> Iterator[Entry]:
-    study = case.optimisation
-    if study is None:
-        return
-    planned = planned_quantities(case)
-    goal = planned.get(study.objective.quantity)
-    unit, kind = (goal.unit, goal.amplitude) if goal else ("", None)
-    choices = choices_of(study)
-    if choices:
-        yield from _combinations(choices, unit, kind)
-    for variable in study.moving:
-        key = variable.key
-        key_unit = field_unit(key)
-        yield Entry(f"{ROOT}/variable/{key}", (), key_unit, f"{key} at the optimum")
-        yield Entry(
-            f"{ROOT}/active_bound/{key}", (), "", "-1 at lower bound, 1 at upper, 0 between"
-        )
-        yield Entry(
-            f"{ROOT}/history/start/{key}", ("search",), key_unit, f"{key} where searches began"
-        )
-        yield Entry(
-            f"{ROOT}/history/end/{key}", ("search",), key_unit, f"{key} where searches ended"
-        )
-    yield Entry(f"{ROOT}/objective", (), unit, "objective at the optimum", kind)
-    if balances(case):
-        yield Entry(f"{ROOT}/lower_bound", (), unit, "no values within the bounds give less", kind)
-    yield Entry(f"{ROOT}/margin", ("limit",), "", "distance to a limit over the limit")
-    yield Entry(f"{ROOT}/multiplier", ("limit",), unit, "rise of the objective per unit of margin")
-    yield Entry(f"{ROOT}/kkt_residual", (), "", "what is left of the gradients that should balance")
-    yield Entry(f"{ROOT}/evaluations", (), "", "points evaluated")
-    yield Entry(f"{ROOT}/failures", (), "", "points that could not be evaluated")
-    yield Entry(
-        f"{ROOT}/history/objective", ("search",), unit, "objective where searches ended", kind
-    )
-    yield Entry(f"{ROOT}/history/feasible", ("search",), "", "1 where a search kept all limits")
-    yield Entry(f"{ROOT}/history/evaluations", ("search",), "", "points a search evaluated")
-    yield Entry(f"{ROOT}/optima/objective", ("optimum",), unit, "distinct optima, best first", kind)
-    yield Entry(f"{ROOT}/optima/found_by", ("optimum",), "", "searches that ended there")
-    yield from further_entries(study, planned)
-    for path, entry in planned.items():
-        yield entry._replace(path=f"{ROOT}/start/{path}")
-
-
-def _combinations(choices: tuple[Choice, ...], unit: str, kind: str | None) -> Iterator[Entry]:
-    axes, root = ("combination",), f"{ROOT}/combinations"
-    for choice in choices:
-        words = f"{choice.name}, picked"
-        if not choice.is_number:
-            words += ": number in its list, from 1"
-        unit_of = field_unit(choice.name) if choice.is_number else ""
-        yield Entry(f"{ROOT}/{choice.path}", (), unit_of, words)
-        yield Entry(f"{root}/{choice.path}", axes, unit_of, f"{choice.name} there")
-    yield Entry(f"{root}/possible", (), "", "combinations of all that can be picked")
-    yield Entry(f"{root}/examined", (), "", "combinations examined")
-    yield Entry(f"{root}/kept", (), "", "combinations that can keep all limits")
-    yield Entry(f"{root}/objective", axes, unit, "best objective of each, best first", kind)
-    yield Entry(f"{root}/feasible", axes, "", "1 where it can keep all limits")
-    yield Entry(f"{root}/evaluations", axes, "", "points evaluated for it")
 
 
 def search_runs(case: "Case") -> int:
@@ -326,22 +315,14 @@ def describe_study(case: "Case") -> dict[str, str]:
         raise ValueError("the case has no [optimisation]")
     keys = [variable.key for variable in study.variables]
     keys += [table for stock in study.stock for table in (stock.table, *stock.also)]
-    return {
-        "stage": "optimisation",
-        "why": "[optimisation] is in the case",
-        "parts": ", ".join(keys),
-        "orders": "",
-        "cost": (
-            "solved as linear least squares within bounds"
-            if balances(case)
-            else _of_choices(study)
-            or f"{study.starts + 1} searches of some 50 runs each of the stages above"
-        )
-        + _further_cost(study),
-        "quantities": ", ".join(
-            path for path in optimisation_entries(case) if not path.startswith(f"{ROOT}/start/")
-        ),
-    }
+    cost = _of_choices(study)
+    if balances(case):
+        cost = "solved as linear least squares within bounds"
+    elif not cost:
+        cost = f"{study.starts + 1} searches of some 50 runs each of the stages above"
+    paths = (one for one in optimisation_entries(case) if not one.startswith(f"{ROOT}/start/"))
+    why = "[optimisation] is in the case"
+    return row_of("optimisation", why, keys, cost + _further_cost(study), paths)
 
 
 def _of_choices(study: "Optimisation") -> str:

@@ -1,12 +1,14 @@
 """What an optimisation puts into its record: optimum, methods side by side, front, slopes."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.results.record import Axis, Method, Quantity, Record
+from vibecalc.core.results.record import Method, Record
 from vibecalc.core.study.choices import in_words
 from vibecalc.core.study.combine import MOST_KEPT
 from vibecalc.core.study.planned import COMPARE_BUDGET, ROOT, optimisation_entries
@@ -14,10 +16,10 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
+    from vibecalc.core.case.study_tables import Optimisation
     from vibecalc.core.study.binding import Binding
     from vibecalc.core.study.combine import Combined
-    from vibecalc.core.study.search.methods import MethodEnd
-    from vibecalc.core.study.search.problem import Optimum
+    from vibecalc.core.study.search.problem import Infeasible, Optimum
     from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
@@ -30,59 +32,69 @@ Numbers = dict[str, tuple[Any, float]]
 SHARES = ("margin",)
 
 
-def add_numbers(
-    record: Record, case: "Case", numbers: Numbers, axes: Mapping[str, np.ndarray]
-) -> None:
-    """Add one quantity for each name; units, words and axes come from the catalogue."""
-    entries = optimisation_entries(case)
-    study = case.optimisation
-    spans = {f"variable/{one.key}": one for one in (study.moving if study else ())}
-    goal = None if study is None else record.quantities.get(study.objective.quantity)
-    for name, (value, error) in numbers.items():
-        entry = entries[f"{ROOT}/{name}"]
-        terms = 1.0 if name in SHARES else 0.0
-        if goal is not None and name.endswith("objective") and entry.unit == goal.unit:
-            terms = goal.terms
-        if name in spans:
-            ends = (spans[name].lower, spans[name].upper)
-            terms = max(abs(parse_quantity(str(end), entry.unit)) for end in ends)
-        record.add(
-            Quantity(
-                path=entry.path,
-                values=np.asarray(value),
-                unit=entry.unit,
-                long_name=entry.long_name,
-                axes=tuple(Axis(name=axis, values=axes[axis]) for axis in entry.axes),
-                amplitude=entry.amplitude,
-                error_estimate=error,
-                terms=terms,
-            )
-        )
+@dataclass
+class Studied:
+    """The record of an optimum, its case and timings, and the binding of what is picked there.
+
+    `as_written` is the binding of the case, which may have other options.
+    """
+
+    record: Record
+    case: "Case"
+    timings: dict[str, float]
+    binding: "Binding"
+    as_written: "Binding"
+
+    @property
+    def study(self) -> "Optimisation":
+        """What is asked for."""
+        assert self.case.optimisation is not None
+        return self.case.optimisation
+
+    def add(self, numbers: Numbers, **axes: Any) -> None:
+        """Add one quantity for each name; units, words and axes come from the catalogue."""
+        entries = optimisation_entries(self.case)
+        spans = {f"variable/{one.key}": one for one in self.study.moving}
+        goal = self.record.quantities.get(self.study.objective.quantity)
+        labels = {"limit": np.array(self.binding.margin_names(), dtype=object)}
+        for name, (value, error) in numbers.items():
+            entry = entries[f"{ROOT}/{name}"]
+            terms = 1.0 if name in SHARES else 0.0
+            if goal is not None and name.endswith("objective") and entry.unit == goal.unit:
+                terms = goal.terms
+            if name in spans:
+                ends = (spans[name].lower, spans[name].upper)
+                terms = max(abs(parse_quantity(str(end), entry.unit)) for end in ends)
+            self.record.add(entry.quantity(value, error, labels | axes, terms=terms))
+
+    def warn(self, words: str) -> None:
+        """Say something of the study."""
+        self.record.warnings.append(words)
+
+    @contextmanager
+    def timed(self, name: str) -> Iterator[None]:
+        """Put the seconds of a part into the timings, as they change from run to run."""
+        started = time.perf_counter()
+        yield
+        self.timings[name] = time.perf_counter() - started
 
 
-def add_optimum(record: Record, case: "Case", binding: "Binding", optimum: "Optimum") -> None:
+def add_optimum(out: Studied, optimum: "Optimum") -> None:
     """The optimum, what holds it, and how the searches ended."""
-    searches, optima = optimum.history, optimum.optima
-    axes = {
-        "search": np.arange(1, len(searches) + 1),
-        "optimum": np.arange(1, len(optima) + 1),
-        "limit": np.array(binding.margin_names(), dtype=object),
-    }
+    binding, searches, optima = out.binding, optimum.history, optimum.optima
+    sign = binding.sign
     # the objective is a result too, and as uncertain as that
-    goal = record[binding.goal.quantity]
+    goal = out.record[binding.goal.quantity]
     off = max(optimum.objective_error, float(goal.error_estimate))
     values: Numbers = {
-        "objective": (binding.sign * optimum.objective, off),
+        "objective": (sign * optimum.objective, off),
         "kkt_residual": (optimum.kkt_residual, 0.0),
         "evaluations": (optimum.evaluations, 0.0),
         "failures": (optimum.failures, 0.0),
-        "history/objective": (
-            [_known(binding.sign * s.objective) for s in searches],
-            off,
-        ),
+        "history/objective": ([_known(sign * s.objective) for s in searches], off),
         "history/feasible": ([int(s.feasible) for s in searches], 0.0),
         "history/evaluations": ([s.evaluations for s in searches], 0.0),
-        "optima/objective": ([binding.sign * o.objective for o in optima], off),
+        "optima/objective": ([sign * o.objective for o in optima], off),
         "optima/found_by": ([o.found_by for o in optima], 0.0),
     }
     if binding.limits:
@@ -93,20 +105,20 @@ def add_optimum(record: Record, case: "Case", binding: "Binding", optimum: "Opti
         values[f"active_bound/{key}"] = (int(optimum.active_bounds[i]), 0.0)
         values[f"history/start/{key}"] = ([s.start[i] for s in searches], 0.0)
         values[f"history/end/{key}"] = ([s.end[i] for s in searches], 0.0)
-    add_numbers(record, case, values, axes)
+    counts = np.arange(1, 1 + max(len(searches), len(optima)))
+    out.add(values, search=counts[: len(searches)], optimum=counts[: len(optima)])
 
 
-def add_combinations(
-    record: Record, case: "Case", binding: "Binding", combined: "Combined"
-) -> None:
+def add_combinations(out: Studied, combined: "Combined") -> None:
     """What was picked, and the combinations examined, best first."""
     best, ranked = combined.best, combined.ranked[:MOST_KEPT]
     off = max((one.optimum.objective_error for one in ranked if one.optimum), default=0.0)
+    sign = out.binding.sign
     numbers: Numbers = {
         "combinations/possible": (combined.possible, 0.0),
         "combinations/examined": (len(combined.examined), 0.0),
         "combinations/kept": (sum(one.optimum is not None for one in combined.examined), 0.0),
-        "combinations/objective": ([_known(binding.sign * one.objective) for one in ranked], off),
+        "combinations/objective": ([_known(sign * one.objective) for one in ranked], off),
         "combinations/feasible": ([int(one.optimum is not None) for one in ranked], 0.0),
         "combinations/evaluations": ([one.evaluations for one in ranked], 0.0),
     }
@@ -115,9 +127,9 @@ def add_combinations(
         along = [choice.value(one.picked[place]) for one in ranked]
         numbers[f"combinations/{choice.path}"] = (along, 0.0)
     labels = [in_words(combined.choices, one.picked) for one in ranked]
-    add_numbers(record, case, numbers, {"combination": np.array(labels, dtype=object)})
+    out.add(numbers, combination=np.array(labels, dtype=object))
     if len(combined.examined) < combined.possible:
-        record.methods.append(
+        out.record.methods.append(
             Method(
                 name="differential evolution with whole numbers, then all combinations next to it",
                 purpose="what is picked",
@@ -126,21 +138,17 @@ def add_combinations(
         )
 
 
-def add_nearest(
-    record: Record,
-    case: "Case",
-    binding: "Binding",
-    variables: np.ndarray,
-    margins: np.ndarray,
-    evaluations: int,
-) -> None:
+def add_nearest(out: Studied, nearest: "Infeasible") -> None:
     """The point that comes nearest to keeping all limits: its variables and how far it is off."""
+    binding = out.binding
+    _, margins = binding.worst(nearest.variables)
     values: Numbers = {
-        "margin": (margins, _margin_error(binding, variables)), "evaluations": (evaluations, 0.0)
-    }  # fmt: skip
-    for key, value in zip(binding.keys, variables, strict=True):
+        "margin": (margins, _margin_error(binding, nearest.variables)),
+        "evaluations": (nearest.evaluations, 0.0),
+    }
+    for key, value in zip(binding.keys, nearest.variables, strict=True):
         values[f"variable/{key}"] = (value, 0.0)
-    add_numbers(record, case, values, {"limit": np.array(binding.margin_names(), dtype=object)})
+    out.add(values)
 
 
 def _errors(binding: "Binding", variables: np.ndarray) -> np.ndarray:
@@ -176,75 +184,56 @@ def _known(objective: float) -> float:
 TIMING = "method {}"
 
 
-def compare_methods(
-    record: Record,
-    case: "Case",
-    binding: "Binding",
-    optimum: "Optimum",
-    timings: dict[str, float],
-) -> None:
+def compare_methods(out: Studied, optimum: "Optimum") -> None:
     """Run the methods that the case names and add `optimisation/methods/...`.
 
-    Nothing helps them: no further starts, no refinement. Seconds go into `timings`, as they
-    change from run to run. A method that does not converge is said in a warning.
+    Nothing helps them: no further starts, no refinement. A method that does not converge is said
+    in a warning.
     """
     from vibecalc.core.study.search.methods import METHODS, find
 
-    study = case.optimisation
-    assert study is not None
-    names = list(study.compare)
-    ends: list[MethodEnd] = []
+    binding, names, ends = out.binding, list(out.study.compare), []
     for name in names:
-        started = time.perf_counter()
+        method = METHODS[name]
         try:
-            end = find(
-                name,
-                binding.evaluate,
-                binding.lower,
-                binding.upper,
-                first=binding.first,
-                budget=COMPARE_BUDGET,
-                period=binding.period,
-                ahead=binding.ahead,
-            )
+            with out.timed(TIMING.format(name)):
+                end = find(
+                    name,
+                    binding.evaluate,
+                    binding.lower,
+                    binding.upper,
+                    first=binding.first,
+                    budget=COMPARE_BUDGET,
+                    period=binding.period,
+                    ahead=binding.ahead,
+                )
         except NumericalFailure as failure:
-            record.warnings.append(f"no methods are compared: {failure}")
+            out.warn(f"no methods are compared: {failure}")
             return
-        timings[TIMING.format(name)] = time.perf_counter() - started
         ends.append(end)
         if not end.converged:
-            record.warnings.append(f"{name} has not converged: {end.reason}")
-        method = METHODS[name]
-        record.methods.append(
+            out.warn(f"{name} has not converged: {end.reason}")
+        out.record.methods.append(
             Method(name=method.words, purpose="compared", citation=method.citation)
         )
-    off = np.array([_errors(binding, end.variables) for end in ends])
-    error = float(np.max(off[:, 0]))
-    width = binding.upper - binding.lower
-    differences = [np.abs(binding.apart(optimum.variables, end.variables)) for end in ends]
-    away = [float(np.max(difference / width)) for difference in differences]
-    reach = float(np.max(optimum.variables_error / width))
-    add_numbers(
-        record,
-        case,
-        {
-            "methods/objective": ([binding.sign * end.objective for end in ends], error),
-            "methods/shortfall": (
-                [end.objective - optimum.objective for end in ends],
-                error + optimum.objective_error,
-            ),
-            "methods/distance": (away, reach),
-            "methods/violation": (
-                [end.violation for end in ends],
-                float(np.max(off[:, 1:], initial=0.0)),
-            ),
-            "methods/kkt_residual": ([end.residual for end in ends], 0.0),
-            "methods/converged": ([int(end.converged) for end in ends], 0.0),
-            "methods/evaluations": ([end.evaluations for end in ends], 0.0),
-            "methods/failures": ([end.failures for end in ends], 0.0),
-        },
-        {"method": np.array(names, dtype=object)},
-    )
+    off = np.max([_errors(binding, end.variables) for end in ends], axis=0)
+    width, unsure = binding.upper - binding.lower, optimum.variables_error
+    apart = [np.abs(binding.apart(optimum.variables, end.variables)) / width for end in ends]
+    columns: Numbers = {
+        "objective": ([binding.sign * end.objective for end in ends], off[0]),
+        "shortfall": (
+            [end.objective - optimum.objective for end in ends],
+            off[0] + optimum.objective_error,
+        ),
+        "distance": ([np.max(one) for one in apart], float(np.max(unsure / width))),
+        "violation": ([end.violation for end in ends], float(np.max(off[1:], initial=0.0))),
+        "kkt_residual": ([end.residual for end in ends], 0.0),
+        "converged": ([int(end.converged) for end in ends], 0.0),
+        "evaluations": ([end.evaluations for end in ends], 0.0),
+        "failures": ([end.failures for end in ends], 0.0),
+    }
+    numbers = {f"methods/{name}": column for name, column in columns.items()}
+    out.add(numbers, method=np.array(names, dtype=object))
 
 
 # ----------------------------------------------------------------------------
@@ -252,99 +241,65 @@ def compare_methods(
 # ----------------------------------------------------------------------------
 
 
-def add_sensitivity(
-    record: Record,
-    case: "Case",
-    binding: "Binding",
-    optimum: "Optimum",
-    timings: dict[str, float],
-    as_written: "Binding",
-) -> None:
+def add_sensitivity(out: Studied, optimum: "Optimum") -> None:
     """Add `optimisation/sensitivity/<key>`, `optimisation/deviation/...` and the gain.
 
-    The start is the case `as_written`, which may have other options than are picked. What has no
-    value, as a slope on a kink, is left out and said.
+    What has no value, as a slope on a kink, is left out and said.
     """
-    study = case.optimisation
-    assert study is not None
-    started = time.perf_counter()
+    as_written = out.as_written
     places = {
-        "start": (as_written, binding.first),
-        "optimum": (binding, optimum.variables),
+        "start": (as_written, as_written.first),
+        "optimum": (out.binding, optimum.variables),
     }
-    if study.sensitivity in places:
-        places = {study.sensitivity: places[study.sensitivity]}
-    _slopes(record, case, places)
+    if out.study.sensitivity in places:
+        places = {out.study.sensitivity: places[out.study.sensitivity]}
+    _add_slopes(out, places)
     if "optimum" in places:
-        _deviations(record, case, binding, optimum)
-    try:
-        start, _ = as_written.evaluate(binding.first)
-    except NumericalFailure:
-        pass  # said with `optimisation/start`
-    else:
-        gain = start - optimum.objective
-        error = optimum.objective_error + float(as_written.errors(binding.first)[0])
-        add_numbers(record, case, {"gain": (gain, error)}, {})
-    timings["sensitivity"] = time.perf_counter() - started
+        _add_deviations(out, optimum)
+    with suppress(NumericalFailure):  # said with `optimisation/start`
+        start, _ = as_written.worst(as_written.first)
+        error = optimum.objective_error + float(as_written.errors(as_written.first)[0])
+        out.add({"gain": (start - optimum.objective, error)})
 
 
-def _slopes(record: Record, case: "Case", places: dict[str, tuple["Binding", np.ndarray]]) -> None:
-    from vibecalc.core.study.search.trade_offs import slopes_at
+def _add_slopes(out: Studied, places: dict[str, tuple["Binding", np.ndarray]]) -> None:
+    from vibecalc.core.study.search.sensitivity import slopes_at
 
-    slopes_of = {}
-    for name, (binding, point) in places.items():
+    found = {}
+    for name, (at, point) in places.items():
         try:
-            slopes_of[name] = slopes_at(
-                binding.evaluate,
-                binding.lower,
-                binding.upper,
-                point,
-                binding.errors,
-                binding.ahead,
-            )
+            found[name] = slopes_at(at.evaluate, at.lower, at.upper, point, at.errors, at.ahead)
         except NumericalFailure as failure:
-            record.warnings.append(f"no slopes of the objective at the {name}: {failure}")
-    for i, key in enumerate(binding.keys):
-        known = [name for name, slopes in slopes_of.items() if slopes.known[i]]
-        lost = [name for name in slopes_of if name not in known]
+            out.warn(f"no slopes of the objective at the {name}: {failure}")
+    for i, key in enumerate(out.binding.keys):
+        known = {name: slopes for name, slopes in found.items() if slopes.known[i]}
+        lost = " and the ".join(name for name in found if name not in known)
         if lost:
-            places_lost = " and the ".join(lost)
-            record.warnings.append(
-                f"the slope of the objective by {key} is undefined at the {places_lost}: "
-                "a kink, or no values next to it"
+            out.warn(
+                f"the slope of the objective by {key} is undefined at the {lost}: a kink, or no "
+                "values next to it"
             )
         if known:
-            values = [binding.sign * slopes_of[name].slope[i] for name in known]
-            error = max(float(slopes_of[name].error[i]) for name in known)
-            add_numbers(
-                record,
-                case,
-                {f"sensitivity/{key}": (values, error)},
-                {"point": np.array(known, dtype=object)},
-            )
+            values = [out.binding.sign * one.slope[i] for one in known.values()]
+            error = max(float(one.error[i]) for one in known.values())
+            out.add({f"sensitivity/{key}": (values, error)}, point=np.array([*known], dtype=object))
 
 
-def _deviations(record: Record, case: "Case", binding: "Binding", optimum: "Optimum") -> None:
-    from vibecalc.core.study.search.trade_offs import cost_of_deviation
+def _add_deviations(out: Studied, optimum: "Optimum") -> None:
+    from vibecalc.core.study.search.sensitivity import cost_of_deviation
 
+    at, numbers = out.binding, Numbers()
     cost = cost_of_deviation(
-        binding.evaluate,
-        binding.lower,
-        binding.upper,
-        optimum.variables,
-        errors=binding.errors,
-        period=binding.period,
+        at.evaluate, at.lower, at.upper, optimum.variables, errors=at.errors, period=at.period
     )
-    numbers: Numbers = {}
-    for i, key in enumerate(binding.keys):
+    for i, key in enumerate(at.keys):
         if not cost.known[i]:
-            record.warnings.append(f"1 % more or less of {key} has no result at the optimum")
+            out.warn(f"1 % more or less of {key} has no result at the optimum")
             continue
         loss_error = float(cost.loss_error[i]) + optimum.objective_error
         numbers[f"deviation/size/{key}"] = (cost.deviation[i], 0.0)
         numbers[f"deviation/loss/{key}"] = (cost.loss[i], loss_error)
-        if binding.limits:
-            moved = optimum.variables + np.eye(len(binding.keys))[i] * cost.deviation[i]
-            off = _margin_error(binding, moved)
-            numbers[f"deviation/margin/{key}"] = (cost.margin[i], off)
-    add_numbers(record, case, numbers, {})
+        if at.limits:
+            moved = optimum.variables + np.eye(len(at.keys))[i] * cost.deviation[i]
+            numbers[f"deviation/margin/{key}"] = (cost.margin[i], _margin_error(at, moved))
+    out.add(numbers)

@@ -1,20 +1,17 @@
 """What an optimum over tolerances adds to its record: mean and deviation, and how well known."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibecalc.core.results.record import Method
-from vibecalc.core.results.select import worst
-from vibecalc.core.study.record import Numbers, add_numbers
+from vibecalc.core.results.select import Side, worst
+from vibecalc.core.study.record import Numbers, Studied
 from vibecalc.core.study.scatter import Scatter, scatter_of
 from vibecalc.errors import NumericalFailure
 
 if TYPE_CHECKING:
-    from vibecalc.core.results.record import Record
     from vibecalc.core.study.binding import Binding
-    from vibecalc.schema import Case
 
 #: draws of the machines by which the error of mean and deviation is known
 SCRAMBLINGS = 8
@@ -28,73 +25,56 @@ OF_POINTS = (
 # ----------------------------------------------------------------------------
 
 
-def add_robust(
-    record: "Record",
-    case: "Case",
-    points: Mapping[str, tuple["Binding", np.ndarray]],
-) -> None:
-    """Add `optimisation/robust/...` for some points by name, the optimum last.
+def add_robust(out: Studied, optimum: np.ndarray) -> None:
+    """Add `optimisation/robust/...` for the case as written and the optimum (n,).
 
     The standard error of mean and deviation is how much they differ between independent
     scramblings of the points (A. B. Owen, SIAM J. Numer. Anal. 34 (1997), 1884-1910).
     """
-    study = case.optimisation
-    assert study is not None and study.robust is not None
-    draws = [scatter_of(study.robust, draw) for draw in range(SCRAMBLINGS)]
-    goal, side = study.objective, "max" if study.objective.sense == "min" else "min"
-    rows: dict[str, list[float]] = {name: [] for name in OF_POINTS}
-    names, off = [], 0.0
-    for name, (binding, variables) in points.items():
+    robust, goal = out.study.robust, out.study.objective
+    assert robust is not None
+    draws = [scatter_of(robust, draw) for draw in range(SCRAMBLINGS)]
+    wanted = frozenset({goal.quantity})
+    side: Side = "max" if goal.sense == "min" else "min"
+    rows, names, off = [], [], 0.0
+    start = out.as_written.first
+    for name, at, variables in (
+        ("start", out.as_written, start), ("optimum", out.binding, optimum)
+    ):  # fmt: skip
         try:
-            nominal = binding.results(variables, frozenset({goal.quantity}))
-            value, _ = worst(nominal[goal.quantity], goal.where, "max" if side == "max" else "min")
-            moments = [
-                binding.machines_at(variables, draw, frozenset({goal.quantity}))
-                .spread(goal.quantity, goal.where, side)
-                .moments()
-                for draw in draws
-            ]
+            nominal = at.results(variables, wanted)[goal.quantity]
+            found = [at.machines_at(variables, draw, wanted) for draw in draws]
         except NumericalFailure as failure:
-            record.warnings.append(f"no mean over tolerances at the {name}: {failure}")
+            out.warn(f"no mean over tolerances at the {name}: {failure}")
             continue
+        moments = [one.spread(goal.quantity, goal.where, side).moments() for one in found]
         middles, aparts, errors = map(np.array, zip(*moments, strict=True))
         off = max(off, float(errors[0]))
-        more = study.robust.sigmas * aparts * (1.0 if side == "max" else -1.0)
-        for key, one in zip(
-            OF_POINTS,
-            (
-                value, middles[0], aparts[0], middles[0] + more[0],
-                np.std(middles, ddof=1), np.std(aparts, ddof=1), np.std(middles + more, ddof=1),
-            ),
-            strict=True,
-        ):  # fmt: skip
-            rows[key].append(float(one))
+        both = middles + robust.sigmas * aparts * (1.0 if side == "max" else -1.0)
+        value, _ = worst(nominal, goal.where, side)
+        scatter = [np.std(one, ddof=1) for one in (middles, aparts, both)]
+        rows.append([value, middles[0], aparts[0], both[0], *scatter])
         names.append(name)
     if not names:
         return
-    exact = ("mean_error", "deviation_error", "value_error")
     numbers: Numbers = {
-        f"robust/{key}": (row, 0.0 if key in exact else off) for key, row in rows.items()
+        f"robust/{key}": (list(column), 0.0 if key.endswith("_error") else off)
+        for key, column in zip(OF_POINTS, zip(*rows, strict=True), strict=True)
     }
-    numbers["robust/samples"] = (study.robust.samples, 0.0)
-    axes = {"point": np.array(names, dtype=object)}
-    binding, variables = list(points.values())[-1]
-    if binding.limits:
-        add_limits(binding, variables, draws[0], numbers)
-        axes["limit"] = np.array(binding.margin_names(), dtype=object)
-    add_numbers(record, case, numbers, axes)
-    record.methods.append(
+    numbers["robust/samples"] = (robust.samples, 0.0)
+    if out.binding.limits:
+        numbers |= _of_limits(out.binding, optimum, draws[0])
+    out.add(numbers, point=np.array(names, dtype=object))
+    out.record.methods.append(
         Method(
-            name=f"the same {study.robust.samples} scrambled Sobol points for all candidates",
+            name=f"the same {robust.samples} scrambled Sobol points for all candidates",
             purpose="mean and deviation over tolerances",
             citation="Owen 1997, SIAM J. Numer. Anal. 34, 1884-1910",
         )
     )
 
 
-def add_limits(
-    binding: "Binding", variables: np.ndarray, scatter: Scatter, numbers: Numbers
-) -> None:
+def _of_limits(binding: "Binding", variables: np.ndarray, scatter: Scatter) -> Numbers:
     """Margins without tolerances, their mean and their deviation over the machines."""
     wanted = frozenset(limit.quantity for limit in binding.limits)
     nominal = binding.results(variables, wanted)
@@ -106,5 +86,9 @@ def add_limits(
         margins = (bound.left(value), bound.left(middle), apart)
         rows.append([bound.scaled(one) for one in margins])
         off = max(off, bound.scaled(error))
-    for name, row in zip(("nominal", "mean", "deviation"), zip(*rows, strict=True), strict=True):
-        numbers[f"robust/margin_{name}"] = (list(row), off)
+    return {
+        f"robust/margin_{name}": (list(column), off)
+        for name, column in zip(
+            ("nominal", "mean", "deviation"), zip(*rows, strict=True), strict=True
+        )
+    }

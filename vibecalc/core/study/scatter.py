@@ -6,14 +6,14 @@ they are and not what was drawn, and mean plus deviations stays as smooth as the
 """
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from vibecalc.core.case.choice_checks import share_or_size
 from vibecalc.core.case.raw import field_unit, parse_key
 from vibecalc.core.results.catalogue import CATALOGUE
-from vibecalc.core.results.record import Axis, Quantity
+from vibecalc.core.results.record import Axis
 from vibecalc.core.results.select import Where, curving, select, uncertainty, worst
 from vibecalc.core.run.columns import Column
 from vibecalc.core.study.sweep.at_once import compute, unsupported
@@ -140,16 +140,9 @@ def machines(
 
 
 def _worst(path: str, column: Column, where: Where, side: str) -> tuple[np.ndarray, np.ndarray]:
-    entry = CATALOGUE[path]
     count = len(column.values)
-    whole: Any = Quantity(
-        path=path,
-        values=column.values,
-        unit=entry.unit,
-        long_name=entry.long_name,
-        axes=(Axis(name="sample", values=np.arange(count)), *column.axes),
-        amplitude=entry.amplitude,
-    )
+    axes = (Axis(name="sample", values=np.arange(count)), *column.axes)
+    whole = CATALOGUE[path].quantity(column.values, axes=axes)
     values = np.asarray(select(whole, where).values)
     rows = (np.abs(values) if np.iscomplexobj(values) else values).reshape(count, -1)
     chosen = rows.max(axis=1) if side == "max" else rows.min(axis=1)

@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads, body_loads, steady_motion
-from vibecalc.isolation.adapters.steady import AtRest, Moved, emit_steady
+from vibecalc.isolation.adapters.steady import AtRest, Moved, emit_steady, moved_by
 from vibecalc.isolation.at_mounts import AtMounts, deflected, require_weight, weight_load
 from vibecalc.isolation.on_mounts import OnMounts, on_mounts, pitching
 from vibecalc.isolation.results import (
@@ -65,11 +65,7 @@ def run_isolation(scene: Scene) -> None:
 def _moved(scene: Scene, system: OnMounts, loads: BodyLoads, load: Bounded) -> Moved:
     """Of loads (..., m, 6) on a body whose mounts stand on rigid ground."""
     motion = steady_motion(scene, system, load, loads.order)
-    at_mounts = system.at_mounts(motion)
-    frequency = loads.order * np.asarray(scene.case.machine.speed)[..., None]
-    force = system.force(at_mounts, frequency)
-    steady = system.moved(motion)
-    return Moved(steady, at_mounts, at_mounts, force, system.directions, system.alike())
+    return moved_by(system, motion, loads.order * np.asarray(scene.case.machine.speed)[..., None])
 
 
 def _emit_nearest(scene: Scene, system: OnMounts, loads: BodyLoads) -> None:

@@ -11,7 +11,8 @@ from vibecalc.excitation.adapter import MotionByOrder, kept, length_over_cycle, 
 from vibecalc.excitation.inertia_forces import with_terms
 from vibecalc.isolation.adapters.common import Extremes, extremes, isolation_of
 from vibecalc.isolation.adapters.loads import BodyLoads
-from vibecalc.isolation.at_mounts import AtMounts
+from vibecalc.isolation.at_mounts import AtMounts, displacement
+from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.results import (
     BodyMotion,
     SupportDisplacement,
@@ -20,7 +21,8 @@ from vibecalc.isolation.results import (
 )
 from vibecalc.numerics import bounded
 from vibecalc.numerics.bounded import Bounded, Summed, maximum
-from vibecalc.parts.body import DIRECTIONS
+from vibecalc.parts.body import COORDINATES, DIRECTIONS
+from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mounts import Mounts
 
 
@@ -38,6 +40,16 @@ class Moved(NamedTuple):
     force: Bounded
     directions: tuple[int, ...] = (0, 1, 2)
     alike: tuple[np.ndarray, np.ndarray] | None = None
+
+
+def moved_by(system: OnMounts, motion: Bounded, frequency: np.ndarray) -> Moved:
+    """What a motion (..., m, f) of a system at frequencies (..., m) is for the machine on it."""
+    deflection, reference = system.at_mounts(motion), system.moved(motion)
+    at_mounts = deflection
+    if motion.shape[-1] > len(COORDINATES):  # what the mounts stand on moves too, in the others
+        at_mounts = displacement(displacement_at(system.mounts.position), reference)
+    force = system.force(deflection, frequency)
+    return Moved(reference, at_mounts, deflection, force, system.directions, system.alike())
 
 
 class AtRest(NamedTuple):

@@ -8,9 +8,9 @@ import numpy as np
 
 from vibecalc.core.report.goals import written_at
 from vibecalc.core.report.sections import read_as
-from vibecalc.core.report.sweep.statistics import Worst, alike, numeric, worst
+from vibecalc.core.report.sweep.statistics import Worst, first_of, numeric, worst
 from vibecalc.core.report.sweep.view import SweepView
-from vibecalc.core.report.writing import number, paragraph, show, table
+from vibecalc.core.report.writing import number, paragraph, show, show_in, table
 from vibecalc.core.results.printed import read_printed
 from vibecalc.core.results.select import STANDARD_ERRORS, Side
 from vibecalc.core.results.tolerance import remedy
@@ -26,8 +26,8 @@ class Limit(NamedTuple):
     """One side of a `[[limit]]` at all points, (points,) each; bound and margin are in SI.
 
     `margin` is positive inside, NaN where nothing was computed. `kept` says where the whole
-    interval of the value and its error lies inside, `broken` where it lies outside. `shown` is the
-    bound as written, with its unit.
+    interval of the value and its error lies inside, `broken` where it lies outside, `open` where
+    neither is so. `shown` is the bound as written, with its unit.
     """
 
     quantity: str
@@ -41,56 +41,52 @@ class Limit(NamedTuple):
     margin: np.ndarray
     kept: np.ndarray
     broken: np.ndarray
+    open: np.ndarray
 
 
-def judge(sweep: SweepView) -> tuple[list[Limit], list[str]]:
-    """Limits on what the sweep keeps, in the order of the case, and quantities it does not keep."""
+class Judged(NamedTuple):
+    """Limits on what a sweep keeps, in the order of the case, and quantities it does not keep.
+
+    `kept` says which points are computed and keep every limit, (points,), `broken` which break one,
+    `open` which do neither.
+    """
+
+    limits: list[Limit]
+    missing: list[str]
+    kept: np.ndarray
+    broken: np.ndarray
+    open: np.ndarray
+
+
+def judge(sweep: SweepView) -> Judged:
+    """All limits of the case at all points."""
     limits: list[Limit] = []
-    missing: list[str] = []
-    rows: Any = sweep.case.get("limit") or ()
-    for row in rows:
+    missing: dict[str, None] = {}
+    for row in sweep.case.get("limit") or ():
         path = str(row["quantity"])
-        if path not in sweep.quantities:
-            missing.append(path)
-            continue
-        unit = sweep.quantities[path].unit
-        limits += [_judge(sweep, row, path, bound) for bound in bounds_of(row, unit)]
-    return limits, list(dict.fromkeys(missing))
+        if path in sweep.quantities:
+            bounds = bounds_of(row, sweep.quantities[path].unit)
+            limits += [_judge(sweep, row, path, bound) for bound in bounds]
+        else:
+            missing[path] = None
+    kept = np.all([sweep.done, *(limit.kept for limit in limits)], axis=0)
+    broken = np.any([np.zeros_like(kept), *(limit.broken for limit in limits)], axis=0)
+    return Judged(limits, list(missing), kept, broken, sweep.done & ~kept & ~broken)
 
 
-def keeping_all(sweep: SweepView, limits: Sequence[Limit]) -> np.ndarray:
-    """Which points are computed and keep every limit, (points,)."""
-    return np.asarray(np.all([sweep.done, *(limit.kept for limit in limits)], axis=0))
-
-
-def breaking_any(sweep: SweepView, limits: Sequence[Limit]) -> np.ndarray:
-    """Which points are computed and break a limit, (points,); the rest is kept or undecided."""
-    broken = [np.zeros_like(sweep.done), *(limit.broken for limit in limits)]
-    return np.asarray(np.any(broken, axis=0))
-
-
-def best(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit] | None:
+def best(sweep: SweepView, judged: Judged) -> tuple[int, Limit] | None:
     """The point that keeps all limits with the most room in the first kept result with a limit.
 
     None if no point keeps them all, or there is no limit. Where several points are the same
     within their errors the first one counts.
     """
-    first = goal(sweep, limits)
-    kept = keeping_all(sweep, limits)
-    if first is None or not kept.any():
+    limited = (one for path in numeric(sweep) for one in judged.limits if one.quantity == path)
+    first = next(limited, None)
+    if first is None or not judged.kept.any():
         return None
-    room = np.where(kept, first.margin, -np.inf)
-    point = int(np.argmax(room))
-    if math.isfinite(room[point]):
-        slack = alike(first.worst.errors[point], first.worst.values[point])
-        point = int(np.argmax(room >= room[point] - 2.0 * slack))
-    return point, first
-
-
-def goal(sweep: SweepView, limits: Sequence[Limit]) -> Limit | None:
-    """The limit on the first of the kept results that has one."""
-    first = (one for path in numeric(sweep) for one in limits if one.quantity == path)
-    return next(first, None)
+    values = np.where(judged.kept, first.worst.values, np.nan)
+    side = "min" if first.side == "max" else "max"
+    return int(first_of(values, first.worst.errors, side)), first
 
 
 def least_broken(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit, float] | None:
@@ -102,8 +98,8 @@ def least_broken(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit,
         return None
     shares = np.stack([limit.margin / (abs(limit.bound) or 1.0) for limit in limits])
     shares = np.where(np.isnan(shares), -np.inf, shares)
-    smallest = shares.min(axis=0)
-    point = int(np.argmax(np.where(sweep.done, smallest, -np.inf)))
+    smallest = np.where(sweep.done, shares.min(axis=0), -np.inf)
+    point = int(np.argmax(smallest))
     if not math.isfinite(smallest[point]):
         return None
     return point, limits[int(np.argmin(shares[:, point]))], float(-smallest[point])
@@ -128,16 +124,15 @@ def _judge(sweep: SweepView, row: Mapping[str, Any], path: str, bound: Bound) ->
         unit=unit,
         worst=counted,
         margin=margin,
-        kept=np.asarray(sweep.done & (state > 0)),
-        broken=np.asarray(sweep.done & (state < 0)),
+        kept=sweep.done & (state > 0),
+        broken=sweep.done & (state < 0),
+        open=sweep.done & (state == 0),
     )
 
 
 # ----------------------------------------------------------------------------
 # Distances between points of a sweep: which one is nearest to the case as it is written.
 # ----------------------------------------------------------------------------
-
-_BLOCK = 1 << 18
 
 
 def case_values(sweep: SweepView) -> np.ndarray | None:
@@ -160,56 +155,30 @@ def nearest(sweep: SweepView, among: np.ndarray) -> int | None:
     Each key counts in shares of its range (of the range of its logarithm on a logarithmic axis); a
     choice is as far from another as the whole range.
     """
-    here = case_values(sweep)
-    points = np.flatnonzero(among)
+    here, points = case_values(sweep), np.flatnonzero(among)
     if here is None or not points.size:
         return None
-    logarithmic, low, width = _scales(sweep)
-    centre = _scaled(here[None, :], logarithmic, low, width)[0]
-    choice = np.array([bool(key.names) for key in sweep.keys])
-    smallest, point = np.inf, int(points[0])
-    for start in range(0, points.size, _BLOCK):
-        block = points[start : start + _BLOCK]
-        apart = np.abs(_scaled(sweep.values_of(block), logarithmic, low, width) - centre)
-        apart = np.where(choice, apart > 0.0, apart)
-        # round-off must not choose between two neighbours at one distance
-        distance = np.round(np.sum(apart**2, axis=1), 12)
-        place = int(np.argmin(distance))
-        if distance[place] < smallest:
-            smallest, point = float(distance[place]), int(block[place])
-    return point
+    every = np.vstack([sweep.values_of(np.arange(sweep.count)), here])
+    for column, key in enumerate(sweep.keys):
+        if key.names:
+            every[:, column] = every[:, column] != here[column]
+    flags = [bool(sweep.grid) and axis.logarithmic for axis in sweep.axes for _ in axis.keys]
+    logarithmic = np.array(flags) & np.all(every[:-1] > 0.0, axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        every = np.where(logarithmic, np.log(every), every)
+    width = np.ptp(every[:-1], axis=0)
+    width = np.where(width > 0.0, width, 1.0)
+    # a value that has no logarithm is further off than any point
+    centre = np.where(np.isfinite(every[-1]), every[-1], every[:-1].min(axis=0) - width)
+    # round-off must not choose between two neighbours at one distance
+    distance = np.round(np.sum(((every[points] - centre) / width) ** 2, axis=1), 12)
+    return int(points[np.argmin(distance)])
 
 
 def ranges(sweep: SweepView, among: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Smallest and largest value of each key over the points of `among`, (keys,) each, in SI."""
-    points = np.flatnonzero(among)
-    low = np.full(len(sweep.keys), np.inf)
-    high = -low
-    for start in range(0, points.size, _BLOCK):
-        values = sweep.values_of(points[start : start + _BLOCK])
-        low, high = np.minimum(low, values.min(axis=0)), np.maximum(high, values.max(axis=0))
-    return low, high
-
-
-def _scales(sweep: SweepView) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    flags = [axis.logarithmic for axis in sweep.grid for _ in axis.keys]
-    logarithmic = np.array(flags or [False] * len(sweep.keys))
-    low, high = ranges(sweep, np.ones(sweep.count, dtype=bool))
-    logarithmic &= low > 0.0
-    low = np.where(logarithmic, np.log(np.where(logarithmic, low, 1.0)), low)
-    high = np.where(logarithmic, np.log(np.where(logarithmic, high, 1.0)), high)
-    width = np.where(high > low, high - low, 1.0)
-    return logarithmic, low, width
-
-
-def _scaled(
-    values: np.ndarray, logarithmic: np.ndarray, low: np.ndarray, width: np.ndarray
-) -> np.ndarray:
-    usable = logarithmic & (values > 0.0)
-    logs = np.log(np.where(usable, values, 1.0))
-    # a value that has no logarithm is further off than any point
-    shown = np.where(logarithmic, np.where(usable, logs, low - width), values)
-    return np.asarray((shown - low) / width)
+    values = sweep.values_of(np.flatnonzero(among))
+    return values.min(axis=0), values.max(axis=0)
 
 
 # ----------------------------------------------------------------------------
@@ -222,37 +191,27 @@ _REGION = (
 )  # fmt: skip
 
 
-def limit_lines(sweep: SweepView, limits: Sequence[Limit], missing: Sequence[str]) -> list[str]:
+def limit_lines(sweep: SweepView, judged: Judged) -> list[str]:
     """Table of the limits, then the region where all are kept, the best point and the nearest."""
-    lines: list[str] = []
-    if limits:
-        rows = [_row(sweep, limit) for limit in limits]
-        lines += table(_LIMITS, rows)
-        lines += ["", *_region(sweep, limits)]
-    for path in missing:
+    rows = [_row(sweep, limit) for limit in judged.limits]
+    lines = [*table(_LIMITS, rows), "", *_region(sweep, judged)] if rows else []
+    for path in judged.missing:
         lines += paragraph(f"the limit on {path} is not judged: the sweep does not keep it")
     return lines
 
 
-def share_within_limits(sweep: SweepView, limits: Sequence[Limit]) -> str:
+def share_within_limits(sweep: SweepView, judged: Judged) -> str:
     """`all 3 limits are kept at 120 of 441 (27.2 %) computed points`."""
-    counted = sweep.done & sweep.independent
-    kept = int(np.count_nonzero(keeping_all(sweep, limits) & counted))
-    computed = int(np.count_nonzero(counted))
+    limits = judged.limits
     which = {1: "the limit is", 2: "both limits are"}.get(
         len(limits), f"all {len(limits)} limits are"
     )
-    open_ = sweep.done & ~keeping_all(sweep, limits) & ~breaking_any(sweep, limits)
-    undecided = int(np.count_nonzero(open_ & sweep.independent))
-    words = f", undecided at {undecided}: {_decided_by(sweep, limits)}" if undecided else ""
-    return f"{which} kept at {_of(kept, computed)} computed points{words}"
-
-
-def _decided_by(sweep: SweepView, limits: Sequence[Limit]) -> str:
-    """What would decide the limits that the error of a point reaches over."""
-    open_ = [one for one in limits if np.any(sweep.done & ~one.kept & ~one.broken)]
-    said = dict.fromkeys(remedy(sweep.quantities[one.quantity], sweep.case) for one in open_)
-    return f"{' and '.join(said)} would decide it"
+    undecided = np.count_nonzero(judged.open & sweep.independent)
+    remedies = (remedy(sweep.quantities[one.quantity], sweep.case)
+                for one in limits if np.any(one.open))  # fmt: skip
+    by = f"{' and '.join(dict.fromkeys(remedies))} would decide it"
+    words = f", undecided at {undecided}: {by}" if undecided else ""
+    return f"{which} kept at {_share(sweep, judged.kept)} computed points{words}"
 
 
 def _row(sweep: SweepView, limit: Limit) -> list[str]:
@@ -260,33 +219,29 @@ def _row(sweep: SweepView, limit: Limit) -> list[str]:
     picks = ", ".join(f"{axis} {entry}" for axis, entry in limit.where.items())
     for remark in (picks, f"({limit.source})" if limit.source else ""):
         name += f"\n  {remark}" if remark else ""
-    counted = sweep.done & sweep.independent
-    kept = int(np.count_nonzero(limit.kept & counted))
-    computed = int(np.count_nonzero(counted))
     near = nearest(sweep, limit.kept)
+    where = "-" if np.any(limit.kept & sweep.independent) else "none"
     if near is not None:
         where = sweep.words_of(near).replace(", ", "\n")
-    else:
-        where = "-" if kept else "none"
-    share = _of(kept, computed).replace(" (", "\n(")
-    open_ = int(np.count_nonzero(counted & ~limit.kept & ~limit.broken))
+    share = _share(sweep, limit.kept).replace(" (", "\n(")
+    open_ = np.count_nonzero(limit.open & sweep.independent)
     share += f"\n{open_} undecided" if open_ else ""
     return [name, f"{limit.side} {limit.shown}", share, where]
 
 
-def _of(count: int, total: int) -> str:
-    share = f" ({100.0 * count / total:.3g} %)" if total else ""
-    return f"{count} of {total}{share}"
+def _share(sweep: SweepView, kept: np.ndarray) -> str:
+    """How many of the computed points that are samples on their own: `120 of 441 (27.2 %)`."""
+    count, total = (np.count_nonzero(one & sweep.independent) for one in (kept, sweep.done))
+    return f"{count} of {total}" + (f" ({100.0 * count / total:.3g} %)" if total else "")
 
 
-def _region(sweep: SweepView, limits: Sequence[Limit]) -> list[str]:
-    kept = keeping_all(sweep, limits)
-    if kept.any():
-        said = filter(None, (_best(sweep, limits), _nearest(sweep, kept)))
+def _region(sweep: SweepView, judged: Judged) -> list[str]:
+    if judged.kept.any():
+        said = filter(None, (_best(sweep, judged), _nearest(sweep, judged.kept)))
         below = [line for words in said for line in paragraph(words)]
-        return [*paragraph("where all limits are kept:"), *_extent(sweep, kept), "", *below]
+        return [*paragraph("where all limits are kept:"), *_extent(sweep, judged.kept), "", *below]
     lines = paragraph("No computed point keeps all limits.")
-    broken = least_broken(sweep, limits)
+    broken = least_broken(sweep, judged.limits)
     if broken is not None:
         point, limit, share = broken
         text = f"least broken at {sweep.words_of(point)}: {read_as(limit.quantity, '')[0]} is "
@@ -321,22 +276,19 @@ def _extent(sweep: SweepView, kept: np.ndarray) -> list[str]:
     return lines
 
 
-def _best(sweep: SweepView, limits: Sequence[Limit]) -> str:
-    found = best(sweep, limits)
-    first = goal(sweep, limits)
-    if found is None or first is None:
+def _best(sweep: SweepView, judged: Judged) -> str:
+    found = best(sweep, judged)
+    if found is None:
         return ""
     point, limit = found
     sense = "smallest" if limit.side == "max" else "largest"
     label = limit.worst.label(point)
     name, unit = read_as(limit.quantity, limit.unit)
     largest = limit.worst.times(convert(1.0, limit.unit, unit))
-    shown = show(largest.values[point], largest.estimate(point))
-    return (
-        f"best: {sweep.words_of(point)} has the {sense} {name} of these points, "
-        f"{shown} {unit}".rstrip()
-        + (f" ({label})." if label else ".")
-    )
+    shown = show_in(largest.values[point], unit, largest.estimate(point))
+    where = f" ({label})." if label else "."
+    words = sweep.words_of(point)
+    return f"best: {words} has the {sense} {name} of these points, {shown}{where}"
 
 
 def _nearest(sweep: SweepView, kept: np.ndarray) -> str:

@@ -1,125 +1,36 @@
 """Results of a sweep along one axis, a line for each value of a short second one."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.core.report.canvas import (
-    COLOURS,
-    LIMIT,
-    PLATE,
-    QUIET,
-    canvas,
-    gaps,
-    keep_apart,
-    note,
-    panels_of,
-    plain_ticks,
-    unit_words,
-)
+from vibecalc.core.report.canvas import LIMIT, QUIET, keep_apart, note, palette, unit_words
+from vibecalc.core.report.curves import Curve, Curves, Ends, Mark, Panel, Plot, resonances, rows_of
 from vibecalc.core.report.sweep.limits import Limit
 from vibecalc.core.report.sweep.picture_parts import (
     BEST,
     FEW,
-    Mark,
     Picture,
-    Plane,
     Shown,
     along,
+    axis_title,
     entry_words,
-    failure_marks,
     hatch_style,
     is_map,
-    legend_below,
     limit_words,
     logarithmic,
-    name_axis,
     pictured,
-    together,
 )
 from vibecalc.core.report.sweep.statistics import entries
 from vibecalc.core.report.sweep.view import SweepView
+from vibecalc.core.report.writing import rpm
+from vibecalc.core.results.record import Axis, Quantity, Record, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-# ----------------------------------------------------------------------------
-# Names of many lines at their right ends, shifted apart where the lines come close.
-# ----------------------------------------------------------------------------
-
-#: least distance of two names, as a share of the height of a panel
-_APART = 0.042
-#: after each round of colours another line
-_STYLES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1, 1.4)))
-
-
-def line_style(place: int) -> dict[str, Any]:
-    """Colour and dashes of the line with this number; 18 lines differ."""
-    return {
-        "color": COLOURS[place % len(COLOURS)],
-        "ls": _STYLES[place // len(COLOURS) % len(_STYLES)],
-    }
-
-
-def name_ends(axes: "Axes", x: np.ndarray, drawn: np.ndarray, names: tuple[str, ...]) -> None:
-    """Names behind the last finite value of each line (points, lines), in the order of these.
-
-    The scale of the panel must be final.
-    """
-    found: list[tuple[float, int, float]] = []
-    for i in range(drawn.shape[1]):
-        finite = np.flatnonzero(np.isfinite(drawn[:, i]))
-        if finite.size:
-            end = finite[-1]
-            pixel = axes.transData.transform((x[end], drawn[end, i]))
-            found.append((float(axes.transAxes.inverted().transform(pixel)[1]), i, x[end]))
-    found.sort()
-    heights = keep_apart(np.array([height for height, _, _ in found]), _APART)
-    for height, (_, i, end) in zip(heights, found, strict=True):
-        note(axes, names[i].split("=")[-1], (end, height), (5, 0),
-            xycoords=("data", "axes fraction"), va="center", color=line_style(i)["color"],
-            annotation_clip=False)  # fmt: skip
-
-
-# ----------------------------------------------------------------------------
-# Where an order meets a natural frequency on a picture over the crank speed.
-# ----------------------------------------------------------------------------
-
-_SPEED = "machine.speed"
-_MODES = "modes/natural_frequency"
-_ORDERS = (1, 2)
-
-
-def resonances(axes: "Axes", sweep: SweepView, part: Plane) -> None:
-    """Dotted lines, if x is the crank speed and the sweep keeps the natural frequencies."""
-    axis = sweep.grid[part.axes[0]]
-    path = next((path for path in sweep.quantities if path.endswith(_MODES)), None)
-    if path is None or axis.keys[0].key != _SPEED:
-        return
-    natural, _ = entries(sweep, path)
-    known = natural[np.ravel(part.points)]
-    known = known[~np.isnan(known).any(axis=1)]
-    # a suspension that changes with what else is swept has no one place to mark
-    if not len(known) or np.any(np.ptp(known, axis=0) > 1e-6 * np.abs(known[0])):
-        return
-    x, factor = along(axis), axis.keys[0].factor
-    for order in _ORDERS:
-        at = np.sort(known[0]) / order * factor
-        inside = at[(at > x.min()) & (at < x.max())]
-        for place in inside:
-            axes.axvline(place, color=QUIET, linestyle=":", linewidth=0.9, zorder=0)
-        if inside.size:
-            count = "" if inside.size == 1 else f", {inside.size} modes"
-            note(axes, f"order {order}{count}", (inside[0], 0.98), (-2, 0),
-                xycoords=axes.get_xaxis_transform(), rotation=90, ha="right", va="top",
-                color=QUIET, bbox=PLATE)  # fmt: skip
-
-
-# ----------------------------------------------------------------------------
-# Results of a sweep along one axis, a line for each value of a short second one.
-# ----------------------------------------------------------------------------
 
 _MOST = 6
 #: a limit further beyond the data than this is said, not drawn
@@ -129,8 +40,11 @@ _ALIKE = ("order", "direction", "mount", "cylinder", "coordinate", "crank_angle"
 _ENTRIES = 4
 #: levels are not alike: one may fall by 10 dB below another; their names stand at the end
 _LEVELS = 12
-#: standard errors of more points than these are a band
-_DENSE = 30
+#: least distance of two names, as a share of the height of a panel
+_APART = 0.042
+#: standard errors of more points than these are a band; points up to which they are drawn
+_DENSE, _SEEN = 30, 40
+_SPEED, _MODES = "machine.speed", "modes/natural_frequency"
 
 
 def draw_sweep_line(sweep: SweepView) -> "Figure | None":
@@ -138,86 +52,108 @@ def draw_sweep_line(sweep: SweepView) -> "Figure | None":
     picture = pictured(sweep, FEW, _MOST) if sweep.grid and not is_map(sweep) else None
     if picture is None:
         return None
-    axis, shown, star = picture.grid[0], picture.shown, picture.star
     # a case that is a sweep says it in its title already
-    over = "" if " over " in str(sweep.case.get("title") or "") else f"over {axis.keys[0].words}"
-    subtitle = "; ".join(words for words in (over, picture.part.held) if words)
-    columns = 1 if len(shown) == 1 else 2
-    figure = canvas(sweep, subtitle, 1.9 + 3.1 * -(-len(shown) // columns))
-    grid = panels_of(figure, len(shown), columns, sharex=True)
-    marks = failure_marks(sweep, picture.part.points)
-    for axes, one in zip(grid, shown, strict=True):
-        _panel(axes, picture, one)
-        _failures(axes, picture, marks)
-        name_axis(axes, axis, "x")
-        axes.xaxis.set_tick_params(labelbottom=True)
-        if star is not None:
-            axes.plot(star[1][:1], [one.values[star[0]]], **BEST, label=star[2])
-    legend_below(figure, grid)
-    return figure
+    title = str(sweep.case.get("title") or "")
+    over = "" if " over " in title else f"over {picture.grid[0].keys[0].words}"
+    panels = tuple(_panel(picture, one) for one in picture.shown)
+    below = 1 if picture.star or picture.marks else 3
+    words = "; ".join(filter(None, (over, picture.held)))
+    return Curves(words, panels, high=3.3, columns=2, names=below)(_constant(picture))
 
 
-def _numbers(part: Plane) -> np.ndarray:
-    """Points (x, lines)."""
-    return part.points if part.points.ndim == 2 else part.points[:, None]
+def _constant(picture: Picture) -> Result:
+    """What does not vary along a picture: its title and, over the speed, natural frequencies.
+
+    A suspension that changes with what else is swept has no one place to mark.
+    """
+    sweep, key, record = picture.sweep, picture.grid[0].keys[0], Record()
+    path = next((path for path in sweep.quantities if path.endswith(_MODES)), None)
+    if path is not None and key.key == _SPEED:
+        known = entries(sweep, path)[0][np.ravel(picture.points)]
+        known = known[~np.isnan(known).any(axis=1)]
+        if len(known) and np.all(np.ptp(known, axis=0) <= 1e-6 * np.abs(known[0])):
+            # in the unit of the axis, whatever that is
+            modes = np.sort(known[0]) * key.factor / rpm(1.0)
+            axes = sweep.quantities[path].axes
+            record.add(Quantity(path=_MODES, values=modes, unit="rad/s", long_name="", axes=axes))
+    return Result(
+        name=sweep.name, case={"title": sweep.case.get("title")}, record=record, version="",
+        case_toml="", case_toml_resolved="", case_sha256="",
+    )  # fmt: skip
 
 
-def _panel(axes: "Axes", picture: Picture, one: Shown) -> None:
-    sweep, part, own = picture.sweep, picture.part, picture.own(one)
-    x, numbers = along(picture.grid[0]), _numbers(part)
-    separate = _separate(sweep, part, one)
-    line = "none" if picture.grid[0].keys[0].names else "-"
-    style: dict[str, Any] = {"ls": line, "marker": "o" if x.size <= 40 else None, "ms": 4}
-    at_end = False
-    if separate is None:
-        drawn, spread = one.values[numbers], one.worst.spread
-        for i, *others in together(drawn):
-            colour = COLOURS[i % len(COLOURS)]
-            if spread is not None:
-                _spread(axes, x, gaps(drawn[:, i]), spread[numbers[:, i]] * one.factor, colour)
-            label = _series(picture, [i, *others])
-            axes.plot(x, gaps(drawn[:, i]), color=colour, label=label, **style)
-        words = [entry_words(one.worst, part.points)]
-    else:
-        drawn, names = separate
-        at_end = len(names) > _ENTRIES
-        for i, name in enumerate(names):
-            look = style | line_style(i) | ({"ls": "none"} if line == "none" else {})
-            axes.plot(x, gaps(drawn[:, i]), label=None if at_end else name, **look)
-        words = [f"{sweep.quantities[one.path].axes[0].name} at the right"] * at_end
-    unbounded = np.isinf(drawn).any(axis=1)
-    if unbounded.any():
-        places = np.full(np.count_nonzero(unbounded), 0.97)
-        axes.plot(x[unbounded], places, "^", color=LIMIT, transform=axes.get_xaxis_transform(),
-                  label="unbounded", clip_on=False)  # fmt: skip
-    if one.worst.spread is not None:
-        words.append(f"{'bars' if x.size <= _DENSE else 'band'}: standard error")
-    axes.set_title(one.title("; ".join(filter(None, words))), fontsize=8)
-    axes.set_ylabel(one.label)
-    _scale(axes, drawn, own, one)
-    _undecided(axes, x, one, own, numbers)
-    resonances(axes, sweep, part)
+def _panel(picture: Picture, one: Shown) -> Panel:
+    sweep, axis = picture.sweep, picture.grid[0]
+    key, x = axis.keys[0], along(axis)
+    numbers = picture.points.reshape(len(x), -1).T
+    values, names, words, notes = one.values[numbers], [""], "", [entry_words(one.worst, numbers)]
+    separate = _separate(picture, one)
     if separate is not None:
-        if at_end:
-            name_ends(axes, x, drawn, names)
-        if picture.here is not None:
-            axes.axvline(
-                picture.here[0], color="black", ls="--", lw=1.0, label="the case as written"
-            )
+        values, names = separate
+        words, notes = "{}", []
+    elif len(picture.grid) > 1:
+        second = picture.grid[1].keys[0]
+        names = [unit_words(second.shown(value))[1] for value in picture.grid[1].values[:, 0]]
+        words = f"{second.words} = {{}}"
+    at_end = separate is not None and len(names) > _ENTRIES
+    if at_end:
+        words, notes = "", [f"{sweep.quantities[one.path].axes[0].name} at the right"]
+    if one.worst.spread is not None:
+        notes.append(f"{'bars' if x.size <= _DENSE else 'band'}: standard error")
+    choices = np.array([key.shown(value) for value in axis.values[:, 0]], dtype=object)
+    along_x = Axis(name=key.key, values=choices if key.names else x, unit="", long_name=key.words)
+    lines = Axis(name="line", values=np.array(names, dtype=object))
+    drawn = Quantity(path="", values=values, unit="", long_name="", axes=(lines, along_x))
+    rows = rows_of(drawn, _LEVELS, np.real)
+
+    def curve(members: list[str], row: np.ndarray, i: int) -> Curve:
+        # an entry has one colour in all panels
+        colour, dashes = palette(i)
+        look = {"color": colour, "linestyle": "none" if key.names else dashes,
+                "marker": "o" if x.size <= _SEEN else "", "ms": 4}  # fmt: skip
+        line = replace(drawn, values=row, axes=(along_x,))
+        return Curve(lambda _: line, words.replace("{}", ", ".join(members)), look, part=np.real)
+
+    def marks(plot: Plot) -> None:
+        axes = plot.axes
+        if one.worst.spread is not None:
+            for _, row, (i,) in rows:
+                _spread(axes, x, row, one.factor * one.worst.spread[numbers[i]], palette(i)[0])
+        unbounded = x[np.isinf(values).any(axis=0)]
+        foot = axes.get_xaxis_transform()
+        if unbounded.size:
+            axes.plot(unbounded, np.full(unbounded.size, 0.97), "^", color=LIMIT, transform=foot,
+                      label="unbounded", clip_on=False)  # fmt: skip
+        for limit in one.limits:
+            _undecided(axes, x, one, limit, numbers)
+        for mark in picture.marks:
+            up, across = np.nonzero(np.isin(numbers, mark.points))
+            # one row of crosses for each line
+            axes.plot(x[across], 0.04 + 0.05 * up, mark.marker, color=mark.colour, ms=8, mew=1.8,
+                      transform=foot, label=mark.words, zorder=6)  # fmt: skip
+        if picture.star is not None:
+            point, at, label = picture.star
+            axes.plot(at[:1], [one.values[point]], **BEST, label=label)
+        if separate is not None and picture.here is not None:
+            place = picture.here[0]
+            axes.axvline(place, color="black", ls="--", lw=1.0, label="the case as written")
+
+    curves = (curve(members, row, i) for members, row, (i,) in rows)
+    parts: tuple[Mark, ...] = (*curves, marks, resonances(_MODES))
+    return Panel(
+        one.label, parts, one.title(*notes), log="x" if axis.logarithmic else "",
+        ends=partial(_ends, drawn, one, at_end), below=axis_title(axis),
+    )  # fmt: skip
 
 
-def _undecided(
-    axes: "Axes", x: np.ndarray, one: Shown, own: Sequence[Limit], numbers: np.ndarray
-) -> None:
+def _undecided(axes: "Axes", x: np.ndarray, one: Shown, limit: Limit, numbers: np.ndarray) -> None:
     """Error bars where they reach over a limit."""
-    for limit in own:
-        rows, columns = np.nonzero(~(limit.kept | limit.broken | np.isnan(limit.margin))[numbers])
-        if rows.size:
-            points = numbers[rows, columns]
-            value, error = (one.factor * part[points] for part in limit.worst[:2])
-            axes.errorbar(x[rows], value, error, fmt="none", ecolor=QUIET, capsize=3,
-                          label="error where it reaches over a limit: undecided")  # fmt: skip
-            return
+    rows, columns = np.nonzero(limit.open[numbers])
+    if rows.size:
+        points = numbers[rows, columns]
+        value, error = (one.factor * part[points] for part in limit.worst[:2])
+        axes.errorbar(x[columns], value, error, fmt="none", ecolor=QUIET, capsize=3,
+                      label="error where it reaches over a limit: undecided")  # fmt: skip
 
 
 def _spread(axes: "Axes", x: np.ndarray, y: np.ndarray, spread: np.ndarray, colour: str) -> None:
@@ -227,73 +163,71 @@ def _spread(axes: "Axes", x: np.ndarray, y: np.ndarray, spread: np.ndarray, colo
         axes.fill_between(x, y - spread, y + spread, color=colour, alpha=0.2, linewidth=0.0)
 
 
-def _series(picture: Picture, places: list[int]) -> str | None:
-    if len(picture.grid) < 2:
-        return None
-    axis, key = picture.grid[1], picture.grid[1].keys[0]
-    values = ", ".join(key.shown(axis.values[place, 0]) for place in places)
-    return f"{key.words} = {unit_words(values)[1]}"
-
-
-def _separate(
-    sweep: SweepView, part: Plane, one: Shown
-) -> tuple[np.ndarray, tuple[str, ...]] | None:
-    """Entries that are unlike each other and few, where nothing else asks for several lines."""
-    own, levels = sweep.quantities[one.path].axes, sweep.quantities[one.path].unit == "dB"
-    if len(part.axes) > 1 or len(own) != 1 or (own[0].name in _ALIKE and not levels):
+def _separate(picture: Picture, one: Shown) -> tuple[np.ndarray, list[str]] | None:
+    """Entries (lines, x) that are unlike each other and few, where nothing else has lines."""
+    quantity = picture.sweep.quantities[one.path]
+    own, levels = quantity.axes, quantity.unit == "dB"
+    if len(picture.axes) > 1 or len(own) != 1 or (own[0].name in _ALIKE and not levels):
         return None
     if not 2 <= len(own[0].values) <= (_LEVELS if levels else _ENTRIES):
         return None
-    values, names = entries(sweep, one.path)
-    return values[part.points] * one.factor, names
+    values, names = entries(picture.sweep, one.path)
+    return values[picture.points].T * one.factor, list(names)
 
 
-def _scale(axes: "Axes", drawn: np.ndarray, own: Sequence[Limit], one: Shown) -> None:
-    finite = drawn[np.isfinite(drawn)]
-    low, high = float(finite.min()), float(finite.max())
+def _ends(lines: Quantity, one: Shown, named: bool, plot: Plot) -> Ends:
+    """Ends of the upright axis, which is given its scale here; limits and names at the right."""
+    axes, values = plot.axes, lines.values
+    drawn = values[np.isfinite(values)]
+    low, high = float(drawn.min()), float(drawn.max())
     reach = _FAR * max(abs(low), abs(high))
-    placed = [(limit, limit.bound * one.factor) for limit in own]
+    placed = [(limit, limit.bound * one.factor) for limit in one.limits]
     near = [(limit, bound) for limit, bound in placed
-            if abs(bound) <= reach or np.any(np.isfinite(limit.margin) & ~limit.kept)]  # fmt: skip
+            if abs(bound) <= reach or np.any(limit.broken | limit.open)]  # fmt: skip
     bounds = [bound for _, bound in near]
     low, high = min([low, *bounds]), max([high, *bounds])
-    if logarithmic(drawn) and all(bound > 0.0 for bound in bounds):
+    if logarithmic(values) and all(bound > 0.0 for bound in bounds):
         axes.set_yscale("log")
         axes.set_ylim(low / 1.5, 1.8 * high)
-        if high < 1e4 * low:
-            plain_ticks(axes.yaxis)
     elif bounds:
         room = 0.12 * (high - low or abs(high) or 1.0)
         axes.set_ylim(0.0 if 0.0 <= low < 0.5 * high else low - room, high + room)
-    else:
-        axes.margins(y=0.1)
     bottom, top = axes.get_ylim()
     for limit, bound in near:
-        upper, end = limit.side == "max", _freer_end(drawn, bound)
+        upper, end = limit.side == "max", _freer_end(values, bound)
         axes.axhline(bound, color=LIMIT, linewidth=1.4)
         axes.axhspan(*((bound, top) if upper else (bottom, bound)), zorder=0.5, **hatch_style())
         note(axes, limit_words(limit), (end, bound), (4 - 8 * end, -3 if upper else 3),
             xycoords=axes.get_yaxis_transform(), ha="right" if end else "left",
             va="top" if upper else "bottom", color=LIMIT, zorder=7)  # fmt: skip
-    axes.set_ylim(bottom, top)
     far = ", ".join(limit_words(limit) for limit, bound in placed if bound not in bounds)
     if far:
         axes.annotate(f"limit {far}: kept everywhere", (0.02, 0.97), xycoords="axes fraction",
                       va="top", color=LIMIT, fontsize=8)  # fmt: skip
+    axes.set_ylim(bottom, top)
+    if named:
+        _name_ends(axes, plot.drawn[0][0], lines)
+    return bottom, top
 
 
-def _freer_end(drawn: np.ndarray, bound: float) -> int:
+def _freer_end(values: np.ndarray, bound: float) -> int:
     """0 for the left and 1 for the right, where lines leave more room at the height of a limit."""
-    away = np.abs(np.where(np.isfinite(drawn), drawn, np.inf) - bound)
-    third = max(1, len(away) // 3)
-    return int(away[-third:].min() >= away[:third].min())
+    away = np.abs(np.where(np.isfinite(values), values, np.inf) - bound)
+    third = max(1, away.shape[1] // 3)
+    return int(away[:, -third:].min() >= away[:, :third].min())
 
 
-def _failures(axes: "Axes", picture: Picture, marks: Sequence[Mark]) -> None:
-    x, numbers = along(picture.grid[0]), _numbers(picture.part)
-    for mark in marks:
-        rows, columns = np.nonzero(np.isin(numbers, mark.points))
-        # one row of crosses for each line
-        height = 0.04 + 0.05 * columns
-        axes.plot(x[rows], height, mark.marker, color=mark.colour, ms=8, mew=1.8,
-                  transform=axes.get_xaxis_transform(), label=mark.words, zorder=6)  # fmt: skip
+def _name_ends(axes: "Axes", x: np.ndarray, lines: Quantity) -> None:
+    """Names behind the last finite value of each line, shifted apart where these come close."""
+    found: list[tuple[float, float, str, str]] = []
+    for names, y, (i,) in rows_of(lines, _LEVELS, np.real):
+        words = ", ".join(name.split("=")[-1] for name in names)
+        for end in np.flatnonzero(np.isfinite(y))[-1:]:
+            pixel = axes.transData.transform((x[end], y[end]))
+            height = float(axes.transAxes.inverted().transform(pixel)[1])
+            found.append((height, float(x[end]), words, palette(i)[0]))
+    found.sort()
+    heights = keep_apart(np.array([height for height, *_ in found]), _APART)
+    for height, (_, end, words, colour) in zip(heights, found, strict=True):
+        note(axes, words, (end, height), (5, 0), xycoords=("data", "axes fraction"), va="center",
+             color=colour, annotation_clip=False)  # fmt: skip

@@ -1,22 +1,27 @@
 """Results of a sweep over two axes as maps, of a sampling as histograms."""
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, panels_of, plain_ticks
-from vibecalc.core.report.sweep.limits import (
-    Limit,
-    breaking_any,
-    judge,
-    keeping_all,
+from vibecalc.core.report.canvas import (
+    COLOURS,
+    LIMIT,
+    QUIET,
+    TOTAL,
+    canvas,
+    palette,
+    panels_of,
+    plain_ticks,
+    ticks,
 )
+from vibecalc.core.report.sweep.limits import Limit, judge
 from vibecalc.core.report.sweep.picture_parts import (
     BEST,
     Picture,
     Shown,
     along,
+    axis_title,
     entry_words,
     failure_marks,
     hatch_style,
@@ -24,13 +29,12 @@ from vibecalc.core.report.sweep.picture_parts import (
     legend_below,
     limit_words,
     logarithmic,
-    name_axis,
     panels,
     pictured,
     short_name,
 )
 from vibecalc.core.report.sweep.statistics import axis_names, indices_of, sample_statistics
-from vibecalc.core.report.sweep.view import SweepView
+from vibecalc.core.report.sweep.view import GridAxis, SweepView
 from vibecalc.core.report.writing import show
 
 if TYPE_CHECKING:
@@ -46,6 +50,7 @@ _LEVELS = 14
 #: axes from which on filled contours say more than cells
 _SMOOTH = 9
 _BROKEN, _UNDECIDED, _KEPT = "#f4d9dc", "#f2e6b8", "#cfe8cf"
+_BEYOND = "limit, broken on the hatched side"
 
 
 def draw_sweep_map(sweep: SweepView) -> "Figure | None":
@@ -54,23 +59,22 @@ def draw_sweep_map(sweep: SweepView) -> "Figure | None":
     picture = pictured(sweep, max(sweep.shape), _MOST) if wide else None
     if picture is None or len(picture.grid) < 2:
         return None
-    count = len(picture.shown) + bool(picture.limits)
+    count = len(picture.shown) + bool(picture.judged.limits)
     columns = min(2, count)
     first, second = (axis.keys[0].words for axis in picture.grid)
-    held = f"; {picture.part.held}" if picture.part.held else ""
+    held = f"; {picture.held}" if picture.held else ""
     figure = canvas(sweep, f"over {first} and {second}{held}", 1.7 + 3.6 * -(-count // columns))
     # the names of bars of colour are wider than the layout takes them for
     figure.set_layout_engine("constrained", rect=(0.0, 0.0, 0.985, 1.0))
     grid = panels_of(figure, count, columns)
     for axes, one in zip(grid, picture.shown, strict=False):
         _map(figure, axes, picture, one)
-    if picture.limits:
+    if picture.judged.limits:
         _region(grid[-1], picture)
-    marks, star, here = failure_marks(sweep, picture.part.points), picture.star, picture.here
-    x, y = map(along, picture.grid)
+    star, here, (x, y) = picture.star, picture.here, map(along, picture.grid)
     for axes in grid:
-        for mark in marks:
-            across, up = np.nonzero(np.isin(picture.part.points, mark.points))
+        for mark in picture.marks:
+            across, up = np.nonzero(np.isin(picture.points, mark.points))
             axes.plot(x[across], y[up], mark.marker, color=mark.colour, ms=6, mew=1.4, ls="none",
                       label=mark.words, zorder=6)  # fmt: skip
         if here is not None:
@@ -78,25 +82,35 @@ def draw_sweep_map(sweep: SweepView) -> "Figure | None":
                       clip_on=False, label="the case as written")  # fmt: skip
         if star is not None:
             axes.plot(star[1][:1], star[1][1:], **BEST, label=star[2])
-        name_axis(axes, picture.grid[0], "x")
-        name_axis(axes, picture.grid[1], "y")
+        for direction, axis in zip("xy", picture.grid, strict=True):
+            _name_axis(axes, axis, direction)
         axes.grid(visible=False)
     legend_below(figure, grid)
     return figure
+
+
+def _name_axis(axes: "Axes", axis: GridAxis, direction: str) -> None:
+    """Title, scale and, for choices, names of the x or y axis."""
+    key, upright = axis.keys[0], getattr(axes, f"{direction}axis")
+    upright.set_label_text(axis_title(axis))
+    if key.names:
+        ticks(upright, along(axis), [key.shown(value) for value in axis.values[:, 0]])
+    elif axis.logarithmic:
+        getattr(axes, f"set_{direction}scale")("log")
+        plain_ticks(upright)
 
 
 def _map(figure: "Figure", axes: "Axes", picture: Picture, one: Shown) -> None:
     from matplotlib.colors import LogNorm, Normalize
     from matplotlib.ticker import MaxNLocator
 
-    (x, y), own = map(along, picture.grid), picture.own(one)
-    values = one.values[picture.part.points].T
+    x, y = map(along, picture.grid)
+    values = one.values[picture.points].T
     finite = values[np.isfinite(values)]
     log = logarithmic(values)
     ends = float(finite.min()), float(finite.max())
-    smooth = finite.size == values.size and min(values.shape) >= _SMOOTH and ends[0] < ends[1]
     norm: Any = (LogNorm if log else Normalize)(*ends)
-    if smooth:
+    if finite.size == values.size and min(values.shape) >= _SMOOTH and ends[0] < ends[1]:
         inner = MaxNLocator(_LEVELS).tick_values(*ends)
         levels = np.geomspace(*ends, _LEVELS) if log else inner
         drawn: Any = axes.contourf(x, y, values, levels=levels, norm=norm, cmap="viridis")
@@ -106,60 +120,39 @@ def _map(figure: "Figure", axes: "Axes", picture: Picture, one: Shown) -> None:
     bar = figure.colorbar(drawn, ax=axes, pad=0.02)
     bar.set_label(one.label)
     if log:
-        _ticks(bar, ends)
-    if np.isinf(values).any():
-        rows, columns = np.nonzero(np.isinf(values))
+        plain_ticks(bar.ax.yaxis)
+    rows, columns = np.nonzero(np.isinf(values))
+    if rows.size:
         axes.plot(x[columns], y[rows], "^", color=LIMIT, ls="none", label="unbounded")
-    for limit in own:
-        _boundary(axes, x, y, values, limit, limit.bound * one.factor, LIMIT, hatch=True)
-    words = ", ".join(limit_words(limit) for limit in own)
-    note = entry_words(one.worst, picture.part.points)
-    below = "; ".join(text for text in (f"limit: {words}" if words else "", note) if text)
-    axes.set_title(one.title(below), fontsize=8)
-
-
-def _ticks(bar: Any, ends: tuple[float, float]) -> None:
-    """1, 2, 5 in each decade, in plain numbers."""
-    from matplotlib.ticker import NullFormatter
-
-    low, high = (int(np.floor(np.log10(end))) for end in ends)
-    marks = [m * 10.0**k for k in range(low, high + 1) for m in (1.0, 2.0, 5.0)]
-    inside = [mark for mark in marks if ends[0] <= mark <= ends[1]]
-    if len(inside) > 9:
-        inside = [mark for mark in inside if np.isclose(np.log10(mark) % 1.0, 0.0)]
-    bar.set_ticks(inside, labels=[f"{mark:g}" for mark in inside])
-    bar.ax.yaxis.set_minor_formatter(NullFormatter())
+    for limit in one.limits:
+        _boundary(axes, (x, y, values), limit, limit.bound * one.factor)
+    words = ", ".join(limit_words(limit) for limit in one.limits)
+    note = entry_words(one.worst, picture.points)
+    axes.set_title(one.title(f"limit: {words}" if words else "", note), fontsize=8)
 
 
 def _boundary(
-    axes: "Axes",
-    x: np.ndarray,
-    y: np.ndarray,
-    values: np.ndarray,
-    limit: Limit,
-    bound: float,
-    colour: str,
-    hatch: bool,
+    axes: "Axes", over: tuple[np.ndarray, ...], limit: Limit, bound: float, colour: str = ""
 ) -> None:
-    """The line on which a limit is just kept, its far side hatched.
+    """The line on which a limit is just kept, of this colour, else its far side hatched.
 
     Between points that span decades it is drawn straight in the logarithm.
     """
+    x, y, values = over
     if bound > 0.0 and logarithmic(values):
         values, bound = np.log(values), float(np.log(bound))
     room = values - bound if limit.side == "max" else bound - values
     beyond = float(np.max(np.abs(room[np.isfinite(room)]), initial=1.0))
     room = np.ma.masked_invalid(np.where(np.isposinf(room), 2.0 * beyond, room))
-    if hatch and room.max() > 0.0:
+    if not colour and room.max() > 0.0:
         import matplotlib
 
-        with matplotlib.rc_context({"hatch.color": colour, "hatch.linewidth": 0.6}):
+        with matplotlib.rc_context({"hatch.color": LIMIT, "hatch.linewidth": 0.6}):
             axes.contourf(x, y, room, levels=[0.0, np.inf], colors="none", hatches=["//"])
     if room.min() < 0.0 < room.max():
-        axes.contour(x, y, room, levels=[0.0], colors=[colour], linewidths=2.0)
-        words = f"{short_name(limit.quantity)} {limit_words(limit)}"
-        axes.plot([], [], color=colour, linewidth=2.0,
-                  label="limit, broken on the hatched side" if hatch else words)  # fmt: skip
+        axes.contour(x, y, room, levels=[0.0], colors=[colour or LIMIT], linewidths=2.0)
+        words = f"{short_name(limit.quantity)} {limit_words(limit)}" if colour else _BEYOND
+        axes.plot([], [], color=colour or LIMIT, linewidth=2.0, label=words)
 
 
 def _region(axes: "Axes", picture: Picture) -> None:
@@ -169,22 +162,17 @@ def _region(axes: "Axes", picture: Picture) -> None:
     """
     from matplotlib.colors import ListedColormap
 
-    (x, y), (sweep, limits, part, _) = map(along, picture.grid), picture
-    kept, broken, done = (
-        one[part.points].T
-        for one in (keeping_all(sweep, limits), breaking_any(sweep, limits), sweep.done)
+    (x, y), judged, points = map(along, picture.grid), picture.judged, picture.points.T
+    state = np.ma.masked_where(
+        ~picture.sweep.done[points], 1.0 + judged.kept[points] - judged.broken[points]
     )
-    state = 1.0 + kept - broken
     colours = ListedColormap([_BROKEN, _UNDECIDED, _KEPT])
-    shown = np.ma.masked_where(~done, state)
-    axes.pcolormesh(x, y, shown, shading="nearest", cmap=colours, vmin=0.0, vmax=2.0)
+    axes.pcolormesh(x, y, state, shading="nearest", cmap=colours, vmin=0.0, vmax=2.0)
     title = "limits: all are kept where it is green"
-    if np.any(done & (state == 1.0)):
+    if np.any(judged.open[points]):
         title += ",\nundecided where it is yellow: the error reaches over a limit"
-    for i, limit in enumerate(limits):
-        values = limit.worst.values[part.points].T
-        colour = COLOURS[i % len(COLOURS)]
-        _boundary(axes, x, y, values, limit, limit.bound, colour, hatch=False)
+    for i, limit in enumerate(judged.limits):
+        _boundary(axes, (x, y, limit.worst.values[points]), limit, limit.bound, palette(i)[0])
     axes.set_title(title, fontsize=8)
 
 
@@ -201,9 +189,8 @@ def draw_sweep_sample(sweep: SweepView) -> "Figure | None":
         return None
     from matplotlib.lines import Line2D
 
-    limits, _ = judge(sweep)
     everywhere = np.arange(sweep.count)
-    chosen = panels(sweep, limits, everywhere, _MOST if sweep.indices else 2 * _MOST)
+    chosen = panels(sweep, judge(sweep), everywhere, _MOST if sweep.indices else 2 * _MOST)
     if not chosen:
         return None
     method = sweep.sampling.replace("_", " ")
@@ -213,7 +200,7 @@ def draw_sweep_sample(sweep: SweepView) -> "Figure | None":
     figure = canvas(sweep, subtitle, 2.0 + 2.9 * -(-count // columns))
     grid = panels_of(figure, count, columns)
     for axes, one in zip(grid[:: 1 + sweep.indices], chosen, strict=True):
-        _histogram(axes, sweep, one, [x for x in limits if x.quantity == one.path])
+        _histogram(axes, sweep, one)
     for axes, one in zip(grid[1::2] if sweep.indices else (), chosen, strict=False):
         _bars(axes, sweep, one)
     crosses = {
@@ -224,7 +211,7 @@ def draw_sweep_sample(sweep: SweepView) -> "Figure | None":
     return figure
 
 
-def _histogram(axes: "Axes", sweep: SweepView, one: Shown, own: Sequence[Limit]) -> None:
+def _histogram(axes: "Axes", sweep: SweepView, one: Shown) -> None:
     chosen = sweep.independent & np.isfinite(one.values)
     values = one.values[chosen]
     log = logarithmic(values)
@@ -232,16 +219,15 @@ def _histogram(axes: "Axes", sweep: SweepView, one: Shown, own: Sequence[Limit])
     low, high = float(values.min()), float(values.max())
     if low == high:
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
-    edges = np.geomspace(low, high, count + 1) if log else np.linspace(low, high, count + 1)
-    axes.hist(
-        np.clip(values, low, high), edges.tolist(), color=COLOURS[0], alpha=0.75, label="samples"
-    )
+    edges = (np.geomspace if log else np.linspace)(low, high, count + 1)
+    axes.hist(np.clip(values, low, high), edges.tolist(), color=COLOURS[0], alpha=0.75,
+              label="samples")  # fmt: skip
     if log:
         axes.set_xscale("log")
         if high < 1e4 * low:
             plain_ticks(axes.xaxis)
     found = sample_statistics(sweep, one.worst)
-    lines = [entry_words(one.worst, np.flatnonzero(chosen))]
+    notes = [entry_words(one.worst, np.flatnonzero(chosen))]
     if not isinstance(found, str):
         centre, ranks = found
         middle, spread = (
@@ -249,40 +235,37 @@ def _histogram(axes: "Axes", sweep: SweepView, one: Shown, own: Sequence[Limit])
         )
         axes.axvline(middle, color=TOTAL, linewidth=1.6, label="mean and its standard error")
         axes.axvspan(middle - spread, middle + spread, color=TOTAL, alpha=0.25, linewidth=0.0)
-        quantile = np.ravel(ranks.value) * one.factor
-        words = "5, 25, 50, 75 and 95 % quantiles"
-        for place, value in enumerate(quantile):
-            axes.axvline(value, color=COLOURS[1], linestyle=":", linewidth=1.4,
-                         label=words if place == 0 else None)  # fmt: skip
-        lines.append(f"mean {show(middle, digits=4)} ± {show(spread, digits=2)} {one.unit}")
-    infinite = int(np.count_nonzero(np.isinf(one.values) & sweep.independent))
-    if infinite:
-        lines.append(f"{infinite} unbounded, not drawn")
-    for limit in own:
-        lines.append(_limit(axes, sweep, one, limit))
-    note = "; ".join(line.rstrip() for line in lines if line)
-    axes.set_title(one.title(note), fontsize=8)
+        axes.vlines(np.ravel(ranks.value) * one.factor, 0.0, 1.0, COLOURS[1], ":", linewidth=1.4,
+                    label="5, 25, 50, 75 and 95 % quantiles",
+                    transform=axes.get_xaxis_transform())  # fmt: skip
+        shown = f"mean {show(middle, digits=4)} ± {show(spread, digits=2)} {one.unit}"
+        notes.append(shown.rstrip())
+    infinite = np.count_nonzero(np.isinf(one.values) & sweep.independent)
+    notes += [f"{infinite} unbounded, not drawn"] * bool(infinite)
+    notes += [_limit(axes, sweep, one, limit) for limit in one.limits]
+    axes.set_title(one.title(*notes), fontsize=8)
     axes.set_xlabel(one.label)
     axes.set_ylabel("samples")
     axes.set_ylim(bottom=0.0)
 
 
 def _limit(axes: "Axes", sweep: SweepView, one: Shown, limit: Limit) -> str:
+    """Draw a limit where it is near; how many of the samples break it."""
     bound = limit.bound * one.factor
-    counted = sweep.independent & sweep.done
-    many = max(int(np.count_nonzero(counted)), 1)
-    broken, kept = (int(np.count_nonzero(counted & one)) for one in (limit.broken, limit.kept))
-    share, open_ = 100.0 * broken / many, 100.0 * (many - broken - kept) / many
+    done, broken, open_ = (
+        int(np.count_nonzero(sweep.independent & where))
+        for where in (sweep.done, limit.broken, limit.open)
+    )
     left, right = axes.get_xlim()
     reach = 0.6 * (right - left)
     if left - reach <= bound <= right + reach and not (bound <= 0.0 and axes.get_xscale() == "log"):
         left, right = min(left, bound - 0.03 * reach), max(right, bound + 0.1 * reach)
-        axes.axvline(bound, color=LIMIT, linewidth=1.6, label="limit, broken on the hatched side")
+        axes.axvline(bound, color=LIMIT, linewidth=1.6, label=_BEYOND)
         ends = (bound, right) if limit.side == "max" else (left, bound)
         axes.axvspan(*ends, zorder=0.5, **hatch_style())
         axes.set_xlim(left, right)
-    words = f", undecided by {open_:.3g} %" if open_ else ""
-    return f"{limit_words(limit)}: broken by {share:.3g} %{words}"
+    words = f", undecided by {100.0 * open_ / done:.3g} %" if open_ else ""
+    return f"{limit_words(limit)}: broken by {100.0 * broken / max(done, 1):.3g} %{words}"
 
 
 def _bars(axes: "Axes", sweep: SweepView, one: Shown) -> None:

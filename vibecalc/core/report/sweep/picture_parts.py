@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, length_scale, plain_ticks, unit_words
-from vibecalc.core.report.sweep.limits import Limit, best, case_values, judge, nearest
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, length_scale, unit_words
+from vibecalc.core.report.sweep.limits import Judged, Limit, best, case_values, judge, nearest
 from vibecalc.core.report.sweep.statistics import Worst, numeric, worst
-from vibecalc.core.report.sweep.view import Cause, GridAxis, SweepView, causes
+from vibecalc.core.report.sweep.view import GridAxis, SweepView, causes
 from vibecalc.core.report.writing import fold, is_speed, many, show
 from vibecalc.units import convert
 
@@ -30,34 +30,23 @@ _WORDS = 100
 _SIDE_BY_SIDE = 45
 #: letters in one line below an axis
 _LABEL = 44
-#: relative distance of lines that are one
-_ALIKE = 1e-6
+#: what is measured, by the unit in SI
 _MEASURES = {
-    "N": "force", "N*m": "torque", "J": "energy", "mJ": "energy", "dB": "level", "rpm": "speed",
-    "Hz": "frequency", "m": "length", "mm": "length", "\u00b5m": "length", "Pa": "pressure",
+    "N": "force", "N*m": "torque", "J": "energy", "dB": "level", "m": "length", "Pa": "pressure",
     "W": "power", "rad": "angle", "s": "time", "kg": "mass", "m/s^2": "acceleration",
 }  # fmt: skip
 
 
-class Plane(NamedTuple):
-    """The part of a grid that a picture shows: places of its axes, and point numbers.
-
-    `points` is (x,) or (x, y); `held` says at what the other axes stand.
-    """
-
-    axes: tuple[int, ...]
-    points: np.ndarray
-    held: str
-
-
 class Shown(NamedTuple):
-    """One result in the unit of its picture: values and spread at all points."""
+    """One result in the unit of its picture: values and spread at all points, and its limits."""
 
     path: str
     words: str
+    measure: str
     unit: str
     factor: float
     worst: Worst
+    limits: list[Limit]
 
     @property
     def values(self) -> np.ndarray:
@@ -67,13 +56,13 @@ class Shown(NamedTuple):
     @property
     def label(self) -> str:
         """What is measured, and its unit: `force in N`."""
-        measure = _MEASURES.get(self.unit, "")
         _, level, reference = self.words.partition(", dB re")
         unit = unit_words(f"dB re{reference}" if level else self.unit)[1]
-        return f"{measure} in {unit}" if measure else unit or "number"
+        return f"{self.measure} in {unit}" if self.measure else unit or "number"
 
-    def title(self, note: str) -> str:
-        """The quantity in words, which fit over a panel, and below them a note."""
+    def title(self, *notes: str) -> str:
+        """The quantity in words, which fit over a panel, and below them notes."""
+        note = "; ".join(filter(None, notes))
         lines = fold(self.words.split(", dB re")[0], _SIDE_BY_SIDE)
         return "\n".join([*lines, *(fold(note, _SIDE_BY_SIDE) if note else ())])
 
@@ -88,25 +77,35 @@ class Mark(NamedTuple):
 
 
 class Picture(NamedTuple):
-    """What a picture of a grid shows: which points and results, with which limits and marks."""
+    """What a picture of a grid shows: the places of its axes, point numbers, results.
+
+    `points` is (x,) or (x, y); `held` says at what the other axes stand.
+    """
 
     sweep: SweepView
-    limits: Sequence[Limit]
-    part: Plane
+    judged: Judged
+    axes: tuple[int, ...]
+    points: np.ndarray
+    held: str
     shown: list[Shown]
 
     @property
     def grid(self) -> list[GridAxis]:
         """The axes that are shown."""
-        return [self.sweep.grid[i] for i in self.part.axes]
+        return [self.sweep.grid[i] for i in self.axes]
+
+    @property
+    def marks(self) -> list[Mark]:
+        """The points without a result."""
+        return failure_marks(self.sweep, self.points)
 
     @property
     def here(self) -> list[float] | None:
-        """Where the case itself stands on these, None if it lies outside."""
+        """Where the case itself stands on the axes, None if it lies outside."""
         found = case_values(self.sweep)
         if found is None:
             return None
-        places = [self.sweep.together[i][0] for i in self.part.axes]
+        places = [self.sweep.together[i][0] for i in self.axes]
         at = [float(found[place]) * self.sweep.keys[place].factor for place in places]
         spans = zip(map(along, self.grid), at, strict=True)
         return at if all(span.min() <= one <= span.max() for span, one in spans) else None
@@ -114,56 +113,39 @@ class Picture(NamedTuple):
     @property
     def star(self) -> tuple[int, list[float], str] | None:
         """The best point, where it is, and its words; None where it is not shown."""
-        found = best(self.sweep, self.limits)
-        if found is None or found[0] not in self.part.points:
+        found = best(self.sweep, self.judged)
+        if found is None or found[0] not in self.points:
             return None
-        place = np.argwhere(self.part.points == found[0])[0]
+        place = np.argwhere(self.points == found[0])[0]
         at = [float(along(axis)[i]) for axis, i in zip(self.grid, place, strict=True)]
         return found[0], at, best_words(self.sweep, found[1], found[0])
 
-    def own(self, one: Shown) -> list[Limit]:
-        """The limits on a result."""
-        return [limit for limit in self.limits if limit.quantity == one.path]
-
 
 def pictured(sweep: SweepView, most_points: int, most: int) -> Picture | None:
-    """What a picture shows of a grid; None if no result has a value."""
-    limits, _ = judge(sweep)
-    part = plane(sweep, limits, most_points)
-    chosen = panels(sweep, limits, part.points, most)
-    return Picture(sweep, limits, part, chosen) if chosen else None
+    """What a picture shows of a grid; None if no result has a value.
 
-
-def plane(sweep: SweepView, limits: Sequence[Limit], most: int) -> Plane:
-    """The one or two axes to show: x the longest of numbers, then one of `most` points at most.
-
-    The others stand at the best point, else at the point nearest to the case, else at their start.
+    One or two axes: x is the longest of numbers, then one of `most_points` at most. The others
+    stand at the best point, else at the point nearest to the case, else at their start.
     """
-    lengths = [len(axis.values) for axis in sweep.grid]
+    judged, shape = judge(sweep), sweep.shape
     order = sorted(
-        range(len(lengths)), key=lambda i: (bool(sweep.grid[i].keys[0].names), -lengths[i], i)
+        range(len(shape)), key=lambda i: (bool(sweep.grid[i].keys[0].names), -shape[i], i)
     )
-    others = [i for i in order[1:] if lengths[i] <= most]
-    shown = (order[0], *others[:1])
-    found = best(sweep, limits)
-    near = nearest(sweep, sweep.done)
-    centre = found[0] if found is not None else (near or 0)
-    places = list(np.unravel_index(centre, sweep.shape))
-    index = [np.array([place]) for place in places]
-    for axis in shown:
-        index[axis] = np.arange(lengths[axis])
-    mesh = np.meshgrid(*index, indexing="ij")
-    numbers = np.asarray(np.ravel_multi_index(mesh, sweep.shape))
-    points = np.squeeze(numbers, tuple(i for i in range(len(lengths)) if i not in shown))
-    if len(shown) == 2 and shown[0] > shown[1]:
-        points = points.T
+    axes = (order[0], *[i for i in order[1:] if shape[i] <= most_points][:1])
+    found = best(sweep, judged)
+    centre = (nearest(sweep, sweep.done) or 0) if found is None else found[0]
+    places = np.unravel_index(centre, shape)
+    index = tuple(slice(None) if i in axes else place for i, place in enumerate(places))
+    points = np.arange(sweep.count).reshape(shape)[index]
+    points = points.T if axes[0] > axes[-1] else points
     held = [
         f"{key.words} = {key.shown(value)}"
         for i, axis in enumerate(sweep.grid)
-        if i not in shown
+        if i not in axes
         for key, value in zip(axis.keys, axis.values[places[i]], strict=True)
     ]
-    return Plane(shown, points, ", ".join(held))
+    chosen = panels(sweep, judged, points, most)
+    return Picture(sweep, judged, axes, points, ", ".join(held), chosen) if chosen else None
 
 
 def is_map(sweep: SweepView) -> bool:
@@ -172,51 +154,38 @@ def is_map(sweep: SweepView) -> bool:
     return len(long) > 1
 
 
-def panels(sweep: SweepView, limits: Sequence[Limit], points: np.ndarray, most: int) -> list[Shown]:
+def panels(sweep: SweepView, judged: Judged, points: np.ndarray, most: int) -> list[Shown]:
     """The results worth a panel: those that vary over `points`, those with a limit first."""
-    paths = numeric(sweep)
-    limited = [path for path in paths if any(limit.quantity == path for limit in limits)]
+    paths, limited = numeric(sweep), {limit.quantity for limit in judged.limits}
     if len(paths) > most:
-        paths = [*limited, *(path for path in paths if path not in limited)]
+        paths = sorted(paths, key=lambda path: path not in limited)
     found: list[Shown] = []
     still: list[Shown] = []
     for path in paths:
-        one = shown(sweep, path)
-        values = one.values[np.ravel(points)]
+        one = shown(sweep, judged, path)
+        values, errors = one.values[points], one.worst.errors[points]
         finite = values[np.isfinite(values)]
-        if not finite.size:
-            continue
-        errors = one.worst.errors[np.ravel(points)]
-        slack = 2.0 * one.factor * float(np.max(errors[np.isfinite(errors)], initial=0.0))
-        (found if np.ptp(finite) > slack or path in limited else still).append(one)
+        if finite.size:
+            slack = 2.0 * one.factor * np.max(errors[np.isfinite(errors)], initial=0.0)
+            (found if np.ptp(finite) > slack or one.limits else still).append(one)
         if len(found) == most:
             break
     return found or still[:1]
 
 
-def shown(sweep: SweepView, path: str) -> Shown:
+def shown(sweep: SweepView, judged: Judged, path: str) -> Shown:
     """A result in a unit that suits its size: rpm, Hz, mm, mJ, else as it is."""
-    counted = worst(sweep, path)
-    factor, unit = shown_unit(path, sweep.quantities[path].unit, counted.values)
-    return Shown(path, sweep.quantities[path].long_name or short_name(path), unit, factor, counted)
+    counted, quantity = worst(sweep, path), sweep.quantities[path]
+    factor, unit = shown_unit(path, quantity.unit, counted.values)
+    measure = _MEASURES.get(quantity.unit, {"rpm": "speed", "Hz": "frequency"}.get(unit, ""))
+    words = quantity.long_name or short_name(path)
+    own = [limit for limit in judged.limits if limit.quantity == path]
+    return Shown(path, words, measure, unit, factor, counted, own)
 
 
 def short_name(path: str) -> str:
     """The last word of a path, for a legend."""
     return path.rsplit("/", 1)[-1].replace("_", " ")
-
-
-def together(drawn: np.ndarray) -> list[list[int]]:
-    """Numbers of lines (points, lines) in groups that lie on each other."""
-    found: list[list[int]] = []
-    for i, line in enumerate(drawn.T):
-        for group in found:
-            if np.allclose(line, drawn[:, group[0]], rtol=_ALIKE, atol=0.0, equal_nan=True):
-                group.append(i)
-                break
-        else:
-            found.append([i])
-    return found
 
 
 def shown_unit(path: str, unit: str, values: np.ndarray) -> tuple[float, str]:
@@ -235,23 +204,16 @@ def shown_unit(path: str, unit: str, values: np.ndarray) -> tuple[float, str]:
 
 def along(axis: GridAxis) -> np.ndarray:
     """Values of the first key of an axis in its unit; places of choices."""
+    if axis.keys[0].names:
+        return np.arange(len(axis.values), dtype=float)
     return np.asarray(axis.values[:, 0] * axis.keys[0].factor)
 
 
-def name_axis(axes: "Axes", axis: GridAxis, direction: str) -> None:
-    """Title, scale and, for choices, names of the x or y axis of a picture."""
-    key = axis.keys[0]
-    also = "".join(f", {other.words}" for other in axis.keys[1:3])
-    title = unit_words(key.title.replace(" in um", " in \u00b5m"))[1]
-    words = title + (f" (with{also[1:]})" if also else "")
-    getattr(axes, f"set_{direction}label")(textwrap.fill(words, _LABEL))
-    if key.names:
-        places = axis.values[:, 0]
-        names = [key.names[round(float(place))] for place in places]
-        getattr(axes, f"set_{direction}ticks")(places, names)
-    elif axis.logarithmic:
-        getattr(axes, f"set_{direction}scale")("log")
-        plain_ticks(getattr(axes, f"{direction}axis"))
+def axis_title(axis: GridAxis) -> str:
+    """Words of an axis with its unit, and the names of what varies along with it."""
+    title = unit_words(axis.keys[0].title.replace(" in um", " in \u00b5m"))[1]
+    also = ", ".join(other.words for other in axis.keys[1:3])
+    return textwrap.fill(title + (f" (with {also})" if also else ""), _LABEL)
 
 
 def logarithmic(values: np.ndarray) -> bool:
@@ -262,27 +224,28 @@ def logarithmic(values: np.ndarray) -> bool:
 
 def failure_marks(sweep: SweepView, points: np.ndarray) -> list[Mark]:
     """Marks of the failed points among `points`, one for each of the most frequent causes."""
-    shown_points = np.ravel(points)
-    found = []
-    for cause in causes(sweep):
-        inside = cause.points[np.isin(cause.points, shown_points)]
-        if inside.size:
-            found.append((cause, inside))
+    found = [
+        (inside, cause.title)
+        for cause in causes(sweep)
+        if (inside := cause.points[np.isin(cause.points, points)]).size
+    ]
     named = len(found) if len(found) <= len(_MARKS) else len(_MARKS) - 1
-    marks = [_mark(place, cause, inside) for place, (cause, inside) in enumerate(found[:named])]
+    said = [(inside, f"{many(inside.size, 'point')}: {title}") for inside, title in found[:named]]
     if len(found) > named:
-        rest = np.concatenate([inside for _, inside in found[named:]])
+        rest = np.concatenate([inside for inside, _ in found[named:]])
         words = f"{many(rest.size, 'point')} of {len(found) - named} other causes"
-        marks.append(Mark(rest, *_MARKS[2], words))
-    return marks
+        said.append((rest, words))
+    return [
+        Mark(inside, *look, textwrap.shorten(words, _WORDS, placeholder=" ..."))
+        for (inside, words), look in zip(said, _MARKS, strict=False)
+    ]
 
 
 def entry_words(counted: Worst, points: np.ndarray) -> str:
     """Which of several entries count over some points: `largest: mount=1`."""
     if len(counted.labels) < 2:
         return ""
-    places = np.ravel(points)
-    places = places[~np.isnan(counted.values[places])]
+    places = points[~np.isnan(counted.values[points])]
     used = [counted.labels[i] for i in np.unique(counted.entry[places])]
     if len(used) > 2:
         return f"largest of {len(counted.labels)} entries"
@@ -320,8 +283,3 @@ def legend_below(
 def hatch_style() -> dict[str, Any]:
     """The infeasible side of a limit."""
     return {"facecolor": "none", "edgecolor": LIMIT, "hatch": "//", "linewidth": 0.0, "alpha": 0.35}
-
-
-def _mark(place: int, cause: Cause, inside: np.ndarray) -> Mark:
-    words = f"{many(inside.size, 'point')}: {cause.title}"
-    return Mark(inside, *_MARKS[place], textwrap.shorten(words, _WORDS, placeholder=" ..."))

@@ -65,7 +65,7 @@ def numeric(sweep: SweepView) -> list[str]:
     paths = [str(path) for path in asked if str(path) in sweep.quantities]
     paths += [path for path in sweep.quantities if path not in paths]
     spreads = {f"{path}_standard_error" for path in paths}
-    return [path for path in paths if path not in spreads and _is_number(sweep.quantities[path])]
+    return [path for path in paths if path not in spreads and all(_shape(sweep.quantities[path]))]
 
 
 def read_worst(
@@ -86,15 +86,23 @@ def worst(
     first one counts, so that round-off does not choose the name. Raises ResultError where an axis
     or entry does not exist.
     """
-    quantity = sweep.quantities[path]
-    places, labels = _places(quantity, where or {})
+    places, labels = _places(sweep.quantities[path], where or {})
     stacked = sweep.read(path)
     values = _chosen(stacked.values, places)
-    errors = np.where(sweep.done, stacked.errors, np.nan)
-    reduced, entry = _reduced(values, stacked.errors, side)
-    reduced = np.where(sweep.done, reduced, np.nan)
-    spread = _spread(sweep, path, stacked.standard_errors, places, entry)
-    return Worst(reduced, errors, spread, entry, labels)
+    entry = first_of(values, stacked.errors[:, None], side)
+    reduced = (np.fmax if side == "max" else np.fmin).reduce(values, axis=1)
+    spread = _spread(sweep, path, places, entry, stacked.standard_errors)
+
+    def computed(one: np.ndarray) -> np.ndarray:
+        return np.where(sweep.done, one, np.nan)
+
+    return Worst(
+        computed(reduced),
+        computed(stacked.errors),
+        None if spread is None else computed(spread),
+        entry,
+        labels,
+    )
 
 
 def entries(sweep: SweepView, path: str) -> tuple[np.ndarray, tuple[str, ...]]:
@@ -133,34 +141,31 @@ def _chosen(values: np.ndarray, places: np.ndarray) -> np.ndarray:
     return np.abs(flat) if np.iscomplexobj(flat) else flat.astype(float)
 
 
-def _reduced(values: np.ndarray, errors: np.ndarray, side: Side) -> tuple[np.ndarray, np.ndarray]:
-    if values.shape[1] == 1:
-        return values[:, 0], np.zeros(len(values), dtype=np.int64)
-    signed = values if side == "max" else -values
-    known = np.where(np.isnan(signed), -np.inf, signed)
-    largest = known.max(axis=1)
-    slack = 2.0 * alike(errors, largest)
+def first_of(values: np.ndarray, errors: np.ndarray, side: str) -> np.ndarray:
+    """Places (...,) of the largest ("max") or smallest of values (..., n) along the last axis.
+
+    Of those that are the same within their errors (..., n) or (..., 1) the first one; NaN does not
+    count, unless there is nothing else.
+    """
+    known = ~np.isnan(values)
+    signed = np.where(known, values if side == "max" else -values, -np.inf)
+    at = np.argmax(signed, axis=-1)[..., None]
+    top = np.take_along_axis(signed, at, -1)
+    slack = np.broadcast_to(alike(errors, top), signed.shape)
     with np.errstate(invalid="ignore"):
-        level = np.where(np.isfinite(largest), largest - slack, largest)
-    entry = np.argmax(known >= level[:, None], axis=1)
-    return (largest if side == "max" else -largest), entry
+        level = np.where(np.isfinite(top), top - slack - np.take_along_axis(slack, at, -1), top)
+    return np.asarray(np.argmax(known & (signed >= level), axis=-1))
 
 
 def _spread(
-    sweep: SweepView, path: str, spread: np.ndarray | None, places: np.ndarray, entry: np.ndarray
+    sweep: SweepView, path: str, places: np.ndarray, entry: np.ndarray, own: np.ndarray | None
 ) -> np.ndarray | None:
     """Standard error of the entry that counts: its own result if kept, else one for all."""
-    twin = f"{path}_standard_error"
-    if twin in sweep.quantities and _shape(sweep.quantities[twin]) == _shape(
-        sweep.quantities[path]
-    ):
-        values = _chosen(sweep.read(twin).values, places)
-        return np.asarray(np.where(sweep.done, values[np.arange(len(values)), entry], np.nan))
-    return None if spread is None else np.where(sweep.done, spread, np.nan)
-
-
-def _is_number(quantity: Quantity) -> bool:
-    return quantity.values.dtype.kind in "biufc" and all(len(a.values) for a in quantity.axes)
+    twin = sweep.quantities.get(f"{path}_standard_error")
+    if twin is None or _shape(twin) != _shape(sweep.quantities[path]):
+        return own
+    values = _chosen(sweep.read(twin.path).values, places)
+    return np.take_along_axis(values, entry[:, None], axis=1)[:, 0]
 
 
 def _shape(quantity: Quantity) -> tuple[int, ...]:
@@ -203,23 +208,6 @@ def extreme_lines(sweep: SweepView) -> list[str]:
     return [*lines, *(line for words in unbounded for line in paragraph(words))]
 
 
-def first_of(values: np.ndarray, errors: np.ndarray, side: str) -> int:
-    """The point of the largest ("max") or smallest value; of equal ones, within errors, the first.
-
-    NaN does not count; ValueError if there is nothing else.
-    """
-    known = ~np.isnan(values)
-    if not known.any():
-        raise ValueError("there is no value to choose from")
-    signed = np.where(known, values if side == "max" else -values, -np.inf)
-    top = signed.max()
-    if not np.isfinite(top):
-        return int(np.argmax(known & (signed == top)))
-    slack = alike(errors, top)
-    at = int(np.argmax(signed))
-    return int(np.argmax(known & (signed >= top - slack - slack[at])))
-
-
 def _orders(quantity: Quantity) -> list[int]:
     """Orders of a level: one may fall far below another, and each has its own best place."""
     if quantity.unit != "dB":
@@ -228,29 +216,22 @@ def _orders(quantity: Quantity) -> list[int]:
 
 
 def _rows(sweep: SweepView, counted: Worst, name: str, unit: str) -> list[list[str]]:
-    if np.all(np.isnan(counted.values)):
+    values, errors = counted.values, counted.errors
+    if np.all(np.isnan(values)):
         return [[name, "", "none", unit, "no point was computed"]]
-    low, high = (first_of(counted.values, counted.errors, side) for side in ("min", "max"))
-    if low == high:
-        label = counted.label(low)
-        everywhere = "at all points" + (f"\n({label})" if label and label not in name else "")
-        if counted.estimate(low).unresolved(float(counted.values[low])):
-            return [[name, "", _value(counted, low), unit, f"{UNRESOLVED} {everywhere}"]]
-        return [[name, "constant", _value(counted, low), unit, everywhere]]
-    return [
-        [name, "smallest", _value(counted, low), unit, _place(sweep, counted, low, name)],
-        ["", "largest", _value(counted, high), unit, _place(sweep, counted, high, name)],
-    ]
+    low, high = (int(first_of(values, errors, side)) for side in ("min", "max"))
 
+    def row(title: str, kind: str, point: int, where: str = "") -> list[str]:
+        label = counted.label(point)
+        where = where or sweep.words_of(point).replace(", ", "\n")
+        where += f"\n({label})" if label and label not in name else ""
+        return [title, kind, show(values[point], counted.estimate(point)), unit, where]
 
-def _value(counted: Worst, point: int) -> str:
-    return show(counted.values[point], counted.estimate(point))
-
-
-def _place(sweep: SweepView, counted: Worst, point: int, name: str) -> str:
-    words = sweep.words_of(point).replace(", ", "\n")
-    label = counted.label(point)
-    return f"{words}\n({label})" if label and label not in name else words
+    if low != high:
+        return [row(name, "smallest", low), row("", "largest", high)]
+    if counted.estimate(low).unresolved(float(values[low])):
+        return [row(name, "", low, f"{UNRESOLVED} at all points")]
+    return [row(name, "constant", low, "at all points")]
 
 
 # ----------------------------------------------------------------------------
@@ -327,18 +308,11 @@ def index_lines(sweep: SweepView) -> list[str]:
 
 def indices_of(sweep: SweepView, counted: Worst) -> Indices | str:
     """Sobol indices of one result, or why there are none."""
-    values = np.where(sweep.done, counted.values, 0.0)
-    errors = np.where(sweep.done, counted.errors, 0.0)
-    columns = len(sweep.together)
+    values, errors = (np.where(sweep.done, one, 0.0) for one in (counted.values, counted.errors))
     try:
-        found = sobol_indices(values[:, None], columns, errors[:, None], sweep.done)
+        return sobol_indices(values, len(sweep.together), errors, sweep.done)
     except NumericalFailure as failure:
         return str(failure)
-    first, total = (
-        Statistic(*(np.asarray(part).reshape(columns) for part in statistic))
-        for statistic in (found.first, found.total)
-    )
-    return Indices(first, total, found.samples)
 
 
 def axis_names(sweep: SweepView) -> list[str]:

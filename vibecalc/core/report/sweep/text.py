@@ -1,16 +1,16 @@
 """What a sweep says: before it starts, after it ends, and its report."""
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.sweep.limits import Limit, judge, limit_lines, share_within_limits
+from vibecalc.core.report.sweep.limits import Judged, judge, limit_lines, share_within_limits
 from vibecalc.core.report.sweep.statistics import extreme_lines, index_lines, statistic_lines
 from vibecalc.core.report.sweep.view import (
-    GridAxis,
     SweepView,
     causes,
     example,
@@ -49,7 +49,9 @@ def forecast_object(prepared: "PreparedSweep", forecast: "Forecast", chunks: int
         "points": design.count,
         "shape": list(design.shape),
         "sampling": design.sampling,
-        "axes": [{"name": axis.name, "keys": list(axis.keys)} for axis in design.axes],
+        "axes": [
+            {"name": axis.name, "keys": [key.key for key in axis.keys]} for axis in design.axes
+        ],
         "strategy": strategy.kind,
         "reason": strategy.reason,
         "chunks": chunks,
@@ -77,7 +79,7 @@ def render_forecast(
 ) -> str:
     """The same as text."""
     design, strategy = prepared.design, prepared.strategy
-    sizes = " x ".join(str(size) for size in design.shape)
+    sizes = " x ".join(map(str, design.shape))
     shape = f", a grid of {sizes}" if design.sampling == "grid" else f", {design.sampling} sampling"
     were = "was" if forecast.tried == 1 else "were"
     tried = f"from {many(forecast.tried, 'point')} that {were} tried"
@@ -101,7 +103,6 @@ def outcome_object(
     sweep: SweepView, output: Path, counts: Mapping[int, int], taken_up: int, seconds: float
 ) -> dict[str, Any]:
     """What `--json` prints of a finished sweep."""
-    limits, _ = judge(sweep)
     return {
         "case": sweep.name,
         "result": str(output),
@@ -129,11 +130,11 @@ def outcome_object(
                 "where": dict(limit.where),
                 limit.side: limit.bound,
                 "unit": limit.unit,
-                "kept": int(np.count_nonzero(limit.kept & sweep.done)),
+                "kept": int(np.count_nonzero(limit.kept)),
                 "broken": int(np.count_nonzero(limit.broken)),
-                "undecided": int(np.count_nonzero(sweep.done & ~limit.kept & ~limit.broken)),
+                "undecided": int(np.count_nonzero(limit.open)),
             }
-            for limit in limits
+            for limit in judge(sweep).limits
         ],
         "seconds": seconds,
     }
@@ -201,26 +202,21 @@ def render_sweep(sweep: SweepView) -> str:
 
 def sweep_lines(sweep: SweepView) -> list[str]:
     """The blocks of that report."""
-    limits, missing = judge(sweep)
+    judged = judge(sweep)
     lines = [*heading(str(sweep.case.get("title") or sweep.name), 1), *_identity(sweep)]
-    lines += titled("Summary", paragraph(conclusion(sweep, limits)))
+    lines += titled("Summary", paragraph(conclusion(sweep, judged)))
+    left_out = map(": ".join, sweep.left_out.items())
     sections = (
         ("What varies", _varied(sweep)),
-        ("Limits", limit_lines(sweep, limits, missing)),
+        ("Limits", limit_lines(sweep, judged)),
         ("Smallest and largest values", extreme_lines(sweep)),
         ("Statistics of the samples", statistic_lines(sweep)),
         ("Sobol indices", index_lines(sweep)),
         ("Points without a result", failure_lines(sweep)),
-        (
-            "Not kept",
-            [line for one in sweep.left_out.items() for line in paragraph(": ".join(one))],
-        ),
+        ("Not kept", [line for words in left_out for line in paragraph(words)]),
         ("Provenance", pairs((name, str(text)) for name, text in sweep.provenance.items())),
     )
-    for name, section in sections:
-        if section:
-            lines += titled(name, section)
-    return lines
+    return lines + [line for one in sections if one[1] for line in titled(*one)]
 
 
 def report_file(of: Path | Result, *, full: bool = False) -> str:
@@ -251,9 +247,7 @@ def file_object(path: Path, *, full: bool = False) -> dict[str, Any]:
     with opened(path) as found:
         if isinstance(found, SweepResult):
             view = view_of(found)
-            counts = {int(status): int(np.sum(view.status == status)) for status in STATUS_WORDS}
-            met = {status: many for status, many in counts.items() if many}
-            whole = outcome_object(view, path, met, 0, 0.0)
+            whole = outcome_object(view, path, Counter(view.status.tolist()), 0, 0.0)
             return {name: one for name, one in whole.items() if name not in ("taken_up", "seconds")}
         if is_accuracy(found):
             from vibecalc.core.report.accuracy import accuracy_object
@@ -264,35 +258,34 @@ def file_object(path: Path, *, full: bool = False) -> dict[str, Any]:
         return as_json(found, path, full=full)
 
 
-def conclusion(sweep: SweepView, limits: Sequence[Limit]) -> str:
+def conclusion(sweep: SweepView, judged: Judged) -> str:
     """One sentence: how many points were computed, failed or are missing, and what they keep."""
-    count = {status: int(np.count_nonzero(sweep.status == status)) for status in (DONE, NOT_RUN)}
-    failed = sweep.count - sum(count.values())
-    clauses = [f"{count[DONE]} of {sweep.count} points are computed"]
+    done, left = (np.count_nonzero(sweep.status == status) for status in (DONE, NOT_RUN))
+    failed = sweep.count - done - left
+    clauses = [f"{done} of {sweep.count} points are computed"]
     if failed:
         clauses.append(f"{failed} failed, see below")
-    if count[NOT_RUN]:
-        clauses.append(f"{count[NOT_RUN]} {'was' if count[NOT_RUN] == 1 else 'were'} not run")
-    if limits:
-        clauses.append(share_within_limits(sweep, limits))
+    if left:
+        clauses.append(f"{left} {'was' if left == 1 else 'were'} not run")
+    if judged.limits:
+        clauses.append(share_within_limits(sweep, judged))
     return "; ".join(clauses) + "."
 
 
 def _identity(sweep: SweepView) -> list[str]:
-    sizes = " x ".join(str(size) for size in sweep.shape)
-    points = f"{sweep.count}, a grid" + (f" of {sizes}" if len(sweep.shape) > 1 else "")
+    sizes = " x ".join(map(str, sweep.shape))
+    drawn = "a grid" + (f" of {sizes}" if len(sweep.shape) > 1 else "")
     if not sweep.grid:
         runs = ", in the order that Sobol indices need" if sweep.indices else ""
-        points = f"{sweep.count}, {sweep.sampling.replace('_', ' ')} sampling{runs}"
-    source = str(sweep.case.get("source") or "")
+        drawn = f"{sweep.sampling.replace('_', ' ')} sampling{runs}"
+    source, points = str(sweep.case.get("source") or ""), f"{sweep.count}, {drawn}"
     rows = [("case", sweep.name), ("source", source), ("points", points), *sweep.facts]
     return pairs(row for row in rows if row[1])
 
 
 def _varied(sweep: SweepView) -> list[str]:
     rows: list[list[str]] = []
-    sampled = GridAxis(sweep.keys, sweep.values_of(np.arange(sweep.count)))
-    for axis in sweep.grid or (sampled,):
+    for axis in sweep.axes:
         spacing = "log" if axis.logarithmic else _steps(axis.values[:, 0])
         for column, key in enumerate(axis.keys):
             values = axis.values[:, column]

@@ -12,7 +12,7 @@ import numpy as np
 
 from vibecalc.core.report.goals import written_at
 from vibecalc.core.report.writing import fold, number, table
-from vibecalc.core.results.layout import DONE, NOT_RUN, SAMPLE, STATUS_WORDS, TEXT_CHECKSUM
+from vibecalc.core.results.layout import DONE, NOT_RUN, STATUS_WORDS, TEXT_CHECKSUM
 from vibecalc.core.results.record import Quantity
 from vibecalc.core.results.sweep_file import StackedQuantity, SweepResult, SweptKey
 from vibecalc.errors import UnitError
@@ -84,21 +84,20 @@ class SweepView:
     """A sweep. Points are counted in C order; `quantities` describes each result without its
     values.
 
-    `read` gives the values of one path, so that no more than one result is in memory at a time.
-    `grid` is empty for a sampling, `drawn` (points, keys) is None for a grid; `together` has the
-    places of the keys of each axis. `left_out` says of each path that could not be kept why.
+    `read` gives the values of one path, so that no more than one result is in memory at a time. A
+    sampling has one axis with all keys; `together` has the places of the keys that are drawn, or
+    vary, together. `reasons` says of points without a result why, `left_out` the same of each path
+    that could not be kept.
     """
 
     name: str
     case: Mapping[str, Any]
     sampling: str
-    keys: tuple[Key, ...]
-    grid: tuple[GridAxis, ...] = ()
-    drawn: np.ndarray | None = None
+    axes: tuple[GridAxis, ...]
     together: tuple[tuple[int, ...], ...]
     indices: bool = False
     status: np.ndarray
-    message: Callable[[int], str]
+    reasons: Mapping[int, str]
     quantities: Mapping[str, Quantity]
     read: Callable[[str], StackedResult]
     facts: Sequence[tuple[str, str]] = ()
@@ -106,9 +105,19 @@ class SweepView:
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
     @property
+    def keys(self) -> tuple[Key, ...]:
+        """All keys, in the order of the axes."""
+        return tuple(key for axis in self.axes for key in axis.keys)
+
+    @property
+    def grid(self) -> tuple[GridAxis, ...]:
+        """The axes of a grid; none of a sampling."""
+        return self.axes if self.sampling == "grid" else ()
+
+    @property
     def shape(self) -> tuple[int, ...]:
-        """Lengths of the axes of the grid; of a sampling, how many points it has."""
-        return tuple(len(axis.values) for axis in self.grid) or (int(self.status.size),)
+        """Lengths of the axes."""
+        return tuple(len(axis.values) for axis in self.axes)
 
     @property
     def count(self) -> int:
@@ -129,12 +138,9 @@ class SweepView:
 
     def values_of(self, points: np.ndarray) -> np.ndarray:
         """What the keys are at some points, (len, keys) in SI."""
-        points = np.asarray(points)
-        if self.drawn is not None:
-            return np.asarray(self.drawn[points])
         places = np.unravel_index(points, self.shape)
         return np.concatenate(
-            [axis.values[place] for axis, place in zip(self.grid, places, strict=True)], axis=-1
+            [axis.values[place] for axis, place in zip(self.axes, places, strict=True)], axis=-1
         )
 
     def words_of(self, point: int) -> str:
@@ -157,44 +163,32 @@ def view_of(result: SweepResult) -> SweepView:
     """The view of a sweep; its results are read from the file one by one, when asked for."""
     head = result.head
     swept = [key for axis in head.axes for key in axis.keys]
-    words = _short([key.key for key in swept], head.result.case)
-    keys = tuple(_key(key, name) for key, name in zip(swept, words, strict=True))
-    sampled = [axis.name for axis in head.axes] == [SAMPLE]
-    columns = [np.stack(axis.read(0, axis.count), axis=1).astype(float) for axis in head.axes]
-    tables = head.design["axes"] if sampled else [axis.keys for axis in head.axes]
-    groups = _groups([len(one) for one in tables])
-    grid = [
-        GridAxis(tuple(keys[place] for place in group), values)
-        for group, values in zip(groups, columns, strict=False)
-    ]
-    failures = result.failures()
-    reasons = {
-        int(point): failures.texts[int(cause)]
-        for point, cause in zip(failures.points, failures.causes, strict=True)
-    }
-    told = dict(head.result.provenance)
-    told.pop(TEXT_CHECKSUM, None)
+    words = iter(_short([key.key for key in swept], head.result.case))
+    axes = tuple(
+        GridAxis(
+            tuple(_key(key, next(words)) for key in axis.keys),
+            np.stack(axis.read(0, axis.count), axis=1).astype(float),
+        )
+        for axis in head.axes
+    )
+    drawn = head.design["axes"] if head.sampling != "grid" else [axis.keys for axis in axes]
+    ends = np.cumsum([0, *map(len, drawn)]).tolist()
 
     def read(path: str) -> StackedResult:
-        stacked, count = result.quantities[path], result.count
-        shape = (count, *(len(axis.values) for axis in stacked.axes))
-        spread = stacked.standard_errors()
-        spread = None if spread is None else spread.reshape(count)
+        stacked, every = result.quantities[path], (0, result.count)
         return StackedResult(
-            stacked.values().reshape(shape), stacked.errors().reshape(count), spread
+            stacked.values(*every), stacked.errors(*every), stacked.standard_errors(*every)
         )
 
     return SweepView(
         name=head.result.name,
         case=head.result.case,
         sampling=head.sampling,
-        keys=keys,
-        grid=() if sampled else tuple(grid),
-        drawn=columns[0] if sampled else None,
-        together=groups,
+        axes=axes,
+        together=tuple(tuple(range(start, stop)) for start, stop in pairwise(ends)),
         indices=bool(head.design.get("indices")),
         status=result.status().ravel(),
-        message=lambda point: reasons.get(point, ""),
+        reasons=result.failures().by_point(),
         quantities={path: _described(quantity) for path, quantity in result.quantities.items()},
         read=read,
         facts=(
@@ -203,13 +197,10 @@ def view_of(result: SweepResult) -> SweepView:
             ("vibecalc", head.result.version),
         ),
         left_out=result.left_out,
-        provenance=told,
+        provenance={
+            name: words for name, words in head.result.provenance.items() if name != TEXT_CHECKSUM
+        },
     )
-
-
-def _groups(sizes: list[int]) -> tuple[tuple[int, ...], ...]:
-    ends = np.cumsum([0, *sizes]).tolist()
-    return tuple(tuple(range(start, stop)) for start, stop in pairwise(ends))
 
 
 def _key(key: SweptKey, words: str) -> Key:
@@ -292,7 +283,7 @@ def causes(sweep: SweepView) -> list[Cause]:
     """Failures, most frequent first; messages that differ in their numbers only are one cause."""
     groups: dict[tuple[int, str], tuple[list[int], dict[str, None]]] = {}
     for point in np.flatnonzero((sweep.status != DONE) & (sweep.status != NOT_RUN)):
-        words = sweep.message(int(point))
+        words = sweep.reasons.get(int(point), "")
         key = (int(sweep.status[point]), _NUMBER.sub("#", words))
         points, texts = groups.setdefault(key, ([], {}))
         points.append(int(point))

@@ -6,80 +6,19 @@ Residuals are dimensionless, computed less measured over the standard uncertaint
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.study.search.problem import Box
+from vibecalc.core.study.search.derivatives import Slope, gradient
+from vibecalc.core.study.search.local_search import Stranded, forward_slopes
+from vibecalc.core.study.search.problem import Box, Sampler
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 
 #: variables (n,) in SI to residuals (m,) and what their rounding may be (m,)
 Residuals = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
-
-# ----------------------------------------------------------------------------
-# Slopes of the residuals by differences in the unit cube.
-# ----------------------------------------------------------------------------
-
-#: steps of differences while searching, and the first of the last ones
-_SEARCH_STEP, _LAST_STEP = 1e-5, 4e-3
-#: how often the last steps are halved at most, and how well slopes then are known at best
-_HALVINGS, _KNOWN = 4, 1e-8
-
-_Unit = Callable[[FloatArray], FloatArray]
-
-
-def _difference(residuals: _Unit, place: FloatArray, which: int, step: float) -> FloatArray:
-    """Slope (m,) along one coordinate, of second order; one-sided where a bound is near."""
-
-    def there(shift: float) -> FloatArray:
-        moved = place.copy()
-        moved[which] += shift
-        return residuals(moved)
-
-    if step <= place[which] <= 1.0 - step:
-        return (there(step) - there(-step)) / (2.0 * step)
-    way = step if place[which] < 0.5 else -step
-    return (-3.0 * there(0.0) + 4.0 * there(way) - there(2.0 * way)) / (2.0 * way)
-
-
-def _slopes(residuals: _Unit, place: FloatArray) -> FloatArray:
-    """Jacobian (m, n) of the first order, as a search takes it."""
-    here, columns = residuals(place), []
-    for j in range(place.size):
-        moved = place.copy()
-        moved[j] += _SEARCH_STEP if place[j] < 0.5 else -_SEARCH_STEP
-        columns.append((residuals(moved) - here) / (moved[j] - place[j]))
-    return np.stack(columns, axis=1)
-
-
-def slopes_with_error(
-    residuals: _Unit, place: FloatArray, noise: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Jacobian (m, n) at a point of the unit cube and what it may be off (m, n).
-
-    Steps are halved and differences extrapolated to none (Richardson), until what the last halving
-    has changed no longer shrinks; `noise` (m,) is what the residuals may be off.
-    """
-    found, errors = [], []
-    for j in range(place.size):
-        step = _LAST_STEP
-        coarse, best, off = _difference(residuals, place, j, step), None, None
-        for _ in range(_HALVINGS):
-            step *= 0.5
-            fine = _difference(residuals, place, j, step)
-            extrapolated = (4.0 * fine - coarse) / 3.0
-            change = np.abs(extrapolated - fine) + 3.0 * noise / step
-            if off is not None and np.linalg.norm(change) >= np.linalg.norm(off):
-                break
-            best, off, coarse = extrapolated, change, fine
-            if np.linalg.norm(off) <= _KNOWN * np.linalg.norm(best):
-                break
-        assert best is not None and off is not None
-        found.append(best)
-        errors.append(off)
-    return np.stack(found, axis=1), np.stack(errors, axis=1)
-
 
 # ----------------------------------------------------------------------------
 # The search from several starts.
@@ -90,9 +29,9 @@ _SEARCH_TOLERANCE, _TOLERANCE = 1e-7, 1e-12
 _MOST_STEPS = 200
 #: of a sum of squares, what two ends may differ by and still count as one
 _SAME = 1e-7
-#: of the way between bounds, from where on a variable may be on its bound
-_NEAR = 1e-4
 _MENDINGS = 6
+#: step on the unit cube after which slopes are those of the place before
+_SETTLED = 1e-8
 #: Gauss-Newton steps leave alone what is this much weaker than the strongest slope
 _WEAK = 1e-8
 
@@ -129,31 +68,6 @@ class LeastSquares(NamedTuple):
     failures: tuple[str, ...]
 
 
-class _Counted:
-    """Residuals in the unit cube, counted; not a number where there are none."""
-
-    def __init__(self, residuals: Residuals, box: Box):
-        self.residuals, self.box = residuals, box
-        self.evaluations = 0
-        self.failures: list[str] = []
-        self.size = 0
-        self.noise = np.zeros(0)
-        self._last: tuple[FloatArray, FloatArray] | None = None
-
-    def __call__(self, place: FloatArray) -> FloatArray:
-        if self._last is not None and np.array_equal(self._last[0], place):
-            return self._last[1]
-        self.evaluations += 1
-        try:
-            found, self.noise = self.residuals(self.box.values(place))
-        except NumericalFailure as failure:
-            self.failures.append(str(failure))
-            return np.full(max(self.size, 1), np.nan)
-        self.size = found.size
-        self._last = (place.copy(), found)
-        return found
-
-
 def least_squares_within(
     residuals: Residuals,
     lower: FloatArray,
@@ -176,118 +90,106 @@ def least_squares_within(
     NumericalFailure : no search ends in a minimum.
     """
     box = Box(lower, upper)
-    counted = _Counted(residuals, box)
-    places = np.vstack([box.unit(first), starts]) if len(starts) else box.unit(first)[None]
-    ends = [_searched(counted, place) for place in places]
-    known = [end for end in ends if end is not None]
-    if not known:
-        reasons = "; ".join(dict.fromkeys(counted.failures[:3]))
+    sampler = Sampler(lambda variables: (residuals(variables)[0], ()), box)
+    places = np.vstack([box.unit(first)[None], starts])
+    ends = [_searched(sampler, place) for place in places]
+    costs = np.array([_cost(sampler, end) if end is not None else np.inf for end in ends])
+    best = ends[int(np.argmax(costs <= np.min(costs) * (1.0 + _SAME)))]
+    if best is None:
+        reasons = "; ".join(dict.fromkeys([*sampler.failures.values()][:3]))
         raise NumericalFailure(
             f"none of {len(places)} searches for the least squares ended in a minimum"
             + (f": {reasons}" if reasons else "")
         )
-    least = min(cost for _, cost in known)
-    place, cost = next(end for end in known if end[1] <= least * (1.0 + _SAME))
-    place, moved, slopes, error = _mended(counted, place, cost)
+    noise = residuals(box.values(best))[1]
+    place, moved, slopes = _mended(sampler, best, noise)
     # what no point feels stays as it was
-    idle = np.linalg.norm(slopes, axis=0) <= np.linalg.norm(error, axis=0)
-    kept = np.where(idle, places[0], place)
-    if np.any(idle) and _cost(counted, kept) <= _cost(counted, place) * (1.0 + _SAME) + _SAME:
-        place = kept
-    at_end = counted(place)
-    widths = np.abs(box.slope(box.values(place)))
-    strongest = max(float(np.linalg.norm(slopes, 2)), 1e-300)
-    weak = max(_WEAK, float(np.linalg.norm(error)) / strongest)
-    moved_by = np.abs(np.linalg.pinv(slopes, rcond=min(weak, 1.0))) * widths[:, None]
-    values = box.values(place)
+    idle = np.linalg.norm(slopes.first, axis=0) <= np.linalg.norm(slopes.error, axis=0)
+    stays = np.where(idle, places[0], place)
+    if _cost(sampler, stays) <= _cost(sampler, place) * (1.0 + _SAME) + _SAME:
+        place = stays
+    at_end, values = sampler(place), box.values(place)
+    assert at_end is not None
+    widths = np.abs(box.slope(values))
+    strongest = max(float(np.linalg.norm(slopes.first, 2)), 1e-300)
+    weak = max(_WEAK, float(np.linalg.norm(slopes.error)) / strongest)
+    moved_by = np.abs(np.linalg.pinv(slopes.first, rcond=min(weak, 1.0))) * widths[:, None]
     return LeastSquares(
         variables=values,
         variables_error=moved * widths
-        + moved_by @ counted.noise
+        + moved_by @ noise
         + 64.0 * EPSILON * (np.abs(values) + widths),
         residuals=at_end,
         chi_square=float(at_end @ at_end),
-        slopes=slopes,
-        slopes_error=error,
+        slopes=slopes.first,
+        slopes_error=slopes.error,
         widths=widths,
         moved_by=moved_by,
         active=np.where(place <= 0.0, -1.0, np.where(place >= 1.0, 1.0, 0.0)),
         searches=tuple(
-            SearchEnd(
-                box.values(start),
-                box.values(start if end is None else end[0]),
-                np.inf if end is None else end[1],
-            )
-            for start, end in zip(places, ends, strict=True)
+            SearchEnd(box.values(start), box.values(start if end is None else end), float(cost))
+            for start, end, cost in zip(places, ends, costs, strict=True)
         ),
-        evaluations=counted.evaluations,
-        failures=tuple(counted.failures),
+        evaluations=sampler.count,
+        failures=tuple(sampler.failures.values()),
     )
 
 
-def _searched(counted: _Counted, start: FloatArray) -> tuple[FloatArray, float] | None:
-    """Where a search ends, with its sum of squares; None where it does not end in a minimum."""
+def _searched(sampler: Sampler, start: FloatArray) -> FloatArray | None:
+    """Where a search ends; None where it does not end in a minimum."""
     from scipy.optimize import least_squares
 
-    if not np.all(np.isfinite(counted(start))):
+    if sampler(start) is None:
         return None
-    try:
-        with np.errstate(invalid="ignore"):
-            found = least_squares(
-                counted,
-                start,
-                jac=lambda place: _slopes(counted, place),
-                bounds=(np.zeros(start.size), np.ones(start.size)),
-                xtol=_SEARCH_TOLERANCE,
-                ftol=_SEARCH_TOLERANCE,
-                gtol=_TOLERANCE,
-                max_nfev=_MOST_STEPS,
-            )
-    except (ValueError, np.linalg.LinAlgError):  # a slope next to a point without results
-        return None
-    if found.status <= 0:
-        return None
-    return np.asarray(found.x), float(2.0 * found.cost)
+
+    def residuals(place: FloatArray) -> FloatArray:
+        vector = sampler(place)
+        return np.full(sampler.parts, np.nan) if vector is None else vector
+
+    # not a number, or a slope next to a point without results
+    with suppress(ValueError, np.linalg.LinAlgError, Stranded), np.errstate(invalid="ignore"):
+        found = least_squares(
+            residuals,
+            start,
+            jac=lambda place: forward_slopes(sampler, place),
+            bounds=(np.zeros(start.size), np.ones(start.size)),
+            xtol=_SEARCH_TOLERANCE,
+            ftol=_SEARCH_TOLERANCE,
+            gtol=_TOLERANCE,
+            max_nfev=_MOST_STEPS,
+        )
+        return np.asarray(found.x) if found.status > 0 else None
+    return None
 
 
 def _mended(
-    counted: _Counted, place: FloatArray, cost: float
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Gauss-Newton steps within the bounds: the place, the last step (n,), slopes, their error.
-
-    Variables that come next to a bound are put on it where that is no worse.
-    """
+    sampler: Sampler, place: FloatArray, noise: FloatArray
+) -> tuple[FloatArray, FloatArray, Slope]:
+    """Gauss-Newton steps within the bounds: the place, the last step (n,), and slopes there."""
     from scipy.optimize import lsq_linear
 
-    moved = np.zeros(place.size)
-    slopes, error = slopes_with_error(counted, place, counted.noise)
+    cost = _cost(sampler, place)
     for _ in range(_MENDINGS):
-        here = counted(place)
-        weak = _WEAK * max(float(np.linalg.norm(slopes)), 1e-300)
-        table = np.vstack([slopes, weak * np.eye(place.size)])
+        slopes, here = gradient(sampler, place, noise), sampler(place)
+        assert here is not None
+        weak = _WEAK * max(float(np.linalg.norm(slopes.first)), 1e-300)
+        table = np.vstack([slopes.first, weak * np.eye(place.size)])
         wanted = np.concatenate([-here, np.zeros(place.size)])
-        step = lsq_linear(table, wanted, bounds=(-place - 1e-300, 1.0 - place + 1e-300)).x
-        after = np.clip(place + step, 0.0, 1.0)
-        for end in (0.0, 1.0):
-            near = np.abs(after - end) <= _NEAR
-            towards = np.where(near, end, after)
-            if np.any(near) and _cost(counted, towards) <= cost * (1.0 + _TOLERANCE):
-                after = towards
-        there = _cost(counted, after)
-        moved = np.abs(after - place)
+        room = -place - 1e-300, 1.0 - place + 1e-300
+        after = place + lsq_linear(table, wanted, bounds=room, method="bvls").x
+        after = np.where(np.abs(after - np.round(after)) < 4.0 * EPSILON, np.round(after), after)
+        moved, there = np.abs(after - place), _cost(sampler, after)
         if not there <= cost * (1.0 + 1e-10) + 1e-300:
             break
         place, cost = after, min(cost, there)
-        if np.max(moved) <= 1e-11:
+        if np.max(moved) <= _SETTLED:
             break
-    if np.max(moved) > _NEAR or np.any((place <= 0.0) | (place >= 1.0)):
-        slopes, error = slopes_with_error(counted, place, counted.noise)
-    return place, moved, slopes, error
+    return place, moved, slopes
 
 
-def _cost(counted: _Counted, place: FloatArray) -> float:
-    found = counted(place)
-    return float(found @ found) if np.all(np.isfinite(found)) else np.inf
+def _cost(sampler: Sampler, place: FloatArray) -> float:
+    vector = sampler(place)
+    return np.inf if vector is None else float(vector @ vector)
 
 
 # ----------------------------------------------------------------------------

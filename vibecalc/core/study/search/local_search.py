@@ -1,18 +1,15 @@
-"""Local searches by sequential quadratic programming, from a point that keeps all limits."""
+"""Local searches by sequential quadratic programming, from many starts and on one scale."""
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.core.study.search.problem import (
     CONVERGED,
-    Infeasible,
-    LocalEnd,
     Sampler,
     Search,
     Values,
-    foresee,
+    View,
     spread,
 )
 from vibecalc.errors import NumericalFailure
@@ -29,92 +26,100 @@ MOST_STEPS = 60
 #: a norm below this, in scaled units, is left to the method for zeros
 VANISHING = 1e-3
 
+#: a search from a start (k,): where it stopped, and in words why
+Searcher = Callable[[Sampler, np.ndarray], tuple[np.ndarray, str]]
 
-class _NearZero(Exception):
-    """A norm is about to vanish; its square is better for what is left."""
-
-
-class _Stranded(Exception):
-    """The search stands where no derivative can be formed."""
+_STRANDED = "stopped next to points that cannot be evaluated"
 
 
-def local_search(sampler: Values, start: np.ndarray, *, to_the_end: bool = False) -> LocalEnd:
+class Stranded(Exception):
+    """Nothing is left for this search to do, its words say why."""
+
+
+def local_search(
+    values: Values, start: np.ndarray, *, to_the_end: bool = False
+) -> tuple[np.ndarray, str]:
     """Search downhill from a start with SLSQP until it stops, whatever the reason.
 
     Parameters
     ----------
-    sampler : Values
-    start : (n,) array
-        Point of the unit cube at which the sampler gives values.
+    values : Sampler or View
+    start : (k,) array
+        Point of the unit cube at which there are values.
     to_the_end : bool
         Without it the search ends where it gains little, or where a norm is about to vanish.
 
     Notes
     -----
     D. Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28 (1988), as
-    in scipy. Points that cannot be evaluated look worse than all others, and the line search
-    turns back from them.
+    in scipy. Of several parts the largest is made small as the least number that none exceeds: each
+    part is smooth where their largest has a kink. Points that cannot be evaluated look worse than
+    all others, and the line search turns back from them.
     """
     from scipy.optimize import minimize
 
-    accuracy = FINE_ACCURACY if to_the_end else ACCURACY
-    size = start.size
-    best: list[np.ndarray] = [start]
-    first = sampler(start)
+    size, parts, box = start.size, values.parts, values.box
+    best, first = start, values(start)
     assert first is not None
-    bad = np.full_like(first, -1.0)
-    bad[0] = first[0] + 1e3
+    is_part = np.arange(first.size) < parts
+    top = float(np.max(first[:parts]))
+    bad = np.where(is_part, top + 1e3, -1.0)
+    several = parts > 1
 
-    def steps(unit: np.ndarray) -> list[np.ndarray]:
-        return [_stepped(unit, axis, _sides(unit, axis)[0]) for axis in range(size)]
-
-    def values(unit: np.ndarray) -> np.ndarray:
-        unit = np.clip(unit, 0, 1)
-        foresee(sampler, [unit, *steps(unit)])  # the derivatives are asked for next, as a rule
-        vector = sampler(unit)
+    def at(place: np.ndarray) -> np.ndarray:
+        unit = box.inside(place[:size])
+        steps = [unit + step for step in np.diag(_sides(unit))]
+        values.ahead([unit, *steps])  # the derivatives are asked for next, as a rule
+        vector = values(unit)
         return bad if vector is None else vector
 
-    def jacobian(unit: np.ndarray) -> np.ndarray:
-        unit = np.clip(unit, 0, 1)
-        centre = sampler(unit)
+    def jacobian(place: np.ndarray) -> np.ndarray:
+        nonlocal best
+        unit = box.inside(place[:size])
+        centre = values(unit)
         if centre is None:
-            raise _Stranded
-        best[0] = unit
-        if not to_the_end and _vanishing(sampler, centre):
-            raise _NearZero
-        foresee(sampler, steps(unit))
-        columns = [_forward(sampler, unit, centre, axis) for axis in range(size)]
-        return np.stack(columns, axis=1)
+            raise Stranded(_STRANDED)
+        best = unit
+        if not to_the_end and _vanishing(values, centre):
+            raise Stranded("near zero")
+        return forward_slopes(values, unit)
 
-    limits = {
-        "type": "ineq",
-        "fun": lambda unit: values(unit)[1:],
-        "jac": lambda unit: jacobian(unit)[1:],
-    }
+    def limits(place: np.ndarray) -> np.ndarray:
+        vector = at(place)
+        return np.append(place[size] - vector[:parts], vector[parts:]) if several else vector[1:]
+
+    def limit_slopes(place: np.ndarray) -> np.ndarray:
+        slopes = jacobian(place)
+        if not several:
+            return slopes[1:]
+        return np.column_stack([np.where(is_part[:, None], -slopes, slopes), is_part])
+
+    whole = np.append(start, top) if several else start
+    bounds = [(None, None) if around else (0.0, 1.0) for around in box.around]
     try:
         solution = minimize(
-            lambda unit: float(values(unit)[0]),
-            start,
-            jac=lambda unit: jacobian(unit)[0],
+            lambda place: float(place[size] if several else at(place)[0]),
+            whole,
+            jac=lambda place: np.eye(size + 1)[size] if several else jacobian(place)[0],
             method="SLSQP",
-            bounds=[(0.0, 1.0)] * size,
-            constraints=limits if first.size > 1 else (),
-            options={"ftol": accuracy, "maxiter": MOST_STEPS},
+            bounds=bounds + [(None, None)] * several,
+            constraints={"type": "ineq", "fun": limits, "jac": limit_slopes}
+            if first.size > 1
+            else (),
+            options={"ftol": FINE_ACCURACY if to_the_end else ACCURACY, "maxiter": MOST_STEPS},
         )
-    except _NearZero:
-        return LocalEnd(best[0], "near zero")
-    except _Stranded:
-        return LocalEnd(best[0], "stopped next to points that cannot be evaluated")
-    end = np.clip(solution.x, 0, 1)
-    if not np.all(np.isfinite(end)) or sampler(end) is None:
-        return LocalEnd(best[0], "stopped next to points that cannot be evaluated")
-    return LocalEnd(end, REASONS.get(int(solution.status), str(solution.message).lower()))
+    except Stranded as stop:
+        return box.fold(best), str(stop)
+    end = solution.x[:size]
+    if not np.all(np.isfinite(end)) or values(end) is None:
+        return box.fold(best), _STRANDED
+    return box.fold(end), REASONS.get(int(solution.status), str(solution.message).lower())
 
 
-def _vanishing(sampler: Values, vector: np.ndarray) -> bool:
+def _vanishing(values: Values, vector: np.ndarray) -> bool:
     """Whether an objective that was never negative is almost zero, with all margins kept."""
-    never_negative = getattr(sampler, "smallest", -1.0) >= 0
-    return never_negative and 0 <= vector[0] < VANISHING and bool(np.all(vector[1:] >= 0))
+    one = values.parts == 1 and values.smallest >= 0
+    return one and 0 <= vector[0] < VANISHING and bool(np.all(vector[1:] >= 0))
 
 
 #: scipy's status of SLSQP in our words
@@ -131,84 +136,22 @@ REASONS = {
 }
 
 
-def _sides(unit: np.ndarray, axis: int) -> tuple[float, float]:
-    return (1.0, -1.0) if unit[axis] < 0.5 else (-1.0, 1.0)
+def _sides(unit: np.ndarray) -> np.ndarray:
+    return np.where(unit < 0.5, STEP, -STEP)
 
 
-def _stepped(unit: np.ndarray, axis: int, side: float) -> np.ndarray:
-    nearby = unit.copy()
-    nearby[axis] += side * STEP
-    return nearby
-
-
-def _forward(sampler: Values, unit: np.ndarray, centre: np.ndarray, axis: int) -> np.ndarray:
-    """One column of the Jacobian, from the side that stays inside and can be evaluated."""
-    for side in _sides(unit, axis):
-        nearby = _stepped(unit, axis, side)
-        if 0 <= nearby[axis] <= 1:
-            value = sampler(nearby)
-            if value is not None:
-                return np.asarray((value - centre) / (nearby[axis] - unit[axis]))
-    raise _Stranded
-
-
-# ----------------------------------------------------------------------------
-# A point that keeps all limits, or the proof of the nearest miss.
-# ----------------------------------------------------------------------------
-
-MOST_TRIES = 3
-
-
-def feasible_point(sampler: Sampler, ends: list[np.ndarray]) -> np.ndarray:
-    """Make the worst margin as large as can be, from the least violated points known.
-
-    Parameters
-    ----------
-    sampler : Sampler
-    ends : list of (n,) arrays
-        Points of the unit cube, the least violated first.
-
-    Returns
-    -------
-    unit : (n,) array
-        A point with all margins >= 0.
-
-    Raises
-    ------
-    Infeasible
-        If there is none: it names the least violated point and what is violated there.
-
-    Notes
-    -----
-    One more variable is what all margins are granted, as a share of what the start breaks.
-    """
-    best, least = ends[0], np.array([-np.inf])
-    for start in ends[:MOST_TRIES]:
-        vector = sampler(start)
-        assert vector is not None
-        most = -float(np.min(vector[1:]))
-
-        def relaxed(wide: np.ndarray, most: float = most) -> np.ndarray | None:
-            values = sampler(wide[:-1])
-            return None if values is None else np.append(wide[-1], values[1:] + most * wide[-1])
-
-        unit = local_search(relaxed, np.append(start, 1.0)).unit[:-1]
-        vector = sampler(unit)
-        if vector is not None and np.min(vector[1:]) > np.min(least):
-            best, least = unit, vector[1:]
-        if np.min(least) >= 0:
-            return best
-    worst = ", ".join(
-        f"margin {index} is {least[index]:.6g}" for index in np.flatnonzero(least < 0)
-    )
-    nearest = sampler.box.values(best)
-    raise Infeasible(
-        f"no point within the bounds keeps all limits. The least violated one found is at "
-        f"{nearest.tolist()}: {worst} (relative to the limit, needs >= 0). "
-        "Widen the bounds of the variables or relax these limits.",
-        nearest,
-        sampler.count,
-    )
+def forward_slopes(values: Values, unit: np.ndarray) -> np.ndarray:
+    """Slopes (v, k), each from the side that stays inside and can be evaluated; else Stranded."""
+    columns, centre = [], values(unit)
+    for step in np.diag(_sides(unit)):
+        for nearby in (unit + step, unit - step):
+            value = values(nearby) if np.array_equal(nearby, values.box.inside(nearby)) else None
+            if value is not None and centre is not None:
+                columns.append((value - centre) / np.sum(nearby - unit))
+                break
+        else:
+            raise Stranded(_STRANDED)
+    return np.stack(columns, axis=1)
 
 
 # ----------------------------------------------------------------------------
@@ -219,121 +162,111 @@ def feasible_point(sampler: Sampler, ends: list[np.ndarray]) -> np.ndarray:
 UNRESOLVED = 2e-11
 
 
-class SearchEnds(NamedTuple):
-    """All local searches, and what there is to say about them."""
-
-    ends: list[Search]
-    notes: tuple[str, ...]
-    flat: bool = False
-
-
-def search_all(
-    sampler: Sampler,
-    points: np.ndarray,
-    searcher: Callable[[Values, np.ndarray], LocalEnd] = local_search,
-    most: int = 1 << 30,
-) -> SearchEnds:
+def search_all(sampler: Sampler, points: np.ndarray, searcher: Searcher, most: int) -> list[Search]:
     """Search from every start that can be evaluated; `sampler.scale` is set on the way.
 
     Parameters
     ----------
     sampler : Sampler
-    points : (k, n) array
+    points : (j, k) array
         Starts on the unit cube.
     searcher : callable
         The search from one start.
     most : int
-        Most searches, where fewer than k do.
+        Most searches, where fewer than j do.
 
     Raises
     ------
     NumericalFailure
         If no start can be evaluated, or no point keeps all limits.
     """
-    vectors, flat = set_scale(sampler, points)
-    if all(vector is None for vector in vectors):
+    set_scale(sampler, points)
+    if len(sampler.failures) == sampler.count:
         raise NumericalFailure(
             f"none of the {len(points)} starting points of the search can be evaluated; the first "
             f"says: {next(iter(sampler.failures.values()))}"
         )
     ends: list[Search] = []
-    notes: tuple[str, ...] = ()
     walks = 0
-    for point, vector in zip(points, vectors, strict=True):
-        before = sampler.count
+    for point in points:
         if walks == most:
             break
-        if vector is None:
-            reason = f"cannot be evaluated: {sampler.failures[(point + 0.0).tobytes()]}"
+        if sampler(point) is None:
+            reason = f"cannot be evaluated: {sampler.failure(point)}"
             ends.append(Search(point, point, np.nan, np.inf, reason, 0))
-        elif sampler.left < sampler.reserve and any(end.violation < np.inf for end in ends):
-            notes = (f"the budget ended the search after {len(ends)} of {len(points)} starts",)
+        elif sampler.left < sampler.reserve and walks:
+            sampler.notes.append(
+                f"the budget ended the search after {len(ends)} of {len(points)} starts"
+            )
             break
         else:
-            walk = searcher(sampler, point)
             walks += 1
-            ends.append(_end(sampler, point, walk.unit, walk.reason, sampler.count - before))
+            ends.append(_searched(sampler, point, searcher))
     if not any(end.feasible for end in ends):
-        ends += _from_feasible(sampler, ends)
-    return SearchEnds(ends, notes, flat)
+        start = _feasible_point(sampler, [end for end in ends if np.isfinite(end.violation)])
+        ends.append(_searched(sampler, start, local_search))
+        if not ends[-1].feasible:
+            keep = "keeps the limits, not improved"
+            ends.append(_searched(sampler, start, lambda values, unit: (unit, keep)))
+    return ends
 
 
-def set_scale(sampler: Sampler, points: np.ndarray) -> tuple[list[np.ndarray | None], bool]:
-    """Values (before scaling) at the points; `sampler.scale` becomes their typical change.
-
-    Also whether the objective is flat: its change is too small a share of it to be resolved.
-    """
-    foresee(sampler, list(points))
-    vectors = [sampler(point) for point in points]
-    if all(vector is None for vector in vectors):
-        return vectors, False
-    change = _change(sampler, points, vectors)
-    least = UNRESOLVED * sampler.largest
-    # a power of two, so that scaling is exact
-    sampler.scale = 2.0 ** round(np.log2(max(change, least))) if change > 0 or least > 0 else 1.0
-    return vectors, change <= least
-
-
-def _from_feasible(sampler: Sampler, ends: list[Search]) -> list[Search]:
-    """Find a point that keeps all limits and search from it."""
-    nearest = sorted(
-        (end for end in ends if np.isfinite(end.violation)), key=lambda end: end.violation
-    )
+def _searched(sampler: Sampler, start: np.ndarray, searcher: Searcher) -> Search:
     before = sampler.count
-    start = feasible_point(sampler, [end.end for end in nearest])
-    unit, reason = local_search(sampler, start)
-    improved = _end(sampler, start, unit, reason, sampler.count - before)
-    if improved.feasible:
-        return [improved]
-    return [improved, _end(sampler, start, start, "keeps the limits, not improved", 0)]
+    unit, reason = searcher(sampler, start)
+    spent = sampler.count - before
+    return Search(start, unit, sampler.top(unit), sampler.violation(unit), reason, spent)
 
 
-def _end(
-    sampler: Sampler, start: np.ndarray, unit: np.ndarray, reason: str, evaluations: int
-) -> Search:
-    unit = sampler.box.fold(unit)
-    vector = sampler(unit)
-    assert vector is not None
-    violation = float(np.max(-vector[1:], initial=0.0))
-    return Search(start, unit, float(vector[0]), violation, reason, evaluations)
+#: ends of searches from which a point that keeps all limits is sought
+MOST_TRIES = 3
 
 
-def _change(sampler: Sampler, points: np.ndarray, vectors: list[np.ndarray | None]) -> float:
-    """A typical change of the objective over the bounds: of the starts, or of a small step."""
-    tops = np.array([v[0] for v in vectors if v is not None])
+def _feasible_point(sampler: Sampler, ends: list[Search]) -> np.ndarray:
+    """Make the worst margin as large as can be, from the least violated ends.
+
+    Infeasible, with the least violated point and what it breaks, where none keeps all limits.
+    """
+    tried = [ends[0].end]
+    for end in sorted(ends, key=lambda end: end.violation)[:MOST_TRIES]:
+
+        def missing(vector: np.ndarray, most: float = end.violation) -> np.ndarray:
+            return -vector[sampler.parts :] / most
+
+        unit, _ = local_search(View(sampler, missing, sum(sampler.entries or [])), end.end)
+        tried.append(unit)
+        if sampler.violation(unit) == 0.0:
+            return unit
+    raise sampler.infeasible(
+        min(tried, key=sampler.violation),
+        "no point within the bounds keeps all limits. The least violated one found is at {at}: "
+        "{worst} (relative to the limit, needs >= 0). "
+        "Widen the bounds of the variables or relax these limits.",
+    )
+
+
+def set_scale(sampler: Sampler, points: np.ndarray) -> None:
+    """Take as `sampler.scale` the typical change of the objective at the points, and around.
+
+    `sampler.flat` becomes whether that is too small a share of the objective to be resolved.
+    """
+    sampler.ahead(list(points))
+    known = [point for point in points if sampler(point) is not None]
+    if not known:
+        return
+    tops, centre = np.array([sampler.top(point) for point in known]), known[0]
+
+    def changes_to(points: np.ndarray, factor: float) -> list[float]:
+        there = np.array([sampler.top(point) for point in points])
+        return list(factor * np.abs(there[np.isfinite(there)] - tops[0]))
+
     apart = np.abs(tops - np.median(tops))
     changes = [float(np.median(apart)), float(np.max(apart))]
-    centre_point = next(p for p, v in zip(points, vectors, strict=True) if v is not None)
-    for axis in range(points.shape[1]):
-        nearby = centre_point.copy()
-        nearby[axis] += 1e-2 if nearby[axis] < 0.5 else -1e-2
-        value = sampler(nearby)
-        if value is not None:
-            changes.append(1e2 * abs(float(value[0] - tops[0])))
+    changes += changes_to(centre + np.diag(np.where(centre < 0.5, 1e-2, -1e-2)), 1e2)
     least = UNRESOLVED * sampler.largest
     if max(changes) <= least:  # a start of high symmetry may hide all change
-        for point in spread(8, points.shape[1]):
-            value = sampler(point)
-            if value is not None:
-                changes.append(abs(float(value[0] - tops[0])))
-    return next((change for change in changes if change > least), max(changes))
+        changes += changes_to(spread(8, centre.size), 1.0)
+    change = next((change for change in changes if change > least), max(changes))
+    sampler.flat = change <= least
+    # a power of two, so that scaling is exact
+    sampler.scale = 2.0 ** round(np.log2(max(change, least))) if change > 0 or least > 0 else 1.0

@@ -1,66 +1,60 @@
-"""All search methods under one signature, so that they can stand side by side."""
+"""Search methods by name: each from one start, refined by `minimise` or compared as they are."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.core.study.search.conditions import stationarity
-from vibecalc.core.study.search.local_search import local_search, set_scale
+from vibecalc.core.study.search.derivatives import stationarity
+from vibecalc.core.study.search.local_search import Searcher, local_search, set_scale
 from vibecalc.core.study.search.problem import (
+    AMPLE_MARGIN,
     CONVERGED,
     Ahead,
     Box,
     BudgetSpent,
     Evaluate,
-    LocalEnd,
     Sampler,
-    Values,
+    largest_part,
 )
 from vibecalc.errors import NumericalFailure
 
 # ----------------------------------------------------------------------------
-# Direct search with exploratory and pattern moves.
+# Direct searches: by exploratory and pattern moves, and with a simplex that crawls downhill.
 # ----------------------------------------------------------------------------
 
 Scalar = Callable[[np.ndarray], float]
+#: function, start (k,) on the unit cube, first and last step -> the lowest point, and whether the
+#: steps have become as small as was asked for
+Direct = Callable[[Scalar, np.ndarray, float, float], tuple[np.ndarray, bool]]
 
 #: points are multiples of its inverse: sums of such numbers within the unit cube are exact
 _FINEST = 2.0**52
 
 
-class Descent(NamedTuple):
-    """Where a direct search stopped: point (n,) of the unit cube, value, points evaluated.
-
-    `converged` says that the steps have become as small as was asked for.
-    """
-
-    point: np.ndarray
-    value: float
-    evaluations: int
-    converged: bool
-
-
-def hooke_jeeves(function: Scalar, start: np.ndarray, step: float, tolerance: float) -> Descent:
+def hooke_jeeves(
+    function: Scalar, start: np.ndarray, step: float, tolerance: float
+) -> tuple[np.ndarray, bool]:
     """Search the unit cube for a low value without derivatives.
 
     Parameters
     ----------
     function : callable
-        `function(unit (n,)) -> float`; infinity where there is no value. It is called once for
-        each point.
-    start : (n,) array
+        `function(unit (k,)) -> float`; infinity where there is no value.
+    start : (k,) array
         First base point.
     step, tolerance : float
         First step of the exploratory moves, in units of the cube, and largest last one.
 
     Returns
     -------
-    descent : Descent
-        No point next to the last base, by the last step along an axis, is lower. On a
-        smooth function that makes it nearly stationary; at a kink it may not even be that.
+    point : (k,) array
+        No point next to it, by the last step along an axis, is lower. On a smooth function that
+        makes it nearly stationary; at a kink it may not even be that.
+    converged : bool
 
     Notes
     -----
@@ -73,50 +67,38 @@ def hooke_jeeves(function: Scalar, start: np.ndarray, step: float, tolerance: fl
     Jeeves, "Direct search" solution of numerical and statistical problems, J. ACM 8 (1961), 212.
     """
     step = float(2.0 ** np.round(np.log2(step)))
-    start = np.round(start * _FINEST) / _FINEST
-    known: dict[bytes, float] = {}
+    base = np.round(start * _FINEST) / _FINEST
+    value, signs = function(base), np.ones(start.size)
 
-    def value_at(point: np.ndarray) -> float:
-        key = (point + 0.0).tobytes()
-        if key not in known:
-            known[key] = function(point)
-        return known[key]
-
-    signs = np.ones(start.size)
-
-    def explore(point: np.ndarray) -> tuple[np.ndarray, float]:
-        best, lowest = point, value_at(point)
+    def explore(point: np.ndarray, lowest: float) -> tuple[np.ndarray, float]:
         for axis in range(start.size):
             for side in (signs[axis], -signs[axis]):
-                trial = best.copy()
-                trial[axis] = min(1.0, max(0.0, best[axis] + side * step))
-                if trial[axis] != best[axis] and value_at(trial) < lowest:
-                    best, lowest = trial, value_at(trial)
-                    signs[axis] = side
+                trial = point.copy()
+                trial[axis] = min(1.0, max(0.0, point[axis] + side * step))
+                there = lowest if trial[axis] == point[axis] else function(trial)
+                if there < lowest:
+                    point, lowest, signs[axis] = trial, there, side
                     break
-        return best, lowest
+        return point, lowest
 
-    base, value = start, value_at(start)
     while True:
-        explored, lowest = explore(base)
+        explored, lowest = explore(base, value)
+        if lowest >= value and step <= tolerance:
+            return base, True
+        if lowest >= value:
+            step = 0.5 * step
         while lowest < value:
             before, base, value = base, explored, lowest
-            explored, lowest = explore(np.clip(2.0 * base - before, 0.0, 1.0))
-        if explore(base)[1] < value:
-            continue
-        if step <= tolerance:
-            return Descent(base, value, len(known), True)
-        step = 0.5 * step
+            ahead = np.clip(2.0 * base - before, 0.0, 1.0)
+            explored, lowest = explore(ahead, function(ahead))
 
-
-# ----------------------------------------------------------------------------
-# Direct search with a simplex that crawls downhill.
-# ----------------------------------------------------------------------------
 
 MOST_RESTARTS = 20
 
 
-def nelder_mead(function: Scalar, start: np.ndarray, step: float, tolerance: float) -> Descent:
+def nelder_mead(
+    function: Scalar, start: np.ndarray, step: float, tolerance: float
+) -> tuple[np.ndarray, bool]:
     """Search the unit cube for a low value without derivatives.
 
     Parameters and result as of `hooke_jeeves`; `step` is the first edge of the simplex and
@@ -132,32 +114,29 @@ def nelder_mead(function: Scalar, start: np.ndarray, step: float, tolerance: flo
     """
     from scipy.optimize import minimize
 
-    point, value, edge, evaluations = start, function(start), step, 1
+    point, value, edge = start, function(start), step
     for _ in range(MOST_RESTARTS):
-        simplex = point + np.vstack(
-            [np.zeros(point.size), np.diag(np.where(point + edge <= 1.0, edge, -edge))]
-        )
+        edges = np.diag(np.where(point + edge <= 1.0, edge, -edge))
         found = minimize(
             function,
             point,
             method="Nelder-Mead",
             bounds=[(0.0, 1.0)] * point.size,
             options={
-                "initial_simplex": simplex,
+                "initial_simplex": point + np.vstack([np.zeros(point.size), edges]),
                 "adaptive": True,
                 "xatol": tolerance,
                 "fatol": np.inf,
                 "maxiter": 400 * point.size,
             },
         )
-        evaluations += found.nfev
         gained = found.fun < value
         if gained:
             point, value = found.x, float(found.fun)
         if not gained and found.success and edge <= 10.0 * tolerance:
-            return Descent(point, value, evaluations, True)
+            return point, True
         edge = max(10.0 * tolerance, 0.1 * edge if found.success else edge)
-    return Descent(point, value, evaluations, False)
+    return point, False
 
 
 # ----------------------------------------------------------------------------
@@ -167,25 +146,14 @@ def nelder_mead(function: Scalar, start: np.ndarray, step: float, tolerance: flo
 FIRST_STEP = 0.125
 FIRST_TOLERANCE = 1e-2
 TOLERANCE = 1e-8
-FIRST_WEIGHT = 1.0
 LARGEST_WEIGHT = 1e4
 MOST_ROUNDS = 60
 #: violation, or slack of a margin that has a price, that counts as none
 SETTLED = 1e-7
 
-Inner = Callable[[Scalar, np.ndarray, float, float], Descent]
 
-
-def augmented(sampler: Values, start: np.ndarray, inner: Inner) -> LocalEnd:
+def augmented(values: Sampler, start: np.ndarray, inner: Direct) -> tuple[np.ndarray, str]:
     """Search downhill from a start with a direct search, and keep all margins in the end.
-
-    Parameters
-    ----------
-    sampler : Values
-    start : (n,) array
-        Point of the unit cube at which the sampler gives values.
-    inner : callable
-        The direct search, as `hooke_jeeves`.
 
     Notes
     -----
@@ -195,41 +163,42 @@ def augmented(sampler: Values, start: np.ndarray, inner: Inner) -> LocalEnd:
     multiplier. Steps shrink from round to round; the weight w grows only where the violation
     does not fall. R. M. Lewis and V. Torczon, SIAM J. Optim. 12 (2002), 1075-1089.
     """
-    first = sampler(start)
-    assert first is not None
-    price = np.zeros(first.size - 1)
-    weight = FIRST_WEIGHT
+    whole = largest_part(values)
+    # an angle that goes all around has its walls half a turn away
+    shift = np.where(values.box.around, start - 0.5, 0.0)
 
-    def merit(unit: np.ndarray) -> float:
-        vector = sampler(unit)
+    def margins(place: np.ndarray) -> np.ndarray:
+        vector = whole(place + shift)
+        assert vector is not None
+        return vector[1:]
+
+    point = start - shift
+    price, weight = np.zeros(margins(point).size), 1.0
+
+    def merit(place: np.ndarray) -> float:
+        vector = whole(place + shift)
         if vector is None:
             return np.inf
         short = np.maximum(0.0, price / weight - vector[1:])
         return float(vector[0] + 0.5 * weight * np.sum(short**2))
 
+    step, tolerance, before = FIRST_STEP, FIRST_TOLERANCE, np.inf
     if price.size == 0:
-        descent = inner(merit, start, FIRST_STEP, TOLERANCE)
-        return LocalEnd(descent.point, _words(descent.converged))
-    point, step, tolerance, before = start, FIRST_STEP, FIRST_TOLERANCE, np.inf
+        tolerance = TOLERANCE
     for _ in range(MOST_ROUNDS):
-        descent = inner(merit, point, step, tolerance)
-        point = descent.point
-        vector = sampler(point)
-        assert vector is not None
-        unsettled = float(np.max(np.abs(np.minimum(vector[1:], price / weight))))
+        point, converged = inner(merit, point, step, tolerance)
+        left = margins(point)
+        unsettled = float(np.max(np.abs(np.minimum(left, price / weight)), initial=0.0))
         if unsettled <= SETTLED and tolerance <= TOLERANCE:
-            return LocalEnd(point, _words(descent.converged))
-        price = np.maximum(0.0, price - weight * vector[1:])
+            reason = CONVERGED if converged else "stopped before its steps were small"
+            return values.box.fold(point + shift), reason
+        price = np.maximum(0.0, price - weight * left)
         if unsettled > 0.25 * before and weight < LARGEST_WEIGHT:
             weight *= 4.0
         before = unsettled
         tolerance = max(TOLERANCE, 0.1 * tolerance)
         step = max(10.0 * tolerance, 0.2 * step)
-    return LocalEnd(point, "the limits did not settle")
-
-
-def _words(converged: bool) -> str:
-    return CONVERGED if converged else "stopped before its steps were small"
+    return values.box.fold(point + shift), "the limits did not settle"
 
 
 # ----------------------------------------------------------------------------
@@ -243,40 +212,42 @@ MOST_GENERATIONS = 1000
 SPREAD = 1e-9
 
 
-def differential_evolution(sampler: Values, start: np.ndarray) -> LocalEnd:
-    """Let a population spread over the whole unit cube evolve; the start is one of its members.
+def differential_evolution(
+    values: Sampler, start: np.ndarray | None, whole: int = 0, **options: Any
+) -> tuple[np.ndarray, str]:
+    """Let a population spread over the whole unit cube evolve; a start is one of its members.
 
-    Points that break a limit lose against any that keep all of them, and among themselves by how
-    far they break it. R. Storn and K. Price, J. Global Optim. 11 (1997), 341-359, as in scipy.
+    The first `whole` variables are whole numbers; `options` are scipy's. Points that break a limit
+    lose against any that keep all of them, and among themselves by how far they break it. R. Storn
+    and K. Price, J. Global Optim. 11 (1997), 341-359, as in scipy.
     """
     from scipy.optimize import NonlinearConstraint
     from scipy.optimize import differential_evolution as evolve
 
-    first = sampler(start)
-    assert first is not None
-    margins = first.size - 1
+    box, places = values.box, np.arange(values.box.size)
+    size = np.where(places < whole, np.round(box.upper - box.lower)[box.moving], 1.0)
 
-    def objective(unit: np.ndarray) -> float:
-        vector = sampler(np.clip(unit, 0.0, 1.0))
-        return np.inf if vector is None else float(vector[0])
+    def margin(place: np.ndarray) -> float:
+        broken = values.violation(place / size)
+        return -min(broken, AMPLE_MARGIN)
 
-    def limit_margins(unit: np.ndarray) -> np.ndarray:
-        vector = sampler(np.clip(unit, 0.0, 1.0))
-        return np.full(margins, -1e6) if vector is None else vector[1:]
-
+    asked = {
+        "x0": start,
+        "rng": np.random.default_rng(SEED),
+        "tol": SPREAD,
+        "atol": SPREAD,
+        "maxiter": MOST_GENERATIONS,
+    }
     solution = evolve(
-        objective,
-        [(0.0, 1.0)] * start.size,
-        constraints=(NonlinearConstraint(limit_margins, 0.0, np.inf),) if margins else (),
-        seed=np.random.default_rng(SEED),
-        x0=start,
+        lambda place: values.top(place / size),
+        [(0.0, one) for one in size],
+        integrality=places < whole,
+        constraints=(NonlinearConstraint(margin, 0.0, np.inf),),
         polish=False,
-        tol=SPREAD,
-        atol=SPREAD,
-        maxiter=MOST_GENERATIONS,
+        **(asked | options),
     )
     reason = CONVERGED if solution.success else f"stopped after {MOST_GENERATIONS} generations"
-    return LocalEnd(np.clip(solution.x, 0.0, 1.0), reason)
+    return box.fold(solution.x / size), reason
 
 
 # ----------------------------------------------------------------------------
@@ -285,8 +256,6 @@ def differential_evolution(sampler: Values, start: np.ndarray) -> LocalEnd:
 
 #: evaluations kept back for the residual at the end, for each variable
 _RESERVE = 40
-
-Searcher = Callable[[Values, np.ndarray], LocalEnd]
 
 
 class Method(NamedTuple):
@@ -317,8 +286,12 @@ class MethodEnd(NamedTuple):
     residual: float
     evaluations: int
     failures: int
-    converged: bool
     reason: str
+
+    @property
+    def converged(self) -> bool:
+        """Whether the search ended because nothing was left to gain."""
+        return self.reason == CONVERGED
 
 
 def find(
@@ -348,42 +321,35 @@ def find(
     NumericalFailure
         If the start cannot be evaluated.
     """
-    low, high = (np.atleast_1d(np.asarray(side, dtype=float)) for side in (lower, upper))
-    box = Box(low, high, np.broadcast_to(np.asarray(period, dtype=float), low.shape))
-    size = box.lower.size
-    start = np.full(size, 0.5) if first is None else box.unit(np.asarray(first, float))
+    box = Box(lower, upper, period)
+    start = np.full(box.size, 0.5) if first is None else box.unit(np.asarray(first, dtype=float))
     sampler = Sampler(evaluate, box, budget, ahead)
-    vectors, _ = set_scale(sampler, start[None, :])
-    if vectors[0] is None:
-        why = next(iter(sampler.failures.values()))
-        raise NumericalFailure(f"the start of the search cannot be evaluated: {why}")
+    set_scale(sampler, start[None, :])
+    if sampler(start) is None:
+        raise NumericalFailure(
+            f"the start of the search cannot be evaluated: {sampler.failure(start)}"
+        )
     try:
-        walk = METHODS[name].search(sampler, start)
+        unit, reason = METHODS[name].search(sampler, start)
     except BudgetSpent:
-        walk = LocalEnd(sampler.best, f"spent its {budget} evaluations")
+        unit, reason = sampler.best, f"spent its {budget} evaluations"
     evaluations, failures = sampler.count, len(sampler.failures)
-    sampler.budget += _RESERVE * (size + 1)
-    vector = sampler(walk.unit)
+    sampler.budget += _RESERVE * (box.size + 1)
+    residual = np.inf
+    with suppress(BudgetSpent):
+        residual = stationarity(sampler, unit)
+    vector = sampler(unit)
     assert vector is not None
-    margins = vector[1:]
     return MethodEnd(
-        variables=box.values(walk.unit),
-        objective=float(vector[0]) * sampler.scale,
-        margins=margins,
-        violation=float(np.max(-margins, initial=0.0)),
-        residual=_residual(sampler, walk.unit),
+        variables=box.values(unit),
+        objective=sampler.top(unit) * sampler.scale,
+        margins=sampler.of_limits(vector[sampler.parts :], np.min),
+        violation=sampler.violation(unit),
+        residual=residual,
         evaluations=evaluations,
         failures=failures,
-        converged=walk.converged,
-        reason=walk.reason,
+        reason=reason,
     )
-
-
-def _residual(sampler: Sampler, unit: np.ndarray) -> float:
-    try:
-        return stationarity(sampler, unit)
-    except BudgetSpent:
-        return np.inf
 
 
 METHODS: dict[str, Method] = {

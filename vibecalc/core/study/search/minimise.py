@@ -1,17 +1,14 @@
 """Minimise a function of bounded variables while margins are kept, from many starts."""
 
-from typing import NamedTuple
+from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.core.study.search.local_search import (
-    VANISHING,
-    SearchEnds,
-    local_search,
-    search_all,
-)
+from vibecalc.core.study.search.local_search import local_search, search_all
 from vibecalc.core.study.search.methods import METHODS
+from vibecalc.core.study.search.newton import BALANCED, Refined, walls
 from vibecalc.core.study.search.problem import (
     FEASIBLE_WITHIN,
     Ahead,
@@ -19,59 +16,15 @@ from vibecalc.core.study.search.problem import (
     BudgetSpent,
     ErrorsAt,
     Evaluate,
-    Infeasible,
     LocalOptimum,
     Optimum,
     Sampler,
     Search,
     spread,
 )
-from vibecalc.core.study.search.refine import RefinedOptimum, at_rest, keeps, refine
+from vibecalc.core.study.search.refine import by_newton, refine
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
-
-# ----------------------------------------------------------------------------
-# Equally good end points that are one: what differs between them has no effect there.
-# ----------------------------------------------------------------------------
-
-#: objectives this close, in scaled units, are equal
-EQUAL = 1e-9
-#: places between two ends, spaced so that no even wave passes through all of them
-_BETWEEN = (0.137, 0.381, 0.529, 0.734)
-
-
-def groups(sampler: Sampler, points: list[LocalOptimum]) -> list[list[LocalOptimum]]:
-    """Group the points between which the objective does not change; the order is kept.
-
-    A weight of zero has no angle: searches that end there with different angles found the same
-    thing. Two points are one if their objectives are equal, and stay so, with all limits kept,
-    on the straight line between them. Where no evaluations are left, points stay apart.
-    """
-    found: list[list[LocalOptimum]] = []
-    for point in points:
-        group = next((one for one in found if _same(sampler, one[0], point)), None)
-        if group is None:
-            found.append([point])
-        else:
-            group.append(point)
-    return found
-
-
-def _same(sampler: Sampler, one: LocalOptimum, other: LocalOptimum) -> bool:
-    if abs(one.objective - other.objective) > EQUAL:
-        return False
-    try:
-        difference = sampler.box.apart(one.point, other.point)
-        vectors = [sampler(one.point + part * difference) for part in _BETWEEN]
-    except BudgetSpent:
-        return False
-    return all(
-        vector is not None
-        and abs(float(vector[0]) - one.objective) <= EQUAL
-        and bool(np.all(vector[1:] >= -FEASIBLE_WITHIN))
-        for vector in vectors
-    )
-
 
 # ----------------------------------------------------------------------------
 # From the ends of all searches to one optimum, known to its last digits.
@@ -79,136 +32,151 @@ def _same(sampler: Sampler, one: LocalOptimum, other: LocalOptimum) -> bool:
 
 #: end points closer than this on the unit cube are one optimum
 SAME = 1e-3
+#: objectives this close, in scaled units, are equal: of ends of searches, of searches for a zero,
+#: which stop early, and of refined optima
+EQUAL, EQUAL_ZERO, EQUAL_REFINED = 1e-6, 1e-3, 1e-9
 #: end points whose objectives are this close, in scaled units, compete for the last digits
 RIVALS = 1e-2
 #: and those this close to a refined optimum that is lower have stopped short of it
 SHORT_OF = 3e-2
-MOST_RIVALS = 4
+#: ends that are refined, and of equally low ones how many before any other
+MOST_REFINED, MOST_LEVEL = 6, 3
+#: places between two ends, spaced so that no even wave passes through all of them
+_BETWEEN = (0.137, 0.381, 0.529, 0.734)
 
 
-class ChosenOptimum(NamedTuple):
-    """The optimum, refined, and all distinct ends that keep the limits, lowest first."""
+@dataclass
+class _End:
+    """A point of the cube where so many searches ended, refined or as it was."""
 
-    best: RefinedOptimum
-    distinct: tuple[LocalOptimum, ...]
+    at: Refined
+    count: int = 1
 
 
-def choose(sampler: Sampler, ends: list[Search], begin: np.ndarray) -> ChosenOptimum:
-    """Refine the ends that compete and take the lowest; of equally low ones the nearest to begin.
+class _Choice:
+    """The optimum of all searches of a sampler, and of equally low ones that nearest to a point."""
 
-    Raises
-    ------
-    NumericalFailure
-        If none of them can be shown to be a local optimum.
-    """
-    distinct = _distinct(sampler.box, ends)
-    lowest = distinct[0].objective
-    # searches for a zero stop early: their ends are equal before they are refined
-    vanishes = sampler.smallest >= 0 and lowest < VANISHING
-    equal = VANISHING if vanishes else 1e-6
+    def __init__(self, sampler: Sampler, begin: np.ndarray):
+        self.sampler, self.begin = sampler, begin
 
-    def rank(point: np.ndarray) -> tuple[float, ...]:
-        away = round(float(np.linalg.norm(sampler.box.apart(begin, point))), 6)
-        return (away, *np.round(point, 6))
+    def rank(self, end: _End) -> tuple[float, ...]:
+        """Distance from the first start, then the place itself, to six digits."""
+        away = float(np.linalg.norm(self.sampler.box.apart(self.begin, end.at.unit)))
+        return (round(away, 6), *np.round(end.at.unit, 6))
 
-    level = sorted(
-        (one for one in distinct if one.objective <= lowest + equal),
-        key=lambda one: rank(one.point),
+    def of(self, searches: list[Search]) -> tuple[Refined, list[_End]]:
+        """The lowest of the optima that the ends are refined to, and all of these, lowest first.
+
+        What is not refined to an optimum is none. Raises NumericalFailure where all are not.
+        """
+        sampler = self.sampler
+        ends = self._joined([_End(_at_rest(sampler, one.end)) for one in searches if one.feasible])
+        lowest = ends[0].at.objective
+        equal = EQUAL_ZERO if sampler.smallest >= 0 and lowest < EQUAL_ZERO else EQUAL
+        level = sorted((one for one in ends if one.at.objective <= lowest + equal), key=self.rank)
+        optima: list[_End] = []
+        for end in level[:MOST_LEVEL] + ends[len(level) :] + level[MOST_LEVEL:]:
+            self._refine(end, optima, end.at.objective <= lowest + RIVALS)
+            if len(optima) == MOST_REFINED:
+                break
+        if not optima:
+            raise NumericalFailure(
+                "no search ended in a point that can be shown to be an optimum; the lowest end is "
+                f"at {sampler.box.values(ends[0].at.unit).tolist()} with the objective "
+                f"{lowest * sampler.scale:.9g}. Ask for more starts or narrow the bounds."
+            )
+        least = min(one.at.objective + one.at.excess for one in optima)
+        low = [one for one in optima if one.at.objective - one.at.excess <= least]
+        return min(low, key=self.rank).at, self._joined(optima)
+
+    def _refine(self, end: _End, optima: list[_End], rival: bool) -> None:
+        """Add the optimum that an end leads to; one that stopped short of another counts there.
+
+        Only a rival of the lowest is searched further, and may be one of many that are as good. Of
+        others an optimum is one for certain: no direction is free, no bound holds without a pull. A
+        weight of zero has an angle that is free: at another it may have to grow.
+        """
+        unit, objective = end.at.unit, end.at.objective
+        for done in optima:
+            apart = np.max(np.abs(self.sampler.box.apart(done.at.unit, unit)), initial=0.0)
+            if apart < SHORT_OF and done.at.objective <= objective:
+                done.count += end.count
+                return
+        if rival:
+            below = min((one.at.objective for one in optima), default=np.inf)
+            refined = refine(self.sampler, unit, below)
+        else:
+            refined = by_newton(self.sampler, unit)
+        if refined is not None:
+            pulls = np.abs(refined.bounds[refined.sides != 0])
+            if rival or (refined.free_directions == 0 and np.all(pulls > BALANCED)):
+                optima.append(_End(refined, end.count))
+
+    def _joined(self, ends: list[_End]) -> list[_End]:
+        """Ends that are one, the lowest first: near, or as good with all between them as good.
+
+        A weight of zero has no angle: searches that end there with different angles found the same
+        thing. Of equally low ones the one nearest to the first start stands for all.
+        """
+        joined: list[list[_End]] = []
+        for end in sorted(ends, key=lambda one: (one.at.objective, *one.at.unit)):
+            group = next((one for one in joined if self._one(one[0].at, end.at)), None)
+            if group is None:
+                joined.append([end])
+            else:
+                group.append(end)
+        found = []
+        for group in joined:
+            most = group[0].at.objective + EQUAL_REFINED
+            first = min((one for one in group if one.at.objective <= most), key=self.rank)
+            found.append(_End(first.at, sum(one.count for one in group)))
+        return found
+
+    def _one(self, one: Refined, other: Refined) -> bool:
+        sampler = self.sampler
+        way = sampler.box.apart(one.unit, other.unit)
+        if np.max(np.abs(way), initial=0.0) < SAME:
+            return True
+        if abs(one.objective - other.objective) > EQUAL_REFINED:
+            return False
+        with suppress(BudgetSpent):
+            between = [one.unit + share * way for share in _BETWEEN]
+            return all(
+                abs(sampler.top(unit) - one.objective) <= EQUAL_REFINED
+                and sampler.violation(unit) <= FEASIBLE_WITHIN
+                for unit in between
+            )
+        return False
+
+
+def _at_rest(sampler: Sampler, unit: np.ndarray, method: str = "") -> Refined:
+    """A point that is not refined: an end, all variables held, or the same value everywhere."""
+    top, nothing = sampler.top(unit), np.zeros(unit.size)
+    return Refined(
+        unit=unit,
+        error=nothing + sampler.violation(unit),
+        # the scale is the largest change seen, rounded to a power of two
+        excess=2.0 if method == "flat" else EPSILON * abs(top),
+        objective=top,
+        margins=np.zeros(sum(sampler.entries or [])),
+        bounds=nothing,
+        sides=walls(sampler.box, unit),
+        free_directions=unit.size,
+        method=method,
     )
-    rivals = [one for one in distinct if lowest + equal < one.objective <= lowest + RIVALS]
-    half = MOST_RIVALS // 2
-    refined: list[RefinedOptimum] = []
-    final = {id(one): one for one in distinct}
-    for one in level[:half] + rivals[:half] + level[half:] + rivals[half:]:
-        if len(refined) == MOST_RIVALS:
-            break
-        if any(_covers(sampler.box, done, one) for done in refined):
-            continue
-        below = min((done.objective for done in refined), default=np.inf)
-        optimum = refine(sampler, one.point, below)
-        if optimum is not None and keeps(sampler, optimum.unit):
-            optimum = optimum._replace(unit=sampler.box.fold(optimum.unit))
-            refined.append(optimum)
-            final[id(one)] = one._replace(point=optimum.unit, objective=optimum.objective)
-    if not refined:
-        raise NumericalFailure(
-            "no search ended in a point that can be shown to be an optimum; the lowest end is at "
-            f"{sampler.box.values(distinct[0].point).tolist()} with the objective "
-            f"{lowest * sampler.scale:.9g}. Ask for more starts or narrow the bounds."
-        )
-    least = min(one.objective + one.excess for one in refined)
-    lowest_ones = [one for one in refined if one.objective - one.excess <= least]
-    best = min(lowest_ones, key=lambda one: rank(one.unit))
-    ordered = sorted(final.values(), key=lambda one: (one.objective, *one.point))
-    joined = [
-        group[0]._replace(found_by=sum(one.found_by for one in group))
-        for group in groups(sampler, ordered)
-    ]
-    return ChosenOptimum(best, tuple(joined))
 
 
-def anywhere(sampler: Sampler, ends: list[Search]) -> ChosenOptimum:
-    """The choice where the objective is the same everywhere: the first end that keeps all limits.
+def _only_point(sampler: Sampler, held: str) -> list[Search]:
+    """The one search where all variables are `held`, as these words say: one evaluation.
 
-    It counts as the same where its change is below `search.UNRESOLVED` of its magnitude.
-    """
-    distinct = _distinct(sampler.box, ends)
-    end = next(end.end for end in ends if end.feasible)
-    vector = sampler(end)
-    assert vector is not None
-    best = at_rest(end, vector, "flat")._replace(
-        error=np.full(end.size, max(0.0, -float(np.min(vector[1:], initial=0.0)))),
-        excess=2.0,  # the scale is the largest change seen, rounded to a power of two
-        free_directions=end.size,
-    )
-    return ChosenOptimum(best, distinct)
-
-
-def only_point(sampler: Sampler, held: str) -> tuple[SearchEnds, ChosenOptimum]:
-    """The answer where all variables are `held`, as these words say: one evaluation.
-
-    Raises
-    ------
-    NumericalFailure
-        If it cannot be evaluated or breaks a limit.
+    Raises NumericalFailure where it cannot be evaluated, Infeasible where it breaks a limit.
     """
     nowhere = np.empty(0)
-    vector = sampler(nowhere)
-    if vector is None:
-        raise NumericalFailure(
-            f"{held}cannot be evaluated: {next(iter(sampler.failures.values()))}"
-        )
-    margins = vector[1:]
-    if np.any(margins < 0):
-        raise Infeasible(
-            f"{held}breaks a limit: margin {int(np.argmin(margins))} is "
-            f"{float(np.min(margins)):.6g}",
-            nowhere,
-            sampler.count,
-        )
-    objective = float(vector[0])
-    best = at_rest(nowhere, vector, "fixed")._replace(excess=EPSILON * abs(objective))
-    end = Search(nowhere, nowhere, objective, 0.0, "all variables are held", 1)
-    return SearchEnds([end], ()), ChosenOptimum(best, (LocalOptimum(nowhere, objective, 1),))
-
-
-def _distinct(box: Box, ends: list[Search]) -> tuple[LocalOptimum, ...]:
-    feasible = [end for end in ends if end.feasible]
-    distinct: list[LocalOptimum] = []
-    for end in sorted(feasible, key=lambda end: (end.objective, *end.end)):
-        for index, one in enumerate(distinct):
-            if np.max(np.abs(box.apart(one.point, end.end)), initial=0.0) < SAME:
-                distinct[index] = one._replace(found_by=one.found_by + 1)
-                break
-        else:
-            distinct.append(LocalOptimum(end.end, end.objective, 1))
-    return tuple(distinct)
-
-
-def _covers(box: Box, done: RefinedOptimum, end: LocalOptimum) -> bool:
-    """Whether an end is nearby and no lower: a search that stopped short of the same optimum."""
-    near = np.max(np.abs(box.apart(done.unit, end.point)), initial=0.0) < SHORT_OF
-    return bool(near) and done.objective <= end.objective
+    if sampler(nowhere) is None:
+        raise NumericalFailure(f"{held}cannot be evaluated: {sampler.failure(nowhere)}")
+    if sampler.violation(nowhere) > 0.0:
+        raise sampler.infeasible(nowhere, f"{held}breaks a limit: {{worst}}")
+    return [Search(nowhere, nowhere, sampler.top(nowhere), 0.0, "all variables are held", 1)]
 
 
 # ----------------------------------------------------------------------------
@@ -216,62 +184,31 @@ def _covers(box: Box, done: RefinedOptimum, end: LocalOptimum) -> bool:
 # ----------------------------------------------------------------------------
 
 
-def summary(
-    sampler: Sampler,
-    whole: Box,
-    moving: np.ndarray,
-    search: SearchEnds,
-    choice: ChosenOptimum,
-    rtol: float,
+def _summary(
+    sampler: Sampler, searches: list[Search], best: Refined, optima: list[_End], rtol: float
 ) -> Optimum:
-    """Put the choice into the units of the caller.
-
-    Parameters
-    ----------
-    sampler : Sampler
-    whole : Box
-        Bounds of all n variables.
-    moving : (n,) array
-        Which of them are not held by equal bounds.
-    search, choice : SearchEnds, ChosenOptimum
-    rtol : float
-        As in `minimise`.
-    """
-    best = choice.best
-    scale = sampler.scale
-
-    def spread_out(part: np.ndarray, held: np.ndarray) -> np.ndarray:
-        full = held.copy()
-        full[moving] = part
-        return full
-
-    def variables(unit: np.ndarray) -> np.ndarray:
-        return spread_out(sampler.box.values(unit), whole.lower)
-
+    """Put what was found into the units of the caller; `rtol` as in `minimise`."""
+    scale, box = sampler.scale, sampler.box
     vector = sampler(best.unit)
     assert vector is not None
-    optimum = variables(best.unit)
-    inner = sampler.box.slope(optimum[moving])
-    nothing = np.zeros(whole.lower.size)
-    objective = float(vector[0]) * scale
-    objective_error = best.excess * scale + 2 * EPSILON * abs(objective)
+    optimum, nothing = box.values(best.unit), np.zeros(box.lower.size)
+    inner = box.slope(optimum)
+    objective = best.objective * scale
+    error = best.excess * scale + 2 * EPSILON * abs(objective)
+    rounding = np.where(best.sides == 0, 2 * EPSILON, 0.0) * np.abs(optimum[box.moving])
+    prices = sampler.of_limits(best.margins, np.sum)
     return Optimum(
         variables=optimum,
-        variables_error=spread_out(
-            np.minimum(
-                inner * best.error
-                + np.where(best.sides == 0, 2 * EPSILON, 0.0) * np.abs(optimum[moving]),
-                sampler.box.farthest(optimum[moving]),
-            ),
-            nothing,
+        variables_error=box.whole(
+            np.minimum(inner * best.error + rounding, box.farthest(optimum)), nothing
         ),
         objective=objective,
-        objective_error=objective_error,
-        margins=vector[1:],
-        active_margins=best.active_margins,
-        margin_multipliers=best.margins * scale,
-        active_bounds=spread_out(best.sides, np.zeros(whole.lower.size, dtype=int)),
-        bound_multipliers=spread_out(best.bounds * scale / inner, nothing),
+        objective_error=error,
+        margins=sampler.of_limits(vector[sampler.parts :], np.min),
+        active_margins=tuple(np.flatnonzero(prices).tolist()),
+        margin_multipliers=prices * scale,
+        active_bounds=box.whole(best.sides, np.zeros(box.lower.size, dtype=int)),
+        bound_multipliers=box.whole(best.bounds * scale / inner, nothing),
         kkt_residual=best.residual,
         free_directions=best.free_directions,
         method=best.method,
@@ -280,18 +217,18 @@ def summary(
         failure_messages=tuple(dict.fromkeys(sampler.failures.values())),
         history=tuple(
             end._replace(
-                start=variables(end.start), end=variables(end.end), objective=end.objective * scale
+                start=box.values(end.start),
+                end=box.values(end.end),
+                objective=end.objective * scale,
             )
-            for end in search.ends
+            for end in searches
         ),
         optima=tuple(
-            one._replace(point=variables(one.point), objective=one.objective * scale)
-            for one in choice.distinct
+            LocalOptimum(box.values(one.at.unit), one.at.objective * scale, one.count)
+            for one in optima
         ),
-        notes=search.notes
-        + _notes(
-            best.free_directions, best.unit.size, objective_error, rtol * max(abs(objective), scale)
-        ),
+        notes=tuple(sampler.notes)
+        + _notes(best.free_directions, box.size, error, rtol * max(abs(objective), scale)),
     )
 
 
@@ -333,9 +270,12 @@ def minimise(
     Parameters
     ----------
     evaluate : callable
-        `evaluate(variables (n,)) -> (objective, margins (m,))`. A margin, made dimensionless by
-        its limit, is kept where it is >= 0. A point that raises NumericalFailure or gives NaN
-        or an infinity is counted and the search goes around it. Values have to be repeatable.
+        `evaluate(variables (n,)) -> (objective, margins (m,))`. The objective is a number, or
+        those of its parts (p,) of which the largest counts. A margin, made dimensionless by its
+        limit, is kept where it is >= 0; it is a number, or those of all entries of the limit. The
+        largest of smooth parts has kinks, so that parts and entries are better given each. A point
+        that raises NumericalFailure or gives NaN or an infinity is counted and the search goes
+        around it. Values have to be repeatable.
     lower, upper : (n,) arrays
         Bounds. A variable whose bounds are equal is held there.
     first : (n,) array, optional
@@ -380,59 +320,30 @@ def minimise(
     the point to be a local optimum and how well it is known. That it is the global one rests on
     the starts.
     """
-    low = np.atleast_1d(np.asarray(lower, dtype=float))
-    high = np.atleast_1d(np.asarray(upper, dtype=float))
-    moving = high > low
-    whole = Box(low, high, np.broadcast_to(np.asarray(period, dtype=float), low.shape))
-
-    def of_moving(part: np.ndarray) -> tuple[float, ArrayLike]:
-        variables = low.copy()
-        variables[moving] = part
-        return evaluate(variables)
-
-    def ahead_of_moving(parts: np.ndarray) -> None:
-        variables = np.tile(low, (len(parts), 1))
-        variables[:, moving] = parts
-        if ahead is not None:
-            ahead(variables)
-
-    def errors_of_moving(part: np.ndarray) -> np.ndarray:
-        variables = low.copy()
-        variables[moving] = part
-        assert errors is not None
-        return errors(variables)
-
-    sampler = Sampler(
-        of_moving, whole.only(moving), budget, ahead and ahead_of_moving,
-        errors and errors_of_moving,
-    )  # fmt: skip
-    begin = np.full(low.size, 0.5) if first is None else whole.unit(np.asarray(first, dtype=float))
-    if isinstance(starts, int):
-        further = whole.start(spread(starts, low.size))
-    else:
-        further = whole.unit(starts)
-    points = np.vstack([begin[None, :], further.reshape(len(further), low.size)])[:, moving]
+    box = Box(lower, upper, period)
+    sampler = Sampler(evaluate, box, budget, ahead, errors)
+    count = box.lower.size
+    begin = np.full(box.size, 0.5) if first is None else box.unit(np.asarray(first, dtype=float))
+    further = spread(starts, count)[:, box.moving] if isinstance(starts, int) else box.unit(starts)
+    points = np.vstack([begin[None, :], further])
+    chosen = METHODS[method]
+    searcher = local_search if method == "sequential_quadratic" else chosen.search
     try:
-        if not np.any(moving):
+        if box.size == 0:
             held = "all variables are held by equal bounds, and that point "
-            search, choice = only_point(sampler, held if low.size else "what is picked ")
+            searches = _only_point(sampler, held if count else "what is picked ")
         else:
-            chosen = METHODS[method]
-            searcher = local_search if method == "sequential_quadratic" else chosen.search
             most = 1 if chosen.everywhere else len(points)
-            search = search_all(sampler, points, searcher, most)
-            choice = (
-                anywhere(sampler, search.ends)
-                if search.flat
-                else choose(sampler, search.ends, points[0])
-            )
-    except Infeasible as failure:
-        nearest = low.copy()
-        nearest[moving] = failure.variables
-        raise Infeasible(str(failure), nearest, failure.evaluations) from None
+            searches = search_all(sampler, points, searcher, most)
+        if box.size == 0 or sampler.flat:
+            kept = [one for one in searches if one.feasible]
+            best = _at_rest(sampler, kept[0].end, "flat" if box.size else "fixed")
+            optima = [_End(best, len(kept))]
+        else:
+            best, optima = _Choice(sampler, points[0]).of(searches)
     except BudgetSpent:
         raise NumericalFailure(
             f"the search had spent its {budget} evaluations before an optimum was pinned down; "
             f"{sampler.lowest_feasible()}. Allow more evaluations or ask for fewer starts."
         ) from None
-    return summary(sampler, whole, moving, search, choice, rtol)
+    return _summary(sampler, searches, best, optima, rtol)

@@ -1,9 +1,9 @@
 """What all searches share: variables, counted evaluations, starting points, what they return."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,117 +21,94 @@ _WHOLE = 1e-9
 LOGARITHMIC_RATIO = 10.0
 
 
-@dataclass(frozen=True)
 class Box:
     """Bounds of n variables and the map between them and the unit cube.
+
+    A variable whose bounds are equal is held there and has no coordinate: the cube has k of n.
 
     A stiffness between 1e3 and 1e6 N/m is as likely to be wanted near either end: variables with
     positive bounds a factor of 10 or more apart run logarithmically, all others linearly. Both
     ends of the unit interval give the bounds themselves, to the last bit.
 
     A variable that repeats itself after `period` (n,; 0: it does not) and whose bounds hold all of
-    one has no bounds: the unit interval then runs through three periods, of which the middle one,
-    from `lower` on, is where points are folded to (`fold`). A search that leaves it by one side
-    goes on.
+    one has no bounds (`around`): the unit interval is one period from `lower` on, and a search that
+    leaves it by one side goes on at the other.
     """
 
-    lower: np.ndarray
-    upper: np.ndarray
-    period: np.ndarray | None = None
+    def __init__(self, lower: ArrayLike, upper: ArrayLike, period: ArrayLike = 0.0):
+        self.lower, self.upper = (np.array(side, dtype=float, ndmin=1) for side in (lower, upper))
+        self.moving = self.upper > self.lower
+        periods = np.broadcast_to(np.asarray(period, dtype=float), self.lower.shape)
+        low, high, turn = (one[self.moving] for one in (self.lower, self.upper, periods))
+        self._low, self._high, self.size = low, high, low.size
+        self.around = (turn > 0.0) & (high - low >= (1.0 - _WHOLE) * turn)
+        self.logarithmic = (low > 0.0) & (high >= LOGARITHMIC_RATIO * low) & ~self.around
+        self._width = np.where(self.around, turn, high - low)
+        self._base = np.where(self.logarithmic, low, 1.0)
+        self._ratio = np.where(self.logarithmic, high, self._base) / self._base
 
-    @property
-    def around(self) -> np.ndarray:
-        """(n,) whether a variable goes all around."""
-        if self.period is None:
-            return np.zeros(self.lower.size, dtype=bool)
-        whole = self.upper - self.lower >= (1.0 - _WHOLE) * self.period
-        return np.asarray((self.period > 0.0) & whole)
-
-    def only(self, chosen: np.ndarray) -> "Box":
-        """The box of some of the variables."""
-        period = None if self.period is None else self.period[chosen]
-        return Box(self.lower[chosen], self.upper[chosen], period)
-
-    def start(self, unit: np.ndarray) -> np.ndarray:
-        """Points spread over the unit cube as such that are spread over the bounds."""
-        return np.where(self.around, (1.0 + unit) / 3.0, unit)
+    def inside(self, unit: np.ndarray) -> np.ndarray:
+        """The nearest points within the bounds, with angles as they are."""
+        return np.where(self.around, unit, np.clip(unit, 0.0, 1.0))
 
     def fold(self, unit: np.ndarray) -> np.ndarray:
-        """The same points, with angles in the middle one of their three periods."""
-        around = self.around
-        if not np.any(around):
-            return unit
-        return np.where(around, (1.0 + self._turned(unit)) / 3.0, unit)
+        """The same points within the cube; what rounding leaves just below a whole turn is none."""
+        turned = unit % 1.0
+        turned = np.where(1.0 - turned < 16.0 * EPSILON, 0.0, turned)
+        return np.where(self.around, turned, self.inside(unit)) + 0.0
 
     def apart(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """The shortest difference of two points of the unit cube, whole periods dropped."""
         difference = np.asarray(other - one)
-        return np.where(self.around, difference - np.round(3.0 * difference) / 3.0, difference)
-
-    @staticmethod
-    def _turned(unit: np.ndarray) -> np.ndarray:
-        """Share of a period; what rounding leaves just below a whole one is none."""
-        share = (3.0 * unit) % 1.0
-        return np.where(1.0 - share < 16.0 * EPSILON, 0.0, share)
-
-    @property
-    def logarithmic(self) -> np.ndarray:
-        """(n,) whether a variable is scaled by its logarithm."""
-        wide = (self.lower > 0) & (self.upper >= LOGARITHMIC_RATIO * self.lower)
-        return np.asarray(wide & ~self.around)
+        return np.where(self.around, difference - np.round(difference), difference)
 
     def values(self, unit: np.ndarray) -> np.ndarray:
-        """Variables, (..., n), at points of the unit cube, (..., n)."""
-        log = self.logarithmic
-        lower = np.where(log, self.lower, 1.0)
-        ratio = np.where(log, self.upper, 1.0) / lower
-        linear = self.lower + (self.upper - self.lower) * unit
-        inside = np.clip(np.where(log, lower * ratio**unit, linear), self.lower, self.upper)
-        ends = np.where(unit <= 0, self.lower, np.where(unit >= 1, self.upper, inside))
-        around = self.around
-        if self.period is None or not np.any(around):
-            return ends
-        return np.where(around, self.lower + self.period * self._turned(unit), ends)
+        """Variables, (..., n), at points of the unit cube, (..., k)."""
+        unit = self.fold(unit)
+        linear = self._low + self._width * unit
+        inside = np.where(self.logarithmic, self._base * self._ratio**unit, linear)
+        ends = np.where((unit >= 1.0) & ~self.around, self._high, self._low)
+        at_end = (unit <= 0.0) | (unit >= 1.0)
+        return self.whole(
+            np.where(at_end, ends, np.clip(inside, self._low, self._high)), self.lower
+        )
+
+    def whole(self, part: np.ndarray, held: np.ndarray) -> np.ndarray:
+        """An array (..., n) of numbers (..., k) of the variables that move, and those `held`."""
+        found = np.broadcast_to(held, (*part.shape[:-1], self.lower.size)).copy()
+        found[..., self.moving] = part
+        return found
 
     def unit(self, values: np.ndarray) -> np.ndarray:
-        """Points of the unit cube at the given variables; a variable without room gives 0."""
-        width = self.upper - self.lower
-        linear = np.where(width > 0, (values - self.lower) / np.where(width > 0, width, 1.0), 0.0)
-        if self.period is not None:
-            period = np.where(self.around, self.period, 1.0)
-            turned = (1.0 + (values - self.lower) / period % 1.0) / 3.0
-            linear = np.where(self.around, turned, linear)
-        if not np.any(self.logarithmic):
-            return np.clip(linear, 0.0, 1.0)
-        log = self.logarithmic
-        lower = np.where(log, self.lower, 1.0)
-        ratio = np.where(log, self.upper, 2.0) / lower
-        scaled = np.log(np.where(log, np.maximum(values, lower), lower) / lower) / np.log(ratio)
-        return np.clip(np.where(log, scaled, linear), 0.0, 1.0)
+        """Points of the unit cube, (..., k), at the given variables, (..., n)."""
+        inner = values[..., self.moving]
+        share = (inner - self._low) / self._width
+        ratio = np.where(self.logarithmic, np.maximum(inner, self._low), self._base) / self._base
+        logs = np.log(np.where(self.logarithmic, self._ratio, np.e))
+        return self.fold(np.where(self.logarithmic, np.log(ratio) / logs, share))
 
     def farthest(self, values: np.ndarray) -> np.ndarray:
-        """Distance (n,) of variables to the farther one of their bounds, or half a period."""
-        ends = np.maximum(values - self.lower, self.upper - values)
-        return ends if self.period is None else np.where(self.around, 0.5 * self.period, ends)
+        """Distance (k,) of variables to the farther one of their bounds, or half a period."""
+        inner = values[self.moving]
+        ends = np.maximum(inner - self._low, self._high - inner)
+        return np.where(self.around, 0.5 * self._width, ends)
 
     def slope(self, values: np.ndarray) -> np.ndarray:
-        """Derivative of the variables by the coordinates of the unit cube, (n,)."""
-        log = self.logarithmic
-        ratio = np.where(log, self.upper, 1.0) / np.where(log, self.lower, 1.0)
-        linear = self.upper - self.lower
-        if self.period is not None:
-            linear = np.where(self.around, 3.0 * self.period, linear)
-        return np.where(log, values * np.log(ratio), linear)
+        """Derivative of the variables by the coordinates of the unit cube, (k,)."""
+        growth = values[self.moving] * np.log(self._ratio)
+        return np.where(self.logarithmic, growth, self._width)
 
 
 # ----------------------------------------------------------------------------
 # Evaluations: counted, remembered, and with points that cannot be evaluated kept apart.
 # ----------------------------------------------------------------------------
 
-Evaluate = Callable[[np.ndarray], tuple[float, ArrayLike]]
-#: absolute errors of what is evaluated at variables (n,): of objectives, then of margins
+#: variables (n,) -> the objective or its parts (p,), of which the largest counts, and for each
+#: limit its margin or the margins of its entries, of which the smallest counts
+Evaluate = Callable[[np.ndarray], tuple[Any, Iterable[Any]]]
+#: absolute errors of what is evaluated at variables (n,): of objectives, then of each limit
 ErrorsAt = Callable[[np.ndarray], np.ndarray]
-#: told of points (k, n) that are about to be evaluated, it may compute them at once
+#: told of points (j, n) that are about to be evaluated, it may compute them at once
 Ahead = Callable[[np.ndarray], None]
 
 #: violation up to which a point counts as feasible, before it is refined
@@ -148,46 +125,35 @@ class BudgetSpent(Exception):
     """No evaluations are left; whoever catches it works with what has been found."""
 
 
-class Values(Protocol):
-    """What searches and derivatives need: a vector (objective, margins) at points of the cube."""
-
-    def __call__(self, unit: np.ndarray, /) -> np.ndarray | None: ...
-
-
-def foresee(values: Values, points: Sequence[np.ndarray]) -> None:
-    """Say which points (n,) are about to be asked for, to a function that can use it."""
-    if isinstance(values, Sampler):
-        values.ahead(points)
-
-
 class Sampler:
     """The function that is searched, on the unit cube.
 
-    A call gives the vector (objective / `scale`, margins), or None where the function raises
-    NumericalFailure or gives NaN or an infinity. `count` counts true evaluations only: a point
-    met again is looked up. `best` (n,) is the lowest point met, of those that break limits least.
+    A call gives the vector (parts of the objective / `scale`, margins), or None where the function
+    raises NumericalFailure or gives NaN or an infinity. `count` counts true evaluations only: a
+    point met again is looked up. `best` (k,) is the lowest point met, of those that break limits
+    least. `parts` counts the parts, `entries` the margins of each limit. `flat` says that the
+    objective does not change, `notes` what a search left out.
     """
 
     def __init__(
-        self, evaluate: Evaluate, box: Box, budget: int, ahead: Ahead | None = None,
+        self, evaluate: Evaluate, box: Box, budget: int = 10**9, ahead: Ahead | None = None,
         errors: ErrorsAt | None = None,
     ):  # fmt: skip
-        self.box, self._errors = box, errors
-        self.scale = 1.0
-        self.count = 0
+        self.box, self.budget = box, budget
+        self.scale, self.count, self.flat = 1.0, 0, False
+        self.notes: list[str] = []
         self.failures: dict[bytes, str] = {}
-        self.smallest = np.inf
-        self.largest = 0.0
-        self._evaluate = evaluate
-        self._ahead = ahead
-        self.budget = budget
+        self.smallest, self.largest = np.inf, 0.0
+        self.parts = 1
+        self.entries: list[int] | None = None
         self.best = np.empty(0)
-        self._size = 0
+        self._evaluate, self._ahead, self._errors = evaluate, ahead, errors
         self._rank = (np.inf, np.inf)
         self._known: dict[bytes, np.ndarray | None] = {}
 
     def __call__(self, unit: np.ndarray) -> np.ndarray | None:
-        key = (unit + 0.0).tobytes()
+        unit = self.box.fold(unit)
+        key = unit.tobytes()
         if key not in self._known:
             if self.count >= self.budget:
                 raise BudgetSpent
@@ -197,38 +163,60 @@ class Sampler:
         if raw is None:
             return None
         scaled = raw.copy()
-        scaled[0] /= self.scale
+        scaled[: self.parts] /= self.scale
         return scaled
 
+    def top(self, unit: np.ndarray) -> float:
+        """The objective in scaled units, infinite where there is none."""
+        vector = self(unit)
+        return np.inf if vector is None else float(np.max(vector[: self.parts]))
+
+    def violation(self, unit: np.ndarray) -> float:
+        """The most negative margin as a positive number, or 0; infinite where there is none."""
+        vector = self(unit)
+        return np.inf if vector is None else float(np.max(-vector[self.parts :], initial=0.0))
+
+    def infeasible(self, unit: np.ndarray, words: str) -> "Infeasible":
+        """That no limits are kept: words with the place {at} and the {worst} margins there."""
+        vector, at = self(unit), self.box.values(unit)
+        assert vector is not None
+        margins = self.of_limits(vector[self.parts :], np.min)
+        broken = [f"margin {i} is {margins[i]:.6g}" for i in np.flatnonzero(margins < 0)]
+        said = words.format(at=at.tolist(), worst=", ".join(broken))
+        return Infeasible(said, at, self.count, self.violation(unit))
+
+    def failure(self, unit: np.ndarray) -> str:
+        """Why a point has no values."""
+        return self.failures[self.box.fold(unit).tobytes()]
+
     def bias(self, unit: np.ndarray) -> np.ndarray:
-        """Errors (1 + m,) of the values at a point that no comparison of values shows."""
+        """Errors (p + m,) of the values at a point that no comparison of values shows."""
+        entries = self.entries or []
         if self._errors is None:
-            return np.zeros(self._size)
-        off = np.array(self._errors(self.box.values(unit)), dtype=float)
-        off[0] /= self.scale
+            return np.zeros(self.parts + sum(entries))
+        off = np.asarray(self._errors(self.box.values(unit)), dtype=float)
+        of_margins = np.repeat(off[1 : 1 + len(entries)], entries)
+        off = np.append(np.full(self.parts, off[0] / self.scale), of_margins)
         return np.where(np.isfinite(off), off, 0.0)
 
     def leaning(self, unit: np.ndarray) -> np.ndarray:
-        """Slopes (1 + m, n) that errors of the values may have: they change by themselves over a
+        """Slopes (p + m, k) that errors of the values may have: they change by themselves over a
         quarter of the cube, or as those around the point do."""
         bias = self.bias(unit)
         slopes = np.repeat(CHANGES * bias[:, None], unit.size, axis=1)
         if not np.any(bias > KNOWN):
             return slopes
-        for axis in range(unit.size):
-            for side in (-NEARBY, NEARBY):
-                near = unit.copy()
-                near[axis] = np.clip(near[axis] + side, 0.0, 1.0)
-                with suppress(NumericalFailure):
-                    change = np.abs(self.bias(near) - bias) / NEARBY
-                    slopes[:, axis] = np.maximum(slopes[:, axis], change)
+        for step in (*np.eye(unit.size), *-np.eye(unit.size)):
+            with suppress(NumericalFailure):
+                change = np.abs(self.bias(self.box.fold(unit + NEARBY * step)) - bias) / NEARBY
+                slopes = np.maximum(slopes, change[:, None] * np.abs(step))
         return slopes
 
     def ahead(self, units: Sequence[np.ndarray]) -> None:
-        """Say which points (n,) are about to be asked for; nothing is counted yet."""
+        """Say which points (k,) are about to be asked for; nothing is counted yet."""
         if self._ahead is None:
             return
-        fresh = {(unit + 0.0).tobytes(): unit for unit in units}
+        fresh = {unit.tobytes(): unit for unit in map(self.box.fold, units)}
         left = [unit for key, unit in fresh.items() if key not in self._known][: self.left]
         if len(left) > 1:
             self._ahead(self.box.values(np.stack(left)))
@@ -249,47 +237,71 @@ class Sampler:
     @property
     def reserve(self) -> int:
         """Evaluations that are kept back for refining what the searches find."""
-        return min(self.budget // 3, 100 + 50 * self.box.lower.size)
+        return min(self.budget // 3, 100 + 50 * self.box.size)
+
+    def of_limits(self, margins: np.ndarray, how: Callable[[np.ndarray], float]) -> np.ndarray:
+        """One number for each limit of those (m,) of the margins of its entries."""
+        ends = np.cumsum(self.entries or [])
+        return np.array([how(one) for one in np.split(margins, ends)[:-1]], dtype=float)
 
     def _fresh(self, key: bytes, unit: np.ndarray) -> np.ndarray | None:
         variables = self.box.values(unit)
         try:
-            objective, margins = self._evaluate(variables)
+            objective, limits = self._evaluate(variables)
         except NumericalFailure as failure:
             self.failures[key] = str(failure)
             return None
-        if objective == -np.inf:
+        parts = np.ravel(np.asarray(objective, dtype=float))
+        margins = [np.ravel(np.asarray(one, dtype=float)) for one in limits]
+        top = float(np.max(parts))
+        if top == -np.inf:
             raise NumericalFailure(
                 f"the objective is minus infinity at {variables.tolist()}: there is no smallest "
                 "value. Narrow the bounds of the variables or choose another objective."
             )
-        margin_values = np.atleast_1d(np.asarray(margins, dtype=float)).ravel()
-        vector = np.append(
-            objective, np.where(margin_values == np.inf, AMPLE_MARGIN, margin_values)
-        )
+        vector = np.concatenate([parts, *(np.where(m == np.inf, AMPLE_MARGIN, m) for m in margins)])
         if not np.all(np.isfinite(vector)):
-            what = "margin of a limit" if np.isfinite(objective) else "objective"
+            what = "margin of a limit" if np.all(np.isfinite(parts)) else "objective"
             self.failures[key] = f"the {what} is not a finite number"
             return None
-        self._size = self._size or vector.size
-        if vector.size != self._size:
+        if self.entries is None:
+            self.parts, self.entries = parts.size, [one.size for one in margins]
+        if (self.parts, self.entries) != (parts.size, [one.size for one in margins]):
             raise ValueError("the number of margins changes between points")
-        broken = max(0.0, float(np.max(-margin_values, initial=0.0)) - FEASIBLE_WITHIN)
-        if (broken, float(objective)) < self._rank:
-            self.best, self._rank = unit.copy(), (broken, float(objective))
-        self.smallest = min(self.smallest, float(objective))
-        self.largest = max(self.largest, abs(float(objective)))
+        broken = max(0.0, float(np.max(-vector[parts.size :], initial=0.0)) - FEASIBLE_WITHIN)
+        if (broken, top) < self._rank:
+            self.best, self._rank = unit.copy(), (broken, top)
+        self.smallest = min(self.smallest, top)
+        self.largest = max(self.largest, abs(top))
         return vector
 
 
-def squared(sampler: Values) -> Values:
-    """The same search with the square of the objective: smooth where a norm is zero."""
+#: what becomes of the vector of a sampler before a method sees it
+Change = Callable[[np.ndarray], np.ndarray]
 
-    def values(unit: np.ndarray) -> np.ndarray | None:
-        vector = sampler(unit)
-        return None if vector is None else np.append(vector[0] ** 2, vector[1:])
 
-    return values
+class View:
+    """Changed vectors of a sampler or view: `parts` of them are the objective, the rest margins."""
+
+    #: what a sampler has met counts for its own objective only
+    smallest = -np.inf
+
+    def __init__(self, values: "Sampler | View", change: Change, parts: int = 1):
+        self._values, self._change, self.parts = values, change, parts
+        self.box: Box = values.box
+        self.ahead: Callable[[Sequence[np.ndarray]], None] = values.ahead
+
+    def __call__(self, unit: np.ndarray) -> np.ndarray | None:
+        vector = self._values(unit)
+        return None if vector is None else self._change(vector)
+
+
+Values = Sampler | View
+
+
+def largest_part(sampler: Sampler) -> View:
+    """The objective itself, which has kinks where parts meet, and the margins."""
+    return View(sampler, lambda v: np.append(np.max(v[: sampler.parts]), v[sampler.parts :]))
 
 
 # ----------------------------------------------------------------------------
@@ -333,23 +345,14 @@ CONVERGED = "converged"
 
 
 class Infeasible(NumericalFailure):
-    """No point within the bounds keeps all limits; `variables` (n,) come nearest, of those met."""
+    """No point within the bounds keeps all limits; `variables` (n,) come nearest, of those met.
 
-    def __init__(self, message: str, variables: np.ndarray, evaluations: int):
-        self.variables, self.evaluations = variables, evaluations
+    `violation` is the most negative margin there, as a positive number.
+    """
+
+    def __init__(self, message: str, variables: np.ndarray, evaluations: int, violation: float):
+        self.variables, self.evaluations, self.violation = variables, evaluations, violation
         super().__init__(message)
-
-
-class LocalEnd(NamedTuple):
-    """Where one search stopped on the unit cube, and in words why."""
-
-    unit: np.ndarray
-    reason: str
-
-    @property
-    def converged(self) -> bool:
-        """Whether the search ended because nothing was left to gain."""
-        return self.reason == CONVERGED
 
 
 class Search(NamedTuple):
@@ -373,7 +376,10 @@ class Search(NamedTuple):
 
 
 class LocalOptimum(NamedTuple):
-    """A distinct end point that keeps all limits, with the number of searches that ended there."""
+    """A distinct local optimum that keeps all limits, with the number of searches that ended there.
+
+    Where the objective does not change to the last digits the searches ended, it is one of many.
+    """
 
     point: np.ndarray
     objective: float
@@ -392,9 +398,9 @@ class Optimum:
     objective, objective_error : float
         The objective and its absolute error.
     margins : (m,) array
-        As `evaluate` gave them at the optimum; those of active limits are zero to round-off.
+        Of each limit, the smallest of its entries; those of active limits are zero to round-off.
     active_margins : tuple of int
-        Margins that hold the optimum where it is.
+        Limits that hold the optimum where it is.
     margin_multipliers : (m,) array
         Rise of the objective for each unit by which a margin is asked to be larger, >= 0.
     active_bounds : (n,) array

@@ -8,21 +8,10 @@ from vibecalc.core.case.load import LoadedCase
 from vibecalc.core.case.raw import parse_key
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.layout import DONE
-from vibecalc.core.study.sweep.at_once import Part, compute
-from vibecalc.core.study.sweep.blocks import (
-    Block,
-    BlockQuantity,
-    at_one_point,
-    laid_out,
-    make_block,
-)
+from vibecalc.core.study.sweep.at_once import compute
+from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, combined
 from vibecalc.core.study.sweep.design import Design
-from vibecalc.core.study.sweep.evaluate import Evaluator, Quantities
-from vibecalc.numerics.rounding import IntArray
-
-# ----------------------------------------------------------------------------
-# Points of a sweep: their numbers from the design, their results as a block.
-# ----------------------------------------------------------------------------
+from vibecalc.core.study.sweep.evaluate import Evaluator
 
 
 class ArrayEvaluator(Evaluator):
@@ -35,47 +24,32 @@ class ArrayEvaluator(Evaluator):
         super().__init__(loaded, design, keep)
         self._paths = {key: parse_key(key) for key in design.keys}
 
-    def run_points(self, indices: np.ndarray) -> Block:
-        """As `Evaluator.run_points`."""
+    def __call__(self, indices: np.ndarray) -> Block:
+        """As an `Evaluator`."""
         numbers = np.asarray(indices, dtype=np.int64)
-        settings = self._design.columns(numbers)
-        varied = {self._paths[key]: np.asarray(v, dtype=float) for key, v in settings.items()}
-        count, keep = len(numbers), frozenset(self._keep)
-        parts, left = compute(self._loaded.case, varied, count, keep, cache=self._cache)
-        alone = [
-            self.run_point({key: values[place].item() for key, values in settings.items()})
-            for place in left
+        columns = self._design.columns(numbers)
+        varied = {self._paths[key]: np.asarray(v, dtype=float) for key, v in columns.items()}
+        keep = frozenset(self._keep)
+        parts, left = compute(self._loaded.case, varied, len(numbers), keep, cache=self._cache)
+        blocks = [
+            Block(
+                numbers[places],
+                np.full(len(places), DONE, dtype=np.int8),
+                ("",) * len(places),
+                {
+                    path: BlockQuantity(
+                        found[path].values,
+                        found[path].errors,
+                        None,
+                        found[path].axes,
+                        CATALOGUE[path].unit,
+                        CATALOGUE[path].long_name,
+                        CATALOGUE[path].amplitude,
+                    )
+                    for path in self._keep
+                },
+            )
+            for places, found in parts
         ]
-        status = np.full(count, DONE, dtype=np.int8)
-        message = [""] * count
-        for place, (code, text, _) in zip(left, alone, strict=True):
-            status[place], message[place] = code, text
-        if not parts:
-            return make_block(numbers, status, message, [one[2] for one in alone], self._keep)
-        single = [one[2] for one in alone]
-        results = {path: _joined(path, parts, left, single, numbers) for path in self._keep}
-        return Block(numbers, status, tuple(message), results)
-
-
-def _joined(
-    path: str,
-    parts: Sequence[Part],
-    left: IntArray,
-    alone: Sequence[Quantities],
-    numbers: np.ndarray,
-) -> BlockQuantity:
-    """One quantity of all parts and single runs; a point without it is NaN."""
-    entry = CATALOGUE[path]
-    told = (entry.unit, entry.long_name, entry.amplitude)
-    columns = [(part.places, part.columns[path]) for part in parts]
-    pieces = [(places, BlockQuantity(one.values, one.errors, None, one.axes, *told))
-              for places, one in columns]  # fmt: skip
-    pieces += [
-        (np.array([place]), at_one_point(results[path]))
-        for place, results in zip(left, alone, strict=True)
-        if path in results
-    ]
-    whole = laid_out(pieces, numbers)
-    if isinstance(whole, str):
-        raise ValueError(f"{path}: {whole}")
-    return whole
+        some = {key: column[left] for key, column in columns.items()}
+        return combined([*blocks, *self.one_by_one(numbers[left], some)], numbers, self._keep)

@@ -13,123 +13,17 @@ from vibecalc.core.results.files import fresh_output
 from vibecalc.core.results.layout import NOT_RUN, SAMPLE, STATUS_WORDS
 from vibecalc.core.results.record import Result
 from vibecalc.core.results.sweep_file import (
-    Failures,
-    StackedQuantity,
     SweepHead,
     SweepResult,
     SweptAxis,
-    SweptKey,
     open_sweep,
 )
-from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, ChunkFolder, laid_out
+from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, combined, rows_of
 from vibecalc.core.study.sweep.design import Design, SweepAxis
+from vibecalc.core.study.sweep.journal import Journal
 from vibecalc.core.study.sweep.prepare import Identity
-from vibecalc.core.study.sweep.stacked_file import Stacking, look_through, write_stacked
+from vibecalc.core.study.sweep.stacked_file import write_stacked
 from vibecalc.errors import UsageError
-
-# ----------------------------------------------------------------------------
-# Two blocks of the same points, from two parts of a sweep, as one.
-# ----------------------------------------------------------------------------
-
-
-def join(block: Block, other: Block, path: Path) -> Block:
-    """Take from `other` the points that `block` does not have.
-
-    UsageError for a point that both have, unless they say the same of it; `path` is the file that
-    `other` is from.
-    """
-    ours, theirs = block.status != NOT_RUN, other.status != NOT_RUN
-    both = np.flatnonzero(ours & theirs)
-    new = np.flatnonzero(theirs & ~ours)
-    for row in both:
-        if block.status[row] != other.status[row] or block.message[row] != other.message[row]:
-            said = [
-                f"{STATUS_WORDS.get(int(one.status[row]), '?')} {one.message[row]}".rstrip()
-                for one in (block, other)
-            ]
-            raise _differ(int(block.indices[row]), path, f"{said[0]!r} and {said[1]!r}")
-    quantities: dict[str, BlockQuantity] = {}
-    left_out = {**other.left_out, **block.left_out}
-    for name in {**block.quantities, **other.quantities}:
-        mine, yours = block.quantities.get(name), other.quantities.get(name)
-        if mine is None or yours is None:
-            # an absent quantity is one that no point of that part has
-            there = mine if mine is not None else yours
-            assert there is not None
-            mine, yours = mine or _nowhere(there), yours or _nowhere(there)
-        whole = _laid(mine, yours, np.flatnonzero(ours), new, block.indices)
-        theirs_first = _laid(
-            mine, yours, np.flatnonzero(ours), np.flatnonzero(theirs), block.indices
-        )
-        if isinstance(whole, str) or isinstance(theirs_first, str):
-            left_out.setdefault(name, str(theirs_first))
-            continue
-        wrong = _different(whole, theirs_first)
-        if wrong.size:
-            raise _differ(int(block.indices[wrong[0]]), path, f"different values of {name}")
-        quantities[name] = whole
-    message = list(block.message)
-    for row in new:
-        message[row] = other.message[row]
-    return Block(
-        indices=block.indices,
-        status=np.where(ours, block.status, other.status),
-        message=tuple(message),
-        quantities=quantities,
-        left_out=left_out,
-    )
-
-
-def _differ(point: int, path: Path, what: str) -> UsageError:
-    return UsageError(
-        f"two parts have point {point} and do not agree on it, {path} and one before it: {what}"
-    )
-
-
-def _nowhere(quantity: BlockQuantity) -> BlockQuantity:
-    """The same quantity at points that do not have it."""
-    spread = quantity.standard_errors
-    return quantity._replace(
-        values=np.full_like(quantity.values, np.nan),
-        errors=np.full_like(quantity.errors, np.nan),
-        standard_errors=None if spread is None else np.full_like(spread, np.nan),
-    )
-
-
-def _laid(
-    mine: BlockQuantity,
-    yours: BlockQuantity,
-    ours: np.ndarray,
-    theirs: np.ndarray,
-    numbers: np.ndarray,
-) -> BlockQuantity | str:
-    """Rows `ours` of the one, and then rows `theirs` of the other."""
-    pieces = [(rows, _rows(one, rows)) for one, rows in ((mine, ours), (yours, theirs))]
-    return laid_out([piece for piece in pieces if piece[0].size], numbers)
-
-
-def _rows(quantity: BlockQuantity, rows: np.ndarray) -> BlockQuantity:
-    spread = quantity.standard_errors
-    return quantity._replace(
-        values=quantity.values[rows],
-        errors=quantity.errors[rows],
-        standard_errors=None if spread is None else spread[rows],
-    )
-
-
-def _different(one: BlockQuantity, other: BlockQuantity) -> np.ndarray:
-    """Rows that are not the same in both."""
-    same = np.ones(one.errors.size, dtype=bool)
-    for a, b in (
-        (one.values, other.values),
-        (one.errors, other.errors),
-        (one.standard_errors, other.standard_errors),
-    ):
-        if a is not None and b is not None:
-            equal = (a == b) | (np.isnan(a) & np.isnan(b))
-            same &= equal.reshape(same.size, -1).all(axis=1)
-    return np.flatnonzero(~same)
-
 
 # ----------------------------------------------------------------------------
 # The chunks of a sweep put together in one file.
@@ -140,44 +34,45 @@ class Assembled(NamedTuple):
     """A file that was written, and what is in it.
 
     `counts` says how many points have which status, `missing` which were not run (first and last
-    of each gap), `left_out` which quantities could not be stacked and why.
+    of each gap).
     """
 
     path: Path
     counts: Mapping[int, int]
     missing: tuple[tuple[int, int], ...]
-    left_out: Mapping[str, str]
 
 
 def assemble(
     output: Path | str,
     head: SweepHead,
-    chunks: ChunkFolder,
+    journal: Journal,
     numbers: Iterable[int] | None = None,
     between: Callable[[], None] = lambda: None,
 ) -> Assembled:
-    """Write the file of a sweep from some of its chunks, by default all that are valid.
+    """Write the file of a sweep from some of its chunks, by default all that are there.
 
     The chunks are read twice, one at a time; `between` is called before each. Points of other
     chunks are "not run". UsageError, with the reason, if the file cannot be written, and
     ResultError for a chunk that is damaged; an old file is then as it was.
     """
-    target = fresh_output(output)
-    wanted = sorted(chunks.finished() if numbers is None else set(numbers))
+    wanted = journal.places if numbers is None else set(numbers)
 
     def blocks() -> Iterator[Block]:
-        for block in chunks.blocks(wanted):
+        for block in journal.blocks(wanted):
             between()
             yield block
+        between()
 
-    stacking = look_through(blocks(), head.stored, chunks.count)
-    write_stacked(target, head, stacking, blocks())
-    return assembled(target, stacking)
+    return _written(fresh_output(output), head, blocks)
 
 
-def assembled(path: Path, stacking: Stacking) -> Assembled:
-    """What is in a file."""
-    return Assembled(path, stacking.counts, tuple(stacking.missing), stacking.left_out)
+def _written(target: Path, head: SweepHead, blocks: Callable[[], Iterator[Block]]) -> Assembled:
+    write_stacked(target, head, blocks)
+    with open_sweep(target) as sweep:
+        counts, missing = sweep.counts(), sweep.status().ravel() == NOT_RUN
+    edges = np.flatnonzero(np.diff(missing, prepend=False, append=False))
+    gaps = tuple((int(first), int(after) - 1) for first, after in edges.reshape(-1, 2))
+    return Assembled(target, counts, gaps)
 
 
 def sweep_head(
@@ -185,12 +80,12 @@ def sweep_head(
 ) -> SweepHead:
     """What a file says of a sweep; `result` has case, plan and provenance, and no quantities."""
     if design.sampling == "grid":
-        axes = tuple(_along(axis) for axis in design.axes)
+        axes = [_swept(one.name, one.count or 0, [one], one.at) for one in design.axes]
     else:
-        axes = (_sampled(design),)
+        axes = [_swept(SAMPLE, design.count, design.axes, design.value_of)]
     return SweepHead(
         result=result,
-        axes=axes,
+        axes=tuple(axes),
         sampling=design.sampling,
         design=design.description(),
         stored=tuple(stored),
@@ -199,47 +94,19 @@ def sweep_head(
     )
 
 
-def _along(axis: SweepAxis) -> SweptAxis:
-    whole = _whole(axis)
+def _swept(
+    name: str, count: int, axes: Sequence[SweepAxis], at: Callable[[np.ndarray], np.ndarray]
+) -> SweptAxis:
+    keys = tuple(key for axis in axes for key in axis.keys)
 
     def read(first: int, last: int) -> list[np.ndarray]:
-        values = axis.at(np.arange(first, last))
+        columns = at(np.arange(first, last)).T
         return [
-            column.astype(np.int64) if is_whole else column
-            for column, is_whole in zip(values.T, whole, strict=True)
+            column.astype(np.int64 if key.choices or key.shape.kind == "whole" else float)
+            for column, key in zip(columns, keys, strict=True)
         ]
 
-    return SweptAxis(name=axis.name, count=axis.count or 0, keys=_keys(axis), read=read)
-
-
-def _sampled(design: Design) -> SweptAxis:
-    whole = [one for axis in design.axes for one in _whole(axis)]
-
-    def read(first: int, last: int) -> list[np.ndarray]:
-        values = design.value_of(np.arange(first, last))
-        return [
-            column.astype(np.int64) if is_whole else column
-            for column, is_whole in zip(values.T, whole, strict=True)
-        ]
-
-    keys = tuple(key for axis in design.axes for key in _keys(axis))
-    return SweptAxis(name=SAMPLE, count=design.count, keys=keys, read=read)
-
-
-def _keys(axis: SweepAxis) -> tuple[SweptKey, ...]:
-    rows = zip(axis.keys, axis.labels, axis.units, axis.written_units, axis.choices, strict=True)
-    return tuple(
-        SweptKey(key=key, label=label, unit=unit, written_unit=written, choices=choices)
-        for key, label, unit, written, choices in rows
-    )
-
-
-def _whole(axis: SweepAxis) -> list[bool]:
-    """Which keys are whole numbers, or positions of choices."""
-    return [
-        bool(choices) or shape.kind == "whole"
-        for choices, shape in zip(axis.choices, axis.shapes, strict=True)
-    ]
+    return SweptAxis(name=name, count=count, keys=keys, read=read)
 
 
 # ----------------------------------------------------------------------------
@@ -272,10 +139,7 @@ def merge(
         if provenance is not None:
             result = replace(head.result, provenance=dict(provenance), timings={})
             head = replace(head, result=result)
-        whole = _Parts(opened)
-        stacking = look_through(whole.blocks(), head.stored, opened[0].count)
-        write_stacked(target, head, stacking, whole.blocks())
-    return assembled(target, stacking)
+        return _written(target, head, lambda: _together(opened))
 
 
 def _check_same_sweep(first: SweepResult, other: SweepResult) -> None:
@@ -296,65 +160,85 @@ def _check_same_sweep(first: SweepResult, other: SweepResult) -> None:
     raise UsageError(f"{pair}: {why}")
 
 
-class _Parts:
-    """Open parts of one sweep, read together a few points at a time."""
-
-    def __init__(self, parts: Sequence[SweepResult]) -> None:
-        self.parts = parts
-        self.failures: list[Failures] = [part.failures() for part in parts]
-        self.left_out: dict[str, str] = {}
-        for part in parts:
-            self.left_out = {**part.left_out, **self.left_out}
-        entries = max(
-            sum(
-                math.prod(len(axis.values) for axis in one.axes) for one in part.quantities.values()
-            )
-            for part in parts
-        )
-        self.step = max(1, min(_AT_ONCE, _ENTRIES // max(entries, 1)))
-
-    def blocks(self) -> Iterator[Block]:
-        """All points that a part has, ascending; UsageError where two parts do not agree."""
-        count = self.parts[0].count
-        for first in range(0, count, self.step):
-            last = min(first + self.step, count)
-            found = [
-                (part, number)
-                for number, part in enumerate(self.parts)
-                if np.any(part.status_of(first, last) != NOT_RUN)
-            ]
-            if found:
-                whole = self._block(*found[0], first, last)
-                for part, number in found[1:]:
-                    whole = join(whole, self._block(part, number, first, last), part.path)
-                yield whole
-
-    def _block(self, part: SweepResult, number: int, first: int, last: int) -> Block:
-        failures = self.failures[number]
-        message = [""] * (last - first)
-        low, high = np.searchsorted(failures.points, [first, last])
-        for row in range(low, high):
-            message[failures.points[row] - first] = failures.texts[failures.causes[row]]
-        return Block(
-            indices=np.arange(first, last),
-            status=part.status_of(first, last),
-            message=tuple(message),
-            quantities={
-                path: _stacked(quantity, first, last)
-                for path, quantity in part.quantities.items()
-                if path not in self.left_out
-            },
-            left_out=self.left_out,
-        )
-
-
-def _stacked(quantity: StackedQuantity, first: int, last: int) -> BlockQuantity:
-    return BlockQuantity(
-        values=quantity.points(first, last),
-        errors=quantity.errors_of(first, last),
-        standard_errors=quantity.standard_errors_of(first, last),
-        axes=quantity.axes,
-        unit=quantity.unit,
-        long_name=quantity.long_name,
-        amplitude=quantity.amplitude,
+def _together(parts: Sequence[SweepResult]) -> Iterator[Block]:
+    """All points that a part has, ascending; UsageError where two parts do not agree."""
+    count, keep = parts[0].count, parts[0].head.stored
+    left_out = {path: why for part in reversed(parts) for path, why in part.left_out.items()}
+    entries = max(
+        sum(math.prod(len(axis.values) for axis in one.axes) for one in part.quantities.values())
+        for part in parts
     )
+    step = max(1, min(_AT_ONCE, _ENTRIES // max(entries, 1)))
+    words = [part.failures().by_point() for part in parts]
+    for first in range(0, count, step):
+        numbers = np.arange(first, min(first + step, count))
+        whole: Block | None = None
+        for part, told in zip(parts, words, strict=True):
+            mine = _block(part, told, numbers)
+            if mine is None:
+                continue
+            if whole is not None:
+                _check_agreed(whole, mine, keep, part.path)
+            whole = combined([mine] if whole is None else [whole, mine], numbers, keep)
+        if whole is not None:
+            yield whole._replace(left_out=left_out | dict(whole.left_out))
+
+
+def _block(part: SweepResult, words: Mapping[int, str], numbers: np.ndarray) -> Block | None:
+    """The points that a part has among some consecutive ones."""
+    first, last = int(numbers[0]), int(numbers[-1]) + 1
+    status = part.status(first, last)
+    run = np.flatnonzero(status != NOT_RUN)
+    if not run.size:
+        return None
+    quantities = {
+        path: BlockQuantity(
+            values=one.values(first, last),
+            errors=one.errors(first, last),
+            standard_errors=one.standard_errors(first, last),
+            axes=one.axes,
+            unit=one.unit,
+            long_name=one.long_name,
+            amplitude=one.amplitude,
+        )
+        for path, one in part.quantities.items()
+    }
+    message = tuple(words.get(point, "") for point in range(first, last))
+    return rows_of(Block(numbers, status, message, quantities), run)
+
+
+def _check_agreed(whole: Block, part: Block, keep: Sequence[str], path: Path) -> None:
+    """UsageError unless a part, from `path`, says the same of points as those before it."""
+    there = np.flatnonzero(whole.status != NOT_RUN)
+    numbers = np.intersect1d(whole.indices[there], part.indices)
+    if not numbers.size:
+        return
+    both = [rows_of(one, np.searchsorted(one.indices, numbers)) for one in (part, whole)]
+    one, other = combined(both, numbers, keep), combined(both[::-1], numbers, keep)
+
+    def differ(row: int, what: str) -> UsageError:
+        return UsageError(
+            f"two parts have point {numbers[row]} and do not agree on it, {path} and one before "
+            f"it: {what}"
+        )
+
+    for row, (ours, theirs) in enumerate(zip(_said(one), _said(other), strict=True)):
+        if ours != theirs:
+            raise differ(row, f"{ours!r} and {theirs!r}")
+    for name, mine in one.quantities.items():
+        yours = other.quantities[name]
+        pairs = [(mine.values, yours.values), (mine.errors, yours.errors)]
+        if mine.standard_errors is not None and yours.standard_errors is not None:
+            pairs.append((mine.standard_errors, yours.standard_errors))
+        for a, b in pairs:
+            same = (a == b) | (np.isnan(a) & np.isnan(b))
+            wrong = np.flatnonzero(~same.reshape(len(a), -1).all(axis=1))
+            if wrong.size:
+                raise differ(int(wrong[0]), f"different values of {name}")
+
+
+def _said(block: Block) -> list[str]:
+    return [
+        f"{STATUS_WORDS.get(int(status), '?')} {words}".rstrip()
+        for status, words in zip(block.status, block.message, strict=True)
+    ]

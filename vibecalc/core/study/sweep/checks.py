@@ -1,7 +1,6 @@
 """What can be found wrong with a sweep before its first run."""
 
 import difflib
-from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice, product
 from typing import Any
@@ -14,8 +13,8 @@ from vibecalc.core.case.walk import Shape, bound_words
 from vibecalc.core.results.record import Entry
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.targets import unknown_quantity
-from vibecalc.core.study.sweep.design import Design, SweepAxis, make_design, size_words
-from vibecalc.core.study.sweep.values import AxisValues, RandomValues, SpacedValues
+from vibecalc.core.study.sweep.design import AxisKey, Design, make_design, size_words
+from vibecalc.core.study.sweep.values import Scatter
 from vibecalc.errors import CaseError, KeyPath, Problem
 from vibecalc.schema import Case
 
@@ -30,12 +29,9 @@ _COMPARE = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.le
 
 def forbidden_values(design: Design) -> Iterator[Problem]:
     """One problem for each key with values outside its bounds; no run is needed for it."""
-    column = 0
-    for axis in design.axes:
-        for index, (shape, values) in enumerate(zip(axis.shapes, axis.key_values, strict=True)):
-            if not values.names and not np.all(allowed_by(shape, np.array(values.ends))):
-                yield from _of_key(design, axis, index, column)
-            column += 1
+    for column, key in enumerate(design.every):
+        if not key.choices and not np.all(allowed_by(key.shape, np.array(key.values.ends))):
+            yield from _of_key(design, key, column)
 
 
 def allowed_by(shape: Shape, values: np.ndarray) -> np.ndarray:
@@ -46,63 +42,31 @@ def allowed_by(shape: Shape, values: np.ndarray) -> np.ndarray:
     return np.asarray(allowed)
 
 
-def _of_key(design: Design, axis: SweepAxis, index: int, column: int) -> Iterator[Problem]:
-    axis_values, shape = axis.key_values[index], axis.shapes[index]
-    total = axis_values.count if axis_values.count is not None else design.count
-    if isinstance(axis_values, SpacedValues) and axis_values.count is not None:
-        count, values = _on_spread(axis_values, shape)
-    else:
-        count, values = _tested(design, axis_values, shape, column, total)
-    if not count:
-        return
-    many = f"{count} of {size_words(total)} {'points' if axis_values.count is None else 'values'}"
-    if design.sampling == "grid" and len(design.axes) > 1:
-        points = count * (design.count // total)
-        many += f", {size_words(points)} of {size_words(design.count)} points"
-    shown = ", ".join(f"{value:.6g}" for value in values) + (", ..." if count > _SHOWN else "")
-    one_sided = isinstance(axis_values, RandomValues) and axis_values.scatter.kind == "normal"
-    yield Problem(
-        path=axis.places[index],
-        message=f"{axis.keys[index]} takes values that it must not have",
-        found=f"{shown} {shape.unit or ''}".strip() + f" ({many})",
-        allowed=bound_words(shape) or "a finite number",
-        hint="lognormal and triangular distributions have an end" if one_sided else "",
-    )
-
-
-def _tested(
-    design: Design, axis_values: AxisValues, shape: Shape, column: int, total: int
-) -> tuple[int, np.ndarray]:
-    """How many values are forbidden, and the first of them."""
+def _of_key(design: Design, key: AxisKey, column: int) -> Iterator[Problem]:
+    values, drawn = key.values, key.values.count is None
+    total = values.count or design.count
     count, first = 0, np.empty(0)
     for start in range(0, total, _BLOCK):
         numbers = np.arange(start, min(start + _BLOCK, total))
-        drawn = axis_values.count is None
-        values = design.value_of(numbers)[:, column] if drawn else axis_values.at(numbers)
-        wrong = values[~allowed_by(shape, values)]
+        some = design.value_of(numbers)[:, column] if drawn else values.at(numbers)
+        wrong = some[~allowed_by(key.shape, some)]
         count += wrong.size
         first = np.concatenate([first, wrong[:_SHOWN]])[:_SHOWN]
-    return count, first
-
-
-def _on_spread(axis_values: SpacedValues, shape: Shape) -> tuple[int, np.ndarray]:
-    """The same for values that only rise or only fall, without looking at all of them."""
-    total = axis_values.count or 0
-    runs: list[range] = []
-    for side in (("gt", "ge"), ("lt", "le")):
-        bounds = tuple(bound for bound in shape.bounds if bound[0] in side)
-        one_sided = shape._replace(bounds=bounds)
-
-        def allowed_at(position: int, one_sided: Shape = one_sided) -> bool:
-            return bool(allowed_by(one_sided, axis_values.at(np.array([position])))[0])
-
-        if not allowed_at(0):
-            runs.append(range(bisect_left(range(total), True, key=allowed_at)))
-        elif not allowed_at(total - 1):
-            first = bisect_left(range(total), True, key=lambda position: not allowed_at(position))
-            runs.append(range(first, total))
-    wrong = [position for run in runs for position in run[:_SHOWN]][:_SHOWN]
-    return sum(len(run) for run in runs), axis_values.at(np.array(wrong, dtype=np.int64))
+    if not count:
+        return
+    many = f"{count} of {size_words(total)} {'points' if drawn else 'values'}"
+    if design.sampling == "grid" and len(design.axes) > 1:
+        points = count * (design.count // total)
+        many += f", {size_words(points)} of {size_words(design.count)} points"
+    shown = ", ".join(f"{value:.6g}" for value in first) + (", ..." if count > _SHOWN else "")
+    one_sided = isinstance(values, Scatter) and values.kind == "normal"
+    yield Problem(
+        path=key.place,
+        message=f"{key.key} takes values that it must not have",
+        found=f"{shown} {key.unit}".strip() + f" ({many})",
+        allowed=bound_words(key.shape) or "a finite number",
+        hint="lognormal and triangular distributions have an end" if one_sided else "",
+    )
 
 
 # ----------------------------------------------------------------------------
@@ -130,7 +94,7 @@ def choice_cases(design: Design, resolved: Mapping[str, Any]) -> Iterator[tuple[
     Stages and results hang on choices alone. Without choices there is one case, the first point.
     Points that are no case are left out, and so are combinations after the first 64.
     """
-    names = dict(zip(design.keys, design.choices, strict=True))
+    names = {key.key: key.choices for key in design.every}
     for settings in islice(_combinations(design), _COMBINATIONS):
         try:
             case = validate(case_at(resolved, settings))
@@ -143,8 +107,8 @@ def _combinations(design: Design) -> Iterator[Settings]:
     first = design.settings(0)
     steps: list[list[Settings]] = []
     for axis in design.axes:
-        if axis.count is None or not any(axis.choices):
-            steps.append([{key: first[key] for key in axis.keys}])
+        if axis.count is None or not any(key.choices for key in axis.keys):
+            steps.append([{key.key: first[key.key] for key in axis.keys}])
         else:
             alone = Design(axes=(axis,))
             steps.append([alone.settings(n) for n in range(min(axis.count, _COMBINATIONS))])
@@ -163,15 +127,9 @@ def _no_point(design: Design, resolved: Mapping[str, Any]) -> Iterator[Problem]:
             problems = problems or list(error.problems)
         else:
             return
-    places = {
-        path: place
-        for axis in design.axes
-        for path, place in zip(axis.paths, axis.places, strict=True)
-    }
     for problem in problems[:_SHOWN]:
-        place: KeyPath = next(
-            (at for path, at in places.items() if problem.path[: len(path)] == path), ("sweep",)
-        )
+        at = [key.place for key in design.every if problem.path[: len(key.path)] == key.path]
+        place = at[0] if at else ("sweep",)
         yield Problem(
             path=place,
             message=f"no point of the sweep is a case: {problem.message}",

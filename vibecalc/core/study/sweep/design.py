@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,8 @@ from vibecalc.core.case.raw import key_text
 from vibecalc.core.case.study_tables import Along, Axis, Sweep
 from vibecalc.core.case.walk import Shape
 from vibecalc.core.results.catalogue import AXES
-from vibecalc.core.study.sweep.keys import KeyPlace, label, read_values, target
+from vibecalc.core.results.sweep_file import SweptKey
+from vibecalc.core.study.sweep.keys import KeyTable, label, read_values, refused, target
 from vibecalc.core.study.sweep.sampling import MOST_POINTS, drawn, drawn_by
 from vibecalc.core.study.sweep.values import AxisValues, ValueList
 from vibecalc.errors import CaseError, KeyPath, Problem, UnitError, UsageError
@@ -25,187 +26,142 @@ _TAKEN = {*AXES, "sample", "key"}
 
 
 @dataclass(frozen=True, kw_only=True)
-class SweepAxis:
-    """One axis of a sweep with its k keys; values are in SI.
+class AxisKey(SweptKey):
+    """A key that varies: taken apart, with what it may hold, its values, and its table's place."""
 
-    `name` is short and unlike any axis of a result; `labels` say in words what the keys are,
-    `written_units` in which unit the case gives them; `paths` are the keys taken apart, `places`
-    where each stands in the case.
-    """
+    path: KeyPath
+    shape: Shape
+    values: AxisValues
+    place: KeyPath
+
+    def typed(self, column: np.ndarray) -> np.ndarray:
+        """Values as a case has them: doubles, whole numbers, names, lists or tables."""
+        whole = column.astype(np.int64)
+        if self.values.contents:
+            objects = np.empty(len(column), dtype=object)
+            for row, place in enumerate(whole.tolist()):
+                objects[row] = self.values.contents[place]
+            return objects
+        if self.choices:
+            return np.array(self.choices)[whole]
+        return whole if self.shape.kind == "whole" else column
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepAxis:
+    """One axis of a sweep with its k keys; `name` is short and unlike any axis of a result."""
 
     name: str
-    keys: tuple[str, ...]
-    paths: tuple[KeyPath, ...]
-    shapes: tuple[Shape, ...]
-    key_values: tuple[AxisValues, ...]
-    labels: tuple[str, ...]
-    written_units: tuple[str, ...]
-    places: tuple[KeyPath, ...]
+    keys: tuple[AxisKey, ...]
 
     @property
     def count(self) -> int | None:
         """Points along the axis; None if it is only drawn from."""
-        return self.key_values[0].count
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """SI unit of each key; "" for choices and plain numbers."""
-        return tuple(shape.unit or "" for shape in self.shapes)
-
-    @property
-    def choices(self) -> tuple[tuple[str, ...], ...]:
-        """For each key the names that its values count from 0; empty for a number."""
-        return tuple(axis_values.names for axis_values in self.key_values)
-
-    @property
-    def values(self) -> np.ndarray:
-        """All values (n, k); takes memory for all of them. ValueError if it is drawn from."""
-        if self.count is None:
-            raise ValueError(f"the axis {self.name} is drawn from, it has no values of its own")
-        return self.at(np.arange(self.count))
+        return self.keys[0].values.count
 
     def at(self, positions: np.ndarray) -> np.ndarray:
-        """Values (len, k) at positions along the axis."""
-        return np.stack([axis_values.at(positions) for axis_values in self.key_values], axis=1)
+        """Values (len, k) in SI at positions along the axis; a choice is counted from 0."""
+        return np.stack([key.values.at(positions) for key in self.keys], axis=1)
 
     def drawn(self, shares: np.ndarray) -> np.ndarray:
         """Values (len, k) at shares in (0, 1) of the axis; all keys take the same share."""
-        return np.stack([axis_values.drawn(shares) for axis_values in self.key_values], axis=1)
+        return np.stack([key.values.drawn(shares) for key in self.keys], axis=1)
 
 
-def read_axes(
-    sweep: Sweep, resolved: Mapping[str, Any]
-) -> tuple[tuple[SweepAxis, ...], list[Problem]]:
-    """Read the axes of `[sweep]` for a case in SI; axes with problems are left out.
+class _Reader:
+    """Reads the axes of `[sweep]` for a case in SI, and gathers what is wrong with them."""
 
-    Refused are keys that are not there or stand twice, values that cannot be read, and axes
-    without at least two points that differ.
-    """
-    problems: list[Problem] = []
-    seen: dict[KeyPath, KeyPath] = {}
-    axes = []
-    for position, table in enumerate(sweep.axes):
-        path: KeyPath = ("sweep", "axes", position)
-        axis = _read_axis(table, path, resolved, sweep.sampling != "grid", seen, problems)
-        if axis is not None:
-            axes.append(axis)
-    return _named(axes), problems
+    def __init__(self, sweep: Sweep, resolved: Mapping[str, Any]):
+        self.sampled, self.resolved = sweep.sampling != "grid", resolved
+        self.problems: list[Problem] = []
+        self.seen: dict[KeyPath, KeyPath] = {}
+        found = [self.axis(one, ("sweep", "axes", n)) for n, one in enumerate(sweep.axes)]
+        self.axes = _named([keys for keys in found if keys])
 
-
-def _read_axis(
-    table: Axis,
-    path: KeyPath,
-    resolved: Mapping[str, Any],
-    sampled: bool,
-    seen: dict[KeyPath, KeyPath],
-    problems: list[Problem],
-) -> SweepAxis | None:
-    rows: list[tuple[KeyPlace, KeyPath, AxisValues]] = []
-    tables: list[tuple[Along, KeyPath]] = [(table, path)]
-    tables += [(one, (*path, "with", index)) for index, one in enumerate(table.together)]
-    points = table.points if table.points is not None else len(table.values) or None
-    for one, where in tables:
-        target_ = _target(one.key, where, resolved, seen, problems)
-        if target_ is None:
-            continue
-        place = KeyPlace(one, where, target_[1], problems)
-        values = read_values(place, sampled, points)
-        if values is None:
-            continue
-        if one is table:
-            points = values.count
-        elif values.count is not None and points is not None and values.count != points:
-            problems.append(
-                Problem(
-                    path=(*where, "key"),
-                    message="keys that vary together need equally many values",
-                    found=f"{values.count} for {one.key}, {points} for {table.key}",
+    def axis(self, table: Axis, path: KeyPath) -> tuple[AxisKey, ...]:
+        """The keys of an axis; none if it has problems."""
+        keys: list[AxisKey] = []
+        tables: list[tuple[Along, KeyPath]] = [(table, path)]
+        tables += [(one, (*path, "with", index)) for index, one in enumerate(table.together)]
+        points = table.points if table.points is not None else len(table.values) or None
+        before = len(self.problems)
+        for one, place in tables:
+            try:
+                key = self.key(one, place, points)
+            except CaseError as error:
+                self.problems += error.problems
+                continue
+            count = key.values.count
+            if one is table:
+                points = count
+            elif count is not None and points is not None and count != points:
+                self.problems += refused(
+                    (*place, "key"),
+                    "keys that vary together need equally many values",
+                    found=f"{count} for {one.key}, {points} for {table.key}",
                     also=(*path, "key"),
-                )
-            )
-        rows.append((place, target_[0], values))
-    if len(rows) < len(tables):
-        return None
-    if not _points_differ(rows, path, problems):
-        return None
-    return SweepAxis(
-        name="",
-        keys=tuple(key_text(key) for _, key, _ in rows),
-        paths=tuple(key for _, key, _ in rows),
-        shapes=tuple(place.shape for place, _, _ in rows),
-        key_values=tuple(values for _, _, values in rows),
-        labels=tuple(label(key) for _, key, _ in rows),
-        written_units=tuple(_written_unit(place) for place, _, _ in rows),
-        places=tuple(place.path for place, _, _ in rows),
-    )
+                ).problems
+            keys.append(key)
+        if len(self.problems) == before:
+            self.check_points_differ(table, keys, path)
+        return tuple(keys) if len(self.problems) == before else ()
 
-
-def _target(
-    key: str,
-    where: KeyPath,
-    resolved: Mapping[str, Any],
-    seen: dict[KeyPath, KeyPath],
-    problems: list[Problem],
-) -> tuple[KeyPath, Shape] | None:
-    try:
-        path, shape = target(key, resolved)
-    except UsageError as error:
-        problems.append(
-            Problem(
-                path=(*where, "key"),
-                message="a sweep cannot vary this key",
-                found=key[:80],
+    def key(self, table: Along, place: KeyPath, points: int | None) -> AxisKey:
+        """One key with its values; CaseError for what is wrong with it."""
+        try:
+            path, shape = target(table.key, self.resolved)
+        except UsageError as error:
+            raise refused(
+                (*place, "key"),
+                "a sweep cannot vary this key",
+                found=table.key[:80],
                 allowed="a number or a choice of this case, as in machine.mounts.each.stiffness",
                 hint=str(error),
-            )
+            ) from error
+        for other, at in self.seen.items():
+            size = min(len(path), len(other))
+            if path[:size] == other[:size]:
+                first, second = sorted((path, other), key=len)
+                whole = f", which is in {key_text(first)}" if path != other else ""
+                message = f"two axes vary {key_text(second)}{whole}"
+                raise CaseError([Problem(path=(*place, "key"), message=message, also=(*at, "key"))])
+        self.seen[path] = place
+        read = KeyTable(table, place, path, shape)
+        values = read_values(read, self.sampled, points)
+        return AxisKey(
+            key=key_text(path),
+            label=label(path),
+            unit=shape.unit or "",
+            written_unit=_written_unit(read),
+            choices=values.names,
+            path=path,
+            shape=shape,
+            values=values,
+            place=place,
         )
-        return None
-    for other, place in seen.items():
-        size = min(len(path), len(other))
-        if path[:size] == other[:size]:
-            whole = f", which is in {key_text(min(path, other, key=len))}" if path != other else ""
-            problems.append(
-                Problem(
-                    path=(*where, "key"),
-                    message=f"two axes vary {key_text(max(path, other, key=len))}{whole}",
-                    also=(*place, "key"),
-                )
-            )
-            return None
-    seen[path] = where
-    return path, shape
+
+    def check_points_differ(self, table: Axis, keys: Sequence[AxisKey], path: KeyPath) -> None:
+        """No two points of the axis are the same; only lists can repeat themselves."""
+        listed = [
+            key.values.contents or key.values.values
+            for key in keys
+            if isinstance(key.values, ValueList)
+        ]
+        if len(listed) < len(keys):
+            return
+        seen: dict[str, int] = {}
+        for position, each in enumerate(zip(*listed, strict=True)):
+            first = seen.setdefault(repr(each), position)
+            if first != position:
+                written = table.values[position]
+                found = f"{written} as number {first + 1} and number {position + 1}"
+                message = "two points of an axis are the same"
+                self.problems += refused((*path, "values"), message, found=found).problems
+                return
 
 
-def _points_differ(
-    rows: Sequence[tuple[KeyPlace, KeyPath, AxisValues]], path: KeyPath, problems: list[Problem]
-) -> bool:
-    """Whether no two points of the axis are the same; only lists can repeat themselves."""
-    listed = [
-        axis_values.contents or axis_values.values
-        for _, _, axis_values in rows
-        if isinstance(axis_values, ValueList)
-    ]
-    if len(listed) < len(rows) or len({len(values) for values in listed}) > 1:
-        return True
-    seen: dict[str, int] = {}
-    for position, each in enumerate(zip(*listed, strict=True)):
-        point = repr(each)
-        if point in seen:
-            written = rows[0][0].table.values[position]
-            problems.append(
-                Problem(
-                    path=(*path, "values"),
-                    message="two points of an axis are the same",
-                    found=f"{written} as number {seen[point] + 1} and number {position + 1}",
-                )
-            )
-            return False
-        seen[point] = position
-    return True
-
-
-def _written_unit(place: KeyPlace) -> str:
-    table, given = place.table, place.table.distribution
+def _written_unit(key: KeyTable) -> str:
+    table, given = key.table, key.table.distribution
     ends = (table.stop, table.start, *table.values)
     drawn = (given.mean, given.upper, given.lower) if given else ()
     for written in (*ends, *drawn):
@@ -216,23 +172,19 @@ def _written_unit(place: KeyPlace) -> str:
                 return ""
             if unit:
                 return unit
-    return place.shape.unit or ""
+    return key.shape.unit or ""
 
 
-def _named(axes: Sequence[SweepAxis]) -> tuple[SweepAxis, ...]:
+def _named(axes: Sequence[tuple[AxisKey, ...]]) -> tuple[SweepAxis, ...]:
     """Name each axis by the shortest end of its first key that nothing else is called."""
-    endings = [_endings(axis.keys[0]) for axis in axes]
-    names = []
-    for mine, ends_of in enumerate(endings):
-        others = {end for index, ends in enumerate(endings) if index != mine for end in ends}
-        free = [end for end in ends_of if end not in others and end not in _TAKEN]
-        names.append((free or [ends_of[-1]])[0])
-    return tuple(replace(axis, name=name) for axis, name in zip(axes, names, strict=True))
-
-
-def _endings(key: str) -> list[str]:
-    parts = key.split(".")
-    return [".".join(parts[start:]) for start in range(len(parts) - 1, -1, -1)]
+    parts = [keys[0].key.split(".") for keys in axes]
+    endings = [[".".join(one[k:]) for k in reversed(range(len(one)))] for one in parts]
+    named = []
+    for mine, (keys, ends) in enumerate(zip(axes, endings, strict=True)):
+        others = {end for n, ends_of in enumerate(endings) if n != mine for end in ends_of}
+        free = [end for end in ends if end not in others and end not in _TAKEN]
+        named.append(SweepAxis(name=(free or ends[-1:])[0], keys=keys))
+    return tuple(named)
 
 
 # ----------------------------------------------------------------------------
@@ -267,35 +219,19 @@ class Design:
         return (self.points * (len(self.axes) + 2) if self.indices else self.points,)
 
     @property
-    def axis_names(self) -> tuple[str, ...]:
-        """Name of each axis of the results."""
-        grid = self.sampling == "grid"
-        return tuple(axis.name for axis in self.axes) if grid else ("sample",)
-
-    @property
     def count(self) -> int:
         """Number of runs."""
         return math.prod(self.shape)
 
     @property
-    def keys(self) -> tuple[str, ...]:
+    def every(self) -> tuple[AxisKey, ...]:
         """All keys that vary, axis by axis."""
         return tuple(key for axis in self.axes for key in axis.keys)
 
     @property
-    def units(self) -> tuple[str, ...]:
-        """SI unit of each key."""
-        return tuple(unit for axis in self.axes for unit in axis.units)
-
-    @property
-    def choices(self) -> tuple[tuple[str, ...], ...]:
-        """For each key the names that its values count from 0; empty for a number."""
-        return tuple(names for axis in self.axes for names in axis.choices)
-
-    @property
-    def contents(self) -> tuple[tuple[Any, ...], ...]:
-        """For each key the lists or tables that its values count from 0; empty for others."""
-        return tuple(values.contents for axis in self.axes for values in axis.key_values)
+    def keys(self) -> tuple[str, ...]:
+        """The same as a case names them."""
+        return tuple(key.key for key in self.every)
 
     def value_of(self, numbers: np.ndarray) -> np.ndarray:
         """Values (len, keys) in SI at point numbers (len,); a choice is counted from 0.
@@ -316,56 +252,31 @@ class Design:
     def columns(self, numbers: np.ndarray) -> dict[str, np.ndarray]:
         """The values at some points by key: doubles, whole numbers, names, lists or tables."""
         values = self.value_of(numbers)
-        return {key: self._typed(values[:, column], column) for column, key in enumerate(self.keys)}
+        return {key.key: key.typed(values[:, place]) for place, key in enumerate(self.every)}
 
     def settings(self, number: int) -> dict[str, Any]:
         """What one point sets: a value in SI, the name of a choice, a list or table, by key."""
         columns = self.columns(np.array([number]))
         return {key: column.tolist()[0] for key, column in columns.items()}
 
-    def roles(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """For Sobol indices: the sampled point behind each run, and 0 for A, 1 for B, 1 + j."""
-        if not self.indices:
-            raise ValueError("only a sweep for Sobol indices has roles")
-        return np.divmod(np.asarray(numbers, dtype=np.int64), len(self.axes) + 2)
-
     def description(self) -> dict[str, Any]:
         """The design as plain values, for hashes and result files."""
-        sampled = self.sampling != "grid"
+        drawing = {"points": self.points, "seed": self.seed, "drawn_by": drawn_by()}
         return {
             "sampling": self.sampling,
-            **(
-                {"points": self.points, "seed": self.seed, "drawn_by": drawn_by()}
-                if sampled
-                else {}
-            ),
+            **(drawing if self.sampling != "grid" else {}),
             "indices": self.indices,
             "axes": [
-                [
-                    {"key": key, **axis_values.description()}
-                    for key, axis_values in zip(axis.keys, axis.key_values, strict=True)
-                ]
+                [{"key": key.key, **key.values.description()} for key in axis.keys]
                 for axis in self.axes
             ],
         }
-
-    def _typed(self, column: np.ndarray, index: int) -> np.ndarray:
-        contents = self.contents[index]
-        if contents:
-            objects = np.empty(len(column), dtype=object)
-            for row, place in enumerate(column.astype(np.int64).tolist()):
-                objects[row] = contents[place]
-            return objects
-        if self.choices[index]:
-            return np.array(self.choices[index])[column.astype(np.int64)]
-        whole = [shape.kind == "whole" for axis in self.axes for shape in axis.shapes]
-        return column.astype(np.int64) if whole[index] else column
 
     def _shares(self, numbers: np.ndarray) -> np.ndarray:
         size = len(self.axes)
         if not self.indices:
             return drawn(self.sampling, numbers, size, self.points, self.seed)
-        base, role = self.roles(numbers)
+        base, role = np.divmod(numbers, size + 2)  # 0 for A, 1 for B, 1 + j
         both = drawn(self.sampling, base, 2 * size, self.points, self.seed)
         from_b = (role[:, None] == 1) | (role[:, None] == np.arange(size) + 2)
         return np.where(from_b, both[:, size:], both[:, :size])
@@ -373,26 +284,24 @@ class Design:
 
 def make_design(sweep: Sweep, resolved: Mapping[str, Any]) -> Design:
     """Read `[sweep]` for a case in SI with its defaults; CaseError with all problems found."""
-    axes, problems = read_axes(sweep, resolved)
+    read = _Reader(sweep, resolved)
+    problems = read.problems
     if not sweep.axes:
-        problems.append(
-            Problem(
-                path=("sweep",),
-                message="a sweep needs at least one axis",
-                allowed='axes = [{ key = "machine.speed", from = ..., to = ..., points = 21 }]',
-            )
-        )
-    if not problems:
-        design = Design(
-            axes=axes,
-            sampling=sweep.sampling,
-            points=STANDARD_POINTS if sweep.points is None else sweep.points,
-            seed=STANDARD_SEED if sweep.seed is None else sweep.seed,
-            indices=sweep.indices,
-        )
-        problems += _size_problems(design)
+        problems += refused(
+            ("sweep",),
+            "a sweep needs at least one axis",
+            allowed='axes = [{ key = "machine.speed", from = ..., to = ..., points = 21 }]',
+        ).problems
     if problems:
         raise CaseError(problems)
+    design = Design(
+        axes=read.axes,
+        sampling=sweep.sampling,
+        points=STANDARD_POINTS if sweep.points is None else sweep.points,
+        seed=STANDARD_SEED if sweep.seed is None else sweep.seed,
+        indices=sweep.indices,
+    )
+    _check_size(design)
     return design
 
 
@@ -410,25 +319,21 @@ def size_words(count: int) -> str:
     return str(count)
 
 
-def _size_problems(design: Design) -> list[Problem]:
+def _check_size(design: Design) -> None:
     most = min(LARGEST, MOST_POINTS.get(design.sampling, LARGEST))
     if design.count <= most:
-        return []
+        return
     if design.sampling == "grid":
-        path, factors = ("sweep", "axes"), " x ".join(str(size) for size in design.shape)
+        key, factors = "axes", " x ".join(str(size) for size in design.shape)
     else:
-        path = ("sweep", "points")
         runs = f" x {len(design.axes) + 2} runs" if design.indices else ""
-        factors = f"{design.points}{runs}"
+        key, factors = "points", f"{design.points}{runs}"
     years = design.count / 1000.0 / 31_557_600.0
-    return [
-        Problem(
-            path=path,
-            message=f"the sweep would have {size_words(design.count)} points",
-            found=factors,
-            allowed=f"at most {size_words(most)}",
-            hint=f"a thousand points a second would take {years:.2g} years"
-            if years > 0.1
-            else "fewer points on an axis, or a sampling",
-        )
-    ]
+    few = "fewer points on an axis, or a sampling"
+    raise refused(
+        ("sweep", key),
+        f"the sweep would have {size_words(design.count)} points",
+        found=factors,
+        allowed=f"at most {size_words(most)}",
+        hint=f"a thousand points a second would take {years:.2g} years" if years > 0.1 else few,
+    )

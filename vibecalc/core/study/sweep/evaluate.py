@@ -12,12 +12,12 @@ from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text
 from vibecalc.core.results.layout import BUG, DONE, FAILED, REFUSED
 from vibecalc.core.results.record import Quantity
 from vibecalc.core.run.run import StageCache, check_again, run_case
-from vibecalc.core.study.sweep.blocks import Block, make_block
+from vibecalc.core.study.sweep.blocks import Block, combined, one_point
 from vibecalc.core.study.sweep.design import Design
 from vibecalc.errors import CaseError, NumericalFailure, Problem, UsageError
 
 if TYPE_CHECKING:
-    from vibecalc.schema import Case
+    pass
 
 Quantities = Mapping[str, Quantity]
 
@@ -40,23 +40,21 @@ class Evaluator:
         self._base = loaded.base(design.keys)
 
     def __call__(self, indices: np.ndarray) -> Block:
-        """Results at some points; as `run_points`."""
-        return self.run_points(indices)
-
-    def run_points(self, indices: np.ndarray) -> Block:
         """Results, or why there are none, at points (n,) in ascending order; never raises for one.
 
         The statuses are those of `vibecalc.core.results.layout`: done, input refused, numerical
         failure, or an error in the program, whose message is its traceback.
         """
-        numbers = np.asarray(indices, dtype=np.int64)
-        columns = {key: column.tolist() for key, column in self._design.columns(numbers).items()}
-        outcomes = [
-            self.run_point({key: column[row] for key, column in columns.items()})
-            for row in range(len(numbers))
+        blocks = self.one_by_one(np.asarray(indices), self._design.columns(np.asarray(indices)))
+        return combined(blocks, np.asarray(indices), self._keep)
+
+    def one_by_one(self, numbers: np.ndarray, columns: Mapping[str, np.ndarray]) -> list[Block]:
+        """The points one by one; `columns` (n,) are the values of the keys there."""
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        return [
+            one_point(int(number), *self.run_point(dict(zip(columns, row, strict=True))))
+            for number, row in zip(numbers, rows, strict=True)
         ]
-        statuses, messages, found = zip(*outcomes, strict=True) if outcomes else ((), (), ())
-        return make_block(numbers, statuses, messages, found, self._keep)
 
     def run_point(self, settings: Mapping[str, Any]) -> tuple[int, str, Quantities]:
         """Status, message and the kept results with some keys of the case set."""
@@ -97,26 +95,21 @@ class Evaluator:
         from vibecalc.core.study.optimise import optimise
 
         without = [name for name in NOT_COMPUTED if name not in ("optimisation", "limit")]
-        loaded = self._at(validate(case_at(self._base, settings, without)))
+        case = validate(case_at(self._base, settings, without))
+        # the case of one point has no text of its own
+        bare: dict[str, Any] = {
+            "text": "",
+            "overrides": (),
+            "origins": {},
+            "files": {},
+            "freed": None,
+        }
+        loaded = replace(self._loaded, case=case, resolved=resolve(case), **bare)
         _refuse(physics_problems(loaded))
         record = optimise(loaded, timings={})
         if record.failure:
             raise NumericalFailure("; ".join((record.failure, *record.warnings[:1])))
         return {path: record[path] for path in self._keep if path in record}
-
-    def _at(self, case: "Case") -> LoadedCase:
-        """The case of one point in place of the one that was read; it has no text of its own."""
-        written = self._loaded
-        return LoadedCase(
-            case=case,
-            name=written.name,
-            path=written.path,
-            text="",
-            overrides=(),
-            resolved=resolve(case),
-            resolved_toml="",
-            sha256="",
-        )
 
 
 def refusal(problems: Sequence[Problem]) -> str:
@@ -126,12 +119,9 @@ def refusal(problems: Sequence[Problem]) -> str:
 
 def _in_words(problem: Problem) -> str:
     place = f"{key_text(problem.path)}: " if problem.path else ""
-    parts = (
-        problem.message,
-        f"found {problem.found}" if problem.found else "",
-        f"allowed: {problem.allowed}" if problem.allowed else "",
-    )
-    return place + ", ".join(part for part in parts if part)
+    found = f", found {problem.found}" if problem.found else ""
+    allowed = f", allowed: {problem.allowed}" if problem.allowed else ""
+    return f"{place}{problem.message}{found}{allowed}"
 
 
 def _refuse(problems: Sequence[Problem]) -> None:

@@ -8,18 +8,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.case.diagnose import shown
-from vibecalc.core.case.raw import get_key, key_text, parse_key
+from vibecalc.core.case.raw import get_key, key_text, nearest, parse_key
 from vibecalc.core.case.study_tables import Along, Distribution
 from vibecalc.core.case.walk import Shape, allowed_of, keys_of, shape_at, with_names, words
 from vibecalc.core.study.sweep.values import (
     PARAMETERS,
     AxisValues,
-    RandomValues,
     Scatter,
     SpacedValues,
     ValueList,
 )
-from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
+from vibecalc.errors import CaseError, KeyPath, Problem, UnitError, UsageError
 from vibecalc.units import parse_quantity, split_number
 
 # ----------------------------------------------------------------------------
@@ -75,42 +74,29 @@ def label(path: KeyPath) -> str:
 
 
 def _nearest(path: KeyPath, resolved: Mapping[str, Any]) -> str:
-    known = dict.fromkeys([*_leaves(resolved, ()), *_siblings(path)])
-    near = difflib.get_close_matches(key_text(path), known, n=1, cutoff=0.6)
-    return f"; did you mean {near[0]}?" if near else ""
-
-
-def _siblings(path: KeyPath) -> Iterator[str]:
-    """Keys of the innermost table on the way that the schema knows, present or not."""
+    """The key that may have been meant: of those in the case, and in the innermost table known."""
+    known = {name: resolved[name] for name in VARIED if name in resolved}
+    keys = dict.fromkeys(_leaves(known, ()))
     for size in range(len(path) - 1, 0, -1):
         parent = shape_at(path[:size])
         if parent is not None and parent.table is not None:
-            yield from (key_text((*path[:size], name)) for name in keys_of(parent.table))
-            return
+            keys |= dict.fromkeys(key_text((*path[:size], name)) for name in keys_of(parent.table))
+            break
+    near = difflib.get_close_matches(key_text(path), keys, n=1, cutoff=0.6)
+    return f"; did you mean {near[0]}?" if near else ""
 
 
 def _leaves(place: Any, above: KeyPath) -> Iterator[str]:
-    """Keys of numbers and choices that are in the case, at or below a place."""
-    if above:
-        if above[0] not in VARIED:
-            return
-        shape = shape_at(above)
-        if shape is not None and shape.kind in ("number", "whole", "choice"):
-            yield key_text(above)
-            return
-    else:
-        shape = None
-    entries: list[tuple[str | int, Any]] = []
-    if isinstance(place, dict):
-        entries = list(place.items())
-    elif isinstance(place, list):
-        entries = list(enumerate(place[:_LISTED]))
-    for name, entry in entries:
+    """Keys of all that is in the case at or below a place, but for tables and lists."""
+    if not isinstance(place, dict | list):
+        yield key_text(above)
+        return
+    for name, entry in place.items() if isinstance(place, dict) else enumerate(place[:_LISTED]):
         yield from _leaves(entry, (*above, name))
 
 
 # ----------------------------------------------------------------------------
-# From one key's table in `[sweep]` to the values it takes; what is wrong goes into a list.
+# From one key's table in `[sweep]` to the values it takes.
 # ----------------------------------------------------------------------------
 
 Written = str | int | float
@@ -118,27 +104,45 @@ Written = str | int | float
 _MOST_WHOLE = 100_000  # whole numbers on an axis; a longer one is not looked through
 
 
-class KeyPlace(NamedTuple):
-    """One key's table, where it stands, what its key may hold, and where problems go."""
+def refused(path: KeyPath, message: str, **words: Any) -> CaseError:
+    """What is wrong at one place of the case."""
+    return CaseError([Problem(path=path, message=message, **words)])
+
+
+class KeyTable(NamedTuple):
+    """One key's table in `[sweep]`, its place there, the key taken apart and what it may hold."""
 
     table: Along
+    place: KeyPath
     path: KeyPath
     shape: Shape
-    problems: list[Problem]
 
-    def refuse(
-        self, key: str, message: str, *, found: str = "", allowed: str = "", hint: str = ""
-    ) -> None:
-        """Note a problem at a key of the table."""
-        path = (*self.path, key)
-        self.problems.append(
-            Problem(path=path, message=message, found=found, allowed=allowed, hint=hint)
-        )
+    def refused(self, key: str, message: str, **words: str) -> CaseError:
+        """What is wrong at a key of the table."""
+        return refused((*self.place, key), message, **words)
+
+    def number(self, key: str, written: Written, *, difference: bool = False) -> float:
+        """A value in SI."""
+        name, shape = self.table.key, self.shape
+        if isinstance(written, bool):
+            raise self.refused(key, f"{name} cannot be true or false", allowed=words(shape))
+        try:
+            return shape._replace(difference=shape.difference or difference).number(written)
+        except (UnitError, OverflowError) as caught:
+            error = caught if isinstance(caught, UnitError) else UnitError("too large for a double")
+            allowed = allowed_of(error, shape)
+            raise self.refused(
+                key,
+                f"{name}: {error.message}",
+                found=error.found,
+                allowed=allowed,
+                hint=error.hint,
+            ) from None
 
 
-def read_values(place: KeyPlace, sampled: bool, points: int | None) -> AxisValues | None:
-    """The values of one key; None if its table has problems. `points` stands in for absent ones."""
-    table, choice = place.table, place.shape.kind not in ("number", "whole")
+def read_values(key: KeyTable, sampled: bool, points: int | None) -> AxisValues:
+    """The values of one key; `points` stands in for absent ones. CaseError with one problem."""
+    table, shape = key.table, key.shape
     forms = {
         "values": bool(table.values),
         "from": table.start is not None or table.stop is not None,
@@ -147,67 +151,46 @@ def read_values(place: KeyPlace, sampled: bool, points: int | None) -> AxisValue
     used = [form for form, there in forms.items() if there]
     if len(used) != 1:
         what = "says twice what it takes" if used else "has no values"
-        place.refuse(
+        raise key.refused(
             used[-1] if used else "key",
             f"{table.key[:80]} {what}",
             found=" and ".join(used),
             allowed="values = [...], or from, to and points, or a distribution",
         )
-        return None
-    for key, given in (("points", table.points), ("spacing", table.spacing)):
-        if given is not None and used != ["from"]:
-            place.refuse(key, f"{key} belongs to from and to, not to {used[0]}")
-            return None
-    if choice and used != ["values"]:
-        place.refuse(used[0], f"{table.key} is a {place.shape.kind}", allowed=words(place.shape))
-        return None
-    if used == ["values"]:
-        return _listed(place)
-    if used == ["from"]:
-        return _spread(place, sampled, points)
-    return _drawn(place, sampled)
+    (form,) = used
+    for name, given in (("points", table.points), ("spacing", table.spacing)):
+        if given is not None and form != "from":
+            raise key.refused(name, f"{name} belongs to from and to, not to {form}")
+    if form == "values":
+        return _listed(key)
+    if shape.kind not in ("number", "whole"):
+        raise key.refused(form, f"{table.key} is a {shape.kind}", allowed=words(shape))
+    if table.distribution is not None:
+        return _drawn(key, table.distribution, sampled)
+    return _spread(key, sampled, points)
 
 
-def _listed(place: KeyPlace) -> ValueList | None:
-    values = place.table.values
-    if len(values) < 2:
-        place.refuse(
-            "values",
-            "an axis needs two points or more",
-            found="one",
-            hint=f"a single value is --set {place.table.key}={values[0]}",
-        )
-        return None
-    if place.shape.kind in ("choice", "text"):
-        return _choices(place)
-    whole = any(isinstance(value, list | tuple | dict) for value in values)
-    if whole or place.shape.kind not in ("number", "whole"):
-        return _wholes(place)
-    numbers = []
-    for value in values:
-        number = _number(place, "values", value)
-        if number is None:  # the first wrong one is enough
-            return None
-        numbers.append(number)
-    return (
-        ValueList(values=tuple(numbers)) if _whole_where_needed(place, np.array(numbers)) else None
-    )
-
-
-def _choices(place: KeyPlace) -> ValueList | None:
-    allowed = place.shape.choices
-    named = place.shape.kind == "text"
-    wrong = [value for value in place.table.values if value not in allowed and not named]
-    if wrong:
-        near = difflib.get_close_matches(str(wrong[0]), [str(one) for one in allowed], n=1)
-        place.refuse(
-            "values",
-            f"{place.table.key} cannot be {wrong[0]!r:.60}",
-            allowed=words(place.shape),
-            hint=f"did you mean {near[0]!r}?" if near else "",
-        )
-        return None
-    return ValueList(values=tuple(str(value) for value in place.table.values))
+def _listed(key: KeyTable) -> ValueList:
+    written, shape, name = key.table.values, key.shape, key.table.key
+    if len(written) < 2:
+        hint = f"a single value is --set {name}={written[0]}"
+        raise key.refused("values", "an axis needs two points or more", found="one", hint=hint)
+    if shape.kind in ("choice", "text"):
+        wrong = [one for one in written if shape.kind == "choice" and one not in shape.choices]
+        if wrong:
+            raise key.refused(
+                "values",
+                f"{name} cannot be {wrong[0]!r:.60}",
+                allowed=words(shape),
+                hint=nearest(str(wrong[0]), [str(one) for one in shape.choices]),
+            )
+        return ValueList(values=tuple(str(one) for one in written))
+    several = any(isinstance(one, list | tuple | dict) for one in written)
+    if several or shape.kind not in ("number", "whole"):
+        return _contents(key)
+    numbers = tuple(key.number("values", one) for one in written)
+    _check_whole(key, np.array(numbers))
+    return ValueList(values=numbers)
 
 
 #: what a value of a kind of key that is no number is in TOML
@@ -216,21 +199,21 @@ _SWITCH = {"true": True, "false": False}
 _LONGEST_LABEL = 40
 
 
-def _wholes(place: KeyPlace) -> ValueList | None:
+def _contents(key: KeyTable) -> ValueList:
     """Lists, tables and switches, each as one value."""
-    shape, kind = place.shape, place.shape.kind
-    values = tuple(
-        _SWITCH.get(str(one), one) if kind == "flag" else one for one in place.table.values
-    )
-    values = tuple(with_names(shape, one) for one in values)
+    shape, kind, name = key.shape, key.shape.kind, key.table.key
+    written = [_SWITCH.get(str(one), one) if kind == "flag" else one for one in key.table.values]
+    values = tuple(with_names(shape, one) for one in written)
     three = (list, tuple, str, int, float) if shape.or_three else ()
     wrong = [one for one in values if not isinstance(one, _TYPES.get(kind, three))]
     if wrong:
-        example = f"values = [[...], [...]], {words(shape)}" if kind == "list" else words(shape)
-        message = f"{place.table.key} cannot be {shown(wrong[0])}"
-        hint = f"a key in it is {place.table.key}[0]" if kind == "list" else ""
-        place.refuse("values", message, found=shown(wrong[0]), allowed=example, hint=hint)
-        return None
+        raise key.refused(
+            "values",
+            f"{name} cannot be {shown(wrong[0])}",
+            found=shown(wrong[0]),
+            allowed="values = [[...], [...]], " * (kind == "list") + words(shape),
+            hint=f"a key in it is {name}[0]" if kind == "list" else "",
+        )
     return ValueList(values=labels(values), contents=values)
 
 
@@ -251,34 +234,31 @@ def _compact(value: Any) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _spread(place: KeyPlace, sampled: bool, points: int | None) -> SpacedValues | None:
-    table = place.table
+def _spread(key: KeyTable, sampled: bool, points: int | None) -> SpacedValues:
+    table = key.table
     if table.start is None or table.stop is None:
         missing = "from" if table.start is None else "to"
-        place.refuse("key", f"{missing} is missing", allowed="from, to and points")
-        return None
-    first, last = _number(place, "from", table.start), _number(place, "to", table.stop)
-    if first is None or last is None:
-        return None
-    ends = (first, last)
-    if first == last:
-        place.refuse("to", "from and to are the same value", found=str(table.stop))
-        return None
+        raise key.refused("key", f"{missing} is missing", allowed="from, to and points")
+    ends = key.number("from", table.start), key.number("to", table.stop)
+    if ends[0] == ends[1]:
+        raise key.refused("to", "from and to are the same value", found=str(table.stop))
     logarithmic = table.spacing == "log"
     if logarithmic and not (min(ends) > 0.0 or max(ends) < 0.0):
         found = f"from {table.start} to {table.stop}"
-        place.refuse("spacing", "equal ratios never pass zero", found=found, allowed="linear")
-        return None
+        raise key.refused("spacing", "equal ratios never pass zero", found=found, allowed="linear")
     count = table.points if table.points is not None else points
     if count is None and not sampled:
-        place.refuse("key", "a grid needs the number of points", allowed="points = 21, say")
-        return None
+        raise key.refused("key", "a grid needs the number of points", allowed="points = 21, say")
     if count is not None and count < 2:
-        place.refuse("points", "an axis needs two points or more", found=str(count))
-        return None
-    start, stop, factor = _fractions(table.start, table.stop, place.shape.unit or "", ends)
+        raise key.refused("points", "an axis needs two points or more", found=str(count))
+    start, stop, factor = _fractions(table.start, table.stop, key.shape.unit or "", ends)
     spread = SpacedValues(start=start, stop=stop, factor=factor, log=logarithmic, count=count)
-    return spread if _whole_steps(place, spread) else None
+    if key.shape.kind == "whole":
+        if count is None or count > _MOST_WHOLE:
+            message = "a whole number needs its points"
+            raise key.refused("from", message, allowed="values, or points")
+        _check_whole(key, spread.at(np.arange(count)))
+    return spread
 
 
 def _fractions(
@@ -300,88 +280,43 @@ def _fractions(
     return first, last, factor
 
 
-def _drawn(place: KeyPlace, sampled: bool) -> RandomValues | None:
-    given = place.table.distribution
-    if given is None:
-        return None
+def _drawn(key: KeyTable, given: Distribution, sampled: bool) -> Scatter:
     if not sampled:
         hint = "or give values, or from, to and points"
         allowed = 'sampling = "sobol", "latin_hypercube" or "monte_carlo" in [sweep]'
-        place.refuse("distribution", "a grid does not draw", allowed=allowed, hint=hint)
-        return None
-    if place.shape.kind == "whole":
-        place.refuse("distribution", "a whole number cannot scatter", allowed="values = [...]")
-        return None
-    parameters = _parameters(place, given)
-    if parameters is None:
-        return None
-    scatter = Scatter(kind=given.kind, parameters=parameters)
-    objection = scatter.objection()
-    if objection:
-        place.refuse("distribution", objection)
-        return None
-    return RandomValues(scatter=scatter)
-
-
-def _parameters(place: KeyPlace, given: Distribution) -> tuple[float, ...] | None:
-    needed = PARAMETERS[given.kind]
-    written = {name: getattr(given, name) for name in type(given).model_fields if name != "kind"}
-    extra = [name for name, value in written.items() if value is not None and name not in needed]
-    missing = [n for n in needed if written[n] is None and n != "mode"]
-    if extra or missing:
-        what = f"{extra[0]} too much" if extra else f"{missing[0]} too little"
-        message = f"a {given.kind} distribution with {what}"
-        place.refuse("distribution", message, allowed=" and ".join(needed))
-        return None
-    read = {
-        name: _number(place, "distribution", written[name], difference=name == "deviation")
-        for name in needed
-        if written[name] is not None
+        raise key.refused("distribution", "a grid does not draw", allowed=allowed, hint=hint)
+    if key.shape.kind == "whole":
+        message = "a whole number cannot scatter"
+        raise key.refused("distribution", message, allowed="values = [...]")
+    needed, kind = PARAMETERS[given.kind], given.kind
+    written = {
+        name: getattr(given, name)
+        for name in type(given).model_fields
+        if name != "kind" and getattr(given, name) is not None
     }
-    numbers = {name: value for name, value in read.items() if value is not None}
-    if len(numbers) < len(read):
-        return None
-    if "mode" in needed and "mode" not in numbers:
-        numbers["mode"] = 0.5 * numbers["lower"] + 0.5 * numbers["upper"]
-    return tuple(numbers[name] for name in needed)
+    wrong = [f"{name} too much" for name in written if name not in needed]
+    wrong += [f"{name} too little" for name in needed if name not in written and name != "mode"]
+    if wrong:
+        message, allowed = f"a {kind} distribution with {wrong[0]}", " and ".join(needed)
+        raise key.refused("distribution", message, allowed=allowed)
+    numbers = {
+        name: key.number("distribution", one, difference=name == "deviation")
+        for name, one in written.items()
+    }
+    if "mode" in needed:
+        numbers.setdefault("mode", 0.5 * numbers["lower"] + 0.5 * numbers["upper"])
+    scatter = Scatter(kind=kind, parameters=tuple(numbers[name] for name in needed))
+    if objection := scatter.objection():
+        raise key.refused("distribution", objection)
+    return scatter
 
 
-def _number(
-    place: KeyPlace, key: str, written: Written, *, difference: bool = False
-) -> float | None:
-    if isinstance(written, bool):
-        place.refuse(key, f"{place.table.key} cannot be true or false", allowed=words(place.shape))
-        return None
-    try:
-        shape = place.shape
-        return shape._replace(difference=shape.difference or difference).number(written)
-    except (UnitError, OverflowError) as error:
-        unit_error = error if isinstance(error, UnitError) else UnitError("too large for a double")
-        place.refuse(
-            key,
-            f"{place.table.key}: {unit_error.message}",
-            found=unit_error.found,
-            allowed=allowed_of(unit_error, place.shape),
-            hint=unit_error.hint,
-        )
-        return None
-
-
-def _whole_where_needed(place: KeyPlace, values: np.ndarray) -> bool:
-    wrong = values[values != np.rint(values)] if place.shape.kind == "whole" else values[:0]
+def _check_whole(key: KeyTable, values: np.ndarray) -> None:
+    wrong = values[values != np.rint(values)] if key.shape.kind == "whole" else values[:0]
     if wrong.size:
-        place.refuse(
-            "values" if place.table.values else "points",
-            f"{place.table.key} takes whole numbers only",
-            found=f"{wrong[0]:.9g}" + (f" and {wrong.size - 1} more" if wrong.size > 1 else ""),
+        more = f" and {wrong.size - 1} more" if wrong.size > 1 else ""
+        raise key.refused(
+            "values" if key.table.values else "points",
+            f"{key.table.key} takes whole numbers only",
+            found=f"{wrong[0]:.9g}{more}",
         )
-    return not wrong.size
-
-
-def _whole_steps(place: KeyPlace, spread: SpacedValues) -> bool:
-    if place.shape.kind != "whole":
-        return True
-    if spread.count is None or spread.count > _MOST_WHOLE:
-        place.refuse("from", "a whole number needs its points", allowed="values, or points")
-        return False
-    return _whole_where_needed(place, spread.at(np.arange(spread.count)))

@@ -12,8 +12,8 @@ import numpy as np
 
 from vibecalc import __version__
 from vibecalc.core.results.layout import NOT_RUN, UNLUCKY
-from vibecalc.core.results.sweep_file import SweepResult, is_sweep, open_sweep
-from vibecalc.core.study.sweep.blocks import ChunkFolder, Survey
+from vibecalc.core.results.sweep_file import is_sweep, open_sweep
+from vibecalc.core.study.sweep.journal import Journal
 from vibecalc.core.study.sweep.prepare import Identity
 from vibecalc.errors import ResultError, UsageError
 
@@ -69,11 +69,6 @@ def _holder(path: Path) -> str:
 # What is there from before: whether it may be used, thrown away, or has to be asked about.
 # ----------------------------------------------------------------------------
 
-#: name of the file that is put together from the chunks, before it is in its place
-ASSEMBLED = "assembled.h5"
-
-_AT_ONCE = 1 << 16
-
 
 def check_output(output: Path, identity: Identity, resolved: Mapping[str, Any]) -> None:
     """Refuse, as a UsageError, to replace a file that this sweep did not make.
@@ -101,7 +96,7 @@ def check_output(output: Path, identity: Identity, resolved: Mapping[str, Any]) 
 
 
 def complete(
-    output: Path, identity: Identity, chunks: ChunkFolder, mine: Iterable[int]
+    output: Path, identity: Identity, journal: Journal, mine: Iterable[int]
 ) -> Counter[int] | None:
     """Points by status, if the output is this sweep and has all points of the chunks `mine`.
 
@@ -112,75 +107,45 @@ def complete(
     counts: Counter[int] = Counter()
     try:
         with open_sweep(output) as sweep:
-            if sweep.head.identity != identity.sweep or sweep.count != chunks.count:
+            if sweep.head.identity != identity.sweep or sweep.count != journal.count:
                 return None
             for number in mine:
-                points = chunks.points(number)
-                _count(sweep, int(points[0]), int(points[-1]) + 1, counts)
+                points = journal.points(number)
+                counts.update(sweep.counts(int(points[0]), int(points[-1]) + 1))
     except ResultError:
         return None
     return None if any(counts[status] for status in (NOT_RUN, *UNLUCKY)) else counts
 
 
 def take_up(
-    chunks: ChunkFolder, resume: bool, fresh: bool, note: Callable[[str], None]
+    journal: Journal, resume: bool, fresh: bool, note: Callable[[str], None]
 ) -> frozenset[int]:
-    """Numbers of the chunks that need not be computed again, and the folder put in order.
+    """Numbers of the chunks that need not be computed again, and the journal made ready.
 
     Chunks with a point that attached or died are computed again. UsageError if there are chunks
     and neither `resume` nor `fresh`, or chunks of another sweep and not `fresh`.
     """
-    survey = chunks.survey()
-    _remove(chunks.folder / ASSEMBLED)
-    if not resume:
-        if not fresh:
-            _refuse(survey, chunks)
-        chunks.clear()
-        return frozenset()
-    if survey.foreign and not fresh:
+    foreign, damage = journal.foreign(), journal.look()
+    if foreign and not fresh:
         raise UsageError(
-            f"{len(survey.foreign)} chunks in {chunks.folder} are of another sweep; --resume "
-            "--fresh takes up what fits and throws the rest away, -o names another file"
+            f"{journal.path} holds {foreign} chunks of another sweep; "
+            "--fresh throws them away, -o names another file"
         )
-    for path, reason in survey.damaged:
-        note(f"{reason}; it is computed again")
-        _remove(path)
-    for path in (*survey.foreign, *survey.unfinished):
-        _remove(path)
-    return frozenset(number for number in survey.finished if not _unlucky(chunks, number))
+    if journal.places and not (resume or fresh):
+        raise UsageError(
+            f"{len(journal.places)} of {journal.chunks} chunks of this sweep are there from "
+            f"before, in {journal.path}; --resume goes on with them, --fresh starts anew"
+        )
+    if not resume:
+        journal.clear()
+    elif damage:
+        note(damage)
+    return frozenset(
+        number
+        for number in journal.places
+        if not np.isin(journal.read(number).status, UNLUCKY).any()
+    )
 
 
 def _without_sweep(case: Mapping[str, Any]) -> dict[str, Any]:
     return {name: table for name, table in case.items() if name != "sweep"}
-
-
-def _refuse(survey: Survey, chunks: ChunkFolder) -> None:
-    if survey.foreign:
-        raise UsageError(
-            f"{chunks.folder} holds {len(survey.foreign)} chunks of another sweep; "
-            "--fresh throws them away, -o names another file"
-        )
-    if survey.finished or survey.damaged:
-        raise UsageError(
-            f"{len(survey.finished)} of {chunks.chunks} chunks of this sweep are there from "
-            f"before, in {chunks.folder}; --resume goes on with them, --fresh starts anew"
-        )
-
-
-def _unlucky(chunks: ChunkFolder, number: int) -> bool:
-    return bool(np.isin(chunks.read(number).status, UNLUCKY).any())
-
-
-def _count(sweep: SweepResult, first: int, last: int, counts: Counter[int]) -> None:
-    for start in range(first, last, _AT_ONCE):
-        statuses = sweep.status_of(start, min(start + _AT_ONCE, last))
-        for status, many in zip(*np.unique(statuses, return_counts=True), strict=True):
-            counts[int(status)] += int(many)
-
-
-def _remove(path: Path) -> None:
-    try:
-        path.unlink(missing_ok=True)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise UsageError(f"cannot remove {path}: {reason}") from error

@@ -21,12 +21,14 @@ from vibecalc.core.case.load import LoadedCase, raise_with_location
 from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text, parse_key
 from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import DONE, UNLUCKY
+from vibecalc.core.results.named import named
 from vibecalc.core.results.visible import fits_a_line
 from vibecalc.core.run.plan import needed_stages, work_seconds
 from vibecalc.core.run.stage import work_of
-from vibecalc.core.study.sweep.blocks import Block, ChunkFolder, parts_folder
+from vibecalc.core.study.sweep.blocks import Block, combined
 from vibecalc.core.study.sweep.checks import stored_paths, sweep_problems
 from vibecalc.core.study.sweep.design import Design, make_design
+from vibecalc.core.study.sweep.journal import Journal
 from vibecalc.errors import UnitError, UsageError
 from vibecalc.schema import SCHEMA_VERSION
 from vibecalc.units import split_number
@@ -74,7 +76,7 @@ def choose(case: "Case", design: Design, keep: Sequence[str], jobs: int = 2) -> 
     from vibecalc.core.study.sweep.at_once import unsupported
 
     why_not: str | None
-    if any(design.contents):
+    if any(key.values.contents for key in design.every):
         why_not = "lists, tables and switches are set point by point"
     else:
         why_not = unsupported(case, [parse_key(key) for key in design.keys], keep)
@@ -101,19 +103,6 @@ def milliseconds(case: "Case", keep: Sequence[str]) -> float:
     stages = needed_stages(case, frozenset(keep))
     seconds = sum(work_seconds(work_of(case, stage)) for stage in stages)
     return _CHECKS + 1e3 * seconds * (1.0 if case.optimisation is None else _SEARCH)
-
-
-def start(
-    loaded: LoadedCase, design: Design, keep: Sequence[str], kind: Kind
-) -> Callable[[np.ndarray], Block]:
-    """What evaluates points; to be bound to its arguments and called in the process that works."""
-    if kind == "array":
-        from vibecalc.core.study.sweep.arrays import ArrayEvaluator
-
-        return ArrayEvaluator(loaded, design, keep)
-    from vibecalc.core.study.sweep.evaluate import Evaluator
-
-    return Evaluator(loaded, design, keep)
 
 
 def _spread(count: int, size: int) -> int:
@@ -162,11 +151,9 @@ class Options:
 class Outcome:
     """What came of a sweep: points by status, and how many of them were there from before."""
 
-    output: Path
     counts: Mapping[int, int]
     taken_up: int
-    left_out: Mapping[str, str]
-    seconds: float
+    seconds: float = 0.0
 
     @property
     def failed(self) -> int:
@@ -414,10 +401,10 @@ class PreparedSweep:
     identity: Identity
     strategy: Strategy
 
-    def chunks(self, output: Path) -> ChunkFolder:
-        """The folder for the chunks of the sweep that becomes `output`."""
-        return ChunkFolder(
-            folder=parts_folder(output),
+    def journal(self, output: Path) -> Journal:
+        """The journal of the sweep that becomes `output`."""
+        return Journal(
+            path=output.with_name(f"{output.name}.chunks"),
             identity=self.identity.sweep,
             count=self.design.count,
             size=self.strategy.chunk_size,
@@ -425,18 +412,24 @@ class PreparedSweep:
 
     def start(self) -> Callable[[], Callable[[Any], Any]]:
         """What a process starts with."""
-        return partial(start, self.loaded, self.design, self.keep, self.strategy.kind)
+        name = {"array": "arrays:ArrayEvaluator"}.get(self.strategy.kind, "evaluate:Evaluator")
+        return partial(_evaluator, name, self.loaded, self.design, self.keep)
 
     @property
     def is_short(self) -> bool:
         """Whether it is over before processes have started."""
-        best, count = choose(self.loaded.case, self.design, self.keep), self.design.count
-        return best.kind != "pool" and best.milliseconds * count < _SHORT
+        return self.strategy.milliseconds * self.design.count < _SHORT
 
     @property
     def step(self) -> int:
         """Points in one call."""
         return self.strategy.chunk_size if self.strategy.kind == "array" else 1
+
+
+def _evaluator(name: str, *given: Any) -> Callable[[np.ndarray], Block]:
+    """What evaluates points, made in the process that works."""
+    evaluator: Callable[[np.ndarray], Block] = named(f"vibecalc.core.study.sweep.{name}")(*given)
+    return evaluator
 
 
 def prepare(loaded: LoadedCase, jobs: int) -> PreparedSweep:
@@ -497,49 +490,38 @@ class Forecast:
 
 def forecast(prepared: PreparedSweep, jobs: int | None) -> Forecast:
     """Compute a few points, spread over the sweep, and multiply."""
-    design = prepared.design
+    count, size = prepared.design.count, prepared.strategy.chunk_size
     evaluate = prepared.start()()
-    numbers = np.unique(np.linspace(0, design.count - 1, _TRIED).astype(np.int64))
+    numbers = np.unique(np.linspace(0, count - 1, _TRIED).astype(np.int64))
     evaluate(numbers[:1])  # imports, and what all points share
-    many = prepared.strategy.kind == "array"
-    if many:
-        numbers = np.arange(min(design.count, prepared.strategy.chunk_size))
+    pieces = np.split(numbers, len(numbers))
+    if prepared.strategy.kind == "array":
+        pieces = [np.arange(min(count, size))]
     started = time.perf_counter()
-    blocks, tried = [], 0
-    for some in [numbers] if many else np.split(numbers, len(numbers)):
-        blocks.append(evaluate(some))
-        tried += len(some)
-        if time.perf_counter() - started > _PATIENCE:
-            break
-    each = (time.perf_counter() - started) / tried
+    blocks: list[Block] = []
+    while pieces and time.perf_counter() - started <= _PATIENCE:
+        blocks.append(evaluate(pieces.pop(0)))
+    tried = combined(blocks, np.concatenate([one.indices for one in blocks]), prepared.keep)
+    number = len(tried.indices)
+    seconds = (time.perf_counter() - started) / number * count
     busy = jobs or (1 if prepared.is_short else processors())
+    arrays = [tried.status]
     stored = []
-    size = 1  # the status
     for path in prepared.keep:
-        reasons = [block.left_out[path] for block in blocks if path in block.left_out]
-        present = [block.quantities[path] for block in blocks if path in block.quantities]
-        if reasons or not present:
-            reason = reasons[0] if reasons else "no point that was tried has it"
+        one = tried.quantities.get(path)
+        if one is None:
+            reason = tried.left_out.get(path, "no point that was tried has it")
             stored.append(StoredQuantity(path=path, unit="", axes=None, reason=reason))
             continue
-        largest = max(present, key=lambda one: one.values[0].size)
-        axes = tuple((axis.name, len(axis.values)) for axis in largest.axes)
-        stored.append(StoredQuantity(path=path, unit=largest.unit, axes=axes))
-        entries = math.prod(length for _, length in axes)
-        size += entries * largest.values.itemsize + (
-            16 if largest.standard_errors is not None else 8
-        )
-    failures = [
-        words
-        for block in blocks
-        for status, words in zip(block.status, block.message, strict=True)
-        if status != DONE
-    ]
+        axes = tuple((axis.name, len(axis.values)) for axis in one.axes)
+        stored.append(StoredQuantity(path=path, unit=one.unit, axes=axes))
+        arrays += [one.values, one.errors]
+        arrays += [] if one.standard_errors is None else [one.standard_errors]
     return Forecast(
         stored=tuple(stored),
-        tried=tried,
-        failures=tuple(failures),
+        tried=number,
+        failures=tuple(tried.message[row] for row in np.flatnonzero(tried.status != DONE)),
         jobs=busy,
-        seconds=each * design.count / busy,
-        size=size * design.count,
+        seconds=seconds / busy,
+        size=sum(array.nbytes for array in arrays) * count // number,
     )

@@ -2,8 +2,8 @@
 
 import json
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,7 @@ from vibecalc.core.results.layout import (
     VERSION_ATTRIBUTE,
     text_checksum,
 )
-from vibecalc.core.results.record import Axis, Quantity, Record
+from vibecalc.core.results.record import Quantity, Record
 from vibecalc.core.results.store import _Writer
 from vibecalc.core.results.sweep_file import (
     SweepHead,
@@ -38,75 +38,61 @@ from vibecalc.core.results.sweep_file import (
     chunk_shape,
     write_points,
 )
-from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, joined_axes, padded
+from vibecalc.core.study.sweep.blocks import Block, joined_axes, padded
 
 # ----------------------------------------------------------------------------
-# First look at the blocks of a sweep: which quantities can be stacked, and what went wrong.
+# First look at the blocks of a sweep: which quantities can be stacked, and how many points failed.
 # ----------------------------------------------------------------------------
-
-MOST_CAUSES = 10_000
-_LONGEST_CAUSE = 4_000  # characters
-_OTHER_CAUSE = "another cause: a file keeps the words of the first ten thousand only"
-
-
-@dataclass(kw_only=True)
-class Stack:
-    """What all blocks together say of one quantity; errors are the largest of all points."""
-
-    axes: tuple[Axis, ...]
-    unit: str
-    long_name: str
-    amplitude: str | None
-    is_complex: bool = False
-    error: float = 0.0
-    standard_error: float | None = None
 
 
 @dataclass(kw_only=True)
 class Stacking:
-    """How a sweep is stacked.
+    """What all blocks together have: quantities without their values, what is left out and why.
 
-    `causes` number the words about points without a result, `counts` says how many points have
-    which status, `missing` the points (first, last) that were not run.
+    Errors of a quantity are the largest of all points.
     """
 
-    stacks: dict[str, Stack] = field(default_factory=dict)
+    quantities: dict[str, Quantity] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
-    causes: dict[str, int] = field(default_factory=dict)
-    counts: dict[int, int] = field(default_factory=dict)
-    missing: list[tuple[int, int]] = field(default_factory=list)
-    counted: int = 0
-
-    @property
-    def failed(self) -> int:
-        """Points that were run and have no result."""
-        return sum(many for status, many in self.counts.items() if status not in (NOT_RUN, DONE))
-
-    def cause(self, message: str) -> int:
-        """Number of the words about a point."""
-        return self.causes.get(_cause_words(message), self.causes.get(_OTHER_CAUSE, 0))
+    failed: int = 0
 
 
-def look_through(blocks: Iterable[Block], stored: Iterable[str], count: int) -> Stacking:
-    """Go through all blocks of a sweep of `count` points, ascending, one at a time.
+def look_through(blocks: Iterable[Block], stored: Iterable[str]) -> Stacking:
+    """Go through all blocks of a sweep, ascending, one at a time.
 
     Quantities come in the order of `stored`; those that no point has are not among them.
     """
     stacking = Stacking()
-    stacks: dict[str, Stack] = {}
+    found: dict[str, Quantity] = {}
     for block in blocks:
         stacking.left_out = {**block.left_out, **stacking.left_out}
-        for path, quantity in block.quantities.items():
-            if path in stacking.left_out:
+        stacking.failed += failures(block).size
+        for path, one in block.quantities.items():
+            if path not in found:
+                found[path] = Quantity(
+                    path=path,
+                    values=np.empty(0),
+                    unit=one.unit,
+                    long_name=one.long_name,
+                    axes=one.axes,
+                    amplitude=one.amplitude,
+                )
+            known, spread = found[path], one.standard_errors
+            axes = joined_axes(known.axes, one.axes)
+            if isinstance(axes, str):
+                stacking.left_out.setdefault(path, axes)
                 continue
-            reason = _take(stacks, path, quantity)
-            if reason:
-                stacking.left_out[path] = reason
-        _count(stacking, block)
-    _miss(stacking, stacking.counted, count)
-    stacking.stacks = {
-        path: stacks[path] for path in stored if path in stacks and path not in stacking.left_out
-    }
+            found[path] = replace(
+                known,
+                values=np.empty(0, np.result_type(known.values, one.values)),
+                axes=axes,
+                error_estimate=_largest(known.error_estimate, one.errors),
+                standard_error=known.standard_error
+                if spread is None
+                else _largest(known.standard_error or 0.0, spread),
+            )
+    kept = [path for path in stored if path in found and path not in stacking.left_out]
+    stacking.quantities = {path: found[path] for path in kept}
     return stacking
 
 
@@ -115,65 +101,9 @@ def failures(block: Block) -> np.ndarray:
     return np.flatnonzero((block.status != DONE) & (block.status != NOT_RUN))
 
 
-def _count(stacking: Stacking, block: Block) -> None:
-    first = int(block.indices[0])
-    _miss(stacking, stacking.counted, first)
-    for row in np.flatnonzero(block.status == NOT_RUN):
-        _miss(stacking, first + int(row), first + int(row) + 1)
-    stacking.counted = int(block.indices[-1]) + 1
-    for status in np.unique(block.status[block.status != NOT_RUN]):
-        many = int(np.count_nonzero(block.status == status))
-        stacking.counts[int(status)] = stacking.counts.get(int(status), 0) + many
-    for row in failures(block):
-        words = _cause_words(block.message[row])
-        if words not in stacking.causes:
-            words = words if len(stacking.causes) < MOST_CAUSES else _OTHER_CAUSE
-            stacking.causes.setdefault(words, len(stacking.causes))
-
-
-def _miss(stacking: Stacking, first: int, after: int) -> None:
-    """Note that the points from `first` up to `after` were not run."""
-    if first >= after:
-        return
-    stacking.counts[NOT_RUN] = stacking.counts.get(NOT_RUN, 0) + after - first
-    if stacking.missing and stacking.missing[-1][1] == first - 1:
-        first, _ = stacking.missing.pop()
-    stacking.missing.append((first, after - 1))
-
-
-def _take(stacks: dict[str, Stack], path: str, quantity: BlockQuantity) -> str:
-    """Join what a block has of a quantity to what is known; the reason if that cannot be."""
-    if path not in stacks:
-        stacks[path] = Stack(
-            axes=quantity.axes,
-            unit=quantity.unit,
-            long_name=quantity.long_name,
-            amplitude=quantity.amplitude,
-        )
-    known = stacks[path]
-    axes = joined_axes(known.axes, quantity.axes)
-    if isinstance(axes, str):
-        return axes
-    if (known.unit, known.amplitude) != (quantity.unit, quantity.amplitude):
-        return "its unit or kind of amplitude is not the same at all points"
-    known.axes = axes
-    known.is_complex |= np.iscomplexobj(quantity.values)
-    known.error = _largest(known.error, quantity.errors)
-    if quantity.standard_errors is not None:
-        known.standard_error = _largest(known.standard_error or 0.0, quantity.standard_errors)
-    return ""
-
-
 def _largest(known: float, errors: np.ndarray) -> float:
     """Largest error; points without the quantity are NaN."""
     return float(np.max(errors, initial=known, where=~np.isnan(errors)))
-
-
-def _cause_words(message: str) -> str:
-    """What a file can hold of a message."""
-    plain = message.replace("\0", "").encode("utf-8", "replace").decode()
-    cut = len(plain) > _LONGEST_CAUSE
-    return f"{plain[:_LONGEST_CAUSE]} ..." if cut else plain or "no reason is known"
 
 
 # ----------------------------------------------------------------------------
@@ -181,29 +111,33 @@ def _cause_words(message: str) -> str:
 # ----------------------------------------------------------------------------
 
 _CACHE = 1 << 19  # bytes for each open dataset: two chunks of complex numbers
-_AT_ONCE = 1 << 16  # values of an axis
 _WHOLE, _REAL, _COMPLEX = np.dtype("<i8"), np.dtype("<f8"), np.dtype("<c16")
+_MOST_CAUSES = 10_000
+_LONGEST_CAUSE = 4_000  # characters
+_OTHER_CAUSE = "another cause: a file keeps the words of the first ten thousand only"
 
 
-def write_stacked(
-    target: Path, head: SweepHead, stacking: Stacking, blocks: Iterable[Block]
-) -> None:
-    """Write the blocks (ascending, the same that `stacking` has counted) to `target` in one step.
+def write_stacked(target: Path, head: SweepHead, blocks: Callable[[], Iterator[Block]]) -> None:
+    """Write blocks, ascending, to `target` in one step; `blocks` is called twice, and equal.
 
     Equal input gives equal bytes; with other provenance, everything outside `/provenance` is
-    equal. Points of no block are "not run". UsageError with the reason if it cannot be written.
+    equal. Points of no block are "not run". UsageError with the reason if it cannot be written;
+    an old file is then as it was.
     """
     from h5py import h5a
 
+    stacking = look_through(blocks(), head.stored)
     with (
         written_aside(target, check_sweep) as temporary,
         new_hdf5(temporary, _CACHE) as (file, stream),
     ):
         stacked = _StackedWriter(file, head, stacking)
-        for block in blocks:
+        for block in blocks():
             stacked.block(block)
             stream.check()
         writer = stacked.writer
+        words = np.array(list(stacked.texts), dtype=object)
+        writer.dataset(writer.group(MESSAGE), "text", words)
         writer.provenance(head.result.provenance, head.result.timings)
         # texts have no checksum of HDF5, so they get one of ours, as in every result
         place = writer.group(PROVENANCE)
@@ -214,71 +148,81 @@ def write_stacked(
 
 
 class _StackedWriter:
-    """The open file and its datasets."""
+    """The open file and its datasets; `texts` numbers the words about points without a result."""
 
     def __init__(self, file: Any, head: SweepHead, stacking: Stacking) -> None:
         self.writer = _Writer(file.id)
-        self.head, self.stacking, self.shape = head, stacking, head.shape
+        self.head, self.quantities, self.shape = head, stacking.quantities, head.shape
+        self.texts: dict[str, int] = {}
         self.failed = 0
-        self.attributes()
-        self.scales = [
-            self.axis(axis, name) for axis, name in zip(head.axes, self.outer, strict=True)
-        ]
-        self.status = self.over_points(STATUS, np.dtype("i1"), NOT_RUN)
+        self.scales = self.attributes(stacking.left_out)
+        self.datasets: dict[str, Any] = {}
+        self.over_points(STATUS, np.dtype("i1"), NOT_RUN)
         meaning = {str(status): words for status, words in STATUS_WORDS.items()}
-        self.writer.text(self.status.id, "meaning", json.dumps(meaning))
-        self.values: dict[str, Any] = {}
-        self.errors: dict[str, Any] = {}
-        self.standard_errors: dict[str, Any] = {}
-        for path, stack in stacking.stacks.items():
-            self.quantity(path, stack)
-        self.points = self.dataset(f"{MESSAGE}/point", (stacking.failed,), _WHOLE, 0)
-        self.causes = self.dataset(f"{MESSAGE}/cause", (stacking.failed,), _WHOLE, 0)
-        words = np.array(list(stacking.causes), dtype=object)
-        self.writer.dataset(self.writer.group(MESSAGE), "text", words)
+        self.writer.text(self.datasets[STATUS].id, "meaning", json.dumps(meaning))
+        for quantity in self.quantities.values():
+            self.quantity(quantity)
+        for name in ("point", "cause"):
+            path = f"{MESSAGE}/{name}"
+            self.datasets[path] = self.dataset(path, (stacking.failed,), _WHOLE, 0)
 
     def block(self, block: Block) -> None:
         """Write what a block has."""
         first = int(block.indices[0])
         if not np.array_equal(block.indices, np.arange(first, first + len(block.status))):
             raise ValueError("the points of a block are not consecutive")
-        write_points(self.status, block.status, first, self.shape)
-        for path, stack in self.stacking.stacks.items():
+        columns = {STATUS: block.status}
+        for path, whole in self.quantities.items():
             quantity = block.quantities.get(path)
             if quantity is None:
                 continue
-            lengths = tuple(len(axis.values) for axis in stack.axes)
-            values = padded(quantity.values, (len(quantity.values), *lengths))
-            if values is not quantity.values:
-                values[np.isnan(quantity.errors)] = np.nan
-            write_points(self.values[path], values, first, self.shape)
-            write_points(self.errors[path], quantity.errors, first, self.shape)
+            columns[path] = padded(quantity, tuple(len(axis.values) for axis in whole.axes))
+            columns[f"{ERRORS}/{path}"] = quantity.errors
             if quantity.standard_errors is not None:
-                write_points(
-                    self.standard_errors[path], quantity.standard_errors, first, self.shape
-                )
+                columns[f"{STANDARD_ERRORS}/{path}"] = quantity.standard_errors
+        for path, values in columns.items():
+            write_points(self.datasets[path], values, first, self.shape)
         rows = failures(block)
         if rows.size:
             place = slice(self.failed, self.failed + rows.size)
-            self.points[place] = block.indices[rows]
-            self.causes[place] = [self.stacking.cause(block.message[row]) for row in rows]
+            self.datasets[f"{MESSAGE}/point"][place] = block.indices[rows]
+            self.datasets[f"{MESSAGE}/cause"][place] = [
+                self.cause(block.message[row]) for row in rows
+            ]
             self.failed += rows.size
 
-    def attributes(self) -> None:
-        """What the file says of the case and the sweep."""
+    def cause(self, message: str) -> int:
+        """The number of the words about a point, as far as a file can hold them."""
+        words = message.replace("\0", "").encode("utf-8", "replace").decode()
+        if len(words) > _LONGEST_CAUSE:
+            words = f"{words[:_LONGEST_CAUSE]} ..."
+        words = words or "no reason is known"
+        if words not in self.texts and len(self.texts) >= _MOST_CAUSES:
+            words = _OTHER_CAUSE
+        return self.texts.setdefault(words, len(self.texts))
+
+    def attributes(self, left_out: dict[str, str]) -> list[Any]:
+        """What the file says of the case and the sweep; returns the scales of its axes."""
         head = self.head
         record = Record(warnings=head.result.record.warnings, methods=head.result.record.methods)
-        for path in self.stacking.stacks:
-            record.add(Quantity(path=path, values=np.empty(0), unit="", long_name=""))
+        for quantity in self.quantities.values():
+            record.add(quantity)
         self.writer.identity(replace(head.result, record=record))
         self.writer.number(self.writer.root, VERSION_ATTRIBUTE, SWEEP_SCHEMA_VERSION)
-        inside = {name for path in self.stacking.stacks for name in path.split("/")}
-        self.outer: list[str] = []
+        inside = {name for path in self.quantities for name in path.split("/")}
+        outer: list[str] = []
         for axis in head.axes:
-            self.outer.append(free_name(axis.name, {*inside, *self.outer, SWEEP, PROVENANCE}))
-        own = {path: stack.axes for path, stack in self.stacking.stacks.items()}
-        self.writer.name_axes(own, (SWEEP, *self.outer))
-        axes = [{"name": axis.name, "keys": [vars(key) for key in axis.keys]} for axis in head.axes]
+            outer.append(free_name(axis.name, {*inside, *outer, SWEEP, PROVENANCE}))
+        own = {path: quantity.axes for path, quantity in self.quantities.items()}
+        self.writer.name_axes(own, (SWEEP, *outer))
+        names = [one.name for one in fields(SweptKey)]
+        axes = [
+            {
+                "name": axis.name,
+                "keys": [{name: getattr(key, name) for name in names} for key in axis.keys],
+            }
+            for axis in head.axes
+        ]
         place = self.writer.group(SWEEP)
         for name, text in (
             ("identity", head.identity),
@@ -287,91 +231,71 @@ class _StackedWriter:
             ("design", json.dumps(head.design)),
             ("axes", json.dumps(axes)),
             ("kept", json.dumps(list(head.stored))),
-            ("left_out", json.dumps(self.stacking.left_out)),
+            ("left_out", json.dumps(left_out)),
         ):
             self.writer.text(place, name, text)
+        return [self.axis(axis, name) for axis, name in zip(head.axes, outer, strict=True)]
 
     def axis(self, axis: SweptAxis, name: str) -> Any:
         """The scale of an axis, and the values of its keys along it."""
         from h5py import h5ds
 
-        writer, first, sampled = self.writer, axis.keys[0], axis.name == SAMPLE
-        kinds = [_WHOLE if one.dtype.kind in "iu" else _REAL for one in axis.read(0, 1)]
-        named = bool(first.choices) and not sampled
-        if named:
-            # a grid has few of them, and who opens the file wants names
-            scale = writer.dataset(writer.root, name, axis.values()[0])
-            filled = []
-        else:
-            made = self.dataset(name, (axis.count,), _WHOLE if sampled else kinds[0], 0)
-            scale, filled = made.id, [made]
-        h5ds.set_scale(scale, axis.name.encode())
+        first, columns = axis.keys[0], axis.read(0, axis.count)
         number = SweptKey(key="", label="number of the point", unit="", written_unit="")
-        self.describe(scale, number if sampled else first)
-        columns = []
-        for key, kind in zip(axis.keys, kinds, strict=True):
-            column = self.dataset(f"{VALUES}/{key.key}", (axis.count,), kind, 0)
-            h5ds.attach_scale(column.id, scale, 0)
-            h5ds.set_label(column.id, 0, axis.name.encode())
-            self.describe(column.id, key)
-            columns.append(column)
-        for start in range(0, axis.count, _AT_ONCE):
-            stop = min(start + _AT_ONCE, axis.count)
-            read_columns = axis.read(start, stop)
-            along = np.arange(start, stop) if sampled else read_columns[0]
-            for column, values in zip(columns + filled, [*read_columns, along], strict=not named):
-                column[start:stop] = values
+        if axis.name == SAMPLE:
+            scale = self.column(name, np.arange(axis.count), number)
+        elif first.choices:  # a grid has few of them, and who opens the file wants names
+            scale = self.writer.dataset(self.writer.root, name, axis.values()[0])
+            self.describe(scale, first)
+        else:
+            scale = self.column(name, columns[0], first)
+        h5ds.set_scale(scale, axis.name.encode())
+        for key, values in zip(axis.keys, columns, strict=True):
+            column = self.column(f"{VALUES}/{key.key}", values, key)
+            h5ds.attach_scale(column, scale, 0)
+            h5ds.set_label(column, 0, axis.name.encode())
         return scale
+
+    def column(self, path: str, values: np.ndarray, key: SweptKey) -> Any:
+        """A dataset of numbers along an axis; its identifier."""
+        made = self.dataset(path, values.shape, _WHOLE if values.dtype.kind in "iu" else _REAL, 0)
+        made[...] = values
+        self.describe(made.id, key)
+        return made.id
 
     def describe(self, place: Any, key: SweptKey) -> None:
         """Unit and name, as on every axis."""
         self.writer.text(place, "units", key.unit)
         self.writer.text(place, "long_name", key.label)
 
-    def quantity(self, path: str, stack: Stack) -> None:
+    def quantity(self, quantity: Quantity) -> None:
         """The datasets of one quantity and of its errors."""
-        lengths = tuple(len(axis.values) for axis in stack.axes)
-        values = self.over_points(path, _COMPLEX if stack.is_complex else _REAL, np.nan, lengths)
-        self.writer.axes(values.id, path, stack.axes, first=len(self.shape))
-        self.writer.text(values.id, "units", stack.unit)
-        self.writer.text(values.id, "long_name", stack.long_name)
-        if stack.amplitude is not None:
-            self.writer.text(values.id, "amplitude", stack.amplitude)
-        self.writer.number(values.id, "error_estimate", stack.error)
-        self.values[path] = values
-        self.errors[path] = self.over_points(f"{ERRORS}/{path}", _REAL, np.nan)
-        self.writer.text(self.errors[path].id, "units", stack.unit)
-        if stack.standard_error is not None:
-            self.writer.number(values.id, "standard_error", stack.standard_error)
-            made = self.over_points(f"{STANDARD_ERRORS}/{path}", _REAL, np.nan)
-            self.writer.text(made.id, "units", stack.unit)
-            self.standard_errors[path] = made
+        lengths = tuple(len(axis.values) for axis in quantity.axes)
+        kind = _COMPLEX if np.iscomplexobj(quantity.values) else _REAL
+        values = self.over_points(quantity.path, kind, np.nan, lengths)
+        self.writer.describe(values, quantity, first=len(self.shape))
+        for folder in [ERRORS] if quantity.standard_error is None else [ERRORS, STANDARD_ERRORS]:
+            errors = self.over_points(f"{folder}/{quantity.path}", _REAL, np.nan)
+            self.writer.text(errors, "units", quantity.unit)
 
     def over_points(
         self, path: str, kind: np.dtype, fill: float, lengths: tuple[int, ...] = ()
     ) -> Any:
-        """A dataset with the axes of the sweep, and its own after them."""
+        """A dataset with the axes of the sweep, and its own after them; its identifier."""
         from h5py import h5ds
 
-        made = self.dataset(path, (*self.shape, *lengths), kind, fill)
+        made = self.datasets[path] = self.dataset(path, (*self.shape, *lengths), kind, fill)
         for position, axis in enumerate(self.head.axes):
             h5ds.attach_scale(made.id, self.scales[position], position)
             h5ds.set_label(made.id, position, axis.name.encode())
-        return made
+        return made.id
 
     def dataset(self, path: str, shape: tuple[int, ...], kind: np.dtype, fill: float) -> Any:
         """An empty dataset in chunks, each with a checksum; what is not written is `fill`."""
         import h5py
-        from h5py import h5d, h5p, h5s, h5t
 
-        options = h5p.create(h5p.DATASET_CREATE)
-        options.set_obj_track_times(False)
-        options.set_fill_value(np.array(fill, dtype=kind))
-        if math.prod(shape):
-            options.set_chunk(chunk_shape(shape))
-            options.set_fletcher32()
         folder, _, name = path.rpartition("/")
-        in_file = h5t.py_create(kind, logical=True)
-        space = h5s.create_simple(shape)
-        group = self.writer.group(folder)
-        return h5py.Dataset(h5d.create(group, name.encode(), in_file, space, options))
+        chunks = {"chunks": chunk_shape(shape), "fletcher32": True} if math.prod(shape) else {}
+        return h5py.Group(self.writer.group(folder)).create_dataset(
+            name, shape, kind, fillvalue=np.array(fill, kind)[()], track_times=False, **chunks
+        )

@@ -1,7 +1,7 @@
 """The values of one key along an axis: listed, spread between two ends, or drawn."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -21,45 +21,6 @@ PARAMETERS: dict[str, tuple[str, ...]] = {
     "normal": ("mean", "deviation"),
     "lognormal": ("mean", "deviation"),
 }
-
-_WIDEST = 1e6
-
-
-@dataclass(frozen=True, kw_only=True)
-class Scatter:
-    """One distribution with its parameters in SI, named as in PARAMETERS."""
-
-    kind: str
-    parameters: tuple[float, ...]
-
-    def quantile(self, shares: np.ndarray) -> np.ndarray:
-        """Values below which the key falls with these probabilities in (0, 1); same shape."""
-        return _QUANTILES[self.kind](shares, *self.parameters)
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Two doubles that no value is beyond."""
-        if self.kind in ("uniform", "triangular"):
-            return self.parameters[0], self.parameters[1]
-        largest = float(np.finfo(float).max)
-        return (5e-324 if self.kind == "lognormal" else -largest), largest
-
-    def objection(self) -> str:
-        """Say what is wrong with the parameters, or nothing."""
-        if self.kind in ("uniform", "triangular"):
-            lower, upper, *mode = self.parameters
-            if not lower < upper:
-                return "lower has to be below upper"
-            inside = all(lower <= value <= upper for value in mode)
-            return "" if inside else "mode has to be between lower and upper"
-        mean, deviation = self.parameters
-        if deviation <= 0.0:
-            return "deviation has to be > 0"
-        if self.kind == "lognormal" and mean <= 0.0:
-            return "a lognormal key is > 0, so its mean has to be"
-        if self.kind == "lognormal" and deviation > _WIDEST * mean:
-            return f"deviation has to be below {_WIDEST:g} times the mean"
-        return ""
 
 
 def _uniform(shares: np.ndarray, lower: float, upper: float) -> np.ndarray:
@@ -95,17 +56,19 @@ _QUANTILES: dict[str, Callable[..., np.ndarray]] = {
 # The values one key takes along an axis: listed, spread between two ends, or drawn.
 #
 # Values are in SI. `at` takes whole positions along the axis, `drawn` shares in (0, 1) of a
-# sampling; both take and return arrays (len,).
+# sampling; both take and return arrays (len,). `count` is None where any number can be drawn.
+# `names` are choices by position and `contents` lists, tables and switches, which `at` counts from
+# 0; no value is beyond the `ends`.
 # ----------------------------------------------------------------------------
-
 
 #: whole numbers up to here are doubles
 _EXACT = 1 << 53
+_WIDEST = 1e6
 
 
 @dataclass(frozen=True, kw_only=True)
 class ValueList:
-    """Values as given: numbers, or names of choices (then `at` counts them from 0).
+    """Values as given: numbers, or names of choices.
 
     What is neither, as a list or a table, is set as it stands in `contents`, and `values` are
     labels of it.
@@ -115,7 +78,7 @@ class ValueList:
     contents: tuple[Any, ...] = ()
 
     @property
-    def count(self) -> int | None:
+    def count(self) -> int:
         """How many values there are."""
         return len(self.values)
 
@@ -127,17 +90,19 @@ class ValueList:
     @property
     def ends(self) -> tuple[float, float]:
         """Smallest and largest value; positions for choices."""
-        numbers = [float(value) for value in self.values if not isinstance(value, str)]
-        return (min(numbers), max(numbers)) if numbers else (0.0, len(self.values) - 1.0)
+        numbers = self._numbers()
+        return float(min(numbers)), float(max(numbers))
 
     def at(self, positions: np.ndarray) -> np.ndarray:
         """Values at positions along the axis."""
-        numbers = range(len(self.values)) if self.names else self.values
-        return np.asarray(np.array(numbers, dtype=float)[positions] + 0.0)
+        return np.asarray(np.array(self._numbers(), dtype=float)[positions] + 0.0)
 
     def drawn(self, shares: np.ndarray) -> np.ndarray:
         """Each value with the same chance."""
-        return self.at(picked(shares, len(self.values)))
+        return self.at(_picked(shares, self.count))
+
+    def _numbers(self) -> Sequence[Any]:
+        return range(self.count) if self.names else self.values
 
     def description(self) -> dict[str, Any]:
         """As plain values, for hashes."""
@@ -156,17 +121,8 @@ class SpacedValues:
     stop: Fraction
     factor: float
     log: bool
-    count: int | None
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """No choices: all values are numbers."""
-        return ()
-
-    @property
-    def contents(self) -> tuple[Any, ...]:
-        """None: no value is a list or a table."""
-        return ()
+    count: int | None = None
+    names = contents = ()
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -182,7 +138,7 @@ class SpacedValues:
     def drawn(self, shares: np.ndarray) -> np.ndarray:
         """Each value with the same chance, or uniform in the number (log: in its logarithm)."""
         if self.count is not None:
-            return self.at(picked(shares, self.count))
+            return self.at(_picked(shares, self.count))
         first, last = self.ends
         if self.log:
             values = first * np.exp(shares * math.log(last / first))
@@ -225,47 +181,54 @@ class SpacedValues:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RandomValues:
-    """Values drawn from a distribution; they have no positions along an axis."""
+class Scatter:
+    """Values drawn from a distribution; its parameters are in SI, named as in PARAMETERS."""
 
-    scatter: Scatter
-
-    @property
-    def count(self) -> int | None:
-        """None: any number of values can be drawn."""
-        return None
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """No choices: all values are numbers."""
-        return ()
-
-    @property
-    def contents(self) -> tuple[Any, ...]:
-        """None: no value is a list or a table."""
-        return ()
+    kind: str
+    parameters: tuple[float, ...]
+    count, names, contents = None, (), ()
 
     @property
     def ends(self) -> tuple[float, float]:
-        """What no value is beyond."""
-        return self.scatter.ends
+        """Two doubles that no value is beyond."""
+        if self.kind in ("uniform", "triangular"):
+            return self.parameters[0], self.parameters[1]
+        largest = float(np.finfo(float).max)
+        return (5e-324 if self.kind == "lognormal" else -largest), largest
 
     def at(self, positions: np.ndarray) -> np.ndarray:
-        """A distribution is drawn from; ValueError."""
+        """A distribution has no positions; ValueError."""
         raise ValueError("a distribution has no positions along an axis")
 
     def drawn(self, shares: np.ndarray) -> np.ndarray:
-        """The quantiles of the distribution at these shares."""
-        return self.scatter.quantile(shares) + 0.0
+        """Values below which the key falls with these probabilities."""
+        return _QUANTILES[self.kind](shares, *self.parameters) + 0.0
 
     def description(self) -> dict[str, Any]:
         """As plain values, for hashes."""
-        return {"distribution": self.scatter.kind, "parameters": list(self.scatter.parameters)}
+        return {"distribution": self.kind, "parameters": list(self.parameters)}
+
+    def objection(self) -> str:
+        """Say what is wrong with the parameters, or nothing."""
+        if self.kind in ("uniform", "triangular"):
+            lower, upper, *mode = self.parameters
+            if not lower < upper:
+                return "lower has to be below upper"
+            inside = all(lower <= value <= upper for value in mode)
+            return "" if inside else "mode has to be between lower and upper"
+        mean, deviation = self.parameters
+        if deviation <= 0.0:
+            return "deviation has to be > 0"
+        if self.kind == "lognormal" and mean <= 0.0:
+            return "a lognormal key is > 0, so its mean has to be"
+        if self.kind == "lognormal" and deviation > _WIDEST * mean:
+            return f"deviation has to be below {_WIDEST:g} times the mean"
+        return ""
 
 
-AxisValues = ValueList | SpacedValues | RandomValues
+AxisValues = ValueList | SpacedValues | Scatter
 
 
-def picked(shares: np.ndarray, count: int) -> np.ndarray:
+def _picked(shares: np.ndarray, count: int) -> np.ndarray:
     """Position of one of `count` equal parts of (0, 1)."""
     return np.minimum((shares * count).astype(np.int64), count - 1)

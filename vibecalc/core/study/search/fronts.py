@@ -1,0 +1,360 @@
+"""Fronts between several objectives; which points are dominated, and where the knee is."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from itertools import combinations
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.core.study.search.minimise import minimise
+from vibecalc.core.study.search.problem import Ahead, ErrorsAt, Optimum
+from vibecalc.errors import NumericalFailure
+
+# ----------------------------------------------------------------------------
+# Points of a front: which of them count, and which gives most for least.
+# ----------------------------------------------------------------------------
+
+#: objectives closer than this share of the front are the same
+SAME = 1e-9
+#: depth below the plane through the ends, as a share of the front, that makes a knee
+_KNEE = 1e-3
+
+#: variables (n,) -> objectives, each a number or its parts of which the largest counts, and margins
+Values = Callable[[np.ndarray], tuple[Any, Any]]
+
+
+class FrontPoints(NamedTuple):
+    """k points that no other beats in all of m objectives, all to be made small.
+
+    `values` and `errors` (k, m), `variables` and `variables_error` (k, n). `evaluations` counts
+    points evaluated, all searches together; `notes` says what was left out.
+    """
+
+    values: np.ndarray
+    errors: np.ndarray
+    variables: np.ndarray
+    variables_error: np.ndarray
+    evaluations: int
+    notes: tuple[str, ...]
+
+
+def undominated(values: np.ndarray) -> np.ndarray:
+    """Places of points (k, m) that no other equals or beats in all objectives; of equals one.
+
+    They come in the order of the first objective, then of the next.
+    """
+    near = SAME * np.maximum(np.ptp(values, axis=0), 1e-300)
+    kept: list[int] = []
+    for place in np.lexsort(values.T[::-1]):
+        here = values[place]
+        as_good = np.all(values <= here + near, axis=1)
+        better = as_good & np.any(values < here - near, axis=1)
+        same = any(np.all(np.abs(values[one] - here) <= near) for one in kept)
+        if not np.any(better) and not same:
+            kept.append(int(place))
+    return np.array(kept, dtype=int)
+
+
+def knee(values: np.ndarray) -> int | None:
+    """The point (of k, m) deepest below the plane through the best of each objective, if any.
+
+    In shares of the front from the best to the worst of each objective. There a little more of one
+    objective costs most of the others on either side. I. Das, On characterizing the knee of the
+    Pareto curve based on normal-boundary intersection, Struct. Optim. 18 (1999), 107-115.
+    """
+    span = np.ptp(values, axis=0)
+    ends = np.argmin(values, axis=0)
+    if len(values) < 3 or np.any(span <= 0.0) or len(set(ends.tolist())) < values.shape[1]:
+        return None
+    shares = (values - np.min(values, axis=0)) / span
+    try:
+        normal = np.linalg.solve(shares[ends], np.ones(values.shape[1]))
+    except np.linalg.LinAlgError:
+        return None
+    if np.any(normal <= 0.0):
+        return None
+    depth = (1.0 - shares @ normal) / float(np.linalg.norm(normal))
+    deepest = int(np.argmax(depth))
+    return deepest if depth[deepest] > _KNEE else None
+
+
+# ----------------------------------------------------------------------------
+# Optima with some objectives bounded, each searched from its neighbours.
+# ----------------------------------------------------------------------------
+
+#: slack of an objective, as a share of the front, where its optimum is not unique
+_SLACKS = (1e-6, 1e-5, 1e-4, 1e-3)
+#: volume between the ends below which they do not span a simplex
+_FLAT = 1e-3
+#: step of the slopes that carry an error of the variables over, as a share of their bounds
+_STEP = 1e-6
+
+
+class _Point(NamedTuple):
+    """Variables (n,) and objectives (m,) with their errors."""
+
+    variables: np.ndarray
+    variables_error: np.ndarray
+    values: np.ndarray
+    errors: np.ndarray
+
+
+#: objectives in shares of the front -> what is made small; and its error from those of shares (m,)
+_Parts = Callable[[list[np.ndarray]], Any]
+_ErrorOf = Callable[[np.ndarray], float]
+
+
+class _Tracer:
+    """Searches on shares of the front: of each objective from its best, 0, to its worst, 1."""
+
+    def __init__(
+        self, evaluate: Values, lower: ArrayLike, upper: ArrayLike, objectives: int,
+        errors: ErrorsAt | None, **asked: Any,
+    ):  # fmt: skip
+        self.low, self.high = (np.asarray(side, dtype=float) for side in (lower, upper))
+        self.best, self.span = np.zeros(objectives), np.ones(objectives)
+        self.known: dict[bytes, tuple[list[np.ndarray], list[Any]]] = {}
+        self.notes: list[str] = []
+        self._evaluate, self._errors = evaluate, errors
+        self._asked = {"lower": self.low, "upper": self.high, **asked}
+
+    def at(self, variables: np.ndarray) -> tuple[list[np.ndarray], list[Any]]:
+        """Parts of all objectives, and the margins."""
+        key = (variables + 0.0).tobytes()
+        if key not in self.known:
+            goals, margins = self._evaluate(variables)
+            self.known[key] = [np.ravel(one) for one in goals], list(margins)
+        return self.known[key]
+
+    def values(self, variables: np.ndarray) -> np.ndarray:
+        """All objectives (m,)."""
+        return np.array([np.max(parts) for parts in self.at(variables)[0]])
+
+    def least(
+        self, parts: _Parts, error: _ErrorOf, bound: tuple[int, float] | None = None, **asked: Any
+    ) -> Optimum:
+        """The optimum of parts of all objectives, one of which may be bounded by a share."""
+        count = self.span.size
+
+        def evaluate(variables: np.ndarray) -> tuple[Any, list[Any]]:
+            goals, margins = self.at(variables)
+            shares = [one / span for one, span in zip(goals, self.span, strict=True)]
+            if bound is not None:
+                goal, share = bound
+                most, of = self.best[goal] / self.span[goal] + share, shares[goal]
+                # smooth where a norm vanishes just below its bound
+                left = most * abs(most) - of * np.abs(of)
+                margins = [*margins, left / max(abs(most), share)]
+            return parts(shares), margins
+
+        def errors(variables: np.ndarray) -> np.ndarray:
+            assert self._errors is not None
+            every = self._errors(variables)
+            shares = every[:count] / self.span
+            more = [] if bound is None else [2.0 * shares[bound[0]]]
+            return np.array([error(shares), *every[count:], *more])
+
+        known = None if self._errors is None else errors
+        return minimise(evaluate, errors=known, **self._asked, **asked)
+
+    def goal(self, goal: int, **asked: Any) -> Optimum:
+        """The optimum of one objective."""
+        return self.least(lambda shares: shares[goal], lambda off: float(off[goal]), **asked)
+
+    def described(self, optimum: Optimum, goal: int | None = None) -> _Point:
+        """A point of the front; of its objectives one may be that of the optimum.
+
+        Errors of the others are their own, and those of the variables by their slopes.
+        """
+        place, away = optimum.variables, optimum.variables_error
+        here, errors = self.values(place), np.zeros(self.span.size)
+        if self._errors is not None:
+            errors = np.array(self._errors(place)[: self.span.size])
+        for axis in np.flatnonzero(away):
+            step = max(_STEP * (self.high[axis] - self.low[axis]), float(away[axis]))
+            slopes = [np.zeros_like(here)]
+            for side in (-step, step):
+                near = np.clip(place + side * np.eye(place.size)[axis], self.low, self.high)
+                with suppress(NumericalFailure):
+                    moved = max(float(np.abs(near - place)[axis]), 1e-300)
+                    slopes.append(np.abs(self.values(near) - here) / moved)
+            errors += float(away[axis]) * np.max(slopes, axis=0)
+        if goal is not None:
+            errors[goal] = optimum.objective_error * self.span[goal]
+        return _Point(place, away, here, errors)
+
+    def unique(self, goal: int, end: Optimum) -> _Point:
+        """Of all points with the best of one objective nearly the best in the sum of the others."""
+        others = [one for one in range(self.span.size) if one != goal]
+        alone = others[0] if len(others) == 1 else None
+
+        def parts(shares: list[np.ndarray]) -> Any:
+            if alone is not None:
+                return shares[alone]
+            return sum(float(np.max(shares[one])) for one in others)
+
+        def error(off: np.ndarray) -> float:
+            return float(np.sum(off[others]))
+
+        asked = {"first": end.variables, "starts": 0 if alone is not None else 2}
+        for slack in _SLACKS:
+            with suppress(NumericalFailure):
+                return self.described(self.least(parts, error, (goal, slack), **asked), alone)
+        self.notes.append(
+            f"objective {goal + 1} is at its best at many points, one of them is taken"
+        )
+        return self.described(end, goal)
+
+    def first_of(
+        self, starts: list[_Point], search: Callable[..., Optimum], goal: int | None, words: str
+    ) -> list[_Point]:
+        """The point that a search ends in, from the first of two starts from which it ends."""
+        why = ""
+        for count, start in enumerate(starts):
+            try:
+                return [self.described(search(first=start.variables, starts=2 * count), goal)]
+            except NumericalFailure as failure:
+                why = str(failure)
+        self.notes.append(f"{words}: {why}")
+        return []
+
+    def halved(self, ends: list[_Point], points: int) -> list[_Point]:
+        """Points between the two ends: the next bound halves the gap that may hide most."""
+
+        def share(point: _Point) -> float:
+            return float((point.values[1] - self.best[1]) / self.span[1])
+
+        def size(gap: tuple[_Point, _Point, float, float]) -> float:
+            left, right, high, low = gap
+            return max(0.0, float(right.values[0] - left.values[0])) * max(0.0, high - low)
+
+        found, (begin, other) = list(ends), ends
+        gaps = [(begin, other, share(begin), share(other))]
+        for _ in range(points - 2):
+            left, right, high, low = gaps.pop(int(np.argmax([size(gap) for gap in gaps])))
+            middle = 0.5 * (high + low)
+            level = self.best[1] + middle * self.span[1]
+            search = partial(self.goal, 0, bound=(1, middle))
+            words = f"no optimum with the second objective at {level:.6g}"
+            for point in self.first_of([left, right], search, 0, words):
+                found.append(point)
+                reached = min(middle, share(point))
+                gaps += [(left, point, high, middle), (point, right, reached, low)]
+        return found
+
+    def spread_out(self, ends: list[_Point], points: int) -> list[_Point]:
+        """Points from evenly spread ones of the simplex between the ends, as far as they can go."""
+        found = list(ends)
+        corners = np.array([(end.values - self.best) / self.span for end in ends])
+        whole = abs(float(np.linalg.det(corners))) > _FLAT
+        for weights in lattice(self.span.size, points):
+            if whole and np.max(weights) == 1.0:
+                continue  # that is an end
+            foot = (weights @ corners if whole else weights) + self.best / self.span
+
+            def towards(shares: list[np.ndarray], foot: np.ndarray = foot) -> np.ndarray:
+                return np.concatenate([a - b for a, b in zip(shares, foot, strict=True)])
+
+            away = [float(np.linalg.norm(one.values / self.span - foot)) for one in found]
+            nearest = [found[near] for near in np.argsort(away, kind="stable")[:2].tolist()]
+            search = partial(self.least, towards, lambda off: float(np.max(off)))
+            shown = ", ".join(f"{weight:g}" for weight in weights)
+            words = f"no point of the front with the weights {shown}"
+            found += self.first_of(nearest, search, None, words)
+        return found
+
+
+def lattice(objectives: int, points: int) -> np.ndarray:
+    """Weights (k, objectives) spread evenly over the simplex, at most `points`, at least the ends.
+
+    All that are whole multiples of 1 / h and add up to 1 (I. Das and J. E. Dennis 1998).
+    """
+    found = np.eye(objectives)
+    for parts in range(2, points + 1):
+        slots = parts + objectives - 1
+        bars = np.array(list(combinations(range(slots), objectives - 1)))
+        if len(bars) > points:
+            break
+        ends = np.pad(bars, ((0, 0), (1, 1)), constant_values=((0, 0), (-1, slots)))
+        found = (np.diff(ends, axis=1) - 1.0) / parts
+    return found
+
+
+def front(
+    evaluate: Values,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    objectives: int = 2,
+    *,
+    first: ArrayLike | None = None,
+    points: int = 15,
+    starts: int = 8,
+    rtol: float = 1e-9,
+    errors: ErrorsAt | None = None,
+    period: ArrayLike = 0.0,
+    ahead: Ahead | None = None,
+) -> FrontPoints:
+    """Trace the points where no objective can become smaller without another growing.
+
+    Parameters
+    ----------
+    evaluate : callable
+        `evaluate(variables (n,)) -> (objectives (m,), margins)`, all objectives to be made small;
+        points that cannot be evaluated, parts and entries as in `minimise`.
+    lower, upper, first, starts, rtol, errors, period, ahead
+        As of `minimise`, with errors of all objectives, then of the margins; the ends of the front
+        are searched from all starts.
+    objectives, points : int
+        How many objectives, and how many points at most, ends included; at least 2. Fewer come back
+        where the front jumps.
+
+    Raises
+    ------
+    NumericalFailure
+        If one of the objectives has no optimum (see `minimise`).
+
+    Notes
+    -----
+    Of two objectives by the epsilon-constraint method (Y. Y. Haimes, L. S. Lasdon, D. A. Wismer,
+    IEEE Trans. SMC-1 (1971), 296-297): the second one is bounded and the first one minimised, from
+    the neighbour. Errors are those of the exact point with the same bound.
+
+    Of more by normal boundary intersection (I. Das and J. E. Dennis, SIAM J. Optim. 8 (1998),
+    631-657) with inequalities: from points spread evenly over the simplex between the best of each
+    objective, in shares of the front, a search goes as far as it can towards smaller values of all.
+    Where two of these ends are one the simplex between the worst of each objective takes their
+    place. With three and more objectives parts of its rim may lie beyond what these points see.
+
+    Both find parts of a front that bulge inwards, which weighted sums miss. Where the best of an
+    objective is reached on a continuum, that end bounds it a millionth of the front above, or more
+    where a kink is in the way, which makes it unique. Dominated points are removed.
+    """
+    tracer = _Tracer(
+        evaluate, lower, upper, objectives, errors, rtol=rtol, period=period, ahead=ahead
+    )
+    ends = [tracer.goal(goal, first=first, starts=starts) for goal in range(objectives)]
+    table = np.array([tracer.values(end.variables) for end in ends])
+    span = np.ptp(table, axis=0)
+    described = [tracer.described(end, goal) for goal, end in enumerate(ends)]
+    unsure = np.max([one.errors for one in described], axis=0)
+    if np.all(span <= unsure + SAME * np.max(np.abs(table), axis=0)):
+        every = "both" if objectives == 2 else "all"
+        tracer.notes.append(f"one point is the best for {every} objectives")
+        found = described[:1]
+    else:
+        tracer.best, tracer.span = np.diag(table).copy(), np.where(span > 0.0, span, 1.0)
+        for goal, end in enumerate(ends):
+            if end.free_directions and (goal > 0 or objectives > 2):
+                described[goal] = tracer.unique(goal, end)
+        trace = tracer.halved if objectives == 2 else tracer.spread_out
+        found = trace(described, points)
+    variables, away, values, off = (np.array(one) for one in zip(*found, strict=True))
+    kept, notes = undominated(values), tracer.notes
+    if len(kept) < len(values):
+        notes.append(f"{len(values) - len(kept)} points were as good as others or dominated")
+    return FrontPoints(
+        values[kept], off[kept], variables[kept], away[kept], len(tracer.known), tuple(notes)
+    )
