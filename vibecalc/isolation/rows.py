@@ -62,9 +62,10 @@ def distinct(readout: Readout) -> tuple[np.ndarray, np.ndarray]:
     leading = np.argmax(entries != 0.0, axis=-1)[..., None]
     negative = np.take_along_axis(entries, leading, -1) < 0.0
     signed = np.moveaxis(entries * np.where(negative, -1.0, 1.0), -2, 0)
-    rows = signed.reshape(len(signed), -1) + 0.0  # -0.0 and 0.0 are one
-    _, first, which = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-    return first, which.ravel()
+    rows = signed.reshape(len(signed), -1)
+    same = np.all(rows[:, None] == rows, axis=-1)
+    first, which = np.unique(np.argmax(same, axis=1), return_inverse=True)
+    return first, which
 
 
 # ----------------------------------------------------------------------------
