@@ -20,8 +20,7 @@ from ong_search import TARGET, corrective_energy, grid, objective, search
 from rows import Report, Row, reported, seconds
 from timing import best_of, cpu_of
 
-from vibecalc.core.study.search.methods import find
-from vibecalc.core.study.search.minimise import minimise
+from vibecalc.core.study.search.minimise import find, minimise
 
 FIRST = (3.0, 72.0, 80.0)
 LOWER, UPPER = (0.1, 0.0, 0.0), (6.2, 150.0, 150.0)

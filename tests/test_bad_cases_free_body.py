@@ -61,4 +61,4 @@ def test_a_run_up_through_an_undamped_resonance_has_no_largest_energy(tmp_path: 
     (loaded,) = load_checked([path], [asked])
     words = " ".join(render_report(execute(loaded)).split())
     assert "kinetic, mean over a turn without bound" in words
-    assert "left out, an undamped resonance without bound" in words
+    assert "speeds left out: an order on an undamped natural frequency" in words

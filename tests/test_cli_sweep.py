@@ -48,8 +48,8 @@ def test_each_point_has_the_numbers_of_its_own_run() -> None:
     assert outcome.out.startswith(Path("outputs/generator.sweep.txt").read_text(encoding="utf-8"))
     with open_sweep("outputs/generator.sweep.h5") as found:
         assert found.shape == (3, 2)
-        peaks = found.quantities[PEAK].values()
-        forces = found.quantities["isolation/support_force/steady_peak"].values()
+        peaks = found.values(PEAK)
+        forces = found.values("isolation/support_force/steady_peak")
     assert forces * 4 == pytest.approx(np.stack([peaks] * 4, axis=-1), rel=1e-9)
     for point, stiffness, speed in (((0, 1), 5, 4900), ((2, 0), 20, 3000)):
         settings = ("--set", f"{STIFFNESS}={stiffness} N/mm", "--set", f"machine.speed={speed} rpm")
@@ -304,9 +304,9 @@ def test_attached_and_fatal_points_are_marked_and_only_they_are_tried_again(tmp_
     assert made.counts == {DONE: 94, TIMED_OUT: 1, DIED: 1} and made.failed == 2
     with open_sweep(wanted.output) as found:
         assert found.status().ravel()[[13, 50]].tolist() == [TIMED_OUT, DIED]
-        words = dict(zip(found.failures().points.tolist(), found.failures().texts, strict=True))
+        words = found.reasons()
         assert words[13] == "took longer than 3 s" and "SIGSEGV" in words[50]
-        assert np.isnan(found.quantities[RUN_UP].values()).sum() == 2
+        assert np.isnan(found.values(RUN_UP)).sum() == 2
     assert "--resume" in said[0]
 
     made = sweep(good, replace(wanted, resume=True))

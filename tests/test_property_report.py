@@ -24,7 +24,7 @@ from report_samples import (
 )
 from rich.console import Console
 
-from vibecalc.core.report.rows import Cells, Rows, loud, others, percent, rows_of
+from vibecalc.core.report.rows import Cells, Rows, by_name, loud, others, percent, rows_of
 from vibecalc.core.report.terminal import plain_summary, summary
 from vibecalc.core.report.text import render_report, render_verdicts
 from vibecalc.core.report.writing import (
@@ -271,8 +271,36 @@ def test_a_described_table_has_the_columns_that_the_result_has() -> None:
     lines, shown = rows_of(_modes("force"), OF_MODES)
     assert (_cells(lines)[0], len(lines), shown) == (["mode", "N", "deg"], 1, {"of/force"})
     assert rows_of(_modes(), OF_MODES) == ([], set())
-    # a result over another axis is none of the table
-    assert rows_of(_modes(*names), OF_MODES._replace(axis="coordinate")) == ([], set())
+    # a result over another axis is none of the table; one over both axes is turned
+    lines, shown = rows_of(_modes(*names), OF_MODES._replace(axis="coordinate"))
+    assert (_cells(lines)[2:], shown) == ([["x", "25.0", "100.0"], ["y", "75.0", "0.0"]],
+                                          {"of/share"})  # fmt: skip
+    assert rows_of(_modes("force"), OF_MODES._replace(axis="coordinate")) == ([], set())
+
+
+def test_a_column_says_what_its_result_is_called_and_read_in() -> None:
+    of = Rows("mode", "mode", ("frequency", "stop", "share"), "of")
+    (line, *_), shown = rows_of(_modes("frequency", "stop", "share"), of)
+    assert shown == {"of/frequency", "of/stop"}
+    heads = [word for row in _cells([line])[:2] for word in row]
+    assert sorted(heads) == ["Hz", "frequency", "mm", "mode", "stop"]
+    assert [line.split() for line in line.split("\n") if line.startswith("  1 ")] == [
+        ["1", "1.000", "1.000"]
+    ]
+    across = Rows("mode", "mode", ("stop", "share"), "of", across=True)
+    assert _cells(rows_of(_modes("stop", "share"), across)[0])[2:] == [
+        ["stop", "1.000", "unbounded", "mm"], ["share", "0.7500", "y", "1.000", "x"]
+    ]  # fmt: skip
+
+
+def test_scalars_whose_paths_differ_in_a_word_are_found_by_name() -> None:
+    record = Record()
+    record.add(quantity("of/force/rms", 2.5, "N"))
+    record.add(quantity("of/couple/rms", 3.0, "N*m"))
+    names = {"force": ("force",), "couple": ("couple",), "power": ("power",)}
+    lines, shown = by_name(record, "sum", names, (Cells("{}/rms", "r.m.s."),), "of")
+    assert shown == {"of/force/rms", "of/couple/rms"}
+    assert _cells(lines)[2:] == [["force", "2.500", "N"], ["couple", "3.000", "N*m"]]
 
 
 def test_a_described_table_can_be_turned_joined_and_cut() -> None:

@@ -62,13 +62,13 @@ def test_every_point_is_where_it_belongs(tmp_path: Path, sizes: tuple[int, ...],
     path = written(tmp_path, sweep)
     with open_sweep(path) as found:
         assert found.shape == sizes and list(found.quantities) == list(KEPT)
-        assert found.quantities[FORCE].values().shape == (*sizes, 3, 6)
-        for name, quantity in found.quantities.items():
-            whole = quantity.values().reshape(24, *quantity.values().shape[len(sizes) :])
+        assert found.values(FORCE).shape == (*sizes, 3, 6)
+        for name in found.quantities:
+            whole = found.values(name).reshape(24, *found.values(name).shape[len(sizes) :])
             for point in range(24):
                 wanted = expected(name, point, whole.shape[1:])
                 assert np.array_equal(whole[point], wanted, equal_nan=True)
-            assert np.array_equal(quantity.values(3, 19), whole[3:19], equal_nan=True)
+            assert np.array_equal(found.values(name, 3, 19), whole[3:19], equal_nan=True)
         status = found.status().ravel()
         assert status.tolist() == [outcome(point)[0] for point in range(24)]
         assert np.array_equal(found.status(2, 9), status[2:9])
@@ -77,14 +77,14 @@ def test_every_point_is_where_it_belongs(tmp_path: Path, sizes: tuple[int, ...],
 def test_errors_are_those_of_each_point_and_the_largest(tmp_path: Path) -> None:
     with open_sweep(written(tmp_path, made(tmp_path))) as found:
         sag, spread_one = found.quantities[SAG], found.quantities[SPREAD]
-        errors = sag.errors().ravel()
+        errors = found.errors(SAG).ravel()
         done = [point for point in range(24) if outcome(point)[0] == DONE]
         assert errors[done].tolist() == [1e-12 * point for point in done]
         assert np.isnan(np.delete(errors, done)).all()
         assert sag.error_estimate == 1e-12 * 23 and sag.standard_error is None
-        assert sag.standard_errors() is None and sag.standard_errors(0, 3) is None
+        assert found.standard_errors(SAG) is None and found.standard_errors(SAG, 0, 3) is None
         assert spread_one.standard_error == 1e-3 * 23
-        spread_all = spread_one.standard_errors()
+        spread_all = found.standard_errors(SPREAD)
         assert spread_all is not None
         assert spread_all.ravel()[done].tolist() == [1e-3 * point for point in done]
         assert found.quantities[FORCE].amplitude == "0-pk"
@@ -92,11 +92,12 @@ def test_errors_are_those_of_each_point_and_the_largest(tmp_path: Path) -> None:
 
 def test_causes_are_reported_once_with_the_points_they_hit(tmp_path: Path) -> None:
     with open_sweep(written(tmp_path, made(tmp_path))) as found:
-        failed = found.failures()
-        assert failed.points.tolist() == [3, 10, 17]
-        said = [failed.texts[cause] for cause in failed.causes]
-        assert said[0] == said[2] == "order 1 meets mode 1" and len(failed.texts) == 2
-        assert said[1].startswith("Traceback\n  a line with é and  and ")
+        reasons = found.reasons()
+        assert list(reasons) == [3, 10, 17]
+        assert reasons[3] == reasons[17] == "order 1 meets mode 1"
+        assert reasons[10].startswith("Traceback\n  a line with é and  and ")
+    with h5py.File(tmp_path / "sweep.h5") as file:
+        assert file["sweep/message/text"].shape == (2,)
 
 
 def test_it_is_read_as_a_result_and_by_xarray(tmp_path: Path) -> None:
@@ -106,7 +107,7 @@ def test_it_is_read_as_a_result_and_by_xarray(tmp_path: Path) -> None:
     force = result.record[FORCE]
     assert [one.name for one in force.axes][:3] == ["stiffness", "damping", "machine.speed"]
     with open_sweep(path) as found:
-        assert np.array_equal(force.values, found.quantities[FORCE].values(), equal_nan=True)
+        assert np.array_equal(force.values, found.values(FORCE), equal_nan=True)
         assert found.case == result.case and found.head.result.version == result.version
     with xarray.open_dataset(path, engine="h5netcdf", group="isolation") as stage:
         assert stage["sag"].dims == ("stiffness", "damping", "machine.speed")
@@ -154,7 +155,7 @@ def test_partial_files_say_what_is_missing(tmp_path: Path) -> None:
     with open_sweep(done.path) as found:
         status = found.status().ravel()
         assert np.flatnonzero(status != NOT_RUN).tolist() == [5, 6, 7, 8, 9, 20, 21, 22, 23]
-        assert np.isnan(found.quantities[SAG].values().ravel()[status == NOT_RUN]).all()
+        assert np.isnan(found.values(SAG).ravel()[status == NOT_RUN]).all()
 
 
 def test_equal_input_gives_equal_bytes(tmp_path: Path) -> None:

@@ -180,22 +180,34 @@ def test_limits_are_judged_at_every_point() -> None:
     assert f"kept at {inside.sum()} of {sweep.done.sum()} (" in share_within_limits(sweep, judged)
     found = best(sweep, judged)
     assert found is not None
-    point, limit = found
-    assert limit.quantity == DEFLECTION
+    point, words = found
+    assert read_as(DEFLECTION, "m")[0] in words
     assert sag[point] == np.min(sag[inside])
     assert inside[point]
 
 
-def test_the_kept_results_in_the_order_of_the_case_choose_the_best_point() -> None:
-    limits = LIMITS[:2]
-    for first, second in ((PEAK, DEFLECTION), (DEFLECTION, PEAK)):
-        sweep = mounts(limits=limits, case={"sweep": {"keep": [first, second]}})
-        assert numeric(sweep)[:2] == [first, second]
-        judged = judge(sweep)
-        found = best(sweep, judged)
-        assert found is not None and found[1].quantity == first
-        values = sweep.read(first).values
-        assert values[found[0]] == pytest.approx(values[judged.kept].min(), rel=1e-11)
+@pytest.mark.parametrize("sense", ["min", "max"])
+@pytest.mark.parametrize("path", [PEAK, DEFLECTION])
+def test_the_objective_of_the_case_chooses_the_best_point(path: str, sense: str) -> None:
+    objective = {"quantity": path, "sense": sense}
+    sweep = mounts(limits=LIMITS[:2], case={"optimisation": {"objective": objective}})
+    judged = judge(sweep)
+    found = best(sweep, judged)
+    assert found is not None
+    values = sweep.read(path).values
+    wanted = getattr(np, sense)(values[judged.kept])
+    assert values[found[0]] == pytest.approx(wanted, rel=1e-11)
+
+
+def test_nothing_is_best_where_no_objective_is_named() -> None:
+    sweep = mounts(case={})
+    assert judge(sweep).kept.any() and best(sweep, judge(sweep)) is None
+    assert "best:" not in render_sweep(sweep)
+
+
+def test_results_come_in_the_order_in_which_the_case_keeps_them() -> None:
+    for paths in ([PEAK, DEFLECTION], [DEFLECTION, PEAK]):
+        assert numeric(mounts(case={"sweep": {"keep": paths}}))[:2] == paths
 
 
 def test_a_margin_within_the_error_keeps_a_limit_and_an_infinite_value_breaks_it() -> None:

@@ -10,7 +10,6 @@ import numpy as np
 from vibecalc.core.report.rows import Cells, Found, Made, Rows, part_of, rows_of
 from vibecalc.core.report.sections import (
     Section,
-    by_size,
     having,
     labels,
     scalar_of,
@@ -72,13 +71,11 @@ def _of_some(name: str) -> Made:
 
 def _weights(result: Result) -> list[str]:
     record, along = result.record, axis_of(result)
-    size, mass = record[f"{_WEIGHT}/unbalance"], record.quantities.get(f"{_WEIGHT}/mass")
-    unit = by_size("g*mm", size.values)
-    unit_of_mass = by_size("g", 0.0 if mass is None else mass.values)
+    size = record[f"{_WEIGHT}/unbalance"].values
 
     def phase(record: Record) -> Quantity:
         found = record[f"{_WEIGHT}/phase"]
-        return replace(found, values=np.where(size.values > 0.0, found.values, np.inf))
+        return replace(found, values=np.where(size > 0.0, found.values, np.inf))
 
     def position(record: Record) -> Quantity:
         found = record[f"{_WEIGHT}/position"]
@@ -86,10 +83,10 @@ def _weights(result: Result) -> list[str]:
 
     columns = (
         Cells(f"{_WEIGHT}/speed_ratio", "speed\nratio", lambda value, _: f"{value:+.0f}"),
-        Cells(f"{_WEIGHT}/unbalance", "unbalance\n{unit}", unit),
+        Cells(f"{_WEIGHT}/unbalance", "unbalance\n{unit}", "g*mm"),
         Cells(phase, "phase\ndeg", "deg", blank=True),
         Cells(position, "position\nmm", lambda value, _: show(1e3 * value, 1e-9)),
-        Cells(_of_some("mass"), "mass at its\nradius {unit}", unit_of_mass),
+        Cells(_of_some("mass"), "mass at its\nradius {unit}", "g"),
         Cells(_of_some("use"), "of its\nbound", lambda value, _: f"{100.0 * value:.1f} %"),
     )
     return rows_of(record, Rows("weight", "weight", columns))[0]

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from vibecalc.base_motion.model import at_reference, density_of, harmonics_of, on_base
-from vibecalc.base_motion.results import HARMONIC, PEAKS, RESPONSES, SPECTRUM, OverFrequency
+from vibecalc.base_motion.results import HARMONIC, PEAKS, RESPONSES, ROOT, SPECTRUM
 from vibecalc.base_motion.spectrum import Density, curve_frequencies, mean_squares, panel_ends
 from vibecalc.base_motion.tables import BaseMotion
 from vibecalc.core.run.stage import Scene
@@ -38,8 +38,10 @@ def run_base_motion(scene: Scene) -> None:
     )
     grid = frequency_grid(system.shapes.natural_frequency)
     passing = system.transmissibility(grid)
-    found = OverFrequency(of_each(passing), of_each(passing - np.eye(passing.shape[-1])))
-    scene.emit_all(found, {"coordinate": COORDINATES, "base_frequency": grid / _TURN})
+    curves = {"": passing, "relative_": passing - np.eye(passing.shape[-1])}
+    axes = {"coordinate": COORDINATES, "base_frequency": grid / _TURN}
+    for name, of in curves.items():
+        scene.emit(f"{ROOT}/{name}transmissibility", of_each(of), axes=axes)
     axes = {"direction": DIRECTIONS, "mount": mounts.names, "sensor": readings.names}
     if given.harmonics:
         _emit_harmonics(scene, system, readings.row, given, axes)

@@ -1,10 +1,7 @@
 """Results of a base that moves: what the machine does, and what its mounts have to bear."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, q
 from vibecalc.core.results.record import PEAK, RMS, Entry, Headline, entry
 from vibecalc.points.results import UNITS
 
@@ -18,21 +15,6 @@ AXES = {
 
 #: where motions are told
 _POINT = "reference point"
-
-
-@dataclass(frozen=True)
-class OverFrequency:
-    """Of motions of the base in one direction at a time."""
-
-    ROOT: ClassVar[str] = ROOT
-    transmissibility: Any = q(
-        "coordinate base_frequency", "",
-        "motion of the body over that of the base, along and about the same axis",
-    )  # fmt: skip
-    relative_transmissibility: Any = q(
-        "coordinate base_frequency", "",
-        "motion of the body against the base over that of the base, at the reference point",
-    )  # fmt: skip
 
 
 #: unit, words, axes of what moves by a harmonic; by spectra all but the foundation, on which the
@@ -71,6 +53,11 @@ def _entries() -> Iterator[Entry]:
     def of(path: str, axes: str, unit: str, words: str, amplitude: str) -> Entry:
         return entry(path, axes, unit, words, amplitude, headline=_HEADLINES.get(path))
 
+    axes = "coordinate base_frequency"
+    words = "motion of the body over that of the base, along and about the same axis"
+    yield entry(f"{ROOT}/transmissibility", axes, "", words)
+    words = f"motion of the body against the base over that of the base, at the {_POINT}"
+    yield entry(f"{ROOT}/relative_transmissibility", axes, "", words)
     yield entry(f"{HARMONIC}/frequency", "base_harmonic", "rad/s", "of each harmonic")
     for name, (unit, words, axes) in RESPONSES.items():
         each = f"base_harmonic {axes}" if axes == "direction" else f"{axes} base_harmonic"
@@ -93,4 +80,4 @@ def _entries() -> Iterator[Entry]:
         yield entry(f"{SPECTRUM}/{name}", "direction base_frequency", "m^2/s^3", words)
 
 
-ENTRIES = (*entries_of(OverFrequency), *_entries())
+ENTRIES = tuple(_entries())

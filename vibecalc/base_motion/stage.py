@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import Stage, Subject, Unit, Work, below
+from vibecalc.core.run.stage import Stage, Subject, Unit, below
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -22,6 +22,7 @@ def plan_base_motion(case: "Case") -> Iterator[Stage]:
         without += ("/foundation_",)
     if not case.point:
         without += ("/point_",)
+    work = 6 * _CURVE + len(given.harmonics) + _INTEGRAL * bool(given.spectra)
     yield Stage(
         name="base motion",
         adapter="vibecalc.base_motion.adapter:run_base_motion",
@@ -31,15 +32,9 @@ def plan_base_motion(case: "Case") -> Iterator[Stage]:
         cost=f"harmonics of the base: {len(given.harmonics)}, spectra: {len(given.spectra)}",
         quantities=below("base_motion/", without=without),
         is_last=True,
-        work=_work,
+        work=lambda _, orders: ((work, "base_solve"),),
         topics=("vibecalc.base_motion.accuracy:base_topics",),
     )
-
-
-def _work(case: "Case", orders: int) -> Work:
-    assert case.base_motion is not None
-    random = _INTEGRAL if case.base_motion.spectra else 0
-    return ((6 * _CURVE + len(case.base_motion.harmonics) + random, "base_solve"),)
 
 
 def _names(case: "Case") -> dict[str, tuple[str, ...]]:

@@ -26,7 +26,7 @@ from vibecalc.core.case.rules import (
     unique,
     wants,
 )
-from vibecalc.parts.body_tables import NO_MATRICES, along_or_about
+from vibecalc.parts.body_tables import along_or_about, no_matrices
 
 Velocity = Annotated[float, Unit("m/s")]
 AngularAcceleration = Annotated[float, Unit("rad/s^2")]
@@ -153,7 +153,7 @@ class BaseMotion(Table):
     RULES = (
         wants("machine.body"),
         wants("machine.mounts"),
-        *NO_MATRICES,
+        *no_matrices(),
         unique("harmonics"),
         unique("spectra", "spectra", "direction"),
         refuse(

@@ -20,6 +20,7 @@ from vibecalc.bearings.results import (
 from vibecalc.bearings.tables import BearingSize, MainBearing
 from vibecalc.core.results.described import Group
 from vibecalc.core.run.stage import Scene
+from vibecalc.excitation.inertia_forces import with_terms
 from vibecalc.numerics.bounded import Bounded, Summed, reshaped, stack
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.parts.body import DIRECTIONS
@@ -46,13 +47,10 @@ def run_bearing_loads(scene: Scene) -> None:
         "crank_angle": np.linspace(0.0, loads.cycle, table.crank_angles),
         **NAMES,
     }
-    crank_pins, wrist_pins = (
-        [size] * len(train.names) for size in (table.crank_pin, table.wrist_pin)
-    )
     _emit(scene, loads, MainLoad, Loads.main, table.main_bearings, axes)
-    _emit(scene, loads, CrankPin, Loads.crank_pin, crank_pins, axes)
+    _emit(scene, loads, CrankPin, Loads.crank_pin, [table.crank_pin], axes)
     if scene.case.machine.crank_train.rod is not None:
-        _emit(scene, loads, WristPin, Loads.wrist_pin, wrist_pins, axes)
+        _emit(scene, loads, WristPin, Loads.wrist_pin, [table.wrist_pin], axes)
     _emit(scene, loads, SideThrust, Loads.wall, (), axes)
     if table.speeds is not None:
         speeds = np.linspace(table.speeds.start, table.speeds.stop, table.speeds.points)
@@ -74,7 +72,10 @@ def _emit(
     sizes: Sequence[BearingSize | MainBearing | None],
     axes: dict[str, Any],
 ) -> None:
-    """Forces over the cycle, their peaks and their means, as far as they are results of a group."""
+    """Forces over the cycle, their peaks and their means, as far as they are results of a group.
+
+    The `sizes` are those of all bearings, or the one of each of them.
+    """
     speed, train = np.asarray(scene.case.machine.speed), scene.parts.crank_train
     of_throw = Loads.crank_pin_of_throw if kind is Loads.crank_pin else kind
     across = (train.stroke - 1j * train.across)[train.axis == 0.0]
@@ -105,16 +106,12 @@ def _emit(
         parts = np.einsum("d,r...->rd...", axes.conj(), force.value).real
         return Summed(parts, force.error.max(), np.abs(force.value).max())
 
-    def force() -> Summed:
-        found = along(across, over_cycle(kind))
-        return found._replace(value=over_cycle(kind).value.real) if group is SideThrust else found
-
     def mean_force() -> Summed:
         size, vector = means()
         return along(across, vector)._replace(terms=size.value.max())
 
     known = {
-        "force": force,
+        "force": lambda: along(across, over_cycle(kind)),
         "force_of_throw": lambda: along(np.array([1.0, 1j]), over_cycle(of_throw)),
         "peak": lambda: peaks()[0],
         "peak_angle": lambda: peaks()[1],
@@ -125,6 +122,8 @@ def _emit(
     if areas:
         known["peak_pressure"] = lambda: peaks()[0] / areas
         known["mean_pressure"] = lambda: means()[0] / areas
+    if group is SideThrust:
+        known["force"] = lambda: with_terms(over_cycle(kind).real)
     found = {name: one for name, one in known.items() if name in group.__dataclass_fields__}
     scene.emit_all(group(**found), axes)
 

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibecalc.errors import Problem
-from vibecalc.kinds import TRAIN
 from vibecalc.parts import tables as parts
 from vibecalc.parts.body import DIRECTIONS, build_frame
 from vibecalc.schema import Case
@@ -16,24 +15,11 @@ if TYPE_CHECKING:
 
 
 def bearing_problems(case: Case) -> Iterator[Problem]:
-    """Problems of [bearing_loads]: of tangential effort, of forces and weights along the shaft."""
-    table = case.bearing_loads
-    if table is not None:
-        yield from _effort(case.machine.crank_train)
-        if case.machine.crank_train.axis != case.machine.crank_train.stroke:
-            yield from _shaft_loads(table, case.machine.crank_train)
-            yield from _weights(case, table)
-
-
-def _effort(train: parts.CrankTrain) -> Iterator[Problem]:
-    if train.tangential_effort is not None:
-        yield Problem(
-            path=("bearing_loads",),
-            message="bearings bear the whole force of the rod, and tangential_effort has only "
-            "its torque",
-            allowed="gas_pressure, gas_cards or gas_cycle in [machine.crank_train]",
-            also=(*TRAIN, "tangential_effort"),
-        )
+    """Problems of [bearing_loads]: forces and weights along the shaft."""
+    table, train = case.bearing_loads, case.machine.crank_train
+    if table is not None and train.axis != train.stroke:
+        yield from _shaft_loads(table, train)
+        yield from _weights(case, table)
 
 
 def _shaft_loads(table: "BearingLoads", train: parts.CrankTrain) -> Iterator[Problem]:

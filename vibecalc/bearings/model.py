@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.bearings.crank_loads import bearing_shares
 from vibecalc.bearings.loads import Gas, Loads, Shaft
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.crank_forces import rod_difference
+from vibecalc.excitation.crank_forces import rod_moments
 from vibecalc.excitation.model import build_firing, gas_of_cylinders
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.body import unit_vector
@@ -26,7 +26,7 @@ def loads_of(scene: Scene) -> Loads:
     rod, share = written.rod, rod_share(written)
     moves = (train.reciprocating_mass + train.rotating_mass > 0.0).astype(float)
     mass = moves * (0.0 if rod is None else rod.mass)
-    inertia = rod is not None and rod.inertia is not None
+    moments = rod_moments(train, rod)
     return Loads(
         cycle_angle(case.machine),
         crank_geometry(written),
@@ -35,7 +35,7 @@ def loads_of(scene: Scene) -> Loads:
         train.reciprocating_mass,
         mass * share,
         mass * (1.0 - share),
-        moves * (rod_difference(train, rod).value if rod is not None and inertia else 0.0),
+        0.0 * moves if moments is None else moments.value,
         gas_of(case, train),
         shaft_of(case, train, scene.parts.rotating_masses),
     )
@@ -47,12 +47,9 @@ def shaft_of(case: "Case", train: CrankTrain, rotating: RotatingMasses) -> Shaft
     assert table is not None
     bearings = [bearing.position for bearing in table.main_bearings]
     count = len(rotating.names) - len(case.machine.crank_train.balance_shafts)
-    fall = free_fall(case, table.up, train)
-    loads = [
-        fall * (one.mass or 0.0) if one.force is None else np.array(one.force)
-        for one in table.shaft_loads
-    ]
-    at_rest = np.array([force @ (train.stroke - 1j * train.across) for force in loads], complex)
+    fall, plane = free_fall(case, table.up, train), train.stroke - 1j * train.across
+    loads = [(one.mass or 0.0) * fall + (one.force or np.zeros(3)) for one in table.shaft_loads]
+    at_rest = np.array([load @ plane for load in loads], dtype=complex)
     return Shaft(
         tuple(bearing.name for bearing in table.main_bearings),
         bearing_shares(bearings, train.position),

@@ -38,15 +38,15 @@ FORCES = Curves(
     "loads on bearings over a cycle",
     tuple(
         Panel(
-            f"{what}s",
-            (Curve(_size(f"{group.ROOT}/force"), f"{of} {{}}"),),
+            f"{group.WORDS['load']}s",
+            (
+                Curve(
+                    _size(f"{group.ROOT}/force"), group.WORDS["bearing"].replace("_", " ") + " {}"
+                ),
+            ),
             legend={"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)},
         )
-        for what, group, of in (
-            ("main bearing", MainLoad, "main bearing"),
-            ("crank pin", CrankPin, "cylinder"),
-            ("wrist pin", WristPin, "cylinder"),
-        )
+        for group in (MainLoad, CrankPin, WristPin)
     ),
     high=2.2,
 )

@@ -6,13 +6,6 @@ from vibecalc.core.report.sections import Section, section, together
 from vibecalc.core.report.writing import paragraph
 from vibecalc.core.results.record import Result
 
-#: root of the results, axis, heading, what the direction counts from
-_PARTS = (
-    (MainLoad.ROOT, "main_bearing", "main bearing", "the stroke"),
-    (CrankPin.ROOT, "cylinder", "crank pin of", "the throw"),
-    (WristPin.ROOT, "cylinder", "wrist pin of", "the stroke"),
-)
-
 
 def bearing_loads(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
@@ -20,16 +13,18 @@ def bearing_loads(result: Result) -> Section | None:
     blocks, shown = [], {path for path in record if path.startswith("bearing_loads/")}
     if not shown:
         return None
-    for path, axis, title, reference in _PARTS:
-        turned = "direction" if reference == "the stroke" else "direction\nfrom throw"
+    for group in (MainLoad, CrankPin, WristPin):
+        path, axis = group.ROOT, group.WORDS["bearing"]
+        origin = "from throw" if group is CrankPin else ""
         names = [
             (f"{path}/peak", "peak\n", "kN"),
             (f"{path}/peak_angle", "at crank\nangle", "deg"),
-            (f"{path}/peak_direction", turned, "deg"),
+            (f"{path}/peak_direction", f"direction\n{origin}", "deg"),
             (f"{path}/mean", "mean\n", "kN"),
             (f"{path}/peak_pressure", "peak\npressure", "MPa"),
             (f"{path}/mean_pressure", "mean\npressure", "MPa"),
         ]
+        title = group.WORDS["load"] + " of" * (axis == "cylinder")
         blocks.append(by_axis(record, axis, title, names, digits=5))
     names = [
         (f"{SideThrust.ROOT}/peak", "side thrust", "kN"),

@@ -11,14 +11,26 @@ from vibecalc.core.results.record import CYCLE, PLACE, TURN, Headline
 # ----------------------------------------------------------------------------
 
 
+def _words(
+    load: str, what: str, bearing: str = "cylinder", reference: str = "the stroke"
+) -> dict[str, str]:
+    return {"load": load, "what": what, "bearing": bearing, "reference": reference}
+
+
 @dataclass(frozen=True)
 class BearingLoad:
-    """Of one kind of bearing, whose axis is `bearing`."""
+    """Of one kind of bearing, the `load`, whose axis is `bearing`; directions count from the
+    `reference`.
+    """
 
+    WORDS: ClassVar[dict[str, str]]
     ROOT: ClassVar[str]
     force: Any = q("{bearing} direction crank_angle", "N", "{what}")
     peak: Any = q(
-        "{bearing}", "N", "highest over the cycle, {what}", headline=Headline("{load}, peak", "kN")
+        "{bearing}",
+        "N",
+        "highest over the cycle, {what}",
+        headline=Headline("{load} load, peak", "kN"),
     )
     peak_angle: Any = q(
         "{bearing}", "rad", "crank angle of the highest", exempt=PLACE, circle=CYCLE
@@ -37,12 +49,7 @@ class MainLoad(BearingLoad):
     """Of the bearings of the crankshaft."""
 
     ROOT = "bearing_loads/main"
-    WORDS: ClassVar = {
-        "bearing": "main_bearing",
-        "what": "force of the shaft on the main bearing",
-        "load": "main bearing load",
-        "reference": "the stroke",
-    }
+    WORDS = _words("main bearing", "force of the shaft on the main bearing", "main_bearing")
 
 
 @dataclass(frozen=True)
@@ -50,12 +57,7 @@ class CrankPin(BearingLoad):
     """Of the big ends of the rods."""
 
     ROOT: ClassVar[str] = "bearing_loads/crank_pin"
-    WORDS: ClassVar = {
-        "bearing": "cylinder",
-        "what": "force of the rod on the crank pin",
-        "load": "crank pin load",
-        "reference": "the throw",
-    }
+    WORDS = _words("crank pin", "force of the rod on the crank pin", reference="the throw")
     force_of_throw: Any = q(
         "cylinder of_throw crank_angle", "N", "the same in axes that turn with the throw"
     )
@@ -65,12 +67,7 @@ class WristPin(BearingLoad):
     """Of the small ends of the rods."""
 
     ROOT = "bearing_loads/wrist_pin"
-    WORDS: ClassVar = {
-        "bearing": "cylinder",
-        "what": "force of the piston on the rod",
-        "load": "wrist pin load",
-        "reference": "the stroke",
-    }
+    WORDS = _words("wrist pin", "force of the piston on the rod")
 
 
 # ----------------------------------------------------------------------------

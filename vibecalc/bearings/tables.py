@@ -93,6 +93,13 @@ class BearingLoads(Table):
         _sizes,
         "vibecalc.parts.rules:gas_of_bearings",
         refuse(
+            "",
+            "bearings bear the whole force of the rod, and tangential_effort has only its torque",
+            lambda t: "tangential_effort" in table_at(t.machine, "crank_train"),
+            "gas_pressure, gas_cards or gas_cycle in [machine.crank_train]",
+            also=("machine", "crank_train", "tangential_effort"),
+        ),
+        refuse(
             ("kinematics", "series"),
             "bearing loads follow from the exact motion of piston and rod",
             lambda t: table_at(t.case, "kinematics").get("series") == "truncated",

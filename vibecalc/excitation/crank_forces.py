@@ -43,7 +43,7 @@ def train_excitation(
 
         slaves = slave_forces(train, motion, machine, with_torque)
         train = on_crank_pins(train, machine)
-    difference = rod_difference(train, rod) if rod is not None and rod.inertia is not None else None
+    moments = rod_moments(train, rod)
     phases, axis = (train.crank_phase, train.bank_angle), train.axis
     highest = motion.harmonics.shape[-1] - 1
     found = reciprocating_excitation(
@@ -63,7 +63,7 @@ def train_excitation(
         found = found + rotating_part(train, rotating, highest)
     share = rounded(1.0, 0)
     if with_torque and rotor is not None:
-        share = rounded(share_of_rotor(train, motion, rotor.inertia, difference), 32)
+        share = rounded(share_of_rotor(train, motion, rotor.inertia, moments), 32)
     if with_torque:
         # the side thrusts of the pistons turn the body with minus their torque, beside r x F
         torque = inertia_torque(
@@ -72,12 +72,12 @@ def train_excitation(
         square = np.square(train.crank_radius)[..., None]
         turning = couple_about_axis(square * torque, -train.reciprocating_mass, *phases, axis)
         found = found + turning * share[..., None, None]
-    if difference is not None:
+    if moments is not None:
         # d'Alembert: dJ phi'' w^2, and minus the torque -dJ phi' phi'' w^2 that its energy takes
-        turned, moment = _turning_of_rods(train, highest), _running(train, difference)
-        found = found + couple_about_axis(turned.acceleration[..., 1:], moment, *phases, axis)
+        turned = _turning_of_rods(train, highest)
+        found = found + couple_about_axis(turned.acceleration[..., 1:], moments, *phases, axis)
         if with_torque:
-            turning = couple_about_axis(turned.product[..., 1:], moment, *phases, axis)
+            turning = couple_about_axis(turned.product[..., 1:], moments, *phases, axis)
             found = found + turning * share[..., None, None]
     return found if slaves is None else found + slaves
 
@@ -111,25 +111,36 @@ def rod_difference(train: CrankTrain, rod: "Rod") -> Bounded:
     return own - split_inertia(rod.mass, place, train.rod_length)
 
 
+def rod_moments(train: CrankTrain, rod: "Rod | None") -> Bounded | None:
+    """Moment (..., c) of each rod beyond that of its two point masses; one at rest has none.
+
+    None where the case does not give the rod's own moment.
+    """
+    if rod is None or rod.inertia is None:
+        return None
+    moves: FloatArray = (train.reciprocating_mass + train.rotating_mass > 0.0).astype(float)
+    return rod_difference(train, rod)[..., None] * moves
+
+
 def share_of_rotor(
-    train: CrankTrain, motion: PistonMotion, rotor_inertia: Any, difference: Bounded | None
+    train: CrankTrain, motion: PistonMotion, rotor_inertia: Any, moments: Bounded | None
 ) -> Any:
     """Share (...) of the torque on the crankshaft that turns what is fixed to it, and the body.
 
     A rotor of inertia J follows J phi'' = T - m phi'', m the mean over a turn of what moves with
     the pistons: it takes T J / (J + m), and the body has minus that. What the fluctuation of the
     speed mixes between the orders is of relative size m / J and left out. `rotor_inertia` is that
-    of all that turns with the crankshaft besides the rotating masses; `difference` is the moment of
-    a rod beyond that of its two point masses, None without any.
+    of all that turns with the crankshaft besides the rotating masses; `moments` are those of
+    `rod_moments`.
     """
     highest, square = motion.harmonics.shape[-1] - 1, np.square(train.crank_radius)
     # the mean of m s'^2 is m R^2 sum n^2 |C_n|^2 / 2
     velocity = np.arange(highest + 1) * np.abs(motion.harmonics.value)
     moving = train.reciprocating_mass.sum(-1) * square * 0.5 * np.square(velocity).sum(-1)
-    if difference is not None:
+    if moments is not None:
         turned = _turning_of_rods(train, highest).acceleration.value[..., 1:]
         swing = 0.5 * np.square(np.abs(turned) / np.arange(1, highest + 1)).sum(-1)
-        moving = moving + _running(train, difference).value.sum(-1) * swing
+        moving = moving + moments.value.sum(-1) * swing
     turning = rotor_inertia + train.rotating_mass.sum(-1) * square
     return turning / (turning + moving)
 
@@ -139,9 +150,3 @@ def _turning_of_rods(train: CrankTrain, highest: int) -> Any:
 
     lengths = (train.crank_radius, train.rod_length, train.wrist_pin_offset)
     return rod_angle_harmonics(*lengths, highest_order=highest)
-
-
-def _running(train: CrankTrain, difference: Bounded) -> Bounded:
-    """The moment of each rod (..., c); one that stands still has none."""
-    moves: FloatArray = (train.reciprocating_mass + train.rotating_mass > 0.0).astype(float)
-    return difference[..., None] * moves

@@ -1,20 +1,25 @@
 """Machine and foundation in six freedoms: the section of the report, and the picture."""
 
-from collections.abc import Callable
-from dataclasses import replace
-
 from vibecalc.core.report.curves import Curve, Curves, Look, Panel, Source, entry_of, level
-from vibecalc.core.report.rows import Cells, Made, Rows, by_axis, loud, percent, reduced, rows_of
+from vibecalc.core.report.rows import (
+    Cells,
+    Rows,
+    by_axis,
+    by_name,
+    chosen,
+    loud,
+    percent,
+    reduced,
+    rows_of,
+)
 from vibecalc.core.report.sections import (
     Section,
-    scalar_of,
     section,
     stacked,
 )
-from vibecalc.core.report.writing import Column, number, paragraph, show_in, table
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.report.writing import paragraph
+from vibecalc.core.results.record import Result
 from vibecalc.foundation.results import COUPLED
-from vibecalc.isolation.efficiency_report import of_loud
 from vibecalc.parts.body import COORDINATES
 
 #: orders below this share of the largest stay in the result file, as those beyond so many
@@ -66,48 +71,27 @@ def coupled(result: Result) -> Section | None:
     feet = by_axis(
         record, "mount", "below the mount", ((f"{COUPLED}/foot_velocity_rms", "r.m.s.", "mm/s"),)
     )
-    lines = stacked(rows_of(record, _MODES)[0], _loads(record), feet)
+    names = {f"{what}, r.m.s.": (what,) for what in ("force", "couple")}
+    loads = by_name(record, "on the ground", names, _LOADS, COUPLED)[0]
+    words = _WORDS + _MASS * (f"{COUPLED}/modes/natural_frequency" not in record)
+    lines = stacked(rows_of(record, _MODES)[0], loads + paragraph(words), feet)
     details = {"force on the ground by order": rows_of(record, _BY_ORDER)}
     return section("Machine and foundation", [(lines, shown)], details)
 
 
-def _loads(record: Record) -> list[str]:
-    """R.m.s. of force and couple on the ground, and what a rigid foundation would get."""
-    rows = []
-    for what, unit in (("force", "N"), ("couple", "N m")):
-        cells = []
-        for name in ("ground", "rigid"):
-            total = record[f"{COUPLED}/{name}/{what}_rms"]
-            share = scalar_of(record, f"{COUPLED}/{name}/{what}_efficiency")
-            cells.append(show_in(float(total.values), unit, total.error_estimate))
-            cells.append("-" if share is None else f"{100.0 * share:.2f} %")
-        rows.append([f"{what}, r.m.s.", *cells])
-    heads = (
-        Column("on the ground"), number("as it is"), number("efficiency"),
-        number("rigid foundation"), number("efficiency")
-    )  # fmt: skip
-    words = "efficiency: 1 less the ratio to what the machine held still would send"
-    if f"{COUPLED}/modes/natural_frequency" not in record:
-        words += (
-            "; with flexibilities, the ground is all that their tables stand for, its mass included"
-        )
-    return table(heads, rows) + paragraph(words)
+_LOADS = (
+    Cells("ground/{}_rms", "as it is"),
+    Cells("ground/{}_efficiency", "efficiency %", percent(2)),
+    Cells("rigid/{}_rms", "rigid foundation"),
+    Cells("rigid/{}_efficiency", "efficiency %", percent(2)),
+)
+_WORDS = "efficiency: 1 less the ratio to what the machine held still would send"
+_MASS = "; with flexibilities, the ground is all that their tables stand for, its mass included"
 
 
 # ----------------------------------------------------------------------------
 # Transmissibility with and without the foundation; force by order.
 # ----------------------------------------------------------------------------
-
-
-def _length(of: Made) -> Callable[[Result], Quantity | None]:
-    """Of the orders that matter, without the path: references of the case are of components."""
-    source = of_loud(of, _RIGID)
-
-    def made(result: Result) -> Quantity | None:
-        found = source(result)
-        return found and replace(found, path="")
-
-    return made
 
 
 def _both(ground: Source, rigid: Source, look: Look, bars: bool = False) -> tuple[Curve, Curve]:
@@ -125,7 +109,7 @@ def _panel(coordinate: str) -> Panel:
     return Panel("transmissibility", (*curves, level(lambda _: 1.0)), words, log="xy")
 
 
-_LENGTHS = _both(_length(_FORCE), _length(_RIGID), {}, bars=True)
+_LENGTHS = _both(chosen(_FORCE, _LARGE, _RIGID), chosen(_RIGID, _LARGE, _RIGID), {}, bars=True)
 FOUNDATION = Curves(
     "machine on its foundation",
     (

@@ -93,8 +93,7 @@ def coupled_problems(case: Case) -> Iterator[Problem]:
         yield from moment_problems((*FOUNDATION, "body"), given.body)
         yield from _springs(given.springs)
     else:
-        yield from _names([one.name for one in mount_entries(mounts)], given)
-        yield from _feeding(given)
+        yield from _flexibilities([one.name for one in mount_entries(mounts)], given)
 
 
 def foundation_cautions(case: Case) -> list[str]:
@@ -127,11 +126,14 @@ def _springs(springs: parts.Mounts) -> Iterator[Problem]:
         )
 
 
-def _names(names: list[str], given: Foundation) -> Iterator[Problem]:
-    """Mounts that are not there, and directions that two curves tell."""
+def _flexibilities(names: list[str], given: Foundation) -> Iterator[Problem]:
+    """Mounts that are not there, directions that two curves tell, and curves that feed the machine.
+
+    With exp(i w t) the part that takes energy is positive.
+    """
     seen: dict[tuple[str, str], int] = {}
     for place, one in enumerate(given.flexibilities or ()):
-        path = (*FOUNDATION, "flexibilities", place)
+        path, key, curve = (*FOUNDATION, "flexibilities", place), _key(one), _curve(one)
         for number, name in enumerate(one.mounts or ()):
             if name not in names:
                 yield Problem(
@@ -140,30 +142,23 @@ def _names(names: list[str], given: Foundation) -> Iterator[Problem]:
                     allowed=", ".join(repr(one) for one in names[:12]),
                 )
         where = ["whole"] if one.at == "whole" else [f"mount {n}" for n in one.mounts or names]
-        for name in where:
-            first = seen.setdefault((name, one.direction), place)
-            if first != place:
-                yield Problem(
-                    path=path,
-                    message=f"the foundation has two flexibilities for one direction: {name}, "
-                    f"{one.direction}",
-                    allowed="each direction once for each mount and for the whole",
-                    also=(*FOUNDATION, "flexibilities", first),
-                )
-                break
-
-
-def _feeding(given: Foundation) -> Iterator[Problem]:
-    """Curves that feed the machine: with exp(i w t) the part that takes energy is positive."""
-    for place, one in enumerate(given.flexibilities or ()):
-        name, curve = _key(one), _curve(one)
+        firsts = [seen.setdefault((name, one.direction), place) for name in where]
+        twice = next((i for i, first in enumerate(firsts) if first != place), None)
+        if twice is not None:
+            yield Problem(
+                path=path,
+                message="the foundation has two flexibilities for one direction: "
+                f"{where[twice]}, {one.direction}",
+                allowed="each direction once for each mount and for the whole",
+                also=(*FOUNDATION, "flexibilities", firsts[twice]),
+            )
         part, column = (
             (curve.value.real, "real") if curve.by_velocity else (curve.value.imag, "imaginary")
         )
         if np.any(part < 0.0):
             row = int(np.argmax(part < 0.0))
             yield Problem(
-                path=(*FOUNDATION, "flexibilities", place, name, column, row),
+                path=(*path, key, column, row),
                 message="the foundation would give energy to the machine",
                 found=f"{part[row]:.6g} in row {row + 1}",
                 allowed=">= 0: what takes energy is positive",

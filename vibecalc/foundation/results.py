@@ -9,6 +9,7 @@ from vibecalc.core.results.record import PEAK, RMS, Entry, Headline, entry
 
 COUPLED = "foundation/coupled"
 _ORDERS = "half_order direction"
+_NATURAL = Headline("natural frequency, machine on foundation", "Hz", pick="ends")
 
 
 @dataclass(frozen=True)
@@ -17,9 +18,8 @@ class UpAndDown:
 
     ROOT: ClassVar[str] = "foundation"
     natural_frequency: Any = q(
-        "foundation_mode", "rad/s", "of machine and foundation",
-        headline=Headline("natural frequency, machine on foundation", "Hz", pick="ends"),
-    )  # fmt: skip
+        "foundation_mode", "rad/s", "of machine and foundation", headline=_NATURAL
+    )
     machine: Any = q("order", "m", "motion of the machine up and down", PEAK)
     motion: Any = q("order", "m", "motion of the foundation up and down", PEAK)
     ground_force: Any = q("order", "N", "force on what carries the foundation", PEAK)
@@ -44,9 +44,8 @@ class CoupledModes:
 
     ROOT: ClassVar[str] = f"{COUPLED}/modes"
     natural_frequency: Any = q(
-        "coupled_mode", "rad/s", "of machine and foundation, undamped",
-        headline=Headline("natural frequency, machine on foundation", "Hz", pick="ends"),
-    )  # fmt: skip
+        "coupled_mode", "rad/s", "of machine and foundation, undamped", headline=_NATURAL
+    )
     damping_ratio: Any = q("coupled_mode", "", "modal damping ratio")
     machine_share: Any = q("coupled_mode", "", "share of the kinetic energy that is in the machine")
 

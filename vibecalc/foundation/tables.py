@@ -25,7 +25,7 @@ from vibecalc.core.case.rules import (
     same_length,
     wants,
 )
-from vibecalc.parts.body_tables import NO_MATRICES, TURNS, Body, Mounts, along_or_about
+from vibecalc.parts.body_tables import TURNS, Body, Mounts, along_or_about, no_matrices
 
 _Stiffnesses = tuple[Annotated[float, Unit("N/m")], ...]
 _Dampings = tuple[Annotated[float, Unit("N*s/m")], ...]
@@ -169,7 +169,7 @@ class Foundation(Table):
             impedance="flexibilities | position",
         ),
         wants("isolation", '[isolation] with model = "pitch", "rigid_body" or "planar"'),
-        *NO_MATRICES,
+        *no_matrices(),
         refuse(
             "body.mass_matrix",
             "the body of a foundation has a mass, and inertia or a box",

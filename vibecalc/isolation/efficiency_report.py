@@ -1,8 +1,5 @@
 """Isolation efficiency in the report and as a picture."""
 
-from collections.abc import Callable
-from dataclasses import replace
-
 import numpy as np
 
 from vibecalc.core.report.curves import Curve, Curves, Ends, Panel, Plot, level
@@ -11,21 +8,23 @@ from vibecalc.core.report.rows import (
     Cells,
     Made,
     Rows,
+    by_name,
+    chosen,
+    in_decibels,
     loud,
     others,
     part_of,
     reduced,
     rows_of,
 )
-from vibecalc.core.report.sections import Section, having, scalar_of, section, stacked
-from vibecalc.core.report.writing import Column, number, paragraph, show, table
+from vibecalc.core.report.sections import Section, having, section, stacked
+from vibecalc.core.report.writing import paragraph
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces
 
-#: orders below this share of the largest stay in the result file
-_SMALL = 1e-3
-_MOST = 12
-_NAMES = ((OfForces.ROOT, "force", "N"), (OfCouples.ROOT, "couple", "N m"))
+#: orders below this share of the largest stay in the result file, as those beyond so many
+_LOUD = loud(1e-3, 12, 2)
+_ROOTS = {"force": OfForces.ROOT, "couple": OfCouples.ROOT}
 
 
 def isolation_efficiency(result: Result) -> Section | None:
@@ -34,60 +33,39 @@ def isolation_efficiency(result: Result) -> Section | None:
     if f"{ByDirection.ROOT}/transmissibility" not in record:
         return None
     shown = {path for path in record if path.startswith(f"{ByDirection.ROOT}/")}
-    lines = _overall(record) + paragraph(
+    overall = by_name(record, "on the ground", _OVERALL, _COLUMNS, ByDirection.ROOT)[0]
+    each = Rows("coordinate", "r.m.s. along, about", _BY_DIRECTION, ByDirection.ROOT, across=True)
+    lines = stacked(overall, rows_of(record, each)[0]) + paragraph(
         "held still: what acts on the body would reach the ground. Efficiency is 1 less the ratio "
         "of what does reach it; below zero the mounts send more than acts."
     )
-    details = {f"isolation of the {word} by order": rows_of(record, _by_order(path, unit))
-               for path, word, unit in _NAMES}  # fmt: skip
+    details = {f"isolation of the {word} by order": rows_of(record, _by_order(root))
+               for word, root in _ROOTS.items()}  # fmt: skip
     return section("Isolation efficiency", [(lines, shown)], details)
 
 
-def _overall(record: Record) -> list[str]:
-    """A line for the root mean square and the peak of forces and couples each."""
-    columns = (
-        Column("on the ground"), number("held still"), number("on mounts"),
-        number("efficiency"), number("dB")
-    )  # fmt: skip
-    rows = []
-    for path, word, unit in _NAMES:
-        for name, said in (("rms", "r.m.s."), ("peak", "peak")):
-            if f"{path}/held_{name}" not in record:
-                continue
-            pair = [record[f"{path}/{one}_{name}"] for one in ("held", "ground")]
-            share = scalar_of(record, f"{path}/{name}")
-            decibels = scalar_of(record, f"{path}/{name}_level")
-            rows.append(
-                [
-                    f"{word}, {said}",
-                    *(f"{show(float(one.values), one.error_estimate)} {unit}" for one in pair),
-                    _percent(share),
-                    "-" if decibels is None else f"{decibels:.1f}",
-                ]
-            )
-    lines = table(columns, rows)
-    return stacked(lines, rows_of(record, _BY_DIRECTION)[0])
-
-
-def _percent(share: float | None, _error: float = 0.0) -> str:
+def _percent(share: float, _error: float = 0.0) -> str:
     """Nothing where no load acts: the ratio is then of what arrives or of nothing."""
-    known = share is not None and np.isfinite(share) and share != 1.0
-    return f"{100.0 * share:.2f} %" if share is not None and known else "-"
-
-
-_BY_DIRECTION = Rows(
-    "coordinate",
-    "r.m.s. along and about",
-    (Cells("by_direction", "efficiency", _percent),),
-    root=ByDirection.ROOT,
-    across=True,
-)
+    return f"{100.0 * share:.2f} %" if np.isfinite(share) and share != 1.0 else "-"
 
 
 def _level(share: float, _error: float) -> str:
     """Of the load held still over what arrives."""
-    known = np.isfinite(share) and share != 1.0
-    return f"{-20.0 * np.log10(1.0 - share):.1f}" if known else "-"
+    return in_decibels(1.0 / (1.0 - share)) if np.isfinite(share) and share != 1.0 else "-"
+
+
+_OVERALL = {
+    f"{word}, {said}": (word, name)
+    for word in _ROOTS
+    for name, said in (("rms", "r.m.s."), ("peak", "peak"))
+}
+_COLUMNS = (
+    Cells("{}/held_{}", "held still"),
+    Cells("{}/ground_{}", "on mounts"),
+    Cells("{}/{}", "efficiency", _percent),
+    Cells("{}/{}", "dB", _level),
+)
+_BY_DIRECTION = (Cells("by_direction", "efficiency", _percent),)
 
 
 def _sizes(path: str) -> tuple[Made, Made]:
@@ -105,38 +83,21 @@ def _resultant(path: str) -> Made:
     return made
 
 
-def _by_order(path: str, unit: str) -> Rows:
-    held, ground = _sizes(path)
+def _by_order(root: str) -> Rows:
+    held, ground = _sizes(root)
     columns = (
-        Cells(held, f"held still {unit}", ""),
-        Cells(ground, f"on mounts {unit}", ""),
+        Cells(held, "held still {unit}"),
+        Cells(ground, "on mounts {unit}"),
         Cells("by_order", "{} %", lambda share, _: _percent(share).removesuffix(" %")),
-        Cells(_resultant(path), "dB", _level),
+        Cells(_resultant(root), "dB", _level),
     )
-    return Rows(
-        "half_order", "order", columns, root=path, label="{:g}",
-        places=loud(_SMALL, _MOST, 2), rest=others(OTHERS),
-    )  # fmt: skip
+    return Rows("half_order", "order", columns, root, label="{:g}", places=_LOUD,
+                rest=others(OTHERS))  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
 # Efficiency by order as bars; transmissibility over frequency.
 # ----------------------------------------------------------------------------
-
-
-def of_loud(of: Made, *sizes: Made) -> Callable[[Result], Quantity | None]:
-    """A quantity of those orders alone at which one of the `sizes` is worth a bar."""
-
-    def made(result: Result) -> Quantity | None:
-        found, *every = (one(result.record) for one in (of, *sizes))
-        beside = [one for one in every if one is not None]
-        if found is None or len(beside) != len(sizes):
-            return None
-        large = loud(_SMALL, _MOST, len(sizes))(beside)
-        axis = replace(found.axes[0], values=found.axes[0].values[large])
-        return replace(found, values=found.values[large], axes=(axis,))
-
-    return made
 
 
 def _ends(plot: Plot) -> Ends:
@@ -146,14 +107,14 @@ def _ends(plot: Plot) -> Ends:
 
 
 def _panel(path: str, word: str) -> Panel:
-    bars = Curve(of_loud(_resultant(path), *_sizes(path)), "", bars=True)
+    bars = Curve(chosen(_resultant(path), _LOUD, *_sizes(path)), bars=True)
     return Panel("efficiency", (bars,), f"{word} on the ground, by order", unit="%", ends=_ends)
 
 
 EFFICIENCY = Curves(
     "isolation efficiency",
     (
-        *(_panel(path, word) for path, word, _ in _NAMES),
+        *(_panel(root, word) for word, root in _ROOTS.items()),
         Panel(
             "transmissibility",
             (Curve(f"{ByDirection.ROOT}/transmissibility", "{}"), level(lambda _: 1.0)),

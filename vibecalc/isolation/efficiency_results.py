@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import q
-from vibecalc.core.results.record import PEAK, RMS, SPECTRUM, Headline
+from vibecalc.core.results.described import lead, q
+from vibecalc.core.results.record import PEAK, RMS, SPECTRUM
 
 _ORDERS = "half_order coordinate"
 _HELD = "{what}{about} that the body held still would send into the ground"
@@ -22,20 +22,11 @@ class OfVector:
     ground: Any = q(_ORDERS, "{unit}", _GROUND, PEAK)
     ground_rms: Any = q("", "{unit}", f"{_GROUND}, over the cycle", RMS)
     ground_peak: Any = q("", "{unit}", f"{_GROUND}, largest over the cycle", PEAK)
-    by_order: Any = q(
-        "half_order component", "", "1 - {what} on the ground over that of the body held still"
-    )
-    rms: Any = q(
-        "", "", "the same of the r.m.s. of all orders",
-        headline=Headline("isolation of the {what}, r.m.s."),
-    )  # fmt: skip
-    rms_level: Any = q(
-        "", "dB", "held still over on the ground, r.m.s. of all orders", exempt=SPECTRUM
-    )
+    by_order: Any = q("half_order component", "", "1 - {what} on the ground over that held still")
+    rms: Any = lead("", "", "isolation of the {what}, r.m.s.")
+    rms_level: Any = q("", "dB", "held still over on the ground, r.m.s.", exempt=SPECTRUM)
     peak: Any = q("", "", "the same of the peak of all orders")
-    peak_level: Any = q(
-        "", "dB", "held still over on the ground, peak of all orders", exempt=SPECTRUM
-    )
+    peak_level: Any = q("", "dB", "held still over on the ground, peak", exempt=SPECTRUM)
 
 
 class OfForces(OfVector):
@@ -58,12 +49,4 @@ class ByDirection:
 
     ROOT: ClassVar[str] = "isolation/efficiency"
     by_direction: Any = q("coordinate", "", "efficiency of the r.m.s. in each direction")
-    transmissibility: Any = q(
-        "coordinate frequency", "", "load on the ground over a load of one size at all frequencies"
-    )
-
-
-AXES = {
-    "component": ("", "component, or the length of the vector"),
-    "frequency": ("Hz", "frequency"),
-}
+    transmissibility: Any = q("coordinate frequency", "", "load on the ground over load")

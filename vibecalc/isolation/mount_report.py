@@ -1,14 +1,13 @@
 """The mounts in the report: static load, stiffness in use, distance to their stops."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from vibecalc.core.report.rows import by_axis
-from vibecalc.core.report.sections import Section, labels, section, stacked
-from vibecalc.core.report.writing import Column, number, paragraph, show, table
-from vibecalc.core.results.record import Estimate, Record, Result, Verdict
-from vibecalc.core.results.verdicts import state_of
+from vibecalc.core.report.rows import Cells, Rows, first, others, rows_of
+from vibecalc.core.report.sections import Section, labels, section
+from vibecalc.core.results.record import Result, Verdict
+from vibecalc.core.results.verdicts import judge
 from vibecalc.isolation.mount_results import (
     AT_REST,
     BY_ORDER,
@@ -18,24 +17,18 @@ from vibecalc.isolation.mount_results import (
     OfMounts,
 )
 
-#: orders shown of stiffness over frequency
-_ORDERS = 4
-_LOADS = (
-    (AT_REST[0], "load", "kN"),
-    (AT_REST[1], "deflection", "mm"),
-    ("isolation/support_displacement/sag", "sag of\nthe body", "mm"),
-    (AT_REST[2], "static\nstiffness", "kN/mm"),
-    (AT_REST[3], "dynamic\nstiffness", "kN/mm"),
-)
-_TRAVEL = (
-    (OF_STOPS[0], "clearance\nat rest", "mm"),
-    (MOVING[0], "travel\nat speed", "mm"),
-    (MOVING[1], "least\nclearance", "mm"),
-)
-_RUN_UP = (
-    (OF_RUN_UP[0], "travel", "mm"),
-    (OF_RUN_UP[1], "at", "rpm"),
-    (OF_RUN_UP[2], "clearance left", "mm"),
+_COLUMNS: tuple[Sequence[Cells | str], ...] = (
+    (*AT_REST[:3], Cells(AT_REST[3], note="along the axis of the mount that carries; stiffness: "
+                         "dynamic, about the rest, with stops that it stands on")),
+    [Cells(path, blank=True) for path in (*OF_STOPS, *MOVING, *OF_RUN_UP)],
+)  # fmt: skip
+_OVER_ORDERS = Rows(
+    "order",
+    "order",
+    (Cells(BY_ORDER[0], "stiffness {} kN/mm", "kN/mm"), Cells(BY_ORDER[1], "loss factor {}")),
+    label="{:g}",
+    places=first(4),
+    rest=others("the other {left} orders are in the result file"),
 )
 
 
@@ -43,21 +36,9 @@ def mounts(result: Result) -> Section | None:
     """Tables by mount; None where their stiffness is constant."""
     record = result.record
     shown = {path for path in record if path.startswith(f"{OfMounts.ROOT}/")}
-    if not shown:
-        return None
-    loads = by_axis(record, "mount", "mount", _LOADS) if AT_REST[0] in record else []
-    none = (*OF_STOPS, MOVING[1], OF_RUN_UP[2])
-    stops, passed = (
-        by_axis(record, "mount", title, columns, blank=none)
-        for title, columns in (("distance to stops", _TRAVEL), ("largest in the run-up", _RUN_UP))
-    )
-    lines = stacked(loads, stops, passed, _over_orders(record))
-    if loads:
-        lines += paragraph(
-            "load, deflection and stiffness along the axis of the mount that carries; the dynamic "
-            "stiffness is that about the rest, with stops that it stands on"
-        )
-    return section("Mounts: load, sag, stiffness in use, clearance", [(lines, shown)])
+    tables = [Rows("mount", "mount", columns, merge=True) for columns in _COLUMNS]
+    lines = [rows_of(record, one) for one in (*tables, _OVER_ORDERS)]
+    return section("Mounts: load, stiffness in use, clearance", lines, shown=shown)
 
 
 def stop_verdicts(result: Result) -> Iterator[Verdict]:
@@ -68,35 +49,11 @@ def stop_verdicts(result: Result) -> Iterator[Verdict]:
         if found is None or rest is None:
             continue
         left = np.where(np.asarray(rest.values) > 0.0, found.values, np.inf)
-        place = int(np.argmin(left))
-        if np.isfinite(left[place]):
-            name, error = labels(found.axes[0])[place], found.error_estimate
-            state = state_of(left[place], error, float(rest.values[place]))
-            least = 1e3 * float(left[place])
-            yield Verdict(
-                quantity=path, where={}, source="stops of the mounts", min=0.0,
-                max=None, unit="mm", computed=least, label=f"mount={name}",
-                error_estimate=Estimate(1e3 * error, 0.0), margin=least, state=state,
-                element=f"mount {name}", limit=f"clearance to a stop {words}",
-            )  # fmt: skip
-
-
-def _over_orders(record: Record) -> list[str]:
-    """Stiffness and loss factor of each mount at the first orders."""
-    stiffness, loss = (record.quantities.get(path) for path in BY_ORDER)
-    if stiffness is None or loss is None:
-        return []
-    orders = [int(order) for order in stiffness.axes[1].values[:_ORDERS]]
-    rows: dict[tuple[str, ...], list[str]] = {}
-    for place, name in enumerate(labels(stiffness.axes[0])):
-        cells = tuple(
-            f"{show(float(k) * 1e-6)}, {show(float(eta))}"
-            for k, eta in zip(
-                np.abs(stiffness.values[place, : len(orders)]),
-                loss.values[place, : len(orders)],
-                strict=True,
+        if np.isfinite(left).any():
+            name = labels(found.axes[0])[int(np.argmin(left))]
+            asked = {"quantity": path, "where": {"mount": name}, "min": "0 mm"}
+            row = judge(result, {**asked, "source": "stops of the mounts"})
+            limit = f"clearance to a stop {words}"
+            yield row._replace(
+                where={}, label=f"mount={name}", element=f"mount {name}", limit=limit
             )
-        )
-        rows.setdefault(cells, []).append(name)
-    columns = [Column("kN/mm, loss factor"), *(number(f"order {order}") for order in orders)]
-    return table(columns, [[", ".join(names), *cells] for cells, names in rows.items()])

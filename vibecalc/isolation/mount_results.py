@@ -3,13 +3,17 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import paths_of, q
-from vibecalc.core.results.record import DIFFERENCE, PEAK, Headline
+from vibecalc.core.results.described import lead, paths_of, q
+from vibecalc.core.results.record import DIFFERENCE, PEAK
 
 
 @dataclass(frozen=True)
 class OfMounts:
-    """At rest, over the frequency, and how near each mount comes to its stops."""
+    """Along the axis of each: at rest, over the frequency, and how near it comes to its stops.
+
+    A clearance is negative where the mount stands on a stop or meets it, and infinite without one;
+    in the run-up it is that under weight and mean torque less the largest motion.
+    """
 
     ROOT: ClassVar[str] = "isolation/mounts"
     load: Any = q("mount", "N", "compression load of a mount at rest along its axis")
@@ -17,31 +21,17 @@ class OfMounts:
     static_stiffness: Any = q("mount", "N/m", "tangent of its static load over deflection at rest")
     stiffness: Any = q("mount", "N/m", "dynamic stiffness about the rest along its axis, nominal")
     load_curve: Any = q("mount deflection", "N", "static load of a mount over its compression")
-    clearance_at_rest: Any = q(
-        "mount", "m",
-        "distance to the nearer stop at rest; negative: stands on it, infinite: none",
-        exempt=DIFFERENCE,
-    )  # fmt: skip
+    clearance_at_rest: Any = q("mount", "m", "distance to the nearer stop", exempt=DIFFERENCE)
     travel: Any = q("mount", "m", "largest motion of a mount along its axis about the rest", PEAK)
-    clearance: Any = q(
-        "mount", "m",
-        "least distance to a stop over the cycle; negative: it is met, infinite: none",
-        exempt=DIFFERENCE,
-        headline=Headline("clearance left to a stop at speed", "mm", pick="least"),
-    )  # fmt: skip
-    run_up_travel: Any = q(
-        "mount", "m", "largest motion of a mount along its axis in the run-up", PEAK
+    clearance: Any = lead(
+        "mount", "m", "clearance left to a stop at speed", pick="least", exempt=DIFFERENCE
     )
+    run_up_travel: Any = q("mount", "m", "the same motion, largest of the run-up", PEAK)
     run_up_travel_speed: Any = q("mount", "rad/s", "crank speed of that")
-    run_up_clearance: Any = q(
-        "mount", "m",
-        "distance to the nearer stop under weight and mean torque less that motion; infinite: none",
-        exempt=DIFFERENCE,
-        headline=Headline("clearance left to a stop in the run-up", "mm", pick="least"),
-    )  # fmt: skip
-    order_stiffness: Any = q(
-        "mount order", "N/m", "stiffness along its axis at the frequency of an order"
+    run_up_clearance: Any = lead(
+        "mount", "m", "clearance left to a stop in the run-up", pick="least", exempt=DIFFERENCE
     )
+    order_stiffness: Any = q("mount order", "N/m", "stiffness along its axis at an order")
     order_loss_factor: Any = q("mount order", "", "loss factor at the frequency of an order")
 
 

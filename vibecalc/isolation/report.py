@@ -1,283 +1,176 @@
 """The body on its mounts in the report: modes, transmissibility, supports, run-up, torque."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from vibecalc.core.report.rows import (
     OTHERS,
     Cells,
+    Found,
     Rows,
-    by_axis,
+    in_decibels,
     loud,
+    named_at,
     others,
     percent,
     relative,
     rows_of,
-    short,
-    whole,
 )
-from vibecalc.core.report.sections import (
-    Part,
-    Section,
-    along,
-    having,
-    scalars,
-    section,
-    stacked,
-    table_of,
+from vibecalc.core.report.sections import Part, Section, scalars, section, table_of
+from vibecalc.core.report.writing import paragraph, show_phase
+from vibecalc.core.results.described import paths_of
+from vibecalc.core.results.record import Result
+from vibecalc.isolation.results import (
+    NEAREST,
+    OF_TORQUE,
+    Masked,
+    Pitch,
+    RunUpMaxima,
+    SupportDisplacement,
+    SupportForce,
+    TorqueReaction,
 )
-from vibecalc.core.report.writing import (
-    paragraph,
-    rpm,
-    show,
-    show_phase,
-)
-from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.isolation.results import OF_TORQUE, BodyModes, Masked, Pitch, TorqueReaction
+from vibecalc.response.report import left_out
 
 # ----------------------------------------------------------------------------
-# What each mount carries and how far the body moves there: one line for each mount.
+# The body on its mounts: natural frequencies, what each mount bears, transmissibility.
 # ----------------------------------------------------------------------------
 
-ROOT = "isolation/torque_reaction/"
-_FORCE = "isolation/support_force/"
-_MOVE = "isolation/support_displacement/"
-_LOADS = (
-    "least and largest over the cycle, with the weight and the mean torque; a negative load pulls "
-    "the support"
-)
-_FORCES = (
-    (f"{_FORCE}static", "static", "N"),
-    (f"{_FORCE}rigid_peak", "held\nstill", "N"),
-    (f"{_FORCE}steady_peak", "peak at\nspeed", "N"),
-    (f"{_FORCE}minimum_load", "least\nload", "N"),
-    (f"{_FORCE}largest_load", "largest\nload", "N"),
-    (f"{_FORCE}run_up_peak", "peak in the\nrun-up", "N"),
-    (f"{_FORCE}run_up_peak_speed", "at", "rpm"),
-)
-_MOVES = (
-    (f"{_MOVE}sag", "static", "mm"),
-    (f"{_MOVE}vertical_peak", "vertical\npeak", "mm"),
-    (f"{_MOVE}excursion", "largest", "mm"),
-)
-
-
-def supports(record: Record) -> tuple[list[str], set[str]]:
-    """Tables of forces and of displacements per mount, and the paths shown."""
-    forces = by_axis(record, "mount", "force", _FORCES)
-    lines = stacked(forces, by_axis(record, "mount", "motion", _MOVES))
-    return lines + (paragraph(_LOADS) if forces else []), {path for path, *_ in (*_FORCES, *_MOVES)}
-
-
-# ----------------------------------------------------------------------------
-# The run-up: largest couple over lever, and the speeds that were left out.
-# ----------------------------------------------------------------------------
-
-_PEAKS = tuple(f"isolation/lever_force/{name}" for name in ("run_up_peak", "run_up_peak_speed"))
-
-
-def _half_width(record: Record) -> Quantity:
-    """Of the interval around each speed left out: its ends agree to so many digits."""
-    low, centre, high = (record[f"{Masked.ROOT}/{name}"] for name in ("low", "centre", "high"))
-    return replace(centre, values=(high.values - low.values) / (2.0 * centre.values), unit="")
-
-
-_LEFT_OUT = Rows(
-    "masked",
-    "",
-    (
-        Cells("order", "order", short),
-        Cells("mode", "mode", whole),
-        Cells("centre", "rpm", "rpm"),
-        Cells(_half_width, "half width, relative", lambda share, _: f"{share:.1e}"),
-    ),
-    root=Masked.ROOT,
-)
-
-
-def run_up(record: Record) -> tuple[list[str], set[str]]:
-    """Lines and the paths shown; nothing if the result has no run-up."""
-    lines: list[str] = []
-    hit = along(record, "isolation/lever_force/run_up", "speed")
-    if hit is not None and hit[1].size:
-        low, high = float(np.min(hit[1])), float(np.max(hit[1]))
-        lines += paragraph(
-            f"run-up over {hit[1].size} speeds from {show(rpm(low))} to {show(rpm(high))} rpm; "
-            "at each the peak over the cycle"
-        )
-    masked = [path for path in record if path.startswith(f"{Masked.ROOT}/")]
-    if any(record[path].values.size for path in masked):
-        lines += [
-            "",
-            "  Speeds left out (an order on an undamped natural frequency: no bound there)",
-        ]
-        lines += rows_of(record, _LEFT_OUT)[0]
-    return lines, {*_PEAKS, *masked}
-
-
-# ----------------------------------------------------------------------------
-# The body on its mounts: natural frequencies, transmissibility, response over one turn.
-# ----------------------------------------------------------------------------
-
-_PITCH = tuple(
-    f"isolation/pitch/{name}"
-    for name in (
-        "inertia",
-        "stiffness",
-        "damping",
-        "natural_frequency",
-        "damping_ratio",
-        "angle_peak",
-        "force_left_out",
-        "couple_left_out",
-    )
-)
-_LEVER = ("isolation/lever_force/rigid_peak", "isolation/lever_force/steady_peak")
+_LEVER = tuple(f"isolation/lever_force/{name}_peak" for name in ("rigid", "steady", "run_up"))
 #: what belongs to pictures; the shapes of modes carry no scale, and the energy says what moves
-_DRAWN = ("_harmonics", "/run_up", "_curve", "modes/shape")
+_DRAWN = (
+    "_harmonics",
+    "/run_up",
+    "_curve",
+    "modes/shape",
+    "masked/centre",
+    "lever_force/run_up_peak_speed",
+)
 _MODES = Rows(
     "mode",
     "mode",
     (
-        Cells("natural_frequency", "Hz", "Hz"),
-        Cells("natural_frequency", "rpm", "rpm"),
-        Cells("damping_ratio", "damping ratio", ""),
-        Cells("energy_fraction", "{} %", percent(2), note="%: share of the energy of the mode"),
+        Cells("modes/natural_frequency", "Hz", "Hz"),
+        Cells("modes/natural_frequency", "rpm", "rpm"),
+        Cells("modes/damping_ratio", "damping ratio"),
+        Cells("modes/energy_fraction", "{} %", percent(2), "%: share of the energy of the mode"),
+        "torque_reaction/nearest_order",
+        Cells("torque_reaction/margin", "margin", relative, "nearest: of the orders of the torque "
+              "that drive the mode, 0: none; a positive margin: it is above the mode"),
     ),
-    root=BodyModes.ROOT,
+    root="isolation",
+)  # fmt: skip
+_SUPPORTS = Rows(
+    "mount",
+    "support",
+    (*paths_of(SupportForce), *paths_of(SupportDisplacement)),
+    note="loads: over the cycle, with the weight and the mean torque; a negative one pulls the "
+    "support",
+    merge=True,
 )
-
-
-def _level(ratio: complex, _error: float) -> str:
-    return f"{20.0 * np.log10(abs(ratio)):.2f}" if 0.0 < abs(ratio) < np.inf else "-"
-
-
-def _isolated(ratio: complex, _error: float) -> str:
-    return f"{100.0 * (1.0 - abs(ratio)):.2f} %"
-
-
-_TRANSMISSIBILITY = Rows(
-    "order",
-    "order",
-    (
-        Cells("transmissibility", "transmissibility", ""),
-        Cells("transmissibility", "dB", _level),
-        Cells("transmissibility", "isolated", _isolated),
-        Cells("transmissibility", "phase deg", show_phase),
-    ),
-    root=Pitch.ROOT,
+_LEVELS = (
+    "transmissibility",
+    Cells("transmissibility", "dB", in_decibels),
+    Cells("transmissibility", "phase deg", show_phase),
 )
 
 
 def isolation(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    drawn = {path for path in record if path.startswith("isolation/") and path.endswith(_DRAWN)}
-    lines, shown = scalars(record, (*_PITCH, *_LEVER), "isolation/")
-    blocks = [(lines, shown | drawn), rows_of(record, _MODES), supports(record), run_up(record)]
-    details = {"transmissibility by order": rows_of(record, _TRANSMISSIBILITY)}
-    return section("Isolation: body on its mounts", blocks, details)
+    shown = {path for path in record if path.startswith("isolation/") and path.endswith(_DRAWN)}
+    tables = [rows_of(record, one) for one in (_MODES, _SUPPORTS, left_out(Masked.ROOT))]
+    blocks = [scalars(record, (*paths_of(Pitch), *_LEVER), "isolation/"), *tables]
+    levels = rows_of(record, Rows("order", "order", _LEVELS, Pitch.ROOT))
+    details = {"transmissibility by order": levels}
+    return section("Isolation: body on its mounts", blocks, details, shown)
+
+
+# ----------------------------------------------------------------------------
+# Every local maximum of the run-up.
+# ----------------------------------------------------------------------------
+
+#: maxima shown, of a machine with many mounts
+_MOST = 48
+_AT_MOUNTS = (f"{RunUpMaxima.ROOT}/mount", "isolation/support_force/static")
+
+
+def _highest(found: Found) -> np.ndarray:
+    """The highest, in the order of their speeds: equal ones of several mounts by their names."""
+    force, speed = (one.values for one in found if one.path.endswith(("/force", "/speed")))
+    places = np.sort(np.argsort(-force, kind="stable")[:_MOST])
+    return places[np.argsort(np.round(speed[places], 4), kind="stable")]
+
+
+_MAXIMA = Rows(
+    "maximum",
+    "",
+    (
+        Cells(named_at(*_AT_MOUNTS), "mount"),
+        *paths_of(RunUpMaxima)[1:-1],
+        Cells(f"{RunUpMaxima.ROOT}/at_end", "end", lambda end, _: "end" * int(end)),
+    ),
+    note="order: the largest there, with its share of the peak of all; bending order: that which "
+    "bends the curve, with the mode nearest to its frequency; end: the curve goes on beyond the "
+    "range",
+    places=_highest,
+    rest=others("the other {left} are lower, and in the file"),
+    merge=True,
+)
+
+
+def run_up_maxima(result: Result) -> Section | None:
+    """A line for each maximum, equal ones of several supports as one; None without any."""
+    return section("Maxima of the run-up, force on a support", [rows_of(result.record, _MAXIMA)])
 
 
 # ----------------------------------------------------------------------------
 # A machine on its mounts under the torque of its cylinders: couple, supports, modes met.
 # ----------------------------------------------------------------------------
 
-_MEAN = "isolation/support_force/mean"
-_SCALARS = (f"{ROOT}mean_couple", f"{ROOT}roll_peak")
-_SEPARATE = (
-    "The driven machine stands elsewhere: the body takes minus the torque of all cylinders about "
-    "the crankshaft, of what is in them and of inertia, and its mean."
-)
+_BY = ("the body takes minus the {} of all cylinders about the crankshaft, of what is in them and "
+       "of inertia")  # fmt: skip
+_SEPARATE = f"The driven machine stands elsewhere: {_BY.format('torque')}, and its mean."
 _ON_BODY = (
-    "The driven machine stands on the body, and its stator follows no pulsation: the body takes "
-    "minus the alternating torque of all cylinders about the crankshaft, of what is in them and of "
-    "inertia. The stator gives the mean back."
+    "The driven machine stands on the body, and its stator follows no pulsation: "
+    f"{_BY.format('alternating torque')}. The stator gives the mean back."
 )
-_ROTOR = (
-    " The torque is the share that turns the rotor: what moves with the pistons takes the rest."
-)
+_ROTOR = " That is the share that turns the rotor: what moves with the pistons takes the rest."
 _LINE = (
-    "All of the shaft line stands on the body, under a load that does not alternate: the torque of "
-    "the cylinders goes into the speed of the line, and the body takes minus the change of its "
-    "angular momentum. The stator gives the mean torque back: none of it reaches the mounts."
+    "All of the shaft line stands on the body, under a load that does not alternate: the body "
+    "takes minus the change of angular momentum of the line. The stator gives the mean torque back."
 )
 
 
-def _rotation(record: Record) -> Quantity | None:
-    """Rotation of the body at the orders of the torque."""
-    found = having(record, "isolation/body/rotation_harmonics", "order", "direction")
-    if found is None:
-        return None
-    return replace(found, axes=(replace(found.axes[0], name="half_order"), found.axes[1]))
-
-
+_COUPLE = (
+    Cells("torque_reaction/couple", "couple N m"),
+    Cells("torque_reaction/couple", "phase deg", show_phase),
+    Cells("body/rotation_harmonics", "rotation {} mrad", "mrad"),
+)
 #: the orders that matter, in their sequence
 _ORDERS = Rows(
-    "half_order",
-    "order",
-    (
-        Cells("couple", "couple N m", ""),
-        Cells("couple", "phase deg", show_phase),
-        Cells(_rotation, "rotation {} mrad", "mrad"),
-    ),
-    root=TorqueReaction.ROOT,
-    label="{:g}",
-    places=loud(1e-3, 16),
+    "half_order order", "order", _COUPLE, "isolation", label="{:g}", places=loud(1e-3, 16),
     rest=others(OTHERS),
-)
-_CAUSES = Rows(
-    "mount",
-    "support",
-    (
-        Cells(OF_TORQUE[0], "{} N"),
-        Cells(
-            f"{_FORCE}steady_peak",
-            "all N",
-            note="peaks over the cycle by each cause alone: they do not add up",
-        ),
-    ),
-)
-_MODES_MET = Rows(
-    "mode",
-    "mode of the body",
-    (
-        Cells("nearest_order", "nearest order", lambda order, _: f"{order:g}" if order else "-"),
-        Cells(
-            "margin",
-            "margin",
-            relative,
-            note="of the orders whose force on the mode is a thousandth of the largest or more; "
-            "positive: the order is above it",
-        ),
-    ),
-    root=TorqueReaction.ROOT,
-)
+)  # fmt: skip
+_BY_CAUSE = (Cells("isolation/support_force/by_cause", "{} N"),)
+_ALONE = "peaks over the cycle by each cause alone: they do not add up to that of all"
+_CAUSES = Rows("mount", "support", _BY_CAUSE, note=_ALONE)
 
 
 def torque_reaction(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
-    record = result.record
-    if f"{ROOT}couple" not in record:
+    record, machine = result.record, table_of(result.case, "machine")
+    if f"{TorqueReaction.ROOT}/couple" not in record:
         return None
-    options = table_of(result.case, "excitation")
-    separate = options.get("driven_machine") == "separate"
-    silent = tuple(table_of(result.case, "response", "torsion").get("misfire") or ())
-    machine = table_of(result.case, "machine")
-    if machine.get("shaft_line") and not separate:
-        words = _LINE
-    else:
-        words = (_SEPARATE if separate else _ON_BODY) + _ROTOR * ("rotor" in machine)
-    lines = paragraph(words)
-    if silent:
+    separate = table_of(result.case, "excitation").get("driven_machine") == "separate"
+    words = (_SEPARATE if separate else _ON_BODY) + _ROTOR * ("rotor" in machine)
+    lines = paragraph(_LINE if machine.get("shaft_line") and not separate else words)
+    if silent := table_of(result.case, "response", "torsion").get("misfire"):
         lines += paragraph(f"Without combustion in cylinder {', '.join(map(str, silent))}.")
-    kind = machine.get("kind") or "engine"
-    title = f"Torque reaction: {kind} on its mounts, all orders"
-    causes: Part = rows_of(record, _CAUSES) if OF_TORQUE[0] in record else []
-    blocks = [(lines, {_MEAN}), scalars(record, _SCALARS, ROOT), causes]
-    details = {
-        "couple of the torque by order": rows_of(record, _ORDERS),
-        "orders next to the modes": rows_of(record, _MODES_MET),
-    }
-    return section(title, blocks, details)
+    blocks: list[Part] = [
+        lines,
+        scalars(record, OF_TORQUE, TorqueReaction.ROOT),
+        rows_of(record, _CAUSES),
+    ]
+    details = {"couple of the torque by order": rows_of(record, _ORDERS)}
+    title = "Torque reaction on the mounts, all orders"
+    return section(title, blocks, details, (*OF_TORQUE, *NEAREST))

@@ -3,16 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, paths_of, q
-from vibecalc.core.results.record import (
-    CANCELS,
-    DIFFERENCE,
-    ORDERS,
-    PEAK,
-    RESONANCE,
-    Headline,
-)
-from vibecalc.isolation.efficiency_results import AXES as EFFICIENCY_AXES
+from vibecalc.core.results.described import entries_of, lead, named, paths_of, q
+from vibecalc.core.results.record import CANCELS, DIFFERENCE, ORDERS, PEAK, RESONANCE
 from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces
 from vibecalc.isolation.mount_results import OfMounts
 from vibecalc.response.results import LeftOut, Modes, Motion
@@ -27,37 +19,19 @@ class Pitch:
     """Of a body that only turns about the axis across its crankshaft."""
 
     ROOT: ClassVar[str] = "isolation/pitch"
-    inertia: Any = q("", "kg*m^2", "moment of inertia in pitch", name="moment of inertia, pitch")
-    stiffness: Any = q(
-        "", "N*m/rad", "stiffness of the mounts in pitch", name="stiffness of the mounts, pitch"
-    )
-    damping: Any = q(
-        "", "N*m*s/rad", "viscous damping of the mounts in pitch",
-        name="damping of the mounts, pitch",
-    )  # fmt: skip
-    natural_frequency: Any = q(
-        "", "rad/s", "undamped natural frequency in pitch",
-        headline=Headline("natural frequency, pitch", "Hz"),
-    )  # fmt: skip
-    damping_ratio: Any = q(
-        "", "", "damping ratio in pitch", headline=Headline("damping ratio, pitch")
-    )
+    inertia: Any = named("", "kg*m^2", "moment of inertia, pitch")
+    stiffness: Any = named("", "N*m/rad", "stiffness of the mounts, pitch")
+    damping: Any = named("", "N*m*s/rad", "damping of the mounts, pitch")
+    natural_frequency: Any = lead("", "rad/s", "natural frequency, pitch")
+    damping_ratio: Any = lead("", "", "damping ratio, pitch")
     transmissibility: Any = q("order", "", "couple on the ground over couple")
-    transmissibility_curve: Any = q(
-        "frequency_ratio", "", "couple on the ground over couple against frequency"
-    )
+    transmissibility_curve: Any = q("frequency_ratio", "", "couple on the ground over couple")
     angle_harmonics: Any = q("order", "rad", "pitch angle", PEAK)
-    angle_peak: Any = q(
-        "", "rad", "largest pitch angle over a turn", PEAK, name="pitch angle at speed, peak"
+    angle_peak: Any = named("", "rad", "pitch angle at speed, peak", PEAK)
+    force_left_out: Any = lead("", "N", "shaking force that pitch leaves out, peak", PEAK)
+    couple_left_out: Any = lead(
+        "", "N*m", "shaking couple that pitch leaves out, peak", PEAK, about="about the mass centre"
     )
-    force_left_out: Any = q(
-        "", "N", "largest shaking force over a turn: a body that only pitches does not follow it",
-        PEAK, headline=Headline("shaking force that pitch leaves out, peak", "N"),
-    )  # fmt: skip
-    couple_left_out: Any = q(
-        "", "N*m", "the same of the couple across the axis of pitch, about the mass centre",
-        PEAK, headline=Headline("shaking couple that pitch leaves out, peak", "N*m"),
-    )  # fmt: skip
 
 
 class BodyModes(Modes):
@@ -84,88 +58,46 @@ class LeverForce:
 
     ROOT: ClassVar[str] = "isolation/lever_force"
     rigid_harmonics: Any = q("order", "N", "couple over lever, body held still", PEAK)
-    rigid_peak: Any = q(
-        "", "N", "largest couple over lever over a turn, body held still", PEAK,
-        name="couple over the lever, body held still, peak",
-    )  # fmt: skip
+    rigid_peak: Any = named("", "N", "couple over the lever, body held still, peak", PEAK)
     steady_harmonics: Any = q("order", "N", "couple through the mounts over lever", PEAK)
-    steady_peak: Any = q(
-        "", "N", "largest couple through the mounts over lever", PEAK,
-        headline=Headline("couple over the lever at speed, peak", "N"),
-    )  # fmt: skip
-    run_up: Any = q(
-        "speed", "N", "largest couple through the mounts over lever at each speed", PEAK
-    )
-    run_up_peak: Any = q(
-        "", "N", "largest of the run-up", PEAK,
-        headline=Headline(
-            "couple over the lever in the run-up, peak", "N",
-            at="isolation/lever_force/run_up_peak_speed",
-        ),
-    )  # fmt: skip
+    steady_peak: Any = lead("", "N", "couple over the lever at speed, peak", PEAK)
+    run_up: Any = q("speed", "N", "couple over the lever at each speed, peak", PEAK)
+    run_up_peak: Any = lead("", "N", "couple over the lever in the run-up, peak", PEAK)
     run_up_peak_speed: Any = q("", "rad/s", "crank speed of the largest")
 
 
 @dataclass(frozen=True)
 class SupportForce:
-    """Force of each support on what it stands on."""
+    """Force of each support on what it stands on, dynamic; a load is with weight and mean torque.
+
+    A negative load pulls the support.
+    """
 
     ROOT: ClassVar[str] = "isolation/support_force"
     static: Any = q("mount", "N", "share of the weight on one support")
-    rigid_peak: Any = q(
-        "mount", "N", "largest dynamic force of one support over a turn, body held still", PEAK
+    rigid_peak: Any = q("mount", "N", "force on a support, body held still, peak", PEAK)
+    steady_harmonics: Any = q("mount direction order", "N", "dynamic force on a support", PEAK)
+    steady_peak: Any = lead("mount", "N", "force on a support at speed, peak", PEAK)
+    largest_load: Any = q("mount", "N", "largest load: weight, mean torque and dynamic force")
+    minimum_load: Any = lead(
+        "mount", "N", "minimum load on a support", pick="least", exempt=DIFFERENCE
     )
-    steady_harmonics: Any = q(
-        "mount direction order", "N", "dynamic force of one support on the ground", PEAK
-    )
-    steady_peak: Any = q(
-        "mount", "N", "largest dynamic force of one support over a turn", PEAK,
-        headline=Headline("force on a support at speed, peak", "N"),
-    )  # fmt: skip
-    largest_load: Any = q(
-        "mount", "N",
-        "largest load on a support over the cycle: weight, mean torque and dynamic force",
-    )  # fmt: skip
-    minimum_load: Any = q(
-        "mount", "N", "least load over the cycle; negative: the support is pulled",
-        exempt=DIFFERENCE, headline=Headline("minimum load on a support", "N", pick="least"),
-    )  # fmt: skip
-    by_cause: Any = q(
-        "mount cause", "N", "largest dynamic force of one support by one cause alone", PEAK
-    )
+    by_cause: Any = q("mount cause", "N", "force on a support by one cause alone, peak", PEAK)
     mean: Any = q("mount direction", "N", "force of one support on the ground by the mean torque")
-    run_up: Any = q("mount speed", "N", "largest dynamic force of one support at each speed", PEAK)
-    run_up_peak: Any = q(
-        "mount", "N", "largest of the run-up", PEAK,
-        headline=Headline(
-            "force on a support in the run-up, peak", "N",
-            at="isolation/support_force/run_up_peak_speed",
-        ),
-    )  # fmt: skip
+    run_up: Any = q("mount speed", "N", "force on a support at each speed, peak", PEAK)
+    run_up_peak: Any = lead("mount", "N", "force on a support in the run-up, peak", PEAK)
     run_up_peak_speed: Any = q("mount", "rad/s", "crank speed of the largest")
 
 
 @dataclass(frozen=True)
 class SupportDisplacement:
-    """Displacement of the body at each support."""
+    """Displacement of the body at each support; the excursion is with sag and mean torque."""
 
     ROOT: ClassVar[str] = "isolation/support_displacement"
-    sag: Any = q(
-        "mount", "m", "deflection under its own weight",
-        headline=Headline("static deflection of a mount", "mm"),
-    )  # fmt: skip
-    steady_harmonics: Any = q(
-        "mount direction order", "m", "displacement of the body at a support", PEAK
-    )
-    vertical_peak: Any = q(
-        "mount", "m", "largest vertical displacement at a support over a turn", PEAK,
-        headline=Headline("vertical motion at a mount at speed, peak", "mm"),
-    )  # fmt: skip
-    excursion: Any = q(
-        "mount", "m",
-        "largest deflection over the cycle: sag, mean torque and vertical displacement",
-        PEAK, headline=Headline("deflection of a mount with its sag, peak", "mm"),
-    )  # fmt: skip
+    sag: Any = lead("mount", "m", "static deflection of a mount")
+    steady_harmonics: Any = q("mount direction order", "m", "displacement at a support", PEAK)
+    vertical_peak: Any = lead("mount", "m", "vertical motion at a mount at speed, peak", PEAK)
+    excursion: Any = lead("mount", "m", "deflection of a mount with its sag, peak", PEAK)
 
 
 # ----------------------------------------------------------------------------
@@ -189,9 +121,7 @@ class RunUpMaxima:
     speed: Any = q("maximum", "rad/s", "crank speed of the maximum")
     order: Any = q("maximum", "", "order that is largest there")
     order_share: Any = q("maximum", "", "size of that order over the peak of all")
-    bending_order: Any = q(
-        "maximum", "", "order that bends the curve downwards most: that in resonance"
-    )
+    bending_order: Any = q("maximum", "", "order in resonance: it bends the curve downwards most")
     mode: Any = q("maximum", "", "mode nearest to the frequency of that order")
     frequency_ratio: Any = q("maximum", "", "that frequency over that of the mode")
     at_end: Any = q("maximum", "", "1 at an end of the range of speeds, else 0")
@@ -204,25 +134,13 @@ class RunUpMaxima:
 
 @dataclass(frozen=True)
 class TorqueReaction:
-    """The torque of the cylinders on the body."""
+    """The torque of the cylinders on the body, without mean where what is driven is on the body."""
 
     ROOT: ClassVar[str] = "isolation/torque_reaction"
-    couple: Any = q(
-        "half_order", "N*m", "couple on the body about the crankshaft by gas and inertia torque",
-        PEAK,
-    )  # fmt: skip
-    mean_couple: Any = q(
-        "", "N*m", "its mean; 0 where the driven machine is on the body",
-        headline=Headline("torque reaction, mean", "N*m"),
-    )  # fmt: skip
-    roll_peak: Any = q(
-        "", "rad", "largest angle about the crankshaft over the cycle, without the mean", PEAK,
-        headline=Headline("roll of the body by torque, peak", "mrad"),
-    )  # fmt: skip
-    nearest_order: Any = q(
-        "mode", "",
-        "half order nearest to a mode of the body of those that drive it; 0: none does",
-    )  # fmt: skip
+    couple: Any = q("half_order", "N*m", "couple by gas and inertia about the crankshaft", PEAK)
+    mean_couple: Any = lead("", "N*m", "torque reaction, mean")
+    roll_peak: Any = lead("", "rad", "roll of the body by torque, peak", PEAK, read="mrad")
+    nearest_order: Any = q("mode", "", "nearest half order of those that drive a mode; 0: none")
     margin: Any = q("mode", "", "frequency of that order over the natural frequency, less 1")
 
 
@@ -245,7 +163,8 @@ AXES = {
     "mount": ("", "mount"),
     "cause": ("", "what acts on the body"),
     "maximum": ("", "local maximum, by support and speed"),
-    **EFFICIENCY_AXES,
+    "component": ("", "component, or the length of the vector"),
+    "frequency": ("Hz", "frequency"),
     "deflection": ("m", "compression of a mount along its axis"),
 }
 ENTRIES = tuple(

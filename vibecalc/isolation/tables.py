@@ -11,29 +11,18 @@ from vibecalc.core.case.fields import (
     RunUp,
     Table,
 )
-from vibecalc.core.case.raw import table_at
-from vibecalc.core.case.rules import Rule, needs, refuse, wants
+from vibecalc.core.case.rules import needs, refuse, wants
+from vibecalc.parts.body_tables import no_matrices
 from vibecalc.unit_table import FREE_FALL
 
 _WITHOUT = "leave [isolation] out for forces and balance only"
-
-
-def _no_matrix(part: str, matrix: str, instead: str) -> Rule:
-    return refuse(
-        "",
-        f"[isolation] needs {instead}, not a {matrix}",
-        lambda t: matrix in table_at(t.case, "machine", part),
-        hint="[response] takes matrices",
-        also=("machine", part, matrix),
-    )
 
 
 class Isolation(Table):
     """The body on its mounts: what reaches the ground."""
 
     model: Literal["pitch", "rigid_body", "planar"] = Field(
-        description="pitch about the axis across the crankshaft, all six freedoms, or the three in "
-        "the plane of the crank"
+        description="pitch across the crankshaft, six freedoms, or three in the plane of the crank"
     )
     up: Literal["x", "y", "z"] = Field("z", description="gravity acts against this direction")
     gravity: Acceleration = Field(FREE_FALL, ge=0, description="acceleration of free fall")
@@ -48,15 +37,10 @@ class Isolation(Table):
     )
     run_up: RunUp | None = Field(None, description="also pass a range of speeds")
     run_up_maxima: Number | None = Field(
-        None,
-        gt=0,
-        le=1,
-        description="every local maximum of the run-up from this share of the highest on",
+        None, gt=0, le=1, description="local maxima of the run-up from this share of the highest on"
     )
     efficiency: bool | None = Field(
-        None,
-        strict=True,
-        description="also what the mounts keep from the ground, by order and over frequency",
+        None, strict=True, description="what mounts keep from the ground, by order and frequency"
     )
     RULES = (
         needs("run_up_maxima", "run_up", allowed='run_up = { from = 0, to = "..." } with it'),
@@ -69,6 +53,5 @@ class Isolation(Table):
         ),
         wants("machine.body", hint=_WITHOUT),
         wants("machine.mounts", hint=_WITHOUT),
-        _no_matrix("body", "mass_matrix", "a body with mass and inertia"),
-        _no_matrix("mounts", "stiffness_matrix", "mounts with places"),
+        *no_matrices(hint="[response] takes matrices"),
     )

@@ -269,22 +269,26 @@ class Mounts(Table):
     )
 
 
-def _no_matrix(part: str, matrix: str, instead: str) -> Rule:
+def _no_matrix(part: str, matrix: str, instead: str, hint: str) -> Rule:
     return refuse(
         "",
         f"{{header}} needs {instead}, not a {matrix}",
         lambda t: matrix in table_at(t.machine, part),
+        hint=hint,
         also=("machine", part, matrix),
     )
 
 
+def no_matrices(hint: str = "") -> list[Rule]:
+    """Of a table that needs the mass of the body and its mounts one by one."""
+    return [
+        _no_matrix("body", "mass_matrix", "a body with mass and inertia", hint),
+        _no_matrix("mounts", "stiffness_matrix", "mounts with places", hint),
+    ]
+
+
 #: directions about the axes
 TURNS = ("rx", "ry", "rz")
-#: of a table that needs the mass of the body and its mounts one by one
-NO_MATRICES = (
-    _no_matrix("body", "mass_matrix", "a body with mass and inertia"),
-    _no_matrix("mounts", "stiffness_matrix", "mounts with places"),
-)
 
 
 def along_or_about(

@@ -74,7 +74,7 @@ def boundaries_of(severity: VibrationSeverity) -> dict[str, FloatArray]:
     """Boundaries of the zones by quantity, r.m.s. in SI; none without zones."""
     grades = [grade(GRADES.index(one)) for one in severity.grades or ()]
     return {
-        name: np.array([getattr(one, name) for one in grades] or getattr(severity, name))
+        name: np.array([one[name] for one in grades] or getattr(severity, name))
         for name in zoned(severity)
     }
 

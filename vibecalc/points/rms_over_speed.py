@@ -101,12 +101,11 @@ def _tops(
     def jet_at(curve: IntArray, place: FloatArray) -> maxima.Jet:
         """Mean squares, twice, of some rows in some steps, at places (n,)."""
         speeds, back = np.unique(place, return_inverse=True)
-
-        def jets(part: np.ndarray) -> tuple[np.ndarray, ...]:
-            return tuple(each[..., 0, :] for each in counted.rows(part, True, True)[:5])
-
-        count = max(len(counted.order) * 4, 1)
-        x, error, slope, _, bend = in_blocks(jets, speeds, np.zeros(count))
+        x, error, slope, _, bend = in_blocks(
+            lambda part: tuple(each[..., 0, :] for each in counted.rows(part, True, True)[:5]),
+            speeds,
+            np.zeros(4 * len(counted.order)),
+        )
         which, use = (back, row[curve]), counts[step[curve]]
         value, first, second = (np.where(use, each[which], 0.0) for each in (x, slope, bend))
         off, size = np.where(use, error[which], 0.0), np.square(np.abs(value))

@@ -1,7 +1,5 @@
 """Severity of a vibration: grades, and zones between boundaries of r.m.s. values."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from vibecalc.numerics.bounded import Bounded, maximum
@@ -24,18 +22,10 @@ _ZONES = {3: ("A", "B", "C", "D"), 2: ("A/B", "C", "D")}
 _ROUNDING = 1e-9
 
 
-class Grade(NamedTuple):
-    """R.m.s. values of a grade, in m, m/s and m/s^2."""
-
-    displacement: float
-    velocity: float
-    acceleration: float
-
-
-def grade(number: int) -> Grade:
-    """The grade with so many below it."""
-    velocity = LOWEST * RATIO**number
-    return Grade(velocity / LOWER, velocity, velocity * UPPER)
+def grade(number: int) -> dict[str, float]:
+    """R.m.s. values by quantity, in m, m/s and m/s^2, of the grade with so many below it."""
+    level = LOWEST * RATIO**number
+    return {"displacement": level / LOWER, "velocity": level, "acceleration": level * UPPER}
 
 
 def severity(displacement: Bounded, velocity: Bounded, acceleration: Bounded) -> Bounded:

@@ -3,16 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, q
-from vibecalc.core.results.record import (
-    CANCELS,
-    ORDERS,
-    PEAK,
-    PLACE,
-    RESONANCE,
-    TURN,
-    Headline,
-)
+from vibecalc.core.results.described import entries_of, lead, q
+from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, PLACE, RESONANCE, TURN
 
 # ----------------------------------------------------------------------------
 # Results of the body on its suspension: modes, motion, energies.
@@ -21,6 +13,7 @@ from vibecalc.core.results.record import (
 _ORDERS = "order direction"
 #: with mounts at known places the force on each says more than the sum
 _SUPPORTS = "isolation/support_force/steady_peak"
+_POINT = "of the reference point"
 
 
 @dataclass(frozen=True)
@@ -28,15 +21,11 @@ class Modes:
     """Of a body on its suspension; its natural frequencies stand `elsewhere` in the first table."""
 
     ROOT: ClassVar[str]
-    natural_frequency: Any = q(
-        "mode", "rad/s", "undamped natural frequency",
-        headline=Headline("natural frequency", "Hz", pick="ends", unless="{elsewhere}"),
-    )  # fmt: skip
+    natural_frequency: Any = lead(
+        "mode", "rad/s", "natural frequency", pick="ends", unless="{elsewhere}"
+    )
     damping_ratio: Any = q("mode", "", "modal damping ratio")
-    shape: Any = q(
-        "mode coordinate", "",
-        "mode shape at the reference point, metres and radians, of unit modal mass",
-    )  # fmt: skip
+    shape: Any = q("mode coordinate", "", f"mode shape {_POINT}, m and rad, of unit modal mass")
     energy_fraction: Any = q(
         "mode coordinate", "", "share of the kinetic energy of a mode, about the mass centre"
     )
@@ -44,15 +33,11 @@ class Modes:
 
 @dataclass(frozen=True)
 class ModesOfBody(Modes):
-    """How alike they are, too, and how near the orders are."""
+    """How alike they are, with rotations times their radius of inertia, and how near orders are."""
 
     ROOT: ClassVar[str] = "response/modes"
     WORDS: ClassVar = {"elsewhere": "isolation/modes/natural_frequency"}
-    assurance: Any = q(
-        "mode other_mode",
-        "",
-        "modal assurance criterion at the reference point, rotations times their radius of inertia",
-    )
+    assurance: Any = q("mode other_mode", "", f"modal assurance criterion {_POINT}")
     nearest_order: Any = q("mode", "", "excited order nearest to a mode at operating speed")
     distance: Any = q("mode", "", "frequency of that order over the natural frequency, less 1")
 
@@ -62,7 +47,7 @@ class Motion:
     """Of a body at the operating speed."""
 
     ROOT: ClassVar[str]
-    translation_harmonics: Any = q(_ORDERS, "m", "displacement of the reference point", PEAK)
+    translation_harmonics: Any = q(_ORDERS, "m", f"displacement {_POINT}", PEAK)
     rotation_harmonics: Any = q(_ORDERS, "rad", "rotation", PEAK)
 
 
@@ -71,23 +56,16 @@ class MotionOfBody(Motion):
     """Its largest values, too, and what its suspension sends into the ground."""
 
     ROOT: ClassVar[str] = "response"
-    translation_peak: Any = q(
-        "direction", "m", "largest of the reference point over a turn", PEAK,
-        headline=Headline("motion of the body, peak", "mm"),
-    )  # fmt: skip
-    rotation_peak: Any = q(
-        "direction", "rad", "largest over a turn", PEAK,
-        headline=Headline("rotation of the body, peak", "mrad"),
-    )  # fmt: skip
+    translation_peak: Any = lead("direction", "m", "motion of the body, peak", PEAK, about=_POINT)
+    rotation_peak: Any = lead("direction", "rad", "rotation of the body, peak", PEAK, read="mrad")
     ground_force: Any = q(_ORDERS, "N", "force on the ground", PEAK)
     ground_couple: Any = q(_ORDERS, "N*m", "couple on the ground about the reference point", PEAK)
-    ground_force_peak: Any = q(
-        "direction", "N", "largest over a turn", PEAK,
-        headline=Headline("force on the ground, peak", "N", unless=_SUPPORTS),
-    )  # fmt: skip
-    ground_couple_peak: Any = q(
-        "direction", "N*m", "largest about the reference point over a turn", PEAK,
-        headline=Headline("couple on the ground, peak", "N*m", unless=_SUPPORTS),
+    ground_force_peak: Any = lead(
+        "direction", "N", "force on the ground, peak", PEAK, unless=_SUPPORTS
+    )
+    ground_couple_peak: Any = lead(
+        "direction", "N*m", "couple on the ground, peak", PEAK, unless=_SUPPORTS,
+        about="about the reference point",
     )  # fmt: skip
 
 
@@ -108,13 +86,8 @@ class KineticEnergy(Energy):
 
     ROOT: ClassVar[str] = "response/kinetic_energy"
     WORDS: ClassVar = {"kind": "kinetic"}
-    mean: Any = q(
-        "", "J", "mean kinetic energy over a turn", headline=Headline("kinetic energy, mean", "J")
-    )
-    peak: Any = q(
-        "", "J", "largest kinetic energy over a turn",
-        headline=Headline("kinetic energy, peak", "J"),
-    )  # fmt: skip
+    mean: Any = lead("", "J", "kinetic energy, mean")
+    peak: Any = lead("", "J", "kinetic energy, peak")
 
 
 class PotentialEnergy(Energy):
@@ -130,22 +103,18 @@ _ALONE = "of throws and balance weights, without pistons, counterweights and sha
 
 @dataclass(frozen=True)
 class OperationsEnergy:
-    """Of one kind, of all operations with all balances."""
+    """Of one kind, of all operations with all balances; the angle of weights is to the pistons."""
 
     ROOT: ClassVar[str]
     mean: Any = q(_WAYS, "J", "mean {kind} energy over a turn")
     peak: Any = q(_WAYS, "J", "largest {kind} energy over a turn")
-    mean_low: Any = q(_WAYS, "J", "mean {kind} energy, weights at the best angle to the pistons")
-    mean_high: Any = q(_WAYS, "J", "mean {kind} energy, weights at the worst angle to the pistons")
-    peak_low: Any = q(_WAYS, "J", "largest {kind} energy, weights at the best angle to the pistons")
-    peak_high: Any = q(
-        _WAYS, "J", "largest {kind} energy, weights at the worst angle to the pistons"
-    )
+    mean_low: Any = q(_WAYS, "J", "mean {kind} energy at the best angle of the weights")
+    mean_high: Any = q(_WAYS, "J", "mean {kind} energy at the worst angle of the weights")
+    peak_low: Any = q(_WAYS, "J", "largest {kind} energy at the best angle of the weights")
+    peak_high: Any = q(_WAYS, "J", "largest {kind} energy at the worst angle of the weights")
     rotating_mean: Any = q(_WAYS, "J", f"mean {{kind}} energy {_ALONE}")
     rotating_peak: Any = q(_WAYS, "J", f"largest {{kind}} energy {_ALONE}")
-    difference: Any = q(
-        "balance", "J", "largest less smallest mean {kind} energy of the operations"
-    )
+    difference: Any = q("balance", "J", "largest less smallest mean {kind} energy")
     weighted: Any = q("balance", "J", "mean {kind} energy, weighted over the operations")
 
 
@@ -190,53 +159,36 @@ class LeftOut:
 
 
 _CHANGE = "change direction"
+_TIME = "{time}"
 
 
 @dataclass(frozen=True)
 class Change:
-    """Of one way of changing."""
+    """Of one way of changing; histories hold the largest or smallest sample of each interval."""
 
     ROOT: ClassVar[str]
-    translation_peak: Any = q(
-        _CHANGE, "m", "largest displacement of the reference point on the way", PEAK,
-        headline=Headline("motion in a change {how}, peak", "mm"),
-    )  # fmt: skip
+    translation_peak: Any = lead(_CHANGE, "m", "motion in a change {how}, peak", PEAK, about=_POINT)
     rotation_peak: Any = q(_CHANGE, "rad", "largest rotation on the way", PEAK)
     ground_force_peak: Any = q(_CHANGE, "N", "largest force on the ground on the way", PEAK)
     ground_couple_peak: Any = q(_CHANGE, "N*m", "largest couple on the ground on the way", PEAK)
     kinetic_energy_peak: Any = q("change", "J", "largest kinetic energy on the way")
     potential_energy_peak: Any = q("change", "J", "largest potential energy on the way")
     peak_time: Any = q("change", "s", "time of the largest kinetic energy", exempt=PLACE)
-    peak_speed: Any = q(
-        "change", "rad/s", "crank speed at that time, negative after reversal", exempt=PLACE
-    )
-    settle_time: Any = q(
-        "change", "s", "time from the end of the change until the motion has settled"
-    )
-    kinetic_energy_high: Any = q(
-        "change {time}", "J", "largest sample of the kinetic energy in each interval of time"
-    )
-    translation_high: Any = q(
-        f"{_CHANGE} {{time}}", "m", "largest sample of the displacement in each interval of time"
-    )
-    translation_low: Any = q(
-        f"{_CHANGE} {{time}}", "m", "smallest sample of the displacement in each interval of time"
-    )
+    peak_speed: Any = q("change", "rad/s", "crank speed then, with its sense", exempt=PLACE)
+    settle_time: Any = q("change", "s", "time from the end of the change until motion has settled")
+    kinetic_energy_high: Any = q(f"change {_TIME}", "J", "largest kinetic energy at about a time")
+    translation_high: Any = q(f"{_CHANGE} {_TIME}", "m", f"largest displacement {_POINT}")
+    translation_low: Any = q(f"{_CHANGE} {_TIME}", "m", f"smallest displacement {_POINT}")
 
 
 @dataclass(frozen=True)
 class Instant(Change):
-    """At once."""
+    """At once; the worst angle is that of the crank with the largest kinetic energy of all."""
 
     ROOT: ClassVar[str] = "response/switching/instant"
     WORDS: ClassVar = {"how": "at once", "time": "instant_time"}
-    worst_angle: Any = q(
-        "change", "rad", "crank angle of the change that gives the largest kinetic energy",
-        exempt=PLACE, circle=TURN,
-    )  # fmt: skip
-    worst_kinetic_energy_peak: Any = q(
-        "change", "J", "largest kinetic energy over all crank angles of the change"
-    )
+    worst_angle: Any = q("change", "rad", "worst crank angle", exempt=PLACE, circle=TURN)
+    worst_kinetic_energy_peak: Any = q("change", "J", "largest kinetic energy at that angle")
 
 
 @dataclass(frozen=True)
@@ -245,19 +197,17 @@ class Reversal(Change):
 
     ROOT: ClassVar[str] = "response/switching/reversal"
     WORDS: ClassVar = {"how": "by reversal", "time": "reversal_time"}
-    ground_force_peak: Any = q(
-        _CHANGE, "N", "largest force on the ground on the way", PEAK,
-        headline=Headline("force on the ground in it, peak", "N"),
-    )  # fmt: skip
+    ground_force_peak: Any = lead(_CHANGE, "N", "force on the ground in it, peak", PEAK)
     speed: Any = q("change reversal_time", "rad/s", "crank speed, negative after reversal")
-    slow_kinetic_energy: Any = q(
-        "change", "J", "largest kinetic energy if the same speeds were passed infinitely slowly"
-    )
+    slow_kinetic_energy: Any = q("change", "J", "largest kinetic energy of infinitely slow passage")
 
 
 @dataclass(frozen=True)
 class Passages:
-    """Where orders meet modes on the way through rest."""
+    """Where orders meet modes on the way through rest.
+
+    Haste is the order times the acceleration over the square of damping ratio times frequency.
+    """
 
     ROOT: ClassVar[str] = "response/switching/passage"
     change: Any = q("passage", "", "number of the change, from 1")
@@ -265,11 +215,7 @@ class Passages:
     order: Any = q("passage", "", "order that meets it")
     speed: Any = q("passage", "rad/s", "crank speed there")
     time: Any = q("passage", "s", "time from the start of the change")
-    haste: Any = q(
-        "passage", "",
-        "order times acceleration over (damping ratio times frequency) squared; above 1 the "
-        "resonance has no time to build up",
-    )  # fmt: skip
+    haste: Any = q("passage", "", "haste; above 1 the resonance has no time to build up")
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,8 @@ from vibecalc.core.run.run import StageCache, run_case
 from vibecalc.core.study.binding import Binding
 from vibecalc.core.study.find import Along, choose
 from vibecalc.core.study.optimise import STANDARD
-from vibecalc.core.study.search.methods import METHODS, find
-from vibecalc.core.study.search.minimise import minimise
+from vibecalc.core.study.search.methods import METHODS
+from vibecalc.core.study.search.minimise import find, minimise
 from vibecalc.core.study.search.problem import Box
 from vibecalc.errors import NumericalFailure
 from vibecalc.units import parse_quantity
@@ -183,10 +183,9 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
         binding = Binding(loaded)
         found = find(name, binding.evaluate, binding.lower, binding.upper, first=binding.first,
                      budget=int(budget), period=binding.period)  # fmt: skip
-        if found.violation > NEARLY_KEPT:
-            raise NumericalFailure(
-                f"the point reached breaks a limit by {found.violation:.2g} of it"
-            )
+        violation = found.history[0].violation
+        if violation > NEARLY_KEPT:
+            raise NumericalFailure(f"the point reached breaks a limit by {violation:.2g} of it")
         return Answer(np.array([first.sign * found.objective]), float(found.evaluations))
 
     def problem() -> Limited:

@@ -1,4 +1,4 @@
-"""What pictures share: a figure without a window, colours, marks, units, perspective."""
+"""What pictures share: a figure without a window, colours, marks, units."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from vibecalc.core.report.sections import speed_of
+from vibecalc.core.report.sections import read_as, speed_of
 from vibecalc.core.report.writing import fold, rpm
-from vibecalc.core.results.record import Axis, Result
+from vibecalc.core.results.record import Axis, Quantity, Result
 from vibecalc.core.results.verdicts import entries, verdicts_of
+from vibecalc.units import convert
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -124,12 +125,12 @@ def limit_line(axes: "Axes", value: float, words: str) -> None:
         va="bottom", color=LIMIT)  # fmt: skip
 
 
-def bars(axes: "Axes", at: Any, heights: Any, width: float, **look: Any) -> None:
-    """Upright bars at ascending places, all of them one patch."""
+def bars(axes: "Axes", at: Any, heights: Any, width: float, base: Any = 0.0, **look: Any) -> None:
+    """Upright bars from a `base` on, at ascending places, all of them one patch."""
     edges = np.add.outer(np.asarray(at, dtype=float), [-0.5 * width, 0.5 * width]).ravel()
-    values = np.full(edges.size - 1, np.nan)
-    values[::2] = heights
-    axes.stairs(values, edges, fill=True, **look)
+    values, floor = np.full(edges.size - 1, np.nan), np.zeros(edges.size - 1)
+    floor[::2], values[::2] = base, heights + np.asarray(base)
+    axes.stairs(values, edges, baseline=floor, fill=True, **look)
 
 
 def gaps(values: Any) -> np.ndarray:
@@ -164,15 +165,6 @@ def operating_line(axes: "Axes", result: Result, low: float, high: float) -> Non
         axes.axvline(rpm(speed), color=LIMIT, linewidth=1.0, linestyle=":", label="operating speed")
 
 
-def usual(
-    places: np.ndarray, values: np.ndarray, low: float, high: float, among: int = 400
-) -> float:
-    """Median of a positive curve over places even in their logarithm, where its samples crowd."""
-    found = np.interp(np.geomspace(low, high, among), places, values)
-    found = found[np.isfinite(found) & (found > 0.0)]
-    return float(np.median(found)) if found.size else 1.0
-
-
 def only(result: Result, path: str) -> Result:
     """The result with the references and limits on one quantity alone."""
     kept = {
@@ -187,8 +179,6 @@ def bounds_of(result: Result, quantity: str, entry: bool = True) -> list[tuple[s
 
     Without those on one entry of an array, if that is said.
     """
-    from vibecalc.units import convert
-
     found = []
     for row in verdicts_of(only(result, quantity)):
         own = row.quantity == quantity and not row.element and row.at != "start"
@@ -202,6 +192,8 @@ def bounds_of(result: Result, quantity: str, entry: bool = True) -> list[tuple[s
 # Units and choices that suit a picture: lengths that are small, orders that are many.
 # ----------------------------------------------------------------------------
 
+#: rad, an angle up to which it is read in mrad
+_SMALL = 0.1
 _LENGTHS = ((1.0, "m"), (1e3, "mm"), (1e6, "\u00b5m"))
 
 
@@ -211,6 +203,16 @@ def length_scale(largest: float) -> tuple[float, str]:
         if factor * largest >= 1.0:
             return factor, unit
     return _LENGTHS[-1]
+
+
+def read_in(quantity: Quantity, largest: float) -> tuple[float, str]:
+    """Factor and words of the unit that people read values of this size in."""
+    if quantity.unit == "m":
+        return length_scale(largest)
+    unit = read_as(quantity.path, quantity.unit)[1]
+    unit = "mrad" if quantity.unit == "rad" and largest < _SMALL else unit
+    more, words = unit_words(unit, largest)
+    return more * convert(1.0, quantity.unit, unit), words
 
 
 def clearance_names(axis: Axis) -> list[str]:
@@ -257,64 +259,3 @@ def keep_apart(places: np.ndarray, apart: float) -> np.ndarray:
         pools.append((mean, count))
     flat = [mean for mean, count in pools for _ in range(count)]
     return np.asarray(np.array(flat) + steps)
-
-
-# ----------------------------------------------------------------------------
-# A box and arrows in perspective, as points of the page: enough to show how a body moves.
-# ----------------------------------------------------------------------------
-
-_HALF = np.array([0.62, 0.62, 0.5])
-_TURN, _LIFT = np.radians(-62.0), np.radians(24.0)
-_DISTANCE = 7.0
-
-#: corners of the box by number, joined along its edges
-EDGES = tuple((first, first | bit) for first in range(8) for bit in (1, 2, 4) if not first & bit)
-#: names and ends of the three axes
-TRIAD = tuple(zip("xyz", np.diag([1.55, 1.4, 1.35]), strict=True))
-
-
-def project(point: np.ndarray) -> np.ndarray:
-    """Place (2,) on the page of a point (3,); z goes up, nearer things are larger."""
-    turned = np.array(
-        [
-            np.cos(_TURN) * point[0] - np.sin(_TURN) * point[1],
-            np.sin(_TURN) * point[0] + np.cos(_TURN) * point[1],
-            point[2],
-        ]
-    )
-    away = np.cos(_LIFT) * turned[1] - np.sin(_LIFT) * turned[2]
-    height = np.sin(_LIFT) * turned[1] + np.cos(_LIFT) * turned[2]
-    return np.asarray(np.array([turned[0], height]) * _DISTANCE / (_DISTANCE + away))
-
-
-def corners(moved: np.ndarray | None = None, turned: np.ndarray | None = None) -> np.ndarray:
-    """The eight corners (8, 3), moved along and turned about vectors (3,), angles in rad."""
-    signs = np.array([[(number >> bit & 1) * 2 - 1 for bit in range(3)] for number in range(8)])
-    points = signs * _HALF
-    if turned is not None:
-        points = rotate(points, turned)
-    return np.asarray(points if moved is None else points + moved)
-
-
-def rotate(points: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Points (n, 3) turned right-handed about a vector by its length (Rodrigues' formula)."""
-    angle = float(np.linalg.norm(vector))
-    if angle == 0.0:
-        return points
-    unit = vector / angle
-    along = np.outer(points @ unit, unit)
-    across = np.cross(np.broadcast_to(unit, points.shape), points)
-    turned = points * np.cos(angle) + across * np.sin(angle) + along * (1.0 - np.cos(angle))
-    return np.asarray(turned)
-
-
-def arc_about(vector: np.ndarray, radius: float) -> np.ndarray:
-    """Three quarters of a circle (n, 3) about the outer part of a vector, right-handed."""
-    unit = vector / np.linalg.norm(vector)
-    aside = np.eye(3)[int(np.argmin(np.abs(unit)))]
-    first = np.cross(unit, aside)
-    first /= np.linalg.norm(first)
-    second = np.cross(unit, first)
-    angle = np.linspace(0.0, 1.5 * np.pi, 46)
-    circle = np.outer(np.cos(angle), first) + np.outer(np.sin(angle), second)
-    return np.asarray(0.72 * vector + radius * circle)

@@ -21,21 +21,20 @@ from vibecalc.core.report.canvas import (
     crank_angle_axis,
     dotted,
     gaps,
-    length_scale,
     limit_line,
     note,
     only,
     operating_line,
     palette,
     plain_ticks,
+    read_in,
     unit_words,
     waves,
 )
-from vibecalc.core.report.sections import labels, magnitudes, read_as, scalar_of
+from vibecalc.core.report.sections import labels, magnitudes, scalar_of
 from vibecalc.core.report.verdicts import MEASURED, judge_references
 from vibecalc.core.report.writing import rpm, show
-from vibecalc.core.results.catalogue import CATALOGUE
-from vibecalc.core.results.record import Axis, Entry, Quantity, Record, Result
+from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.units import convert, parse_quantity
 
 if TYPE_CHECKING:
@@ -66,8 +65,6 @@ _BELOW = {
 }
 #: axes of orders, and how many of them have ticks at half ones
 _ORDERS, _FEW_ORDERS = ("order", "half_order"), 6.0
-#: rad, an angle up to which it is read in mrad
-_SMALL = 0.1
 #: s, a time up to which it is read in ms
 _SHORT = 0.1
 #: of a history, what begins before begins with it
@@ -78,6 +75,12 @@ _CLOSE = 1.18
 _RIGHT = 0.7
 #: height of a strip of spans at the foot
 _STRIP = 0.05
+#: room above curves for the words of resonances, as a factor, for one mode and for several
+_ROOM = (1.2, 1.9)
+#: the least that has a place on a logarithmic axis
+_LEAST = 1e-300
+#: the lowest speed of a logarithmic axis, of the highest one: below it little moves
+_SLOW = 0.01
 
 
 def said(words: Words, result: Result) -> str:
@@ -197,9 +200,9 @@ class Curve:
 
     Of many entries the `most` with the largest values are drawn, equal ones as one; their names
     stand at `{}` of `words`, at `{each}` as `mounts 1, 2`. `part` makes numbers of complex values,
-    their size if nothing is said. `upto` fills the band to another quantity, `bars` draws bars.
-    References of the case on the quantity, so far `apart`, and limits of it are drawn with it where
-    its values are.
+    their size if nothing is said. `upto` fills the band to another quantity, `bars` draws bars,
+    with ranges between the two quantities `within` where these differ. References of the case on
+    the quantity, so far `apart`, and limits of it are drawn with it where its values are.
     """
 
     of: Source
@@ -209,6 +212,7 @@ class Curve:
     part: Callable[[Any], Any] | None = None
     upto: Source = ""
     bars: bool = False
+    within: tuple[Source, Source] | None = None
     apart: float = 0.0
 
     def __call__(self, plot: "Plot") -> None:
@@ -220,14 +224,16 @@ class Curve:
         rank = np.argsort(x, kind="stable")
         x = x[rank]
         upper = sourced(self.upto, plot.result) if self.upto else None
-        for names, row, place in rows_of(quantity, self.most, self.part):
+        for names, row, place in self.rows(quantity):
             colour, dashes = plot.colour()
             colour = self.look.get("color", colour)
-            label = said(self.words, plot.result).replace("{}", ", ".join(names))
-            each = f"{quantity.axes[0].name}{'s' * (len(names) > 1)} {', '.join(names)}"
-            label = label.replace("{each}", each if any(names) else "")
+            joined = ", ".join(names)
+            each = f"{quantity.axes[0].name}{'s' * (len(names) > 1)} {joined}" * any(names)
+            label = said(self.words, plot.result).replace("{}", joined).replace("{each}", each)
             look = {"color": colour, **self.look, "label": label or None}
             y = plot.factor * row[rank]
+            if "y" in plot.panel.log:  # what has no place on such an axis is a gap
+                y = np.where(y > max(_LEAST, 1e-30 * np.nanmax(y, initial=0.0)), y, np.nan)
             plot.drawn.append((x, y))
             aside = 0.0
             if upper is not None:
@@ -239,6 +245,7 @@ class Curve:
                 plot.drawn.append((x, top))
             elif self.bars:
                 aside, colour = plot.bars(x, y, look), TOTAL
+                self._ranges(plot, x + aside, y, place)
             else:
                 plot.axes.plot(x, y, **{"marker": dotted(len(x)), "linestyle": dashes, **look})
             colour = LIMIT if self.apart else colour
@@ -253,23 +260,41 @@ class Curve:
         ):
             plot.limit(text, bound)
 
+    def rows(self, quantity: Quantity) -> list[tuple[list[str], np.ndarray, Any]]:
+        """What is drawn of the quantity; bars of equal height have a place each."""
+        return rows_of(quantity, self.most, self.part, near=0.0 if self.bars else _EQUAL)
+
+    def _ranges(self, plot: "Plot", x: np.ndarray, y: np.ndarray, place: Any) -> None:
+        found = [sourced(one, plot.result) for one in self.within or ()]
+        ends = [plot.factor * one.values[place] for one in found if one is not None]
+        if len(ends) == 2:
+            low, high = ends
+            wide = high - low > _EQUAL * np.abs(high)
+            reach = np.maximum([y - low, high - y], 0.0)[:, wide]
+            look: dict[str, Any] = {"ecolor": TOTAL, "elinewidth": 1.2, "capsize": 3, "zorder": 3}
+            plot.axes.errorbar(x[wide], y[wide], reach, fmt="none", **look)
+
 
 def rows_of(
-    quantity: Quantity, most: int = _MOST, part: Callable[[Any], Any] | None = None
+    quantity: Quantity,
+    most: int = _MOST,
+    part: Callable[[Any], Any] | None = None,
+    near: float = _EQUAL,
 ) -> list[tuple[list[str], np.ndarray, Any]]:
     """Names, values with gaps and place of each curve of a quantity, in the order of the entries.
 
+    Those that differ by no more than `near` of the largest value are one, none if that is 0.
     Entries of several axes are joined: `rear, order 2`.
     """
     values = gaps(magnitudes(quantity) if part is None else part(quantity.values))
     named = [labels(axis) for axis in quantity.axes[:-1]]
-    near = _EQUAL * np.nanmax(np.abs(values), axis=tuple(range(len(named))), initial=0.0)
+    apart = near * np.nanmax(np.abs(values), axis=tuple(range(len(named))), initial=0.0)
     found: list[tuple[list[str], np.ndarray, Any]] = []
     for place in np.ndindex(values.shape[:-1]):
         name = ", ".join(names[i] for names, i in zip(named, place, strict=True))
         row = np.asarray(values[place])
-        for members, other, _ in found:
-            if np.all((np.abs(other - row) <= near) | (np.isnan(other) & np.isnan(row))):
+        for members, other, _ in found if near else ():
+            if np.all((np.abs(other - row) <= apart) | (np.isnan(other) & np.isnan(row))):
                 members.append(name)
                 break
         else:
@@ -378,7 +403,7 @@ def first_of(record: Record, *paths: str) -> np.ndarray:
 def resonances(*paths: str, orders: tuple[int, ...] = (1, 2)) -> Mark:
     """Lines where an order meets a natural frequency, those at the first of `paths` that is there.
 
-    Close ones of an order share their words.
+    Close ones of an order share their words, which stand above the curves.
     """
 
     def draw(plot: "Plot") -> None:
@@ -400,6 +425,9 @@ def resonances(*paths: str, orders: tuple[int, ...] = (1, 2)) -> Mark:
                 which = f", mode{'s' * (len(group) > 1)} {joint.join(map(str, ends))}"
                 words = f"order {order}" + which * (len(modes) > 1)
                 named.append((float(modes[group[0]] / order), words))
+        top = max(float(np.nanmax(y, initial=0.0)) for _, y in plot.drawn)
+        if named:
+            plot.axes.update_datalim([(named[0][0], _ROOM[len(modes) > 1] * top)])
         free = 0.0
         for at, words in sorted(named):
             # next to the line, on its other side where the word before it stands
@@ -412,8 +440,45 @@ def resonances(*paths: str, orders: tuple[int, ...] = (1, 2)) -> Mark:
 
 
 # ----------------------------------------------------------------------------
-# Panels and pictures.
+# Ends of axes, panels and pictures.
 # ----------------------------------------------------------------------------
+
+#: of what is usual, the height from which on an axis is logarithmic
+_FAR = 100.0
+
+
+def usual_ends(plot: "Plot", low: float | None = None, far: float = _FAR) -> Ends:
+    """All of the curves from `low` on, or decades about what is usual where a few are `far` above.
+
+    Flanks of an undamped resonance go up without end: beside them, nothing would be left to see.
+    """
+    log, x = plot.panel.log, plot.drawn[0][0]
+    spaced = np.geomspace if "x" in log else np.linspace
+    even = spaced(max(x.min(), _SLOW * x.max()), x.max(), 400)
+    size = np.concatenate([np.interp(even, *one) for one in plot.drawn])
+    size = size[np.isfinite(size)]
+    middle = float(np.median(np.abs(size))) if size.size else 0.0
+    top = max(float(np.nanmax(y, initial=0.0)) for _, y in plot.drawn)
+    if np.any(size < 0.0) or middle == 0.0 or ("y" not in log and far * middle > top):
+        return low, None
+    plot.axes.set_yscale("log")
+    return middle / far, max([min(3.0 * top, far**2 * middle), *plot.points])
+
+
+def decades(most: int) -> "Callable[[Plot], Ends]":
+    """Ends of a logarithmic axis: all of the curves, but no more than so many decades of them."""
+
+    def ends(plot: "Plot") -> Ends:
+        size = np.concatenate([y[np.isfinite(y)] for _, y in plot.drawn])
+        if not size.size:
+            return None, None
+        low, high = max(10.0**-most * float(size.max()), 0.5 * float(size.min())), 3.0 * size.max()
+        if plot.axes.get_autoscaley_on():
+            return low, high
+        before = plot.axes.get_ylim()  # of panels that are level with it
+        return min(low, before[0]), max(high, before[1])
+
+    return ends
 
 
 @dataclass(frozen=True)
@@ -423,7 +488,8 @@ class Panel:
     `label` says what is drawn; its unit, that which people read where none is given, follows or
     stands at `{}`. `log` names the logarithmic axes; `ends` are those of the upright axis. `legend`
     places the names in the panel; without it they stand below the picture. `below` are words for
-    the other axis. A result without one of `needs` has no such panel.
+    the other axis. Bars of several curves that are `stacked` stand on each other. A result without
+    one of `needs` has no such panel.
     """
 
     label: Words
@@ -435,6 +501,7 @@ class Panel:
     height: float = 1.0
     legend: Look = field(default_factory=dict)
     below: Words = ""
+    stacked: bool = False
     needs: tuple[Source, ...] = ()
 
     def curves(self, result: Result) -> list[tuple[Curve, Quantity]]:
@@ -459,7 +526,7 @@ class Plot:
     drawn: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
     points: list[float] = field(default_factory=list)
     _used: int = 0
-    _bars: int = 0
+    _bars: list[np.ndarray] = field(default_factory=list)
 
     def colour(self) -> tuple[str, str]:
         """The next colour, with dashes once all are used."""
@@ -472,12 +539,17 @@ class Plot:
         self.points.append(self.factor * bound)
 
     def bars(self, x: np.ndarray, y: np.ndarray, look: Look) -> float:
-        """Bars next to those of the other curves of the panel; how far aside they stand."""
-        several = sum(one.bars for one, _ in self.panel.curves(self.result))
+        """Bars next to those of the other curves of the panel, or on them; how far aside."""
+        each = [one.rows(quantity) for one, quantity in self.panel.curves(self.result) if one.bars]
+        several, before = sum(map(len, each)), len(self._bars)
+        self._bars.append(np.nan_to_num(y))
+        if self.panel.stacked:  # what is negative below zero
+            same = [np.where(y * one > 0.0, one, 0.0) for one in self._bars[:-1]]
+            bars(self.axes, x, self._bars[-1], 0.75, np.sum(same, axis=0), **look)
+            return 0.0
         width = 0.8 * float(np.min(np.diff(x), initial=1.0)) / several
-        aside = (self._bars - 0.5 * (several - 1)) * width
-        bars(self.axes, x + aside, np.nan_to_num(y), 0.92 * width, **look)
-        self._bars += 1
+        aside = (before - 0.5 * (several - 1)) * width
+        bars(self.axes, x + aside, self._bars[-1], 0.92 * width, **look)
         return aside
 
     def named(self) -> dict[str, Any]:
@@ -494,7 +566,7 @@ class Plot:
             words = said(panel.unit, result)
             self.factor, self.unit = convert(1.0, first.unit, words), unit_words(words)[1]
         else:
-            self.factor, self.unit = _read_in(first, self.largest[first.unit])
+            self.factor, self.unit = read_in(first, self.largest[first.unit])
         words = said(panel.label, result)
         if words and self.unit and "{}" not in words:
             words += "in {}" if words.endswith("\n") else " in {}"
@@ -526,6 +598,7 @@ class Plot:
                 _order_ticks(axes, step < 1.0 and float(np.ptp(x)) <= _FEW_ORDERS)
         elif np.ptp(x) > 0.0 and not dotted(len(self.drawn[0][0])):
             low, high = float(np.min(x[x > 0.0] if "x" in panel.log else x)), float(np.max(x))
+            low = max(low, _SLOW * high) if "x" in panel.log and axis.name == "speed" else low
             axes.set_xlim(0.0 if axis.unit == "s" and low < _EARLY * high else low, high)
         if axis.values.dtype.kind in "iu":
             axes.locator_params(axis="x", integer=True)
@@ -533,9 +606,22 @@ class Plot:
             getattr(axes, f"set_{name}scale")("log")
         axes.margins(y=0.08)
         axes.set_ylim(*(panel.ends(self) if callable(panel.ends) else panel.ends))
+        if self._bars and "y" in panel.log:
+            self._up_to_the_last()
         for upright in (axes.xaxis, axes.yaxis):
             if upright.get_scale() == "log":
                 plain_ticks(upright)
+
+    def _up_to_the_last(self) -> None:
+        """Ends the axis with the last bar that is seen, and says which are not."""
+        x, low = self.drawn[0][0], self.axes.get_ylim()[0]
+        seen = np.flatnonzero(np.any(np.array(self._bars) > low, axis=0))
+        if seen.size and (last := seen[-1]) + 1 < x.size:
+            self.axes.set_xlim(right=float(x[last]) + 0.7 * float(x[last + 1] - x[last]))
+            words = (
+                f"{self.axis.name.replace('_', ' ')}s {x[last + 1]:g} to {x[-1]:g}: below the axis"
+            )
+            self.axes.set_title(words, loc="left", fontsize=8, color=QUIET)
 
 
 def _order_ticks(axes: "Axes", halves: bool) -> None:
@@ -544,16 +630,6 @@ def _order_ticks(axes: "Axes", halves: bool) -> None:
 
     whole = MaxNLocator(12, integer=True, steps=[1, 2, 5, 10])
     axes.xaxis.set_major_locator(MultipleLocator(0.5) if halves else whole)
-
-
-def _read_in(quantity: Quantity, largest: float) -> tuple[float, str]:
-    """Factor and words of the unit that people read values of this size in."""
-    if quantity.unit == "m":
-        return length_scale(largest)
-    unit = read_as(quantity.path, quantity.unit)[1]
-    unit = "mrad" if quantity.unit == "rad" and largest < _SMALL else unit
-    more, words = unit_words(unit, largest)
-    return more * convert(1.0, quantity.unit, unit), words
 
 
 @dataclass(frozen=True)
@@ -614,38 +690,3 @@ class Curves:
         for axes in places:
             axes.tick_params(labelbottom=bool(axes.get_xlabel()))
         return figure
-
-
-# ----------------------------------------------------------------------------
-# Pictures of results that name one in the catalogue, without a description of their own.
-# ----------------------------------------------------------------------------
-
-#: of what is usual, the height from which on an axis is logarithmic
-_FAR = 100.0
-
-
-def named_curves() -> dict[str, Curves]:
-    """A picture for each `curve` of the catalogue: a panel for each of its results."""
-    panels: dict[str, list[Panel]] = {}
-    for one in CATALOGUE.values():
-        if one.curve:
-            panels.setdefault(one.curve, []).append(_panel(one))
-    return {name: Curves(name.replace("_", " "), tuple(each)) for name, each in panels.items()}
-
-
-def _panel(one: Entry) -> Panel:
-    label = one.name or one.path.rpartition("/")[2].replace("_", " ")
-    parts: tuple[Mark, ...] = (Curve(one.path, "{}"),)
-    parts += (operating,) if one.axes[-1] == "speed" else ()
-    beside = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
-    return Panel(label, parts, one.long_name, ends=_usual, legend=beside)
-
-
-def _usual(plot: Plot) -> Ends:
-    """All of the curves, in decades about what is usual where a few are far above it."""
-    size = np.concatenate([y[np.isfinite(y)] for _, y in plot.drawn])
-    middle, top = float(np.median(np.abs(size))) if size.size else 0.0, np.max(size, initial=0.0)
-    if np.any(size < 0.0) or not 0.0 < _FAR * middle < top:
-        return None, None
-    plot.axes.set_yscale("log")
-    return middle / _FAR, min(2.0 * top, _FAR**2 * middle)

@@ -4,6 +4,7 @@ import json
 import math
 import re
 from collections.abc import Sequence
+from dataclasses import asdict
 from xml.etree import ElementTree
 
 from vibecalc.core.report.writing import many, number, table
@@ -42,10 +43,7 @@ def render_differences(comparison: Comparison, count: int = 10) -> str:
         lines.append("")
     if comparison.changes:
         lines.append("The cases differ (not counted):")
-        lines += [
-            f"  {change.what}: {change.reference} became {change.value}"
-            for change in comparison.changes
-        ]
+        lines += [f"  {one.what}: {one.reference} became {one.value}" for one in comparison.changes]
         lines.append("")
     if comparison.ignored:
         named = ", ".join(comparison.ignored[:3])
@@ -101,10 +99,7 @@ def _pair_object(pair: FilePair) -> dict[str, object]:
         "problem": pair.problem,
         "quantities": [_row_object(row) for row in comparison.rows],
         "ignored": list(comparison.ignored),
-        "changes": [
-            {"what": change.what, "reference": change.reference, "value": change.value}
-            for change in comparison.changes
-        ],
+        "changes": [asdict(change) for change in comparison.changes],
     }
 
 

@@ -77,10 +77,8 @@ def _goodness(result: Result) -> list[str]:
         float(scalar_of(record, PREFIX + name) or 0.0)
         for name in ("chi_square", "degrees_of_freedom", "growth")
     )
-    words = (
-        f"{len(_residuals(result))} measured points; chi square {show(chi)} for {spare:g} degrees "
-        "of freedom"
-    )
+    words = f"{len(_residuals(result))} measured points; chi square {show(chi)} for "
+    words += f"{spare:g} degrees of freedom"
     if spare > 0:
         chance = float(scalar_of(record, PREFIX + "probability") or 0.0)
         shown = f"{chance:.2g}" if chance > 1e-9 else "less than 1e-9"

@@ -194,14 +194,9 @@ def _entry(quantity: Quantity, place: tuple[int, ...]) -> list[str]:
     words = []
     for axis, at in zip(quantity.axes, place, strict=True):
         value, name = axis.values[at], axis.name.rsplit(".", 1)[-1].replace("_", " ")
-        if axis.unit == "rad/s":
-            words.append(_rpm(float(value)))
-        elif axis.unit == "m":
-            words.append(f"{name} {show(1e3 * float(value))} mm")
-        else:
-            kind = axis.values.dtype.kind
-            label = f"{float(value):.6g}" if kind == "f" else str(value)
-            words.append(f"{name} {label}")
+        shown = f"{float(value):.6g}" if axis.values.dtype.kind == "f" else str(value)
+        shown = f"{show(1e3 * float(value))} mm" if axis.unit == "m" else shown
+        words.append(_rpm(float(value)) if axis.unit == "rad/s" else f"{name} {shown}")
     return words
 
 
@@ -214,7 +209,6 @@ def _row(one: Headline, quantity: Quantity, value: float, where: str) -> Answer:
         return Answer(one.name, decibels(value), "dB", where, quantity.path, value)
     unit, error = (one.unit or quantity.unit) if quantity.unit else "", quantity.estimate
     factor = convert(1.0, quantity.unit, unit)
-    words = [where, UNRESOLVED] if error.unresolved(value) else [where]
+    where = "  ".join(filter(None, (where, UNRESOLVED * error.unresolved(value))))
     shown = show(value * factor, error * factor)
-    where = "  ".join(filter(None, words))
     return Answer(one.name, shown, unit, where, quantity.path, value * factor)

@@ -78,29 +78,22 @@ def html_blocks(lines: Iterable[str]) -> Iterator[str]:
 
 def html_table(block: Table) -> str:
     """A table with its verdicts in colour."""
-    sides = [
-        ' class="n"' if column.right else ' class="u"' if column.title == "unit" else ""
-        for column in block.columns
-    ]
-    judged = [column.title in _JUDGED for column in block.columns]
 
-    def row(cells: Iterable[str]) -> str:
+    def row(cells: Iterable[str], tag: str = "td") -> str:
         made = []
-        for cell, side, verdict in zip(cells, sides, judged, strict=True):
-            shown = html_text(cell.strip())
+        for cell, column in zip(cells, block.columns, strict=True):
+            shown, side = html_text(cell.strip()), "n" if column.right else ""
+            side = side or "u" * (column.title == "unit")
             colour = next((name for name, words in VERDICTS if words.search(cell)), "")
-            if verdict and colour:
+            if tag == "td" and column.title in _JUDGED and colour:
                 shown = f'<span class="{colour}">{shown}</span>'
-            made.append(f"<td{side}>{shown}</td>")
+            kind = f' class="{side}"' if side else ""
+            made.append(f"<{tag}{kind}>{shown}</{tag}>")
         return f"<tr>{''.join(made)}</tr>"
 
-    heads = (
-        f"<th{side}>{html_text(column.title)}</th>"
-        for column, side in zip(block.columns, sides, strict=True)
-    )
+    head = f"<thead>{row((column.title for column in block.columns), 'th')}</thead>"
     parts = [part for part in (block.rows, block.totals) if part]
     bodies = "".join(f"<tbody>{''.join(map(row, part))}</tbody>" for part in parts)
-    head = f"<thead><tr>{''.join(heads)}</tr></thead>"
     return f'<div class="wide"><table>{head}{bodies}</table></div>'
 
 

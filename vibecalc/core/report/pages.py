@@ -380,16 +380,13 @@ def run_of(result: Result) -> Section | None:
     """Seconds by stage, versions and command in three lines. Nothing stable stands below."""
     seconds = [f"{stage} {time:.3f}" for stage, time in result.timings.items()]
     seconds += [f"together {sum(result.timings.values()):.3f}"] if seconds else []
-    names = {"time": "", "vibecalc_version": "vibecalc"}
-    versions = [
-        f"{names.get(key, key)} {result.provenance[key]}".strip()
-        for key in ("time", "vibecalc_version", "python", "numpy", "scipy")
-        if result.provenance.get(key)
-    ]
-    rows = [("seconds", ", ".join(seconds)), ("run", ", ".join(versions))]
-    return section(
-        _CHANGING, [pairs([*filter(lambda row: row[1], rows), ("command", rerun(result))])]
-    )
+    names = {"time": "", "vibecalc_version": "vibecalc", "python": "python", "numpy": "numpy",
+             "scipy": "scipy"}  # fmt: skip
+    versions = [f"{name} {result.provenance[key]}".strip()
+                for key, name in names.items() if result.provenance.get(key)]  # fmt: skip
+    rows = [("seconds", ", ".join(seconds)), ("run", ", ".join(versions)),
+            ("command", rerun(result))]  # fmt: skip
+    return section(_CHANGING, [pairs(row for row in rows if row[1])])
 
 
 def provenance(result: Result) -> Section | None:

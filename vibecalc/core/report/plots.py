@@ -16,14 +16,14 @@ import numpy as np
 
 from vibecalc.core.report.accuracy import TopicView, TrialView, topics_of
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, panels_of
-from vibecalc.core.report.curves import Curves, named_curves
+from vibecalc.core.report.curves import Curve, Curves, Mark, Panel, operating, usual_ends
 from vibecalc.core.report.defects import failed_parts, survived
 from vibecalc.core.report.sweep.view import SweepView, view_of
 from vibecalc.core.report.writing import fold
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.layout import is_accuracy
 from vibecalc.core.results.named import named
-from vibecalc.core.results.record import Result
+from vibecalc.core.results.record import Entry, Result
 from vibecalc.core.results.sweep_file import SweepResult, opened
 from vibecalc.core.run.stage import subjects, subjects_of
 from vibecalc.errors import UsageError
@@ -239,10 +239,9 @@ def _refuse_unknown(sources: Sequence[Source], look: Look) -> None:
     has = dict.fromkeys(name for source in sources for name, _ in _figures(source, every)[1])
     near = get_close_matches(missing[0][:60], has, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
-    whose = str(sources[0]) if len(sources) == 1 else "none of the results"
-    kept = "has no" if len(sources) == 1 else "has a"
+    none = f"{sources[0]} has no" if len(sources) == 1 else "none of the results has a"
     raise UsageError(
-        f"--only {missing[0]}: {whose} {kept} picture of this name{hint}; "
+        f"--only {missing[0]}: {none} picture of this name{hint}; "
         f"there are: {', '.join(has) or 'none'}"
     )
 
@@ -308,6 +307,23 @@ def png(figure: "Figure", dpi: int) -> bytes:
         struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
         for name, data in chunks
     )
+
+
+def named_curves() -> dict[str, Curves]:
+    """A picture for each `curve` of the catalogue: a panel for each of its results."""
+    panels: dict[str, list[Panel]] = {}
+    for one in CATALOGUE.values():
+        if one.curve:
+            panels.setdefault(one.curve, []).append(_panel_of(one))
+    return {name: Curves(name.replace("_", " "), tuple(each)) for name, each in panels.items()}
+
+
+def _panel_of(one: Entry) -> Panel:
+    label = one.name or one.path.rpartition("/")[2].replace("_", " ")
+    parts: tuple[Mark, ...] = (Curve(one.path, "{}"),)
+    parts += (operating,) if one.axes[-1] == "speed" else ()
+    beside = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
+    return Panel(label, parts, one.long_name, ends=usual_ends, legend=beside)
 
 
 def every_picture() -> dict[str, str | Curves]:

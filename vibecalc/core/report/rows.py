@@ -4,13 +4,14 @@ A `Rows` stands as data in the `report.py` of a subject. What a result lacks is 
 any of its columns there is no table.
 """
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.sections import labels, magnitudes, merged
+from vibecalc.core.report.sections import by_size, labels, magnitudes, merged, read_as
 from vibecalc.core.report.writing import (
     DIGITS,
     Column,
@@ -20,7 +21,7 @@ from vibecalc.core.report.writing import (
     show_percent,
     table,
 )
-from vibecalc.core.results.record import Axis, Estimate, Quantity, Record
+from vibecalc.core.results.record import Axis, Estimate, Quantity, Record, Result
 from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
@@ -36,13 +37,15 @@ Made = Callable[[Record], Quantity | None]
 class Cells(NamedTuple):
     """A column: a result below the root of its table, or what a function makes of the record.
 
+    Without a `head` it is the last word of the path, in the unit that people read.
     Of a result with a second axis each entry of that is a column, whose name stands for `{}` in the
-    `head`; its unit stands at `{unit}`. Words stand at the left, numbers at the right. The `note`
-    stands below the table. With `blank` an infinite entry is none, shown as "-".
+    `head`; its unit stands at `{unit}`, the larger one that people read where values are large.
+    Words stand at the left, numbers at the right. The `note` stands below the table. With `blank`
+    an infinite entry is none, shown as "-".
     """
 
     of: str | Made
-    head: str
+    head: str = ""
     how: How = ""
     note: str = ""
     blank: bool = False
@@ -51,17 +54,20 @@ class Cells(NamedTuple):
 class Rows(NamedTuple):
     """A table with a row for each entry of `axis`, below the `title` of their names.
 
+    `axis` may name several axes by blanks, whose entries are of one kind: "half_order order".
     `label` formats the names, such as "{:g}",
     and `right` sets them like numbers; without a `title` they are left out. `places` says which
     entries are shown, `rest` what is said of the others, `none` what if there is none to show.
+    A column that is but a path is a `Cells` of that; `note` is said of all of them.
     `merge` makes one row of equal ones; `across` turns the table: a row for each result, with its
-    unit at the end.
+    unit at the end, of entries along a second axis the largest with its name.
     """
 
     axis: str
     title: str
-    columns: Sequence[Cells]
+    columns: Sequence[Cells | str]
     root: str = ""
+    note: str = ""
     label: str = ""
     right: bool = False
     digits: int = DIGITS
@@ -80,6 +86,11 @@ def whole(value: Any, _error: float) -> str:
 def short(value: Any, _error: float) -> str:
     """A number without zeros at its end, such as an order."""
     return f"{value:g}"
+
+
+def in_decibels(value: Any, _error: float = 0.0) -> str:
+    """The level of a ratio in dB, `-` of nothing and of what has no bound."""
+    return f"{20.0 * math.log10(abs(value)):.2f}" if 0.0 < abs(value) < math.inf else "-"
 
 
 def relative(value: Any, _error: float) -> str:
@@ -109,6 +120,35 @@ def reduced(path: str, by: Callable[..., np.ndarray] = np.linalg.norm) -> Made:
         if found is None or len(found.axes) != 2:
             return None
         return part_of(found, by(magnitudes(found), axis=1), found.axes[0])
+
+    return made
+
+
+def chosen(
+    of: Made, places: Callable[[Found], np.ndarray], *by: Made
+) -> Callable[[Result], Quantity | None]:
+    """For pictures: a quantity at those entries of its axis that `places` chooses of others."""
+
+    def made(result: Result) -> Quantity | None:
+        found = [one for each in (of, *by) if (one := each(result.record)) is not None]
+        if len(found) <= len(by):
+            return None
+        there, (axis,) = places(found[1:]), found[0].axes
+        axis = replace(axis, values=axis.values[there])
+        return replace(found[0], path="", values=found[0].values[there], axes=(axis,))
+
+    return made
+
+
+def named_at(path: str, of: str) -> Made:
+    """Names of the first axis of the quantity `of` in place of numbers, from 1, at `path`."""
+
+    def made(record: Record) -> Quantity | None:
+        numbers, known = record.quantities.get(path), record.quantities.get(of)
+        if numbers is None or known is None:
+            return None
+        names = np.array(labels(known.axes[0]))
+        return part_of(numbers, names[numbers.values.astype(int) - 1], *numbers.axes)
 
     return made
 
@@ -150,7 +190,9 @@ def others(words: str, *, acting: bool = False) -> Callable[[Found, np.ndarray],
 
 def rows_of(record: Record, of: Rows) -> tuple[list[str], set[str]]:
     """Lines of a table with its notes, and the paths that it shows."""
-    found = [(one, quantity) for one in of.columns if (quantity := _found(record, of, one))]
+    columns = [Cells(one) if isinstance(one, str) else one for one in of.columns]
+    given = [(one, quantity) for one in columns if (quantity := _found(record, of, one))]
+    found = [(_headed(one, quantity, of.across), quantity) for one, quantity in given]
     if not found:
         return [], set()
     quantities = [quantity for _, quantity in found]
@@ -168,6 +210,9 @@ def rows_of(record: Record, of: Rows) -> tuple[list[str], set[str]]:
             head = one.head.format(name, unit=_unit(quantity, one)).rstrip()
             heads.append(head if callable(one.how) else Column(head, right=kind not in "UO"))
         there = _there(axis, quantity.axes[0], places)
+        if of.across and len(quantity.axes) > 1:
+            cells.append([_largest(quantity, i, write) for i in there])
+            continue
         for entries in quantity.values.reshape(len(quantity.values), -1).T:
             cells.append(["" if i is None else write(entries[i].item()) for i in there])
     if of.across:
@@ -176,22 +221,56 @@ def rows_of(record: Record, of: Rows) -> tuple[list[str], set[str]]:
         heads = [heads[0], *map(number, names), Column("unit")]
     start = 0 if of.title else 1
     lines = [list(row) for row in zip(*cells[start:], strict=True)]
-    said = [one.note for one, _ in found] + [of.rest(quantities, places) if of.rest else ""]
+    rest = of.rest(quantities, places) if of.rest else ""
+    said = [*(one.note for one, _ in found), of.note, rest]
     notes = [line for words in said if words for line in paragraph(words)]
     return table(heads[start:], merged(lines) if of.merge else lines) + notes, paths
 
 
 def _found(record: Record, of: Rows, one: Cells) -> Quantity | None:
-    """What stands in a column, if it is over the axis of the table and has an entry."""
+    """What stands in a column, if it is over the axis of the table and has an entry.
+
+    Of two axes that of the table may be the second one.
+    """
     path = f"{of.root}/{one.of}" if of.root else one.of
     quantity = one.of(record) if callable(one.of) else record.quantities.get(str(path))
-    if quantity is None or len(quantity.axes) != 1 + one.head.count("{}"):
+    if quantity is None or not quantity.axes:
         return None
-    return quantity if quantity.axes[0].name == of.axis and np.size(quantity.values) else None
+    if len(quantity.axes) == 2 and quantity.axes[1].name in of.axis.split():
+        quantity = replace(quantity, values=quantity.values.T, axes=quantity.axes[::-1])
+    named = of.across and quantity.axes[-1].values.dtype.kind not in "biuf"
+    if len(quantity.axes) - 1 not in ({0, 1} if named else {one.head.count("{}")}):
+        return None
+    there = quantity.axes[0].name in of.axis.split() and np.size(quantity.values)
+    return quantity if there else None
+
+
+#: last words of the paths of what is counted
+_COUNTED = ("order", "mode")
+
+
+def _headed(one: Cells, quantity: Quantity, across: bool) -> Cells:
+    """The column with a heading of its own: the words and the unit of its result."""
+    if one.head:
+        return one
+    name, unit = quantity.path.rpartition("/")[2], read_as(quantity.path, quantity.unit)[1]
+    how = one.how or (short if name.endswith(_COUNTED) else unit)
+    head = name.replace("_", " ").replace("run up", "run-up")
+    return one._replace(head=head if across else f"{head} {unit}".rstrip(), how=how)
+
+
+def _largest(quantity: Quantity, place: int | None, write: Callable[[Any], str]) -> str:
+    """That of the entries along the second axis with its name, which a zero has not."""
+    if place is None:
+        return ""
+    top = int(np.argmax(magnitudes(quantity)[place]))
+    text = write(quantity.values[place, top].item())
+    return text if text == "0" else f"{text} {labels(quantity.axes[1])[top]}"
 
 
 def _unit(quantity: Quantity, one: Cells) -> str:
-    return one.how if isinstance(one.how, str) and one.how else quantity.unit
+    unit = one.how if isinstance(one.how, str) and one.how else quantity.unit
+    return by_size(unit, quantity.values) if "{unit}" in one.head else unit
 
 
 def _there(axis: Axis, own: Axis, places: np.ndarray) -> list[int | None]:
@@ -203,8 +282,8 @@ def _there(axis: Axis, own: Axis, places: np.ndarray) -> list[int | None]:
 
 
 def _writer(quantity: Quantity, one: Cells, digits: int) -> Callable[[Any], str]:
-    error, how = quantity.estimate, one.how
-    factor = convert(1.0, quantity.unit, how) if isinstance(how, str) and how else 1.0
+    error, how, unit = quantity.estimate, one.how, _unit(quantity, one)
+    factor = 1.0 if unit == quantity.unit else convert(1.0, quantity.unit, unit)
 
     def written(value: Any) -> str:
         if isinstance(value, str):
@@ -216,6 +295,30 @@ def _writer(quantity: Quantity, one: Cells, digits: int) -> Callable[[Any], str]
         return show(value * factor, error * factor, digits)
 
     return written
+
+
+def by_name(
+    record: Record, title: str, names: Mapping[str, tuple[str, ...]], columns: Sequence[Cells],
+    root: str,
+) -> tuple[list[str], set[str]]:  # fmt: skip
+    """A table of scalars with their units: a row for each name, whose parts stand in the paths.
+
+    The path of a cell is that of its column below the root, with the parts at its braces.
+    """
+    rows, paths = [], set()
+    for name, parts in names.items():
+        found = [record.quantities.get(f"{root}/{str(one.of).format(*parts)}") for one in columns]
+        if not any(found):
+            continue
+        cells = [name]
+        for one, quantity in zip(columns, found, strict=True):
+            text = _writer(quantity, one, DIGITS)(quantity.values.item()) if quantity else ""
+            unit = "" if quantity is None or callable(one.how) else _unit(quantity, one)
+            cells.append(f"{text} {unit}".strip())
+            paths |= {quantity.path} if quantity else set()
+        rows.append(cells)
+    heads = [Column(title), *(number(one.head) for one in columns)]
+    return (table(heads, rows) if rows else []), paths
 
 
 def by_axis(

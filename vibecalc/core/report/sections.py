@@ -14,7 +14,7 @@ from vibecalc.core.report.writing import (
     table,
 )
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER
-from vibecalc.core.results.record import AT_START, Axis, Quantity, Record, Result
+from vibecalc.core.results.record import AT_START, READ, Axis, Quantity, Record, Result
 from vibecalc.core.results.tolerance import UNRESOLVED
 from vibecalc.units import convert
 
@@ -102,10 +102,6 @@ class Section(NamedTuple):
 #: m^3, below which a volume is read in cm^3
 _LITRES = 0.01
 _VARIABLE = "optimisation/variable/"
-#: what an SI unit is read in, if not in itself
-_READ = {"m": "mm", "rad": "deg", "rad/s": "Hz", "m^2/s": "cSt", "W": "kW", "Pa": "MPa"}
-
-
 #: unit -> from which size in SI on another one is read
 _LARGER = {"N*m": (1e4, "kN*m"), "g*mm": (0.1, "kg*m"), "g": (10.0, "kg")}
 
@@ -127,7 +123,7 @@ def read_as(path: str, unit: str, *, entry: bool = False) -> tuple[str, str]:
         return path.removeprefix(_VARIABLE), unit
     if path in HEADLINES and not entry:
         return HEADLINES[path].name, HEADLINES[path].unit or unit
-    shown = "rpm" if unit == "rad/s" and is_speed(path) else _READ.get(unit, unit)
+    shown = "rpm" if unit == "rad/s" and is_speed(path) else READ.get(unit, unit)
     if path in CATALOGUE and CATALOGUE[path].name:
         return CATALOGUE[path].name, shown
     parts = path.replace("_", " ").replace("run up", "run-up").split("/")

@@ -34,7 +34,7 @@ from vibecalc.core.report.sections import (
     table_of,
     together,
 )
-from vibecalc.core.report.writing import number, paragraph, show, show_in, show_percent, table
+from vibecalc.core.report.writing import many, number, paragraph, show, show_in, show_percent, table
 from vibecalc.core.results.record import AT_START, Estimate, Quantity, Record, Result
 from vibecalc.core.results.select import worst
 from vibecalc.core.results.verdicts import entries, name_of
@@ -135,15 +135,12 @@ def _nearby(record: Record) -> list[str]:
         if before is None or path.startswith(PREFIX) or not (peak or not quantity.axes):
             continue
         start, end = (worst(each, {}, "max")[0] for each in (before, quantity))
-        if start == end:
-            continue
         name, unit = read_as(path, quantity.unit)
         factor = convert(1.0, quantity.unit, unit)
         shown = [show(value * factor, one.error_estimate * factor)
                  for value, one in ((start, before), (end, quantity))]  # fmt: skip
-        rows.append(
-            [name, *shown, unit, show_percent((end - start) / abs(start) if start else None)]
-        )
+        change = show_percent((end - start) / abs(start) if start else None)
+        rows += [[name, *shown, unit, change]] * (start != end)
     ended = _ended(record)
     heads = f"at start and {ended}", number("start"), number(ended), "unit", number("change")
     return table(heads, rows) if rows else []
@@ -252,11 +249,10 @@ def _examined(record: Record) -> str:
     )
     runs = int(scalar_of(record, f"{PREFIX}evaluations") or 0)
     count = f"all {possible} combinations" if examined == possible else f"{examined} of {possible}"
-    words = f"{count} examined, {runs} points in all; "
-    words += f"{kept} of them keep the limits" if kept < examined else "all of them keep the limits"
-    if examined < possible:
-        words += "; none that differs in one choice from the one found is better"
-    return words
+    words = f"{count} examined, {runs} points in all; {kept if kept < examined else 'all'} of them "
+    words += "keep the limits"
+    beyond = "; none that differs in one choice from the one found is better"
+    return words + beyond * (examined < possible)
 
 
 def sigmas_of(result: Result) -> str:
@@ -341,7 +337,7 @@ def _front(result: Result) -> list[str]:
     further = len(keys) - most
     if further > 0:
         words += (
-            f"; {further} further variable{'s are' * (further > 1) or ' is'} in the result file"
+            f"; {many(further, 'further variable is', 'further variables are')} in the result file"
         )
     best = " and ".join(
         show_in(goal.best(one.values) * goal.factor, goal.unit, one.error_estimate * goal.factor)
@@ -515,18 +511,16 @@ def _find_words(result: Result, search: Mapping[str, Any], parts: Mapping[str, Q
             pass
     if search.get("change") is not None:
         words += f"; wanted: a change of {search['change']}"
-    if search.get("also"):
-        also = (f"{one} = {_with_unit(parts, f'also/{one}')}" for one in search["also"])
-        words += f"; in the same ratio: {', '.join(also)}"
+    also = [f"{one} = {_with_unit(parts, f'also/{one}')}" for one in search.get("also") or ()]
+    words += f"; in the same ratio: {', '.join(also)}" * bool(also)
     more = parts.get("others")
     if more is not None and more.values.size:
-        values = (convert(float(other), more.unit, unit) for other in more.values[:_MOST])
-        shown = ", ".join(show(other, digits=_DIGITS) for other in values)
+        values = more.values[:_MOST] * convert(1.0, more.unit, unit)
+        shown = ", ".join(show(other, digits=_DIGITS) for other in values.tolist())
         further = more.values.size - _MOST
-        what = "further extremes" if search.get("seek") else "further solutions"
-        words += (
-            f"; {what} at {shown}{f' and {further} more' if further > 0 else ''} {unit}".rstrip()
-        )
+        shown += f" and {further} more" * (further > 0)
+        what = "extremes" if search.get("seek") else "solutions"
+        words += f"; further {what} at {shown} {unit}".rstrip()
     return words
 
 

@@ -26,7 +26,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import field, fields
 from typing import Any, ClassVar, Protocol
 
-from vibecalc.core.results.record import Entry, Headline, entry
+from vibecalc.core.results.record import READ, Entry, Headline, entry
 
 
 class Group(Protocol):
@@ -43,13 +43,42 @@ def q(axes: str, unit: str, long_name: str, amplitude: str | None = None, **more
     )
 
 
+def named(axes: str, unit: str, name: str, amplitude: str | None = None, **more: Any) -> Any:
+    """A result whose words are its name in tables, too."""
+    return q(axes, unit, name, amplitude, name=name, **more)
+
+
+def lead(
+    axes: str,
+    unit: str,
+    name: str,
+    amplitude: str | None = None,
+    *,
+    read: str = "",
+    pick: str = "largest",
+    unless: str = "",
+    about: str = "",
+    **more: Any,
+) -> Any:
+    """A result that stands in the first table under its name, in the unit that people read.
+
+    `read` is that unit where it is not the usual one, `about` words that the table does without.
+    Where the group has a field `X_speed` for a field X, it is the speed at which X is met.
+    """
+    headline = Headline(name, read or READ.get(unit, unit), pick, unless=unless)
+    long_name = f"{name}, {about}" if about else name
+    return q(axes, unit, long_name, amplitude, headline=headline, **more)
+
+
 def entries_of(*groups: type[Group]) -> Iterator[Entry]:
     """What is known of the results of groups, in the order of their fields."""
     for group in groups:
-        words = getattr(group, "WORDS", {})
-        for one in fields(group):
+        words, names = getattr(group, "WORDS", {}), paths_of(group)
+        for path, one in zip(names, fields(group), strict=True):
             known: Entry = _filled(one.metadata["entry"], words)
-            yield known._replace(path=f"{group.ROOT}/{one.name}")
+            if known.headline and f"{path}_speed" in names:
+                known = known._replace(headline=known.headline._replace(at=f"{path}_speed"))
+            yield known._replace(path=path)
 
 
 def _filled(part: Any, words: Mapping[str, str]) -> Any:

@@ -46,6 +46,9 @@ class Headline(NamedTuple):
     words: str = ""
 
 
+#: what an SI unit is read in, if not in itself
+READ = {"m": "mm", "rad": "deg", "rad/s": "Hz", "m^2/s": "cSt", "W": "kW", "Pa": "MPa"}
+
 #: what an angle may be off by and mean the same: a turn, or a whole cycle of the machine
 TURN = "turn"
 CYCLE = "cycle"

@@ -2,7 +2,7 @@
 
 import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -49,16 +49,9 @@ def file_image(result: Result) -> bytes:
             writer.name_axes({path: quantity.axes for path, quantity in result.items()})
             for quantity in result.record.values():
                 writer.quantity(quantity)
-            writer.provenance(result.provenance, result.timings)
+            writer.finish(file, result, lambda: heap_checksum(stream))
         except (UnicodeEncodeError, _NulError) as error:
             raise UsageError(f"a text of this result cannot be stored in HDF5: {error}") from error
-        # HDF5 keeps no checksum of texts, so we do, once their bytes are final. They include
-        # those of provenance, so the checksum belongs there as well.
-        place = writer.group(PROVENANCE)
-        writer.number(place, TEXT_CHECKSUM, 0)
-        file.flush()
-        checksum = np.array(heap_checksum(stream))
-        h5py.h5a.open(place, TEXT_CHECKSUM.encode()).write(checksum)
     return stream.getvalue()
 
 
@@ -158,12 +151,15 @@ class _Writer:
             h5ds.attach_scale(dataset, self.scale(quantity.path, axis, name), position)
             h5ds.set_label(dataset, position, _encoded(axis.name))
 
-    def provenance(
-        self, texts: Mapping[str, str | int | float], times: Mapping[str, float]
-    ) -> None:
-        """What changes from run to run, last."""
-        group = self.group(PROVENANCE)
-        for name, value in texts.items():
+    def finish(self, file: Any, result: Result, checksum: Callable[[], int]) -> None:
+        """What changes from run to run, and last the checksum of all texts in the file.
+
+        HDF5 keeps none of them, so we do, once their bytes are final.
+        """
+        from h5py import h5a
+
+        group, times = self.group(PROVENANCE), result.timings
+        for name, value in result.provenance.items():
             if isinstance(value, str):
                 self.text(group, name, value)
             else:
@@ -171,6 +167,9 @@ class _Writer:
         timings = self.group(f"{PROVENANCE}/{TIMINGS}") if times else None
         for name, seconds in times.items():
             self.number(timings, name, float(seconds))
+        self.number(group, TEXT_CHECKSUM, 0)
+        file.flush()
+        h5a.open(group, TEXT_CHECKSUM.encode()).write(np.array(checksum()))
 
     def group(self, path: str) -> Any:
         """The group at `path`, made with its parents when first asked for."""

@@ -145,8 +145,9 @@ def bare_result(file: Any, path: Path) -> Result:
 
 
 def _quantity(
-    file: Any, path: Path, size: int, quantity_path: str, known: dict[Any, Axis]
+    file: Any, path: Path, size: int, quantity_path: str, known: dict[Any, Axis], over: int = 0
 ) -> Quantity:
+    """A quantity; of a sweep over so many axes only what it is at each point, without values."""
     import h5py
 
     dataset = file.get(quantity_path)
@@ -160,10 +161,12 @@ def _quantity(
         raise ResultError(f"{path} is damaged: {quantity_path} has error {error_estimate}")
     return Quantity(
         path=quantity_path,
-        values=_values(dataset, path, size),
+        values=np.empty(0) if over else _values(dataset, path, size),
         unit=_text(dataset, path, "units"),
         long_name=_text(dataset, path, "long_name"),
-        axes=tuple(_axis(dataset, path, size, position, known) for position in range(dataset.ndim)),
+        axes=tuple(
+            _axis(dataset, path, size, position, known) for position in range(over, dataset.ndim)
+        ),
         amplitude=amplitude,
         error_estimate=error_estimate,
         standard_error=(

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType, TracebackType
-from typing import Any, NamedTuple, Self
+from types import MappingProxyType
+from typing import Any, Self
 
 import numpy as np
 
@@ -24,15 +24,14 @@ from vibecalc.core.results.layout import (
     VERSION_ATTRIBUTE,
     text_checksum,
 )
-from vibecalc.core.results.record import Axis, Result
+from vibecalc.core.results.record import Axis, Quantity, Result
 from vibecalc.core.results.steps import step
 from vibecalc.core.results.store_read import (
-    _axis,
     _checked_size,
     _damaged,
     _integer,
     _json_list,
-    _real,
+    _quantity,
     _text,
     bare_result,
     raw_text,
@@ -210,57 +209,13 @@ def _json_table(place: Any, path: Path, name: str) -> dict[str, Any]:
 # ----------------------------------------------------------------------------
 
 
-class Failures(NamedTuple):
-    """Points without a result: their numbers (m,), ascending, and for each a row of `texts`."""
-
-    points: np.ndarray
-    causes: np.ndarray
-    texts: tuple[str, ...]
-
-    def by_point(self) -> dict[int, str]:
-        """The reason of each of these points."""
-        pairs = zip(self.points.tolist(), self.causes.tolist(), strict=True)
-        return {point: self.texts[cause] for point, cause in pairs}
-
-
-@dataclass(frozen=True, kw_only=True)
-class StackedQuantity:
-    """One quantity of a sweep; `axes` are its own, those of the sweep come before them.
-
-    `error_estimate` and `standard_error` are the largest of all points, in `unit`. What is read of
-    it is of all points (axes of the sweep..., own axes...), or of those from `first` to `last` - 1
-    (last - first, own axes...).
-    """
-
-    path: str
-    unit: str
-    long_name: str
-    amplitude: str | None
-    axes: tuple[Axis, ...]
-    error_estimate: float
-    standard_error: float | None
-    sweep: "SweepResult"
-
-    def values(self, first: int = 0, last: int | None = None) -> np.ndarray:
-        """Values; NaN at points without it."""
-        return self.sweep.read(self.path, first, last)
-
-    def errors(self, first: int = 0, last: int | None = None) -> np.ndarray:
-        """Error estimates; NaN at points without it."""
-        return self.sweep.read(f"{ERRORS}/{self.path}", first, last)
-
-    def standard_errors(self, first: int = 0, last: int | None = None) -> np.ndarray | None:
-        """Standard errors; None if it is no statistic."""
-        if self.standard_error is None:
-            return None
-        return self.sweep.read(f"{STANDARD_ERRORS}/{self.path}", first, last)
-
-
 class SweepResult:
     """An open file of a sweep; close it, or use it in a `with`.
 
-    `head` has case, axes and design; `quantities` those that were stacked, `left_out` those that
-    could not be, each with its reason.
+    `head` has case, axes and design; `quantities` what was stacked, without values and with its own
+    axes only, the error estimates and standard errors the largest of all points; `left_out` what
+    could not be, with the reason. What is read is of all points (axes of the sweep..., own
+    axes...), or of those from `first` to `last` - 1 (last - first, own axes...).
     """
 
     def __init__(self, file: Any, path: Path) -> None:
@@ -268,10 +223,12 @@ class SweepResult:
         self.head = read_head(file, path)
         self.left_out: Mapping[str, str] = _json_table(file[SWEEP], path, "left_out")
         names = [str(name) for name in _json_list(file, path, "quantities")]
-        found = {name: self._quantity(name) for name in names}
-        self.quantities: Mapping[str, StackedQuantity] = MappingProxyType(found)
-        if file[STATUS].shape != self.head.shape:
-            raise ResultError(f"{path} is damaged: {STATUS} does not fit the axes")
+        over, size, known = len(self.shape), path.stat().st_size, dict[Any, Axis]()
+        found = {name: _quantity(file, path, size, name, known, over) for name in names}
+        self.quantities: Mapping[str, Quantity] = MappingProxyType(found)
+        for name in (STATUS, *names, *(f"{ERRORS}/{name}" for name in names)):
+            if file[name].shape[:over] != self.shape:
+                raise ResultError(f"{path} is damaged: {name} does not fit the axes of the sweep")
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -298,6 +255,22 @@ class SweepResult:
         except (OSError, KeyError) as error:
             raise _damaged(self.path, error) from error
 
+    def values(self, path: str, first: int = 0, last: int | None = None) -> np.ndarray:
+        """Values of a quantity; NaN at points without it."""
+        return self.read(path, first, last)
+
+    def errors(self, path: str, first: int = 0, last: int | None = None) -> np.ndarray:
+        """Error estimates of a quantity at each point; NaN at points without it."""
+        return self.read(f"{ERRORS}/{path}", first, last)
+
+    def standard_errors(
+        self, path: str, first: int = 0, last: int | None = None
+    ) -> np.ndarray | None:
+        """Standard errors of a quantity at each point; None if it is no statistic."""
+        if self.quantities[path].standard_error is None:
+            return None
+        return self.read(f"{STANDARD_ERRORS}/{path}", first, last)
+
     def status(self, first: int = 0, last: int | None = None) -> np.ndarray:
         """What became of each point (axes of the sweep...), or of some (last - first,)."""
         return self.read(STATUS, first, last)
@@ -307,33 +280,11 @@ class SweepResult:
         statuses, many = np.unique(self.status(first, last), return_counts=True)
         return dict(zip(statuses.tolist(), many.tolist(), strict=True))
 
-    def failures(self) -> Failures:
-        """Points that were run and have no result, with the reasons."""
-        return Failures(
-            points=self.read(f"{MESSAGE}/point"),
-            causes=self.read(f"{MESSAGE}/cause"),
-            texts=tuple(str(text) for text in self._file[MESSAGE]["text"].asstr()[()]),
-        )
-
-    def _quantity(self, name: str) -> StackedQuantity:
-        file, path, size = self._file, self.path, len(self.shape)
-        dataset, errors = file[name], file[f"{ERRORS}/{name}"]
-        if dataset.shape[:size] != self.shape or errors.shape != self.shape:
-            raise ResultError(f"{path} is damaged: {name} does not fit the axes of the sweep")
-        statistic, bytes_there = "standard_error" in dataset.attrs, path.stat().st_size
-        return StackedQuantity(
-            path=name,
-            unit=_text(dataset, path, "units"),
-            long_name=_text(dataset, path, "long_name"),
-            amplitude=_text(dataset, path, "amplitude") if "amplitude" in dataset.attrs else None,
-            axes=tuple(
-                _axis(dataset, path, bytes_there, position, {})
-                for position in range(size, dataset.ndim)
-            ),
-            error_estimate=_real(dataset, path, "error_estimate"),
-            standard_error=_real(dataset, path, "standard_error") if statistic else None,
-            sweep=self,
-        )
+    def reasons(self) -> dict[int, str]:
+        """Why points that were run have no result, by their numbers, ascending."""
+        points, causes = (self.read(f"{MESSAGE}/{name}").tolist() for name in ("point", "cause"))
+        texts = [str(text) for text in self._file[MESSAGE]["text"].asstr()[()]]
+        return {point: texts[cause] for point, cause in zip(points, causes, strict=True)}
 
     def close(self) -> None:
         """Close the file; nothing can be read any more."""
@@ -342,12 +293,7 @@ class SweepResult:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 

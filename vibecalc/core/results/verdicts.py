@@ -60,7 +60,7 @@ def judged(result: Result) -> tuple[Verdict, ...]:
     there = {OWNER[path] for path in result.record if path in OWNER}
     judges = [where for subject, where in JUDGES.items() if subject in there]
     others = [_expected(row, asked_for) for judge in judges for row in named(judge)(result)]
-    return (*(_judge(result, entry) for entry in asked_for), *others)
+    return (*(judge(result, entry) for entry in asked_for), *others)
 
 
 def _expected(row: Verdict, asked_for: Sequence[Mapping[str, Any]]) -> Verdict:
@@ -131,8 +131,8 @@ def state_of(margin: float, error: float, bound: float) -> str:
     return _STATES[int(held(margin, error, bound))]
 
 
-def _judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
-    """Of an array the worst entry counts.
+def judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
+    """A row of the limits of a case, or one like it; of an array the worst entry counts.
 
     An infinite value breaks a `max` with a margin of minus infinity; what a [[find]] was to find
     and did not is undecided. Numbers are in the unit of the bound as written (of `max`, if the row

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.case.number_range import ANGLES, LARGEST, LARGEST_ANGLE, SMALLEST
-from vibecalc.core.case.walk import shape_at
+from vibecalc.core.case.walk import Shape, shape_at
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Axis
 from vibecalc.core.run.reads import Reads, traced
@@ -93,14 +93,19 @@ def reads(check: "Callable[[Case], Any]", case: "Case") -> bool:
 _COMPARE = {"gt": operator.gt, "ge": operator.ge, "lt": operator.lt, "le": operator.le}
 
 
+def allowed_by(shape: Shape | None, values: np.ndarray) -> BoolArray:
+    """Whether each value is finite and within the bounds of its place in a case."""
+    allowed: BoolArray = np.isfinite(values)
+    for name, bound in () if shape is None else shape.bounds:
+        allowed &= _COMPARE[name](values, bound)
+    return allowed
+
+
 def out_of_range(varied: Varied, count: int) -> BoolArray:
     """Points (points,) with a number outside its bounds, or of what can be computed with."""
     found = np.zeros(count, dtype=bool)
     for path, values in varied.items():
-        shape, size = shape_at(path), np.abs(values)
-        inside = np.isfinite(values)
-        for name, bound in () if shape is None else shape.bounds:
-            inside &= _COMPARE[name](values, bound)
+        inside, size = allowed_by(shape_at(path), values), np.abs(values)
         name = next(str(part) for part in reversed(path) if isinstance(part, str))
         inside &= size <= (LARGEST_ANGLE if name in ANGLES else LARGEST)
         inside &= (size == 0.0) | (size >= SMALLEST)

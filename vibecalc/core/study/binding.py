@@ -246,16 +246,9 @@ class Binding(Varied):
     def words(self, variables: np.ndarray) -> str:
         """The variables by name, in the units that the case gives their bounds in."""
         chosen = [in_words(self.choices, self.picked)] if self.picked else []
-        return (
-            ", ".join(chosen)
-            + ", " * bool(chosen and self.keys)
-            + ", ".join(
-                f"{key} = {shown_as(float(value), unit, written)}"
-                for key, value, unit, written in zip(
-                    self.keys, variables, self.units, self.written, strict=True
-                )
-            )
-        )
+        rows = zip(self.keys, variables, self.units, self.written, strict=True)
+        shown = (f"{key} = {shown_as(float(value), *unit)}" for key, value, *unit in rows)
+        return ", ".join([*chosen, *shown])
 
     def broken(self, variables: np.ndarray) -> str:
         """Which limits a point breaks and by how much, in the units of the case.

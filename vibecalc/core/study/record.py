@@ -190,7 +190,8 @@ def compare_methods(out: Studied, optimum: "Optimum") -> None:
     Nothing helps them: no further starts, no refinement. A method that does not converge is said
     in a warning.
     """
-    from vibecalc.core.study.search.methods import METHODS, find
+    from vibecalc.core.study.search.methods import METHODS
+    from vibecalc.core.study.search.minimise import find
 
     binding, names, ends = out.binding, list(out.study.compare), []
     for name in names:
@@ -211,8 +212,8 @@ def compare_methods(out: Studied, optimum: "Optimum") -> None:
             out.warn(f"no methods are compared: {failure}")
             return
         ends.append(end)
-        if not end.converged:
-            out.warn(f"{name} has not converged: {end.reason}")
+        if not end.history[0].converged:
+            out.warn(f"{name} has not converged: {end.history[0].reason}")
         out.record.methods.append(
             Method(name=method.words, purpose="compared", citation=method.citation)
         )
@@ -226,9 +227,12 @@ def compare_methods(out: Studied, optimum: "Optimum") -> None:
             off[0] + optimum.objective_error,
         ),
         "distance": ([np.max(one) for one in apart], float(np.max(unsure / width))),
-        "violation": ([end.violation for end in ends], float(np.max(off[1:], initial=0.0))),
-        "kkt_residual": ([end.residual for end in ends], 0.0),
-        "converged": ([int(end.converged) for end in ends], 0.0),
+        "violation": (
+            [end.history[0].violation for end in ends],
+            float(np.max(off[1:], initial=0.0)),
+        ),
+        "kkt_residual": ([end.kkt_residual for end in ends], 0.0),
+        "converged": ([int(end.history[0].converged) for end in ends], 0.0),
         "evaluations": ([end.evaluations for end in ends], 0.0),
         "failures": ([end.failures for end in ends], 0.0),
     }

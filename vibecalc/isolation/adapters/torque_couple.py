@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.crank_forces import rod_difference, share_of_rotor
+from vibecalc.excitation.crank_forces import rod_moments, share_of_rotor
 from vibecalc.excitation.cylinder_torque import cylinder_torque, inertia_harmonics, phasor
 from vibecalc.excitation.gas_tables import card_weights
 from vibecalc.excitation.model import firing_angle, gas_of_cylinders
@@ -99,20 +99,18 @@ def torque_law(scene: Scene, shaking_orders: int) -> TorqueLaw:
     kept, train = orders_of_reaction(case, shaking_orders), scene.parts.crank_train
     beyond = max(kept.number, 2 * len(train.names))
     order = kept.lowest * np.arange(1, kept.number + beyond + 1)
-    rotor, share, rod = case.machine.rotor, 1.0, case.machine.crank_train.rod
+    rotor, share = case.machine.rotor, 1.0
+    moments = rod_moments(train, case.machine.crank_train.rod)
     if rotor is not None:
-        difference = rod_difference(train, rod) if rod is not None and rod.inertia else None
         motion = scene.handed_on["motion"]
-        share = float(share_of_rotor(train, motion, rotor.inertia, difference))
+        share = float(share_of_rotor(train, motion, rotor.inertia, moments))
     geometry = crank_geometry(case.machine.crank_train)
     speeds, gas, mean = _gas(case, geometry, len(order))
     # the shaking of the masses counts from crank phase zero
     turned = rounded(phasor(order, firing_angle(case.machine)).T, 12)
     inertia = train.reciprocating_mass[:, None] * inertia_harmonics(geometry, 1.0, 0.0, order)
-    if rod is not None and rod.inertia is not None:
-        moves = (train.reciprocating_mass + train.rotating_mass > 0.0)[:, None]
-        turning = rod_difference(train, rod) * inertia_harmonics(geometry, 0.0, 1.0, order)
-        inertia = inertia + moves * turning
+    if moments is not None:
+        inertia = inertia + moments[:, None] * inertia_harmonics(geometry, 0.0, 1.0, order)
     return TorqueLaw(
         order=order, retained=kept.number, speeds=speeds, gas=gas * turned, mean=mean,
         inertia=inertia * turned, share=share, stays=not is_separate(case),

@@ -6,16 +6,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.goals import written_at
-from vibecalc.core.report.sections import read_as
-from vibecalc.core.report.sweep.statistics import Worst, first_of, numeric, worst
+from vibecalc.core.report.goals import goal_of, written_at
+from vibecalc.core.report.sections import read_as, table_of
+from vibecalc.core.report.sweep.statistics import Worst, first_of, worst
 from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.report.writing import number, paragraph, show, show_in, table
 from vibecalc.core.results.printed import read_printed
 from vibecalc.core.results.select import STANDARD_ERRORS, Side
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.core.results.verdicts import Bound, bounds_of, held
-from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
 # Limits of a case judged at every point of its sweep, and the points that keep all of them.
@@ -42,6 +41,11 @@ class Limit(NamedTuple):
     kept: np.ndarray
     broken: np.ndarray
     open: np.ndarray
+
+    @property
+    def words(self) -> str:
+        """`max 100 N`."""
+        return f"{self.side} {self.shown}"
 
 
 class Judged(NamedTuple):
@@ -74,19 +78,24 @@ def judge(sweep: SweepView) -> Judged:
     return Judged(limits, list(missing), kept, broken, sweep.done & ~kept & ~broken)
 
 
-def best(sweep: SweepView, judged: Judged) -> tuple[int, Limit] | None:
-    """The point that keeps all limits with the most room in the first kept result with a limit.
+def best(sweep: SweepView, judged: Judged) -> tuple[int, str] | None:
+    """The point that keeps all limits with the best objective of the case, and words on it.
 
-    None if no point keeps them all, or there is no limit. Where several points are the same
-    within their errors the first one counts.
+    None if no point keeps them all, or the case names no objective that the sweep keeps. Where
+    several points are the same within their errors the first one counts.
     """
-    limited = (one for path in numeric(sweep) for one in judged.limits if one.quantity == path)
-    first = next(limited, None)
-    if first is None or not judged.kept.any():
+    given = table_of(sweep.case, "optimisation", "objective")
+    path = str(given.get("quantity"))
+    if path not in sweep.quantities or not judged.kept.any():
         return None
-    values = np.where(judged.kept, first.worst.values, np.nan)
-    side = "min" if first.side == "max" else "max"
-    return int(first_of(values, first.worst.errors, side)), first
+    goal = goal_of(given, sweep.quantities[path].unit)
+    counted = worst(sweep, path, goal.where, goal.side).times(goal.factor)
+    values = np.where(judged.kept, counted.values, np.nan)
+    point = int(first_of(values, counted.errors, "min" if goal.smaller else "max"))
+    label, sense = counted.label(point), "smallest" if goal.smaller else "largest"
+    shown = show_in(values[point], goal.unit, counted.estimate(point))
+    words = f"best: {sweep.words_of(point)} has the {sense} {goal.name} of these points, {shown}"
+    return point, words + (f" ({label})." if label else ".")
 
 
 def least_broken(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit, float] | None:
@@ -226,7 +235,7 @@ def _row(sweep: SweepView, limit: Limit) -> list[str]:
     share = _share(sweep, limit.kept).replace(" (", "\n(")
     open_ = np.count_nonzero(limit.open & sweep.independent)
     share += f"\n{open_} undecided" if open_ else ""
-    return [name, f"{limit.side} {limit.shown}", share, where]
+    return [name, limit.words, share, where]
 
 
 def _share(sweep: SweepView, kept: np.ndarray) -> str:
@@ -237,7 +246,8 @@ def _share(sweep: SweepView, kept: np.ndarray) -> str:
 
 def _region(sweep: SweepView, judged: Judged) -> list[str]:
     if judged.kept.any():
-        said = filter(None, (_best(sweep, judged), _nearest(sweep, judged.kept)))
+        _, words = best(sweep, judged) or (0, "")
+        said = filter(None, (words, _nearest(sweep, judged.kept)))
         below = [line for words in said for line in paragraph(words)]
         return [*paragraph("where all limits are kept:"), *_extent(sweep, judged.kept), "", *below]
     lines = paragraph("No computed point keeps all limits.")
@@ -264,31 +274,13 @@ def _extent(sweep: SweepView, kept: np.ndarray) -> list[str]:
             rows.append([f"{key.words}: {names}", "", "", "", "", "", ""])
             continue
         ends = [key.number(end[column]) for end in (*swept, *inside)]
-        edges = [swept[side][column] == inside[side][column] for side in (0, 1)]
-        mark = ("<" if edges[0] else "") + (">" if edges[1] else "")
-        rows.append([key.words, *ends, key.unit, mark])
-    lines = table(_REGION, rows)
-    if any("<" in row[-1] or ">" in row[-1] for row in rows):
-        lines += paragraph(
-            "< and >: the region reaches the lower or the upper end of what was swept, and may "
-            "go on beyond it"
-        )
-    return lines
-
-
-def _best(sweep: SweepView, judged: Judged) -> str:
-    found = best(sweep, judged)
-    if found is None:
-        return ""
-    point, limit = found
-    sense = "smallest" if limit.side == "max" else "largest"
-    label = limit.worst.label(point)
-    name, unit = read_as(limit.quantity, limit.unit)
-    largest = limit.worst.times(convert(1.0, limit.unit, unit))
-    shown = show_in(largest.values[point], unit, largest.estimate(point))
-    where = f" ({label})." if label else "."
-    words = sweep.words_of(point)
-    return f"best: {words} has the {sense} {name} of these points, {shown}{where}"
+        low, high = (swept[side][column] == inside[side][column] for side in (0, 1))
+        rows.append([key.words, *ends, key.unit, "<" * bool(low) + ">" * bool(high)])
+    words = (
+        "< and >: the region reaches the lower or the upper end of what was swept, and may go on "
+        "beyond it"
+    )
+    return [*table(_REGION, rows), *(paragraph(words) if any(row[-1] for row in rows) else [])]
 
 
 def _nearest(sweep: SweepView, kept: np.ndarray) -> str:

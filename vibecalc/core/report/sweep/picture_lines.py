@@ -12,14 +12,13 @@ from vibecalc.core.report.sweep.limits import Limit
 from vibecalc.core.report.sweep.picture_parts import (
     BEST,
     FEW,
+    HATCH,
     Picture,
     Shown,
     along,
     axis_title,
     entry_words,
-    hatch_style,
     is_map,
-    limit_words,
     logarithmic,
     pictured,
 )
@@ -196,11 +195,11 @@ def _ends(lines: Quantity, one: Shown, named: bool, plot: Plot) -> Ends:
     for limit, bound in near:
         upper, end = limit.side == "max", _freer_end(values, bound)
         axes.axhline(bound, color=LIMIT, linewidth=1.4)
-        axes.axhspan(*((bound, top) if upper else (bottom, bound)), zorder=0.5, **hatch_style())
-        note(axes, limit_words(limit), (end, bound), (4 - 8 * end, -3 if upper else 3),
+        axes.axhspan(*((bound, top) if upper else (bottom, bound)), zorder=0.5, **HATCH)
+        note(axes, limit.words, (end, bound), (4 - 8 * end, -3 if upper else 3),
             xycoords=axes.get_yaxis_transform(), ha="right" if end else "left",
             va="top" if upper else "bottom", color=LIMIT, zorder=7)  # fmt: skip
-    far = ", ".join(limit_words(limit) for limit, bound in placed if bound not in bounds)
+    far = ", ".join(limit.words for limit, bound in placed if bound not in bounds)
     if far:
         axes.annotate(f"limit {far}: kept everywhere", (0.02, 0.97), xycoords="axes fraction",
                       va="top", color=LIMIT, fontsize=8)  # fmt: skip

@@ -18,16 +18,15 @@ from vibecalc.core.report.canvas import (
 from vibecalc.core.report.sweep.limits import Limit, judge
 from vibecalc.core.report.sweep.picture_parts import (
     BEST,
+    HATCH,
     Picture,
     Shown,
     along,
     axis_title,
     entry_words,
     failure_marks,
-    hatch_style,
     is_map,
     legend_below,
-    limit_words,
     logarithmic,
     panels,
     pictured,
@@ -126,7 +125,7 @@ def _map(figure: "Figure", axes: "Axes", picture: Picture, one: Shown) -> None:
         axes.plot(x[columns], y[rows], "^", color=LIMIT, ls="none", label="unbounded")
     for limit in one.limits:
         _boundary(axes, (x, y, values), limit, limit.bound * one.factor)
-    words = ", ".join(limit_words(limit) for limit in one.limits)
+    words = ", ".join(limit.words for limit in one.limits)
     note = entry_words(one.worst, picture.points)
     axes.set_title(one.title(f"limit: {words}" if words else "", note), fontsize=8)
 
@@ -151,7 +150,7 @@ def _boundary(
             axes.contourf(x, y, room, levels=[0.0, np.inf], colors="none", hatches=["//"])
     if room.min() < 0.0 < room.max():
         axes.contour(x, y, room, levels=[0.0], colors=[colour or LIMIT], linewidths=2.0)
-        words = f"{short_name(limit.quantity)} {limit_words(limit)}" if colour else _BEYOND
+        words = f"{short_name(limit.quantity)} {limit.words}" if colour else _BEYOND
         axes.plot([], [], color=colour or LIMIT, linewidth=2.0, label=words)
 
 
@@ -262,10 +261,10 @@ def _limit(axes: "Axes", sweep: SweepView, one: Shown, limit: Limit) -> str:
         left, right = min(left, bound - 0.03 * reach), max(right, bound + 0.1 * reach)
         axes.axvline(bound, color=LIMIT, linewidth=1.6, label=_BEYOND)
         ends = (bound, right) if limit.side == "max" else (left, bound)
-        axes.axvspan(*ends, zorder=0.5, **hatch_style())
+        axes.axvspan(*ends, zorder=0.5, **HATCH)
         axes.set_xlim(left, right)
     words = f", undecided by {100.0 * open_ / done:.3g} %" if open_ else ""
-    return f"{limit_words(limit)}: broken by {100.0 * broken / max(done, 1):.3g} %{words}"
+    return f"{limit.words}: broken by {100.0 * broken / max(done, 1):.3g} %{words}"
 
 
 def _bars(axes: "Axes", sweep: SweepView, one: Shown) -> None:

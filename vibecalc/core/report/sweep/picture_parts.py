@@ -7,10 +7,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, length_scale, unit_words
-from vibecalc.core.report.sweep.limits import Judged, Limit, best, case_values, judge, nearest
+from vibecalc.core.report.sweep.limits import (
+    Judged,
+    Limit,
+    best,
+    case_values,
+    judge,
+    nearest,
+)
 from vibecalc.core.report.sweep.statistics import Worst, numeric, worst
 from vibecalc.core.report.sweep.view import GridAxis, SweepView, causes
-from vibecalc.core.report.writing import fold, is_speed, many, show
+from vibecalc.core.report.writing import fold, is_speed, many
 from vibecalc.units import convert
 
 if TYPE_CHECKING:
@@ -25,8 +32,12 @@ BEST: dict[str, Any] = {
     "marker": "*", "color": "#E69F00", "markeredgecolor": "black", "markersize": 15,
     "linestyle": "none", "zorder": 8, "clip_on": False,
 }  # fmt: skip
+#: the side of a limit where it is broken
+HATCH: dict[str, Any] = {
+    "facecolor": "none", "edgecolor": LIMIT, "hatch": "//", "linewidth": 0.0, "alpha": 0.35,
+}  # fmt: skip
 _MARKS = (("x", COLOURS[1]), ("+", COLOURS[3]), ("1", QUIET))
-_WORDS = 100
+_WORDS, _LINE = 100, 80
 _SIDE_BY_SIDE = 45
 #: letters in one line below an axis
 _LABEL = 44
@@ -118,7 +129,7 @@ class Picture(NamedTuple):
             return None
         place = np.argwhere(self.points == found[0])[0]
         at = [float(along(axis)[i]) for axis, i in zip(self.grid, place, strict=True)]
-        return found[0], at, best_words(self.sweep, found[1], found[0])
+        return found[0], at, textwrap.fill(unit_words(found[1])[1], _LINE)
 
 
 def pictured(sweep: SweepView, most_points: int, most: int) -> Picture | None:
@@ -252,20 +263,6 @@ def entry_words(counted: Worst, points: np.ndarray) -> str:
     return "largest: " + " or ".join(used)
 
 
-def limit_words(limit: Limit) -> str:
-    """`max 100 N`."""
-    return f"{limit.side} {limit.shown}"
-
-
-def best_words(sweep: SweepView, limit: Limit, point: int) -> str:
-    """What the star is: the point and its value."""
-    sense = "smallest" if limit.side == "max" else "largest"
-    factor, unit = shown_unit(limit.quantity, limit.unit, limit.worst.values)
-    value = show(factor * limit.worst.values[point], digits=4)
-    text = f"{sense} {short_name(limit.quantity)} within all limits, {value} {unit}"
-    return textwrap.fill(unit_words(f"{text}: {sweep.words_of(point)}")[1], 95)
-
-
 def legend_below(
     figure: "Figure", grid: Sequence["Axes"], more: Mapping[str, Any] | None = None
 ) -> None:
@@ -278,8 +275,3 @@ def legend_below(
     if once:
         columns = 1 if max(map(len, once)) > _SIDE_BY_SIDE else min(3, -(-len(once) // 2))
         figure.legend(list(once.values()), list(once), loc="outside lower center", ncols=columns)
-
-
-def hatch_style() -> dict[str, Any]:
-    """The infeasible side of a limit."""
-    return {"facecolor": "none", "edgecolor": LIMIT, "hatch": "//", "linewidth": 0.0, "alpha": 0.35}

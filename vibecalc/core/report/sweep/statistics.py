@@ -280,10 +280,7 @@ def index_lines(sweep: SweepView) -> list[str]:
     """First-order and total Sobol indices with standard errors; empty without them."""
     if not sweep.indices:
         return []
-    names = axis_names(sweep)
-    rows: list[list[str]] = []
-    lines: list[str] = []
-    samples = 0
+    names, rows, lines = axis_names(sweep), list[list[str]](), list[str]()
     for path in numeric(sweep):
         title, _, counted = read_worst(sweep, path)
         indices = indices_of(sweep, counted)

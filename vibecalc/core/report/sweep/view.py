@@ -14,7 +14,7 @@ from vibecalc.core.report.goals import written_at
 from vibecalc.core.report.writing import fold, number, table
 from vibecalc.core.results.layout import DONE, NOT_RUN, STATUS_WORDS, TEXT_CHECKSUM
 from vibecalc.core.results.record import Quantity
-from vibecalc.core.results.sweep_file import StackedQuantity, SweepResult, SweptKey
+from vibecalc.core.results.sweep_file import SweepResult, SweptKey
 from vibecalc.errors import UnitError
 from vibecalc.units import convert
 
@@ -175,9 +175,9 @@ def view_of(result: SweepResult) -> SweepView:
     ends = np.cumsum([0, *map(len, drawn)]).tolist()
 
     def read(path: str) -> StackedResult:
-        stacked, every = result.quantities[path], (0, result.count)
+        every = (path, 0, result.count)
         return StackedResult(
-            stacked.values(*every), stacked.errors(*every), stacked.standard_errors(*every)
+            result.values(*every), result.errors(*every), result.standard_errors(*every)
         )
 
     return SweepView(
@@ -188,8 +188,8 @@ def view_of(result: SweepResult) -> SweepView:
         together=tuple(tuple(range(start, stop)) for start, stop in pairwise(ends)),
         indices=bool(head.design.get("indices")),
         status=result.status().ravel(),
-        reasons=result.failures().by_point(),
-        quantities={path: _described(quantity) for path, quantity in result.quantities.items()},
+        reasons=result.reasons(),
+        quantities=result.quantities,
         read=read,
         facts=(
             ("sha256 of the case", head.result.case_sha256),
@@ -217,10 +217,10 @@ def _short(keys: list[str], case: Mapping[str, Any]) -> list[str]:
     """The shortest end of each key that no other key has, and whose it is where many have such."""
     parts = [key.split(".") for key in keys]
     names = []
-    for place, path in enumerate(parts):
-        others = parts[:place] + parts[place + 1 :]
-        sizes = range(1, len(path) + 1)
-        size = next((n for n in sizes if all(o[-n:] != path[-n:] for o in others)), len(path))
+    for path in parts:
+        others = [other for other in parts if other is not path]
+        alone = (n for n in range(1, len(path)) if all(o[-n:] != path[-n:] for o in others))
+        size = next(alone, len(path))
         owned = path[-2:-1] != [] and path[-2] in _OWNERS
         if size == 1 and path[-1] in _SHARED and owned:
             size = 2
@@ -235,20 +235,6 @@ def _member(key: str, case: Mapping[str, Any]) -> str:
     """The name that the case gives to a member of a list, `cylinders[0]`; empty if it has none."""
     found = written_at(case, key) if key.endswith("]") else None
     return str(found.get("name") or "") if isinstance(found, Mapping) else ""
-
-
-def _described(quantity: StackedQuantity) -> Quantity:
-    """All but the values."""
-    return Quantity(
-        path=quantity.path,
-        values=np.empty(0),
-        unit=quantity.unit,
-        long_name=quantity.long_name,
-        axes=quantity.axes,
-        amplitude=quantity.amplitude,
-        error_estimate=quantity.error_estimate,
-        standard_error=quantity.standard_error,
-    )
 
 
 # ----------------------------------------------------------------------------

@@ -1,7 +1,5 @@
 """The last digits of an optimum on a kink: planes sampled around it, and a linear programme."""
 
-from itertools import combinations
-
 import numpy as np
 
 from vibecalc.core.study.search.derivatives import measured_noise
@@ -28,7 +26,7 @@ SETTLED = 2e-2
 _Plane = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-def settle(values: Values, start: np.ndarray) -> Refined | None:
+def settle(values: Values, start: np.ndarray) -> tuple[Refined, np.ndarray] | None:
     """Descend on a function whose pieces meet in kinks, such as the largest of hidden curves.
 
     Parameters
@@ -40,8 +38,10 @@ def settle(values: Values, start: np.ndarray) -> Refined | None:
 
     Returns
     -------
-    settled : Refined or None
-        None where the surroundings cannot be evaluated, or planes still promise a fall.
+    settled : Refined
+        None in its place where the surroundings cannot be evaluated, or planes promise a fall.
+    gradients : (j, 1 + m, k) array
+        Those of all planes that meet there.
 
     Notes
     -----
@@ -90,7 +90,7 @@ def settle(values: Values, start: np.ndarray) -> Refined | None:
             noise = float(measured_noise(values, unit)[0])
             pulling = (margins > 1e-6) & (vector[1:] < 1e-6)
             sides = walls(values.box, unit) * (np.abs(bounds) > 1e-6)
-            return Refined(
+            settled = Refined(
                 unit=values.box.fold(unit),
                 error=np.where(sides == 0, radius + step + np.sqrt(2 * noise), 0.0),
                 # a gradient taken across a kink lifts a plane a little: count the promise fourfold
@@ -103,6 +103,7 @@ def settle(values: Values, start: np.ndarray) -> Refined | None:
                 residual=residual,
                 method="sampled planes",
             )
+            return settled, np.array([first for _, _, first in planes])
         vain = 0
         radius = max(LAST_RADIUS, min(0.25 * radius, 4 * step))
     return None
@@ -170,16 +171,19 @@ def _lowest(
 # How far an optimum may be off by errors of the values, whatever holds it.
 # ----------------------------------------------------------------------------
 
-#: first step away from an optimum, growth of the steps, halvings of the last one
-FIRST_AWAY, AWAY, HALVINGS = 1e-5, 4.0, 2
+#: first step away from an optimum, and growth of the steps
+FIRST_AWAY, AWAY = 1e-5, 1.6
 
 
-def reach(values: Values, unit: np.ndarray, bias: np.ndarray) -> np.ndarray:
+def reach(values: Values, unit: np.ndarray, bias: np.ndarray, gradients: np.ndarray) -> np.ndarray:
     """How far each coordinate (k,) of an optimum may be off by errors (1 + m,) of the values.
 
     The extents of all points that lie no higher than the optimum by twice the error of the
-    objective, and break margins by no more than theirs, along the axes and the lines between two.
+    objective, and break margins by no more than theirs: along the axes, and along the lines to the
+    farthest points by the planes of these `gradients` (j, 1 + m, k).
     """
+    from scipy.optimize import linprog
+
     size, base = unit.size, values(unit)
     if base is None or not np.any(bias > KNOWN):
         return np.zeros(size)
@@ -195,19 +199,19 @@ def reach(values: Values, unit: np.ndarray, bias: np.ndarray) -> np.ndarray:
         return bool(there[0] - base[0] < 2.0 * bias[0] + KNOWN)
 
     def extent(axis: np.ndarray) -> float:
-        step, factor = FIRST_AWAY, AWAY
+        step = FIRST_AWAY
         while step < 1.0 and within(step * axis):
             step *= AWAY
-        for _ in range(HALVINGS):
-            factor = float(np.sqrt(factor))
-            step = step if within(step / factor * axis) else step / factor
         return step
 
-    axes = np.eye(size)
-    away = np.array([max(extent(axis), extent(-axis)) for axis in axes])
-    for i, j in combinations(range(size), 2):
-        for other in (axes[j] * away[j], -axes[j] * away[j]):
-            line = axes[i] * away[i] + other
-            line /= np.linalg.norm(line)
-            away = np.maximum(away, max(extent(line), extent(-line)) * np.abs(line))
+    signs = np.where(np.arange(base.size) == 0, 1.0, -1.0)
+    room = 2.0 * bias + np.append(KNOWN, np.maximum(base[1:], 0.0) + MARGIN)
+    away, largest = np.zeros(size), np.max(np.abs(room))
+    for axis in (*np.eye(size), *-np.eye(size)):
+        rows = (signs[:, None] * gradients).reshape(-1, size)
+        right = np.tile(room / largest, len(gradients))
+        farthest = linprog(-axis, A_ub=rows, b_ub=right, bounds=(-1.0 / largest, 1.0 / largest))
+        for line in (axis,) if farthest.x is None else (axis, farthest.x):
+            line = line / max(float(np.linalg.norm(line)), 1e-300)
+            away = np.maximum(away, extent(line) * np.abs(line))
     return away

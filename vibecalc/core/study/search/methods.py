@@ -1,26 +1,18 @@
 """Search methods by name: each from one start, refined by `minimise` or compared as they are."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from vibecalc.core.study.search.derivatives import stationarity
-from vibecalc.core.study.search.local_search import Searcher, local_search, set_scale
+from vibecalc.core.study.search.local_search import Searcher, local_search
 from vibecalc.core.study.search.problem import (
     AMPLE_MARGIN,
     CONVERGED,
-    Ahead,
-    Box,
-    BudgetSpent,
-    Evaluate,
     Sampler,
     largest_part,
 )
-from vibecalc.errors import NumericalFailure
 
 # ----------------------------------------------------------------------------
 # Direct searches: by exploratory and pattern moves, and with a simplex that crawls downhill.
@@ -254,9 +246,6 @@ def differential_evolution(
 # All search methods under one signature, so that they can stand side by side.
 # ----------------------------------------------------------------------------
 
-#: evaluations kept back for the residual at the end, for each variable
-_RESERVE = 40
-
 
 class Method(NamedTuple):
     """A search from one start, its name in words and where it is published.
@@ -268,88 +257,6 @@ class Method(NamedTuple):
     words: str
     citation: str
     everywhere: bool = False
-
-
-class MethodEnd(NamedTuple):
-    """Where one method ended, without any help, and what it cost.
-
-    `variables` (n,), `objective` and `margins` (m,) as `evaluate` gives them;
-    `violation` is the most negative margin as a positive number, or 0; `residual` is the distance
-    from a stationary point (`stationarity`); `evaluations` counts the points of the search itself
-    and `failures` those of them that have no value. `reason` says why it stopped.
-    """
-
-    variables: np.ndarray
-    objective: float
-    margins: np.ndarray
-    violation: float
-    residual: float
-    evaluations: int
-    failures: int
-    reason: str
-
-    @property
-    def converged(self) -> bool:
-        """Whether the search ended because nothing was left to gain."""
-        return self.reason == CONVERGED
-
-
-def find(
-    name: str,
-    evaluate: Evaluate,
-    lower: ArrayLike,
-    upper: ArrayLike,
-    *,
-    first: ArrayLike | None = None,
-    budget: int = 20000,
-    period: ArrayLike = 0.0,
-    ahead: Ahead | None = None,
-) -> MethodEnd:
-    """Search with one method of `METHODS` from one start, and take its end as it is.
-
-    Parameters
-    ----------
-    name : str
-        Key of `METHODS`.
-    evaluate, lower, upper, first, period, ahead
-        As of `minimise.minimise`; lower < upper.
-    budget : int
-        Most evaluations; a method that spends them gives its best point and has not converged.
-
-    Raises
-    ------
-    NumericalFailure
-        If the start cannot be evaluated.
-    """
-    box = Box(lower, upper, period)
-    start = np.full(box.size, 0.5) if first is None else box.unit(np.asarray(first, dtype=float))
-    sampler = Sampler(evaluate, box, budget, ahead)
-    set_scale(sampler, start[None, :])
-    if sampler(start) is None:
-        raise NumericalFailure(
-            f"the start of the search cannot be evaluated: {sampler.failure(start)}"
-        )
-    try:
-        unit, reason = METHODS[name].search(sampler, start)
-    except BudgetSpent:
-        unit, reason = sampler.best, f"spent its {budget} evaluations"
-    evaluations, failures = sampler.count, len(sampler.failures)
-    sampler.budget += _RESERVE * (box.size + 1)
-    residual = np.inf
-    with suppress(BudgetSpent):
-        residual = stationarity(sampler, unit)
-    vector = sampler(unit)
-    assert vector is not None
-    return MethodEnd(
-        variables=box.values(unit),
-        objective=sampler.top(unit) * sampler.scale,
-        margins=sampler.of_limits(vector[sampler.parts :], np.min),
-        violation=sampler.violation(unit),
-        residual=residual,
-        evaluations=evaluations,
-        failures=failures,
-        reason=reason,
-    )
 
 
 METHODS: dict[str, Method] = {

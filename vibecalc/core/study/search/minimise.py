@@ -1,12 +1,13 @@
 """Minimise a function of bounded variables while margins are kept, from many starts."""
 
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.core.study.search.local_search import local_search, search_all
+from vibecalc.core.study.search.derivatives import stationarity
+from vibecalc.core.study.search.local_search import local_search, search_all, set_scale
 from vibecalc.core.study.search.methods import METHODS
 from vibecalc.core.study.search.newton import BALANCED, Refined, walls
 from vibecalc.core.study.search.problem import (
@@ -323,9 +324,8 @@ def minimise(
     box = Box(lower, upper, period)
     sampler = Sampler(evaluate, box, budget, ahead, errors)
     count = box.lower.size
-    begin = np.full(box.size, 0.5) if first is None else box.unit(np.asarray(first, dtype=float))
     further = spread(starts, count)[:, box.moving] if isinstance(starts, int) else box.unit(starts)
-    points = np.vstack([begin[None, :], further])
+    points = np.vstack([_begin(box, first), further])
     chosen = METHODS[method]
     searcher = local_search if method == "sequential_quadratic" else chosen.search
     try:
@@ -347,3 +347,66 @@ def minimise(
             f"{sampler.lowest_feasible()}. Allow more evaluations or ask for fewer starts."
         ) from None
     return _summary(sampler, searches, best, optima, rtol)
+
+
+#: evaluations kept back for the residual at the end, for each variable
+_RESERVE = 40
+
+
+def find(
+    name: str,
+    evaluate: Evaluate,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    *,
+    first: ArrayLike | None = None,
+    budget: int = 20000,
+    period: ArrayLike = 0.0,
+    ahead: Ahead | None = None,
+) -> Optimum:
+    """Search with one method of `METHODS` from one start, and take its end as it is.
+
+    Parameters
+    ----------
+    name : str
+        Key of `METHODS`.
+    evaluate, lower, upper, first, period, ahead
+        As of `minimise`; lower < upper.
+    budget : int
+        Most evaluations; a method that spends them gives its best point and has not converged.
+
+    Returns
+    -------
+    end : Optimum
+        The end and the `history` of its one search. Nothing is refined: `kkt_residual` is how far
+        it is from a stationary point (`stationarity`), which takes no part in the evaluations.
+
+    Raises
+    ------
+    NumericalFailure
+        If the start cannot be evaluated.
+    """
+    box = Box(lower, upper, period)
+    sampler, start = Sampler(evaluate, box, budget, ahead), _begin(box, first)
+    set_scale(sampler, start[None, :])
+    if sampler(start) is None:
+        raise NumericalFailure(
+            f"the start of the search cannot be evaluated: {sampler.failure(start)}"
+        )
+    try:
+        unit, reason = METHODS[name].search(sampler, start)
+    except BudgetSpent:
+        unit, reason = sampler.best, f"spent its {budget} evaluations"
+    top, broken = sampler.top(unit), sampler.violation(unit)
+    end = Search(start, unit, top, broken, reason, sampler.count)
+    found = _summary(sampler, [end], _at_rest(sampler, unit), [], np.inf)
+    sampler.budget += _RESERVE * (box.size + 1)
+    residual = np.inf
+    with suppress(BudgetSpent):
+        residual = stationarity(sampler, unit)
+    return replace(found, kkt_residual=residual)
+
+
+def _begin(box: Box, first: ArrayLike | None) -> np.ndarray:
+    """The first start on the cube, its middle where none is given."""
+    return np.full(box.size, 0.5) if first is None else box.unit(np.asarray(first, dtype=float))

@@ -67,11 +67,9 @@ class Box:
         unit = self.fold(unit)
         linear = self._low + self._width * unit
         inside = np.where(self.logarithmic, self._base * self._ratio**unit, linear)
-        ends = np.where((unit >= 1.0) & ~self.around, self._high, self._low)
-        at_end = (unit <= 0.0) | (unit >= 1.0)
-        return self.whole(
-            np.where(at_end, ends, np.clip(inside, self._low, self._high)), self.lower
-        )
+        inside = np.clip(inside, self._low, self._high)
+        inside = np.where((unit >= 1.0) & ~self.around, self._high, inside)
+        return self.whole(np.where(unit <= 0.0, self._low, inside), self.lower)
 
     def whole(self, part: np.ndarray, held: np.ndarray) -> np.ndarray:
         """An array (..., n) of numbers (..., k) of the variables that move, and those `held`."""
@@ -373,6 +371,11 @@ class Search(NamedTuple):
     def feasible(self) -> bool:
         """Whether the end keeps all limits, as far as a search gets without being refined."""
         return self.violation <= FEASIBLE_WITHIN
+
+    @property
+    def converged(self) -> bool:
+        """Whether it ended because nothing was left to gain."""
+        return self.reason == CONVERGED
 
 
 class LocalOptimum(NamedTuple):

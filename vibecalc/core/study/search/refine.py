@@ -49,11 +49,12 @@ def by_newton(sampler: Sampler, unit: np.ndarray) -> Refined | None:
 
 def _planes(sampler: Sampler, unit: np.ndarray) -> Refined | None:
     whole = largest_part(sampler)
-    settled = settle(whole, unit)
-    if settled is None or not _keeps(sampler, settled.unit):
+    found = settle(whole, unit)
+    if found is None or not _keeps(sampler, found[0].unit):
         return None
+    settled, gradients = found
     bias = sampler.bias(settled.unit)[sampler.parts - 1 :]  # all parts have one error
-    away = reach(whole, settled.unit, bias)
+    away = reach(whole, settled.unit, bias, gradients)
     return settled._replace(
         error=np.where(settled.sides == 0, settled.error + away, 0.0),
         excess=settled.excess + float(bias[0] + settled.margins @ bias[1:]),

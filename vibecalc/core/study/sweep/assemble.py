@@ -169,7 +169,7 @@ def _together(parts: Sequence[SweepResult]) -> Iterator[Block]:
         for part in parts
     )
     step = max(1, min(_AT_ONCE, _ENTRIES // max(entries, 1)))
-    words = [part.failures().by_point() for part in parts]
+    words = [part.reasons() for part in parts]
     for first in range(0, count, step):
         numbers = np.arange(first, min(first + step, count))
         whole: Block | None = None
@@ -193,9 +193,9 @@ def _block(part: SweepResult, words: Mapping[int, str], numbers: np.ndarray) -> 
         return None
     quantities = {
         path: BlockQuantity(
-            values=one.values(first, last),
-            errors=one.errors(first, last),
-            standard_errors=one.standard_errors(first, last),
+            values=part.values(path, first, last),
+            errors=part.errors(path, first, last),
+            standard_errors=part.standard_errors(path, first, last),
             axes=one.axes,
             unit=one.unit,
             long_name=one.long_name,

@@ -2,6 +2,7 @@
 
 import difflib
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from itertools import islice, product
 from typing import Any
 
@@ -9,8 +10,9 @@ import numpy as np
 
 from vibecalc.core.case.load import LoadedCase, validate
 from vibecalc.core.case.raw import case_at
-from vibecalc.core.case.walk import Shape, bound_words
+from vibecalc.core.case.walk import bound_words
 from vibecalc.core.results.record import Entry
+from vibecalc.core.run.columns import allowed_by
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.targets import unknown_quantity
 from vibecalc.core.study.sweep.design import AxisKey, Design, make_design, size_words
@@ -24,7 +26,6 @@ from vibecalc.schema import Case
 
 _BLOCK = 1 << 18  # values looked through at a time
 _SHOWN = 3
-_COMPARE = {"gt": np.greater, "ge": np.greater_equal, "lt": np.less, "le": np.less_equal}
 
 
 def forbidden_values(design: Design) -> Iterator[Problem]:
@@ -32,14 +33,6 @@ def forbidden_values(design: Design) -> Iterator[Problem]:
     for column, key in enumerate(design.every):
         if not key.choices and not np.all(allowed_by(key.shape, np.array(key.values.ends))):
             yield from _of_key(design, key, column)
-
-
-def allowed_by(shape: Shape, values: np.ndarray) -> np.ndarray:
-    """Whether each value is finite and within the bounds of its place in a case."""
-    allowed = np.isfinite(values)
-    for name, bound in shape.bounds:
-        allowed &= _COMPARE[name](values, bound)
-    return np.asarray(allowed)
 
 
 def _of_key(design: Design, key: AxisKey, column: int) -> Iterator[Problem]:
@@ -88,19 +81,18 @@ def check_design(design: Design, resolved: Mapping[str, Any]) -> list[Problem]:
     return list(forbidden_values(design)) or list(_no_point(design, resolved))
 
 
-def choice_cases(design: Design, resolved: Mapping[str, Any]) -> Iterator[tuple[Settings, "Case"]]:
-    """One case for each combination of choices that the sweep varies, with what they are.
+def _plans(design: Design, resolved: Mapping[str, Any]) -> list[tuple[Settings, dict[str, Entry]]]:
+    """Results of one case for each combination of choices that the sweep varies, with these.
 
     Stages and results hang on choices alone. Without choices there is one case, the first point.
     Points that are no case are left out, and so are combinations after the first 64.
     """
-    names = {key.key: key.choices for key in design.every}
+    chosen, plans = {key.key for key in design.every if key.choices}, []
     for settings in islice(_combinations(design), _COMBINATIONS):
-        try:
-            case = validate(case_at(resolved, settings))
-        except CaseError:
-            continue
-        yield {key: value for key, value in settings.items() if names[key]}, case
+        with suppress(CaseError):
+            planned = planned_quantities(validate(case_at(resolved, settings)))
+            plans.append(({key: settings[key] for key in settings if key in chosen}, planned))
+    return plans
 
 
 def _combinations(design: Design) -> Iterator[Settings]:
@@ -130,12 +122,9 @@ def _no_point(design: Design, resolved: Mapping[str, Any]) -> Iterator[Problem]:
     for problem in problems[:_SHOWN]:
         at = [key.place for key in design.every if problem.path[: len(key.path)] == key.path]
         place = at[0] if at else ("sweep",)
-        yield Problem(
+        yield problem._replace(
             path=place,
             message=f"no point of the sweep is a case: {problem.message}",
-            found=problem.found,
-            allowed=problem.allowed,
-            hint=problem.hint,
             also=problem.path if place == ("sweep",) else None,
         )
 
@@ -202,12 +191,6 @@ def keep_problems(
                 )
             )
     return problems
-
-
-def _plans(design: Design, resolved: Mapping[str, Any]) -> list[tuple[Settings, dict[str, Entry]]]:
-    return [
-        (settings, planned_quantities(case)) for settings, case in choice_cases(design, resolved)
-    ]
 
 
 def _unshared_axis(entry: Entry) -> str:

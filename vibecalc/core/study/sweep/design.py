@@ -261,10 +261,12 @@ class Design:
 
     def description(self) -> dict[str, Any]:
         """The design as plain values, for hashes and result files."""
-        drawing = {"points": self.points, "seed": self.seed, "drawn_by": drawn_by()}
+        drawing: dict[str, Any] = {}
+        if self.sampling != "grid":
+            drawing = {"points": self.points, "seed": self.seed, "drawn_by": drawn_by()}
         return {
             "sampling": self.sampling,
-            **(drawing if self.sampling != "grid" else {}),
+            **drawing,
             "indices": self.indices,
             "axes": [
                 [{"key": key.key, **key.values.description()} for key in axis.keys]

@@ -160,11 +160,9 @@ class Journal:
 
     def start(self) -> None:
         """Make the file, or cut off what is no whole chunk; UsageError if that cannot be done."""
-        mode = "r+b" if self.places else "wb"
-        with in_words("cannot write", self.path), open(self.path, mode, buffering=0) as stream:
-            if self.places:
-                stream.truncate(self.end)
-            else:
+        with in_words("cannot write", self.path), open(self.path, "ab", buffering=0) as stream:
+            stream.truncate(self.end if self.places else 0)
+            if not self.places:
                 self.end = stream.write(self.title)
 
     def write(self, number: int, block: Block) -> None:

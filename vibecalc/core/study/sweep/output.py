@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from vibecalc import __version__
+from vibecalc.core.results.files import in_words
 from vibecalc.core.results.layout import NOT_RUN, UNLUCKY
 from vibecalc.core.results.sweep_file import is_sweep, open_sweep
 from vibecalc.core.study.sweep.journal import Journal
@@ -37,19 +38,14 @@ def locked(output: Path) -> Iterator[None]:
 
     path = lock_path(output)
     lock = FileLock(path)
+    with in_words("cannot make the lock file", path):
+        try:
+            lock.acquire(timeout=0)
+        except Timeout:
+            raise UsageError(f"another sweep{_holder(path)} is writing {output}") from None
     try:
-        lock.acquire(timeout=0)
-        path.write_text(f"process {os.getpid()} on {socket.gethostname()}", encoding="utf-8")
-    except Timeout:
-        raise UsageError(f"another sweep{_holder(path)} is writing {output}") from None
-    except OSError as error:
-        if lock.is_locked:
-            with suppress(OSError):
-                path.unlink()
-        lock.release()
-        reason = (error.strerror or str(error)).lower()
-        raise UsageError(f"cannot make the lock file {path}: {reason}") from error
-    try:
+        with in_words("cannot make the lock file", path):
+            path.write_text(f"process {os.getpid()} on {socket.gethostname()}", encoding="utf-8")
         yield
     finally:
         with suppress(OSError):  # while it is held: who has opened it meanwhile tries again

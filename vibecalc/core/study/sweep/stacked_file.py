@@ -23,7 +23,6 @@ from vibecalc.core.results.layout import (
     STATUS_WORDS,
     SWEEP,
     SWEEP_SCHEMA_VERSION,
-    TEXT_CHECKSUM,
     VALUES,
     VERSION_ATTRIBUTE,
     text_checksum,
@@ -124,8 +123,6 @@ def write_stacked(target: Path, head: SweepHead, blocks: Callable[[], Iterator[B
     equal. Points of no block are "not run". UsageError with the reason if it cannot be written;
     an old file is then as it was.
     """
-    from h5py import h5a
-
     stacking = look_through(blocks(), head.stored)
     with (
         written_aside(target, check_sweep) as temporary,
@@ -138,13 +135,7 @@ def write_stacked(target: Path, head: SweepHead, blocks: Callable[[], Iterator[B
         writer = stacked.writer
         words = np.array(list(stacked.texts), dtype=object)
         writer.dataset(writer.group(MESSAGE), "text", words)
-        writer.provenance(head.result.provenance, head.result.timings)
-        # texts have no checksum of HDF5, so they get one of ours, as in every result
-        place = writer.group(PROVENANCE)
-        writer.number(place, TEXT_CHECKSUM, 0)
-        file.flush()
-        checksum = np.array(text_checksum(temporary))
-        h5a.open(place, TEXT_CHECKSUM.encode()).write(checksum)
+        writer.finish(file, head.result, lambda: text_checksum(temporary))
 
 
 class _StackedWriter:
