@@ -39,10 +39,9 @@ def isolation_topics(scene: Scene) -> list[Topic]:
         return []  # the foundation moves, and has questions of its own
     peaks = scene.record[LARGEST].values
     which = int(np.argmax(peaks))
-    if mounts is None or not peaks[which] > 0.0:
+    # the questions are of matrices that no frequency changes
+    if mounts is None or mounts.spectrum is not None or not peaks[which] > 0.0:
         return []
-    if mounts.spectrum is not None:
-        return []  # the questions are of matrices that no frequency changes
     system: OnMounts = scene.handed_on["on_mounts"]
     loads: BodyLoads = scene.handed_on["loads"]
     order, kept = loads.order[: loads.retained], loads.retained
@@ -70,9 +69,10 @@ def motion_topic(
     w: FloatArray,
     read: Callable[[np.ndarray], np.ndarray] = np.asarray,
 ) -> list[Topic]:
-    """Motion under loads (m, f) at frequencies (m,), as `read` shows it; none where none acts."""
+    """Motion under loads (m, f) at frequencies (m,), as `read` shows it; none where none acts, or
+    where frequencies change the matrices."""
     known = _known(load)
-    if not np.any(known):
+    if system.spectral is not None or not np.any(known):
         return []
     solver = ours(
         "inverse and one step", "inverse of the scaled matrix, refined once",
@@ -99,8 +99,6 @@ def efficiency_topics(scene: Scene) -> list[Topic]:
         return []
     loads: BodyLoads = scene.handed_on["loads"]
     system: OnMounts = scene.handed_on["on_mounts"]
-    if system.spectral is not None:
-        return []  # the question is of matrices that no frequency changes
     load = system.felt(loads.load[: loads.retained])
     w = loads.order[: loads.retained] * scene.case.machine.speed
 

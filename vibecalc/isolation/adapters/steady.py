@@ -38,8 +38,8 @@ class Moved(NamedTuple):
     at_mounts: Bounded
     deflection: Bounded
     force: Bounded
-    directions: tuple[int, ...] = (0, 1, 2)
-    alike: tuple[np.ndarray, np.ndarray] | None = None
+    directions: tuple[int, ...]
+    alike: tuple[np.ndarray, np.ndarray]
 
 
 def moved_by(system: OnMounts, motion: Bounded, frequency: np.ndarray) -> Moved:
@@ -121,8 +121,6 @@ def emit_steady(scene: Scene, mounts: Mounts, moved: Moved, solve: Solve) -> Non
 
 def _largest(moved: Moved, loads: BodyLoads) -> Summed:
     """Largest force of each mount over the cycle, of mounts that are alike once."""
-    if moved.alike is None:
-        return length_over_cycle(moved.force, loads)
     first, which = moved.alike
     peak = length_over_cycle(moved.force[..., first, :, :], loads)
     return peak._replace(value=peak.value[..., which], error=peak.error[..., which])
