@@ -21,7 +21,7 @@ def run_foundation(scene: Scene) -> None:
     frequency = forcing.order * np.asarray(speed)[..., None]
 
     def moved(one: OnMounts) -> tuple[Bounded, Bounded]:
-        motion, _ = steady_motion(scene, one, one.felt(load), forcing.order)
+        motion = steady_motion(scene, one, load, forcing.order)
         return motion, one.ground_load(motion, frequency)[..., 0]
 
     (motion, ground_force), (_, rigid_force) = moved(system), moved(alone)

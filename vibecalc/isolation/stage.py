@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Entries, Harmonics, Leading, Stage, Subject, Unit, Work, below
 from vibecalc.excitation.stage import USUAL_ORDERS
 from vibecalc.isolation.mount_results import (
@@ -13,7 +14,14 @@ from vibecalc.isolation.mount_results import (
     OF_RUN_UP,
     OF_STOPS,
 )
-from vibecalc.isolation.results import NEAREST, OF_TORQUE, STEADY, STEADY_AT_SUPPORTS
+from vibecalc.isolation.results import (
+    NEAREST,
+    OF_TORQUE,
+    STEADY,
+    STEADY_AT_SUPPORTS,
+    LeverForce,
+    SupportForce,
+)
 from vibecalc.kinematics.stage import orders_given, orders_of_motion, orders_words
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import (
@@ -35,6 +43,7 @@ if TYPE_CHECKING:
     from vibecalc.schema import Case
 
 ORDERS = "half ones of four strokes, else whole ones, and as many again for the error"
+_TORQUE = ", with the torque of the cylinders"
 
 
 def _of_mounts(case: "Case") -> tuple[str, ...]:
@@ -59,11 +68,7 @@ def of_operating_speed(case: "Case") -> tuple[str, ...]:
 _PITCH_ONLY = ("isolation/pitch/", "isolation/lever_force/", "support_force/rigid_peak")
 CURVE = "isolation/pitch/transmissibility_curve"
 #: of the run-up, without its curves
-PEAKS = tuple(
-    f"isolation/{force}/run_up_peak{what}"
-    for force in ("support_force", "lever_force")
-    for what in ("", "_speed")
-)
+PEAKS = [paths_of(one, "run_up_peak", "run_up_peak_speed") for one in (SupportForce, LeverForce)]
 _BODY_ONLY = ("isolation/modes/", "isolation/body/")
 #: of the stages next to it
 _OTHERS = ("run_up", "masked", "efficiency", "isolation/mounts/")
@@ -84,13 +89,9 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
     yield Stage(
         name="isolation",
         adapter="vibecalc.isolation.adapters.body:run_isolation",
-        why=f'[isolation] is in the case, model = "{options.model}"'
-        + ", with the torque of the cylinders" * torque,
-        parts=parts_of_loads(case),
-        orders=ORDERS if torque else orders_words(case),
+        why=f'[isolation] is in the case, model = "{options.model}"' + _TORQUE * torque,
         cost="one solve per order at " + speed,
         quantities=quantities,
-        harmonics=orders_of_loads,
         work=_work_of_isolation,
         topics=("vibecalc.isolation.accuracy:isolation_topics",),
         leading=Leading(
@@ -102,6 +103,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
             else why_alone(case),
             most=2048 if pitch else 1024,
         ),
+        **_of_loads(case),
     )
     if foundation_kind(case) != "body":
         yield from run_up_stage(case)
@@ -114,36 +116,34 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
     options = case.isolation
     if options is None or options.run_up is None:
         return
-    pitch = options.model == "pitch"
+    pitch, mounts = options.model == "pitch", case.machine.mounts
+    stops = mounts is not None and has_stops(mounts)
     first, last = options.run_up.start, options.run_up.stop
     torque = torque_reaches_mounts(case)
     yield Stage(
         name="run_up",
         adapter="vibecalc.isolation.adapters.run_up:run_run_up",
-        why="[isolation] run_up is in the case" + ", with the torque of the cylinders" * torque,
-        parts=("body", "mounts", *(("crank_train",) if torque else ())),
-        orders=ORDERS if torque else orders_words(case),
+        why="[isolation] run_up is in the case" + _TORQUE * torque,
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
         quantities=tuple(
             path
             for path in below("isolation/", without=() if pitch else ("lever_force",))
             if ("run_up" in path or "masked" in path)
-            and path not in OF_RUN_UP
+            and (stops or path not in OF_RUN_UP)
             and (options.run_up_maxima is not None or "/maxima/" not in path)
-        )
-        + (OF_RUN_UP if case.machine.mounts is not None and has_stops(case.machine.mounts) else ()),
+        ),
         is_last=True,
-        harmonics=orders_of_loads,
-        work=_work_of_run_up,
+        work=lambda case, orders: ((orders * _RUN_UP, f"{'pitch' if pitch else 'body'}_solve"),),
         topics=("vibecalc.isolation.accuracy:run_up_topics",),
         leading=None
         if torque or foundation_kind(case) == "body"
         else Leading(
             keys=MOUNT_KEYS,
-            only=PEAKS if pitch else PEAKS[:2],
+            only=(*PEAKS[0], *PEAKS[1] * pitch),
             most=1024,
-            adapter="vibecalc.isolation.arrays:run_up_peaks",
+            adapter="vibecalc.isolation.adapters.run_up:run_up_of_points",
         ),
+        **_of_loads(case),
     )
 
 
@@ -151,19 +151,16 @@ def efficiency_stage(case: "Case") -> Iterator[Stage]:
     """What reaches the ground, through the foundation where that moves with the machine."""
     if case.isolation is None or not case.isolation.efficiency:
         return
-    torque = torque_reaches_mounts(case)
     yield Stage(
         name="isolation efficiency",
         adapter="vibecalc.isolation.adapters.efficiency:run_efficiency",
-        why="[isolation] efficiency is in the case" + ", with the torque of the cylinders" * torque,
-        parts=parts_of_loads(case),
-        orders=ORDERS if torque else orders_words(case),
+        why="[isolation] efficiency is in the case" + _TORQUE * torque_reaches_mounts(case),
         cost="one solve per order and at some hundred frequencies",
         quantities=below("isolation/efficiency/"),
         is_last=True,
-        harmonics=orders_of_loads,
-        work=_work_of_efficiency,
-        topics=("vibecalc.isolation.efficiency_accuracy:efficiency_topics",),
+        work=lambda case, orders: ((2 * orders + 6 * _CURVE, "body_solve"), (1, "modes")),
+        topics=("vibecalc.isolation.accuracy:efficiency_topics",),
+        **_of_loads(case),
     )
 
 
@@ -200,8 +197,11 @@ def entries_of_loads(case: "Case", axis: str) -> Entries | None:
     return Entries(tuple(found.lowest * i for i in range(1, found.number + 1)), found.rule)
 
 
-def orders_of_reaction(case: "Case") -> Harmonics:
-    """Half orders of a torque reaction; as many again are solved for the error."""
+def orders_of_reaction(case: "Case", shaking: int | None = None) -> Harmonics:
+    """Half orders of a torque reaction; as many again are solved for the error.
+
+    `shaking` orders act on the body beside it, those of the motion of the pistons if not said.
+    """
     step = TURN / cycle_angle(case.machine)
     torsion = None if case.response is None else case.response.torsion
     given = None if torsion is None else torsion.orders
@@ -210,31 +210,25 @@ def orders_of_reaction(case: "Case") -> Harmonics:
         said = given.highest or (given.count or 0) * (given.step or step)
     orders = None if case.excitation is None else case.excitation.orders
     usual = USUAL_ORDERS if orders is None and not said else 0
-    shaking = orders_of_motion(case).number
-    highest = max(said, shaking, usual)
+    highest = max(said, orders_of_motion(case).number if shaking is None else shaking, usual)
     rule = "[response.torsion] orders" if highest == said else "of the shaking"
     count = math.ceil(highest / step)
     rule = "the usual ones" if highest == usual else rule
     return Harmonics(count, step, count * step, f"{rule}; as many again for the error")
 
 
+def _of_loads(case: "Case") -> dict[str, Any]:
+    """What stages under all loads have in common."""
+    words = ORDERS if torque_reaches_mounts(case) else orders_words(case)
+    return {"parts": parts_of_loads(case), "orders": words, "harmonics": orders_of_loads}
+
+
 def _work_of_isolation(case: "Case", orders: int) -> Work:
-    assert case.isolation is not None
-    if case.isolation.model == "pitch":
+    if case.isolation and case.isolation.model == "pitch":
         return ((orders, "pitch_solve"), (1, "modes"))
     if torque_reaches_mounts(case):  # as many orders again, and each cause alone
         return ((6 * orders, "body_solve"), (1, "modes"), (2 * orders, "order"))
     return ((orders, "body_solve"), (1, "modes"))
-
-
-def _work_of_run_up(case: "Case", orders: int) -> Work:
-    assert case.isolation is not None
-    pitch = case.isolation.model == "pitch"
-    return ((orders * _RUN_UP, "pitch_solve" if pitch else "body_solve"),)
-
-
-def _work_of_efficiency(case: "Case", orders: int) -> Work:
-    return ((2 * orders + 6 * _CURVE, "body_solve"), (1, "modes"))
 
 
 def _entries(case: "Case", path: str, axis: str) -> Entries | None:

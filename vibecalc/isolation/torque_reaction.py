@@ -1,13 +1,13 @@
 """What the torque of an engine's cylinders does to its body, about the crankshaft."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from vibecalc.isolation.rows import EMPTY, HarmonicsAt, Jet
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
+from vibecalc.isolation.rows import HarmonicsAt, Jet
+from vibecalc.numerics.bounded import Bounded, reshaped, rounded, where
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.response.modes import Modes
 
 if TYPE_CHECKING:
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 #   gives it back.
 # ----------------------------------------------------------------------------
 
+#: some of the orders
+Part: TypeAlias = slice | np.ndarray
 #: orders beyond twice the highest against those up to there: forces that fall as order^-2 or faster
 TAIL = 2.0
 #: relative step of speed of numerical derivatives, and the slowest speed of a line, rad/s
@@ -41,17 +43,6 @@ STEP = 1e-4
 SLOWEST = 1e-2
 #: share of the largest modal force from which on an order is said to drive a mode
 DRIVES = 1e-3
-
-
-class NearestOrder(NamedTuple):
-    """Of each mode the order nearest to it of those that drive it; 0 and infinite if none does.
-
-    `margin` (modes,) is the frequency of that order over the natural frequency, less 1.
-    """
-
-    order: np.ndarray
-    margin: np.ndarray
-    margin_error: np.ndarray
 
 
 def line_transfer(line: "Line", spin_inertia: Bounded, frequency: np.ndarray) -> Bounded:
@@ -97,29 +88,23 @@ def couple_on_body(torque: Bounded, transfer: Bounded | None = None, share: floa
 
     `transfer` (m, c) belongs to the freedoms of the cylinders; without one it is minus `share`.
     """
-    size = np.abs(torque.value)
-    count = size.shape[-2] * EPSILON
     if transfer is None:
-        count = count + 16.0 * EPSILON
-        value = -share * torque.value.sum(-2)
-        return Bounded(value, share * (torque.error.sum(-2) + count * size.sum(-2)))
-    given = Bounded(*(np.swapaxes(part, -1, -2) for part in transfer))
-    value = (given.value * torque.value).sum(-2)
-    uncertainty = np.abs(given.value) * (torque.error + count * size)
-    return Bounded(value, (uncertainty + given.error * (size + torque.error)).sum(-2))
+        return (torque * rounded(-share, 32)).sum(-2)
+    return (reshaped(transfer, lambda part: np.swapaxes(part, -1, -2)) * torque).sum(-2)
 
 
-def linear_couple(ends: np.ndarray, low: Bounded, high: Bounded) -> HarmonicsAt:
-    """Couple (speeds, m) that is linear in the speed between two `ends`, given there (m,)."""
-    span = ends[1] - ends[0]
-    slope = (high.value - low.value) / span
-    uncertainty = (low.error + high.error) / span
+def linear_couple(
+    by_speed: Callable[[np.ndarray], Bounded], low: float, high: float
+) -> HarmonicsAt:
+    """Couple (speeds, m) of a law (speeds,) to (speeds, m) that is linear between two speeds."""
+    span, ends = high - low, by_speed(np.array([low, high]))
+    slope = (ends.value[1] - ends.value[0]) / span
+    uncertainty = ends.error.sum(0) / span
 
     def couple_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
-        share = ((speed - ends[0]) / span)[:, None]
-        value = (1.0 - share) * low.value + share * high.value
+        share = ((speed - low) / span)[:, None]
+        value, error = ends[0] * (1.0 - share) + ends[1] * share
         empty = np.zeros_like(value)
-        error = (1.0 - share) * low.error + share * high.error + 4.0 * EPSILON * np.abs(value)
         return Jet(value, error, empty + slope, empty.real + uncertainty, empty)
 
     return couple_at
@@ -139,63 +124,37 @@ def couple_by_differences(
         at = np.maximum(speed, SLOWEST)
         value, error = by_speed(at)
         if not slopes:
-            return Jet(value, error, EMPTY, EMPTY, EMPTY)
+            return Jet(value, error)
         step = np.minimum(STEP * at, 0.25 * (high - low))
         middle = np.clip(at, low + 2.0 * step, high - 2.0 * step)
         far_before, before, here, after, far_after = (
             by_speed(np.clip(middle + steps * step, low, high)) for steps in range(-2, 3)
         )
         step, moved = step[:, None], (at - middle)[:, None]
-        slope = (after.value - before.value) / (2.0 * step)
+        slope, uncertainty = (after - before) / (2.0 * step)
+        wider = (far_after.value - far_before.value) / (4.0 * step)
         curvature = (after.value - 2.0 * here.value + before.value) / np.square(step)
-        wider = far_after.value - far_before.value
-        uncertainty = np.abs(wider / (4.0 * step) - slope) + (after.error + before.error) / (
-            2.0 * step
-        )
+        uncertainty = uncertainty + np.abs(wider - slope)
         return Jet(value, error, slope + curvature * moved, uncertainty, curvature)
 
     return couple_at
 
 
-def with_shaking(
-    couple: Bounded, half_order: np.ndarray, axis: np.ndarray, shaking: Bounded
-) -> Bounded:
-    """Loads (m, 6) on the body: a couple (m,) about the unit vector `axis`, and what shakes it.
-
-    `shaking` (n, 6) holds forces and couples of the orders 1 .. n at the speed; it enters at the
-    whole ones of the orders `half_order` (m,).
-    """
-    value = np.zeros((len(half_order), 6), dtype=complex)
-    error = np.zeros(value.shape)
-    value[:, 3:] = couple.value[:, None] * axis
-    error[:, 3:] = couple.error[:, None] * np.abs(axis)
-    whole = (half_order == np.floor(half_order)) & (half_order <= len(shaking.value))
-    place = half_order[whole].astype(int) - 1
-    value[whole] += shaking.value[place]
-    error[whole] += shaking.error[place] + EPSILON * np.abs(value[whole])
-    return Bounded(value, error)
-
-
 def nearest_driven(
     shapes: Modes, loads: Bounded, half_order: np.ndarray, speed: float
-) -> NearestOrder:
-    """Which order comes nearest to each mode, of those of the loads (m, 6) that drive it.
+) -> tuple[np.ndarray, Bounded]:
+    """Of each mode the order nearest to it, of those of the loads (m, 6) that drive it, 0 if none
+    does; and the frequency of that order over the natural frequency, less 1, or infinite.
 
     An order drives a mode if its modal force is no rounding, and a thousandth of the largest one.
     """
     force = loads @ shapes.bounded_shape
     size = np.abs(force.value)
     drives = (size > 4.0 * force.error) & (size >= DRIVES * size.max(axis=0))
-    ratio = half_order[:, None] * speed / shapes.natural_frequency
-    away = np.where(drives, np.abs(ratio - 1.0), np.inf)
+    ratio = (half_order * speed)[:, None] / shapes.bounded_frequency
+    away = np.where(drives, np.abs(ratio.value - 1.0), np.inf)
     place = np.argmin(away, axis=0)
     modes = np.arange(len(place))
     none = np.isinf(away[place, modes])
-    nearest = ratio[place, modes]
-    uncertainty = shapes.natural_frequency_error / shapes.natural_frequency
-    error = nearest * (uncertainty + 4.0 * UNIT_ROUNDOFF)
-    return NearestOrder(
-        np.where(none, 0.0, half_order[place]),
-        np.where(none, np.inf, nearest - 1.0),
-        np.where(none, 0.0, error),
-    )
+    margin = where(none, np.inf, ratio[place, modes] - 1.0)
+    return np.where(none, 0.0, half_order[place]), margin

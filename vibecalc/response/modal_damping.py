@@ -78,8 +78,9 @@ def with_damped_poles(
 
     A mount with a strong damper hardly moves, and the body swings about it: lightly damped, at
     frequencies that no undamped mode has. They are the `poles` with a positive imaginary part.
-    `force` (orders, 6) is that of `resonances`. A root without damping to speak of, whose nearest
-    mode seems damped, takes that mode's place: damping leaves a combination of close modes alone.
+    `force` (..., orders, 6) are those of `resonances`. A root without damping to speak of, whose
+    nearest mode seems damped, takes that mode's place: damping leaves a combination of close modes
+    alone.
 
     Of many machines (..., modes), which have no such root or are run alone, the moved resonances
     have as many places as the machine with the most of them, NaN for none.
@@ -111,6 +112,6 @@ def with_damped_poles(
         place = nearest[pole]
         replaced.frequency[place], replaced.damping_ratio[place] = frequency[pole], ratio[pole]
         swing = shapes.shape @ states[: len(shapes.shape), pole]
-        driven = np.abs(force.value @ swing) > 4.0 * (force.error @ np.abs(swing))
-        replaced.idle[:, place] = ~driven
+        drives = np.abs(force.value @ swing) > 4.0 * (force.error @ np.abs(swing))
+        replaced.idle[..., place] = ~np.any(drives, axis=tuple(range(drives.ndim - 1)))
     return replaced

@@ -8,33 +8,19 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import Forcing, few_orders
-from vibecalc.isolation.adapters.common import (
-    KeptRows,
-    RunUpSection,
-    RunUpSetup,
-    isolation_of,
-)
+from vibecalc.isolation.adapters.common import isolation_of
+from vibecalc.isolation.adapters.loads import couple_about, with_shaking
 from vibecalc.isolation.on_mounts import OnMounts
-from vibecalc.isolation.rows import (
-    HarmonicsAt,
-    Readout,
-    joined_rows,
-    with_left_out,
-)
-from vibecalc.isolation.torque_reaction import (
-    TAIL,
-    couple_by_differences,
-    couple_on_body,
-    linear_couple,
-    with_shaking,
-)
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.isolation.rows import HarmonicsAt, Readout, body_rows, joined_rows, with_left_out
+from vibecalc.isolation.run_up import Range
+from vibecalc.isolation.torque_reaction import TAIL, Part
+from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.numerics.cycle_peak import numbered
-from vibecalc.parts.firing import shakes_with_torque, torque_reaches_mounts
-from vibecalc.response.resonances import Resonances, idle_warnings
+from vibecalc.parts.firing import torque_reaches_mounts
+from vibecalc.response.resonances import Resonances
 
 if TYPE_CHECKING:
-    from vibecalc.isolation.adapters.torque_couple import Passing, TorqueLaw
+    from vibecalc.isolation.adapters.torque_couple import TorqueLaw
 
 # ----------------------------------------------------------------------------
 # The run-up of a body: all orders of the shaking and of the torque that reaches the mounts.
@@ -47,103 +33,111 @@ if TYPE_CHECKING:
 _NARROW = 1e-3
 
 
-def body_sections(scene: Scene, start: float, stop: float) -> tuple[RunUpSection, ...]:
-    """The range from `start` to `stop`, cut at the speeds of the gas cards within it."""
-    forcing: Forcing = scene.handed_on["forcing"]
-    if not torque_reaches_mounts(scene.case):
-        few, tail = few_orders(forcing)
-        orders = _Orders(forcing.order, slice(forcing.retained), few, tail)
-        return (RunUpSection(_setup(scene, orders, None, start, stop), start, stop),)
-    from vibecalc.isolation.adapters.torque_couple import line_passing, torque_law
+class RunUpSection(NamedTuple):
+    """A part of a run-up, between two speeds in rad/s.
 
-    law = torque_law(scene, forcing.retained)
-    within = law.speeds[(law.speeds > start) & (law.speeds < stop)]
-    passing = None if shakes_with_torque(scene.case) else line_passing(scene)
-    orders = _Orders(law.order, slice(law.retained), slice(law.retained, None), TAIL)
-    return tuple(
-        RunUpSection(_setup(scene, orders, _Gas(law, passing), low, high), low, high)
-        for low, high in pairwise([start, *within.tolist(), stop])
-    )
+    `order` (m,) has those kept, `beyond` (n,) some of those left out, which stand `factor` times
+    for all of them. `rows_of` makes rows of any readout of the coordinates of the `system` for
+    both, of forces that its mounts have passed on or else of motions. `mean` has the constant
+    couples about the crankshaft at both ends.
+    """
 
-
-class _Orders(NamedTuple):
-    """Orders (m,), those kept of them, and those that stand `tail` times for what is left out."""
-
+    system: OnMounts
+    start: float
+    stop: float
     order: np.ndarray
-    kept: slice
-    beyond: slice | np.ndarray
-    tail: np.ndarray | float
+    beyond: np.ndarray
+    factor: np.ndarray | float
+    resonances: Resonances
+    rows_of: Callable[[Readout, bool], tuple[HarmonicsAt, HarmonicsAt]]
+    mean: tuple[Bounded, ...]
+
+    @property
+    def step(self) -> float:
+        """Of the orders, which are whole numbers times this: 1/2 where a cycle is two turns."""
+        return float(self.order[0] / numbered(self.order)[0])
+
+    def given(self, readout: Readout, shows: np.ndarray, passed_on: bool = False) -> Range:
+        """What a search of some rows takes."""
+        return self.counted(*self.rows_of(readout, passed_on), shows)
+
+    def counted(self, kept: HarmonicsAt, left_out: HarmonicsAt, shows: np.ndarray) -> Range:
+        """The same of rows of both kinds of orders, in whole numbers."""
+        met, step = self.resonances, self.step
+        met = met._replace(
+            frequency=met.frequency / step, moved_frequency=met.moved_frequency / step
+        )
+        rows = with_left_out(kept, left_out, self.factor, self.beyond / step)
+        return Range(rows, numbered(self.order), met, self.start, self.stop, shows)
 
 
-class _Gas(NamedTuple):
-    """The torque of the cylinders, and how a shaft line on the body passes it on, if there is."""
+def sections(scene: Scene) -> tuple[RunUpSection, ...]:
+    """The run-up in one part, or in several, cut at the speeds of the gas cards."""
+    span = isolation_of(scene).run_up
+    if span is None:
+        raise ValueError("the case has no run-up")
+    law, cards = None, np.zeros(0)
+    if torque_reaches_mounts(scene.case):
+        from vibecalc.isolation.adapters.torque_couple import torque_law
 
-    law: "TorqueLaw"
-    passing: "Passing | None"
+        law = torque_law(scene, scene.handed_on["forcing"].retained)
+        cards = law.speeds
+    within = cards[(cards > span.start) & (cards < span.stop)]
+    ends = pairwise([span.start, *within.tolist(), span.stop])
+    return tuple(_section(scene, low, high, law) for low, high in ends)
 
 
-def _setup(scene: Scene, orders: _Orders, gas: _Gas | None, low: float, high: float) -> RunUpSetup:
-    """Rows and resonances between two speeds."""
+def _section(scene: Scene, low: float, high: float, law: "TorqueLaw | None") -> RunUpSection:
+    """Between two speeds, under the shaking and the torque of the cylinders, if that acts."""
     system: OnMounts = scene.handed_on.get("on_foundation") or scene.handed_on["on_mounts"]
     forcing: Forcing = scene.handed_on["forcing"]
-    order = orders.order
-    axis, ends = scene.parts.crank_train.axis, np.array([low, high])
-    none = Bounded(np.zeros(len(order)), np.zeros(len(order)))
-    shaking = with_shaking(none, order, axis, forcing.per_speed_squared)
+    beyond: Part
+    if law is None:
+        order, kept, (beyond, factor) = forcing.order, forcing.retained, few_orders(forcing)
+    else:
+        order, kept, beyond, factor = law.order, law.retained, slice(law.retained, None), TAIL
+    axis, none = scene.parts.crank_train.axis, np.zeros(len(order))
+    shaking = with_shaking(Bounded(none + 0j, none), order, axis, forcing.per_speed_squared)
     about = np.concatenate([np.zeros(3), axis]) @ system.reach
 
-    def of_orders(
-        part: slice | np.ndarray,
-    ) -> tuple[Callable[[Readout, bool], HarmonicsAt], Resonances]:
+    def driven(part: Part) -> tuple[Callable[[Readout, bool], HarmonicsAt], Resonances, Bounded]:
+        """Rows of some orders, and what they may meet under loads (n, orders, f) on the body."""
         force = system.felt(shaking[part])
-        forces, couple = [force], None
-        if gas is not None:
-            couple = _couple(gas, ends, part)
-            at_ends = couple(ends, errors=True)
-            forces += _about(Bounded(at_ends.value, at_ends.error), about)
-        resonances = _met(system, forces)
+        loads, couple = force[None], None
+        if law is not None:
+            couple = law.added_between(low, high, part)
+            at_ends = couple_about(axis, Bounded(*couple(np.array([low, high]))[:2]))
+            loads = concatenate([loads, system.felt(at_ends)], axis=0)
+        met = system.resonances(loads)
+        # an order is idle that none of the loads gives a force
+        met = met._replace(idle=np.all(met.idle, axis=0))
 
         def rows(readout: Readout, passed_on: bool) -> HarmonicsAt:
-            given = (readout, order[part], force, resonances, couple, about, passed_on)
-            return system.rows(*given)
+            return body_rows(
+                system.matrices, readout, order[part], force, system.undriven(met), couple, about,
+                system.spectral, passed_on,
+            )  # fmt: skip
 
-        return rows, _with_poles(system, resonances, forces)
+        return rows, met, loads
 
-    kept, resonances = of_orders(orders.kept)
-    others, _ = of_orders(orders.beyond)
-    beyond = order[orders.beyond]
+    (rows, met, loads), (left_out, *_) = driven(slice(kept)), driven(beyond)
+    resonances = system.with_poles(met, loads)
+    if law is not None and law.passing is not None:
+        from vibecalc.torsion.model import build_shaft_line
+        from vibecalc.torsion.modes import natural_modes
 
-    def rows(readout: Readout, passed_on: bool = False) -> KeptRows:
-        return KeptRows(kept(readout, passed_on), others(readout, passed_on), orders.tail, beyond)
-
-    line_frequency = np.zeros(0)
-    if gas is not None and gas.passing is not None:
-        line_frequency = _line_frequencies(scene, high)
-    readout = run_up_rows(scene, system)
-    travel = system.travel()
-    listed = order[orders.kept]
-    harmonics = numbered(listed)
-    step = float(listed[0] / harmonics[0])
-    return RunUpSetup(
-        rows=with_left_out(*rows(readout.rows, True)[:3], beyond / step),
-        harmonics=harmonics,
-        step=step,
-        resonances=resonances._replace(
-            frequency=resonances.frequency / step,
-            moved_frequency=np.concatenate([resonances.moved_frequency, line_frequency]) / step,
-            moved_ratio=np.concatenate(
-                [resonances.moved_ratio, np.full(len(line_frequency), _NARROW)]
-            ),
-        ),
-        shows=readout.shows,
-        row_of=readout.row_of,
-        lever_rows=readout.lever_rows,
-        idle=lambda first, last: idle_warnings(resonances, listed, first, last),
-        system=system,
-        rows_of=rows,
-        travel=None if travel is None else with_left_out(*rows(travel)[:3], beyond / step),
-        mean=() if gas is None else tuple(_mean(scene, gas.law, end) for end in (low, high)),
-    )
+        # the torque that the shaft line passes on has resonances of its own
+        frequency = natural_modes(build_shaft_line(scene.case).at(high)).frequency
+        frequency = frequency[frequency > 0.0]
+        resonances = resonances._replace(
+            moved_frequency=np.append(resonances.moved_frequency, frequency),
+            moved_ratio=np.append(resonances.moved_ratio, np.full(len(frequency), _NARROW)),
+        )
+    return RunUpSection(
+        system, low, high, order[:kept], order[beyond], factor, resonances,
+        lambda readout, passed_on: (rows(readout, passed_on), left_out(readout, passed_on)),
+        () if law is None else (law.mean_couple(low), law.mean_couple(high)),
+    )  # fmt: skip
 
 
 class RunUpRows(NamedTuple):
@@ -170,55 +164,3 @@ def run_up_rows(scene: Scene, system: OnMounts) -> RunUpRows:
     readout = joined_rows(system.couple_over(lever_of(scene, system)), readout)
     shows = np.concatenate([np.ones_like(shows[..., :1]), shows], axis=-1)
     return RunUpRows(readout, np.concatenate([[0], 1 + row_of]), 1, shows)
-
-
-def _mean(scene: Scene, law: "TorqueLaw", speed: float) -> Bounded:
-    from vibecalc.isolation.adapters.torque_couple import mean_couple
-
-    return mean_couple(scene, law, speed)
-
-
-def _line_frequencies(scene: Scene, speed: float) -> np.ndarray:
-    """Natural frequencies of the shaft line above zero, rad/s, where its torque has resonances."""
-    from vibecalc.torsion.model import build_shaft_line
-    from vibecalc.torsion.modes import natural_modes
-
-    frequency = natural_modes(build_shaft_line(scene.case).at(speed)).frequency
-    return frequency[frequency > 0.0]
-
-
-def _couple(gas: _Gas, ends: np.ndarray, part: slice | np.ndarray) -> HarmonicsAt:
-    """Couple of the orders `part` that the shaking lacks, as a function of the speed."""
-    law, passing = gas
-    if passing is None:
-        low, high = (couple_on_body(law.gas_at(end), share=law.share) for end in ends)
-        return linear_couple(ends, *(Bounded(c.value[part], c.error[part]) for c in (low, high)))
-    order = law.order[part]
-
-    from vibecalc.isolation.adapters.torque_couple import total_torque
-
-    def by_the_line(speed: np.ndarray) -> Bounded:
-        torque = total_torque(law, speed)
-        torque = Bounded(torque.value[..., part], torque.error[..., part])
-        return couple_on_body(torque, passing(order, speed))
-
-    return couple_by_differences(by_the_line, *ends.tolist())
-
-
-def _about(couple: Bounded, axis: np.ndarray) -> list[Bounded]:
-    """Loads (orders, f) of the couples (speeds, orders) about an axis (f,), speed by speed."""
-    return [
-        Bounded(value[:, None] * axis, error[:, None] * np.abs(axis))
-        for value, error in zip(couple.value, couple.error, strict=True)
-    ]
-
-
-def _met(system: OnMounts, forces: list[Bounded]) -> Resonances:
-    """Resonances of which an order is idle that none of the forces (orders, f) gives a force."""
-    found = [system.resonances(force) for force in forces]
-    return found[0]._replace(idle=np.all([one.idle for one in found], axis=0))
-
-
-def _with_poles(system: OnMounts, resonances: Resonances, forces: list[Bounded]) -> Resonances:
-    found = [system.with_poles(resonances, force) for force in forces]
-    return found[0]._replace(idle=np.all([one.idle for one in found], axis=0))

@@ -9,8 +9,8 @@ from vibecalc.excitation.adapter import Forcing
 from vibecalc.excitation.inertia_forces import at_speed
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.firing import torque_reaches_mounts
-from vibecalc.response.resonances import Resonances
 
 
 class BodyLoads(NamedTuple):
@@ -35,32 +35,42 @@ def body_loads(scene: Scene) -> BodyLoads:
     shaking = at_speed(forcing.per_speed_squared, scene.case.machine.speed)
     if not torque_reaches_mounts(scene.case):
         return BodyLoads(forcing.order, shaking, forcing.retained, forcing.tail)
-    from vibecalc.isolation.adapters.torque_couple import couples_of
-    from vibecalc.isolation.torque_reaction import TAIL, with_shaking
+    from vibecalc.isolation.adapters.torque_couple import torque_law
+    from vibecalc.isolation.torque_reaction import TAIL
 
-    couples, axis = couples_of(scene, forcing.retained), scene.parts.crank_train.axis
-    none = Bounded(shaking.value[..., :0, :], shaking.error[..., :0, :])
-    load, torque = (
-        with_shaking(couple, couples.order, axis, beside)
-        for couple, beside in ((couples.added, shaking), (couples.total, none))
-    )
-    mean = couple_about(axis, couples.mean)
-    return BodyLoads(couples.order, load, couples.retained, TAIL, torque, mean)
+    law, speed = torque_law(scene, forcing.retained), scene.case.machine.speed
+    axis = scene.parts.crank_train.axis
+    load = with_shaking(law.added(speed), law.order, axis, shaking)
+    torque = couple_about(axis, law.total(speed))
+    mean = couple_about(axis, law.mean_couple(speed))
+    return BodyLoads(law.order, load, law.retained, TAIL, torque, mean)
 
 
 def couple_about(axis: np.ndarray, couple: Bounded) -> Bounded:
-    """Load (6,) of a couple about an axis (3,)."""
-    about = np.concatenate([np.zeros(3), axis])
-    return Bounded(couple.value * about, couple.error * np.abs(about))
+    """Loads (..., 6) of couples (...) about an axis (3,)."""
+    return couple[..., None] * np.concatenate([np.zeros(3), axis])
 
 
-def steady_motion(
-    scene: Scene, system: OnMounts, loads: Bounded, order: np.ndarray
-) -> tuple[Bounded, Resonances]:
-    """Motion (..., m, f) under loads (..., m, f) at the operating speed, and what orders may meet.
+def with_shaking(
+    couple: Bounded, half_order: np.ndarray, axis: np.ndarray, shaking: Bounded
+) -> Bounded:
+    """Loads (m, 6) on the body: a couple (m,) about the unit vector `axis`, and what shakes it.
+
+    `shaking` (n, 6) holds forces and couples of the orders 1 .. n at the speed; it enters at the
+    whole ones of the orders `half_order` (m,).
+    """
+    load = couple_about(axis, couple)
+    whole = (half_order == np.floor(half_order)) & (half_order <= len(shaking.value))
+    few = shaking[half_order[whole].astype(int) - 1]
+    load.value[whole] += few.value
+    load.error[whole] += few.error + EPSILON * np.abs(load.value[whole])
+    return load
+
+
+def steady_motion(scene: Scene, system: OnMounts, load: Bounded, order: np.ndarray) -> Bounded:
+    """Motion (..., m, f) under loads (..., m, 6) at the operating speed.
 
     Raises NumericalFailure where an order drives an undamped mode at its natural frequency.
     """
-    speed = scene.case.machine.speed
-    resonances = system.checked(loads, order, speed, scene.warn)
-    return system.forced(loads, order, speed, resonances), resonances
+    felt, speed = system.felt(load), scene.case.machine.speed
+    return system.forced(felt, order, speed, system.checked(felt, order, speed, scene.warn))
