@@ -26,9 +26,7 @@ class Isolation(Table):
     )
     up: Literal["x", "y", "z"] = Field("z", description="gravity acts against this direction")
     gravity: Acceleration = Field(FREE_FALL, ge=0, description="acceleration of free fall")
-    lever: Length | None = Field(
-        None, gt=0, description="couple over this lever is `lever_force`; default: of the mounts"
-    )
+    lever: Length | None = Field(None, gt=0, description="arm of `lever_force`; default: of mounts")
     loads: tuple[Literal["shaking", "torque"], ...] = Field(
         ("shaking", "torque"),
         min_length=1,
