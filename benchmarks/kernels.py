@@ -16,7 +16,7 @@ from timing import in_turns
 
 from vibecalc.isolation.on_mounts import pitching
 from vibecalc.isolation.rows import body_rows, joined_rows
-from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
+from vibecalc.isolation.run_up import Range, cycle_peaks, run_up_peak
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
@@ -109,7 +109,7 @@ def run_up_against_sweep() -> Row:
     shows = np.ones((1, 2), dtype=bool)
 
     def refined() -> float:
-        found = run_up_peak(rows, orders, pitch.resonances(driving), 0.0, SPEED, shows)
+        found = run_up_peak(Range(rows, orders, pitch.resonances(driving), 0.0, SPEED, shows))
         return float(found.value[1])
 
     def swept(points: int) -> float:

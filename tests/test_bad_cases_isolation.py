@@ -24,7 +24,7 @@ from vibecalc.isolation.at_mounts import (
 )
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.rows import body_rows
-from vibecalc.isolation.run_up import RunUp, run_up
+from vibecalc.isolation.run_up import Range, RunUp, run_up
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import UndrivenModes, dynamics, response
 from vibecalc.numerics.rounding import SINGULAR
@@ -55,7 +55,7 @@ def met(pitch: OnMounts, couple: Bounded) -> Resonances:
 def undamped_run_up(start: float = 0.0, stop: float = SPEED) -> RunUp:
     resonances, _ = undamped()
     rows = rows_of(*gibson(0.0), ORDERS, gibson_couple())
-    return run_up(rows, ORDERS, resonances, start, stop, ALL_ROWS)
+    return run_up(Range(rows, ORDERS, resonances, start, stop, ALL_ROWS))
 
 
 def load_on(coordinate: int) -> Bounded:
@@ -96,7 +96,7 @@ def test_an_order_that_does_not_drive_the_mode_is_a_warning_and_left_out() -> No
     assert len(texts) == 1
     assert "order 2" in texts[0]
     rows = rows_of(pitch, readout, ORDERS, quiet, left_out=True)
-    passed = run_up(rows, ORDERS, resonances, 0.0, 25.0, ALL_ROWS)
+    passed = run_up(Range(rows, ORDERS, resonances, 0.0, 25.0, ALL_ROWS))
     assert not len(passed.masked.low)
     assert np.all(np.isfinite(passed.peak.value))
     first = np.abs(quiet.value[0]) * 625.0 / LEVER / abs(1.0 - (25.0 / frequency) ** 2)
@@ -156,7 +156,7 @@ def test_mounts_at_a_node_of_the_unbounded_mode_keep_a_finite_peak() -> None:
     resonances = MountedBody(matrices=matrices, shapes=shapes).resonances(load)
     undriven = UndrivenModes(left_out(resonances), shapes.shape, shapes.eigenvalue)
     rows = body_rows(matrices, readout, ORDERS, load, undriven)
-    passed = run_up(rows, ORDERS, resonances, 0.0, 60.0, seen)
+    passed = run_up(Range(rows, ORDERS, resonances, 0.0, 60.0, seen))
     assert len(passed.masked.low) == 2
     assert np.isinf(passed.peak.value).tolist() == [True, True, False, False]
     assert np.all(passed.peak.value[2:] <= passed.peak.error[2:])
@@ -175,19 +175,18 @@ def test_a_run_up_of_a_balanced_machine_is_zero_not_undefined() -> None:
     quiet = Bounded(np.zeros(2, dtype=complex), np.zeros(2))
     pitch, readout = gibson()
     rows = rows_of(pitch, readout, ORDERS, quiet)
-    passed = run_up(rows, ORDERS, met(pitch, quiet), 0.0, SPEED, ALL_ROWS)
+    passed = run_up(Range(rows, ORDERS, met(pitch, quiet), 0.0, SPEED, ALL_ROWS))
     assert np.all(passed.curve.value == 0.0)
     assert np.all(passed.peak.value == 0.0)
 
 
-def test_too_few_speeds_are_counted_not_hidden() -> None:
+def test_too_few_speeds_are_counted_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vibecalc.isolation.run_up_samples._MOST_POINTS", 400)
     pitch, readout = gibson(0.05)
     couple = gibson_couple()
     rows = rows_of(pitch, readout, ORDERS, couple)
     resonances = met(pitch, couple)
-    passed = run_up(
-        rows, ORDERS, resonances, 0.0, SPEED, ALL_ROWS, curve_tolerance=1e-6, most_points=400
-    )
+    passed = run_up(Range(rows, ORDERS, resonances, 0.0, SPEED, ALL_ROWS), 1e-6)
     assert passed.unresolved > 0
     assert len(passed.speed) <= 400
 

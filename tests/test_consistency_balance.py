@@ -23,7 +23,7 @@ from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.numerics.bounded import Bounded
 
 AXIS = np.array([1.0, 0.0, 0.0])
-COUNTS = counting(1.0, 0.8, 0.3, 0.15, AXIS)
+COUNTS = counting((1.0, 0.8, 0.3), 0.15, AXIS)
 
 
 class Frame(NamedTuple):

@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 from isolation_machines import gibson_body, random_body, shows
 
-from vibecalc.isolation.arrays import Some, machines_of_bodies, peaks_of
 from vibecalc.isolation.at_mounts import mount_readout
 from vibecalc.isolation.rows import Jet, Readout, body_rows
-from vibecalc.isolation.run_up import run_up_peak
+from vibecalc.isolation.run_up import Range, run_up_peak
 from vibecalc.isolation.run_up_peaks import RunUpPeak
-from vibecalc.isolation.run_up_poles import pole_sums
+from vibecalc.isolation.run_up_poles import peaks_of_bodies, pole_sums
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import Linear
 from vibecalc.parts.matrices import assemble, displacement_at
@@ -77,15 +76,18 @@ def drawn(seed: int, count: int) -> Drawn:
     return Drawn(matrices, shapes, readout, orders, load, start, stop)
 
 
-def run_ups(given: Drawn, which: slice | list[int] = slice(None)) -> tuple[Some, np.ndarray]:
+def run_ups(given: Drawn, which: slice | list[int] = slice(None)) -> tuple[RunUpPeak, np.ndarray]:
+    """Peaks of some of the machines, and which of these are left alone."""
     matrices = Linear(*(part[which] for part in given.matrices))
     shapes = Modes(*(part[which] for part in given.shapes))
     readout = given.readout.rows(which, slice(None))
     load, kept = given.load[which], len(given.orders)
-    none = np.zeros(0, dtype=int)
-    return machines_of_bodies(
-        len(load.value), matrices, shapes, readout, given.orders, load, kept, none, 0.0
-    )
+    none, count = np.zeros(0, dtype=int), len(load.value)
+    system = MountedBody(matrices=matrices, shapes=shapes)
+    return peaks_of_bodies(
+        system, readout, load, 0.0, given.orders, kept, none, given.start, given.stop,
+        np.zeros(count, dtype=bool),
+    )  # fmt: skip
 
 
 def alone(given: Drawn, number: int) -> RunUpPeak:
@@ -97,17 +99,16 @@ def alone(given: Drawn, number: int) -> RunUpPeak:
     met = body.with_poles(body.resonances(load), load)
     seen = shows(readout, shapes.shape, shapes.natural_frequency)
     rows = body_rows(matrices, readout, given.orders, load)
-    return run_up_peak(rows, given.orders, met, given.start, given.stop, seen)
+    return run_up_peak(Range(rows, given.orders, met, given.start, given.stop, seen))
 
 
 def check(given: Drawn) -> None:
-    setups, left = run_ups(given)
+    found, left = run_ups(given)
     machines = np.flatnonzero(~left)
     assert len(machines)
-    found = peaks_of(setups, machines, given.start, given.stop)
-    for place, number in enumerate(machines.tolist()):
+    for number in machines.tolist():
         one = alone(given, number)
-        many = RunUpPeak(*(part[place] for part in found))
+        many = RunUpPeak(*(part[number] for part in found))
         assert np.all(np.abs(many.value - one.value) <= many.error + one.error), number
         assert np.all(np.abs(many.speed - one.speed) <= many.speed_error + one.speed_error), number
         assert np.all(many.error <= 1.5 * one.error), number
@@ -128,9 +129,9 @@ def test_peaks_of_a_thousand_machines(first: int) -> None:
 
 def test_a_machine_does_not_feel_those_next_to_it() -> None:
     given = drawn(3, 5)
-    every = peaks_of(run_ups(given)[0], np.arange(5), given.start, given.stop)
+    every, _ = run_ups(given)
     for number in range(5):
-        one = peaks_of(run_ups(given, [number])[0], np.arange(1), given.start, given.stop)
+        one, _ = run_ups(given, [number])
         assert every.value[number] == pytest.approx(one.value[0], rel=1e-14)
         assert every.speed[number] == pytest.approx(one.speed[0], rel=1e-13)
 
@@ -156,7 +157,7 @@ def test_sums_over_poles_are_the_response() -> None:
             for row in range(readout.still.shape[0]):
                 jet = sums.jets(machine, speed, np.full(len(speed), row))
                 for mine, its in zip(jet, exact, strict=True):
-                    if its.size:
+                    if mine.size:
                         away = np.abs(mine - its[:, row])
                         assert np.all(away <= 1e-9 * np.abs(its).max())
 

@@ -5,7 +5,6 @@ finely. Looks about a turn of a roll machine, smooth or with jumps, are held aga
 """
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
 from vibecalc.isolation.at_mounts import mount_readout
 from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows
-from vibecalc.isolation.run_up import RunUp, cycle_peaks, run_up, run_up_peak
+from vibecalc.isolation.run_up import Range, RunUp, cycle_peaks, run_up, run_up_peak
 from vibecalc.isolation.run_up_peaks import RunUpPeak
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.matrices import assemble, displacement_at
@@ -39,7 +38,7 @@ class Counted:
         return self.rows(speed, slopes, errors)
 
 
-def drawn(seed: int, light: float) -> tuple[Any, ...]:
+def drawn(seed: int, light: float) -> Range:
     """What a run-up of a random body takes: rows, orders, resonances, range, rows that are seen."""
     body = random_body(seed)
     position, stiffness, damping, structural = body.mounts
@@ -56,16 +55,16 @@ def drawn(seed: int, light: float) -> tuple[Any, ...]:
     start = float(generator.choice([0.0, 0.0, 0.3, 0.9])) * stop
     rows = Counted(body_rows(matrices, readout, orders, load))
     resonances = MountedBody(matrices=matrices, shapes=shapes).resonances(load)
-    return rows, orders, resonances, start, stop, shows(readout, shapes.shape, own)
+    return Range(rows, orders, resonances, start, stop, shows(readout, shapes.shape, own))
 
 
 def passed(seed: int, light: float, tolerance: float) -> tuple[RunUp, RunUpPeak, int, int]:
     """A random run-up: with its curve, its peaks alone, and the speeds that each took."""
     given = drawn(seed, light)
-    whole = run_up(*given, curve_tolerance=tolerance)
-    first = given[0].asked
-    alone = run_up_peak(*given)
-    return whole, alone, first, given[0].asked - first
+    whole = run_up(given, tolerance)
+    first = given.harmonics_at.asked
+    alone = run_up_peak(given)
+    return whole, alone, first, given.harmonics_at.asked - first
 
 
 def check(seeds: range, light: float) -> tuple[float, float]:
@@ -115,7 +114,7 @@ def test_a_dense_sweep_shows_the_same_in_blocks_of_any_size(
 ) -> None:
     given = drawn(seed, 1.0)
     rows, orders, _, start, stop, _ = given
-    whole = run_up(*given, curve_tolerance=1e-3)
+    whole = run_up(given)
     highest = whole.peak.value
     near = [speed * (1.0 + np.linspace(-0.01, 0.01, 101)) for speed in whole.peak.speed]
     sweep = np.concatenate([np.linspace(start, stop, 3000), *near])
@@ -128,7 +127,7 @@ def test_a_dense_sweep_shows_the_same_in_blocks_of_any_size(
     line = 0.7 * whole.curve.value[1:] + 0.3 * whole.curve.value[:-1]
     # the test of midpoints sees a grid of angles, which is good to some 4e-4
     assert np.all(np.abs(cycle_peaks(rows, orders, between).value - line) <= 2e-3 * highest)
-    again = run_up(*given, curve_tolerance=1e-3)
+    again = run_up(given)
     assert again.peak.value == pytest.approx(highest, rel=1e-12)
     assert again.peak.speed == pytest.approx(whole.peak.speed, rel=1e-11)
 

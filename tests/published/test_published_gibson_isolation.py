@@ -21,7 +21,7 @@ from isolation_machines import (
 
 from vibecalc.isolation.adapters.pitch import transmissibility
 from vibecalc.isolation.at_mounts import AtMounts, deflected, weight_load
-from vibecalc.isolation.run_up import run_up
+from vibecalc.isolation.run_up import Range, run_up
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.linear import response
 
@@ -80,10 +80,8 @@ def test_174_newtons() -> None:
 def test_run_up_maximum_over_the_cycle_is_202_newtons() -> None:
     pitch, readout = gibson()
     couple = gibson_couple()
-    passed = run_up(
-        rows_of(pitch, readout, ORDERS, couple), ORDERS, pitch.resonances(couple[:, None]),
-        0.0, SPEED, np.ones((1, 5), dtype=bool),
-    )  # fmt: skip
+    rows, met = rows_of(pitch, readout, ORDERS, couple), pitch.resonances(couple[:, None])
+    passed = run_up(Range(rows, ORDERS, met, 0.0, SPEED, np.ones((1, 5), dtype=bool)))
     assert round(float(passed.peak.value[0]), 1) == 202.1
     assert float(passed.peak.speed[0]) == pytest.approx(32.02, abs=5e-3)
     # four equal supports share the couple, so that one carries a quarter of the lever force

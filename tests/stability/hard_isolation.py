@@ -21,7 +21,7 @@ from isolation_machines import (
 from stability.hard_case import HardCase, Numbers, Way, condition_of, singular
 
 from vibecalc.excitation.balance import balance_table
-from vibecalc.isolation.run_up import run_up
+from vibecalc.isolation.run_up import Range, run_up
 from vibecalc.numerics.bounded import Bounded, concatenate
 
 STIFFNESS, ARM = 1e4, 0.4
@@ -63,7 +63,8 @@ def own_peak(damping: float, stop: float) -> Bounded:
     couple = gibson_couple()
     rows = rows_of(pitch, readout, ORDERS, couple)
     seen = np.ones((1, 5), dtype=bool)
-    found = run_up(rows, ORDERS, pitch.resonances(couple[:, None]), 0.0, stop, seen).peak
+    met = pitch.resonances(couple[:, None])
+    found = run_up(Range(rows, ORDERS, met, 0.0, stop, seen)).peak
     value, speed = found.value.ravel()[0], found.speed.ravel()[0]
     uncertainty = np.array([found.error.ravel()[0], found.speed_error.ravel()[0]])
     return Bounded(np.array([value, speed]), uncertainty)

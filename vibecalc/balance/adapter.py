@@ -7,6 +7,7 @@ import numpy as np
 from vibecalc.balance.model import orders_that_count, sought_weights
 from vibecalc.balance.results import After, Before, Left, Shaking, WeightsFound
 from vibecalc.balance.weights import (
+    Places,
     Solution,
     across_of,
     counting,
@@ -16,30 +17,31 @@ from vibecalc.balance.weights import (
 )
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS, Forcing, length_over_cycle, norm_with_tail
+from vibecalc.excitation.crank_forces import rotating_part
 from vibecalc.excitation.inertia_forces import (
     at_speed,
     couples_of,
     forces_of,
-    rotating_excitation,
     with_terms,
 )
 from vibecalc.numerics.bounded import Bounded, Summed, concatenate, rounded, stack
+from vibecalc.parts.crank_train import RotatingMasses
 
 
 def run_balance(scene: Scene) -> None:
     """Emit the weights, and forces, couples and residuals by order without and with them."""
     forcing: Forcing = scene.handed_on["forcing"]
     given, train = scene.case.balance, scene.parts.crank_train
-    if given is None or train is None:
-        raise ValueError("[balance] needs a crank train")
+    assert given is not None
     weights = given.force_weight, given.couple_weight, given.roll_weight
-    counts = counting(*weights, given.reference_length, train.axis)
+    counts = counting(weights, given.reference_length, train.axis)
     sought, orders = sought_weights(given, scene.case.machine.crank_train), orders_that_count(given)
     ratio, before = sought.places.speed_ratio, forcing.per_speed_squared
     rows = [np.flatnonzero(np.abs(ratio) == order) for order in orders]
+    places = [Places(*(part[which] for part in sought.places)) for which in rows]
     solved = [
-        least_residual(before[order - 1], sought.places.only(which), train, counts)
-        for order, which in zip(orders, rows, strict=True)
+        least_residual(before[order - 1], those, train, counts)
+        for order, those in zip(orders, places, strict=True)
     ]
     for order, one in zip(orders, solved, strict=True):
         if not np.any(one.unbalance.value) and one.left.value > one.left.error:
@@ -62,16 +64,10 @@ def run_balance(scene: Scene) -> None:
         use=unbalance[bounded] / sought.places.largest[bounded] if bounded.any() else None,
     )
     scene.emit_all(found, {**sought.axes, "direction": DIRECTIONS})
-    pull = rotating_excitation(
-        unbalance=unbalance,
-        speed_ratio=ratio,
-        phase=phase,
-        position=position,
-        origin=train.origin,
-        stroke=train.stroke,
-        across=train.across,
-        highest_order=len(forcing.order),
+    turning = RotatingMasses(
+        names=sought.names, unbalance=unbalance, speed_ratio=ratio, phase=phase, position=position
     )
+    pull = rotating_part(train, turning, len(forcing.order))
     _emit_shaking(scene, Before, before, forcing, counts)
     _emit_shaking(scene, After, before + pull, forcing, counts)
     _emit_totals(scene, residual(before[np.array(orders) - 1], counts), solved, orders)

@@ -38,19 +38,17 @@ def sought_weights(balance: "Balance", train: CrankTrain) -> Sought:
     """Weights on the crankshaft, then those of the shafts."""
     axis = build_frame(train.axis, train.stroke).axis
     throws = {cylinder.name: cylinder.position for cylinder in train.cylinders}
-    names, paths, ratios, feet = [], list[tuple[str | int, ...]](), [], []
+    rows: list[tuple[str, tuple[str | int, ...], int, np.ndarray]] = []
     for i, weight in enumerate(balance.counterweights):
-        names.append(weight.name)
-        paths.append(("counterweights", i))
-        ratios.append(1)
-        feet.append(np.zeros(3) if weight.throw is None else throws[weight.throw] * axis)
+        foot = np.zeros(3) if weight.throw is None else throws[weight.throw] * axis
+        rows.append((weight.name, ("counterweights", i), 1, foot))
     for i, shaft in enumerate(balance.shafts):
         for k, one in enumerate(shaft.weights):
-            single = len(shaft.weights) == 1
-            names.append(shaft.name if single else f"{shaft.name}, {one.name or k + 1}")
-            paths.append(("shafts", i, "weights", k))
-            ratios.append(shaft.speed_ratio)
-            feet.append(np.array(shaft.position))
+            name = shaft.name
+            name += f", {one.name or k + 1}" if len(shaft.weights) > 1 else ""
+            path = ("shafts", i, "weights", k)
+            rows.append((name, path, shaft.speed_ratio, np.array(shaft.position)))
+    names, paths, ratios, feet = zip(*rows, strict=True)
     weights = balance.weights
     between = np.array([one.between or [one.position or 0.0] * 2 for one in weights])
     start, end = (feet + between[:, [i]] * axis for i in range(2))
@@ -60,14 +58,12 @@ def sought_weights(balance: "Balance", train: CrankTrain) -> Sought:
     )
     largest = np.where(np.isnan(largest), np.inf, largest)
     places = Places(np.array(ratios), start, end, phase, largest)
-    return Sought(tuple(names), tuple(paths), places, radius)
+    return Sought(names, paths, places, radius)
 
 
 def orders_that_count(balance: "Balance") -> tuple[int, ...]:
     """Those of the case, or those at which weights turn, ascending."""
-    if balance.orders is not None:
-        return tuple(sorted(balance.orders))
-    return orders_of_weights(balance)
+    return tuple(sorted(balance.orders)) if balance.orders else orders_of_weights(balance)
 
 
 def orders_of_weights(balance: "Balance") -> tuple[int, ...]:

@@ -46,6 +46,8 @@ def _title(result: Result) -> str:
     return f"{words}; weighted residual of all: {', then '.join(sizes)}" if sizes else words
 
 
+_LABELS = {"force": "force", "couple": "couple", "residual": "weighted residual"}
+
 BALANCE_ORDERS = Curves(
     _title,
     tuple(
@@ -56,11 +58,7 @@ BALANCE_ORDERS = Curves(
                 for when, (how, colour) in _TIMES.items()
             ),
         )
-        for name, label in (
-            ("force", "force"),
-            ("couple", "couple"),
-            ("residual", "weighted residual"),
-        )
+        for name, label in _LABELS.items()
     ),
     high=2.3,
 )

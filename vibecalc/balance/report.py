@@ -47,9 +47,8 @@ def axis_of(result: Result) -> int:
 
 def angle_of(record: Record, at: int) -> str:
     """The angle at which a weight stands, for the first table."""
-    if not record[f"{_WEIGHT}/unbalance"].values[at]:
-        return ""
-    return f"at {show(math.degrees(record[f'{_WEIGHT}/phase'].values[at]))} deg"
+    size, phase = (record[f"{_WEIGHT}/{name}"].values[at] for name in ("unbalance", "phase"))
+    return f"at {show(math.degrees(phase))} deg" if size else ""
 
 
 # ----------------------------------------------------------------------------
@@ -133,11 +132,10 @@ def _reached(record: Record) -> Iterator[str]:
         if after.zero[place] and before.zero[place]:
             yield f"order {order} is balanced already, without weights{_uncounted(record, place)}"
             continue
-        words = f"order {order}: {show(100.0 * left / (was or left or 1.0), digits=3)} % of the "
-        words += "residual is left"
-        if after.zero[place]:
-            words = f"order {order} is balanced exactly, but for rounding"
-            words += _uncounted(record, place)
+        words = f"order {order} is balanced exactly, but for rounding{_uncounted(record, place)}"
+        if not after.zero[place]:
+            share = show(100.0 * left / (was or left), digits=3)
+            words = f"order {order}: {share} % of the residual is left"
         at_bound = [name for name in mine if use.get(name, 0.0) >= 1.0 - 1e-9]
         if at_bound:
             words += f"; {', '.join(at_bound)} at the largest unbalance"
@@ -196,12 +194,11 @@ def _as_case(result: Result) -> list[str]:
     record, along = result.record, axis_of(result)
     given = table_of(result.case, "balance").get("counterweights", ())
     on_the_crank = {str(one["name"]) for one in given}
-    unbalance = record[f"{_WEIGHT}/unbalance"]
-    columns = [record[f"{_WEIGHT}/{name}"].values for name in ("phase", "position", "speed_ratio")]
+    names = labels(record[f"{_WEIGHT}/unbalance"].axes[0])
+    paths = ("unbalance", "phase", "position", "speed_ratio")
+    columns = [record[f"{_WEIGHT}/{name}"].values for name in paths]
     on_crank, on_shafts = [], []
-    for name, size, phase, place, ratio in zip(
-        labels(unbalance.axes[0]), unbalance.values, *columns, strict=True
-    ):
+    for name, size, phase, place, ratio in zip(names, *columns, strict=True):
         known = {"name": json.dumps(name, ensure_ascii=False)}
         known |= {"unbalance": _number(size), "phase": _number(phase)}
         if size and name in on_the_crank:

@@ -26,22 +26,17 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 
-def counting(
-    force_weight: float,
-    couple_weight: float,
-    roll_weight: float,
-    reference_length: float,
-    axis: Real,
-) -> Real:
+def counting(weights: tuple[float, float, float], reference_length: float, axis: Real) -> Real:
     """Columns (6, 7) that take loads to what counts of them.
 
     The weights are of forces, of couples across the crankshaft and of that about it; couples are
     divided by the length in m. `axis` (3,) is the unit vector of the crankshaft.
     """
+    of_forces, of_couples, of_roll = weights
     columns = np.zeros((6, 7))
-    columns[:3, :3] = force_weight * np.eye(3)
-    columns[3:, 3:6] = couple_weight / reference_length * across_of(axis)
-    columns[3:, 6] = roll_weight / reference_length * axis
+    columns[:3, :3] = of_forces * np.eye(3)
+    columns[3:, 3:6] = of_couples / reference_length * across_of(axis)
+    columns[3:, 6] = of_roll / reference_length * axis
     return columns
 
 
@@ -94,10 +89,6 @@ class Places(NamedTuple):
     end: Real
     phase: Real
     largest: Real
-
-    def only(self, which: np.ndarray) -> "Places":
-        """Some of the weights."""
-        return Places(*(part[which] for part in self))
 
 
 class Solution(NamedTuple):
@@ -208,11 +199,10 @@ def _search(problem: _Problem) -> Real:
 
     def sought(start: Real, pull: float, within: float) -> Real:
         """Places near `start` that leave the least."""
-        found = least_squares(
+        return np.asarray(least_squares(
             left, start, slopes, (0.0, 1.0), "dogbox", None, within, within, tr_solver="lsmr",
             args=(pull,),
-        )  # fmt: skip
-        return np.asarray(found.x)
+        ).x)  # fmt: skip
 
     starts = [middle, np.arange(count) % 2.0]
     if count <= _CORNERS:
@@ -233,10 +223,9 @@ def _in_the_middle(problem: _Problem) -> LeastNorm:
     """
     twin = np.isin(problem.block, problem.free)
     others = np.searchsorted(problem.free, problem.block[twin]) + problem.radius.size
-    halfway = problem.at(np.full(problem.free.size, 0.5))
     return least_norm(
         problem.constant,
-        np.hstack([halfway, 0.5 * problem.along[:, twin]]),
+        np.hstack([problem.at(np.full(problem.free.size, 0.5)), 0.5 * problem.along[:, twin]]),
         np.concatenate([problem.block, others]),
         np.concatenate([problem.radius, problem.radius[problem.free]]),
     )
@@ -281,23 +270,18 @@ def least_residual(load: Bounded, places: Places, train: "CrankTrain", counts: R
     off = rounding + max(0.0, found.value - found.lower_bound)
     inner, slopes = np.abs(places_found - 0.5) < 0.5, problem.slopes(found.unknowns)
     if found.value > rounding:
-        left = problem.constant + columns @ found.unknowns
-        off += float(np.abs(left @ slopes)[inner].sum()) / found.value
+        rest = problem.constant + columns @ found.unknowns
+        off += float(np.abs(rest @ slopes)[inner].sum()) / found.value
     open_, _ = _unit(np.hstack([columns[:, ~found.held[problem.block]], slopes[:, inner]]))
     size = np.linalg.svd(unit, compute_uv=False)
     weakest = float(size[size > _RANK * size[0]][-1])
     slack = float(size[0]) * rounding / weakest**2 / np.where(length > 0.0, length, 1.0)
-    unbalance, phase = _as_weights(found.unknowns, slack, problem)
     share = np.zeros(problem.radius.size)
     share[problem.free] = places_found
-    return Solution(
-        unbalance=unbalance,
-        phase=phase,
-        share=share,
-        left=Bounded(np.asarray(found.value), np.asarray(off)),
-        lower_bound=max(0.0, _in_the_middle(problem).lower_bound - rounding),
-        free_directions=open_.shape[1] - range_of(open_).shape[1],
-    )
+    left = Bounded(np.asarray(found.value), np.asarray(off))
+    bound = max(0.0, _in_the_middle(problem).lower_bound - rounding)
+    freedom = open_.shape[1] - range_of(open_).shape[1]
+    return Solution(*_as_weights(found.unknowns, slack, problem), share, left, bound, freedom)
 
 
 def _unit(columns: Real) -> tuple[Real, Real]:

@@ -29,8 +29,7 @@ from vibecalc.parts.body import DIRECTIONS
 def run_bearing_loads(scene: Scene) -> None:
     """Emit forces over the cycle, their peaks and means, and the peaks over speeds."""
     table, train = scene.case.bearing_loads, scene.parts.crank_train
-    if table is None:
-        raise ValueError("the case has no [bearing_loads]")
+    assert table is not None
     loads = loads_of(scene)
     scene.cite(
         "levers of each bay of the crankshaft", "main bearing loads",
@@ -54,12 +53,9 @@ def run_bearing_loads(scene: Scene) -> None:
     _emit(scene, loads, SideThrust, Loads.wall, (), axes)
     if table.speeds is not None:
         speeds = np.linspace(table.speeds.start, table.speeds.stop, table.speeds.points)
-
-        def highest(kind: Kind) -> Bounded:
-            return highest_loads(loads, kind, speeds)[0].T
-
         found = OverSpeeds(
-            main_peak=lambda: highest(Loads.main), crank_pin_peak=lambda: highest(Loads.crank_pin)
+            main_peak=lambda: highest_loads(loads, Loads.main, speeds)[0].T,
+            crank_pin_peak=lambda: highest_loads(loads, Loads.crank_pin, speeds)[0].T,
         )
         scene.emit_all(found, {**axes, "speed": speeds})
 

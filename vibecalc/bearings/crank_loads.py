@@ -129,5 +129,5 @@ def cycle_means(
     )
     rows = found.shape[0] // 2
     magnitude = found[:rows].real
-    rounding = Bounded(np.zeros(rows), 8.0 * EPSILON * magnitude.value)
-    return magnitude + rounding, found[rows:] + rounding
+    # what is summed up of a vector may be larger than its sum
+    return magnitude, found[rows:] + Bounded(np.zeros(rows), 8.0 * EPSILON * magnitude.value)

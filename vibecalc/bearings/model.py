@@ -8,14 +8,7 @@ from vibecalc.bearings.crank_loads import bearing_shares
 from vibecalc.bearings.loads import Gas, Loads, Shaft
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.crank_forces import rod_moments
-from vibecalc.excitation.gas_tables import card_of_force
-from vibecalc.excitation.model import (
-    build_firing,
-    force_curves,
-    gas_cards,
-    has_cards,
-    misfire_cards,
-)
+from vibecalc.excitation.model import build_firing, gas_of_cylinders
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.body import unit_vector
 from vibecalc.parts.crank_train import CrankTrain, RotatingMasses, crank_geometry, rod_share
@@ -77,23 +70,13 @@ def free_fall(case: "Case", up: str | None, train: CrankTrain) -> FloatArray:
 
 
 def gas_of(case: "Case", train: CrankTrain) -> Gas:
-    """The gas of the cylinders that work: cards of an engine, the liquid of a pump, a pressure or
-    force over a turn of a compressor, or nothing.
+    """The gas of the cylinders that work.
 
     Raises NumericalFailure where a cycle of such a peak or mean pressure does not exist.
     """
-    machine, working = case.machine, None if case.excitation is None else case.excitation.working
-    runs = np.array([working is None or name in working for name in train.names], dtype=float)
-    start, none = train.bank_angle - train.crank_phase, np.zeros(1)
-    if not has_cards(machine):
-        each = zip(force_curves(machine), np.diag(runs), strict=True)
-        own = (((card_of_force(one),), share) for one, share in each if one and share.any())
-        return Gas(start, none, tuple(own))
-    speeds, cards = gas_cards(machine)
-    force = crank_geometry(machine.crank_train).piston_area * runs
-    if machine.kind == "pump":
-        return Gas(start, none, ((cards, force),))
-    firing = build_firing(case)
-    force = force * firing.pressure_scale
-    groups = (cards, force * firing.fires), (misfire_cards(case, cards), force * ~firing.fires)
-    return Gas(firing.first + firing.angle, speeds if len(speeds) else none, groups)
+    speeds, groups = gas_of_cylinders(case)
+    start = train.bank_angle - train.crank_phase
+    if case.machine.kind == "engine":
+        firing = build_firing(case)
+        start = firing.first + firing.angle
+    return Gas(start, speeds if len(speeds) else np.zeros(1), tuple(groups))

@@ -84,8 +84,7 @@ def _polar(
     bearing, directions, angle = found.axes
     of = labels(directions)
     force = found.values[:, flat] + 1j * found.values[:, upright]
-    complex_force = replace(found, values=force, axes=(bearing, angle))
-    shown = rows_of(complex_force, _MOST, part=np.asarray)
+    shown = rows_of(replace(found, values=force, axes=(bearing, angle)), _MOST, part=np.asarray)
     factor, unit = unit_words(found.unit, float(np.abs(found.values).max()))
     columns = min(_ROW, len(shown))
     rows = -(-len(shown) // columns)

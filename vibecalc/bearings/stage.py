@@ -1,7 +1,7 @@
 """The stage of bearing loads: when it is planned, what it counts, what it refuses."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibecalc.core.run.stage import Entries, Stage, Subject, Unit, Work, below
 
@@ -15,18 +15,15 @@ def plan_bearing_loads(case: "Case") -> Iterator[Stage]:
     if table is None:
         return
     train = case.machine.crank_train
-    absent = [
-        name
-        for name, there in (("/wrist_pin/", train.rod), ("/speeds/", table.speeds))
-        if there is None
-    ]
+    there: dict[str, Any] = {"/wrist_pin/": train.rod, "/speeds/": table.speeds}
     sizes = {
         "main": table.main_bearings[0].diameter,
         "crank_pin": table.crank_pin,
         "wrist_pin": table.wrist_pin,
     }
     for name, size in sizes.items():
-        absent += [f"/{name}/{one}_pressure" for one in ("peak", "mean") if size is None]
+        there |= {f"/{name}/{one}_pressure": size for one in ("peak", "mean")}
+    absent = tuple(path for path, one in there.items() if one is None)
     yield Stage(
         name="bearing_loads",
         adapter="vibecalc.bearings.adapter:run_bearing_loads",
@@ -35,7 +32,7 @@ def plan_bearing_loads(case: "Case") -> Iterator[Stage]:
         orders="none: forces over the crank angle",
         cost=f"peaks and means of {len(table.main_bearings)} main bearings and "
         f"{len(train.cylinders)} rods over a cycle",
-        quantities=below("bearing_loads/", without=tuple(absent)),
+        quantities=below("bearing_loads/", without=absent),
         is_last=True,
         work=_work,
         topics=("vibecalc.bearings.accuracy:bearing_topics",),
@@ -58,8 +55,9 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
 
 
 def _names(case: "Case") -> dict[str, tuple[str, ...]]:
-    bearings = case.bearing_loads.main_bearings if case.bearing_loads is not None else ()
-    return {"main_bearing": tuple(one.name for one in bearings)} if bearings else {}
+    if case.bearing_loads is None:
+        return {}
+    return {"main_bearing": tuple(one.name for one in case.bearing_loads.main_bearings)}
 
 
 SUBJECT = Subject(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.excitation import pressure_cycle as pump_cycle
-from vibecalc.excitation.gas_tables import GasCard, GasForce, gas_card, gas_force
+from vibecalc.excitation.gas_tables import GasCard, GasForce, card_of_force, gas_card, gas_force
 from vibecalc.excitation.pressure_cycle import Liquid
 from vibecalc.kinematics.slider_crank import stroke
 from vibecalc.parts.crank_train import crank_geometry
@@ -143,6 +143,27 @@ def force_curves(machine: Machine) -> list[GasForce | None]:
         else:
             curves.append(None)
     return curves
+
+
+def gas_of_cylinders(case: Case) -> tuple[Array, list[tuple[tuple[GasCard, ...], Array]]]:
+    """Speeds (k,) in rad/s of the cards, none where they hold at all; the gas of cylinders that
+    work: cards, one for each speed, with the area (c,) of the pistons that they act on in m^2.
+
+    They are cards of an engine, and of those of its cylinders that misfire, the liquid of a pump, a
+    pressure or force over a turn of a compressor as force on 1 m^2, or nothing. Raises
+    NumericalFailure where a cycle of such a peak or mean pressure does not exist.
+    """
+    machine, firing = case.machine, build_firing(case)
+    working = None if case.excitation is None else case.excitation.working
+    runs = np.array([working is None or name in working for name in firing.names], dtype=float)
+    if not has_cards(machine):
+        each, curves = np.diag(runs), enumerate(force_curves(machine))
+        own = [(card_of_force(one), i) for i, one in curves if one is not None and runs[i]]
+        return np.zeros(0), [((card,), each[i]) for card, i in own]
+    speeds, cards = gas_cards(machine)
+    area = crank_geometry(machine.crank_train).piston_area * runs * firing.pressure_scale
+    given = (cards, area * firing.fires), (misfire_cards(case, cards), area * ~firing.fires)
+    return speeds, [group for group in given if group[0]]
 
 
 def motored_cards(machine: Machine, cards: Sequence[GasCard]) -> tuple[GasCard, ...]:

@@ -13,7 +13,7 @@ from vibecalc.foundation.model import flexible_foundation, on_body
 from vibecalc.foundation.results import COUPLED, BelowMounts, CoupledModes, FoundationMotion
 from vibecalc.foundation.systems import Curve, OnTables, on_tables
 from vibecalc.isolation.adapters.efficiency import Ground
-from vibecalc.isolation.adapters.steady import emit_steady, moved_by
+from vibecalc.isolation.adapters.steady import Moved, emit_steady, moved_by
 from vibecalc.isolation.at_mounts import displacement
 from vibecalc.isolation.efficiency import by_order, rms
 from vibecalc.isolation.on_mounts import OnMounts, frequency_grid, of_each
@@ -45,16 +45,17 @@ def run_coupled(scene: Scene) -> None:
     source = "Harris and Piersol, Shock and Vibration Handbook, 5th ed. 2002, ch. 3 and 10"
     scene.cite(words, "motion of machine and foundation", source)
 
-    def solve(one: OnMounts, load: Bounded) -> Bounded:
-        return steady_motion(scene, one, one.felt(load), loads.order)
+    def solve(load: Bounded) -> Moved:
+        return moved_by(
+            system, steady_motion(scene, system, system.felt(load), loads.order), frequency
+        )
 
     still: OnMounts = scene.handed_on["on_mounts"]
-    motion, alone = solve(system, loads.load), solve(still, loads.load)
-    found, at_rest = moved_by(system, motion, frequency), scene.handed_on["at_rest"]
-    emit_steady(
-        scene, mounts, loads, at_rest, found,
-        lambda load: moved_by(system, solve(system, load), frequency),
-    )  # fmt: skip
+    motion, alone = (
+        steady_motion(scene, one, one.felt(loads.load), loads.order) for one in (system, still)
+    )
+    found = moved_by(system, motion, frequency)
+    emit_steady(scene, mounts, found, solve)
     ground = system.ground_load(motion, frequency)
     natural = np.concatenate([still.shapes.natural_frequency, system.shapes.natural_frequency])
     scene.handed_on["ground"] = Ground(ground, system.transmissibility, natural)

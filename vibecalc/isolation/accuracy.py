@@ -15,15 +15,16 @@ from vibecalc.core.accuracy.kinds import (
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
+from vibecalc.isolation.adapters.body_run_up import run_up_rows, sections
 from vibecalc.isolation.adapters.common import isolation_of
-from vibecalc.isolation.adapters.run_up import sections
+from vibecalc.isolation.efficiency_results import OfForces
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.results import SupportForce
 from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import numbered
-from vibecalc.numerics.linear import Linear, dynamics, response
+from vibecalc.numerics.linear import dynamics, response
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.response.adapters.loads import BodyLoads
 
@@ -38,37 +39,25 @@ def isolation_topics(scene: Scene) -> list[Topic]:
         return []  # the foundation moves, and has questions of its own
     peaks = scene.record[LARGEST].values
     which = int(np.argmax(peaks))
-    if mounts is None or not peaks[which] > 0.0:
+    # the questions are of matrices that no frequency changes
+    if mounts is None or mounts.spectrum is not None or not peaks[which] > 0.0:
         return []
-    if mounts.spectrum is not None:
-        return []  # the questions are of matrices that no frequency changes
     system: OnMounts = scene.handed_on["on_mounts"]
     loads: BodyLoads = scene.handed_on["loads"]
-    parts = Matrices(*system.matrices[:4])
     order, kept = loads.order[: loads.retained], loads.retained
-    both, readout = system.felt(loads.load[:kept]), system.forces()
-    load = np.where(np.abs(both.value) > both.error, both.value, 0.0)
+    load, readout, w = system.felt(loads.load[:kept]), system.forces(), order * speed
     still, rising = readout.still[which], readout.rising[which]
-    w = order * speed
-    zero = np.zeros(parts.mass.shape)
-    linear = Linear(parts.mass, parts.stiffness, parts.damping, parts.structural, *([zero] * 4))
 
     def read(amplitudes: np.ndarray) -> np.ndarray:
         return np.asarray(amplitudes @ still.T + (w[:, None] * amplitudes) @ rising.T)
 
-    def together(_: float) -> Answer:
-        found = response(dynamics(linear, w), load, 0.0 * np.abs(load)).value
-        return Answer(read(found), float(2 * kept))
-
     name = f"support {mounts.names[which]!r} at {speed:.6g} rad/s, {kept} orders"
-    path = "isolation/support_force/steady_harmonics"
+    path = paths_of(SupportForce, "steady_harmonics")[0]
     ask = Ask("isolation", "support force by order", name, path, "N", 4.0,
               "guard orders are solved for the error estimate")  # fmt: skip
-    solver = ours("orders at once", "dynamic stiffnesses inverted together, a step of refinement",
-                  together, citation="Harris and Piersol (2002), ch. 3")  # fmt: skip
-    found = [forced(ask, [solver], parts, w, load, read)]
+    found = motion_topic(ask, system, load, w, read)
     ask = Ask("isolation", "largest support force", name, LARGEST, "N")
-    peak = peak_over_cycle(ask, together(1.0).values.T, numbered(order))
+    peak = peak_over_cycle(ask, read(_motion(system, load, w)).T, numbered(order))
     half = bool(peak.position) and order[0] < 1.0
     return [*found, peak._replace(position="half the crank angle [rad]") if half else peak]
 
@@ -80,20 +69,47 @@ def motion_topic(
     w: FloatArray,
     read: Callable[[np.ndarray], np.ndarray] = np.asarray,
 ) -> list[Topic]:
-    """Motion under loads (m, f) at frequencies (m,), as `read` shows it; none where none acts."""
-    known = np.where(np.abs(load.value) > load.error, load.value, 0.0)
-    if not np.any(known):
+    """Motion under loads (m, f) at frequencies (m,), as `read` shows it; none where none acts, or
+    where frequencies change the matrices."""
+    known = _known(load)
+    if system.spectral is not None or not np.any(known):
         return []
-
-    def own(_: float) -> Answer:
-        found = response(dynamics(system.matrices, w), known, np.zeros(known.shape))
-        return Answer(read(found.value), 2.0 * len(w))
-
     solver = ours(
-        "inverse and one step", "inverse of the scaled matrix, refined once", own,
+        "inverse and one step", "inverse of the scaled matrix, refined once",
+        lambda _: Answer(read(_motion(system, load, w)), 2.0 * len(w)),
         citation="Higham, Accuracy and Stability of Numerical Algorithms, chapter 12",
     )  # fmt: skip
     return [forced(ask, [solver], Matrices(*system.matrices[:4]), w, known, read)]
+
+
+def _known(load: Bounded) -> np.ndarray:
+    """Loads without what is nothing but rounding."""
+    return np.where(np.abs(load.value) > load.error, load.value, 0.0)
+
+
+def _motion(system: OnMounts, load: Bounded, w: FloatArray) -> np.ndarray:
+    """Motion (m, f) under loads (m, f) at frequencies (m,)."""
+    known = _known(load)
+    return response(dynamics(system.matrices, w), known, np.zeros(known.shape)).value
+
+
+def efficiency_topics(scene: Scene) -> list[Topic]:
+    """Loads on the ground; none of the pitch model, or of a foundation: these have their own."""
+    if isolation_of(scene).model == "pitch" or "ground" in scene.handed_on:
+        return []
+    loads: BodyLoads = scene.handed_on["loads"]
+    system: OnMounts = scene.handed_on["on_mounts"]
+    load = system.felt(loads.load[: loads.retained])
+    w = loads.order[: loads.retained] * scene.case.machine.speed
+
+    def read(motion: np.ndarray) -> np.ndarray:
+        return np.asarray((system.passing(w).value @ motion[..., None])[..., 0])
+
+    ask = Ask(
+        "isolation efficiency", "loads on the ground", "force and couple of each order",
+        f"{OfForces.ROOT}/ground", "N", 2.0, "one step of refinement costs as much as the solution",
+    )  # fmt: skip
+    return motion_topic(ask, system, load, w, read)
 
 
 def counting(rows: HarmonicsAt) -> tuple[HarmonicsAt, list[int]]:
@@ -111,26 +127,24 @@ def run_up_topics(scene: Scene) -> list[Topic]:
     """The largest force of a support at any speed; none where all grow without bound."""
     if isolation_of(scene).run_up is None:
         return []
-    best = None
-    for part in sections(scene):
-        setup = part.setup
-        given = (setup.harmonics, setup.resonances, part.start, part.stop)
-        found = run_up_peak(setup.rows, *given, setup.shows)
-        for row in set(setup.row_of[setup.lever_rows :].tolist()):
-            value = float(found.value[row])
-            if np.isfinite(value) and value > 0.0 and (best is None or value > best[0]):
-                best = value, float(found.speed[row]), int(row), part
-    if best is None:
+    parts, every = sections(scene), []
+    read = run_up_rows(scene, parts[0].system)
+    for given in [part.given(read.rows, read.shows, True) for part in parts]:
+        value, _, place, _ = run_up_peak(given)
+        rows = np.unique(read.row_of[read.lever_rows :])
+        rows = rows[np.isfinite(value[rows]) & (value[rows] > 0.0)]
+        every += [(value[row], float(place[row]), row, given) for row in rows.tolist()]
+    if not every:
         return []
-    _, known, row, part = best
-    setup, ends = part.setup, (float(part.start), float(part.stop))
+    _, known, row, given = max(every, key=lambda one: one[0])
+    ends = float(given.start), float(given.stop)
 
     def curve(speed: FloatArray) -> FloatArray:
-        return np.asarray(cycle_peaks(setup.rows, setup.harmonics, speed).value[:, row])
+        return np.asarray(cycle_peaks(given.harmonics_at, given.orders, speed).value[:, row])
 
     def alone(_: float) -> Answer:
-        rows, asked = counting(setup.rows)
-        peak = run_up_peak(rows, setup.harmonics, setup.resonances, *ends, setup.shows)
+        rows, asked = counting(given.harmonics_at)
+        peak = run_up_peak(given._replace(harmonics_at=rows))
         return Answer(peak.value[[row]], float(asked[0]), float(peak.speed[row]))
 
     ask = Ask("run_up", "largest force of the run-up", f"from {ends[0]:.6g} to {ends[1]:.6g} rad/s",

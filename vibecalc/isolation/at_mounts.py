@@ -7,9 +7,8 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.isolation.rows import Readout
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.leading import product
-from vibecalc.numerics.linear import Linear, law, resisting, uncertain
+from vibecalc.numerics.bounded import Bounded, reshaped, rounded
+from vibecalc.numerics.linear import Dynamics, Linear, law, resisting, response, uncertain
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF
 from vibecalc.parts.matrices import displacement_at
 from vibecalc.parts.mounts import Mounts
@@ -49,18 +48,11 @@ def weight_load(
 ) -> Bounded:
     """Weight as force and couple (..., 6) about the reference point; `up` is a unit vector (3,)."""
     pull = np.multiply(-np.asarray(mass), gravity)[..., None] * np.asarray(up, dtype=float)
-    load = np.concatenate(np.broadcast_arrays(pull, np.cross(centre, pull)), axis=-1)
-    terms = _times(np.abs(displacement_at(centre)).mT, np.abs(pull))
-    error = (4 + DATA_ROUNDINGS) * UNIT_ROUNDOFF * terms
+    arm, off = displacement_at(centre).mT, np.zeros(())
     if centre_error is not None:
-        error[..., 3:] += _times(np.abs(displacement_at(centre_error)).mT, np.abs(pull))[..., 3:]
-    return Bounded(load, error)
-
-
-def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Matrices (..., m, n) times vectors (..., n)."""
-    product: np.ndarray = (matrix @ vector[..., None])[..., 0]
-    return product
+        off = np.abs(displacement_at(centre_error)).mT
+        off[..., :3, :] = 0.0
+    return (Bounded(arm, off) @ rounded(pull, 2 + DATA_ROUNDINGS)[..., None])[..., 0]
 
 
 def deflected(rest: Resting, load: Bounded) -> AtMounts:
@@ -68,21 +60,14 @@ def deflected(rest: Resting, load: Bounded) -> AtMounts:
 
     Raises NumericalFailure if the mounts leave the body free, to rounding.
     """
-    matrices, felt = rest.matrices, load[..., None, :] @ rest.reach
-    force, force_error = felt.value[..., 0, :], felt.error[..., 0, :]
-    inverse = _flexibility(matrices)
-    body = _times(inverse, force)
-    body = body + _times(inverse, force - _times(matrices.stiffness, body))
-    spread = matrices.stiffness_error + 8.0 * UNIT_ROUNDOFF * np.abs(matrices.stiffness)
-    body_error = _times(np.abs(inverse), _times(spread, np.abs(body)) + force_error)
-    if np.any(uncertain(matrices.mass, Bounded(body, body_error))):
+    stiffness, felt = rest.matrices.stiffness, (load[..., None, :] @ rest.reach)[..., 0, :]
+    system = Dynamics(stiffness, rest.matrices.stiffness_error, _flexibility(rest.matrices))
+    body = response(system, *felt)
+    if np.any(uncertain(rest.matrices.mass, body)):
         raise NumericalFailure(_free("to rounding"))
-    uncertainty = body_error + 8.0 * UNIT_ROUNDOFF * np.abs(body)
-    motion = _times(rest.stretch, body[..., None, :])
-    motion_error = _times(np.abs(rest.stretch), uncertainty[..., None, :])
-    rounding = (4.0 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
-    passed = _times(np.abs(rest.stiffness), motion_error + rounding * np.abs(motion))
-    return AtMounts(Bounded(motion, motion_error), Bounded(_times(rest.stiffness, motion), passed))
+    motion = (rest.stretch @ body[..., None, :, None])[..., 0]
+    force = rounded(rest.stiffness, 4 + DATA_ROUNDINGS) @ motion[..., None]
+    return AtMounts(motion, force[..., 0])
 
 
 def require_weight(share: Bounded, load: Bounded) -> None:
@@ -107,7 +92,7 @@ def _flexibility(matrices: Linear) -> np.ndarray:
     try:
         inverse: np.ndarray = np.linalg.inv(matrices.stiffness * weight) * weight
     except np.linalg.LinAlgError:
-        raise NumericalFailure(_free("exactly")) from None
+        inverse = np.full(weight.shape, np.inf)
     if not np.all(np.isfinite(inverse)):
         raise NumericalFailure(_free("exactly"))
     return inverse
@@ -127,11 +112,8 @@ def _free(how: str) -> str:
 
 def displacement(stretch: np.ndarray, motion: Bounded) -> Bounded:
     """Displacement (..., mounts, d, orders) in m by a motion X (..., orders, f)."""
-    transform = stretch[..., None, :, :, :]
-    value = product(transform, motion.value[..., :, None, :, None])[..., 0]
-    spread = motion.error + 4.0 * UNIT_ROUNDOFF * np.abs(motion.value)
-    total = product(np.abs(transform), spread[..., :, None, :, None])[..., 0]
-    return Bounded(np.moveaxis(value, -3, -1), np.moveaxis(total, -3, -1))
+    found = stretch[..., None, :, :, :] @ motion[..., :, None, :, None]
+    return reshaped(found[..., 0], lambda part: np.moveaxis(part, -3, -1))
 
 
 def mount_stiffness(mounts: Mounts, frequency: np.ndarray) -> Bounded:
@@ -152,20 +134,6 @@ def mount_stiffness(mounts: Mounts, frequency: np.ndarray) -> Bounded:
         still, _ = law(stiffness, structural, damping)
         error = error + mounts.relative_error[:, None, None, None] * np.abs(still)
     return Bounded(value, error)
-
-
-def passing_force(deflection: Bounded, passing: Bounded) -> Bounded:
-    """Force of each mount (..., mounts, d, orders) in N below it, in complex amplitude.
-
-    Deflections are (..., mounts, d, orders). The force has the direction of the displacement for a
-    stiff mount.
-    """
-    column = np.moveaxis(deflection.value, -1, -2)[..., None]
-    spread = np.moveaxis(deflection.error, -1, -2)[..., None]
-    value = product(passing.value, column)[..., 0]
-    error = product(np.abs(passing.value), spread) + product(passing.error, np.abs(column))
-    error = error[..., 0]
-    return Bounded(np.moveaxis(value, -2, -1), np.moveaxis(error, -2, -1))
 
 
 def mount_readout(

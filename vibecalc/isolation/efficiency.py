@@ -26,20 +26,9 @@ class OverCycle(NamedTuple):
     value: Bounded
     rounding: FloatArray
 
-    def some(self, which: BoolArray) -> "OverCycle":
-        """Of some components."""
-        return OverCycle(self.value[which], self.rounding[which])
-
     def norm(self) -> "OverCycle":
         """Of all components (n,)."""
         return OverCycle(self.value.norm(), Bounded(self.value.value, self.rounding).norm().error)
-
-
-class Overall(NamedTuple):
-    """Of a vector over the cycle: root of its mean square, and its largest length."""
-
-    rms: OverCycle
-    peak: OverCycle
 
 
 def is_more(size: Bounded, rounding: FloatArray, largest: Bounded) -> BoolArray:
@@ -59,16 +48,14 @@ def efficiency(held: Bounded, ground: Bounded, acts: BoolArray, arrives: BoolArr
     return bounded.where(arrives & ~acts, unbounded, 1.0 - ratio)
 
 
-def with_resultant(vector: Bounded) -> Bounded:
-    """Magnitudes (..., components) and, behind them, the length of the vector."""
-    size = abs(vector)
-    length = size.norm()
-    return bounded.concatenate([size, Bounded(length.value[..., None], length.error[..., None])])
-
-
 def by_order(held: Bounded, ground: Bounded) -> Bounded:
     """Efficiency (orders, components + 1) of vectors (orders, components), the resultant last."""
-    both = with_resultant(held), with_resultant(ground)
+
+    def sizes(vector: Bounded) -> Bounded:
+        size = abs(vector)
+        return bounded.concatenate([size, size.norm()[..., None]])
+
+    both = sizes(held), sizes(ground)
     acts, arrives = (is_more(one, one.error, one.max(0)[..., -1:]) for one in both)
     return efficiency(*both, acts, arrives)
 
@@ -86,11 +73,11 @@ def rms(harmonics: Bounded, retained: int, tail: FloatArray | float) -> OverCycl
     return OverCycle(Bounded(value, error + more), error)
 
 
-def overall(vector: Bounded, order: FloatArray, retained: int, tail: FloatArray | float) -> Overall:
-    """Of a vector (orders, components) over the cycle; orders are whole, or all are halves."""
+def peak(vector: Bounded, order: FloatArray, retained: int, tail: FloatArray | float) -> OverCycle:
+    """Largest length over the cycle of a vector (orders, components); orders are whole, or all are
+    halves."""
     found = vector_cycle_peak(vector.value[:retained].T, numbered(order[:retained]))
     dropped = tail * np.abs(vector.value[retained:]).sum(0)
-    error = np.broadcast_to(vector.error, vector.shape)[:retained].sum(0)
-    rounding = found.error + np.linalg.norm(error)
-    peak = Bounded(found.value, found.error + np.linalg.norm(error + dropped))
-    return Overall(rms(vector, retained, tail).norm(), OverCycle(peak, rounding))
+    error = vector.errors[:retained].sum(0)
+    whole = found.error + np.linalg.norm(error + dropped)
+    return OverCycle(Bounded(found.value, whole), found.error + np.linalg.norm(error))

@@ -23,13 +23,10 @@ _COLUMNS: tuple[Sequence[Cells | str], ...] = (
     [Cells(path, blank=True) for path in (*OF_STOPS, *MOVING, *OF_RUN_UP)],
 )  # fmt: skip
 _OVER_ORDERS = Rows(
-    "order",
-    "order",
+    "order", "order",
     (Cells(BY_ORDER[0], "stiffness {} kN/mm", "kN/mm"), Cells(BY_ORDER[1], "loss factor {}")),
-    label="{:g}",
-    places=first(4),
-    rest=others("the other {left} orders are in the result file"),
-)
+    label="{:g}", places=first(4), rest=others("the other {left} orders are in the result file"),
+)  # fmt: skip
 
 
 def mounts(result: Result) -> Section | None:

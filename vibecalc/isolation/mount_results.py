@@ -6,6 +6,9 @@ from typing import Any, ClassVar
 from vibecalc.core.results.described import lead, paths_of, q
 from vibecalc.core.results.record import DIFFERENCE, PEAK
 
+#: of what is left of a difference, the least stands in the first table
+LEAST = {"pick": "least", "exempt": DIFFERENCE}
+
 
 @dataclass(frozen=True)
 class OfMounts:
@@ -23,14 +26,10 @@ class OfMounts:
     load_curve: Any = q("mount deflection", "N", "static load of a mount over its compression")
     clearance_at_rest: Any = q("mount", "m", "distance to the nearer stop", exempt=DIFFERENCE)
     travel: Any = q("mount", "m", "largest motion of a mount along its axis about the rest", PEAK)
-    clearance: Any = lead(
-        "mount", "m", "clearance left to a stop at speed", pick="least", exempt=DIFFERENCE
-    )
+    clearance: Any = lead("mount", "m", "clearance left to a stop at speed", **LEAST)
     run_up_travel: Any = q("mount", "m", "the same motion, largest of the run-up", PEAK)
     run_up_travel_speed: Any = q("mount", "rad/s", "crank speed of that")
-    run_up_clearance: Any = lead(
-        "mount", "m", "clearance left to a stop in the run-up", pick="least", exempt=DIFFERENCE
-    )
+    run_up_clearance: Any = lead("mount", "m", "clearance left to a stop in the run-up", **LEAST)
     order_stiffness: Any = q("mount order", "N/m", "stiffness along its axis at an order")
     order_loss_factor: Any = q("mount order", "", "loss factor at the frequency of an order")
 

@@ -10,23 +10,20 @@ from vibecalc.isolation.at_mounts import (
     displacement,
     mount_readout,
     mount_stiffness,
-    passing_force,
 )
-from vibecalc.isolation.rows import HarmonicsAt, Readout, body_rows, distinct
-from vibecalc.numerics.bounded import Bounded, reshaped, rounded
+from vibecalc.isolation.rows import Readout, distinct
+from vibecalc.numerics.bounded import Bounded, bounded, reshaped, rounded
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.numerics.linear import (
     Dynamics,
     Linear,
-    law,
+    bounded_parts,
     response,
 )
 from vibecalc.numerics.rounding import DATA_ROUNDINGS, UNIT_ROUNDOFF
 from vibecalc.parts.body import RigidBody, build_frame
 from vibecalc.parts.matrices import displacement_at, mounted, on_springs
 from vibecalc.parts.mounts import Mounts
-from vibecalc.response.modes import modes
-from vibecalc.response.resonances import Resonances
 from vibecalc.response.system import MountedBody, modes_on_mounts
 
 
@@ -74,17 +71,18 @@ class OnMounts(MountedBody):
 
     def force(self, deflection: Bounded, frequency: np.ndarray) -> Bounded:
         """Force (..., mounts, d, orders) of each mount below it by a deflection, as that."""
-        return passing_force(deflection, mount_stiffness(self.mounts, frequency))
+        column = reshaped(deflection, np.matrix_transpose)[..., None]
+        passed = mount_stiffness(self.mounts, frequency) @ column
+        return reshaped(passed[..., 0], np.matrix_transpose)
 
     def passing(self, frequency: np.ndarray) -> Bounded:
         """R^T K* (..., orders, b, f): load on the base for a motion, N and N m."""
         given = self.at(frequency).passing(frequency)
-        return Bounded(self.carried.T.astype(complex), np.zeros(())) @ given
+        return bounded(self.carried.T) @ given
 
     def ground_load(self, motion: Bounded, frequency: np.ndarray) -> Bounded:
         """Forces and couples (orders, b) on the base by motions (orders, f), about one point."""
-        column = Bounded(motion.value[..., None], motion.error[..., None])
-        return (self.passing(frequency) @ column)[..., 0]
+        return (self.passing(frequency) @ motion[..., None])[..., 0]
 
     def transmissibility(self, frequency: np.ndarray) -> Bounded:
         """Loads on the base over loads on the body, (frequencies, b, b) complex: [i, j] is i by j.
@@ -97,19 +95,16 @@ class OnMounts(MountedBody):
         unit = np.eye(kept, count, dtype=complex)
         each = Dynamics(*(part[..., None, :, :] for part in system_at))
         motion = response(each, unit, np.zeros((kept, count)))
-        columns = Bounded(np.swapaxes(motion.value, -1, -2), np.swapaxes(motion.error, -1, -2))
-        return self.passing(frequency) @ columns
+        return self.passing(frequency) @ reshaped(motion, np.matrix_transpose)
 
     def moved_by_base(self, base: Bounded, frequency: np.ndarray) -> tuple[Bounded, Bounded]:
         """Motion against the base and motion (frequencies, f), the base moving by (frequencies, b).
 
         D (X - R U) = w^2 M R U has no difference of large terms where the base moves slowly.
         """
-        carried = base @ self.carried.T.astype(complex)
-        one, squared = self.matrices, np.square(frequency)[:, None]
-        load = (carried @ one.mass.astype(complex)) * squared
-        spread = np.abs(carried.value) @ one.mass_error
-        found = response(self.dynamics(frequency), load.value, load.error + squared * spread)
+        carried, mass = base @ self.carried.T, bounded_parts(self.matrices)[0]
+        load = (carried @ mass) * np.square(frequency)[:, None]
+        found = response(self.dynamics(frequency), *load)
         return found, found + carried
 
     def forces(self) -> Readout:
@@ -120,10 +115,9 @@ class OnMounts(MountedBody):
 
     def couple_over(self, lever: np.ndarray | float) -> Readout:
         """Couple through the mounts over a lever (...) in m, of a body that only pitches."""
-        matrices, arm = self.matrices, np.asarray(lever)[..., None, None, None]
-        still, rising = law(matrices.stiffness, matrices.structural, matrices.damping)
-        rounding = (8 + DATA_ROUNDINGS) * UNIT_ROUNDOFF
-        return Readout(still[..., None, :, :] / arm, rising[..., None, :, :] / arm, rounding)
+        one = self.matrices
+        springs = (part[..., None, :, :] for part in (one.stiffness, one.damping, one.structural))
+        return mount_readout(1.0 / np.asarray(lever)[..., None, None, None], *springs)
 
     def shows(self) -> np.ndarray:
         """Which of the modes loads which mount, (..., modes, mounts)."""
@@ -131,7 +125,7 @@ class OnMounts(MountedBody):
         size = np.sqrt(np.square(pressed).sum(axis=-2)).mT
         return np.asarray(size > 1e-12 * size.max(axis=(-2, -1), keepdims=True))
 
-    def alike(self) -> tuple[list[int], np.ndarray]:
+    def alike(self) -> tuple[np.ndarray, np.ndarray]:
         """Mounts that repeat none before them, up to sign, and which of these each mount is.
 
         Those whose stiffness follows the frequency, or that have stops, are each one of its own:
@@ -140,7 +134,7 @@ class OnMounts(MountedBody):
         if self.mounts.spectrum is None and self.travel() is None:
             return distinct(self.forces())
         every = np.arange(self.stretch.shape[-3])
-        return every.tolist(), every
+        return every, every
 
     def travel(self) -> Readout | None:
         """Motion of each mount along its axis, where mounts have stops."""
@@ -149,25 +143,6 @@ class OnMounts(MountedBody):
             return None
         along = axis[:, None, :] @ self.stretch
         return Readout(along, np.zeros_like(along), 8.0 * UNIT_ROUNDOFF)
-
-    def rows(
-        self,
-        readout: Readout,
-        orders: np.ndarray,
-        force: Bounded,
-        resonances: Resonances,
-        couple_at: HarmonicsAt | None = None,
-        about: np.ndarray | None = None,
-        passed_on: bool = True,
-    ) -> HarmonicsAt:
-        """Rows of the readout over crank speed, under forces (orders, f) per squared speed.
-
-        They are forces that the mounts pass on, or else motions.
-        """
-        return body_rows(
-            self.matrices, readout, orders, force, self.undriven(resonances), couple_at, about,
-            self.spectral, passed_on,
-        )  # fmt: skip
 
 
 def on_mounts(body: RigidBody, mounts: Mounts, freedoms: np.ndarray) -> OnMounts:
@@ -246,12 +221,11 @@ def pitching(body: RigidBody, mounts: Mounts, axis: str, stroke: str) -> OnMount
     few = in_direction(mounts, up)
     mass = side_by_side([body.mass, body.inertia[..., turned, turned]])[..., None] * np.eye(2)
     whole = on_springs(rounded(mass, DATA_ROUNDINGS), stretch, few)
-    matrices = whole.reduced(np.array([1]))
-    return OnMounts(
-        matrices=matrices, shapes=modes(matrices), translations=0, mounts=few,
-        freedoms=np.array([3 + turned]), reach=both[..., 1:], stretch=stretch[..., 1:],
-        resting=Resting(whole, both, stretch, few.stiffness), carried=np.eye(1), directions=(up,),
+    found = assembled(
+        few, np.array([3 + turned]), whole.reduced(np.array([1])), both[..., 1:], stretch[..., 1:],
+        Resting(whole, both, stretch, few.stiffness), np.eye(1),
     )  # fmt: skip
+    return replace(found, directions=(up,))
 
 
 # ----------------------------------------------------------------------------

@@ -314,10 +314,8 @@ def _rests(plot: Plot) -> None:
     record = plot.result.record
     load, deflection = (record[path].values for path in AT_REST[:2])
     travel = record[MOVING[0]].values if MOVING[0] in record else np.zeros(len(load))
-    plot.axes.errorbar(
-        1e3 * deflection, plot.factor * load, xerr=1e3 * travel, fmt="o", color=TOTAL,
-        markersize=4.5, elinewidth=1.2, capsize=2.5, zorder=5, label="at rest",
-    )  # fmt: skip
+    plot.axes.errorbar(1e3 * deflection, plot.factor * load, xerr=1e3 * travel, fmt="o", zorder=5,
+                       color=TOTAL, capsize=2.5, label="at rest")  # fmt: skip
 
 
 _DOTS = {"marker": "o", "markersize": 3.5}

@@ -1,10 +1,8 @@
 """Does a machine stay in the plane of its crank, so that three motions are all of its motion?"""
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import TRAIN
@@ -13,10 +11,6 @@ from vibecalc.parts.matrices import mounted
 from vibecalc.parts.mount_state import never_held
 from vibecalc.parts.mounts import build_mounts
 from vibecalc.schema import Case, Machine
-
-# ----------------------------------------------------------------------------
-# Does a machine stay in the plane of its crank, so that three motions are all of its motion?
-# ----------------------------------------------------------------------------
 
 #: a coupling below this share of what it couples is the round-off of none
 TOLERANCE = 1e-9
@@ -40,7 +34,20 @@ def planar_problems(case: Case) -> list[Problem]:
                 also=(*TRAIN, "axis"),
             )
         ]
-    return [*_places(machine), *_coupled(machine), *_held(case)]
+    problems = [*_places(machine), *_coupled(machine)]
+    motions = never_held(case, dofs_of_model("planar", axis))
+    if motions:
+        problems.append(
+            Problem(
+                path=MOUNTS,
+                message="the mounts leave the body free in the plane of the crank",
+                found="nothing resists " + ", ".join(motions),
+                allowed="a stiffness against each of the three motions",
+                hint="one mount resists no turning about itself: two, away from each other across "
+                "the crankshaft, do",
+            )
+        )
+    return problems
 
 
 def _places(machine: Machine) -> Iterator[Problem]:
@@ -68,17 +75,22 @@ def _places(machine: Machine) -> Iterator[Problem]:
 
 
 def _coupled(machine: Machine) -> Iterator[Problem]:
+    """Neither masses nor mounts couple the motions of the plane with the three others."""
     assert machine.body is not None and machine.mounts is not None
-    body, mounts = build_body(machine.body), build_mounts(machine.mounts)
-    dofs = dofs_of_model("planar", machine.crank_train.axis)
-    assembled = mounted(body, mounts)
+    kept = dofs_of_model("planar", machine.crank_train.axis)
+    left = np.delete(np.arange(6), kept)
+    found = mounted(build_body(machine.body), build_mounts(machine.mounts))
+    words = [f"moving along {one}" for one in DIRECTIONS]
+    words += [f"turning about {one}" for one in DIRECTIONS]
     for path, what, matrix in (
-        (BODY, "mass", assembled.mass),
-        (MOUNTS, "stiffness", assembled.stiffness),
-        (MOUNTS, "damping", assembled.damping),
-        (MOUNTS, "loss factor", assembled.structural),
+        (BODY, "mass", found.mass),
+        (MOUNTS, "stiffness", found.stiffness),
+        (MOUNTS, "damping", found.damping),
+        (MOUNTS, "loss factor", found.structural),
     ):
-        pairs = [_words(one, other) for one, other in _pairs(matrix, dofs)]
+        size = np.sqrt(np.abs(np.outer(matrix.diagonal(), matrix.diagonal())))
+        coupled = (np.abs(matrix) > TOLERANCE * size)[np.ix_(kept, left)]
+        pairs = [f"{words[kept[i]]} with {words[left[j]]}" for i, j in np.argwhere(coupled)]
         if pairs:
             yield Problem(
                 path=path,
@@ -88,31 +100,3 @@ def _coupled(machine: Machine) -> Iterator[Problem]:
                 + _OTHERWISE,
                 also=("isolation", "model"),
             )
-
-
-def _pairs(matrix: NDArray[np.float64], dofs: NDArray[np.intp]) -> Iterator[tuple[int, int]]:
-    for one in dofs.tolist():
-        for other in sorted({*range(6)} - {*dofs.tolist()}):
-            size = math.sqrt(abs(float(matrix[one, one] * matrix[other, other])))
-            if abs(float(matrix[one, other])) > TOLERANCE * size:
-                yield one, other
-
-
-def _words(one: int, other: int) -> str:
-    return " with ".join(
-        f"{'moving along' if place < 3 else 'turning about'} {DIRECTIONS[place % 3]}"
-        for place in (one, other)
-    )
-
-
-def _held(case: Case) -> Iterator[Problem]:
-    motions = never_held(case, dofs_of_model("planar", case.machine.crank_train.axis))
-    if motions:
-        yield Problem(
-            path=MOUNTS,
-            message="the mounts leave the body free in the plane of the crank",
-            found="nothing resists " + ", ".join(motions),
-            allowed="a stiffness against each of the three motions",
-            hint="one mount resists no turning about itself: two, away from each other across the "
-            "crankshaft, do",
-        )

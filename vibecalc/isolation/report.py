@@ -8,6 +8,7 @@ from vibecalc.core.report.rows import (
     Found,
     Rows,
     in_decibels,
+    left_out,
     loud,
     named_at,
     others,
@@ -20,7 +21,6 @@ from vibecalc.core.report.writing import paragraph, show_phase
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Result
 from vibecalc.isolation.results import (
-    NEAREST,
     OF_TORQUE,
     Masked,
     Pitch,
@@ -29,7 +29,6 @@ from vibecalc.isolation.results import (
     SupportForce,
     TorqueReaction,
 )
-from vibecalc.response.report import left_out
 
 # ----------------------------------------------------------------------------
 # The body on its mounts: natural frequencies, what each mount bears, transmissibility.
@@ -37,14 +36,7 @@ from vibecalc.response.report import left_out
 
 _LEVER = tuple(f"isolation/lever_force/{name}_peak" for name in ("rigid", "steady", "run_up"))
 #: what belongs to pictures; the shapes of modes carry no scale, and the energy says what moves
-_DRAWN = (
-    "_harmonics",
-    "/run_up",
-    "_curve",
-    "modes/shape",
-    "masked/centre",
-    "lever_force/run_up_peak_speed",
-)
+_DRAWN = ("_harmonics", "/run_up", "_curve", "modes/shape", "/centre", "run_up_peak_speed")
 _MODES = Rows(
     "mode",
     "mode",
@@ -63,8 +55,7 @@ _SUPPORTS = Rows(
     "mount",
     "support",
     (*paths_of(SupportForce), *paths_of(SupportDisplacement)),
-    note="loads: over the cycle, with the weight and the mean torque; a negative one pulls the "
-    "support",
+    note="loads: over the cycle, with weight and mean torque; a negative one pulls the support",
     merge=True,
 )
 _LEVELS = (
@@ -91,7 +82,6 @@ def isolation(result: Result) -> Section | None:
 
 #: maxima shown, of a machine with many mounts
 _MOST = 48
-_AT_MOUNTS = (f"{RunUpMaxima.ROOT}/mount", "isolation/support_force/static")
 
 
 def _highest(found: Found) -> np.ndarray:
@@ -105,7 +95,7 @@ _MAXIMA = Rows(
     "maximum",
     "",
     (
-        Cells(named_at(*_AT_MOUNTS), "mount"),
+        Cells(named_at(f"{RunUpMaxima.ROOT}/mount", "isolation/support_force/static"), "mount"),
         *paths_of(RunUpMaxima)[1:-1],
         Cells(f"{RunUpMaxima.ROOT}/at_end", "end", lambda end, _: "end" * int(end)),
     ),
@@ -172,5 +162,4 @@ def torque_reaction(result: Result) -> Section | None:
         rows_of(record, _CAUSES),
     ]
     details = {"couple of the torque by order": rows_of(record, _ORDERS)}
-    title = "Torque reaction on the mounts, all orders"
-    return section(title, blocks, details, (*OF_TORQUE, *NEAREST))
+    return section("Torque reaction on the mounts, all orders", blocks, details, OF_TORQUE)

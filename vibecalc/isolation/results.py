@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from vibecalc.core.results.described import entries_of, lead, named, paths_of, q
-from vibecalc.core.results.record import CANCELS, DIFFERENCE, ORDERS, PEAK, RESONANCE
+from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, RESONANCE
 from vibecalc.isolation.efficiency_results import ByDirection, OfCouples, OfForces
-from vibecalc.isolation.mount_results import OfMounts
+from vibecalc.isolation.mount_results import LEAST, OfMounts
 from vibecalc.response.results import LeftOut, Modes, Motion
 
 # ----------------------------------------------------------------------------
@@ -79,9 +79,7 @@ class SupportForce:
     steady_harmonics: Any = q("mount direction order", "N", "dynamic force on a support", PEAK)
     steady_peak: Any = lead("mount", "N", "force on a support at speed, peak", PEAK)
     largest_load: Any = q("mount", "N", "largest load: weight, mean torque and dynamic force")
-    minimum_load: Any = lead(
-        "mount", "N", "minimum load on a support", pick="least", exempt=DIFFERENCE
-    )
+    minimum_load: Any = lead("mount", "N", "minimum load on a support", **LEAST)
     by_cause: Any = q("mount cause", "N", "force on a support by one cause alone, peak", PEAK)
     mean: Any = q("mount direction", "N", "force of one support on the ground by the mean torque")
     run_up: Any = q("mount speed", "N", "force on a support at each speed, peak", PEAK)

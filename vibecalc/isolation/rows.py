@@ -4,7 +4,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.linear import (
     Linear,
     UndrivenModes,
@@ -13,7 +13,6 @@ from vibecalc.numerics.linear import (
     law,
     response,
 )
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 from vibecalc.response.spectral import SpectralSystem
 
 # ----------------------------------------------------------------------------
@@ -41,19 +40,17 @@ class Readout(NamedTuple):
 def joined_rows(first: Readout, others: Readout) -> Readout:
     """Rows of both, one after the other; either may lack the axis of the machines."""
 
+    points = np.broadcast_shapes(first.still.shape[:-3], others.still.shape[:-3])
+
     def both(*pair: np.ndarray) -> np.ndarray:
-        points = np.broadcast_shapes(*(part.shape[:-3] for part in pair))
         rows = [np.broadcast_to(part, (*points, *part.shape[-3:])) for part in pair]
         return np.concatenate(rows, axis=-3)
 
-    return Readout(
-        both(first.still, others.still),
-        both(first.rising, others.rising),
-        max(first.uncertainty, others.uncertainty),
-    )
+    uncertainty = max(first.uncertainty, others.uncertainty)
+    return Readout(both(first.still, others.still), both(first.rising, others.rising), uncertainty)
 
 
-def distinct(readout: Readout) -> tuple[list[int], np.ndarray]:
+def distinct(readout: Readout) -> tuple[np.ndarray, np.ndarray]:
     """Rows that repeat none before them, up to sign, and which one of these each is (rows,).
 
     Equal supports at the same distance on either side feel the same force at opposite times. Of
@@ -65,11 +62,9 @@ def distinct(readout: Readout) -> tuple[list[int], np.ndarray]:
     leading = np.argmax(entries != 0.0, axis=-1)[..., None]
     negative = np.take_along_axis(entries, leading, -1) < 0.0
     signed = np.moveaxis(entries * np.where(negative, -1.0, 1.0), -2, 0)
-    number_of: dict[bytes, int] = {}
-    # -0.0 and 0.0 are one
-    rows = [(row + 0.0).tobytes() for row in signed]
-    which = np.array([number_of.setdefault(row, len(number_of)) for row in rows])
-    first = [int(np.argmax(which == number)) for number in range(len(number_of))]
+    rows = signed.reshape(len(signed), -1)
+    same = np.all(rows[:, None] == rows, axis=-1)
+    first, which = np.unique(np.argmax(same, axis=1), return_inverse=True)
     return first, which
 
 
@@ -84,7 +79,7 @@ EMPTY = np.zeros(0)
 class Jet(NamedTuple):
     """Harmonics of the rows at some speeds, each array (speeds, rows, components, orders).
 
-    Or of the motion of a body (speeds, orders, coordinates), or of a couple (speeds, orders).
+    Or a couple (speeds, orders).
 
     `slope` and `curvature` are the first and second derivative by crank speed; errors are
     absolute. `turn_error` (speeds, rows, components) is what orders that are left out do to the
@@ -93,68 +88,17 @@ class Jet(NamedTuple):
 
     value: np.ndarray
     error: np.ndarray
-    slope: np.ndarray
-    slope_error: np.ndarray
-    curvature: np.ndarray
+    slope: np.ndarray = EMPTY
+    slope_error: np.ndarray = EMPTY
+    curvature: np.ndarray = EMPTY
     turn_error: np.ndarray = EMPTY
 
 
 class HarmonicsAt(Protocol):
-    """Harmonics of some rows, or of a couple, at crank speeds (speeds,), as much of the jet as is
-    asked for."""
+    """Harmonics of some rows, or of a couple, at crank speeds (speeds,): with derivatives where
+    `slopes` are asked for, and with what is left out in the errors where `errors` are."""
 
     def __call__(self, speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet: ...
-
-
-class Factors(NamedTuple):
-    """What mounts pass on of `still` at the frequency of each order, (speeds, orders, rows).
-
-    With the first and second derivative by frequency.
-    """
-
-    value: np.ndarray
-    first: np.ndarray
-    second: np.ndarray
-
-
-def read(
-    readout: Readout,
-    order: np.ndarray,
-    rate: np.ndarray,
-    motion: Jet,
-    factors: Factors | None = None,
-) -> Jet:
-    """Apply the readout to a motion and its derivatives, as far as they are there.
-
-    The readout may have an axis of speeds of its own, each being that of another machine. With P =
-    f(w) still + w rising at w = n v, and ' for d/dv:
-
-        r = P X,    r' = P' X + P X',    r'' = P'' X + 2 P' X' + P X''
-    """
-    still, rising = readout.still[..., None, :, :, :], readout.rising[..., None, :, :, :]
-    frequency, n = rate[..., None, None, None], order[:, None, None, None]
-    value, first, second = (
-        (1.0, 0.0, 0.0) if factors is None else (part[..., None, None] for part in factors)
-    )
-    passing, turn = value * still + frequency * rising, n * (first * still + rising)
-
-    def applied(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-        """Matrices (..., orders, rows, components, f) to (speeds, rows, components, orders)."""
-        return np.moveaxis((matrix @ vector[..., None, :, None])[..., 0], 1, -1)
-
-    error = slope = slope_error = curvature = EMPTY
-    if motion.slope is not EMPTY:
-        slope = applied(passing, motion.slope) + applied(turn, motion.value)
-        curvature = applied(passing, motion.curvature) + 2.0 * applied(turn, motion.slope)
-        if factors is not None:
-            curvature = curvature + applied(np.square(n) * second * still, motion.value)
-    if motion.error is not EMPTY:
-        size, spread = np.abs(passing), motion.error + readout.uncertainty * np.abs(motion.value)
-        error = applied(size, spread)
-        if motion.slope is not EMPTY:
-            steeper = motion.slope_error + readout.uncertainty * np.abs(motion.slope)
-            slope_error = applied(size, steeper) + applied(np.abs(turn), spread)
-    return Jet(applied(passing, motion.value), error, slope, slope_error, curvature)
 
 
 # ----------------------------------------------------------------------------
@@ -176,29 +120,26 @@ def with_left_out(
     if np.all(factor == 0.0):
         return rows
 
+    def sized(dropped: np.ndarray) -> np.ndarray:
+        return np.asarray(np.asarray(factor)[..., None, None] * np.abs(dropped).sum(axis=-1))
+
+    def added(error: np.ndarray, dropped: np.ndarray) -> np.ndarray:
+        total = error.copy()
+        total[..., -1] += sized(dropped)
+        return total
+
     def harmonics_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
         jet = rows(speed, slopes, errors)
         if not errors:
             return jet
         dropped = left_out(speed, slopes)
-        error = _added(jet.error, dropped.value, factor)
+        jet = jet._replace(error=added(jet.error, dropped.value))
         if not slopes:
-            return jet._replace(error=error)
-        slope_error = _added(jet.slope_error, dropped.slope, factor)
-        turn_error = _sized(dropped.value * beyond, factor)
-        return jet._replace(error=error, slope_error=slope_error, turn_error=turn_error)
+            return jet
+        slope_error = added(jet.slope_error, dropped.slope)
+        return jet._replace(slope_error=slope_error, turn_error=sized(dropped.value * beyond))
 
     return harmonics_at
-
-
-def _added(error: np.ndarray, dropped: np.ndarray, factor: float | np.ndarray) -> np.ndarray:
-    total = error.copy()
-    total[..., -1] += _sized(dropped, factor)
-    return total
-
-
-def _sized(dropped: np.ndarray, factor: float | np.ndarray) -> np.ndarray:
-    return np.asarray(np.asarray(factor)[..., None, None] * np.abs(dropped).sum(axis=-1))
 
 
 # ----------------------------------------------------------------------------
@@ -222,60 +163,70 @@ def body_rows(
     `couple_at` is added, a couple about the vector `about` (f,), as a function of the speed.
     Matrices, readout and forces may have an axis of speeds, each being that of another machine.
     Where stiffness follows the frequency, `spectral` has it, and rows that mounts have `passed_on`
-    are those of each mount, `still` being what its factors multiply.
+    are those of each mount, `still` being multiplied by its factors f(w).
 
-    With D = K* - w^2 M, w = n v at speed v and order n, and ' for d/dv:
+    With D = K* - w^2 M, P = f(w) still + w rising at w = n v, and ' for d/dv:
 
-        D X' = F' - D' X,    D X'' = F'' - D'' X - 2 D' X'
+        D X = F,    D X' = F' - D' X,     D X'' = F'' - D'' X - 2 D' X'
+        r = P X,    r' = P' X + P X',     r'' = P'' X + 2 P' X' + P X''
     """
-    order = np.asarray(orders, dtype=float)
-    axis = np.zeros(force.value.shape[-1]) if about is None else about
+    order, axis = np.asarray(orders, dtype=float), 0.0 if about is None else about
     none = Jet(*np.zeros((5, 1, 1)))
     _, rising = law(matrices.stiffness, matrices.structural, matrices.damping)
     mass, rising = matrices.mass[..., None, :, :], rising[..., None, :, :]
+    still, moving = readout.still[..., None, :, :, :], readout.rising[..., None, :, :, :]
 
     def harmonics_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
         rate = speed[:, None] * order
         at_rate = each_order(matrices) if spectral is None else spectral.at(rate)
         system = dynamics_by_order(at_rate, rate, undriven)
         column, n = speed[:, None, None], order[:, None, None]
-        added = none if couple_at is None else couple_at(speed, slopes, errors)
-        load = column * column * force.value + added.value[..., None] * axis
-        error = slope = slope_error = curvature = EMPTY
-        if errors:
-            load_error = column * column * force.error + 4.0 * UNIT_ROUNDOFF * np.abs(load)
-            load_error = load_error + added.error[..., None] * np.abs(axis)
-            value, error = response(system, load, load_error)
-        else:
-            value = _apply(system.inverse, load)
-        if slopes:
-            turn, bend = rising - 2.0 * rate[..., None, None] * mass, -2.0 * mass
-            if spectral is not None:
-                turn, bend = turn + spectral.slope(rate, 1), bend + spectral.slope(rate, 2)
-            turn, bend = n * turn, np.square(n) * bend
-            load_slope = 2.0 * column * force.value + added.slope[..., None] * axis
-            load_bend = 2.0 * force.value + added.curvature[..., None] * axis
-            slope = _apply(system.inverse, load_slope - _apply(turn, value))
-            bent = load_bend - _apply(bend, value) - 2.0 * _apply(turn, slope)
-            curvature = _apply(system.inverse, bent)
-        if slopes and errors:
-            uncertainty = _apply(np.abs(turn), error + 32.0 * UNIT_ROUNDOFF * np.abs(value))
-            uncertainty = (
-                uncertainty + _apply(system.error, np.abs(slope)) + 2.0 * column * force.error
-            )
-            uncertainty = uncertainty + 16.0 * UNIT_ROUNDOFF * np.abs(load_slope)
-            uncertainty = uncertainty + added.slope_error[..., None] * np.abs(axis)
-            slope_error = _apply(np.abs(system.inverse), uncertainty)
-            slope_error = slope_error + 16.0 * UNIT_ROUNDOFF * np.abs(slope)
-        motion = Jet(value, error, slope, slope_error, curvature)
-        factors = None
+        factor: list[Any] = [1.0, 0.0, 0.0]
         if spectral is not None and passed_on:
-            factors = Factors(*(spectral.spectrum(rate, derivative) for derivative in range(3)))
-        return read(readout, order, rate, motion, factors)
+            factor = [spectral.spectrum(rate, k)[..., None, None] for k in range(3)]
+        passing = factor[0] * still + rate[..., None, None, None] * moving
+        added = none if couple_at is None else couple_at(speed, slopes, errors)
+        load = force * (column * column) + _about(added.value, added.error, axis)
+        motion = response(system, *load)
+        value, error = _read(passing, motion, readout.uncertainty)
+        if not slopes:
+            return Jet(value, error)
+        turn, bend = rising - 2.0 * rate[..., None, None] * mass, -2.0 * mass
+        if spectral is not None:
+            turn, bend = turn + spectral.slope(rate, 1), bend + spectral.slope(rate, 2)
+        turn, bend = n * turn, np.square(n) * bend
+        load = force * (2.0 * column) + _about(added.slope, added.slope_error, axis)
+        slope = response(system, *(load - (rounded(turn, 24) @ motion[..., None])[..., 0]))
+        push = 2.0 * force.value + added.curvature[..., None] * axis
+        push = push - _apply(bend, motion.value) - 2.0 * _apply(turn, slope.value)
+        curved = _apply(system.inverse, push)
+        turned = n[..., None] * (factor[1] * still + moving)
+        first = _read(passing, slope, readout.uncertainty)
+        first = first + _read(turned, motion, readout.uncertainty)
+        second = _rows(passing, curved) + 2.0 * _rows(turned, slope.value)
+        if spectral is not None:
+            second = second + _rows(np.square(n[..., None]) * factor[2] * still, motion.value)
+        return Jet(value, error, first.value, first.error, second)
 
     return harmonics_at
+
+
+def _about(value: np.ndarray, error: np.ndarray, axis: Any) -> Bounded:
+    """Couples (speeds, orders) as loads about an axis (f,)."""
+    return Bounded(value[..., None] * axis, error[..., None] * np.abs(axis))
 
 
 def _apply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     product: np.ndarray = (matrix @ vector[..., None])[..., 0]
     return product
+
+
+def _rows(matrix: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Matrices (..., orders, rows, components, f) by motions (speeds, orders, f), orders last."""
+    return np.moveaxis((matrix @ motion[..., None, :, None])[..., 0], 1, -1)
+
+
+def _read(matrix: np.ndarray, motion: Bounded, uncertainty: float) -> Bounded:
+    """The same with errors, that of the matrix a share of its entries."""
+    off = motion.error + uncertainty * np.abs(motion.value)
+    return Bounded(_rows(matrix, motion.value), _rows(np.abs(matrix), off))

@@ -1,16 +1,14 @@
 """Every local maximum of a run-up, with the order that makes most of it and the mode next to it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.isolation.rows import HarmonicsAt
-from vibecalc.isolation.run_up import RunUp, machine_of
+from vibecalc.isolation.run_up import Range, RunUp, machine_of
 from vibecalc.isolation.run_up_peaks import local_maxima, tops_of
 from vibecalc.isolation.run_up_samples import Samples
 from vibecalc.numerics.maxima import top_errors
-from vibecalc.response.resonances import Resonances
 
 # ----------------------------------------------------------------------------
 # A local maximum of the curve lies next to a speed whose value is no lower than those of its
@@ -23,17 +21,6 @@ _SAMPLED = 0.97
 #: relative: closer ones are one maximum
 _ONE = 1e-7
 _TINY = np.finfo(float).tiny
-
-
-class Range(NamedTuple):
-    """A part of a run-up: rows at its speeds, orders as whole numbers, what orders may meet."""
-
-    harmonics_at: HarmonicsAt
-    orders: np.ndarray
-    resonances: Resonances
-    start: float
-    stop: float
-    shows: np.ndarray
 
 
 class Maxima(NamedTuple):
@@ -58,6 +45,10 @@ class Maxima(NamedTuple):
     ratio: np.ndarray
     at_end: np.ndarray
 
+    def some(self, which: np.ndarray) -> "Maxima":
+        """Those that an index names."""
+        return Maxima(*(part[which] for part in self))
+
 
 def all_maxima(parts: Sequence[Range], run: RunUp, share: float) -> Maxima:
     """All local maxima of the rows of `run` from `share` of the highest of each row on.
@@ -66,45 +57,32 @@ def all_maxima(parts: Sequence[Range], run: RunUp, share: float) -> Maxima:
     out are none; the unbounded maximum in it is one for the rows that show its mode.
     """
     high = _high(parts[0], run, share)
-    best: dict[tuple[float, float], _Maximum] = {}
-    for part in parts:
-        for sample, one in _of_part(part, run, high, (parts[0].start, parts[-1].stop)):
-            key = one.row, sample
-            best[key] = max(best.get(key, one), one, key=lambda each: each.value)
     ends = np.array([parts[0].start, *(part.stop for part in parts)])
-    found: list[_Maximum] = []
-    for one in sorted(best.values()):
-        # at a sample next to it the curve goes on upwards, unless the range ends or has a kink
-        if not (one.inner or np.any(np.abs(one.speed - ends) <= _ONE * one.speed)):
-            continue
-        if found and one.row == found[-1].row and one.speed - found[-1].speed <= _ONE * one.speed:
-            found[-1] = max(found[-1], one, key=lambda each: each.value)
-        else:
-            found.append(one)
+    each = [_of_part(part, run, high, ends[[0, -1]]) for part in parts]
+    found = _joined([one for one, *_ in each])
+    sample, inner = (np.concatenate(one) for one in zip(*(part[1:] for part in each), strict=True))
+    # at a sample next to it the curve goes on upwards, unless the range ends or has a kink
+    kink = np.any(np.abs(found.speed[:, None] - ends) <= _ONE * found.speed[:, None], axis=1)
+    best = _highest(found.value, sample, found.row)
+    found = found.some(best[(inner | kink)[best]])
+    found = found.some(np.lexsort((found.speed, found.row)))
+    apart = (np.diff(found.row) > 0) | (np.diff(found.speed) > _ONE * found.speed[1:])
+    found = found.some(_highest(found.value, np.append(0, np.cumsum(apart))[: len(found.row)]))
     top = np.zeros(run.curve.shape[1])
-    for one in found:
-        top[int(one.row)] = max(top[int(one.row)], one.value)
-    found = [one for one in found if one.value >= share * top[int(one.row)]]
-    columns = np.array(sorted([*found, *_unbounded(run, parts[0])])).reshape(-1, 12).T[:-1]
-    order = ("row", "speed", "value", "error", "speed_error")
-    return Maxima(**dict(zip((*order, *Maxima._fields[5:]), columns, strict=True)))
+    np.maximum.at(top, found.row, found.value)
+    found = _joined([found.some(found.value >= share * top[found.row]), _unbounded(run, parts[0])])
+    return found.some(np.lexsort((found.speed, found.row)))
 
 
-class _Maximum(NamedTuple):
-    """One of `Maxima`; `inner` where no sample next to it is the highest."""
+def _joined(parts: Sequence[Maxima]) -> Maxima:
+    return Maxima(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
-    row: float
-    speed: float
-    value: float
-    error: float
-    speed_error: float
-    order: float
-    share: float
-    bending: float
-    mode: float
-    ratio: float
-    at_end: float
-    inner: float
+
+def _highest(value: np.ndarray, *groups: np.ndarray) -> np.ndarray:
+    """Places of the highest of values (n,) among those that share each of some numbers (n,)."""
+    order = np.lexsort((-value, *groups))
+    new = np.any([np.diff(group[order], prepend=-1.0) != 0.0 for group in groups], axis=0)
+    return np.asarray(order[new])
 
 
 def _high(part: Range, run: RunUp, share: float) -> np.ndarray:
@@ -119,40 +97,45 @@ def _high(part: Range, run: RunUp, share: float) -> np.ndarray:
 
 
 def _of_part(
-    part: Range, run: RunUp, high: np.ndarray, ends: tuple[float, float]
-) -> Iterator[tuple[float, _Maximum]]:
-    """Maxima in one part, each with the speed of the sample that it is next to."""
+    part: Range, run: RunUp, high: np.ndarray, ends: np.ndarray
+) -> tuple[Maxima, np.ndarray, np.ndarray]:
+    """Maxima in one part, the speeds of the samples that they are next to, and whether no sample
+    next to one is higher."""
     within = (run.speed >= part.start) & (run.speed <= part.stop)
     speed, value = run.speed[within], run.curve.value[within]
     samples = Samples(np.zeros(len(speed), int), speed, value)
-    tops = tops_of(machine_of(*part), samples, high[within], 1, within=True)
+    tops = tops_of(machine_of(part), samples, high[within], 1, within=True)
+    row, place, height, each = tops.row, tops.place, tops.height, np.arange(len(tops.row))
     order, natural = np.asarray(part.orders, dtype=float), part.resonances.frequency
     # the order whose part of the second derivative of the squared length is the most negative
     turn = np.exp(1j * tops.angle[:, None] * order)[:, None]
     length = (tops.jet.value * turn).real.sum(axis=-1)
     bends = np.einsum("nc,nco->no", length, (tops.jet.curvature * turn).real)
     sizes = np.linalg.norm(tops.jet.value, axis=1)
-    for i, row in enumerate(tops.row.tolist()):
-        place, height = tops.place[i], tops.height[i]
-        off, _ = top_errors(place, height, run.speed, run.curve[:, row], alone=True)
-        at_end, largest = place.value in ends, int(np.argmax(sizes[i]))
-        bending = order[largest if at_end else int(np.argmin(bends[i]))]
-        # the nearest mode by ratio, of those shown
-        ratio = np.maximum(bending * place.value, _TINY) / np.maximum(natural, _TINY)
-        away = np.where(part.shows[: len(natural), row], np.abs(np.log(ratio)), np.inf)
-        mode = int(np.argmin(away))
-        share = sizes[i, largest] / height.value
-        yield speed[tops.sample[i]], _Maximum(
-            row, *(float(one) for one in (
-                place.value, height.value, height.error, off, order[largest], share, bending,
-                mode + 1, bending * place.value / natural[mode], at_end, tops.inner[i],
-            ))
-        )  # fmt: skip
+    largest, at_end = np.argmax(sizes, axis=1), np.any(place.value[:, None] == ends, axis=1)
+    bending = order[np.where(at_end, largest, np.argmin(bends, axis=1))]
+    # the nearest mode by ratio, of those shown
+    met = np.maximum(bending * place.value, _TINY)[:, None] / np.maximum(natural, _TINY)
+    away = np.where(part.shows[: len(natural), row].T, np.abs(np.log(met)), np.inf)
+    mode = np.argmin(away, axis=1)
+    off = [
+        top_errors(place[i], height[i], run.speed, run.curve[:, row[i]], alone=True)[0]
+        for i in each
+    ]
+    found = Maxima(
+        row, height.value, height.error, place.value, np.array(off), order[largest],
+        sizes[each, largest] / height.value, bending, mode + 1.0,
+        bending * place.value / natural[mode], at_end.astype(float),
+    )  # fmt: skip
+    return found, speed[tops.sample], tops.inner
 
 
-def _unbounded(run: RunUp, part: Range) -> Iterator[_Maximum]:
+def _unbounded(run: RunUp, part: Range) -> Maxima:
+    """Those at undamped resonances, of the rows that show these."""
     masked = run.masked
-    for i, (place, order, mode) in enumerate(zip(*masked[1::2], masked.mode, strict=True)):
-        for row in np.flatnonzero(part.shows[int(mode) - 1]).tolist():
-            off = masked.centre_error[i]
-            yield _Maximum(row, place, np.inf, 0.0, off, order, 1.0, order, mode, 1.0, 0.0, 1.0)
+    which, row = np.nonzero(part.shows[masked.mode.astype(int) - 1])
+    one, order = np.ones(len(row)), masked.order[which].astype(float)
+    return Maxima(
+        row, np.inf * one, 0.0 * one, masked.centre[which], masked.centre_error[which], order, one,
+        order, masked.mode[which].astype(float), one, 0.0 * one,
+    )  # fmt: skip

@@ -1,6 +1,6 @@
 """The highest points of run-ups: maxima over speed of the peaks over the cycle."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +18,9 @@ from vibecalc.isolation.run_up_samples import (
 )
 from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
-from vibecalc.numerics.maxima import SURE, top_errors
+from vibecalc.numerics.maxima import SURE, Maxima, first_highest, top_errors
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
+from vibecalc.response.resonances import MaskedSpeeds
 
 # ----------------------------------------------------------------------------
 # The peak over the cycle as a curve over speed: the highest of the branches f(speed, angle) of a
@@ -233,8 +234,6 @@ def _polished(
 # says what they leave open of the highest point.
 # ----------------------------------------------------------------------------
 
-#: relative difference of heights that is none
-_ALIKE = 2e-13
 #: orders above the highest one whose resonances are looked at for what is left out
 _BEYOND = 24
 
@@ -254,8 +253,6 @@ class RunUpPeak(NamedTuple):
 
 def highest_of(peaks: Sequence[RunUpPeak]) -> RunUpPeak:
     """The highest of several parts of a run-up, row by row; of equals the first."""
-    if len(peaks) == 1:
-        return peaks[0]
     first = np.argmax([peak.value for peak in peaks], axis=0)
     rows = np.arange(len(first))
     best = RunUpPeak(*(np.stack(part)[first, rows] for part in zip(*peaks, strict=True)))
@@ -275,8 +272,7 @@ def highest_of(peaks: Sequence[RunUpPeak]) -> RunUpPeak:
 
 
 def highest_peaks(machines: Machines) -> RunUpPeak:
-    """The highest peak (machines * rows,) of each row from few speeds; those without bound stay
-    zero."""
+    """The highest peak (machines * rows,) of each row from few speeds."""
     return highest(machines, sparse_samples(machines), SPARSE, 2)
 
 
@@ -292,32 +288,33 @@ def highest(machines: Machines, samples: Samples, threshold: float, beside: int)
     bounded = ~machines.infinite.reshape(-1, machines.rows)[samples.machine]
     high = local_maxima(samples) & (value >= threshold * top) & (value > 0.0) & bounded
     found = tops_of(machines, samples, high, beside)
-    best = np.zeros(total)
-    np.maximum.at(best, found.row, found.height.value)
-    alike = np.flatnonzero(found.height.value >= best[found.row] * (1.0 - _ALIKE))
-    alike = alike[np.lexsort((found.place.value[alike], found.row[alike]))]
-    row, which = np.unique(found.row[alike], return_index=True)
+    every = Maxima(found.row, found.place, found.height, np.zeros(len(found.row)))
+    best = first_highest([every])
     peak = RunUpPeak(np.zeros(total), np.zeros(total), np.full(total, machines.start),
                      np.zeros(total))  # fmt: skip
-    for part, known in zip(peak, (*found.height, *found.place), strict=True):
-        part[row] = known[alike[which]]
-    return over_all(
-        peak, lambda rows: ((row, *_curve(machines, samples, found, row)) for row in rows.tolist())
-    )
+    for part, known in zip(peak, (*best.height, *best.place), strict=True):
+        part[best.row] = known
+    peak = over_all(peak, lambda row: _curve(machines, samples, found, row))
+    return with_unbounded(peak, machines.masked, machines.meets)
 
 
-#: some of the rows (k,) -> of each its number, speeds (n,), rising, and its curve (n,)
-CurvesOf = Callable[[np.ndarray], Iterable[tuple[int, np.ndarray, Bounded]]]
+def with_unbounded(peak: RunUpPeak, masked: MaskedSpeeds, meets: np.ndarray) -> RunUpPeak:
+    """With an infinite peak of each row at the first resonance that it `meets` (masked, rows)."""
+    for row in np.flatnonzero(np.any(meets, axis=0)):
+        first = int(np.argmax(meets[:, row]))
+        peak.value[row], peak.speed[row] = np.inf, masked.centre[first]
+        peak.speed_error[row] = masked.centre_error[first]
+    return peak
 
 
-def over_all(peak: RunUpPeak, curves_of: CurvesOf) -> RunUpPeak:
-    """The same with errors that count the whole curve of each row that is not known to rounding."""
+def over_all(peak: RunUpPeak, curve_of: Callable[[int], tuple[np.ndarray, Bounded]]) -> RunUpPeak:
+    """The same with errors that count the whole curve of each row that is not known to rounding:
+    speeds (n,), rising, and the row there (n,)."""
     error, speed_error = peak.error.copy(), peak.speed_error.copy()
-    unsure = np.flatnonzero(peak.error > SURE * peak.value)
-    for row, speed, curve in curves_of(unsure) if len(unsure) else ():
+    for row in np.flatnonzero(peak.error > SURE * peak.value).tolist():
         top = Bounded(peak.speed[row], peak.speed_error[row])
         height = Bounded(peak.value[row], peak.error[row])
-        speed_error[row], error[row] = top_errors(top, height, speed, curve)
+        speed_error[row], error[row] = top_errors(top, height, *curve_of(row))
     return peak._replace(error=error, speed_error=speed_error)
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from vibecalc.isolation.rows import EMPTY, HarmonicsAt, Jet
+from vibecalc.isolation.rows import Jet
 from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.numerics.cycle_peak import vector_cycle_peak
 from vibecalc.response.resonances import MaskedSpeeds, Resonances, outside
@@ -28,8 +28,8 @@ class Machines(NamedTuple):
 
     They pass the speeds from `start` to `stop`, rad/s. `harmonics_at` gives (n, rows, components,
     orders) of machines (n,) at speeds (n,). `resonances` (machines, modes) are to be looked at, NaN
-    for none. Rows that are `infinite` (machines * rows,) have no bound in the intervals `masked`,
-    which only one machine by itself has. `look` is a quick way to jets, good to some 1e-9.
+    for none. Only one machine by itself has intervals `masked`; rows have no bound in those that
+    each `meets` (masked, machines * rows). `look` is a quick way to jets, good to some 1e-9.
     """
 
     jets_at: JetsAt
@@ -40,25 +40,18 @@ class Machines(NamedTuple):
     resonances: Resonances
     rows: int
     masked: MaskedSpeeds
-    infinite: np.ndarray
+    meets: np.ndarray
     look: JetsAt | None = None
+
+    @property
+    def infinite(self) -> np.ndarray:
+        """Which rows (machines * rows,) have no bound."""
+        return np.asarray(np.any(self.meets, axis=0))
 
     def outside(self, speed: np.ndarray) -> np.ndarray:
         """Which speeds are in the range and in no masked interval; NaN are not."""
         within = (speed >= self.start) & (speed <= self.stop)
         return within & outside(self.masked, speed) if len(self.masked.low) else within
-
-
-def jets_of(harmonics_at: HarmonicsAt) -> JetsAt:
-    """Those of one machine."""
-
-    def jets_at(speed: np.ndarray, row: np.ndarray, errors: bool = False) -> Jet:
-        # rows that are alike share all their speeds
-        shown, which = np.unique(speed, return_inverse=True)
-        jet = harmonics_at(shown, slopes=True, errors=errors)
-        return Jet(*(part if part is EMPTY else part[which, row] for part in jet))
-
-    return jets_at
 
 
 #: speeds times orders that are worked on at once: some 60 MB for a rigid body on four mounts
@@ -79,8 +72,7 @@ def in_blocks(
 def exact_peaks(jet: Jet, orders: np.ndarray) -> Bounded:
     """Peaks over the cycle of jets (..., components, orders) with their errors."""
     peak = vector_cycle_peak(jet.value, orders)
-    uncertainty = np.sqrt(np.sum(np.square(np.sum(jet.error, axis=-1)), axis=-1))
-    return Bounded(peak.value, peak.error + uncertainty)
+    return Bounded(peak.value, peak.error + _size(np.sum(jet.error, axis=-1)))
 
 
 # ----------------------------------------------------------------------------
@@ -100,15 +92,13 @@ _ROUNDING = 1e-13
 SPARSE = 0.8
 #: relative distance of two speeds from which on they are not one
 _APART = 1e-14
-#: samples over speed, row, component and angle that are worked on at once
-_MOST_AT_ONCE = 2_000_000
 
 
 class Samples(NamedTuple):
     """Speeds (n,) of one machine after the other, rising, and rows (n, rows) there.
 
-    `value` are peaks over a grid of crank angles, good to some 1e-4, or what these cannot exceed
-    where that is too low to matter. `curve` (n, rows) has them exactly, with their errors.
+    `value` are peaks over a grid of crank angles, good to some 1e-4. `curve` (n, rows) has them
+    exactly, with their errors.
     """
 
     machine: np.ndarray
@@ -127,22 +117,25 @@ def sparse_samples(machines: Machines) -> Samples:
     speed = np.concatenate([at.reshape(len(at), -1), _between(machines)], axis=1)
     used = machines.outside(speed)
     machine, _ = np.nonzero(used)
-    first = _Seen(machines, machine, speed[used])
-    first.find(first.value >= first.most()[machine])
-    first.find(first.value >= SPARSE * first.top()[machine])
+    speed = speed[used]
+    harmonics, value = _seen(machines, machine, speed)
     # place of each resonance in the list
     place = (np.cumsum(used) - 1).reshape(used.shape)[:, : at[0].size].reshape(at.shape)
-    of, order, mode = np.nonzero(_may_win(first, place, ~np.isnan(at)))
+    of_order = _size(np.moveaxis(harmonics, -1, 1)[place, np.arange(at.shape[1])[:, None]])
+    top = np.full((len(at), machines.rows), 1e-300)
+    np.maximum.at(top, machine, value)
+    top = top[:, None, None]
+    may = (value[place] + _ADDED * of_order >= top) & (of_order > _ROUNDING * top)
+    may &= ~machines.infinite.reshape(len(at), 1, 1, -1) & ~np.isnan(at)[..., None]
+    of, order, mode = np.nonzero(np.any(may, axis=-1))
     which, offset = offsets(met.damping_ratio[of, mode], met.exposed()[of, mode], *_SPREAD)
-    speed, machine = (centre[of, order, mode][which] * (1.0 + offset)), of[which]
-    used = machines.outside(speed)
-    near = _Seen(machines, machine[used], speed[used])
-    near.find(near.value >= SPARSE * first.top()[near.machine])
+    more, owner = centre[of, order, mode][which] * (1.0 + offset), of[which]
+    used = machines.outside(more)
+    more, owner = more[used], owner[used]
     machine, speed, value = (
         np.concatenate(pair)
-        for pair in ((first.machine, near.machine), (first.speed, near.speed),
-                     (first.value, near.value))
-    )  # fmt: skip
+        for pair in ((machine, owner), (speed, more), (value, _seen(machines, owner, more)[1]))
+    )
     rising = np.lexsort((speed, machine))
     machine, speed, value = machine[rising], speed[rising], value[rising]
     apart = np.diff(speed) > _APART * speed[1:]
@@ -196,56 +189,21 @@ def offsets(
     return np.concatenate([which, which]), np.concatenate([-offset, offset])
 
 
-class _Seen:
-    """Rows at speeds (n,) of machines: peaks over the cycle where found, else their bounds."""
+def _seen(
+    machines: Machines, machine: np.ndarray, speed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Harmonics at speeds (n,) of machines (n,), and peaks (n, rows) of them over a grid."""
+    harmonics, orders = machines.harmonics_at(machine, speed), machines.orders
 
-    def __init__(self, machines: Machines, machine: np.ndarray, speed: np.ndarray) -> None:
-        self.machines, self.machine, self.speed = machines, machine, speed
-        self.harmonics = machines.harmonics_at(machine, speed)
-        size = np.square(np.abs(self.harmonics).sum(axis=-1)).sum(axis=-1)
-        self.value, self._found = np.sqrt(size), np.zeros(size.shape, dtype=bool)
-        self._angle = angle_grid(machines.orders)
+    def peaks(part: np.ndarray) -> tuple[np.ndarray, ...]:
+        return (rough_peaks(harmonics[part], orders),)
 
-    def most(self) -> np.ndarray:
-        """Highest bound (machines, rows), above zero."""
-        return self._highest(self.value)
-
-    def top(self) -> np.ndarray:
-        """Highest peak found (machines, rows)."""
-        return self._highest(np.where(self._found, self.value, 0.0))
-
-    def _highest(self, value: np.ndarray) -> np.ndarray:
-        top = np.full((len(self.machines.resonances.frequency), value.shape[1]), 1e-300)
-        np.maximum.at(top, self.machine, value)
-        return top
-
-    def find(self, wanted: np.ndarray) -> None:
-        """Find the peaks over the cycle at some places (n, rows)."""
-        at, row = np.nonzero(wanted & ~self._found)
-        size = self.harmonics.shape[-2] * len(self._angle)
-        for part in np.array_split(np.arange(len(at)), -(-len(at) * size // _MOST_AT_ONCE) or 1):
-            place = at[part], row[part]
-            self.value[place] = coarse_peak(
-                self.harmonics[place], self.machines.orders, self._angle
-            )
-        self._found[at, row] = True
+    return harmonics, in_blocks(peaks, np.arange(len(speed)), orders)[0]
 
 
-def _may_win(seen: _Seen, place: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Which resonances (machines, orders, modes), some of them `known`, at a `place` each, can hold
-    the maximum of a row that has one."""
-    of_order = seen.harmonics[place, ..., np.arange(place.shape[1])[:, None]]
-    of_order = np.sqrt(np.sum(np.square(np.abs(of_order)), axis=-1))
-    bounded = ~seen.machines.infinite.reshape(len(place), 1, 1, -1) & known[..., None]
-    top = seen.top()[:, None, None, :]
-    may = bounded & (of_order > _ROUNDING * top)
-    for _ in range(2):
-        may &= seen.value[place] + _ADDED * of_order >= top
-        wanted = np.zeros(seen.value.shape, dtype=bool)
-        row = np.broadcast_to(np.arange(may.shape[-1]), may.shape)
-        wanted[np.broadcast_to(place[..., None], may.shape)[may], row[may]] = True
-        seen.find(wanted)
-    return np.asarray(np.any(may, axis=-1))
+def _size(vector: np.ndarray) -> np.ndarray:
+    """Length of complex vectors (..., components)."""
+    return np.asarray(np.sqrt(np.sum(np.square(np.abs(vector)), axis=-1)))
 
 
 #: angles per period of the highest order
@@ -314,8 +272,7 @@ def curve_speeds(machine: Machines) -> np.ndarray:
         seen = machine.harmonics_at(np.zeros(0, int), np.concatenate([at.ravel(), speed]))
         peak = rough_peaks(seen, machine.orders)
         of_order = seen[: at.size].reshape(*at.shape, *seen.shape[1:])
-        of_order = of_order[np.arange(len(at)), ..., np.arange(len(at))]
-        of_order = np.sqrt(np.sum(np.square(np.abs(of_order)), axis=-1))
+        of_order = _size(of_order[np.arange(len(at)), ..., np.arange(len(at))])
         here, top = peak[: at.size].reshape(of_order.shape), np.max(peak, axis=0)
         visible = (of_order > _ROUNDING * top) & (here > 0.5 * top)
         chosen &= np.any(visible | (of_order > _NEGLIGIBLE * top), axis=-1)
@@ -337,37 +294,25 @@ def rough_peaks(harmonics: np.ndarray, orders: np.ndarray) -> np.ndarray:
 
 #: no interval is cut below this relative width
 _NARROWEST = 1e-14
+#: speeds of a curve, at most
+_MOST_POINTS = 20_000
 #: next to a pole without bound the curve is resolved relative to itself
 _NEAR_POLE = 0.02
 
 
-class Curve(NamedTuple):
-    """Ascending speeds (speeds,), values (speeds, rows), intervals left unresolved by the cap."""
-
-    speed: np.ndarray
-    value: Bounded
-    unresolved: int
-
-
 def resolve(
-    curve_at: Callable[[np.ndarray], tuple[np.ndarray, Bounded]],
-    speed: np.ndarray,
-    masked: MaskedSpeeds,
-    infinite: np.ndarray,
-    tolerance: float,
-    most_points: int,
-) -> Curve:
-    """Add midpoints until each is within `tolerance` of the chord, of each row's maximum.
+    curve_at: Callable[[np.ndarray], tuple[np.ndarray, ...]], machine: Machines, tolerance: float
+) -> tuple[np.ndarray, Bounded, int]:
+    """Speeds, rising, and the curve there, with midpoints added until each is within `tolerance` of
+    the chord, of each row's maximum; how many intervals the cap on their number left unresolved.
 
-    Parameters
-    ----------
-    curve_at : rows at speeds, (speeds,) to (speeds, rows): roughly, and with their errors.
-    speed : ascending first speeds, none inside a masked interval.
-    infinite : (rows,) rows that have no bound within the range; the maximum that counts for
-        them is that of the speeds well away from the masked intervals.
+    `curve_at` gives rows at speeds, (speeds,) to (speeds, rows): roughly, exactly, their errors.
+    Of rows that have no bound the maximum that counts is that of the speeds well away from the
+    masked intervals.
     """
-    value, exact = curve_at(speed)
-    speeds, values = [speed], [exact]
+    speed, masked, infinite = curve_speeds(machine), machine.masked, machine.infinite
+    value, *exact = curve_at(speed)
+    speeds, values = [speed], [Bounded(*exact)]
     away = np.all(np.abs(speed[:, None] - masked.centre) > 0.01 * masked.centre, axis=1)
     scale = np.max(value, axis=0)
     scale = np.where(infinite & np.any(away), np.max(value[away], axis=0, initial=0.0), scale)
@@ -378,12 +323,12 @@ def resolve(
         across = (low[:, None] < masked.centre) & (high[:, None] > masked.centre)
         wide &= ~np.any(across, axis=1)
         low, high, at_low, at_high = (part[wide] for part in (low, high, at_low, at_high))
-        if not len(low) or len(low) > most_points - sum(map(len, speeds)):
+        if not len(low) or len(low) > _MOST_POINTS - sum(map(len, speeds)):
             break
         middle = 0.5 * (low + high)
-        found, exact = curve_at(middle)
+        found, *exact = curve_at(middle)
         speeds.append(middle)
-        values.append(exact)
+        values.append(Bounded(*exact))
         scale = np.maximum(scale, np.where(infinite, 0.0, np.max(found, axis=0)))
         allowed = tolerance * scale + np.where(infinite, _NEAR_POLE * found, 0.0)
         poor = np.any(np.abs(found - 0.5 * (at_low + at_high)) > allowed, axis=1)
@@ -392,4 +337,4 @@ def resolve(
         at_low, at_high = np.concatenate([at_low[poor], at]), np.concatenate([at, at_high[poor]])
     every = np.concatenate(speeds)
     rising = np.argsort(every, kind="stable")
-    return Curve(every[rising], concatenate(values, axis=0)[rising], len(low))
+    return every[rising], concatenate(values, axis=0)[rising], len(low)

@@ -1,8 +1,9 @@
 """The stages of a body on its mounts: steady, in run-up, under the torque of the cylinders."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Entries, Leading, Stage, Subject, Unit, Work, below
 from vibecalc.isolation.mount_results import (
     AT_REST,
@@ -11,7 +12,14 @@ from vibecalc.isolation.mount_results import (
     OF_RUN_UP,
     OF_STOPS,
 )
-from vibecalc.isolation.results import NEAREST, OF_TORQUE, STEADY, STEADY_AT_SUPPORTS
+from vibecalc.isolation.results import (
+    NEAREST,
+    OF_TORQUE,
+    STEADY,
+    STEADY_AT_SUPPORTS,
+    LeverForce,
+    SupportForce,
+)
 from vibecalc.parts.array_keys import MOUNT_KEYS
 from vibecalc.parts.firing import with_torque
 from vibecalc.parts.mount_needs import (
@@ -50,11 +58,7 @@ def of_operating_speed(case: "Case") -> tuple[str, ...]:
 _PITCH_ONLY = ("isolation/pitch/", "isolation/lever_force/", "support_force/rigid_peak")
 CURVE = "isolation/pitch/transmissibility_curve"
 #: of the run-up, without its curves
-PEAKS = tuple(
-    f"isolation/{force}/run_up_peak{what}"
-    for force in ("support_force", "lever_force")
-    for what in ("", "_speed")
-)
+PEAKS = [paths_of(one, "run_up_peak", "run_up_peak_speed") for one in (SupportForce, LeverForce)]
 _BODY_ONLY = ("isolation/modes/", "isolation/body/")
 #: of the stages next to it
 _OTHERS = ("run_up", "masked", "efficiency", "isolation/mounts/")
@@ -65,7 +69,6 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
     if options is None:
         return
     pitch, torque = options.model == "pitch", "isolation" in with_torque(case)
-    loads = loads_on(case, "isolation")
     speed = f"{case.machine.speed:.6g} rad/s"
     without = (*_OTHERS, *(_BODY_ONLY if pitch else _PITCH_ONLY), *STEADY, *OF_TORQUE, *NEAREST)
     quantities = below("isolation/", without=without) + _of_mounts(case)
@@ -76,12 +79,10 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
     yield Stage(
         name="isolation",
         adapter="vibecalc.isolation.adapters.body:run_isolation",
-        why=f'[isolation] is in the case, model = "{options.model}"' + loads.why,
-        parts=loads.parts,
-        orders=loads.words,
+        why=f'[isolation] is in the case, model = "{options.model}"'
+        + loads_on(case, "isolation").why,
         cost="one solve per order at " + speed,
         quantities=quantities,
-        harmonics=loads.harmonics,
         work=_work_of_isolation,
         topics=("vibecalc.isolation.accuracy:isolation_topics",),
         leading=Leading(
@@ -93,6 +94,7 @@ def plan_isolation(case: "Case") -> Iterator[Stage]:
             else why_alone(case),
             most=2048 if pitch else 1024,
         ),
+        **_of_loads(case),
     )
     if foundation_kind(case) != "body":
         yield from run_up_stage(case)
@@ -105,36 +107,34 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
     options = case.isolation
     if options is None or options.run_up is None:
         return
-    pitch = options.model == "pitch"
+    pitch, mounts = options.model == "pitch", case.machine.mounts
+    stops = mounts is not None and has_stops(mounts)
     first, last = options.run_up.start, options.run_up.stop
-    torque, loads = "isolation" in with_torque(case), loads_on(case, "isolation")
+    torque = "isolation" in with_torque(case)
     yield Stage(
         name="run_up",
         adapter="vibecalc.isolation.adapters.run_up:run_run_up",
-        why="[isolation] run_up is in the case" + loads.why,
-        parts=loads.parts,
-        orders=loads.words,
+        why="[isolation] run_up is in the case" + loads_on(case, "isolation").why,
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
         quantities=tuple(
             path
             for path in below("isolation/", without=() if pitch else ("lever_force",))
             if ("run_up" in path or "masked" in path)
-            and path not in OF_RUN_UP
+            and (stops or path not in OF_RUN_UP)
             and (options.run_up_maxima is not None or "/maxima/" not in path)
-        )
-        + (OF_RUN_UP if case.machine.mounts is not None and has_stops(case.machine.mounts) else ()),
+        ),
         is_last=True,
-        harmonics=loads.harmonics,
-        work=_work_of_run_up,
+        work=lambda case, orders: ((orders * _RUN_UP, f"{'pitch' if pitch else 'body'}_solve"),),
         topics=("vibecalc.isolation.accuracy:run_up_topics",),
         leading=None
         if torque or foundation_kind(case) == "body"
         else Leading(
             keys=MOUNT_KEYS,
-            only=PEAKS if pitch else PEAKS[:2],
+            only=(*PEAKS[0], *PEAKS[1] * pitch),
             most=1024,
-            adapter="vibecalc.isolation.arrays:run_up_peaks",
+            adapter="vibecalc.isolation.adapters.run_up:run_up_of_points",
         ),
+        **_of_loads(case),
     )
 
 
@@ -142,19 +142,16 @@ def efficiency_stage(case: "Case") -> Iterator[Stage]:
     """What reaches the ground, through the foundation where that moves with the machine."""
     if case.isolation is None or not case.isolation.efficiency:
         return
-    loads = loads_on(case, "isolation")
     yield Stage(
         name="isolation efficiency",
         adapter="vibecalc.isolation.adapters.efficiency:run_efficiency",
-        why="[isolation] efficiency is in the case" + loads.why,
-        parts=loads.parts,
-        orders=loads.words,
+        why="[isolation] efficiency is in the case" + loads_on(case, "isolation").why,
         cost="one solve per order and at some hundred frequencies",
         quantities=below("isolation/efficiency/"),
         is_last=True,
-        harmonics=loads.harmonics,
-        work=_work_of_efficiency,
-        topics=("vibecalc.isolation.efficiency_accuracy:efficiency_topics",),
+        work=lambda case, orders: ((2 * orders + 6 * _CURVE, "body_solve"), (1, "modes")),
+        topics=("vibecalc.isolation.accuracy:efficiency_topics",),
+        **_of_loads(case),
     )
 
 
@@ -168,23 +165,18 @@ _RUN_UP = 300
 _CURVE = 380
 
 
+def _of_loads(case: "Case") -> dict[str, Any]:
+    """What stages under all loads have in common."""
+    loads = loads_on(case, "isolation")
+    return {"parts": loads.parts, "orders": loads.words, "harmonics": loads.harmonics}
+
+
 def _work_of_isolation(case: "Case", orders: int) -> Work:
-    assert case.isolation is not None
-    if case.isolation.model == "pitch":
+    if case.isolation and case.isolation.model == "pitch":
         return ((orders, "pitch_solve"), (1, "modes"))
     if "isolation" in with_torque(case):  # as many orders again, and each cause alone
         return ((6 * orders, "body_solve"), (1, "modes"), (2 * orders, "order"))
     return ((orders, "body_solve"), (1, "modes"))
-
-
-def _work_of_run_up(case: "Case", orders: int) -> Work:
-    assert case.isolation is not None
-    pitch = case.isolation.model == "pitch"
-    return ((orders * _RUN_UP, "pitch_solve" if pitch else "body_solve"),)
-
-
-def _work_of_efficiency(case: "Case", orders: int) -> Work:
-    return ((2 * orders + 6 * _CURVE, "body_solve"), (1, "modes"))
 
 
 def _entries(case: "Case", path: str, axis: str) -> Entries | None:

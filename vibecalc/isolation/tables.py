@@ -27,9 +27,7 @@ class Isolation(Table):
     )
     up: Literal["x", "y", "z"] = Field("z", description="gravity acts against this direction")
     gravity: Acceleration = Field(FREE_FALL, ge=0, description="acceleration of free fall")
-    lever: Length | None = Field(
-        None, gt=0, description="couple over this lever is `lever_force`; default: of the mounts"
-    )
+    lever: Length | None = Field(None, gt=0, description="arm of `lever_force`; default: of mounts")
     loads: Loads = Field(("shaking", "torque"), min_length=1, description=LOADS)
     run_up: RunUp | None = Field(None, description="also pass a range of speeds")
     run_up_maxima: Number | None = Field(

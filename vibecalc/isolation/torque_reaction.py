@@ -1,15 +1,17 @@
 """A couple on the body over a range of speeds, and which of its orders come near a mode."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.isolation.rows import EMPTY, HarmonicsAt, Jet
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
+from vibecalc.isolation.rows import HarmonicsAt, Jet
+from vibecalc.numerics.bounded import Bounded, where
 from vibecalc.response.modes import Modes
 from vibecalc.response.torque_reaction import SLOWEST
+
+if TYPE_CHECKING:
+    from vibecalc.response.adapters.torque_couple import TorqueLaw
 
 #: relative step of speed of numerical derivatives
 STEP = 1e-4
@@ -17,28 +19,24 @@ STEP = 1e-4
 DRIVES = 1e-3
 
 
-class NearestOrder(NamedTuple):
-    """Of each mode the order nearest to it of those that drive it; 0 and infinite if none does.
-
-    `margin` (modes,) is the frequency of that order over the natural frequency, less 1.
-    """
-
-    order: np.ndarray
-    margin: np.ndarray
-    margin_error: np.ndarray
+def couple_between(law: "TorqueLaw", low: float, high: float) -> HarmonicsAt:
+    """Couple (speeds, m) that the shaking lacks, between two speeds of gas cards."""
+    by_law = linear_couple if law.passing is None else couple_by_differences
+    return by_law(law.lacking_at, low, high)
 
 
-def linear_couple(ends: np.ndarray, low: Bounded, high: Bounded) -> HarmonicsAt:
-    """Couple (speeds, m) that is linear in the speed between two `ends`, given there (m,)."""
-    span = ends[1] - ends[0]
-    slope = (high.value - low.value) / span
-    uncertainty = (low.error + high.error) / span
+def linear_couple(
+    by_speed: Callable[[np.ndarray], Bounded], low: float, high: float
+) -> HarmonicsAt:
+    """Couple (speeds, m) of a law (speeds,) to (speeds, m) that is linear between two speeds."""
+    span, ends = high - low, by_speed(np.array([low, high]))
+    slope = (ends.value[1] - ends.value[0]) / span
+    uncertainty = ends.error.sum(0) / span
 
     def couple_at(speed: np.ndarray, slopes: bool = False, errors: bool = False) -> Jet:
-        share = ((speed - ends[0]) / span)[:, None]
-        value = (1.0 - share) * low.value + share * high.value
+        share = ((speed - low) / span)[:, None]
+        value, error = ends[0] * (1.0 - share) + ends[1] * share
         empty = np.zeros_like(value)
-        error = (1.0 - share) * low.error + share * high.error + 4.0 * EPSILON * np.abs(value)
         return Jet(value, error, empty + slope, empty.real + uncertainty, empty)
 
     return couple_at
@@ -58,19 +56,17 @@ def couple_by_differences(
         at = np.maximum(speed, SLOWEST)
         value, error = by_speed(at)
         if not slopes:
-            return Jet(value, error, EMPTY, EMPTY, EMPTY)
+            return Jet(value, error)
         step = np.minimum(STEP * at, 0.25 * (high - low))
         middle = np.clip(at, low + 2.0 * step, high - 2.0 * step)
         far_before, before, here, after, far_after = (
             by_speed(np.clip(middle + steps * step, low, high)) for steps in range(-2, 3)
         )
         step, moved = step[:, None], (at - middle)[:, None]
-        slope = (after.value - before.value) / (2.0 * step)
+        slope, uncertainty = (after - before) / (2.0 * step)
+        wider = (far_after.value - far_before.value) / (4.0 * step)
         curvature = (after.value - 2.0 * here.value + before.value) / np.square(step)
-        wider = far_after.value - far_before.value
-        uncertainty = np.abs(wider / (4.0 * step) - slope) + (after.error + before.error) / (
-            2.0 * step
-        )
+        uncertainty = uncertainty + np.abs(wider - slope)
         return Jet(value, error, slope + curvature * moved, uncertainty, curvature)
 
     return couple_at
@@ -78,24 +74,19 @@ def couple_by_differences(
 
 def nearest_driven(
     shapes: Modes, loads: Bounded, half_order: np.ndarray, speed: float
-) -> NearestOrder:
-    """Which order comes nearest to each mode, of those of the loads (m, 6) that drive it.
+) -> tuple[np.ndarray, Bounded]:
+    """Of each mode the order nearest to it, of those of the loads (m, 6) that drive it, 0 if none
+    does; and the frequency of that order over the natural frequency, less 1, or infinite.
 
     An order drives a mode if its modal force is no rounding, and a thousandth of the largest one.
     """
     force = loads @ shapes.bounded_shape
     size = np.abs(force.value)
     drives = (size > 4.0 * force.error) & (size >= DRIVES * size.max(axis=0))
-    ratio = half_order[:, None] * speed / shapes.natural_frequency
-    away = np.where(drives, np.abs(ratio - 1.0), np.inf)
+    ratio = (half_order * speed)[:, None] / shapes.bounded_frequency
+    away = np.where(drives, np.abs(ratio.value - 1.0), np.inf)
     place = np.argmin(away, axis=0)
     modes = np.arange(len(place))
     none = np.isinf(away[place, modes])
-    nearest = ratio[place, modes]
-    uncertainty = shapes.natural_frequency_error / shapes.natural_frequency
-    error = nearest * (uncertainty + 4.0 * UNIT_ROUNDOFF)
-    return NearestOrder(
-        np.where(none, 0.0, half_order[place]),
-        np.where(none, np.inf, nearest - 1.0),
-        np.where(none, 0.0, error),
-    )
+    margin = where(none, np.inf, ratio[place, modes] - 1.0)
+    return np.where(none, 0.0, half_order[place]), margin

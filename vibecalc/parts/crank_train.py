@@ -61,13 +61,14 @@ class RotatingMasses:
     `unbalance` (m,) is mass times radius in kg m, `speed_ratio` (m,) the shaft speed over the
     crank speed (negative turns the other way), `phase` (m,) the angle from the stroke at crank
     angle zero in the crank's sense of rotation, `position` (m, 3) counts from the train's origin
-    along x, y, z of the body. Leading axes as of `CrankTrain`, except for the ratios.
+    along x, y, z of the body. Leading axes as of `CrankTrain`, except for the ratios. Unbalances
+    and phases that were sought are `Bounded`.
     """
 
     names: tuple[str, ...]
-    unbalance: Array
+    unbalance: Any
     speed_ratio: NDArray[np.int64]
-    phase: Array
+    phase: Any
     position: Array
 
 

@@ -6,7 +6,7 @@ from vibecalc.core.accuracy.kinds import Ask, ours, peak_over_cycle, peak_over_r
 from vibecalc.core.accuracy.topic import Answer, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.accuracy import counting
-from vibecalc.isolation.adapters.run_up import sections
+from vibecalc.isolation.adapters.body_run_up import sections
 from vibecalc.points.adapter import motion_of_body
 from vibecalc.points.model import band_of, readings_of
 from vibecalc.points.readings import signals

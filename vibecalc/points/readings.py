@@ -11,7 +11,7 @@ import numpy as np
 
 from vibecalc.isolation.rows import EMPTY, HarmonicsAt, Jet
 from vibecalc.numerics.bounded import Bounded, reshaped, where
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, BoolArray, FloatArray
+from vibecalc.numerics.rounding import BoolArray, FloatArray
 
 #: an order this close to an end of the band, relatively, is on it
 _ON = 1e-12
@@ -71,13 +71,9 @@ def with_rates(rows: HarmonicsAt, order: FloatArray) -> HarmonicsAt:
 
 def _rate(jet: Jet, rate: FloatArray, order: FloatArray) -> Jet:
     """Derivative in time of harmonics (speeds, rows, components, orders)."""
-    error = slope = slope_error = curvature = EMPTY
-    if jet.error is not EMPTY:
-        error = rate * jet.error + 2.0 * UNIT_ROUNDOFF * np.abs(rate * jet.value)
-    if jet.slope is not EMPTY:
-        slope = 1j * (rate * jet.slope + order * jet.value)
-        curvature = 1j * (rate * jet.curvature + 2.0 * order * jet.slope)
-    if jet.slope_error is not EMPTY:
-        slope_error = rate * jet.slope_error + order * jet.error
-        slope_error = slope_error + 4.0 * UNIT_ROUNDOFF * np.abs(slope)
-    return Jet(1j * rate * jet.value, error, slope, slope_error, curvature)
+    value, error = Bounded(jet.value, jet.error) * (1j * rate)
+    if jet.slope is EMPTY:
+        return Jet(value, error)
+    moved = Bounded(jet.slope, jet.slope_error) * rate + Bounded(jet.value, jet.error) * order
+    curvature = 1j * (rate * jet.curvature + 2.0 * order * jet.slope)
+    return Jet(value, error, 1j * moved.value, moved.error, curvature)

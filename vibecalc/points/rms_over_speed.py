@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.isolation.rows import HarmonicsAt
-from vibecalc.isolation.run_up import RunUp, with_unbounded
-from vibecalc.isolation.run_up_peaks import RunUpPeak, over_all
+from vibecalc.isolation.run_up import RunUp
+from vibecalc.isolation.run_up_peaks import RunUpPeak, over_all, with_unbounded
 from vibecalc.isolation.run_up_samples import in_blocks
 from vibecalc.numerics import maxima
 from vibecalc.numerics.bounded import Bounded
@@ -80,7 +80,7 @@ def rms_run_up(
     sampled = maxima.Maxima(rows, Bounded(grid[place], off), curve[place, rows], 0.0 * off)
     best = maxima.first_highest([sampled, _tops(counted, grid, curve, masked)])
     peak = RunUpPeak(best.height.value, best.height.error, best.place.value, best.place.error)
-    found = over_all(peak, lambda unsure: ((row, grid, curve[:, row]) for row in unsure.tolist()))
+    found = over_all(peak, lambda row: (grid, curve[:, row]))
     # rows without a bound, at the first of the resonances that they have none at
     meets = in_band(masked.order * masked.centre, counted.band)[:, None] & shows[masked.mode - 1]
     found = with_unbounded(found, masked, meets)

@@ -3,9 +3,8 @@
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.isolation.adapters.common import RunUpSection
-from vibecalc.isolation.adapters.run_up import sections
-from vibecalc.isolation.rows import Readout, with_left_out
+from vibecalc.isolation.adapters.body_run_up import RunUpSection, sections
+from vibecalc.isolation.rows import Readout
 from vibecalc.isolation.run_up import RunUp, joined, run_up
 from vibecalc.isolation.run_up_peaks import RunUpPeak, over_all
 from vibecalc.numerics.bounded import Bounded, concatenate
@@ -48,27 +47,19 @@ def run_points_run_up(scene: Scene) -> None:
 
 def band_rows(part: RunUpSection, readings: Readings, band: tuple[float, float]) -> BandRows:
     """Displacements, velocities and accelerations over crank speed, with the band."""
-    setup = part.setup
-    row = (readings.row @ setup.system.reach)[:, None, :]
-    rounding = 8.0 * UNIT_ROUNDOFF
-    kept = setup.rows_of(Readout(row.astype(complex), np.zeros(row.shape), rounding))
-    order = setup.harmonics * setup.step
-    rows, beyond = with_rates(kept.rows, order), with_rates(kept.left_out, kept.beyond)
-    return BandRows(rows, beyond, order, kept.beyond, kept.factor, band)
+    row = (readings.row @ part.system.reach)[:, None, :]
+    readout = Readout(row.astype(complex), np.zeros(row.shape), 8.0 * UNIT_ROUNDOFF)
+    kept, left_out = part.rows_of(readout, False)
+    rows, beyond = with_rates(kept, part.order), with_rates(left_out, part.beyond)
+    return BandRows(rows, beyond, part.order, part.beyond, part.factor, band)
 
 
 def passed(part: RunUpSection, readings: Readings, counted: BandRows) -> tuple[RunUp, RunUp]:
     """Peaks over the cycle and r.m.s. values of one part of the run-up."""
-    setup = part.setup
-    size = np.abs(readings.row @ setup.system.reach @ setup.system.shapes.shape).T
+    size = np.abs(readings.row @ part.system.reach @ part.system.shapes.shape).T
     shows = np.tile(size > 1e-12 * size.max(), 3)
-    peaks = run_up(
-        with_left_out(
-            counted.rows, counted.left_out, counted.factor, counted.beyond / setup.step
-        ),
-        setup.harmonics, setup.resonances, part.start, part.stop, shows,
-    )  # fmt: skip
-    masked = peaks.masked._replace(order=peaks.masked.order * setup.step)
+    peaks = run_up(part.counted(counted.rows, counted.left_out, shows))
+    masked = peaks.masked._replace(order=peaks.masked.order * part.step)
     return peaks, rms_run_up(counted, peaks._replace(masked=masked), shows, part.start, part.stop)
 
 
@@ -81,7 +72,7 @@ def _with_severity(found: RunUp) -> RunUp:
     error = np.where(np.isfinite(top.value), top.error * factor, 0.0).reshape(3, count).max(axis=0)
     row = np.argmax(value, axis=0) * count + np.arange(count)
     highest = RunUpPeak(np.max(value, axis=0), error, top.speed[row], top.speed_error[row])
-    off = over_all(highest, lambda rows: ((k, found.speed, whole[:, k]) for k in rows.tolist()))
+    off = over_all(highest, lambda row: (found.speed, whole[:, row]))
     highest = highest._replace(speed_error=off.speed_error)
     peak = RunUpPeak(*(np.concatenate(pair) for pair in zip(top, highest, strict=True)))
     return found._replace(curve=concatenate([found.curve, whole]), peak=peak)

@@ -10,6 +10,7 @@ from vibecalc.core.report.rows import (
     Made,
     Rows,
     by_name,
+    left_out,
     named_at,
     others,
     part_of,
@@ -130,13 +131,6 @@ def _run_up(record: Record) -> list[str]:
 
 
 _CENTRE = f"{LeftOut.ROOT}/centre"
-
-
-def left_out(root: str) -> Rows:
-    """The speeds left out of a run-up."""
-    note = "speeds left out: an order on an undamped natural frequency, where there is no bound"
-    ends = Cells("low", "from rpm", "rpm"), Cells("high", "to rpm", "rpm")
-    return Rows("masked", "", ("order", "mode", *ends), root, note, digits=7)
 
 
 # ----------------------------------------------------------------------------
@@ -304,9 +298,6 @@ def _way(group: type[Change], words: str) -> Rows:
 _WAYS = (_way(Reversal, "through rest"), _way(Instant, "at once"))
 
 
-_CHANGE = (f"{Passages.ROOT}/change", f"{Reversal.ROOT}/kinetic_energy_peak")
-
-
 def _low(found: Found) -> np.ndarray:
     """Low orders carry the large forces: they are shown first, in the order of time."""
     order = next((one for one in found if one.path.endswith("/order")), found[0])
@@ -318,7 +309,7 @@ _PASSAGES = Rows(
     "passage",
     "",
     (
-        Cells(named_at(*_CHANGE), "resonance passed in"),
+        Cells(named_at(f"{Passages.ROOT}/change", f"{Reversal.ROOT}/peak_time"), "passed in"),
         *paths_of(Passages)[1:],
     ),
     note="haste above 1: the resonance has no time to build up",

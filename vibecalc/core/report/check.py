@@ -36,11 +36,13 @@ def check_rows(case: "Case") -> tuple[list[dict[str, Any]], dict[str, Any]]:
     studies = list(_studies(case, needs))
     rows = [_row(stage) for stage in needs.stages] + [row for row, _ in studies]
     time = time_in_words(needs.seconds + sum(running for _, running in studies))
+    # what no estimate can know: whether a search finds a way to keep the limits
+    searched = case.optimisation is not None and case.limit
+    more = "; some ten times as long where the limits cannot all be kept" if searched else ""
     total = {
         "time": time,
         "megabytes": needs.megabytes,
-        "text": f"takes {time} on one thread and about {rough_megabytes(needs.megabytes)}"
-        + _longer(case),
+        "text": f"takes {time} on one thread and about {rough_megabytes(needs.megabytes)}{more}",
     }
     return rows, total
 
@@ -49,13 +51,6 @@ def counted_seconds(case: "Case") -> float:
     """Seconds of all counted work of a case, of which the order of magnitude is said."""
     needs = needs_of(case)
     return needs.seconds + sum(running for _, running in _studies(case, needs))
-
-
-def _longer(case: "Case") -> str:
-    """What no estimate can know: whether a search finds a way to keep the limits."""
-    if case.optimisation is None or not case.limit:
-        return ""
-    return "; some ten times as long where the limits cannot all be kept"
 
 
 #: seconds up to which a time is called so

@@ -67,7 +67,6 @@ class Rows(NamedTuple):
     title: str
     columns: Sequence[Cells | str]
     root: str = ""
-    note: str = ""
     label: str = ""
     right: bool = False
     digits: int = DIGITS
@@ -76,6 +75,7 @@ class Rows(NamedTuple):
     none: str = ""
     merge: bool = False
     across: bool = False
+    note: str = ""
 
 
 def whole(value: Any, _error: float) -> str:
@@ -181,6 +181,13 @@ def others(words: str, *, acting: bool = False) -> Callable[[Found, np.ndarray],
         return words.format(left=left, shown=len(places), last=last) if left else ""
 
     return said
+
+
+def left_out(root: str) -> Rows:
+    """The speeds left out of a run-up."""
+    note = "speeds left out: an order on an undamped natural frequency, where there is no bound"
+    ends = Cells("low", "from rpm", "rpm"), Cells("high", "to rpm", "rpm")
+    return Rows("masked", "", ("order", "mode", *ends), root, digits=7, note=note)
 
 
 # ----------------------------------------------------------------------------

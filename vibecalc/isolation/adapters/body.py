@@ -17,7 +17,7 @@ from vibecalc.isolation.results import (
     TorqueReaction,
 )
 from vibecalc.isolation.torque_reaction import nearest_driven
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, reshaped
 from vibecalc.parts.body import COORDINATES, RigidBody, dofs_of_model
 from vibecalc.parts.mount_needs import moves_with_machine
 from vibecalc.response.adapters.loads import BodyLoads, body_loads, steady_motion
@@ -32,12 +32,8 @@ def run_isolation(scene: Scene) -> None:
     if body is None or mounts is None:
         raise ValueError("isolation needs a body and mounts")
     train, model = scene.case.machine.crank_train, isolation_of(scene).model
-    pitch = model == "pitch"
-    if pitch:
-        from vibecalc.isolation.adapters.pitch import emit_pitch, emit_pitch_model
-
+    if model == "pitch":
         system = pitching(body, mounts, train.axis, train.stroke)
-        emit_pitch_model(scene, system)
     else:
         system = on_mounts(body, mounts, dofs_of_model(model, train.axis))
         _emit_modes(scene, system)
@@ -48,9 +44,8 @@ def run_isolation(scene: Scene) -> None:
     sag, share = _weight(scene, system, body)
     scene.emit_all(SupportDisplacement(sag=sag), {"mount": mounts.names})
     scene.emit_all(SupportForce(static=share), {"mount": mounts.names})
-    at_rest = AtRest(sag, share, mean)
     scene.handed_on["loads"], scene.handed_on["on_mounts"] = loads, system
-    scene.handed_on["at_rest"] = at_rest
+    scene.handed_on["at_rest"] = AtRest(sag, share, mean)
     if mounts.rest is not None or mounts.spectrum is not None:
         from vibecalc.isolation.adapters.mounts import emit_mounts
 
@@ -58,8 +53,10 @@ def run_isolation(scene: Scene) -> None:
     if not moves_with_machine(scene.case):
         solve = partial(_moved, scene, system, loads)
         moved = solve(loads.load)
-        emit_steady(scene, mounts, loads, at_rest, moved, solve)
-        if pitch:
+        emit_steady(scene, mounts, moved, solve)
+        if model == "pitch":
+            from vibecalc.isolation.adapters.pitch import emit_pitch
+
             emit_pitch(scene, system, loads, moved)
         if loads.torque is not None and scene.wants(*NEAREST):
             _emit_nearest(scene, system, loads)
@@ -75,14 +72,13 @@ def _emit_nearest(scene: Scene, system: OnMounts, loads: BodyLoads) -> None:
     """The nearest order of each mode, and a warning for those that nearly meet."""
     speed, used = scene.case.machine.speed, loads.retained
     felt = system.felt(loads.load[:used])
-    nearest = nearest_driven(system.shapes, felt, loads.order[:used], speed)
-    margin = Bounded(nearest.margin, nearest.margin_error)
-    axes = {"mode": np.arange(1, len(nearest.order) + 1)}
-    scene.emit_all(TorqueReaction(nearest_order=nearest.order, margin=margin), axes)
+    nearest, margin = nearest_driven(system.shapes, felt, loads.order[:used], speed)
+    axes = {"mode": np.arange(1, len(nearest) + 1)}
+    scene.emit_all(TorqueReaction(nearest_order=nearest, margin=margin), axes)
     resonances = system.resonances(felt)
-    for mode in np.flatnonzero(np.abs(nearest.margin) < CLOSE):
+    for mode in np.flatnonzero(np.abs(margin.value) < CLOSE):
         scene.warn(
-            f"order {nearest.order[mode]:g} of the torque reaction and the shaking is within "
+            f"order {nearest[mode]:g} of the torque reaction and the shaking is within "
             f"{CLOSE:.0%} of mode {mode + 1} of the body on its mounts, "
             f"{resonances.frequency[mode]:.6g} rad/s (damping ratio "
             f"{resonances.damping_ratio[mode]:.2g})"
@@ -99,8 +95,8 @@ def _emit_modes(scene: Scene, system: OnMounts) -> None:
     found = BodyModes(
         natural_frequency=shapes.bounded_frequency,
         damping_ratio=system.damping_ratio(),
-        shape=Bounded(shapes.shape.mT @ reach, shapes.shape_error.mT @ reach),
-        energy_fraction=Bounded(share.value @ reach, share.error @ reach),
+        shape=reshaped(shapes.bounded_shape, np.matrix_transpose) @ reach,
+        energy_fraction=share @ reach,
     )
     axes = {"mode": np.arange(1, len(system.freedoms) + 1), "coordinate": COORDINATES}
     scene.emit_all(found, axes)

@@ -10,7 +10,7 @@ from vibecalc.excitation.adapter import Orders
 from vibecalc.isolation.adapters.common import extremes
 from vibecalc.isolation.mount_results import OfMounts
 from vibecalc.isolation.run_up_peaks import RunUpPeak
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, maximum, rounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.equilibrium import Rest
 from vibecalc.parts.mount_curves import Law
@@ -26,45 +26,46 @@ CURVE_POINTS = 121
 
 def emit_mounts(scene: Scene, mounts: Mounts, orders: np.ndarray, speed: float) -> None:
     """Emit static load and stiffness of the mounts, at rest and at the frequency of orders."""
-    names = {"mount": mounts.names}
-    rest = mounts.rest
-    if rest is not None and mounts.axis is not None and mounts.relative_error is not None:
+    names, rest, off = {"mount": mounts.names}, mounts.rest, mounts.relative_error
+    if mounts.axis is None:
+        raise ValueError("mounts under load, or over frequency, have an axis")
+    if rest is not None and off is not None:
         scene.cite(
             "Newton's method on the energy of mounts and weight",
             "rest of the body on its mounts",
             "docs/theory_mounts.md",
         )
         along = np.einsum("ni,nij,nj->n", mounts.axis, mounts.stiffness, mounts.axis)
+        stops = any(law.stop for law in mounts.laws)
+        left = _to_stop(mounts.laws, rest.deflection.value, rest.deflection.value)
+        error = np.where(np.isfinite(left), rest.deflection.error, 0.0)
         found = OfMounts(
             load=rest.load,
             deflection=rest.deflection,
             static_stiffness=rest.slope + rest.stop,
-            stiffness=Bounded(along, mounts.relative_error * along),
+            stiffness=Bounded(along, off * along),
+            clearance_at_rest=Bounded(left, error) if stops else None,
         )
         scene.emit_all(found, names)
         _emit_curves(scene, mounts, rest)
-        if any(law.stop for law in mounts.laws):
-            left = _to_stop(mounts.laws, rest.deflection.value, rest.deflection.value)
-            error = np.where(np.isfinite(left), rest.deflection.error, 0.0)
-            scene.emit_all(OfMounts(clearance_at_rest=Bounded(left, error)), names)
-            for place in np.flatnonzero(rest.stop):
-                scene.warn(
-                    f"mount {mounts.names[place]!r} stands on its stop at rest, "
-                    f"{-left[place]:.4g} m deep: its stiffness has that of the stop in it"
-                )
-        _beyond_rows(scene, mounts, rest)
+        for place in np.flatnonzero(rest.stop):
+            scene.warn(
+                f"mount {mounts.names[place]!r} stands on its stop at rest, "
+                f"{-left[place]:.4g} m deep: its stiffness has that of the stop in it"
+            )
+        _beyond_rows(scene, rest)
     if mounts.spectrum is not None:
         at = mounts.at(orders * speed)
-        axis = mounts.axis if mounts.axis is not None else _up(scene, len(mounts.names))
-        along = np.einsum("ni,mnij,nj->nm", axis, at.stiffness, axis)
-        loss = np.einsum("ni,mnij,nj->nm", axis, at.structural, axis) / along
-        axes = {**names, "order": orders}
-        off = 8.0 * EPSILON if mounts.relative_error is None else mounts.relative_error[:, None]
-        found = OfMounts(
-            order_stiffness=Bounded(along, (8.0 * EPSILON + off) * along),
-            order_loss_factor=Bounded(loss, 16.0 * EPSILON * np.abs(loss)),
+        along, loss = (
+            np.einsum("ni,mnij,nj->nm", mounts.axis, part, mounts.axis)
+            for part in (at.stiffness, at.structural)
         )
-        scene.emit_all(found, axes)
+        share = 8.0 * EPSILON + (0.0 if off is None else off[:, None])
+        found = OfMounts(
+            order_stiffness=Bounded(along, share * along),
+            order_loss_factor=rounded(loss / along, 32),
+        )
+        scene.emit_all(found, {**names, "order": orders})
         scene.cite(
             "each order with the stiffness and loss factor of its frequency",
             "mounts over frequency",
@@ -84,16 +85,12 @@ def _emit_curves(scene: Scene, mounts: Mounts, rest: Rest) -> None:
     high = min(max(seen), *(law.range[1] for law in laws))
     at = np.linspace(low, max(high, low + 1e-9), CURVE_POINTS)
     load = np.array([[law.load(float(u)) for u in at] for law in laws])
-    curve = Bounded(load, 16.0 * EPSILON * np.abs(load))
-    scene.emit_all(OfMounts(load_curve=curve), {"mount": mounts.names, "deflection": at})
+    scene.emit_all(
+        OfMounts(load_curve=rounded(load, 32)), {"mount": mounts.names, "deflection": at}
+    )
 
 
-def _up(scene: Scene, count: int) -> np.ndarray:
-    assert scene.case.isolation is not None
-    return np.tile(np.eye(3)["xyz".index(scene.case.isolation.up)], (count, 1))
-
-
-def _beyond_rows(scene: Scene, mounts: Mounts, rest: Rest) -> None:
+def _beyond_rows(scene: Scene, rest: Rest) -> None:
     """Say where a mount carries more or less than its rows over the load have."""
     from vibecalc.parts.mounts import mount_entries
 
@@ -112,13 +109,7 @@ def _beyond_rows(scene: Scene, mounts: Mounts, rest: Rest) -> None:
 # ----------------------------------------------------------------------------
 
 
-def emit_travel(
-    scene: Scene,
-    mounts: Mounts,
-    motion: Bounded,
-    mean: Bounded,
-    of: Orders,
-) -> None:
+def emit_travel(scene: Scene, mounts: Mounts, motion: Bounded, mean: Bounded, of: Orders) -> None:
     """Emit travel and clearance of mounts with stops, and say which meet one, or leave one.
 
     `motion` (mounts, 3, m) of the body at the mounts, about its rest moved by `mean` (mounts, 3).
@@ -126,20 +117,13 @@ def emit_travel(
     rest, axis = mounts.rest, mounts.axis
     if rest is None or axis is None or not any(law.stop for law in mounts.laws):
         return
-    along = Bounded(
-        -np.einsum("ni,nim->nm", axis, motion.value),
-        np.einsum("ni,nim->nm", np.abs(axis), motion.error),
-    )
-    swing = extremes(Bounded(np.zeros(()), np.zeros(())), along, of)
-    travel = np.maximum(swing.highest.value, -swing.lowest.value)
-    names = {"mount": mounts.names}
-    still = rest.deflection + _pressed(mounts, mean)
-    ends = still + swing.highest, still + swing.lowest
-    deepest, highest = (end.value for end in ends)
+    swing = extremes(Bounded(np.zeros(()), np.zeros(())), _pressed(mounts, motion), of)
+    travel = maximum(swing.highest, -swing.lowest)
+    still = rest.deflection + _pressed(mounts, mean[..., None])[..., 0]
+    (deepest, off), (highest, _) = still + swing.highest, still + swing.lowest
     left = _to_stop(mounts.laws, deepest, highest)
-    off = np.where(np.isfinite(left), np.maximum(*(end.error for end in ends)), 0.0)
-    found = OfMounts(travel=Bounded(travel, swing.highest.error), clearance=Bounded(left, off))
-    scene.emit_all(found, names)
+    clearance = Bounded(left, np.where(np.isfinite(left), off, 0.0))
+    scene.emit_all(OfMounts(travel=travel, clearance=clearance), {"mount": mounts.names})
     for place, law in enumerate(mounts.laws):
         if not law.stop:
             continue
@@ -148,8 +132,8 @@ def emit_travel(
             end = "lower" if law.down - deepest[place] < highest[place] + law.up else "upper"
             scene.warn(
                 f"mount {name!r} meets its {end} stop at speed: its motion of "
-                f"{travel[place]:.4g} m goes {-left[place]:.4g} m beyond it; the response is that "
-                "of mounts without stops, and the real one has shocks"
+                f"{travel.value[place]:.4g} m goes {-left[place]:.4g} m beyond it; the response is "
+                "that of mounts without stops, and the real one has shocks"
             )
         elif rest.stop[place]:
             inner = law.down if u > 0.0 else -law.up
@@ -160,36 +144,34 @@ def emit_travel(
                 )
 
 
-def _pressed(mounts: Mounts, mean: Bounded) -> Bounded:
-    """Compression (mounts,) of each mount along its axis by a displacement (mounts, 3)."""
+def _pressed(mounts: Mounts, motion: Bounded) -> Bounded:
+    """Compression (mounts, m) of each mount along its axis by displacements (mounts, 3, m)."""
     assert mounts.axis is not None
-    return -(mean * mounts.axis).sum(-1)
+    return -(motion * mounts.axis[..., None]).sum(-2)
 
 
 def emit_run_up_travel(scene: Scene, peak: RunUpPeak, means: Sequence[Bounded]) -> None:
     """Emit the largest motion of mounts with stops at any speed, and say which meet one there.
 
     Of the `means` (mounts, 3), displacements by the mean torque at speeds of the range, that counts
-    which leaves a mount the least.
+    which leaves a mount the least; without any they are where the weight has put them.
     """
     mounts = scene.parts.mounts
     if mounts is None or mounts.rest is None:
         raise ValueError("mounts with stops have a rest")
-    names = {"mount": mounts.names}
-    finite = np.isfinite(peak.value)
-    error = np.where(finite, peak.error, 0.0)
-    places = [mounts.rest.deflection.value + _pressed(mounts, mean).value for mean in means]
+    error = np.where(np.isfinite(peak.value), peak.error, 0.0)
+    still = mounts.rest.deflection.value
+    places = [still + _pressed(mounts, mean[..., None]).value[:, 0] for mean in means] or [still]
     at_rest = np.min([_to_stop(mounts.laws, u, u) for u in places], axis=0)
-    has = np.isfinite(at_rest)
-    left = np.where(has & finite, at_rest, 0.0) - np.where(finite, peak.value, 0.0)
-    left = np.where(has, np.where(finite, left, -np.inf), np.inf)
+    none = np.full(len(at_rest), np.inf)
+    left = np.subtract(at_rest, peak.value, out=none, where=np.isfinite(at_rest))
     off = np.where(np.isfinite(left), error + mounts.rest.deflection.error, 0.0)
     found = OfMounts(
         run_up_travel=Bounded(peak.value, error),
         run_up_travel_speed=Bounded(peak.speed, peak.speed_error),
         run_up_clearance=Bounded(left, off),
     )
-    scene.emit_all(found, names)
+    scene.emit_all(found, {"mount": mounts.names})
     met = np.flatnonzero((left < 0.0) & (at_rest >= 0.0))
     if len(met):
         worst = met[np.argmin(left[met])]
@@ -204,7 +186,6 @@ def emit_run_up_travel(scene: Scene, peak: RunUpPeak, means: Sequence[Bounded]) 
 
 def _to_stop(laws: tuple[Law, ...], deepest: np.ndarray, highest: np.ndarray) -> np.ndarray:
     """Distance (mounts,) to the nearer stop, infinite without one."""
-    found = [
-        min(law.down - u, v + law.up) for law, u, v in zip(laws, deepest, highest, strict=True)
-    ]
-    return np.array([left if law.stop else np.inf for law, left in zip(laws, found, strict=True)])
+    ends = [(law.down, law.up) if law.stop else (np.inf, np.inf) for law in laws]
+    down, up = np.array(ends).T
+    return np.asarray(np.minimum(down - deepest, highest + up))

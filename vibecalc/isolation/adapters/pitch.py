@@ -1,7 +1,5 @@
 """What is of a body that only pitches: its model, couples over a lever, what it does not follow."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from vibecalc.core.results.described import paths_of
@@ -17,27 +15,11 @@ from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.adapters.steady import Moved
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.results import LeverForce, Pitch, SupportForce
-from vibecalc.numerics.bounded import Bounded, Summed, reshaped, where
+from vibecalc.numerics.bounded import Bounded, Summed, reshaped, rounded, where
 from vibecalc.numerics.linear import Linear, bounded_parts, each_order
-from vibecalc.numerics.rounding import EPSILON, SINGULAR
+from vibecalc.numerics.rounding import SINGULAR
 from vibecalc.parts.body import build_frame
 from vibecalc.response.adapters.loads import BodyLoads
-
-STILL = (*paths_of(SupportForce, "rigid_peak"), *paths_of(LeverForce, "rigid_peak"))
-
-
-def emit_pitch_model(scene: Scene, system: OnMounts) -> None:
-    """Emit inertia, stiffness, damping, natural frequency and damping ratio."""
-    scene.cite(
-        "pitch model with complex amplitudes",
-        "response on the mounts",
-        "Gibson (2008), equations 13 to 19, with the phase kept",
-    )
-    mass, stiffness, damping, _ = (one[..., 0, 0] for one in bounded_parts(system.matrices))
-    shapes = system.shapes
-    frequency = Bounded(shapes.natural_frequency, shapes.natural_frequency_error)[..., 0]
-    ratio = system.damping_ratio()[..., 0]
-    scene.emit_all(Pitch(mass, stiffness, damping, frequency, ratio))
 
 
 def lever_of(scene: Scene, system: OnMounts) -> np.ndarray:
@@ -49,39 +31,68 @@ def lever_of(scene: Scene, system: OnMounts) -> np.ndarray:
 
 
 def emit_pitch(scene: Scene, system: OnMounts, loads: BodyLoads, moved: Moved) -> None:
-    """Emit the pitch angle, transmissibility, couples over the lever, and what pitch leaves out."""
+    """Emit the model, the pitch angle, transmissibility, couples over the lever, and what pitch
+    leaves out.
+
+    Couples over a lever are the source's reading of "the force on a support", with the body held
+    still and through its mounts: the force of one pair of supports that far from the pitch axis if
+    that pair alone resisted. Source: Gibson, equations 11, 12.
+    """
+    scene.cite(
+        "pitch model with complex amplitudes",
+        "response on the mounts",
+        "Gibson (2008), equations 13 to 19, with the phase kept",
+    )
+    mass, stiffness, damping, _ = (one[..., 0, 0] for one in bounded_parts(system.matrices))
     forcing: Forcing = scene.handed_on["forcing"]
     used, speed = loads.retained, scene.case.machine.speed
-    frequency = loads.order * np.asarray(speed)[..., None]
+    frequency, square = loads.order * np.asarray(speed)[..., None], np.square(speed)
     turned = system.freedoms[0]
     # about the axis across the crankshaft, which may point against the coordinate
     angle = moved.motion[..., turned] * system.reach[..., turned, :]
     force, couple = _left_out(scene, forcing)
+    passed = each_order(system.matrices).passing(frequency)[..., 0, 0] * angle
+    held, over = system.felt(loads.load)[..., 0], 1.0 / lever_of(scene, system)
 
-    def peak(vector: Bounded) -> Callable[[], Summed]:
-        return lambda: _at_speed(length_over_cycle(vector, forcing), speed)
+    def still() -> Summed:
+        """Largest couple on a body that is held still, of all speeds at once."""
+        couple = system.felt(forcing.per_speed_squared)[..., 0]
+        return _times(peak_with_tail(couple, forcing), square)
 
     found = Pitch(
+        inertia=mass,
+        stiffness=stiffness,
+        damping=damping,
+        natural_frequency=system.shapes.bounded_frequency[..., 0],
+        damping_ratio=system.damping_ratio()[..., 0],
         transmissibility=lambda: transmissibility(system.matrices, frequency[..., :used]),
         angle_harmonics=kept(angle, loads),
         angle_peak=lambda: peak_with_tail(angle, loads),
-        force_left_out=peak(force),
-        couple_left_out=peak(couple),
+        force_left_out=lambda: _times(length_over_cycle(force, forcing), square),
+        couple_left_out=lambda: _times(length_over_cycle(couple, forcing), square),
     )
-    scene.emit_all(found, {"order": loads.order[:used]})
+    over_lever = LeverForce(
+        rigid_harmonics=lambda: kept(held * over[..., None], loads),
+        rigid_peak=lambda: _times(still(), over),
+        steady_harmonics=lambda: kept(passed * over[..., None], loads),
+        steady_peak=lambda: _times(peak_with_tail(passed, loads), over),
+    )
+    for group in (found, over_lever):
+        scene.emit_all(group, {"order": loads.order[:used]})
     if scene.wants(*paths_of(Pitch, "transmissibility_curve")):
         _emit_curve(scene, system, float(frequency[used - 1]))
-    still = None
-    if scene.wants(*STILL):
-        # of all speeds at once
-        couple = system.felt(forcing.per_speed_squared)[..., 0]
-        still = _at_speed(peak_with_tail(couple, forcing), speed)
-    if still is not None and scene.wants(STILL[0]):
-        _emit_rigid(scene, system, still)
-    if scene.wants(*paths_of(LeverForce)):
-        passing = each_order(system.matrices).passing(frequency)[..., 0, 0]
-        both = {"rigid": system.felt(loads.load)[..., 0], "steady": passing * angle}
-        _emit_lever_force(scene, loads, both, still, lever_of(scene, system))
+    # what mounts pass on at low frequency, and at any where they are stiff: shares of the couple
+    share = np.abs(system.mounts.stiffness * system.stretch)[..., 0, 0]
+    share = share / system.matrices.stiffness[..., 0]
+    rigid = SupportForce(rigid_peak=lambda: _times(still(), share, shared=True))
+    scene.emit_all(rigid, {"mount": system.mounts.names})
+
+
+def _times(peak: Summed, factor: np.ndarray, shared: bool = False) -> Summed:
+    """A peak (...) times a factor (...), or `shared` among several as factors (..., n)."""
+    known = Bounded(peak.value, peak.error)
+    value, error = (known[..., None] if shared else known) * rounded(factor, 8)
+    return Summed(value, error, peak.terms * float(np.max(factor)))
 
 
 def transmissibility(matrices: Linear, frequency: np.ndarray) -> Bounded:
@@ -99,14 +110,7 @@ def transmissibility(matrices: Linear, frequency: np.ndarray) -> Bounded:
     return where(lost, Bounded(np.asarray(np.inf), np.zeros(())), ratio)
 
 
-def _at_speed(peak: Summed, speed: float) -> Summed:
-    """Of couples per speed squared, for all speeds at once."""
-    square = np.square(speed)
-    value, error = Bounded(peak.value, peak.error) * square
-    return Summed(value, error, peak.terms * float(np.max(square)))
-
-
-def _left_out(scene: Scene, forcing: Forcing) -> tuple[Bounded, Bounded]:
+def _left_out(scene: Scene, forcing: Forcing) -> tuple[Bounded, ...]:
     """Shaking about the mass centre that turns no body which can only pitch.
 
     Force and couple (..., 3, orders) per crank speed squared.
@@ -115,12 +119,8 @@ def _left_out(scene: Scene, forcing: Forcing) -> tuple[Bounded, Bounded]:
     assert body is not None
     shaking = about_point(forcing.per_speed_squared, body.centre[..., None, :])
     across = build_frame(train.axis, train.stroke).across
-    couple = couples_of(shaking)
-    aside = Bounded(couple.value @ (np.eye(3) - np.outer(across, across)), couple.error)
-    force, other = (
-        reshaped(one, lambda part: np.swapaxes(part, -1, -2)) for one in (forces_of(shaking), aside)
-    )
-    return force, other
+    aside = couples_of(shaking) @ (np.eye(3) - np.outer(across, across))
+    return tuple(reshaped(one, np.matrix_transpose) for one in (forces_of(shaking), aside))
 
 
 def _emit_curve(scene: Scene, system: OnMounts, highest: float) -> None:
@@ -136,40 +136,3 @@ def _emit_curve(scene: Scene, system: OnMounts, highest: float) -> None:
     ratio = np.exp(0.02 * np.sinh(np.linspace(-5.7, end, 300)))
     curve = transmissibility(system.matrices, ratio * natural)
     scene.emit_all(Pitch(transmissibility_curve=curve), {"frequency_ratio": ratio})
-
-
-def _emit_rigid(scene: Scene, system: OnMounts, still: Summed) -> None:
-    """Largest force of each mount with the body held still: its share of the couple.
-
-    What the mounts pass on at low frequency, and at any frequency where they are stiff.
-    """
-    pressed = np.abs(system.mounts.stiffness * system.stretch)[..., 0, 0]
-    share = pressed / system.matrices.stiffness[..., 0]
-    top = still.value[..., None]
-    force = Bounded(share * top, share * (still.error[..., None] + 8.0 * EPSILON * top))
-    found = Summed(force.value, force.error, float(np.max(share)) * still.terms)
-    scene.emit_all(SupportForce(rigid_peak=found), {"mount": system.mounts.names})
-
-
-def _emit_lever_force(
-    scene: Scene,
-    loads: BodyLoads,
-    couples: dict[str, Bounded],
-    still: Summed | None,
-    lever: np.ndarray,
-) -> None:
-    """Couple over lever, the source's reading of "the force on a support".
-
-    With the body held still, and through its mounts. It is the force of one pair of supports that
-    far from the pitch axis if that pair alone resisted. Source: Gibson, equations 11, 12.
-    """
-    found: dict[str, Summed] = {}
-    for name, couple in couples.items():
-        found[f"{name}_harmonics"] = kept(couple / lever[..., None], loads)
-        if scene.wants(*paths_of(LeverForce, f"{name}_peak")):
-            known = still if name == "rigid" and still else peak_with_tail(couple, loads)
-            peak = Bounded(known.value, known.error) / lever
-            found[f"{name}_peak"] = Summed(
-                peak.value, peak.error, known.terms / float(np.min(lever))
-            )
-    scene.emit_all(LeverForce(**found), {"order": loads.order[: loads.retained]})

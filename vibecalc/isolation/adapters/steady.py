@@ -1,7 +1,8 @@
 """What all that acts on a body does at its mounts at the operating speed."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from functools import partial
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -37,8 +38,8 @@ class Moved(NamedTuple):
     at_mounts: Bounded
     deflection: Bounded
     force: Bounded
-    directions: tuple[int, ...] = (0, 1, 2)
-    alike: tuple[list[int], np.ndarray] | None = None
+    directions: tuple[int, ...]
+    alike: tuple[np.ndarray, np.ndarray]
 
 
 def moved_by(system: OnMounts, motion: Bounded, frequency: np.ndarray) -> Moved:
@@ -59,18 +60,17 @@ class AtRest(NamedTuple):
     mean: AtMounts
 
 
-def emit_steady(
-    scene: Scene,
-    mounts: Mounts,
-    loads: BodyLoads,
-    at_rest: AtRest,
-    moved: Moved,
-    solve: Callable[[Bounded], Moved],
-) -> None:
+#: loads (..., m, 6) on the body to what they do
+Solve: TypeAlias = Callable[[Bounded], Moved]
+
+
+def emit_steady(scene: Scene, mounts: Mounts, moved: Moved, solve: Solve) -> None:
     """Emit motion, forces and loads of the supports, `moved` by all that acts.
 
-    `solve` takes loads (..., m, 6) of which a part has to be told apart.
+    `solve` takes loads of which a part has to be told apart.
     """
+    loads: BodyLoads = scene.handed_on["loads"]
+    at_rest: AtRest = scene.handed_on["at_rest"]
     scene.handed_on["motion_by_order"] = MotionByOrder(
         loads.order, loads.retained, loads.tail, moved.motion
     )
@@ -80,9 +80,9 @@ def emit_steady(
         "direction": [DIRECTIONS[place] for place in moved.directions],
     }
     if isolation_of(scene).model != "pitch":
-        move, turn = moved.motion[..., :3], moved.motion[..., 3:]
-        found = BodyMotion(*(with_terms(part[..., : loads.retained, :]) for part in (move, turn)))
-        scene.emit_all(found, axes)
+        motion = moved.motion[..., : loads.retained, :]
+        move, turn = (with_terms(motion[..., part]) for part in (slice(3), slice(3, None)))
+        scene.emit_all(BodyMotion(move, turn), axes)
     up = np.eye(3)["xyz".index(isolation_of(scene).up)]
     few = up[list(moved.directions)]
 
@@ -95,9 +95,7 @@ def emit_steady(
         both = upright(at_rest.sag, at_rest.mean.displacement, moved.deflection)
         return maximum(abs(both.highest), abs(both.lowest))
 
-    def loads_on_supports() -> Extremes:
-        return upright(at_rest.load, at_rest.mean.force, moved.force)
-
+    on_supports = partial(upright, at_rest.load, at_rest.mean.force, moved.force)
     displacement = SupportDisplacement(
         steady_harmonics=kept(moved.at_mounts, loads),
         vertical_peak=lambda: peak_with_tail(_along(moved.at_mounts, few), loads),
@@ -107,8 +105,8 @@ def emit_steady(
     force = SupportForce(
         steady_harmonics=kept(moved.force, loads),
         steady_peak=lambda: _largest(moved, loads),
-        largest_load=lambda: loads_on_supports().highest,
-        minimum_load=lambda: loads_on_supports().lowest,
+        largest_load=lambda: on_supports().highest,
+        minimum_load=lambda: on_supports().lowest,
     )
     scene.emit_all(force, axes)
     if mounts.rest is not None:
@@ -116,14 +114,13 @@ def emit_steady(
 
         emit_travel(scene, mounts, moved.deflection, at_rest.mean.displacement, loads)
     if loads.torque is not None:
-        _emit_torque(scene, mounts, loads, at_rest, moved)
-        _emit_by_cause(scene, mounts, loads, loads.torque, solve)
+        _emit_torque(scene, loads, loads.torque, moved, solve)
+        constant = at_rest.mean.force + np.zeros((len(mounts.names), 3))
+        scene.emit_all(SupportForce(mean=constant), axes)
 
 
 def _largest(moved: Moved, loads: BodyLoads) -> Summed:
     """Largest force of each mount over the cycle, of mounts that are alike once."""
-    if moved.alike is None:
-        return length_over_cycle(moved.force, loads)
     first, which = moved.alike
     peak = length_over_cycle(moved.force[..., first, :, :], loads)
     return peak._replace(value=peak.value[..., which], error=peak.error[..., which])
@@ -131,17 +128,13 @@ def _largest(moved: Moved, loads: BodyLoads) -> Summed:
 
 def _along(vector: Bounded, direction: np.ndarray) -> Bounded:
     """Component (..., mounts, orders) of vectors (..., mounts, 3, orders)."""
-    return Bounded(
-        np.einsum("...dn,d->...n", vector.value, direction),
-        np.einsum("...dn,d->...n", vector.error, np.abs(direction)),
-    )
+    return (vector * direction[:, None]).sum(-2)
 
 
 def _emit_torque(
-    scene: Scene, mounts: Mounts, loads: BodyLoads, at_rest: AtRest, moved: Moved
+    scene: Scene, loads: BodyLoads, torque: Bounded, moved: Moved, solve: Solve
 ) -> None:
-    """Couple of the cylinders, the roll under all loads, and the force by the mean torque."""
-    assert loads.torque is not None
+    """Couple of the cylinders, the roll under all loads, and forces of supports by each cause."""
     scene.cite(
         "torque reaction of the cylinders with the shaking of the crank train, order by order",
         f"{scene.case.machine.kind} on its mounts",
@@ -149,29 +142,16 @@ def _emit_torque(
     )
     about = np.concatenate([np.zeros(3), scene.parts.crank_train.axis])
     found = TorqueReaction(
-        couple=loads.torque[: loads.retained] @ about,
+        couple=torque[: loads.retained] @ about,
         mean_couple=loads.mean @ about,
         roll_peak=lambda: peak_with_tail(moved.motion @ about, loads),
     )
     scene.emit_all(found, {"half_order": loads.order[: loads.retained]})
-    force = at_rest.mean.force + np.zeros((len(mounts.names), 3))
-    axes = {"mount": mounts.names, "direction": DIRECTIONS}
-    scene.emit_all(SupportForce(mean=force), axes)
-
-
-def _emit_by_cause(
-    scene: Scene,
-    mounts: Mounts,
-    loads: BodyLoads,
-    torque: Bounded,
-    solve: Callable[[Bounded], Moved],
-) -> None:
-    """Largest force over the cycle of each support by each cause alone."""
     parts = {"torque of the cylinders": torque, "shaking": loads.load - torque}
 
     def alone() -> Bounded:
         peaks = [length_over_cycle(solve(part).force, loads) for part in parts.values()]
         return bounded.stack([Bounded(peak.value, peak.error) for peak in peaks])
 
-    axes = {"mount": mounts.names, "cause": list(parts)}
-    scene.emit_all(SupportForce(by_cause=alone), axes)
+    names = scene.parts.mounts.names if scene.parts.mounts else ()
+    scene.emit_all(SupportForce(by_cause=alone), {"mount": names, "cause": list(parts)})

@@ -1,28 +1,16 @@
 """Torque of all cylinders of an engine at its speed, and the couple that it is for the body."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.crank_forces import rod_moments, share_of_rotor
-from vibecalc.excitation.cylinder_torque import (
-    cylinder_gas,
-    cylinder_torque,
-    inertia_harmonics,
-    phasor,
-)
-from vibecalc.excitation.gas_tables import card_of_force, card_weights
-from vibecalc.excitation.model import (
-    build_firing,
-    firing_angle,
-    force_curves,
-    gas_cards,
-    has_cards,
-    misfire_cards,
-)
-from vibecalc.numerics.bounded import Bounded, rounded, stack
+from vibecalc.excitation.cylinder_torque import cylinder_torque, inertia_harmonics, phasor
+from vibecalc.excitation.gas_tables import card_weights
+from vibecalc.excitation.model import firing_angle, gas_of_cylinders
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.parts.crank_train import crank_geometry
 from vibecalc.parts.firing import is_separate, shakes_with_torque
@@ -30,10 +18,12 @@ from vibecalc.response.stage import orders_of_reaction
 from vibecalc.response.torque_reaction import couple_on_body, line_transfer
 
 if TYPE_CHECKING:
-    from vibecalc.schema import Machine
+    from vibecalc.parts.geometry import CrankGeometry
+    from vibecalc.schema import Case
 
+Speed: TypeAlias = np.ndarray | float
 #: orders (m,) and crank speeds (...) to the couple on the body (..., m, c) for a unit torque
-Passing = Callable[[np.ndarray, np.ndarray | float], Bounded]
+Passing: TypeAlias = Callable[[np.ndarray, Speed], Bounded]
 
 
 class TorqueLaw(NamedTuple):
@@ -89,20 +79,24 @@ def torque_law(scene: Scene) -> TorqueLaw:
 
     Evenly spaced cylinders leave every c-th order only, of which at least two are beyond.
     """
-    case = scene.case
-    kept = orders_of_reaction(case)
-    step, used = kept.lowest, kept.number
-    beyond = max(used, 2 * len(scene.parts.crank_train.names))
-    order = step * np.arange(1, used + beyond + 1)
-    rotor, share = case.machine.rotor, 1.0
+    case, train = scene.case, scene.parts.crank_train
+    kept, rotor, share = orders_of_reaction(case), case.machine.rotor, 1.0
+    beyond = max(kept.number, 2 * len(train.names))
+    order = kept.lowest * np.arange(1, kept.number + beyond + 1)
+    moments = rod_moments(train, case.machine.crank_train.rod)
     if rotor is not None:
-        rod, train = case.machine.crank_train.rod, scene.parts.crank_train
-        moments, motion = rod_moments(train, rod), scene.handed_on["motion"]
+        motion = scene.handed_on["motion"]
         share = float(share_of_rotor(train, motion, rotor.inertia, moments))
-    speeds, gas, mean, inertia = _torques(scene, order)
+    geometry = crank_geometry(case.machine.crank_train)
+    speeds, gas, mean = _gas(case, geometry, len(order))
+    # the shaking of the masses counts from crank phase zero
+    turned = rounded(phasor(order, firing_angle(case.machine)).T, 12)
+    inertia = train.reciprocating_mass[:, None] * inertia_harmonics(geometry, 1.0, 0.0, order)
+    if moments is not None:
+        inertia = inertia + moments[:, None] * inertia_harmonics(geometry, 0.0, 1.0, order)
     return TorqueLaw(
-        order, used, speeds, gas, mean * (-1.0 if is_separate(case) else 0.0), inertia, share,
-        None if shakes_with_torque(case) else line_passing(scene),
+        order, kept.number, speeds, gas * turned, mean * (-1.0 if is_separate(case) else 0.0),
+        inertia * turned, share, None if shakes_with_torque(case) else line_passing(scene),
     )  # fmt: skip
 
 
@@ -113,58 +107,21 @@ def _mixed(cards: Bounded, weights: np.ndarray) -> Bounded:
     return Bounded(value, np.tensordot(weights, size, axes=(-1, 0)))
 
 
-def _torques(scene: Scene, order: np.ndarray) -> tuple[np.ndarray, Bounded, Bounded, Bounded]:
-    """Speeds of the cards, gas torque and its mean at each, inertia torque, as in `TorqueLaw`."""
-    case, train = scene.case, scene.parts.crank_train
-    firing = build_firing(case)
-    options = case.excitation
-    working = None if options is None else options.working
-    runs = np.array([working is None or name in working for name in firing.names])
-    geometry = crank_geometry(case.machine.crank_train)
-    scale = runs * firing.pressure_scale
-    speeds, gas, mean = _gas(scene, len(order), scale, ~firing.fires)
-    # the shaking of the masses counts from crank phase zero
-    turned = rounded(phasor(order, firing_angle(case.machine)).T, 12)
-    moments = rod_moments(train, case.machine.crank_train.rod)
-    inertia = train.reciprocating_mass[:, None] * inertia_harmonics(geometry, 1.0, 0.0, order)
-    if moments is not None:
-        inertia = inertia + moments[:, None] * inertia_harmonics(geometry, 0.0, 1.0, order)
-    return speeds, gas * turned, mean.sum(), inertia * turned
-
-
 def _gas(
-    scene: Scene, count: int, scale: np.ndarray, misfiring: np.ndarray
+    case: "Case", geometry: "CrankGeometry", count: int
 ) -> tuple[np.ndarray, Bounded, Bounded]:
-    """Gas torque of every cylinder and its mean at the speeds of the cards.
-
-    One that misfires has none, or that of a motored one.
-    """
-    case = scene.case
-    if not has_cards(case.machine):
-        return np.empty(0), *_gas_of_forces(case.machine, count, scale)
-    speeds, cards = gas_cards(case.machine)
-    motored, geometry = None, crank_geometry(case.machine.crank_train)
-    dead = misfire_cards(case, cards)
-    if dead:
-        motored = cylinder_torque(dead, geometry, reciprocating_mass=0.0, harmonics=count)
-    healthy = cylinder_torque(cards, geometry, reciprocating_mass=0.0, harmonics=count)
-    return speeds, *cylinder_gas(healthy, scale, misfiring=misfiring, motored=motored)
-
-
-def _gas_of_forces(machine: "Machine", count: int, scale: np.ndarray) -> tuple[Bounded, Bounded]:
-    """The same of cylinders that have curves of their own over a turn, one set for all speeds."""
-    geometry = crank_geometry(machine.crank_train)._replace(bore=2.0 / np.sqrt(np.pi))  # of 1 m^2
-    none = rounded(np.zeros((1, count), dtype=complex), 0), rounded(np.zeros(1), 0)
-    rows = []
-    for row, curve in enumerate(force_curves(machine)):
-        if curve is None or not scale[row]:
-            rows.append(none)
-            continue
-        card = card_of_force(curve)
-        found = cylinder_torque([card], geometry, reciprocating_mass=0.0, harmonics=count)
-        rows.append((found.gas, found.mean))
-    gas, mean = zip(*rows, strict=True)
-    return stack(gas, axis=1), stack(mean, axis=1)
+    """Speeds of the cards, gas torque of every cylinder and mean of all at each, as `TorqueLaw`."""
+    speeds, groups = gas_of_cylinders(case)
+    names, unit = case.machine.crank_train.cylinders, 2.0 / np.sqrt(np.pi)  # bore of 1 m^2
+    none = np.zeros((max(len(speeds), 1), len(names), count))
+    gas, mean = Bounded(none, none), Bounded(none[..., 0].sum(-1), np.zeros(()))
+    for cards, area in groups:
+        one = cylinder_torque(
+            cards, geometry._replace(bore=unit), reciprocating_mass=0.0, harmonics=count
+        )
+        gas = gas + one.gas[:, None] * rounded(area, 8)[:, None]
+        mean = mean + (one.mean[:, None] * rounded(area, 8)).sum()
+    return speeds, gas, mean
 
 
 def line_passing(scene: Scene) -> Passing:
@@ -179,7 +136,7 @@ def line_passing(scene: Scene) -> Passing:
     cylinders = built.cylinder_freedom
     ratio = built.station_ratio[built.cylinder_station]
 
-    def passing(order: np.ndarray, speed: np.ndarray | float) -> Bounded:
+    def passing(order: np.ndarray, speed: Speed) -> Bounded:
         crank = np.asarray(speed, dtype=float)[..., None]
         return line_transfer(built.at(crank), spin, order * crank)[..., cylinders] * ratio
 
