@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, q
+from vibecalc.core.results.described import entries_of, lead, q
 from vibecalc.core.results.record import CHECK, PEAK, SEARCHED, TURN, Headline
 
 
@@ -38,18 +38,9 @@ class Shaking:
     couple: Any = q("order", "N*m", "largest couple across the crankshaft over a turn, {how}", PEAK)
     roll_couple: Any = q("order", "N*m", "couple about the crankshaft, {how}", PEAK)
     residual: Any = q("order", "N", "weighted residual of the order, {how}", PEAK)
-    all_orders: Any = q(
-        "", "N", "weighted residual of all orders, {how}",
-        headline=Headline("weighted residual {how}", "N"),
-    )  # fmt: skip
-    force_peak: Any = q(
-        "", "N", "largest force over a turn, all orders, {how}", PEAK,
-        headline=Headline("force {how}, peak", "N"),
-    )  # fmt: skip
-    couple_peak: Any = q(
-        "", "N*m", "largest couple over a turn, all orders, {how}", PEAK,
-        headline=Headline("couple {how}, peak", "N*m"),
-    )  # fmt: skip
+    all_orders: Any = lead("", "N", "weighted residual {how}", about="all orders")
+    force_peak: Any = lead("", "N", "force {how}, peak", PEAK, about="all orders")
+    couple_peak: Any = lead("", "N*m", "couple {how}, peak", PEAK, about="all orders")
 
 
 class Before(Shaking):

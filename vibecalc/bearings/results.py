@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, q
-from vibecalc.core.results.record import CYCLE, PLACE, TURN, Headline
+from vibecalc.core.results.described import entries_of, lead, q
+from vibecalc.core.results.record import CYCLE, PLACE, TURN
 
 # ----------------------------------------------------------------------------
 # Force over the cycle, its highest and its mean, of each kind of bearing.
@@ -26,12 +26,7 @@ class BearingLoad:
     WORDS: ClassVar[dict[str, str]]
     ROOT: ClassVar[str]
     force: Any = q("{bearing} direction crank_angle", "N", "{what}")
-    peak: Any = q(
-        "{bearing}",
-        "N",
-        "highest over the cycle, {what}",
-        headline=Headline("{load} load, peak", "kN"),
-    )
+    peak: Any = lead("{bearing}", "N", "{load} load, peak", read="kN", about="{what}")
     peak_angle: Any = q(
         "{bearing}", "rad", "crank angle of the highest", exempt=PLACE, circle=CYCLE
     )
@@ -85,10 +80,7 @@ class SideThrust:
         "of the piston on the cylinder, positive ahead in the sense of rotation",
         curve="side_thrust", name="side thrust",
     )  # fmt: skip
-    peak: Any = q(
-        "cylinder", "N", "largest side thrust over the cycle",
-        headline=Headline("side thrust of a piston, peak", "kN"),
-    )  # fmt: skip
+    peak: Any = lead("cylinder", "N", "side thrust of a piston, peak", read="kN")
     peak_angle: Any = q("cylinder", "rad", "crank angle of it", exempt=PLACE, circle=CYCLE)
 
 

@@ -223,11 +223,8 @@ _PEAKS = Rows(
 #: with slave rods: the parts of the force that turn at the order times the crank's speed
 _TURNING = Rows(
     "order",
-    "order, times as fast",
-    (
-        Cells("with_crank", "force with the crank N"),
-        Cells("against_crank", "force against it N"),
-    ),
+    "force at order times speed",
+    ("with_crank", "against_crank"),
     root="excitation/turning",
     places=loud(FAINT, _ROWS, 2),
 )
@@ -241,15 +238,8 @@ _STEM = "excitation/rod/"
 _MASSES = tuple(
     Rows(axis, title, columns, root="excitation/mass", merge=True)
     for axis, title, columns in (
-        (
-            "cylinder",
-            "cylinder",
-            (
-                Cells("reciprocating", "moves with the piston kg"),
-                Cells("rotating", "turns with the pin kg"),
-            ),
-        ),
-        ("slave_rod", "slave rod of", (Cells("knuckle", "with its pin kg"),)),
+        ("cylinder", "cylinder", ("reciprocating", "rotating")),
+        ("slave_rod", "slave rod of", ("knuckle",)),
     )
 )
 _OF_ROD = Rows(

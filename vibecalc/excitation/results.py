@@ -3,12 +3,15 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, q
-from vibecalc.core.results.record import CANCELLING, ORDERS, PEAK, RMS, TURN, Headline
+from vibecalc.core.results.described import entries_of, lead, named, q
+from vibecalc.core.results.record import CANCELLING, ORDERS, PEAK, RMS, TURN
 
 # ----------------------------------------------------------------------------
 # Forces and couples of the crank train, and what makes them.
 # ----------------------------------------------------------------------------
+
+
+ABOUT = "about the body's reference point"
 
 
 @dataclass(frozen=True)
@@ -17,19 +20,10 @@ class OnBody:
 
     ROOT: ClassVar[str] = "excitation"
     force: Any = q("order direction", "N", "force on the body", PEAK)
-    couple: Any = q("order direction", "N*m", "couple on the body about its reference point", PEAK)
-    force_peak: Any = q(
-        "direction", "N", "largest force over a turn", PEAK,
-        headline=Headline("shaking force, peak", "N"),
-    )  # fmt: skip
-    couple_peak: Any = q(
-        "direction", "N*m", "largest couple over a turn, about the reference point", PEAK,
-        headline=Headline("shaking couple, peak", "N*m"),
-    )  # fmt: skip
-    residual: Any = q(
-        "", "N", "weighted residual of forces and of couples about the reference point", PEAK,
-        headline=Headline("weighted residual of the balance", "N"),
-    )  # fmt: skip
+    couple: Any = q("order direction", "N*m", f"couple on the body {ABOUT}", PEAK)
+    force_peak: Any = lead("direction", "N", "shaking force, peak", PEAK)
+    couple_peak: Any = lead("direction", "N*m", "shaking couple, peak", PEAK, about=ABOUT)
+    residual: Any = lead("", "N", "weighted residual of the balance", PEAK, about=ABOUT)
 
 
 @dataclass(frozen=True)
@@ -37,11 +31,8 @@ class Turning:
     """Parts of the force of a train with slave rods."""
 
     ROOT: ClassVar[str] = "excitation/turning"
-    with_crank: Any = q(
-        "order", "N", "part of the force that turns with the crank, at the order times its speed",
-        PEAK,
-    )  # fmt: skip
-    against_crank: Any = q("order", "N", "the part that turns against it", PEAK)
+    with_crank: Any = named("order", "N", "force with the crank", PEAK)
+    against_crank: Any = named("order", "N", "force against it", PEAK)
 
 
 @dataclass(frozen=True)
@@ -49,9 +40,9 @@ class Masses:
     """Masses that make the forces."""
 
     ROOT: ClassVar[str] = "excitation/mass"
-    knuckle: Any = q("slave_rod", "kg", "moves with the knuckle pin")
-    reciprocating: Any = q("cylinder", "kg", "mass that moves with a piston")
-    rotating: Any = q("cylinder", "kg", "mass at a crank pin")
+    knuckle: Any = named("slave_rod", "kg", "with its pin")
+    reciprocating: Any = named("cylinder", "kg", "moves with the piston")
+    rotating: Any = named("cylinder", "kg", "turns with the pin")
 
 
 @dataclass(frozen=True)
@@ -60,7 +51,7 @@ class Counterweights:
 
     ROOT: ClassVar[str] = "excitation/counterweight"
     force: Any = q("counterweight", "N", "centrifugal force of a counterweight", PEAK)
-    couple: Any = q("counterweight", "N*m", "its couple about the body's reference point", PEAK)
+    couple: Any = q("counterweight", "N*m", f"its couple {ABOUT}", PEAK)
 
 
 @dataclass(frozen=True)
@@ -140,10 +131,7 @@ class OfMotor:
     sum_of_amplitudes: Any = q(
         "", "N", "sum of the amplitudes of all orders, a bound of the peak", PEAK
     )
-    peak: Any = q(
-        "", "N", "largest axial force over a turn, mean apart", PEAK,
-        headline=Headline("axial force of the motor, peak without mean", "N"),
-    )  # fmt: skip
+    peak: Any = lead("", "N", "axial force of the motor, peak without mean", PEAK)
     rms: Any = q("", "N", "axial force, mean apart", RMS)
 
 
@@ -160,23 +148,17 @@ class OfPump:
         circle=TURN,
     )  # fmt: skip
     swept_volume: Any = q("", "m^3", "of one cylinder")
-    flow: Any = q(
-        "", "m^3/s", "mean flow of all cylinders, at the suction pressure",
-        headline=Headline("flow of the pump, mean", "l/min"),
-    )  # fmt: skip
+    flow: Any = lead(
+        "", "m^3/s", "flow of the pump, mean", read="l/min", about="at the suction pressure"
+    )
     work: Any = q("", "J", "work of one cylinder on its liquid in a turn")
-    power: Any = q(
-        "", "W", "of all cylinders on the liquid",
-        headline=Headline("power of the pump, mean", "kW"),
-    )  # fmt: skip
-    mean_torque: Any = q(
-        "", "N*m", "mean torque of the liquid on the crankshaft, all cylinders, with its sign",
-        headline=Headline("torque of the pump, mean", "N*m"),
-    )  # fmt: skip
-    volumetric_efficiency: Any = q(
-        "", "", "volume drawn, at the suction pressure, over the swept volume",
-        headline=Headline("volumetric efficiency"),
-    )  # fmt: skip
+    power: Any = lead("", "W", "power of the pump, mean", about="on the liquid")
+    mean_torque: Any = lead(
+        "", "N*m", "torque of the pump, mean", about="of the liquid on the crankshaft"
+    )
+    volumetric_efficiency: Any = lead(
+        "", "", "volumetric efficiency", about="volume drawn over the swept volume"
+    )
     torque: Any = q(
         "order", "N*m", "torque of the liquid on the crankshaft, all cylinders, complex", PEAK
     )

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, q
+from vibecalc.core.results.described import entries_of, lead, q
 from vibecalc.core.results.record import PEAK, RMS, Entry, Headline, entry
 
 COUPLED = "foundation/coupled"
@@ -24,18 +24,9 @@ class UpAndDown:
     motion: Any = q("order", "m", "motion of the foundation up and down", PEAK)
     ground_force: Any = q("order", "N", "force on what carries the foundation", PEAK)
     rigid_force: Any = q("order", "N", "force on a foundation that does not move", PEAK)
-    motion_peak: Any = q(
-        "", "m", "largest motion of the foundation over a cycle", PEAK,
-        headline=Headline("motion of the foundation, peak", "mm"),
-    )  # fmt: skip
-    ground_force_peak: Any = q(
-        "", "N", "largest force on what carries the foundation", PEAK,
-        headline=Headline("force into the ground, peak", "N"),
-    )  # fmt: skip
-    rigid_force_peak: Any = q(
-        "", "N", "largest force on one that does not move", PEAK,
-        headline=Headline("the same on a rigid foundation", "N"),
-    )  # fmt: skip
+    motion_peak: Any = lead("", "m", "motion of the foundation, peak", PEAK)
+    ground_force_peak: Any = lead("", "N", "force into the ground, peak", PEAK)
+    rigid_force_peak: Any = lead("", "N", "the same on a rigid foundation", PEAK)
 
 
 @dataclass(frozen=True)
@@ -65,15 +56,10 @@ class BelowMounts:
 
     ROOT: ClassVar[str] = COUPLED
     foot: Any = q("mount direction half_order", "m", "motion of what a mount stands on", PEAK)
-    foot_velocity_rms: Any = q(
-        "mount", "m/s",
-        "velocity of what a mount stands on, length of the vector, all orders", RMS,
-        headline=Headline("velocity of the foundation at a mount, r.m.s.", "mm/s"),
-    )  # fmt: skip
-    power: Any = q(
-        "half_order", "W", "mean power through the mounts into the foundation",
-        headline=Headline("power into the foundation, largest order", "W"),
-    )  # fmt: skip
+    foot_velocity_rms: Any = lead(
+        "mount", "m/s", "velocity of the foundation at a mount, r.m.s.", RMS, read="mm/s"
+    )
+    power: Any = lead("half_order", "W", "power into the foundation, largest order", read="W")
 
 
 def _below(name: str, where: str, better: str) -> Iterator[Entry]:
