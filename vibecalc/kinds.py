@@ -86,7 +86,7 @@ ROLL = ("roll", "start_up", "control")
 #: tables of [response] that need no body on mounts
 WITHOUT_A_BODY = ("impact", *ROLL, "absorber", "torsion")
 #: keys of [response] that ask for the motion of the body
-OF_THE_BODY = ("energies", "operations", "balances", "run_up", "switching")
+OF_THE_BODY = ("energies", "loads", "operations", "balances", "run_up", "switching")
 
 
 def has_crank_train(machine: "Machine") -> bool:

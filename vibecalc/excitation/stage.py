@@ -145,11 +145,7 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
 
 
 SUBJECT = Subject(
-    stages=(
-        plan_excitation,
-        plan_motor,
-        plan_pump,
-    ),
+    stages=(plan_excitation, plan_motor, plan_pump),
     concerns=lambda case: has_crank_train(case.machine),
     entries=_entries,
     units={

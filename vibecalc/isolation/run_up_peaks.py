@@ -259,8 +259,9 @@ def highest_of(peaks: Sequence[RunUpPeak]) -> RunUpPeak:
     # another part whose errors reach above leaves the value open so far, and the speed
     above = np.max([np.where(p.error > 0.0, p.value + p.error, 0.0) for p in peaks], axis=0)
     finite = np.isfinite(best.value)
-    higher = np.where(finite, above - best.value, 0.0)
-    unsure, level = finite & (best.error > SURE * best.value), best.value - best.error
+    height = np.where(finite, best.value, 0.0)
+    higher = np.where(finite, above - height, 0.0)
+    unsure, level = finite & (best.error > SURE * height), height - best.error
     away = [
         (unsure & (p.value + p.error >= level)) * (np.abs(p.speed - best.speed) + p.speed_error)
         for p in peaks

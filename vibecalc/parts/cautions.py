@@ -12,7 +12,7 @@ from vibecalc.kinds import asks_roll, finds_speed, has_crank_train, has_speed
 from vibecalc.parts import body_tables as parts
 from vibecalc.parts.body import DIRECTIONS, RigidBody, build_body, build_frame
 from vibecalc.parts.crank_train import build_crank_train, rod_share
-from vibecalc.parts.firing import has_gas, moves_body, with_torque
+from vibecalc.parts.firing import driven_machine, has_gas, moves_body, with_torque
 from vibecalc.parts.mount_needs import loads_count
 from vibecalc.parts.mount_state import mounts_of
 from vibecalc.parts.mounts import Mounts, build_mounts, has_loss_factor, mount_entries
@@ -304,8 +304,13 @@ _REACHES = (
 def _without_effect(case: Case) -> list[str]:
     machine, response = case.machine, case.response
     gas, reaches = has_crank_train(machine) and has_gas(case), with_torque(case)
-    tables = ("isolation", *(("response",) * moves_body(case)))
-    takes = [one for one in tables if (table := getattr(case, one)) and "torque" in table.loads]
+    taken = moves_body(case) and driven_machine(case) != "cancels_torque"
+    tables = ("isolation", *(("response",) * taken))
+    takes = [
+        one
+        for one in tables
+        if (table := getattr(case, one)) and "torque" in (table.loads or ("torque",))
+    ]
     used = (
         (response is not None and (response.torsion is not None or response.impact is not None))
         or asks_roll(case)

@@ -139,7 +139,7 @@ def with_torque(case: "Case") -> tuple[str, ...]:
     asked = []
     if isolation is not None and isolation.model != "pitch" and "torque" in isolation.loads:
         asked.append("isolation")
-    if moves_body(case) and response is not None and "torque" in response.loads:
+    if moves_body(case) and response is not None and "torque" in (response.loads or ("torque",)):
         asked.append("response")
     if not asked or not gas_turns(machine) or machine.crank_train.has_slave_rods:
         return ()

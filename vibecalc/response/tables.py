@@ -141,7 +141,9 @@ class Response(Table):
     method: Literal["modal", "direct"] = Field(
         "direct", description="superposition of modes, or one solve per order"
     )
-    loads: Loads = Field(("shaking", "torque"), min_length=1, description=LOADS)
+    loads: Loads | None = Field(
+        None, min_length=1, description=f"{LOADS}; default: all that the case gives"
+    )
     energies: bool = Field(
         False, strict=True, description="kinetic and potential energy, mean and peak"
     )

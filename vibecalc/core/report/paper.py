@@ -21,6 +21,8 @@ from matplotlib.transforms import Bbox, IdentityTransform, ScaledTranslation
 
 #: points: marks of numbers and between them, their distance from the numbers, width of marks
 _LONG, _SHORT, _PAD, _THIN = 3.5, 2.0, 3.5, 0.8
+#: points around axes that words are thought to take before they are measured: at the left, above
+_BESIDE, _ABOVE = 32.0, 16.0
 #: of a pixel, how far beyond the end of an axis a tick is at it
 _AT_END = 0.5
 
@@ -198,10 +200,11 @@ class Ruler(Artist):
 
 
 class Frame(Axes):
-    """Axes with rulers."""
+    """Axes with rulers, which guess the room of their words before they measure it."""
 
     def __init__(self, *given: Any, **known: Any) -> None:
         super().__init__(*given, **known)
+        self._guessed = False
         self.rulers = tuple(
             Ruler(axis, upright) for axis, upright in ((self.xaxis, False), (self.yaxis, True))
         )
@@ -210,6 +213,27 @@ class Frame(Axes):
             self.add_artist(one).set_clip_on(False)
         for spine in self.spines.values():
             spine.set_in_layout(False)  # ticks reach further, and each would look for all of them
+
+    def get_tightbbox(self, renderer: Any = None, **how: Any) -> Bbox | None:
+        """What axes and words cover, in pixels: ticks depend on the size, which is not known yet
+        when it is asked for the first time.
+        """
+        if not self._guessed and how.get("for_layout_only") and self.get_visible():
+            self._guessed = True
+            return self._guess(renderer)
+        return super().get_tightbbox(renderer, **how)
+
+    def _guess(self, renderer: Any) -> Bbox:
+        """Of long numbers below, and about as much as usual beside and above."""
+        figure: Any = self.figure
+        frame, point = self.get_window_extent(), figure.dpi / 72.0
+        titled = any(self.get_title(loc=place) for place in ("left", "center", "right"))
+        beside = Bbox.from_extents(
+            frame.x0 - _BESIDE * point * bool(self.get_ylabel()), frame.y0,
+            frame.x1, frame.y1 + _ABOVE * point * titled,
+        )  # fmt: skip
+        below = self.rulers[0].get_tightbbox(renderer)
+        return beside if below is None else Bbox.union([beside, below])
 
     def twinx(self, *given: Any, **known: Any) -> Axes:
         """Axes over the same abscissa, which is drawn once."""
