@@ -295,8 +295,7 @@ _OF_MOTOR = Rows(
     "order",
     "order",
     (
-        Cells("axial_force", "amplitude"),
-        Cells("axial_force", "unit", lambda *_: "N"),
+        Cells("axial_force", "amplitude N"),
         Cells("axial_force", "phase deg", show_phase),
     ),
     root="excitation/motor",

@@ -120,9 +120,7 @@ def orders_given(case: "Case", axis: str, first: int = 1) -> Entries | None:
 SUBJECT = Subject(
     stages=(plan_kinematics,),
     concerns=lambda case: has_crank_train(case.machine),
-    units={
-        "motion": Unit(1.0e-3, "passes over the motion of the pistons"),
-    },
+    units={"motion": Unit(1.0e-3, "passes over the motion of the pistons")},
     entries=lambda case, path, axis: orders_given(case, axis, 0),
     sections=("vibecalc.kinematics.report:kinematics",),
     pictures={

@@ -13,7 +13,7 @@ from vibecalc.parts import body_tables as parts
 from vibecalc.parts.body import DIRECTIONS, RigidBody, build_body, build_frame
 from vibecalc.parts.crank_train import build_crank_train, rod_share
 from vibecalc.parts.firing import driven_machine, has_gas, moves_body, with_torque
-from vibecalc.parts.mount_needs import loads_count
+from vibecalc.parts.mount_needs import loads_count, moves_with_machine
 from vibecalc.parts.mount_state import mounts_of
 from vibecalc.parts.mounts import Mounts, build_mounts, has_loss_factor, mount_entries
 from vibecalc.schema import Case, Machine
@@ -333,6 +333,9 @@ def _without_effect(case: Case) -> list[str]:
         "[response] has operations and the change between them of the shaking alone, without the "
         "torque of what is in the cylinders, which its motion and energies have": (
             response is not None and bool(response.operations) and "response" in reaches
+        ),
+        "[response] has the body on rigid ground; [isolation] has it on the foundation": (
+            moves_body(case) and moves_with_machine(case)
         ),
         f"the gas does not turn the body on its mounts: {_REACHES}": (
             gas and used and set(takes) != set(reaches)
