@@ -186,11 +186,12 @@ def test_limits_are_judged_at_every_point() -> None:
     assert inside[point]
 
 
+@pytest.mark.parametrize("study", ["sweep", "optimisation"])
 @pytest.mark.parametrize("sense", ["min", "max"])
 @pytest.mark.parametrize("path", [PEAK, DEFLECTION])
-def test_the_objective_of_the_case_chooses_the_best_point(path: str, sense: str) -> None:
+def test_an_objective_chooses_the_best_point(path: str, sense: str, study: str) -> None:
     objective = {"quantity": path, "sense": sense}
-    sweep = mounts(limits=LIMITS[:2], case={"optimisation": {"objective": objective}})
+    sweep = mounts(limits=LIMITS[:2], case={study: {"objective": objective}})
     judged = judge(sweep)
     found = best(sweep, judged)
     assert found is not None

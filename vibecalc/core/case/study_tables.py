@@ -236,6 +236,9 @@ class Sweep(Table):
     keep: Annotated[tuple[ResultPath, ...], Field(max_length=200)] = Field(
         (), description="result paths to keep; default: single numbers, and those with a limit"
     )
+    objective: Objective | None = Field(
+        None, description="what the best of the points is by; it is kept"
+    )
     sampling: Literal["grid", "latin_hypercube", "sobol", "monte_carlo"] = Field(
         "grid", description="all combinations, or points spread over the axes"
     )

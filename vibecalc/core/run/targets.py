@@ -157,10 +157,11 @@ def check_targets(case: "Case", extra: Mapping[str, Entry] | None = None) -> lis
         problems += _check_name(path, search.quantity, search.where, planned, entries)
         for key, value in (("target", search.target), ("change", search.change)):
             problems += _check_unit((*path, key), value, search.quantity, planned)
-    if case.optimisation:
-        goal = case.optimisation.objective
-        path = ("optimisation", "objective")
-        problems += _check_name(path, goal.quantity, goal.where, known, entries)
+    for name, table in (("optimisation", case.optimisation), ("sweep", case.sweep)):
+        goal = None if table is None else table.objective
+        if goal is not None:
+            path = (name, "objective")
+            problems += _check_name(path, goal.quantity, goal.where, known, entries)
     return problems
 
 

@@ -60,16 +60,22 @@ def _quantities(data: dict[str, Any]) -> Iterator[Problem]:
             yield unknown_quantity(path, quantity, CATALOGUE)
 
 
+_OBJECTIVES = (
+    *(("optimisation", name) for name in ("objective", "second_objective")),
+    ("sweep", "objective"),
+)
+
+
 def _named(data: dict[str, Any]) -> Iterator[tuple[KeyPath, str]]:
     for name in ("reference", "limit", "find"):
         rows = data.get(name)
         for index, row in enumerate(rows if isinstance(rows, list) else ()):
             if isinstance(row, dict) and isinstance(row.get("quantity"), str):
                 yield (name, index), row["quantity"]
-    for name in ("objective", "second_objective"):
-        goal = _table(_table(data, "optimisation"), name).get("quantity")
+    for place in _OBJECTIVES:
+        goal = _table(_table(data, place[0]), place[1]).get("quantity")
         if isinstance(goal, str):
-            yield ("optimisation", name), goal
+            yield place, goal
     further = _table(data, "optimisation").get("further_objectives")
     for index, row in enumerate(further if isinstance(further, list) else ()):
         if isinstance(row, dict) and isinstance(row.get("quantity"), str):

@@ -79,12 +79,13 @@ def judge(sweep: SweepView) -> Judged:
 
 
 def best(sweep: SweepView, judged: Judged) -> tuple[int, str] | None:
-    """The point that keeps all limits with the best objective of the case, and words on it.
+    """The point that keeps all limits with the best objective, and words on it.
 
-    None if no point keeps them all, or the case names no objective that the sweep keeps. Where
-    several points are the same within their errors the first one counts.
+    That of [sweep], else of [optimisation]. None if no point keeps all limits, or no objective is
+    kept. Where several points are the same within their errors the first one counts.
     """
-    given = table_of(sweep.case, "optimisation", "objective")
+    named = (table_of(sweep.case, study, "objective") for study in ("sweep", "optimisation"))
+    given = next(filter(None, named), {})
     path = str(given.get("quantity"))
     if path not in sweep.quantities or not judged.kept.any():
         return None

@@ -10,6 +10,7 @@ import numpy as np
 
 from vibecalc.core.case.load import LoadedCase, validate
 from vibecalc.core.case.raw import case_at
+from vibecalc.core.case.study_tables import Objective
 from vibecalc.core.case.walk import bound_words
 from vibecalc.core.results.record import Entry
 from vibecalc.core.run.columns import allowed_by
@@ -142,35 +143,47 @@ def stored_paths(
 ) -> tuple[str, ...]:
     """Result paths that a sweep keeps, sorted.
 
-    Those that `keep` names; by default all single numbers of the stages that every point runs,
-    and of the same stages what limits and references name.
+    Those that `keep` names, and the objective; by default all single numbers of the stages that
+    every point runs, and of the same stages what limits and references name.
     """
+    goal = {one.quantity for _, one in _objective(case)}
     if keep:
-        return tuple(sorted(set(keep)))
+        return tuple(sorted({*keep, *goal}))
     planned = planned_quantities(case)
     for _, plan in _plans(design, resolved):
         planned = {path: entry for path, entry in planned.items() if path in plan}
-    named = {limit.quantity for limit in case.limit}
+    named = goal | {limit.quantity for limit in case.limit}
     named |= {reference.quantity for reference in case.reference}
     wanted = {path for path in planned if not planned[path].axes or path in named}
     return tuple(sorted(path for path in wanted if not _unshared_axis(planned[path])))
 
 
+def _objective(case: "Case") -> list[tuple[KeyPath, Objective]]:
+    """The objective of a sweep with its place, if it has one."""
+    goal = None if case.sweep is None else case.sweep.objective
+    return [] if goal is None else [(("sweep", "objective"), goal)]
+
+
 def keep_problems(
     keep: Sequence[str], case: "Case", design: Design, resolved: Mapping[str, Any]
 ) -> list[Problem]:
-    """Problems of the paths that `keep` names: unknown, twice, or not the same at all points."""
+    """Problems of the paths that `keep` and objective name: unknown, twice, or not the same at all
+    points.
+    """
     problems = []
     plans = _plans(design, resolved)
     everywhere = planned_quantities(case)
     for _, plan in plans:
         everywhere |= plan
-    for position, path in enumerate(keep):
-        place = ("sweep", "keep", position)
-        if path in keep[:position]:
+    places: list[tuple[KeyPath, str]] = [(("sweep", "keep", n), one) for n, one in enumerate(keep)]
+    for position, (place, path) in enumerate(
+        [*places, *((at, goal.quantity) for at, goal in _objective(case))]
+    ):
+        if path in keep[:position] and place[1] == "keep":
             problems.append(Problem(path=place, message=f"{path} is kept twice"))
-        elif path not in everywhere:
-            problems.append(unknown_quantity(place, path, everywhere)._replace(path=place))
+        elif path not in everywhere:  # of an objective the targets of the case say it
+            if place[1] == "keep":
+                problems.append(unknown_quantity(place, path, everywhere)._replace(path=place))
         elif missing := [settings for settings, plan in plans if path not in plan]:
             problems.append(
                 Problem(
