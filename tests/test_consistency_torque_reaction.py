@@ -5,6 +5,7 @@ dense solution of the line answers it. Without a line, `test_property_estimates_
 """
 
 import re
+import tomllib
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ from engine_cases import replaced
 from engine_mounted import COUNTER, ON_BODY, SEPARATE, mounted, wanted_of
 from mpmath import mp
 
+from vibecalc.core.case.load import validate
 from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import GasCard, pressure_at
 from vibecalc.excitation.model import cycle_of, gas_cards
@@ -207,3 +210,37 @@ def test_a_line_without_gears_and_damping_passes_all_torque_at_its_natural_frequ
     np.testing.assert_allclose(
         line_transfer(hung, spin, np.array([10.0, 63.0])).value, -1.0, rtol=1e-9
     )
+
+
+#: a pressure that rises as it has fallen: its mean torque is zero
+BREATHING = """
+schema = 1
+title = "one cylinder that works as a spring"
+[machine]
+kind = "compressor"
+speed = "1500 rpm"
+body = { mass = "120 kg", inertia = [3.1, 4.2, 3.7] }
+[machine.crank_train]
+crank_radius = "50 mm"
+rod_length = "170 mm"
+reciprocating_mass = "1.2 kg"
+bore = "90 mm"
+gas_pressure = { crank_angle = [0.0, "180 deg", "360 deg"], pressure = ["5 bar", "1 bar", "5 bar"] }
+cylinders = [{ name = "1" }]
+[machine.mounts]
+positions = [[-0.3, -0.2, 0.0], [-0.3, 0.2, 0.0], [0.3, -0.2, 0.0], [0.3, 0.2, 0.0]]
+each = { stiffness = "60 N/mm", damping = 80.0 }
+[excitation]
+driven_machine = "separate"
+[isolation]
+model = "rigid_body"
+"""
+
+
+def test_a_mean_torque_that_is_nothing_but_rounding_says_nothing_of_the_mounts() -> None:
+    record = run_case(validate(tomllib.loads(BREATHING)))
+    couple, force = record[f"{ROOT}mean_couple"], record["isolation/support_force/mean"]
+    for found, size in ((couple, 1e-9), (force, 1e-9)):
+        assert np.all(np.abs(found.values) <= found.error_estimate)
+        assert found.error_estimate < size
+    assert np.all(record["isolation/support_force/minimum_load"].values > 0.0)
