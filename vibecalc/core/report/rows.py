@@ -34,10 +34,14 @@ How = str | Callable[[Any, Estimate], str]
 Made = Callable[[Record], Quantity | None]
 
 
+#: the heading that a result has by itself
+OWN = "*"
+
+
 class Cells(NamedTuple):
     """A column: a result below the root of its table, or what a function makes of the record.
 
-    Without a `head` it is the last word of the path, in the unit that people read.
+    Without a `head` it is the last word of the path, in the unit that people read; "" is none.
     Of a result with a second axis each entry of that is a column, whose name stands for `{}` in the
     `head`; its unit stands at `{unit}`, the larger one that people read where values are large.
     Words stand at the left, numbers at the right. The `note` stands below the table. With `blank`
@@ -45,7 +49,7 @@ class Cells(NamedTuple):
     """
 
     of: str | Made
-    head: str = ""
+    head: str = OWN
     how: How = ""
     note: str = ""
     blank: bool = False
@@ -258,7 +262,7 @@ _COUNTED = ("order", "mode")
 
 def _headed(one: Cells, quantity: Quantity, across: bool) -> Cells:
     """The column with a heading of its own: the words and the unit of its result."""
-    if one.head:
+    if one.head != OWN:
         return one
     name, unit = quantity.path.rpartition("/")[2], read_as(quantity.path, quantity.unit)[1]
     how = one.how or (short if name.endswith(_COUNTED) else unit)
