@@ -175,10 +175,10 @@ def test_switching_is_held_against_the_steady_state() -> None:
     peaks = result.record["response/switching/reversal/kinetic_energy_peak"].values
     ratios = row(lines, "kinetic energy over the larger steady one")
     assert float(ratios[0]) == pytest.approx(float(peaks[0]) / 0.1074, rel=5e-3)
-    assert row(lines, "peak speed")[1] == "-601.6"
-    assert [f"{float(one):.1f}" for one in row(lines, "worst angle")[:2]] == ["68.8", "252.1"]
+    assert row(lines, "crank speed then, with its sense")[1] == "-601.6"
+    assert [f"{float(one):.1f}" for one in row(lines, "worst crank angle")[:2]] == ["68.8", "252.1"]
     assert row(lines, "translation peak")[1] == "y"
-    assert row(lines, "settle time")[:2] == ["0.9100", "1.020"]
+    assert row(lines, "time to settle, from the end of the change")[:2] == ["0.9100", "1.020"]
     passages = [line.split() for line in lines if line.startswith("  A+B to A    ")]
     orders = [int(cells[4]) for cells in passages]
     assert max(orders) == 3

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from vibecalc.core.results.described import entries_of, lead, q
+from vibecalc.core.results.described import entries_of, lead, named, q
 from vibecalc.core.results.record import CANCELS, ORDERS, PEAK, PLACE, RESONANCE, TURN
 
 # ----------------------------------------------------------------------------
@@ -173,9 +173,9 @@ class Change:
     ground_couple_peak: Any = q(_CHANGE, "N*m", "largest couple on the ground on the way", PEAK)
     kinetic_energy_peak: Any = q("change", "J", "largest kinetic energy on the way")
     potential_energy_peak: Any = q("change", "J", "largest potential energy on the way")
-    peak_time: Any = q("change", "s", "time of the largest kinetic energy", exempt=PLACE)
-    peak_speed: Any = q("change", "rad/s", "crank speed then, with its sense", exempt=PLACE)
-    settle_time: Any = q("change", "s", "time from the end of the change until motion has settled")
+    peak_time: Any = named("change", "s", "time of the largest kinetic energy", exempt=PLACE)
+    peak_speed: Any = named("change", "rad/s", "crank speed then, with its sense", exempt=PLACE)
+    settle_time: Any = named("change", "s", "time to settle, from the end of the change")
     kinetic_energy_high: Any = q(f"change {_TIME}", "J", "largest kinetic energy at about a time")
     translation_high: Any = q(f"{_CHANGE} {_TIME}", "m", f"largest displacement {_POINT}")
     translation_low: Any = q(f"{_CHANGE} {_TIME}", "m", f"smallest displacement {_POINT}")
@@ -187,8 +187,8 @@ class Instant(Change):
 
     ROOT: ClassVar[str] = "response/switching/instant"
     WORDS: ClassVar = {"how": "at once", "time": "instant_time"}
-    worst_angle: Any = q("change", "rad", "worst crank angle", exempt=PLACE, circle=TURN)
-    worst_kinetic_energy_peak: Any = q("change", "J", "largest kinetic energy at that angle")
+    worst_angle: Any = named("change", "rad", "worst crank angle", exempt=PLACE, circle=TURN)
+    worst_kinetic_energy_peak: Any = named("change", "J", "largest kinetic energy at that angle")
 
 
 @dataclass(frozen=True)
@@ -199,7 +199,9 @@ class Reversal(Change):
     WORDS: ClassVar = {"how": "by reversal", "time": "reversal_time"}
     ground_force_peak: Any = lead(_CHANGE, "N", "force on the ground in it, peak", PEAK)
     speed: Any = q("change reversal_time", "rad/s", "crank speed, negative after reversal")
-    slow_kinetic_energy: Any = q("change", "J", "largest kinetic energy of infinitely slow passage")
+    slow_kinetic_energy: Any = named(
+        "change", "J", "largest kinetic energy, passed infinitely slowly"
+    )
 
 
 @dataclass(frozen=True)

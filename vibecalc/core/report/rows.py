@@ -21,6 +21,7 @@ from vibecalc.core.report.writing import (
     show_percent,
     table,
 )
+from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Axis, Estimate, Quantity, Record, Result
 from vibecalc.units import convert
 
@@ -41,7 +42,8 @@ OWN = "*"
 class Cells(NamedTuple):
     """A column: a result below the root of its table, or what a function makes of the record.
 
-    Without a `head` it is the last word of the path, in the unit that people read; "" is none.
+    Without a `head` it is the name of the result, else the last word of its path, in the unit that
+    people read; "" is none.
     Of a result with a second axis each entry of that is a column, whose name stands for `{}` in the
     `head`; its unit stands at `{unit}`, the larger one that people read where values are large.
     Words stand at the left, numbers at the right. The `note` stands below the table. With `blank`
@@ -265,8 +267,10 @@ def _headed(one: Cells, quantity: Quantity, across: bool) -> Cells:
     if one.head != OWN:
         return one
     name, unit = quantity.path.rpartition("/")[2], read_as(quantity.path, quantity.unit)[1]
+    known = CATALOGUE.get(quantity.path)
     how = one.how or (short if name.endswith(_COUNTED) else unit)
-    head = name.replace("_", " ").replace("run up", "run-up")
+    told = "" if known is None else known.name
+    head = told or name.replace("_", " ").replace("run up", "run-up")
     return one._replace(head=head if across else f"{head} {unit}".rstrip(), how=how)
 
 

@@ -47,7 +47,8 @@ class Headline(NamedTuple):
 
 
 #: what an SI unit is read in, if not in itself
-READ = {"m": "mm", "rad": "deg", "rad/s": "Hz", "m^2/s": "cSt", "W": "kW", "Pa": "MPa"}
+READ = {"m": "mm", "rad": "deg", "rad/s": "Hz", "m^2/s": "cSt", "W": "kW", "Pa": "MPa",
+        "N/m": "N/mm"}  # fmt: skip
 
 #: what an angle may be off by and mean the same: a turn, or a whole cycle of the machine
 TURN = "turn"
