@@ -19,12 +19,12 @@ from vibecalc.errors import CaseError
 from vibecalc.measurement.export import export_orders
 from vibecalc.measurement.record_report import draw_record_orders
 from vibecalc.measurement.signals import (
+    Pulses,
+    Recording,
     Shaft,
     amplitudes_of_blocks,
     mean_of_blocks,
-    order_blocks,
-    pulse_times,
-    resampled,
+    pulses_of,
     shaft_of_pulses,
     shaft_of_speed,
     uneven_pulse,
@@ -35,20 +35,20 @@ TURN = 2.0 * np.pi
 LINES = {1.0: (1.0, 0.4), 2.0: (0.5, -1.0), 2.5: (0.2, 2.0)}
 
 
-def sweep(first: float, gain: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times, signal (1, n) of `LINES`, times of 8 pulses per turn; turns/s and turns/s^2."""
+def sweep(first: float, gain: float) -> tuple[np.ndarray, np.ndarray, Shaft]:
+    """Times, signal (1, n) of `LINES`, shaft of 8 pulses per turn; turns/s and turns/s^2."""
     times = np.arange(0.0, 4.0, 1.0 / 4000.0)
     angle = TURN * (first * times + 0.5 * gain * times**2)
     signal = sum(size * np.cos(n * angle + lead) for n, (size, lead) in LINES.items())
     turns = np.arange(8.0 * angle[-1] / TURN) / 8.0
-    pulses = (np.sqrt(first**2 + 2.0 * gain * turns) - first) / gain
-    return times, np.asarray(signal)[None], pulses
+    at = (np.sqrt(first**2 + 2.0 * gain * turns) - first) / gain
+    return times, np.asarray(signal)[None], shaft_of_pulses(Pulses(at, at, at, False), 8)
 
 
 @pytest.mark.parametrize("window", ["none", "hann"])
 def test_orders_of_a_sweep_are_those_it_is_made_of(window: str) -> None:
-    times, signal, pulses = sweep(20.0, 3.0)
-    found = order_blocks(times, signal, shaft_of_pulses(pulses, 8), 4, 20, window)
+    times, signal, shaft = sweep(20.0, 3.0)
+    found = Recording(times, signal, 4, 20, window).blocks(shaft)
     neighbours = 0.5 if window == "hann" else 0.0  # what its lines have of those beside them
     for line in range(21):
         wanted = 0.0j
@@ -64,14 +64,14 @@ def test_orders_of_a_sweep_are_those_it_is_made_of(window: str) -> None:
 
 
 def test_a_speed_over_time_and_a_constant_one_give_the_same_angle() -> None:
-    times, signal, pulses = sweep(20.0, 3.0)
+    times, signal, shaft = sweep(20.0, 3.0)
     by_speed = shaft_of_speed(times, TURN * (20.0 + 3.0 * times))
-    one = order_blocks(times, signal, by_speed, 4, 20).amplitudes
-    other = order_blocks(times, signal, shaft_of_pulses(pulses, 8), 4, 20).amplitudes
+    one = Recording(times, signal, 4, 20).blocks(by_speed).amplitudes
+    other = Recording(times, signal, 4, 20).blocks(shaft).amplitudes
     assert one[:, : other.shape[1]] == pytest.approx(other, abs=1e-8)
-    times, signal, pulses = sweep(20.0, 1e-9)
+    times, signal, _ = sweep(20.0, 1e-9)
     steady = Shaft(TURN * 20.0 * times, times)
-    found = order_blocks(times, signal, steady, 4, 20).amplitudes[0, :, 8]
+    found = Recording(times, signal, 4, 20).blocks(steady).amplitudes[0, :, 8]
     assert found == pytest.approx(0.5 * np.exp(-1.0j), abs=1e-7)
 
 
@@ -88,23 +88,16 @@ def test_the_mean_square_is_that_of_all_lines() -> None:
 def test_pulses_rise_through_the_threshold_and_noise_makes_none() -> None:
     times = np.linspace(0.0, 3.0, 31)
     ramps = 4.0 * (times % 1.0)  # from 0 to 3.6, then down at once
-    assert pulse_times(times, ramps, 2.0, 0.5) == pytest.approx([0.5, 1.5, 2.5], abs=1e-12)
+    assert pulses_of(times, ramps, 2.0, 0.5).times == pytest.approx([0.5, 1.5, 2.5], abs=1e-12)
     noisy = np.array([0.0, 1.9, 2.1, 1.8, 2.2, 1.4, 2.4, 3.0, 0.0, 3.0])
-    found = pulse_times(np.arange(10.0), noisy, 2.0, 0.5)
+    found = pulses_of(np.arange(10.0), noisy, 2.0, 0.5).times
     assert found == pytest.approx([1.5, 5.6, 8.0 + 2.0 / 3.0])
     assert uneven_pulse(np.array([0.0, 1.0, 1.9, 3.9, 4.8])) == 2
     assert uneven_pulse(np.array([0.0, 1.0, 1.9, 2.7])) is None
     times = np.linspace(0.0, 1.0, 4001)
-    assert pulse_times(times, -np.cos(TURN * 20.0 * times), 0.0, 0.5) == pytest.approx(
+    assert pulses_of(times, -np.cos(TURN * 20.0 * times), 0.0, 0.5).times == pytest.approx(
         (np.arange(20) + 0.25) / 20.0, abs=1e-9
     )
-
-
-def test_splines_give_polynomials_of_their_degree_back() -> None:
-    times, wanted = np.linspace(0.0, 1.0, 20), np.linspace(0.0, 1.0, 77)
-    for degree in (1, 3, 5):
-        found = resampled(times, np.stack([times**degree, -times]), wanted, degree)
-        assert found == pytest.approx(np.stack([wanted**degree, -wanted]), abs=1e-13)
 
 
 def test_the_uncertainty_is_the_scatter_of_means() -> None:
@@ -352,13 +345,15 @@ def test_refused(case: str, change: str, place: str, words: list[str], tmp_path:
     assert all(word in said for word in (*words, *([place] if place != "-" else []))), said
 
 
-def set_58(values: np.ndarray, unit: str, rate: float = RATE) -> str:
+def set_58(
+    values: np.ndarray, unit: str, rate: float = RATE, direction: int = 3, start: float = 0.0
+) -> str:
     """A function of time as a data set 58 in text, by the layout of the universal file format."""
     nothing = f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':<20} {'NONE':<20}"
     lines = [
         "    -1", "    58", "record", *["NONE"] * 4,
-        f"{1:5d}{0:10d}{0:5d}{0:10d} {'NONE':<10}{1:10d}{3:4d} {'NONE':<10}{0:10d}{0:4d}",
-        f"{4:10d}{values.size:10d}{1:10d}{0.0:13.5e}{1.0 / rate:13.5e}{0.0:13.5e}",
+        f"{1:5d}{0:10d}{0:5d}{0:10d} {'NONE':<10}{1:10d}{direction:4d} {'NONE':<10}{0:10d}{0:4d}",
+        f"{4:10d}{values.size:10d}{1:10d}{start:13.5e}{1.0 / rate:13.5e}{0.0:13.5e}",
         f"{17:10d}{0:5d}{0:5d}{0:5d} {'Time':<20} {'s':<20}",
         f"{12:10d}{0:5d}{0:5d}{0:5d} {'Acceleration':<20} {unit:<20}",
         nothing, nothing,
@@ -386,6 +381,26 @@ def test_a_universal_file_is_read_as_the_csv_is(tmp_path: Path) -> None:
     assert found == pytest.approx(wanted, abs=1e-11)
     (tmp_path / "roll_records.uff").write_text("no universal file\n")
     assert "no data set 58" in refused(folder_with(tmp_path, in_sets()))
+
+
+def test_directions_and_starts_of_a_universal_file_count(tmp_path: Path) -> None:
+    pytest.importorskip("pyuff")
+    rows = [line.split(", ") for line in text_of_record().splitlines()[2:]]
+    tachometer, *signals = np.array(rows, dtype=float)[:, 1:].T
+
+    def write(direction: int, start: float = 0.0) -> Path:
+        sets = [set_58(tachometer, "V", direction=1)]
+        sets += [set_58(one, "m/s^2") for one in signals[1:]]
+        sets.insert(1, set_58(-signals[0], "m/s^2", direction=direction, start=start))
+        (tmp_path / "roll_records.uff").write_text("".join(sets))
+        return folder_with(tmp_path, in_sets())
+
+    write(-3)
+    found = run(tmp_path, in_sets())["measurement/record/acceleration"].values
+    wanted = run(tmp_path, TEXT)["measurement/record/acceleration"].values
+    assert found == pytest.approx(wanted, abs=1e-11)
+    assert "data set 2 is an acceleration in direction -1" in refused(write(-1))
+    assert "data set 2 begins at 0.5 s" in refused(write(3, 0.5))
 
 
 @pytest.mark.parametrize("ending", ["csv", "wav", "uff"])

@@ -184,17 +184,25 @@ def _scanned(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
         )
 
 
+def _phases_read(table: Measurement) -> bool:
+    scanned = table.scan is not None and bool(table.scan.phase)
+    return scanned or any(one.phase for one in table.readings)
+
+
 def recorded(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
     """Readings of the channels of records, as uncertain as their blocks scatter."""
     known, reference = places(table), references(table).linear
     stated = _peak(table) * table.amplitude_uncertainty
+    alone = len(table.record) == 1 and not table.spectrum and not _phases_read(table)
     for one in record_means(table):
         row, sizes = point_row(*known[one.at]), np.abs(one.mean.amplitudes)
         for place, order in enumerate(table.orders):
             size = float(sizes[place])
             floor = float(one.error[place]) + 8.0 * EPSILON * size
             along = math.hypot(float(one.mean.along[place]), stated, floor)
-            turn = size * table.phase_uncertainty
+            # all phases of a record are off together, which none of them shows against another
+            together = 0.0 if alone else float(one.zero[place])
+            turn = size * math.hypot(table.phase_uncertainty, together)
             across = math.hypot(float(one.mean.across[place]), turn, floor)
             yield (
                 order,

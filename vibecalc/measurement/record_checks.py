@@ -192,10 +192,11 @@ def _fits(found: dict[str, Any], channels: int) -> bool:
     blocks = each * sizes["speeds"]
     return (
         sizes["speeds"] > 1
-        and (sizes["real"], sizes["imaginary"], sizes["error"]) == (blocks, blocks, each)
+        and (sizes["real"], sizes["imaginary"]) == (blocks, blocks)
+        and (sizes["error"], sizes["by_angle"]) == (each, each)
         and sizes["lines"] > 0
         and sizes["lines"] % max(channels, 1) == 0
     )
 
 
-_LISTS = ("orders", "speeds", "real", "imaginary", "error", "lines")
+_LISTS = ("orders", "speeds", "real", "imaginary", "error", "by_angle", "lines")

@@ -62,7 +62,7 @@ def records(result: Result) -> Section | None:
     low, high = (rpm(float(one)) for one in (np.min(speed.values), np.max(speed.values)))
     at = f"{show(low)} rpm" if show(low) == show(high) else f"{show(low)} to {show(high)} rpm"
     words = f"{speed.values.shape[1]} blocks of whole turns at {at}; +- is the standard uncertainty"
-    words += " of the mean by their scatter; phases lead, against the first pulse"
+    words += " of the mean by scatter of blocks and angle; phases lead, against the first pulse"
     return section("Orders of the records", [lines + paragraph(words)])
 
 

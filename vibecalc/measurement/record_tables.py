@@ -7,6 +7,7 @@ from pydantic import Field
 
 from vibecalc.core.case.fields import (
     Acceleration,
+    Angle,
     AngularSpeed,
     Frequency,
     Name,
@@ -49,6 +50,14 @@ class RecordFile(Table):
     pulses_per_turn: Annotated[int, Field(strict=True, ge=1, le=10_000)] = Field(
         1, description="of the crankshaft"
     )
+    disc: Literal["even", "uneven"] | None = Field(
+        None, description="of several pulses per turn: a pattern that repeats each turn is motion "
+        "of the shaft (even), or of the disc (uneven); default: of the disc, and +- has both",
+    )  # fmt: skip
+    torsion: Angle = Field(
+        0.0, ge=0, le=0.5, description="torsional vibration of the shaft that pulses or speed do "
+        "not show, root mean square; it enters +-",
+    )  # fmt: skip
     threshold: Number | None = Field(
         None, description="that a pulse rises through, in its column's numbers, of full scale in a "
         "WAV; default: half way between the lowest and the highest sample",
@@ -82,6 +91,14 @@ class FoundOrders(Table):
     real: Numbers = Field(description="of amplitudes in m/s^2, by channel, block, harmonic")
     imaginary: Numbers = Field(description="of the same")
     error: Numbers = Field(description="what interpolation makes of each, by channel and harmonic")
+    by_angle: Numbers = Field(
+        description="standard uncertainty by an angle that is off, m/s^2, by channel and harmonic"
+    )
+    zero: Number = Field(ge=0, description="the same of where the angle is zero, rad")
+    pulse_scatter: Number = Field(ge=0, description="by which a pulse is off, rad")
+    disc_pattern: Numbers = Field(description="by which pulses of the disc come late, rad")
+    speed_correction: Number = Field(description="of the speed as given, relative")
+    unsteady: str = Field("", description="how phases move against the shaft")
     lines: Numbers = Field(description="root mean square amplitudes, by channel and line of order")
 
 
@@ -92,6 +109,7 @@ class Record(RecordFile):
     RULES = (
         one_of("pulses", "speed", "constant_speed", hint="phases refer to the shaft"),
         needs("threshold", "pulses"),
+        needs("disc", "pulses_per_turn", "one pulse per turn has no pattern"),
         needs("hysteresis", "pulses"),
         needs("speed_scale", "speed"),
         refuse(

@@ -24,9 +24,10 @@ from vibecalc.errors import Problem, UnitError
 from vibecalc.measurement.record_checks import base_frequency_of
 from vibecalc.measurement.record_tables import RecordFile
 from vibecalc.measurement.signals import (
+    Recording,
     Shaft,
-    order_blocks,
-    pulse_times,
+    pulses_of,
+    rate_of,
     shaft_of_pulses,
     shaft_of_speed,
     uneven_pulse,
@@ -134,7 +135,16 @@ def _record(row: Data, folder: Path, orders: list[int], data: Data) -> None:
         )
     lines = int(min(highest * turns, max(_MOST_LINES, max(orders) * turns)))
     signals = np.stack([_channel(one, samples) for one in _channels(row)])
-    found = order_blocks(samples.times, signals, shaft, turns, lines, window, degree)
+    recording = Recording(samples.times, signals, turns, lines, window, degree)
+    torsion = float(np.hypot(read_number(row.get("torsion"), "rad") or 0.0, _pattern(row, shaft)))
+    tracked = recording.tracked(shaft, np.array(orders, float), not row.get("pulses"), torsion)
+    if tracked.unsteady and not tracked.runs:
+        raise Unreadable(
+            f"{tracked.unsteady}: its angle is not that of the signals",
+            "signals and pulses, or a speed, of one shaft that turns steadily or runs up",
+            "pulses_per_turn, the column of the pulses, the speed",
+        )
+    found, settled = tracked.blocks, tracked.shaft
     at = np.array(orders) * turns
     kept = found.amplitudes[..., at]
     row["found"] = {
@@ -144,8 +154,19 @@ def _record(row: Data, folder: Path, orders: list[int], data: Data) -> None:
         "real": kept.real.ravel().tolist(),
         "imaginary": kept.imag.ravel().tolist(),
         "error": np.max(found.error[..., at], axis=1).ravel().tolist(),
+        "by_angle": tracked.by_angle.ravel().tolist(),
+        "zero": settled.zero,
+        "pulse_scatter": settled.scatter,
+        "disc_pattern": settled.late.tolist(),
+        "speed_correction": rate_of(settled) / rate_of(shaft) - 1.0,
+        "unsteady": tracked.unsteady,
         "lines": np.sqrt(np.mean(np.abs(found.amplitudes) ** 2, axis=1)).ravel().tolist(),
     }
+
+
+def _pattern(row: Data, shaft: Shaft) -> float:
+    """Torsion of the shaft, r.m.s. in rad, that the pattern of a disc may be if nobody says."""
+    return 0.0 if row.get("disc") else float(np.sqrt(np.mean(shaft.late**2)))
 
 
 def _channels(row: Data) -> list[Data]:
@@ -228,21 +249,22 @@ def _of_pulses(row: Data, samples: _Samples) -> Shaft:
             f"between {low:.4g} and {high:.4g}, as the signal has them",
             key="threshold" if "threshold" in row else "pulses",
         )
-    pulses = pulse_times(samples.times, signal, float(threshold), float(hysteresis))
-    if pulses.size < 2 * per_turn + 4:
+    pulses = pulses_of(samples.times, signal, float(threshold), float(hysteresis))
+    times = pulses.times
+    if times.size < 2 * per_turn + 4:
         raise Unreadable(
-            f"{pulses.size} pulses, {per_turn} per turn", "pulses of many turns", key="pulses"
+            f"{times.size} pulses, {per_turn} per turn", "pulses of many turns", key="pulses"
         )
-    odd = uneven_pulse(pulses)
+    odd = uneven_pulse(times, per_turn)
     if odd is not None:
         raise Unreadable(
-            f"the interval between pulses jumps at {pulses[odd]:.6g} s, from "
-            f"{pulses[odd] - pulses[odd - 1]:.4g} s to {pulses[odd + 1] - pulses[odd]:.4g} s",
+            f"the interval between pulses jumps at {times[odd]:.6g} s, from "
+            f"{times[odd] - times[odd - 1]:.4g} s to {times[odd + 1] - times[odd]:.4g} s",
             "each pulse once",
             "a pulse was missed, or noise made one: set threshold and hysteresis",
             key="pulses",
         )
-    return shaft_of_pulses(pulses, int(per_turn))
+    return shaft_of_pulses(pulses, int(per_turn), even=row.get("disc") == "even")
 
 
 # ----------------------------------------------------------------------------

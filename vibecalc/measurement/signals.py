@@ -6,11 +6,16 @@ transformed. Amplitudes are 0-to-peak, a signal is the real part of A exp(i n th
 at the first pulse, so that a positive phase leads.
 """
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.rounding import ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 # ----------------------------------------------------------------------------
 # Pulses of a tachometer, and the time at each angle.
@@ -19,11 +24,26 @@ from vibecalc.numerics.rounding import ComplexArray, FloatArray
 _TURN = 2.0 * np.pi
 
 
-def pulse_times(
-    times: FloatArray, signal: FloatArray, threshold: float, hysteresis: float
-) -> FloatArray:
-    """Times (k,) at which a signal (n,) rises through a threshold, on the straight line between
-    two samples.
+class Pulses(NamedTuple):
+    """Times (k,) of pulses; those of the samples before and after; whether the wave is square."""
+
+    times: FloatArray
+    before: FloatArray
+    after: FloatArray
+    square: bool
+
+    @property
+    def sampling(self) -> float:
+        """Standard uncertainty of a time by sampling alone, s: a jump may be anywhere between."""
+        return float(np.mean(self.after - self.before)) / 12.0**0.5 if self.square else 0.0
+
+
+#: of the range of a signal, a rise between two samples from which on it is a jump
+_JUMP = 0.7
+
+
+def pulses_of(times: FloatArray, signal: FloatArray, threshold: float, hysteresis: float) -> Pulses:
+    """Where a signal (n,) rises through a threshold, on the straight line between two samples.
 
     It counts again after it has been at or below the threshold less the hysteresis, so that noise
     on an edge makes no second pulse.
@@ -36,20 +56,36 @@ def pulse_times(
     state = np.where(seen >= 0, above[np.maximum(seen, 0)], True)
     rises = 1 + np.flatnonzero(state[1:] & ~state[:-1])
     low, high = signal[rises - 1], signal[rises]
-    share = (threshold - low) / (high - low)
-    return np.asarray(times[rises - 1] + share * (times[rises] - times[rises - 1]))
+    before, after = times[rises - 1], times[rises]
+    found = before + (threshold - low) / (high - low) * (after - before)
+    jumps = high - low > _JUMP * np.ptp(signal)
+    return Pulses(found, before, after, bool(np.mean(jumps) > 0.5) if rises.size else False)
 
 
 class Shaft(NamedTuple):
-    """Times (k,) of a shaft at angles (k,) that rise, rad; a cubic spline joins them."""
+    """Times (k,) of a shaft at angles (k,) that rise, rad; a cubic spline joins them.
+
+    Standard uncertainties in rad: `zero` of where the angle is zero, `wander` of what is left about
+    it (root mean square), `scatter` of one pulse. `late` (p,) is by how much each pulse of a disc
+    comes late, which repeats each turn; zeros where that is not seen.
+    """
 
     angles: FloatArray
     times: FloatArray
+    zero: float = 0.0
+    wander: float = 0.0
+    scatter: float = 0.0
+    late: FloatArray = np.zeros(1)
+
+    @property
+    def start(self) -> float:
+        """The first angle of whole turns from zero, rad."""
+        return float(_TURN * np.ceil(self.angles[0] / _TURN - 1e-9))
 
     @property
     def turns(self) -> int:
-        """Whole turns."""
-        return int(np.floor((self.angles[-1] - self.angles[0]) / _TURN * (1.0 + 1e-12)))
+        """Whole turns from there on."""
+        return int(np.floor((self.angles[-1] - self.start) / _TURN * (1.0 + 1e-12)))
 
     def at(self, angles: FloatArray) -> FloatArray:
         """Times at angles, s."""
@@ -58,9 +94,94 @@ class Shaft(NamedTuple):
         return np.asarray(CubicSpline(self.angles, self.times)(angles))
 
 
-def shaft_of_pulses(times: FloatArray, pulses_per_turn: int) -> Shaft:
-    """The shaft of a tachometer; the angle is zero at the first pulse."""
-    return Shaft(_TURN * np.arange(times.size) / pulses_per_turn, times)
+def shaft_of_pulses(pulses: Pulses, per_turn: int, even: bool = False) -> Shaft:
+    """The shaft of a tachometer; the angle is zero at the first pulse.
+
+    The time of pulse k of a disc with p pulses is T(2 pi k / p) + T' d_j + e: T a smooth spline of
+    as many pieces as the pulses ask for (AICc, Hurvich and Tsai, Biometrika 76, 1989, 297-307), d
+    the pattern of the disc, j = k mod p, e what a pulse scatters by. Of a disc that is said to be
+    `even` each pulse counts as it came, and a pattern is motion of the shaft.
+    """
+    times, count = pulses.times, pulses.times.size
+    angles = _TURN * np.arange(count) / per_turn
+    rate = (angles[-1] - angles[0]) / (times[-1] - times[0])
+    if even or count < 2 * per_turn + 8:
+        off = rate * pulses.sampling
+        return Shaft(angles, times, off / count**0.5, off, off, np.zeros(per_turn))
+    fit = min(_fits(pulses, angles, per_turn), key=lambda one: one.criterion)
+    spread, late = rate * fit.deviation, rate * fit.late
+    if spread < _CLEAN and not np.any(late > _CLEAN):
+        return Shaft(angles, times, spread / count**0.5, spread, spread, np.zeros(per_turn))
+    zero = spread**2 * (per_turn if np.any(late) else 1) / count
+    # the jumps of a square wave all lie between their samples: so far can all move together
+    low, high = np.max(pulses.before - fit.pulses), np.min(pulses.after - fit.pulses)
+    shift = 0.0
+    if pulses.square and low < high:
+        shift, zero = 0.5 * (low + high), 0.25 * zero + (rate * (high - low)) ** 2 / 12.0
+    wander = spread * ((fit.unknowns - 1.0) / count) ** 0.5
+    return Shaft(angles - late[0], fit.smooth + shift, zero**0.5, wander, spread, late)
+
+
+#: rad; pulses that scatter by less count as they came
+_CLEAN = 1e-6
+
+
+class _Fit(NamedTuple):
+    """Smooth times (k,) and those with the pattern (k,); the pattern (p,) in s; what is left."""
+
+    criterion: float
+    smooth: FloatArray
+    pulses: FloatArray
+    late: FloatArray
+    deviation: float
+    unknowns: int
+
+
+def _fits(pulses: Pulses, angles: FloatArray, per_turn: int) -> Iterator[_Fit]:
+    """Least squares of the times for more and more pieces, without and with a pattern."""
+    from scipy.interpolate import BSpline
+    from scipy.sparse.linalg import splu
+
+    times, count = pulses.times, pulses.times.size
+    floor = max(pulses.sampling, 4.0 * EPSILON * float(np.max(np.abs(times))))
+    # the speed about a pulse, over that of all of them
+    turn = times[2 * per_turn :] - times[: -2 * per_turn]
+    slope = np.pad(turn, per_turn, mode="edge") / np.mean(turn)
+    own = np.eye(per_turn)[np.arange(count) % per_turn]
+    columns = slope[:, None] * (own[:, 1:] - own[:, :1])
+    pieces = 1
+    while 2 * (pieces + 3 + per_turn) < count:
+        inner = np.linspace(angles[0], angles[-1], pieces + 1)
+        knots = np.concatenate([[inner[0]] * 3, inner, [inner[-1]] * 3])
+        basis = BSpline.design_matrix(angles, knots, 3)
+        normal = splu((basis.T @ basis).tocsc())
+
+        def smoothed(values: FloatArray) -> FloatArray:
+            found = np.zeros_like(values)
+            for _ in range(2):  # the second takes away what the first has rounded
+                found += basis @ normal.solve(basis.T @ (values - found))  # noqa: B023
+            return found
+
+        plain, rest = smoothed(times), columns - smoothed(columns)
+        for uneven in (False, True)[:per_turn]:
+            late, smooth = np.zeros(per_turn), plain
+            if uneven:
+                share = np.linalg.lstsq(rest, times - plain, rcond=None)[0]
+                late[1:], late[0] = share, -share.sum()
+                smooth = smoothed(times - columns @ share)
+            whole = smooth + columns @ late[1:]
+            unknowns = pieces + 3 + uneven * (per_turn - 1)
+            left = float(np.sum((times - whole) ** 2))
+            spread = max(left / count, floor**2)
+            criterion = np.log(spread) + 2.0 * unknowns / (count - unknowns - 1.0)
+            deviation = max(left / (count - unknowns), floor**2) ** 0.5
+            yield _Fit(criterion, smooth, whole, late, deviation, unknowns)
+        pieces *= 2
+
+
+def rate_of(shaft: Shaft) -> float:
+    """Mean speed, rad/s."""
+    return float((shaft.angles[-1] - shaft.angles[0]) / (shaft.times[-1] - shaft.times[0]))
 
 
 def shaft_of_speed(times: FloatArray, speed: FloatArray) -> Shaft:
@@ -71,18 +192,21 @@ def shaft_of_speed(times: FloatArray, speed: FloatArray) -> Shaft:
     return Shaft(np.asarray(angle(times)), times)
 
 
-def uneven_pulse(times: FloatArray) -> int | None:
-    """The first of the intervals between pulses that is no neighbour of the one before it.
+def uneven_pulse(times: FloatArray, per_turn: int = 1) -> int | None:
+    """The first of the intervals between pulses that makes its turn unlike the one before.
 
-    A pulse that was missed, or one too many, halves or doubles an interval; None where none did.
+    A pulse that was missed, or one too many, makes a turn longer or shorter by one of `per_turn`
+    parts; None where none did.
     """
-    ratio = np.diff(times)[1:] / np.diff(times)[:-1]
-    odd = np.flatnonzero((ratio > _ODD) | (ratio < 1.0 / _ODD))
-    return int(odd[0]) + 1 if odd.size else None
+    turn = times[per_turn:] - times[:-per_turn]
+    ratio = turn[1:] / turn[:-1]
+    most = 1.0 + _ODD / per_turn
+    odd = np.flatnonzero((ratio > most) | (ratio < 1.0 / most))
+    return int(odd[0]) + per_turn if odd.size else None
 
 
-#: an interval over the one before it, of a shaft that turns
-_ODD = 1.6
+#: of a part of a turn, what a turn may be longer than the one before it, of a shaft that turns
+_ODD = 0.6
 
 # ----------------------------------------------------------------------------
 # Signals at equal angles, and the orders of blocks of whole turns.
@@ -107,15 +231,6 @@ def samples_per_turn(rate: float, shaft: Shaft) -> int:
     return int(2 ** np.ceil(np.log2(max(rate * slowest, 8.0))))
 
 
-def resampled(
-    times: FloatArray, signals: FloatArray, wanted: FloatArray, degree: int
-) -> FloatArray:
-    """Signals (..., n) over times (n,) at other times (m,), by splines of an odd degree."""
-    from scipy.interpolate import make_interp_spline
-
-    return np.asarray(np.moveaxis(make_interp_spline(times, signals.T, degree)(wanted), 0, -1))
-
-
 def amplitudes_of_blocks(
     samples: FloatArray, per_turn: int, turns: int, lines: int, window: str
 ) -> ComplexArray:
@@ -132,36 +247,183 @@ def amplitudes_of_blocks(
     return np.asarray(np.where(np.arange(lines + 1) > 0, 2.0, 1.0) * found)
 
 
-def order_blocks(
-    times: FloatArray,
-    signals: FloatArray,
-    shaft: Shaft,
-    turns: int,
-    lines: int,
-    window: str = "none",
-    degree: int = 5,
-) -> OrderBlocks:
-    """Orders of signals (..., n) sampled at times (n,), block by block of so many turns.
+class Tracked(NamedTuple):
+    """Orders of a record by block, and the shaft whose angle they are of.
 
-    The samples have to go on over all angles of the shaft.
+    `by_angle` (c, o) is the standard uncertainty of orders asked for by an angle that is off, in
+    the unit of the signals; `unsteady` says how phasors do not stand still, and `runs` whether the
+    speed changes so much that they may.
     """
-    rate = (times.size - 1) / (times[-1] - times[0])
-    per_turn = samples_per_turn(rate, shaft)
-    while per_turn * turns < 4 * lines:
-        per_turn *= 2
-    blocks = shaft.turns // turns
-    count = blocks * turns * per_turn
-    angles = shaft.angles[0] + _TURN * np.arange(count + 1) / per_turn
-    at = shaft.at(angles)
-    found = [
-        amplitudes_of_blocks(
-            resampled(times, signals, at[:-1], one), per_turn, turns, lines, window
-        )
-        for one in (degree, max(degree - 2, 1))
-    ]
-    ends = at[:: per_turn * turns]
-    apart = np.abs(found[0] - found[1]) if degree > 1 else np.zeros(found[0].shape)
-    return OrderBlocks(found[0], apart, _TURN * turns / np.diff(ends))
+
+    blocks: OrderBlocks
+    shaft: Shaft
+    by_angle: FloatArray
+    unsteady: str
+    runs: bool
+
+
+#: of its mean, what a speed changes by in a run-up, whose phasors may turn
+_RUNS = 0.05
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Signals (c, n) sampled at times (n,), and how orders are made of them.
+
+    Blocks have so many turns; `lines` + 1 lines of orders 0, 1 / turns, 2 / turns ... are kept.
+    """
+
+    times: FloatArray
+    signals: FloatArray
+    turns: int
+    lines: int
+    window: str = "none"
+    degree: int = 5
+
+    def blocks(self, shaft: Shaft) -> OrderBlocks:
+        """Orders block by block; the samples have to go on over all angles of the shaft."""
+        return self._blocks(shaft, (self.degree, max(self.degree - 2, 1)))
+
+    def tracked(self, shaft: Shaft, orders: FloatArray, given: bool, torsion: float) -> "Tracked":
+        """Blocks for the angle at which some orders stand still, where the shaft is steady.
+
+        A speed as `given` has no pulses; `torsion` (rad, root mean square) is what neither shows.
+        """
+        speeds = self.blocks(shaft).speeds
+        runs = float(np.ptp(speeds)) > _RUNS * float(np.mean(speeds))
+        if not (given and runs):
+            shaft = self.settled(shaft, orders, given=given)
+        found, at = self.blocks(shaft), np.rint(orders * self.turns).astype(int)
+        phasors = np.moveaxis(found.amplitudes[..., at], 1, 0)
+        words = unsteadiness(phasors, orders)
+        every = np.arange(self.lines + 1) / self.turns
+        if phasors[0].size > 1 and not runs:
+            # what all phasors of a block turn by is no scatter of one against another
+            turn, _ = common_turn(phasors, orders)
+            zero = float(np.hypot(shaft.zero, _of_mean(turn - turn.mean())))
+            # pulses that are all off alike leave the shaft as steady as the signals show it
+            shaft = shaft._replace(zero=zero, wander=min(shaft.wander, float(np.std(turn))))
+            turned = found.amplitudes * np.exp(-1j * np.multiply.outer(turn - turn.mean(), every))
+            found = found._replace(amplitudes=turned)
+        off = by_angle(np.mean(found.amplitudes, axis=1), every, shaft.wander, torsion)
+        return Tracked(found, shaft, off[..., at], words, runs)
+
+    def settled(self, shaft: Shaft, orders: FloatArray, *, given: bool) -> Shaft:
+        """The shaft with the angle at which the phasors of some orders stand still.
+
+        A speed as given is corrected by how they turn, and pulses as far as what they scatter by
+        lets them be off.
+        """
+        for look in range(0 if given else _LOOKS, 2 * _LOOKS):
+            phasors = self.phasors(shaft, orders)
+            if look < _LOOKS:
+                bend = np.array([coarse_turn(phasors, orders) * len(phasors), 0.0])
+            else:
+                bend = _straight_and_bent(common_turn(phasors, orders)[0])
+                if not given and np.hypot(*bend) > _ROOM * shaft.wander:
+                    break
+            angles = _moved(shaft.angles, bend)
+            # a speed has no mark: its angle begins with the record
+            shaft = shaft._replace(angles=angles - angles[0] if given else angles)
+        return shaft
+
+    def phasors(self, shaft: Shaft, orders: FloatArray) -> ComplexArray:
+        """Amplitudes (b, c, m) of some orders."""
+        lines = np.rint(orders * self.turns).astype(int)
+        found = self._blocks(shaft, (self.degree,)).amplitudes[..., lines]
+        return np.moveaxis(found, 1, 0)
+
+    def _blocks(self, shaft: Shaft, degrees: tuple[int, ...]) -> OrderBlocks:
+        rate = (self.times.size - 1) / (self.times[-1] - self.times[0])
+        per_turn, turns = samples_per_turn(rate, shaft), self.turns
+        while per_turn * turns < 4 * self.lines:
+            per_turn *= 2
+        count = shaft.turns // turns * turns * per_turn
+        at = shaft.at(shaft.start + _TURN * np.arange(count + 1) / per_turn)
+        found = [
+            amplitudes_of_blocks(
+                np.moveaxis(self._spline(one)(at[:-1]), 0, -1),
+                per_turn, turns, self.lines, self.window,
+            )
+            for one in degrees
+        ]  # fmt: skip
+        ends = at[:: per_turn * turns]
+        return OrderBlocks(found[0], np.abs(found[0] - found[-1]), _TURN * turns / np.diff(ends))
+
+    def _spline(self, degree: int) -> "BSpline":
+        """Signals at any times, by a spline of an odd degree, made once."""
+        from scipy.interpolate import make_interp_spline
+
+        known: dict[int, BSpline] = self.__dict__.setdefault("_splines", {})
+        if degree not in known:
+            known[degree] = make_interp_spline(self.times, self.signals.T, degree)
+        return known[degree]
+
+
+# ----------------------------------------------------------------------------
+# Phasors that stand still: an angle that runs ahead turns order n by n times as much.
+# ----------------------------------------------------------------------------
+
+#: how often the angle is corrected, coarsely and finely; how far pulses may be, over their wander
+_LOOKS, _ROOM = 3, 17.0
+#: rad of the highest order, and standard deviations, from which on a turn against pulses is one
+_TURNED, _SURE = 0.3, 6.0
+
+
+def coarse_turn(blocks: ComplexArray, orders: FloatArray) -> float:
+    """Angle by which phasors (b, c, m) turn from block to block, of the best sum of products."""
+    product = np.sum(blocks[1:] * blocks[:-1].conj(), axis=(0, 1))
+    span, least = np.pi / np.min(orders), np.max(orders) / np.min(orders)
+    tried = np.linspace(-span, span, 2 * int(20.0 * least) + 1)
+    turned = product * np.exp(-1j * np.outer(tried, orders))
+    return float(tried[np.argmax(turned.real.sum(axis=1))])
+
+
+def common_turn(blocks: ComplexArray, orders: FloatArray) -> tuple[FloatArray, float]:
+    """Angle (b,) by which phasors (b, c, m) are ahead of their mean, and what one may be off by.
+
+    Phases are weighted by what each scatters by from block to block, which a slow turn leaves as it
+    is.
+    """
+    mean = blocks.mean(axis=0)
+    size = orders * np.abs(mean)
+    across = (blocks * np.exp(-1j * np.angle(mean))).imag
+    noise = np.mean(np.abs(np.diff(blocks, axis=0)) ** 2, axis=0) / 4.0
+    noise += (EPSILON * np.max(np.abs(mean))) ** 2
+    weight = size**2 / noise
+    turn = np.sum(size * across / noise, axis=(1, 2)) / np.sum(weight)
+    return turn, float(np.sum(weight) ** -0.5)
+
+
+def _straight_and_bent(turn: FloatArray) -> FloatArray:
+    """Parts of a turn (b,) over the record that go with x and x^2, x = -1/2 to 1/2."""
+    x = (np.arange(turn.size) + 0.5) / turn.size - 0.5
+    powers = np.stack([np.ones_like(x), x, x**2], axis=1)[:, : min(3, turn.size)]
+    found = np.linalg.lstsq(powers, turn, rcond=None)[0]
+    return np.append(found[1:], 0.0)[:2]
+
+
+def _moved(angles: FloatArray, bend: FloatArray) -> FloatArray:
+    """Angles that a turn of the phasors has corrected; the mean stays, and with it the zero."""
+    x = (angles - angles[0]) / (angles[-1] - angles[0]) - 0.5
+    return np.asarray(angles + bend[0] * x + bend[1] * (x**2 - 1.0 / 12.0))
+
+
+def unsteadiness(blocks: ComplexArray, orders: FloatArray) -> str:
+    """In words, how phasors (b, c, m) do not stand still; nothing where they do."""
+    turn, off = common_turn(blocks, orders)
+    highest, bend = float(np.max(orders)), float(np.hypot(*_straight_and_bent(turn)))
+    if highest * bend > _TURNED and bend > _SURE * off * (12.0 / turn.size) ** 0.5:
+        return f"order {highest:g} turns by {np.degrees(highest * bend):.2g} deg over the record"
+    apart = turn - turn.mean()
+    alike = float(np.sum(apart[1:] * apart[:-1]) / max(float(np.sum(apart**2)), 1e-300))
+    if highest * float(np.std(turn)) > 0.5 and alike > 0.6:
+        return "the phases of the blocks wander"
+    mean, size = np.abs(blocks.mean(axis=0)), np.abs(blocks).mean(axis=0)
+    strongest = np.unravel_index(np.argmax(size), size.shape)
+    if mean[strongest] < 0.7 * size[strongest]:
+        return "the strongest order does not stand still from block to block"
+    return ""
 
 
 class MeanOrders(NamedTuple):
@@ -175,11 +437,37 @@ class MeanOrders(NamedTuple):
 def mean_of_blocks(amplitudes: ComplexArray) -> MeanOrders:
     """Mean over the first axis of (b, ...), b >= 2, and what the scatter of blocks leaves open.
 
-    Standard deviations of the mean of independent blocks (JCGM 100:2008, 4.2.3), of both parts of
-    the blocks turned into the phase of the mean.
+    Standard deviations of the mean (JCGM 100:2008, 4.2.3), of both parts of the blocks turned into
+    the phase of the mean; where a block is like the one before it they count as fewer.
     """
     mean = np.mean(amplitudes, axis=0)
     turned = (amplitudes - mean) * np.exp(-1j * np.angle(mean))
-    share = 1.0 / np.sqrt(amplitudes.shape[0])
-    along, across = (np.std(part, axis=0, ddof=1) * share for part in (turned.real, turned.imag))
-    return MeanOrders(np.asarray(mean), np.asarray(along), np.asarray(across))
+    along, across = (_of_mean(part) for part in (turned.real, turned.imag))
+    return MeanOrders(np.asarray(mean), along, across)
+
+
+def _of_mean(apart: FloatArray) -> FloatArray:
+    count, square = len(apart), np.sum(apart**2, axis=0)
+    tied = np.sum(apart[1:] * apart[:-1], axis=0) / np.where(square > 0.0, square, 1.0)
+    # as chance makes few blocks seem alike
+    tied = np.where(tied > 2.0 / count**0.5, tied, 0.0)
+    more = (1.0 + tied) / np.maximum(1.0 - tied, 0.1)
+    return np.asarray(np.sqrt(square / (count - 1) / count * more))
+
+
+def by_angle(mean: ComplexArray, lines: FloatArray, wander: float, torsion: float) -> FloatArray:
+    """What an angle that is off makes uncertain of orders (..., l), one part of the phasor.
+
+    Of lines (l,) of orders. `wander` (rad, root mean square) makes each phasor shorter; a
+    torsional vibration that nobody knows of (the same) at any whole order takes parts of one order
+    to the ones that far away.
+    """
+    size = lines * np.abs(mean)
+    worst = np.zeros(size.shape)
+    step = max(int(np.rint(1.0 / (lines[1] - lines[0]))), 1) if lines.size > 1 else 1
+    for apart in range(step, lines.size, step) if torsion else ():
+        moved = np.zeros(size.shape)
+        moved[..., apart:] += size[..., :-apart] ** 2
+        moved[..., :-apart] += size[..., apart:] ** 2
+        worst = np.maximum(worst, moved)
+    return np.hypot(0.5 * size * lines * wander**2, 0.5 * torsion * np.sqrt(worst))

@@ -1,0 +1,148 @@
+"""Claim: orders of records are off by what is said of them, or the record is refused.
+
+Over sets of records with noise, jitter, uneven discs, coarse sampling, drifting and wrong speeds,
+true errors over stated uncertainties have a root mean square near one; truth is what made them.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from records_of_a_plate import ORDERS, TRUTH, TURN, plate
+
+from vibecalc.measurement.signals import (
+    Recording,
+    Shaft,
+    Tracked,
+    mean_of_blocks,
+    pulses_of,
+    shaft_of_pulses,
+)
+
+TURNS = 4
+#: root mean square of errors over uncertainties, of all levels or phases of an ensemble
+LEAST, MOST = 0.8, 1.3
+
+
+def uneven(draw: np.random.Generator) -> dict[str, Any]:
+    return {"pattern": tuple(draw.normal(0.0, 0.03, 4))}
+
+
+def runs(draw: np.random.Generator) -> dict[str, Any]:
+    first = draw.uniform(24.3, 24.8)
+    return {"speed": (first, first + draw.uniform(-0.6, 0.6))}
+
+
+def steady(draw: np.random.Generator) -> dict[str, Any]:
+    return {"speed": (24.3, 24.3), "given": 24.3 * (1.0 + draw.uniform(-0.06, 0.06))}
+
+
+#: what records are made with, and what of it is drawn for each
+KINDS: dict[str, tuple[dict[str, Any], Callable[[np.random.Generator], dict[str, Any]]]] = {
+    "noise": ({"smooth": True}, runs),
+    "square wave of four": ({}, runs),
+    "square wave of one": ({"pulses": 1}, runs),
+    "jitter": ({"jitter": 0.01}, runs),
+    "jitter of one": ({"jitter": 0.03, "pulses": 1}, runs),
+    "uneven disc": ({"disc": "uneven"}, lambda draw: runs(draw) | uneven(draw)),
+    "uneven disc with jitter": (
+        {"disc": "uneven", "jitter": 0.01}, lambda draw: runs(draw) | uneven(draw),
+    ),
+    "coarse": ({"rate": 800.0}, runs),
+    "coarse, always alike": ({"rate": 500.0, "pulses": 1, "speed": (25.0, 25.0)}, lambda _: {}),
+    "wrong speed": ({}, steady),
+    "drifting speed": ({"given": 24.6}, runs),
+}  # fmt: skip
+
+
+def tracked(
+    draw: np.random.Generator, given: float = 0.0, disc: str = "", unknown: float = 0.0, **made: Any
+) -> tuple[Tracked, Shaft]:
+    """A record as the program reads it, and the shaft that it began with."""
+    one = plate(draw, **made)
+    shaft = Shaft(TURN * given * one.times, one.times)
+    if not given:
+        low, high = one.tachometer.min(), one.tachometer.max()
+        pulses = pulses_of(one.times, one.tachometer, 0.5 * (low + high), 0.2 * (high - low))
+        shaft = shaft_of_pulses(pulses, made.get("pulses", 4), disc == "even")
+    recording = Recording(one.times, one.motion, TURNS, 40)
+    return recording.tracked(shaft, ORDERS, bool(given), unknown), shaft
+
+
+def ratios(found: Tracked) -> tuple[np.ndarray, np.ndarray]:
+    """Errors over uncertainties of levels, and of phases of roll and pitch to the translation.
+
+    What interpolation makes of orders is told apart, and larger than it is.
+    """
+    at = (ORDERS * TURNS).astype(int)
+    mean = mean_of_blocks(np.moveaxis(found.blocks.amplitudes[..., at], 1, 0))
+    more, size = found.by_angle, np.abs(mean.amplitudes)
+    levels = (size - np.abs(TRUTH)) / np.hypot(mean.along, more)
+    turned, true = (one * np.exp(-1j * np.angle(one[0])) for one in (mean.amplitudes, TRUTH))
+    off = np.hypot(mean.across, more) / size
+    apart = np.angle(turned[1:] / true[1:])
+    return levels, apart / np.hypot(off[1:], off[0])
+
+
+def ensemble(kind: str, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Of the records of a kind that are not refused: at least nine of ten."""
+    given, drawn = KINDS[kind]
+    draws = [np.random.default_rng([seed, len(kind)]) for seed in range(count)]
+    found = [tracked(draw, **given, **drawn(draw))[0] for draw in draws]
+    kept = [ratios(one) for one in found if not one.unsteady]
+    assert len(kept) >= 0.9 * count
+    levels, phases = zip(*kept, strict=True)
+    return np.array(levels), np.array(phases)
+
+
+def size(errors: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.square(errors))))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_errors_are_as_large_as_is_said(kind: str) -> None:
+    assert [LEAST <= size(one) <= MOST for one in ensemble(kind, 12)] == [True, True]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", KINDS)
+def test_errors_of_two_hundred_records_are_as_large_as_is_said(kind: str) -> None:
+    for one in ensemble(kind, 200):
+        assert LEAST <= size(one) <= MOST
+        each = np.sqrt(np.mean(np.square(one), axis=0))
+        assert each.min() >= 0.7 and each.max() <= 1.5
+        # no order is off to one side
+        assert np.max(np.abs(np.mean(one, axis=0))) <= 0.5
+
+
+def test_a_wrong_speed_is_corrected_by_what_it_is_off() -> None:
+    found, given = tracked(np.random.default_rng(3), 24.2, speed=(24.3, 24.3))
+    assert found.blocks.speeds == pytest.approx(TURN * 24.3, rel=1e-5)
+    assert given.angles[-1] / found.shaft.angles[-1] == pytest.approx(24.2 / 24.3, rel=1e-5)
+
+
+def test_a_pattern_is_that_of_the_disc_or_of_the_shaft() -> None:
+    pattern = (0.0, 0.035, -0.02, 0.05)
+    found, _ = tracked(np.random.default_rng(4), disc="uneven", pattern=pattern)
+    assert found.shaft.late == pytest.approx(np.array(pattern) - np.mean(pattern), abs=2e-3)
+    # a shaft that twists is seen by a disc that is even, and nothing tells it from the other
+    torsion = {"torsion": 0.02, "pulses": 16, "smooth": True}
+    seen, _ = tracked(np.random.default_rng(4), disc="even", **torsion)
+    assert size(ratios(seen)[0]) <= 2.0
+    hidden, _ = tracked(np.random.default_rng(4), disc="uneven", **torsion)
+    assert size(ratios(hidden)[0]) > 5.0
+    late = float(np.sqrt(np.mean(hidden.shaft.late**2)))
+    assert late == pytest.approx(0.02 / 2.0**0.5, rel=0.05)
+    unknown, _ = tracked(np.random.default_rng(4), disc="uneven", unknown=late, **torsion)
+    assert size(ratios(unknown)[0]) <= MOST
+
+
+def test_a_shaft_of_another_machine_is_refused() -> None:
+    draw = np.random.default_rng(5)
+    one, other = (plate(draw, speed=(speed, speed)) for speed in (24.3, 24.42))
+    pulses = pulses_of(other.times, other.tachometer, 2.5, 1.0)
+    found = Recording(one.times, one.motion, TURNS, 40).tracked(
+        shaft_of_pulses(pulses, 4), ORDERS, False, 0.0
+    )
+    assert "turns by" in found.unsteady or "stand still" in found.unsteady
