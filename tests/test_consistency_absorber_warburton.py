@@ -113,4 +113,4 @@ def test_cases_on_the_ground_have_both() -> None:
         assert -1e-12 < loss.values[0] < 1e-3 and np.all(
             record["tuning/mistuning/worst"].values > 0
         )
-        assert float(record["response/absorber/motion/largest/deflection"].values[0]) < 0.6
+        assert float(record["response/absorber/motion/largest/deflection"].values) < 0.6

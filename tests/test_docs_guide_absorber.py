@@ -37,6 +37,6 @@ def test_what_is_tried_gives_what_is_printed(folder: Path, change: str) -> None:
     found = (
         float(record["tuning/linear_stiffness"].values) / 1e3,
         float(record["tuning/linear_damping"].values),
-        float(record[MOTION].values[0]) * 1e3,
+        float(record[MOTION].values) * 1e3,
     )
     assert [f"{one:.4g}" for one in found] == printed

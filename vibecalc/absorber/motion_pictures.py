@@ -1,6 +1,6 @@
 """Pictures of absorbers in units: motions and forces by frequency, with and without."""
 
-from vibecalc.absorber.motion_results import MOTION_ROOT
+from vibecalc.absorber.motion_results import MOTION_ROOT, WITHOUT_ROOT
 from vibecalc.core.report.canvas import COLOURS
 from vibecalc.core.report.curves import Curve, Curves, Panel
 
@@ -8,7 +8,13 @@ _FORCES = ("spring_force", "damper_force", "spring_torque", "damper_torque")
 
 
 def _panel(label: str, *names: str, height: float = 1.0) -> Panel:
-    lines = tuple(Curve(f"{MOTION_ROOT}/{name}", "{}", {"marker": ""}) for name in names)
+    lines = tuple(
+        Curve(f"{root}/{name}", words, {"marker": "", "color": color})
+        for name in names
+        for root, words, color in (
+            (MOTION_ROOT, "with absorber", COLOURS[0]), (WITHOUT_ROOT, "without", COLOURS[1]),
+        )
+    )  # fmt: skip
     return Panel(label, lines, log="y", height=height, legend={"loc": "best"})
 
 

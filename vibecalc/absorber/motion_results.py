@@ -33,26 +33,34 @@ TORSION = {
 _FIRST = ("displacement", "deflection", *OF_ABSORBER, "transmitted_force", "acceleration")
 
 
+#: without the absorber, and with it within the band that it is tuned for
+WITHOUT_ROOT, IN_BAND_ROOT = f"{MOTION_ROOT}/without", f"{MOTION_ROOT}/in_band"
+_IN_BAND = "within the band of [tuning]"
+
+
 def _rows(table: dict[str, tuple[str, str, str, str]]) -> Iterator[Entry]:
     for key, (name, unit, read, words) in table.items():
-        alone = key in OF_ABSORBER
-        fitted = "" if alone else "fitted"
-        of = "" if alone or key == "transmitted_force" else " of the primary"
-        yield entry(
-            f"{MOTION_ROOT}/{name}", f"{fitted} excitation_frequency".strip(), unit,
-            f"{words}{of} by frequency, complex", PEAK,
-        )  # fmt: skip
-        head = Headline(f"{words}{of}, largest", read, pick="first",
-                        at=f"{MOTION_ROOT}/largest_at/{name}")  # fmt: skip
-        yield entry(
-            f"{MOTION_ROOT}/largest/{name}", fitted, unit,
-            f"largest {words}{of} within the frequencies drawn", PEAK,
-            headline=head if key in _FIRST else None,
-        )  # fmt: skip
-        yield entry(
-            f"{MOTION_ROOT}/largest_at/{name}", fitted, "Hz", "frequency at which that is",
-            exempt=PLACE,
-        )  # fmt: skip
+        of_absorber = key in OF_ABSORBER
+        whose = "" if of_absorber or key == "transmitted_force" else " of the primary"
+        roots = (MOTION_ROOT,) if of_absorber else (MOTION_ROOT, WITHOUT_ROOT)
+        banded = f"{IN_BAND_ROOT}/{name}"
+        for root in roots:
+            bare = "" if root == MOTION_ROOT else ", without the absorber"
+            yield entry(f"{root}/{name}", "excitation_frequency", unit,
+                        f"{words}{whose} by frequency, complex{bare}", PEAK)  # fmt: skip
+            head = Headline(f"{words}{whose}, largest", read,
+                            at=f"{MOTION_ROOT}/largest_at/{name}", unless=banded)  # fmt: skip
+            yield entry(f"{root}/largest/{name}", "", unit,
+                        f"largest {words}{whose} within the frequencies drawn{bare}", PEAK,
+                        headline=head if key in _FIRST and not bare else None)  # fmt: skip
+            yield entry(f"{root}/largest_at/{name}", "", "Hz",
+                        f"frequency at which that is{bare}", exempt=PLACE)  # fmt: skip
+        head = Headline(f"{words}{whose}, largest in the band", read,
+                        at=f"{IN_BAND_ROOT}/at/{name}")  # fmt: skip
+        yield entry(banded, "", unit, f"largest {words}{whose} {_IN_BAND}", PEAK,
+                    headline=head if key in _FIRST else None)  # fmt: skip
+        yield entry(f"{IN_BAND_ROOT}/at/{name}", "", "Hz", "frequency at which that is",
+                    exempt=PLACE)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -121,7 +129,6 @@ BAND_ENTRIES = (
 MOTION_ENTRIES = (*_rows(TRANSLATION), *_rows(TORSION))
 
 AXES = {
-    "fitted": ("", "with and without the absorber"),
     "excitation_frequency": ("Hz", "frequency"),
     "toleranced": ("", "what may be off"),
 }

@@ -203,7 +203,7 @@ TUNING_ENTRIES = (
         "largest motion of the absorber against the primary",
         headline=Headline(
             "largest travel of the absorber, as a ratio",
-            unless="response/absorber/motion/largest/travel",
+            unless="response/absorber/motion/in_band/travel",
         ),
     ),
     entry(
@@ -667,7 +667,6 @@ NAMES = {
     "fixed_point": ("P", "Q"),
     "mistuned": ("stiffness", "damping"),
     "ratio": ("primary_damping", "mass_ratio"),
-    "fitted": ("with absorber", "without"),
     "toleranced": ("natural_frequency", "mass", "stiffness", "damping"),
 }
 ENTRIES = (

@@ -313,11 +313,20 @@ SHOWN = tuple(path for path in below("response/absorber/") if path not in PEAKS)
 
 
 def _motion(case: "Case") -> Stage:
-    from vibecalc.absorber.motion_results import MOTION_ROOT, TORSION, TRANSLATION
+    from vibecalc.absorber.motion_results import (
+        IN_BAND_ROOT,
+        MOTION_ROOT,
+        TORSION,
+        TRANSLATION,
+        WITHOUT_ROOT,
+    )
+    from vibecalc.absorber.readings import OF_ABSORBER
 
     primary = case.machine.primary
     torsion = primary is not None and primary.inertia is not None
     names = TORSION if torsion else TRANSLATION
+    curves = ("", "largest/", "largest_at/")
+    banded = [f"{IN_BAND_ROOT}/", f"{IN_BAND_ROOT}/at/"] if is_banded(case) else []
     return Stage(
         name="absorber motion",
         adapter="vibecalc.absorber.adapters.motion:run_motion",
@@ -326,9 +335,13 @@ def _motion(case: "Case") -> Stage:
         orders=_NO_ORDERS,
         cost="a small solve for each frequency; peaks between seeds about all poles",
         quantities=tuple(
-            f"{MOTION_ROOT}/{table}{names[one][0]}"
+            f"{root}{names[one][0]}"
             for one in motions_of(case)
-            for table in ("", "largest/", "largest_at/")
+            for root in (
+                *(f"{MOTION_ROOT}/{table}" for table in curves),
+                *(f"{WITHOUT_ROOT}/{table}" for table in curves if one not in OF_ABSORBER),
+                *banded,
+            )
         ),
         is_last=True,
         work=_work_of_motion,

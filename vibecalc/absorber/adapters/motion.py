@@ -4,14 +4,20 @@ from collections.abc import Callable
 
 import numpy as np
 
+from vibecalc.absorber.adapters.band import problem_of
 from vibecalc.absorber.adapters.response import moved_by_ratios
 from vibecalc.absorber.asked_tables import AMPLITUDES, AbsorberResponse
 from vibecalc.absorber.modal import Fitted, Modes, bare, fitted, highest, magnitude
 from vibecalc.absorber.model import AbsorberParts, Scale, build_absorber, modes_of
-from vibecalc.absorber.motion_results import MOTION_ROOT, TORSION, TRANSLATION
+from vibecalc.absorber.motion_results import (
+    IN_BAND_ROOT,
+    MOTION_ROOT,
+    TORSION,
+    TRANSLATION,
+    WITHOUT_ROOT,
+)
 from vibecalc.absorber.readings import OF_ABSORBER
-from vibecalc.absorber.results import NAMES
-from vibecalc.absorber.stage import motions_of
+from vibecalc.absorber.stage import is_banded, motions_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, FloatArray
@@ -35,40 +41,52 @@ def run_motion(scene: Scene) -> None:
     uncertainty = scene.handed_on.get("tuned_uncertainty")
     excitation, unit = driven(options, parts.scale)
     x = drawn(options, parts, modes)
-    axes = {"fitted": NAMES["fitted"], "excitation_frequency": x * parts.scale.frequency / _TURN}
     natural = parts.scale.frequency / _TURN
+    axes = {"excitation_frequency": x * natural}
     names = TORSION if parts.scale.torsion else TRANSLATION
+    band = None
+    if is_banded(case) and case.tuning is not None:
+        problem = problem_of(case.tuning, parts, case.machine)
+        band = problem.low, problem.high
 
     def moved_at(read: Callable[[Fitted], np.ndarray]) -> FloatArray:
         errors = np.zeros(2) if uncertainty is None else np.array(uncertainty)
         return moved_by_ratios(lambda both: read(fitted(modes, m, *both)), np.array([k, z]), errors)
 
-    for response in motions_of(case):
-        name, size = names[response][0], unit * _factor(response, parts.scale)
-        alone = response in OF_ABSORBER
-        both = [system] if alone else [system, bare(modes)]
+    def emit_largest(
+        one: Fitted, what: str, roots: tuple[str, str], ends: tuple[float, float], moves: bool
+    ) -> None:
+        """The largest between two frequency ratios, and where that is."""
+        name, size = names[what][0], unit * _factor(what, scale)
 
-        def top(one: Fitted, what: str = response) -> np.ndarray:
-            found = highest(one, excitation, what, float(x[0]), float(x[-1]))
-            return np.array(found)[:, 0]
+        def top(system: Fitted) -> np.ndarray:
+            return np.array(highest(system, excitation, what, *ends))[:, 0]
+
+        (peak, error, where), moved = top(one), moved_at(top) if moves else np.zeros(3)
+        off = size * (error + moved[0] + 8.0 * EPSILON * float(_finite(peak)))
+        scene.emit(f"{roots[0]}/{name}", size * peak, off)
+        place = natural * (moved[2] + 1e-12 * float(ends[1]))
+        scene.emit(f"{roots[1]}/{name}", natural * where, place)
+
+    scale, whole = parts.scale, (float(x[0]), float(x[-1]))
+    for response in motions_of(case):
+        size = unit * _factor(response, scale)
 
         def curve(one: Fitted, what: str = response) -> np.ndarray:
             return np.asarray(magnitude(one, x, excitation, what)[0][0])
 
-        values, errors = zip(*(_curve(one, x, excitation, response) for one in both), strict=True)
-        peak, peak_error, where = np.array([top(one) for one in both]).T
-        off, (peak_off, _, place_off) = (moved_at(read) for read in (curve, top))
-        place = natural * (place_off + 1e-12 * float(x[-1]))
-        slack = np.max(errors) + np.max(off)
-        peak_slack = np.max(peak_error) + peak_off
-        chosen = 0 if alone else slice(None)
-        for path, value, error in (
-            (name, _scaled(size, np.array(values))[chosen], size * slack),
-            (f"largest/{name}", size * peak[chosen], size * peak_slack),
-        ):
+        for root, one in ((MOTION_ROOT, system), (WITHOUT_ROOT, bare(modes))):
+            moves = root == MOTION_ROOT
+            if not moves and response in OF_ABSORBER:
+                continue
+            value, error = _curve(one, x, excitation, response)
+            value = _scaled(size, value)
+            off = size * (np.max(error) + (np.max(moved_at(curve)) if moves else 0.0))
             rounding = 8.0 * EPSILON * np.max(_finite(value))
-            scene.emit(f"{MOTION_ROOT}/{path}", value, error + rounding, axes)
-        scene.emit(f"{MOTION_ROOT}/largest_at/{name}", natural * where[chosen], place, axes)
+            scene.emit(f"{root}/{names[response][0]}", value, off + rounding, axes)
+            emit_largest(one, response, (f"{root}/largest", f"{root}/largest_at"), whole, moves)
+        if band is not None:
+            emit_largest(system, response, (IN_BAND_ROOT, f"{IN_BAND_ROOT}/at"), band, True)
     scene.cite(
         "response of modal masses with an absorber, each frequency by itself; peaks by Newton's "
         "method between seeds about all poles",

@@ -3,7 +3,13 @@
 import numpy as np
 
 from vibecalc.absorber.asked_tables import AMPLITUDES
-from vibecalc.absorber.motion_results import MOTION_ROOT, TORSION, TRANSLATION
+from vibecalc.absorber.motion_results import (
+    IN_BAND_ROOT,
+    MOTION_ROOT,
+    TORSION,
+    TRANSLATION,
+    WITHOUT_ROOT,
+)
 from vibecalc.core.report.sections import Section, scalar_of, section, table_of
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
 from vibecalc.core.results.record import Record, Result
@@ -20,7 +26,6 @@ _UNITS = {
     "base_displacement": "m",
     "base_acceleration": "m/s^2",
 }
-LARGEST = f"{MOTION_ROOT}/largest/"
 
 
 def absorber_motion(result: Result) -> Section | None:
@@ -34,22 +39,27 @@ def absorber_motion(result: Result) -> Section | None:
     said = (
         f" for {cause.replace('_', ' ')} = {show(options[cause])} {_UNITS[cause]}" if cause else ""
     )
-    columns = [Column("largest within the frequencies drawn"), number("with"),
-               number("at Hz"), number("without"), number("at Hz")]  # fmt: skip
+    roots = [(f"{MOTION_ROOT}/largest", f"{MOTION_ROOT}/largest_at")]
+    heads = [number("with"), number("at Hz")]
+    if any(path.startswith(IN_BAND_ROOT) for path in shown):
+        roots.insert(0, (IN_BAND_ROOT, f"{IN_BAND_ROOT}/at"))
+        heads = [number("in the band"), number("at Hz"), *heads]
+    roots += [(f"{WITHOUT_ROOT}/largest", f"{WITHOUT_ROOT}/largest_at")]
+    columns = [Column("largest within the frequencies drawn"), *heads,
+               number("without"), number("at Hz")]  # fmt: skip
     rows = []
     for names in (TRANSLATION, TORSION):
         for name, unit, read, words in names.values():
-            top = record.quantities.get(LARGEST + name)
-            if top is None:
+            if f"{MOTION_ROOT}/{name}" not in record:
                 continue
-            place = record[f"{MOTION_ROOT}/largest_at/{name}"]
-            factor = convert(1.0, unit, read)
-            row = [f"{words}, {read}"]
-            for value, where in zip(np.ravel(top.values), np.ravel(place.values), strict=True):
-                there = np.isfinite(where)
-                row += [show(factor * float(abs(value)), factor * top.error_estimate),
-                        show(float(where)) if there else ""]  # fmt: skip
-            rows.append([*row, *("" for _ in range(5 - len(row)))])
+            row, factor = [f"{words}, {read}"], convert(1.0, unit, read)
+            for values, places in roots:
+                top = record.quantities.get(f"{values}/{name}")
+                where = scalar_of(record, f"{places}/{name}")
+                row.append("" if top is None else show(
+                    factor * float(np.abs(top.values)), factor * top.error_estimate))  # fmt: skip
+                row.append(show(where) if where is not None and np.isfinite(where) else "")
+            rows.append(row)
     lines = paragraph(f"amplitudes, 0 to peak{said}, with and without the absorber:")
     return section("Motions and forces", [[*lines, *table(columns, rows)]], {}, shown)
 

@@ -371,6 +371,11 @@ def _finish(
     largest, noise = float(np.exp(top)), float(np.max(here.error[active], initial=EPSILON))
     # slopes and levels are rounded, what holds the place is of order one in these units
     off = 4.0 * last + 64.0 * noise * scale
+    # what a bound holds is that bound
+    at = np.where(point <= low + 1e-12 * scale, low, np.where(
+        point >= high - 1e-12 * scale, high, np.nan))  # fmt: skip
+    off = np.where(np.isnan(at), off, 4.0 * EPSILON * np.abs(at))
+    point = np.where(np.isnan(at), point, at)
     stiffness = float(np.exp(point[0]))
     edge = "free" if point[0] < low[0] + 1e-9 and stiffness > 2.0 * problem.stiffness[0] else ""
     if point[0] > high[0] - 1e-9 and stiffness < problem.stiffness[1] * (1.0 - 1e-9):
