@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 from rows import Report, Table, digits, reported, seconds
 
-from vibecalc.core.accuracy.record import extra_work
 from vibecalc.core.accuracy.run import collect
-from vibecalc.core.accuracy.topic import Measured, Timed, Topic, Trial
+from vibecalc.core.accuracy.topic import Measured, Topic
 from vibecalc.core.accuracy.topic import measure as measure_topic
+from vibecalc.core.results.trials import Trial, cheapest, extra
 from vibecalc.core.study.execute import load_checked
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
@@ -54,12 +54,8 @@ class Compared(NamedTuple):
     topic: Topic
     ours: Trial
     best: Trial
+    slower: float
     work: float
-
-    @property
-    def slower(self) -> float:
-        """Our time over the least."""
-        return self.ours.seconds / self.best.seconds if self.best.seconds > 0.0 else 1.0
 
 
 def compared(measured: Measured) -> Compared | None:
@@ -67,10 +63,10 @@ def compared(measured: Measured) -> Compared | None:
     defaults = [trial for trial in measured.trials if trial.is_default and trial.done]
     if not defaults:
         return None
-    ours = max(defaults, key=lambda trial: trial.seconds)
-    equals = (trial for trial in measured.trials if trial.done and trial.error <= ours.error)
-    best = min(equals, key=lambda trial: trial.seconds)
-    return Compared(measured.topic, ours, best, extra_work(measured.topic, measured.trials))
+    ours, noise = max(defaults, key=lambda trial: trial.seconds), measured.reference.noise
+    best = cheapest(measured.trials, max(ours.worst_relative, noise), "seconds") or ours
+    slower, work = (extra(measured.trials, noise, cost) for cost in ("seconds", "work"))
+    return Compared(measured.topic, ours, best, slower, work)
 
 
 def every() -> Iterator[Compared]:
@@ -78,20 +74,20 @@ def every() -> Iterator[Compared]:
     for name, stages in STAGES.items():
         (loaded,) = load_checked([CASES / f"{name}.toml"])
         for topic in collect(loaded, stages).topics:
-            found = compared(measure_topic(topic, Timed(longest=LONGEST)))
+            found = compared(measure_topic(topic, LONGEST))
             if found is not None:
                 yield found
 
 
 def _named(trial: Trial) -> str:
-    return trial.solver if trial.setting == 1.0 else f"{trial.solver}, {trial.setting:g}"
+    return f"{trial.method}, {trial.shown}" if trial.shown else trial.method
 
 
 def _cells(one: Compared) -> tuple[str, ...]:
     return (
-        one.topic.stage, one.topic.name,
-        f"{_named(one.ours)}: {seconds(one.ours.seconds)}", f"{one.ours.error:.0e}",
-        f"{_named(one.best)}: {seconds(one.best.seconds)}", f"{one.best.error:.0e}",
+        one.topic.stage, one.topic.ask.name,
+        f"{_named(one.ours)}: {seconds(one.ours.seconds)}", f"{one.ours.worst_relative:.0e}",
+        f"{_named(one.best)}: {seconds(one.best.seconds)}", f"{one.best.worst_relative:.0e}",
         digits(one.slower), digits(one.work),
     )  # fmt: skip
 
@@ -101,8 +97,8 @@ def measure() -> Report:
     found = sorted(every(), key=lambda one: -one.slower)
     slow = [one for one in found if one.slower > SLOW]
     why = [
-        f"{one.topic.stage}, {one.topic.name}, {digits(one.slower)} times: "
-        f"{one.topic.default_why or PLAIN}"
+        f"{one.topic.stage}, {one.topic.ask.name}, {digits(one.slower)} times: "
+        f"{one.topic.ask.why or PLAIN}"
         for one in slow
     ]
     first = sum(one.slower <= 1.0 for one in found)

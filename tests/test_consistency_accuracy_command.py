@@ -11,7 +11,7 @@ from shipped_cases import CASES
 
 from vibecalc.core.accuracy import run as collect
 from vibecalc.core.accuracy.run import stages_of
-from vibecalc.core.accuracy.topic import Timed, measure
+from vibecalc.core.accuracy.topic import measure
 from vibecalc.core.results.store import read_result
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import EXIT_FINE, EXIT_USAGE, NumericalFailure, UsageError
@@ -107,16 +107,16 @@ def test_a_long_run_is_not_repeated_and_a_failing_module_leaves_a_note(
     (loaded,) = load_checked([CASES["generator"]])
     found = collect.collect(loaded, (*stages_of(loaded.case)[:2], "whole case"))
     assert [topic.stage for topic in found.topics] == ["kinematics"]
-    assert found.notes == (
+    assert found.notes == [
         "topics of excitation are left out: there is no such thing",
         "what the tolerance costs is left out: a run takes more than 0 s",
-    )
+    ]
 
 
 def test_what_a_run_leaves_out_at_its_tolerance_is_no_error_of_it() -> None:
     (loaded,) = load_checked([CASES["four_cylinder"]])
     error, estimate = collect.collect(loaded, ("whole case",)).topics
-    measured = [measure(topic, Timed(repeat=False)) for topic in (error, estimate)]
+    measured = [measure(topic, 60.0, 0) for topic in (error, estimate)]
     assert all(trial.done for one in measured for trial in one.trials)
     coarsest = measured[0].trials[0]
     assert coarsest.setting == 1e-3 and coarsest.worst_relative < 1e-3

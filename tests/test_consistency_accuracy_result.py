@@ -20,12 +20,12 @@ from vibecalc.core.results.record import Result
 from vibecalc.core.results.store import read_result, write_result
 from vibecalc.core.study.execute import as_result, load_checked
 
-PEAK = topic(solver(euler, 4, 8), position="crank angle [rad]")._replace(name="peak")
+PEAK = topic(solver(euler, 4, 8), position="crank angle [rad]", name="peak")
 
 
 def made() -> Result:
     (loaded,) = load_checked([CASES["generator"]])
-    measured = [measure(one, ONCE) for one in (FULL, PEAK)]
+    measured = [measure(one, *ONCE) for one in (FULL, PEAK)]
     result = as_result(loaded, as_record(measured, ["something is left out"]), {"run": 0.1})
     provenance = {"machine": "a computer", "versions": "1", MEASURED: measured_text(measured)}
     return replace(result, plan=plan_rows(measured), provenance=provenance)
@@ -62,7 +62,7 @@ def test_a_worse_method_differs(result: Result) -> None:
 
 def test_the_file_has_every_trial_with_its_cause(result: Result) -> None:
     folder = folder_of(FULL)
-    assert folder == "accuracy/rotation/where_it_is_after_one_unit"
+    assert folder == "accuracy/rotation/after_one_unit"
     status = result.record[f"{folder}/status"]
     assert [axis.name for axis in status.axes] == ["trial"]
     labels = status.axes[0].values.tolist()
@@ -92,12 +92,11 @@ def test_the_view_and_the_object_agree(result: Result) -> None:
 def test_the_answer_fits_on_a_screen(result: Result) -> None:
     lines = render_answer(result).splitlines()
     assert len(lines) <= 40
-    assert any(
-        re.search(r"rotation: where it is after one unit .* exact +\d", one) for one in lines
-    )
+    assert any(re.search(r"rotation: after one unit .* exact +\d", one) for one in lines)
     assert "settings that failed: 4" in " ".join(lines)
-    many = [measure(FULL._replace(name=f"question {k}"), ONCE) for k in range(45)]
-    long = replace(result, record=as_record(many, []), plan=plan_rows(many))
+    many = [measure(topic(*FULL.solvers, name=f"question {k}"), *ONCE) for k in range(45)]
+    provenance = {MEASURED: measured_text(many)}
+    long = replace(result, record=as_record(many, []), plan=plan_rows(many), provenance=provenance)
     assert len(render_answer(long).splitlines()) <= 40
     assert "more questions: 17" in render_answer(long)
 

@@ -219,10 +219,12 @@ def accuracy(
 
     longest = _seconds("longest", longest)
     threads = pin_threads()
-    from vibecalc.core.accuracy.run import Asked, measure_case
+    from vibecalc.core.accuracy.run import measure_case
 
-    asked = Asked(_names(stages), _names(topics), longest, progress, threads)
-    return measure_case(_checked(case, set, keys, unset), asked)
+    loaded = _checked(case, set, keys, unset)
+    return measure_case(
+        loaded, _names(stages), _names(topics), longest=longest, progress=progress, threads=threads
+    )
 
 
 def read(path: PathLike, /) -> Result:

@@ -1,8 +1,8 @@
 """Questions of absorbers: highest peak, its least by tuning, order of a pendulum's swing."""
 
-from collections.abc import Callable, Iterable
-from functools import cache
-from typing import Any, NamedTuple
+from collections.abc import Iterable
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -14,13 +14,19 @@ from vibecalc.absorber.pendulum_order import build_pendulum, order_of_swing, ter
 from vibecalc.absorber.several import Several, several_amplitude
 from vibecalc.absorber.several_peaks import several_peaks
 from vibecalc.absorber.stage import asked_of
-from vibecalc.absorber.transfer import Absorber, amplitude, transfer_of
+from vibecalc.absorber.transfer import Absorber, transfer_of
 from vibecalc.absorber.tuning.closed_forms import METHODS
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.restricted import pure_viscous
 from vibecalc.absorber.tuning.several import several_tuning
-from vibecalc.core.accuracy.kinds import Ask, optimum, ours, peak_over_range, periodic
-from vibecalc.core.accuracy.topic import Answer, Topic
+from vibecalc.core.accuracy.kinds import (
+    Optimal,
+    optimum,
+    peak_over_range,
+    periodic,
+    top_of_samples,
+)
+from vibecalc.core.accuracy.topic import Answer, Ask, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import FloatArray
 
@@ -29,33 +35,25 @@ ONE, EACH = 120.0, 400.0
 Pair = tuple[str, str]
 
 
-class System(NamedTuple):
-    """Ratios (n,) of absorbers on a primary, each on the mass of `parent` (0: the primary)."""
+def _highest_peak(system: Several, pair: Pair) -> tuple[float, float]:
+    """Height and place of the highest peak, as a run of one absorber or of several finds them."""
+    if len(system.parent) == 1:
+        z1, *ratios = (float(np.ravel(part)[0]) for part in system[:4])
+        one = peaks(Absorber(z1, *ratios), *pair)
+        return float(one.largest), float(one.where)
+    many = several_peaks(system, *pair)
+    return float(many.largest), float(many.where)
 
-    primary_damping: float
-    mass_ratio: FloatArray
-    stiffness_ratio: FloatArray
-    secondary_damping: FloatArray
-    parent: tuple[int, ...]
 
-    def single(self) -> Absorber:
-        """As one absorber."""
-        m, k, z2 = (float(part[0]) for part in self[1:4])
-        return Absorber(self.primary_damping, m, k, z2)
+def _magnitude(system: Several, pair: Pair, x: FloatArray) -> FloatArray:
+    """|H| at frequency ratios (points,)."""
+    return np.asarray(np.abs(several_amplitude(system, x, *pair)))
 
-    def highest(self, pair: Pair) -> tuple[float, float]:
-        """Height and place of the highest peak, as a run finds them."""
-        if len(self.mass_ratio) == 1:
-            one = peaks(self.single(), *pair)
-            return float(one.largest), float(one.where)
-        many = several_peaks(Several(*self), *pair)
-        return float(many.largest), float(many.where)
 
-    def magnitude(self, pair: Pair, x: FloatArray) -> FloatArray:
-        """|H| at frequency ratios (points,)."""
-        if len(self.mass_ratio) == 1:
-            return np.asarray(np.abs(amplitude(self.single(), x, *pair)))
-        return np.asarray(np.abs(several_amplitude(Several(*self), x, *pair)))
+def _single(z1: Any, ratios: Iterable[Any]) -> Several:
+    """One absorber on a primary."""
+    m, k, z2 = (np.atleast_1d(np.asarray(part, dtype=float)) for part in ratios)
+    return Several(z1, m, k, z2, (0,))
 
 
 def absorber_topics(scene: Scene) -> list[Topic]:
@@ -68,51 +66,40 @@ def absorber_topics(scene: Scene) -> list[Topic]:
     low, high = float(ratios[0]), float(ratios[-1])
     if parts.branches:
         one = scene.handed_on.get("several")
-        curves = [] if one is None else [System(*one[:5])]
+        curves = [] if one is None else [Several(*one[:5])]
     else:
         found = family(case, options, parts, scene.handed_on.get("tuned")).absorber
         rows = zip(*(np.asarray(part, dtype=float).tolist() for part in found), strict=True)
-        curves = [System(row[0], *_alone(row[1:]), (0,)) for row in rows]
+        curves = [_single(z1, more) for z1, *more in rows]
     for system in curves:
-        if not np.all(np.isfinite(system.stiffness_ratio)):
-            continue
-        height, place = system.highest(pair)
-        if np.isfinite(height) and low < place < high:
-            return [_highest(system, pair, (low, high), place)]
+        if np.all(np.isfinite(system.stiffness_ratio)):
+            height, place = _highest_peak(system, pair)
+            if np.isfinite(height) and low < place < high:
+                return [_highest(system, pair, (low, high), place)]
     return []
-
-
-def _alone(ratios: Iterable[Any]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Mass, stiffness and damping ratio of one absorber, each (1,)."""
-    m, k, z2 = (np.atleast_1d(np.asarray(part, dtype=float)) for part in ratios)
-    return m, k, z2
 
 
 def _of_primary(pair: Pair) -> bool:
     return transfer_of(*pair).motion == "primary"
 
 
-def _highest(system: System, pair: Pair, ends: tuple[float, float], known: float) -> Topic:
-    height, _ = system.highest(pair)
-    x = np.linspace(*ends, 20001)
-    curve = system.magnitude(pair, x)
+def _highest(system: Several, pair: Pair, ends: tuple[float, float], known: float) -> Topic:
+    height, _ = _highest_peak(system, pair)
+    curve = _magnitude(system, pair, np.linspace(*ends, 20001))
     tops = (curve[1:-1] > curve[:-2]) & (curve[1:-1] >= curve[2:])
     # peaks of a tuned absorber are equal, so that the highest has no one place
     alone = int(np.sum(tops & (curve[1:-1] > 0.99 * height))) == 1
-    n = len(system.mass_ratio)
+    n = len(system.parent)
 
     def own(_: float) -> Answer:
-        found, place = system.highest(pair)
-        return Answer(np.array([found]), ONE if n == 1 else EACH * n**2, place)
+        found, place = _highest_peak(system, pair)
+        return Answer(found, ONE if n == 1 else EACH * n**2, place)
 
-    ask = Ask("absorber", "highest peak", f"of the first curve, {pair[0]} to {pair[1]}",
-              "response/absorber/largest", "", 12.0 if n == 1 else 30.0 * n**2,
+    ask = Ask("highest peak", f"of the first curve, {pair[0]} to {pair[1]}",
+              "response/absorber/largest", 12.0 if n == 1 else 30.0 * n**2,
               "every peak is found, with a proof that there is no other")  # fmt: skip
-    solver = ours(
-        "all peaks", "Newton's method on |H|^2 from the poles, signs of a polynomial", own
-    )
-    return peak_over_range(ask, [solver], lambda x: system.magnitude(pair, x), *ends,
-                           "frequency ratio []" if alone else "", known)  # fmt: skip
+    position, magnitude = "frequency ratio []" if alone else "", partial(_magnitude, system, pair)
+    return peak_over_range(ask, Solver("all peaks", own), magnitude, ends, known, position)
 
 
 def tuning_topics(scene: Scene) -> list[Topic]:
@@ -124,83 +111,59 @@ def tuning_topics(scene: Scene) -> list[Topic]:
     if options.kind not in ("free", "viscous") or not _of_primary(pair):
         return []
     if parts.branches:
-        system = System(*scene.handed_on["several"][:5])
-        if any(system.parent):
-            return []
+        system = Several(*scene.handed_on["several"][:5])
     else:
-        tuned = scene.handed_on["tuned"]
-        system = System(parts.primary_damping, *_alone(tuned[1:]), (0,))
-    if not np.all(np.isfinite([system.stiffness_ratio, system.secondary_damping])):
+        system = _single(parts.primary_damping, scene.handed_on["tuned"][1:])
+    tuned = np.array([system.stiffness_ratio, system.secondary_damping], dtype=float)
+    if any(system.parent) or not np.all(np.isfinite(tuned)):
         return []
-    z1, m, spring, n = (
-        system.primary_damping,
-        system.mass_ratio,
-        options.kind == "free",
-        len(system[1]),
-    )
+    z1, m = float(np.asarray(system.primary_damping)), np.asarray(system.mass_ratio)
+    spring, n, many = options.kind == "free", len(m), len(m) > 1
 
-    def at(place: FloatArray) -> System:
-        """The system with logarithms of all k (with a spring), then of all z2."""
-        values = np.exp(place)
-        k = values[:n] if spring else system.stiffness_ratio
-        return system._replace(stiffness_ratio=k, secondary_damping=values[-n:])
-
-    @cache
-    def run(starts: float) -> tuple[float, float, tuple[float, ...]]:
-        if n > 1:
-            several = several_tuning(z1, m, system.parent, *pair, starts=int(starts))
-            tuning = *several.stiffness_ratio.tolist(), *several.secondary_damping.tolist()
-            return float(several.peak), float(several.evaluations), tuning
+    def search(starts: float) -> Optimal:
+        if many:
+            found = several_tuning(z1, m, system.parent, *pair, starts=int(starts))
+            tuning = *found.stiffness_ratio.tolist(), *found.secondary_damping.tolist()
+            return Optimal(np.log(tuning), float(found.peak), 0.0, float(found.evaluations))
         if not spring:
             line = pure_viscous(z1, float(m[0]), *pair)
             work = float(np.max(line.evaluations))
-            return float(line.largest), work, (float(np.ravel(line.value)[0]),)
+            return Optimal(np.log(np.ravel(line.value)[:1]), float(line.largest), 0.0, work)
         one = minimax(z1, float(m[0]), *pair)
-        tuning = float(one.stiffness_ratio), float(one.secondary_damping)
-        return float(one.largest), float(one.evaluations), tuning
+        place = np.log([float(one.stiffness_ratio), float(one.secondary_damping)])
+        return Optimal(place, float(one.largest), 0.0, float(one.evaluations))
 
-    def own(starts: float) -> Answer:
-        return Answer(np.array([run(starts)[0]]), run(starts)[1])
+    def looked_up(place: FloatArray) -> tuple[float, FloatArray]:
+        """The highest peak at logarithms of all k (with a spring), then of all z2."""
+        values = np.exp(place)
+        k = values[:n] if spring else system.stiffness_ratio
+        at = system._replace(stiffness_ratio=k, secondary_damping=values[-n:])
+        return _looked_up(at, pair), np.zeros(0)
 
-    def problem() -> Callable[[FloatArray], tuple[float, FloatArray]]:
-        return lambda place: (_looked_up(at(place), pair), np.zeros(0))
-
-    many = n > 1
-    ask = Ask(
-        "tuning",
-        "least peak",
-        f"{n} absorber{'s' * many}, {pair[0]} to {pair[1]}",
-        "tuning/peak",
-        "",
-        float(STARTS + 4) if many else 2.0,
-        "the global one as its starts are many" if many else "proven, to rounding",
-    )
-    solver = ours("Newton's method on the balance of peaks", "levels of all peaks", own,
-                  "starts" if many else "", (1, 2, 4, 8) if many else (1,), STARTS if many else 1,
-                  citation="Nishihara and Asami (2002) for z1 = 0")  # fmt: skip
-    last = float(STARTS if many else 1)
+    ask = Ask("least peak", f"{n} absorber{'s' * many}, {pair[0]} to {pair[1]}", "tuning/peak",
+              float(STARTS + 4) if many else 2.0,
+              "the global one as its starts are many" if many else "proven, to rounding",
+              )  # fmt: skip
+    ours = Solver("Newton's method on the balance of peaks", search)
+    if many:
+        ours = ours._replace(setting="starts", settings=(1, 2, 4, 8), default=STARTS)
     first = _first_place(m, spring)
     return [optimum(
-        ask, [solver], problem, [(value - 1.0, value + 1.0) for value in first], first, float,
-        lambda: (np.log(run(last)[2]), run(last)[0], 0.0), (20, 40, 80, 160, 320),
-        ("Nelder-Mead", "differential evolution"), "tunings whose peaks are evaluated",
-        300 * n,
+        ask, ours, lambda: looked_up, [(one - 1.0, one + 1.0) for one in first], first,
+        (20, 40, 80, 160, 320), ("Nelder-Mead", "differential evolution"),
+        "tunings whose peaks are evaluated", confirm=300 * n,
     )]  # fmt: skip
 
 
-def _looked_up(system: System, pair: Pair) -> float:
+def _looked_up(system: Several, pair: Pair) -> float:
     """The highest peak as a user finds it: even frequencies, finer ones, a parabola."""
     x = np.linspace(0.0, 2.0, 801)
-    curve = system.magnitude(pair, x)
+    curve = _magnitude(system, pair, x)
     tops = np.flatnonzero((curve[1:-1] >= curve[:-2]) & (curve[1:-1] > curve[2:])) + 1
-    best = float(np.max(curve))
-    for top in tops[np.argsort(-curve[tops])][: len(system.mass_ratio) + 1].tolist():
-        near = system.magnitude(pair, np.linspace(x[top - 1], x[top + 1], 81))
-        middle = min(max(int(np.argmax(near)), 1), 79)
-        low, mid, high = near[middle - 1 : middle + 2]
-        bend = 2.0 * mid - low - high
-        best = max(best, float(mid + (high - low) ** 2 / (8.0 * bend) if bend > 0.0 else mid))
-    return best
+    tops = tops[np.argsort(-curve[tops])][: len(system.parent) + 1]
+    near = np.linspace(x[tops - 1], x[tops + 1], 81)
+    fine = _magnitude(system, pair, near.ravel()).reshape(near.shape)
+    return float(np.max(top_of_samples(fine), initial=np.max(curve)))
 
 
 def _first_place(m: FloatArray, spring: bool) -> FloatArray:
@@ -227,20 +190,18 @@ def pendulum_topics(scene: Scene) -> list[Topic]:
         return Answer(np.atleast_1d(order_of_swing(pendulum, np.array([swing])).value), work)
 
     def rates(_: float, state: FloatArray) -> FloatArray:
-        """Angle, its speed and the period, over a time that is 1 after a period."""
-        at, period = terms(pendulum, state[0]), state[2]
-        pull = 0.5 * at.carried_slope - 0.5 * at.swing_slope * state[1] ** 2
-        return np.array([period * state[1], period * pull / at.swing, 0.0])
+        """Angle, its speed and the period in rows, over a time that is 1 after a period."""
+        angle, speed, period = state.T
+        at = terms(pendulum, angle)
+        pull = 0.5 * at.carried_slope - 0.5 * at.swing_slope * speed**2
+        return np.stack([period * speed, period * pull / at.swing, 0.0 * period], axis=-1)
 
     tuned = float(tuning_order(pendulum).value)
-    words = f"at a swing of {np.degrees(swing):.4g} degrees"
-    ask = Ask("pendulum", "order of swing", words, "pendulum/order_of_swing", "")
-    solver = ours("mean of the swing", "arithmetic-geometric mean, or a midpoint rule", own,
-                  citation="Gauss; docs/theory_absorber.md")  # fmt: skip
-    guess, size = (
-        np.array([swing, 0.0, 2.0 * np.pi / tuned]),
-        np.array([swing, tuned, 2.0 * np.pi / tuned]),
-    )
-    return [periodic(ask, [solver], rates, guess, (2,), np.linspace(0.0, 1.0, 3),
-                     lambda start, _: np.array([2.0 * np.pi / start[2]]), size,
-                     lambda: own(1.0).values, back=(1,))]  # fmt: skip
+    ask = Ask("order of swing", f"at a swing of {np.degrees(swing):.4g} degrees",
+              "pendulum/order_of_swing")  # fmt: skip
+    turn = 2.0 * np.pi / tuned
+    guess, size = np.array([swing, 0.0, turn]), np.array([swing, tuned, turn])
+    return [periodic(
+        ask, [Solver("mean of the swing", own)], rates, guess, (2,), (1,), np.linspace(0.0, 1.0, 3),
+        lambda start, _: np.array([2.0 * np.pi / start[2]]), size, lambda: own(1.0).values,
+    )]  # fmt: skip

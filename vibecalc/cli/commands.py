@@ -60,19 +60,16 @@ def accuracy(
     threads = pin_threads()
     if output is not None:
         check_suffix(output)
-    from vibecalc.core.accuracy.run import Asked, measure_case
+    from vibecalc.core.accuracy.run import measure_case
     from vibecalc.core.study.execute import load_checked
 
     (loaded,) = load_checked([case], settings or (), unset or ())
     path = output or Path("outputs") / f"{loaded.name}.accuracy.h5"
-    what = Asked(
-        stages=stage or (),
-        topics=topic or (),
-        longest=longest,
-        progress=not asked.silent,
+    measured = measure_case(
+        loaded, stage or (), topic or (), longest=longest, progress=not asked.silent,
         threads=threads,
-    )
-    _write_measured(measure_case(loaded, what), path)
+    )  # fmt: skip
+    _write_measured(measured, path)
 
 
 def _write_measured(result: "Result", path: Path) -> None:

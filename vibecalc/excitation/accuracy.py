@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from vibecalc.core.accuracy.kinds import Ask, harmonics, ours, peak_over_cycle
-from vibecalc.core.accuracy.topic import Answer, Topic
+from vibecalc.core.accuracy.kinds import TURN, harmonics, peak_over_cycle
+from vibecalc.core.accuracy.topic import Answer, Ask, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.excitation.adapter import DIRECTIONS, Forcing
 from vibecalc.excitation.axial_force import axial_force
@@ -18,24 +18,22 @@ from vibecalc.numerics.rounding import FloatArray
 from vibecalc.parts.crank_train import crank_geometry
 
 HIGHEST = 12
+_ANGLE = "crank angle [rad]"
 
 
 def excitation_topics(scene: Scene) -> list[Topic]:
     """The peak of the largest component of force and of couple, each where there is one."""
     forcing: Forcing = scene.handed_on["forcing"]
-    driven = at_speed(forcing.per_speed_squared, scene.case.machine.speed)
-    orders, kept, found = forcing.order[: forcing.retained], forcing.retained, []
-    for name, unit, value, error in (
-        ("force", "N", *forces_of(driven)),
-        ("couple", "N*m", *couples_of(driven)),
-    ):
-        rows = np.where(np.abs(value[:kept]) > error[:kept], value[:kept], 0.0).T
+    driven = at_speed(forcing.per_speed_squared, scene.case.machine.speed)[: forcing.retained]
+    orders, found = forcing.order[: forcing.retained], []
+    for name, (value, error) in {"force": forces_of(driven), "couple": couples_of(driven)}.items():
+        rows = np.where(np.abs(value) > error, value, 0.0).T
         size = cycle_peak(rows, orders).value
         which = int(np.argmax(size))
         if size[which] > 0.0:
-            words = f"largest {name} along {DIRECTIONS[which]}, orders to {kept}"
-            ask = Ask("excitation", f"{name} peak", words, f"excitation/{name}_peak", unit)
-            found.append(peak_over_cycle(ask, rows[which : which + 1], orders))
+            words = f"largest {name} along {DIRECTIONS[which]}, orders to {len(orders)}"
+            ask = Ask(f"{name} peak", words, f"excitation/{name}_peak")
+            found.append(peak_over_cycle(ask, rows[which : which + 1], orders, _ANGLE))
     return found
 
 
@@ -48,11 +46,10 @@ def motor_topics(scene: Scene) -> list[Topic]:
         motor.torque.order, motor.torque.cosine, motor.torque.sine,
         rotor_diameter=motor.rotor_diameter, skew_angle=motor.skew_angle,
     )  # fmt: skip
-    harmonics = force.harmonics.value
-    if not np.any(harmonics != 0.0):
+    if not np.any(force.harmonics.value):
         return []
-    ask = Ask("motor", "axial force peak", "largest axial force", "excitation/motor/peak", "N")
-    return [peak_over_cycle(ask, harmonics[None, :], force.orders)]
+    ask = Ask("axial force peak", "largest axial force", "excitation/motor/peak")
+    return [peak_over_cycle(ask, force.harmonics.value[None, :], force.orders, _ANGLE)]
 
 
 def pump_topics(scene: Scene) -> list[Topic]:
@@ -62,8 +59,7 @@ def pump_topics(scene: Scene) -> list[Topic]:
 
     def panels(_: float) -> Answer:
         card = pump_card(liquid, geometry)
-        work = len(card.coefficient) * 25.0
-        return Answer(gas_harmonics(card, geometry, order)[0].value, work)
+        return Answer(gas_harmonics(card, geometry, order)[0].value, 25.0 * len(card.coefficient))
 
     def torque(angle: FloatArray) -> FloatArray:
         gauge = cylinder_pressure(liquid, geometry, angle) - liquid.outside_pressure
@@ -71,12 +67,9 @@ def pump_topics(scene: Scene) -> list[Topic]:
         speed = piston_path(angle, radius, length, offset).velocity
         return np.asarray(-gauge * geometry.piston_area * speed)
 
-    turn = pump_turn(liquid, geometry)
-    ends = [float(turn[place].value) for place in range(4)]
-    ask = Ask(
-        "pump", "torque of the liquid", f"orders 1 to {HIGHEST} of the torque of one cylinder",
-        f"{OfPump.ROOT}/torque", "N*m", 4.0, "panels serve any order and tell their error",
-    )  # fmt: skip
-    solvers = [ours("card and panels", "a fitted card, Gauss's rule on panels", panels)]
-    edges = np.array([*ends, ends[0] + 2.0 * np.pi])
-    return [harmonics(ask, solvers, torque, order, edges=edges)]
+    ends = [float(one.value) for one in pump_turn(liquid, geometry)[:4]]
+    ask = Ask("torque of the liquid", f"orders 1 to {HIGHEST} of the torque of one cylinder",
+              f"{OfPump.ROOT}/torque", 4.0,
+              "panels serve any order and tell their error")  # fmt: skip
+    solver = Solver("card and panels", panels)
+    return [harmonics(ask, [solver], torque, order, np.array([*ends, ends[0] + TURN]))]

@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from vibecalc.core.accuracy.kinds import TURN, Ask, ours, time_history
-from vibecalc.core.accuracy.topic import Answer, Topic
+from vibecalc.core.accuracy.kinds import TURN, time_history
+from vibecalc.core.accuracy.topic import Answer, Ask, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.impact.linkage import central_start
 from vibecalc.impact.model import build_joints
@@ -64,11 +64,10 @@ def impact_topics(scene: Scene) -> list[Topic]:
         run = follow_events(linkage, np.array([clearance]), centre, 1, 1, SAMPLES, int(parts))
         return Answer(run.wrist_pin.gap[0, 1 : SHOWN + 1], DEGREE * pieces * parts)
 
-    ask = Ask("impact", "first contacts", "gap of the first eighth of a turn",
-              "response/impact/first_turn_force", "m", 2.0, "a bound on its steps")  # fmt: skip
-    solver = ours("from contact to contact", f"power series of degree {DEGREE}, contacts as roots",
-                  exact, "parts of a panel", (1, 2, 3))  # fmt: skip
+    ask = Ask("first contacts", "gap of the first eighth of a turn",
+              "response/impact/first_turn_force", 2.0, "a bound on its steps")  # fmt: skip
+    solver = Solver("from contact to contact", exact, "parts of a panel", (1, 2, 3))
     scale = 1e-3 * clearance * np.array([1.0, 1.0 / contact])
-    return [time_history(ask, [solver], rates, start, times, lambda rows: rows[:, 0], scale,
+    return [time_history(ask, solver, rates, start, times, lambda rows: rows[:, 0], scale,
                          lambda: exact(2.0).values, stops=angle / drive.speed,
                          max_step=0.2 * contact)]  # fmt: skip

@@ -5,14 +5,13 @@ from collections.abc import Callable
 import numpy as np
 
 from vibecalc.core.accuracy.kinds import (
-    Ask,
+    Counted,
     Matrices,
     forced,
-    ours,
     peak_over_cycle,
     peak_over_range,
 )
-from vibecalc.core.accuracy.topic import Answer, Topic
+from vibecalc.core.accuracy.topic import Answer, Ask, Solver, Topic
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene
 from vibecalc.isolation.adapters.body_run_up import run_up_rows, sections
@@ -20,7 +19,6 @@ from vibecalc.isolation.adapters.common import isolation_of
 from vibecalc.isolation.efficiency_results import OfForces
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.isolation.results import SupportForce
-from vibecalc.isolation.rows import HarmonicsAt, Jet
 from vibecalc.isolation.run_up import cycle_peaks, run_up_peak
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import numbered
@@ -30,6 +28,8 @@ from vibecalc.response.adapters.loads import BodyLoads
 
 #: largest force over the cycle of each support
 LARGEST = paths_of(SupportForce, "steady_peak")[0]
+#: why the motion of a body takes twice the least work
+REFINED = 2.0, "one step of refinement costs as much as the solution"
 
 
 def isolation_topics(scene: Scene) -> list[Topic]:
@@ -43,23 +43,30 @@ def isolation_topics(scene: Scene) -> list[Topic]:
     if mounts is None or mounts.spectrum is not None or not peaks[which] > 0.0:
         return []
     system: OnMounts = scene.handed_on["on_mounts"]
-    loads: BodyLoads = scene.handed_on["loads"]
-    order, kept = loads.order[: loads.retained], loads.retained
-    load, readout, w = system.felt(loads.load[:kept]), system.forces(), order * speed
+    readout = system.forces()
+    order, load, w = _driven(scene, system)
     still, rising = readout.still[which], readout.rising[which]
 
     def read(amplitudes: np.ndarray) -> np.ndarray:
         return np.asarray(amplitudes @ still.T + (w[:, None] * amplitudes) @ rising.T)
 
-    name = f"support {mounts.names[which]!r} at {speed:.6g} rad/s, {kept} orders"
+    name = f"support {mounts.names[which]!r} at {speed:.6g} rad/s, {len(order)} orders"
     path = paths_of(SupportForce, "steady_harmonics")[0]
-    ask = Ask("isolation", "support force by order", name, path, "N", 4.0,
+    ask = Ask("support force by order", name, path, 4.0,
               "guard orders are solved for the error estimate")  # fmt: skip
-    found = motion_topic(ask, system, load, w, read)
-    ask = Ask("isolation", "largest support force", name, LARGEST, "N")
-    peak = peak_over_cycle(ask, read(_motion(system, load, w)).T, numbered(order))
-    half = bool(peak.position) and order[0] < 1.0
-    return [*found, peak._replace(position="half the crank angle [rad]") if half else peak]
+    angle = "half the crank angle [rad]" if order[0] < 1.0 else "crank angle [rad]"
+    rows = read(_motion(system, load, w)).T
+    peak = peak_over_cycle(
+        Ask("largest support force", name, LARGEST), rows, numbered(order), angle
+    )
+    return [*motion_topic(ask, system, load, w, read), peak]
+
+
+def _driven(scene: Scene, system: OnMounts) -> tuple[FloatArray, Bounded, FloatArray]:
+    """Orders (m,) kept, what they load the system with (m, f), and their frequencies."""
+    loads: BodyLoads = scene.handed_on["loads"]
+    order = loads.order[: loads.retained]
+    return order, system.felt(loads.load[: loads.retained]), order * scene.case.machine.speed
 
 
 def motion_topic(
@@ -74,12 +81,21 @@ def motion_topic(
     known = _known(load)
     if system.spectral is not None or not np.any(known):
         return []
-    solver = ours(
-        "inverse and one step", "inverse of the scaled matrix, refined once",
-        lambda _: Answer(read(_motion(system, load, w)), 2.0 * len(w)),
-        citation="Higham, Accuracy and Stability of Numerical Algorithms, chapter 12",
-    )  # fmt: skip
+
+    def own(_: float) -> Answer:
+        return Answer(read(_motion(system, load, w)), 2.0 * len(w))
+
+    solver = Solver("inverse and one step", own)
     return [forced(ask, [solver], Matrices(*system.matrices[:4]), w, known, read)]
+
+
+def motion_by_order(
+    scene: Scene, system: OnMounts, name: str, words: str, path: str,
+    read: Callable[[np.ndarray], np.ndarray] = np.asarray,
+) -> list[Topic]:  # fmt: skip
+    """The same of a system under the loads of the body at its speed."""
+    _, load, w = _driven(scene, system)
+    return motion_topic(Ask(name, words, path, *REFINED), system, load, w, read)
 
 
 def _known(load: Bounded) -> np.ndarray:
@@ -97,30 +113,12 @@ def efficiency_topics(scene: Scene) -> list[Topic]:
     """Loads on the ground; none of the pitch model, or of a foundation: these have their own."""
     if isolation_of(scene).model == "pitch" or "ground" in scene.handed_on:
         return []
-    loads: BodyLoads = scene.handed_on["loads"]
     system: OnMounts = scene.handed_on["on_mounts"]
-    load = system.felt(loads.load[: loads.retained])
-    w = loads.order[: loads.retained] * scene.case.machine.speed
-
-    def read(motion: np.ndarray) -> np.ndarray:
-        return np.asarray((system.passing(w).value @ motion[..., None])[..., 0])
-
-    ask = Ask(
-        "isolation efficiency", "loads on the ground", "force and couple of each order",
-        f"{OfForces.ROOT}/ground", "N", 2.0, "one step of refinement costs as much as the solution",
+    passing = system.passing(_driven(scene, system)[2]).value
+    return motion_by_order(
+        scene, system, "loads on the ground", "force and couple of each order",
+        f"{OfForces.ROOT}/ground", lambda motion: (passing @ motion[..., None])[..., 0],
     )  # fmt: skip
-    return motion_topic(ask, system, load, w, read)
-
-
-def counting(rows: HarmonicsAt) -> tuple[HarmonicsAt, list[int]]:
-    """The same rows, and at how many speeds they have been evaluated."""
-    asked = [0]
-
-    def counted(speed: FloatArray, slopes: bool = False, errors: bool = False) -> Jet:
-        asked[0] += len(speed)
-        return rows(speed, slopes=slopes, errors=errors)
-
-    return counted, asked
 
 
 def run_up_topics(scene: Scene) -> list[Topic]:
@@ -143,16 +141,12 @@ def run_up_topics(scene: Scene) -> list[Topic]:
         return np.asarray(cycle_peaks(given.harmonics_at, given.orders, speed).value[:, row])
 
     def alone(_: float) -> Answer:
-        rows, asked = counting(given.harmonics_at)
+        rows = Counted(given.harmonics_at)
         peak = run_up_peak(given._replace(harmonics_at=rows))
-        return Answer(peak.value[[row]], float(asked[0]), float(peak.speed[row]))
+        return Answer(peak.value[[row]], float(rows.asked), float(peak.speed[row]))
 
-    ask = Ask("run_up", "largest force of the run-up", f"from {ends[0]:.6g} to {ends[1]:.6g} rad/s",
-              "isolation/support_force/run_up_peak", "N", 20.0,
+    ask = Ask("largest force of the run-up", f"from {ends[0]:.6g} to {ends[1]:.6g} rad/s",
+              "isolation/support_force/run_up_peak", 20.0,
               "all supports, and every resonance, so that no narrow one is missed")  # fmt: skip
-    solver = ours(
-        "resonances and peaks", "speeds at and between resonances, Newton's method", alone
-    )
-    return [
-        peak_over_range(ask, [solver], curve, *ends, "crank speed [rad/s]", known, work="speeds")
-    ]
+    solver = Solver("resonances and peaks", alone)
+    return [peak_over_range(ask, solver, curve, ends, known, "crank speed [rad/s]", "speeds")]

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.core.accuracy.kinds import Ask, harmonics, ours
-from vibecalc.core.accuracy.topic import Answer, Reference, Topic
+from vibecalc.core.accuracy.kinds import TURN, harmonics
+from vibecalc.core.accuracy.topic import Answer, Ask, Reference, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.kinematics.adapter import PistonMotion
 from vibecalc.kinematics.harmonics import motion_harmonics, pole, series_terms
@@ -53,24 +53,21 @@ def kinematics_topics(scene: Scene) -> list[Topic]:
         work = 2.0 * (min(int(terms), highest // 2) + 1) * terms
         return Answer(found[orders] / size, work / ONE_ANGLE)
 
-    solvers = [ours(
-        "exact harmonics", "hypergeometric closed form; with an offset two series", exact,
-        default=1.0 if cut is None else None, citation="cf. Biezeno and Grammel (1953), ch. XI",
-    )]  # fmt: skip
+    solvers = [Solver("exact harmonics", exact, default=1.0 if cut is None else None)]
     if offset == 0.0:
+        # the source has 40 terms (Ong 2000, equation 2.15) or one (Gibson 2008)
         terms = (1, 2, 4, 10, 20, 40, highest // 2 + 40)
-        solvers.append(ours(
-            "truncated series", "binomial series of the root, cut", truncated, "terms", terms, cut,
-            "geometric", "Ong (2000), equation 2.15 with 40 terms; Gibson (2008) with one",
-        ))  # fmt: skip
+        solvers.append(Solver("truncated series", truncated, "terms", terms, cut, "geometric"))
+    ask = Ask("harmonics of the acceleration",
+              f"{len(orders)} of the piston's acceleration to order {highest}, each over its size",
+              "kinematics/acceleration_harmonics", 3.0,
+              "one kernel serves every R/L below 1, where a cut series does not end, and "
+              "offsets")  # fmt: skip
+    counts = sorted({*(8.0 * 2**k for k in range(6)), 16.0 * highest})
     return [harmonics(
-        Ask("kinematics", "harmonics of the acceleration",
-            f"{len(orders)} of the piston's acceleration to order {highest}, each over its size",
-            "kinematics/acceleration_harmonics", "", 3.0,
-            "one kernel serves every R/L below 1, where a cut series does not end, and offsets"),
-        solvers, lambda angle: piston_path(angle, ratio, 1.0, ratio * offset).acceleration / ratio,
-        orders, size=size, counts=[8.0 * 2**k for k in range(6)] + [16.0 * highest],
-        exact=lambda: _reference(ratio, offset, orders, size),
+        ask, solvers,
+        lambda angle: piston_path(angle, ratio, 1.0, ratio * offset).acceleration / ratio, orders,
+        np.array([0.0, TURN]), size, counts, lambda: _reference(ratio, offset, orders, size),
     )]  # fmt: skip
 
 
@@ -83,13 +80,12 @@ def _reference(ratio: float, offset: float, orders: np.ndarray, size: np.ndarray
     with mpmath.workdps(int(lost) + 35):
         lam, shift = mpmath.mpf(ratio), mpmath.mpf(offset) * mpmath.mpf(ratio)
         points = 2 * int(orders[-1]) + math.ceil(36.0 / -math.log10(radius))
-        one, other = (_fourier_sum(lam, shift, orders, points + more) for more in (0, 37))
-        values = np.array([complex(x / mpmath.mpf(s)) for x, s in zip(one, size, strict=True)])
-        apart = max(
-            float(abs(x - y) / mpmath.mpf(s)) for x, y, s in zip(one, other, size, strict=True)
+        one, other = (
+            np.array(_fourier_sum(lam, shift, orders, points + more)) / size for more in (0, 37)
         )
+        apart = float(max(abs(one - other)))
         words = f"Fourier sums of {points} and {points + 37} samples in {mpmath.mp.dps} digits"
-    return Reference(values, apart, words)
+    return Reference(one.astype(complex), apart, words)
 
 
 def _fourier_sum(lam: Any, shift: Any, orders: np.ndarray, points: int) -> list[Any]:

@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from vibecalc.core.accuracy.kinds import Ask, ours, peak_over_cycle, peak_over_range
-from vibecalc.core.accuracy.topic import Answer, Topic
+from vibecalc.core.accuracy.kinds import Counted, peak_over_cycle, peak_over_range
+from vibecalc.core.accuracy.topic import Answer, Ask, Solver, Topic
 from vibecalc.core.run.stage import Scene
-from vibecalc.isolation.accuracy import counting
 from vibecalc.isolation.adapters.body_run_up import sections
 from vibecalc.points.adapter import motion_of_body
 from vibecalc.points.model import band_of, readings_of
@@ -25,10 +24,9 @@ def points_topics(scene: Scene) -> list[Topic]:
         return []
     velocity = signals(given.motion, readings.row, given.order * speed)[1]
     doubled = np.rint(2.0 * given.order[:kept]).astype(int)
-    name = f"reading {readings.names[worst]!r} at {speed:.6g} rad/s, {kept} orders"
-    ask = Ask("points", "largest velocity at a point", name, path, "m/s")
-    topic = peak_over_cycle(ask, velocity.value[[worst], :kept], doubled)
-    return [topic._replace(position=topic.position and "half the crank angle [rad]")]
+    words = f"reading {readings.names[worst]!r} at {speed:.6g} rad/s, {kept} orders"
+    ask, row = Ask("largest velocity at a point", words, path), velocity.value[[worst], :kept]
+    return [peak_over_cycle(ask, row, doubled, "half the crank angle [rad]")]
 
 
 def points_run_up_topics(scene: Scene) -> list[Topic]:
@@ -38,29 +36,24 @@ def points_run_up_topics(scene: Scene) -> list[Topic]:
     for part in sections(scene):
         counted = band_rows(part, readings, band)
         top = passed(part, readings, counted)[1].peak
-        for row in range(count, 2 * count):
-            if np.isfinite(top.value[row]) and top.value[row] > 0.0:
-                every.append((float(top.value[row]), float(top.speed[row]), row, part, counted))
+        every += [(float(top.value[row]), float(top.speed[row]), row, part, counted)
+                  for row in range(count, 2 * count) if 0.0 < top.value[row] < np.inf]  # fmt: skip
     if not every:
         return []
     _, known, row, part, counted = max(every, key=lambda one: one[0])
     ends = float(part.start), float(part.stop)
 
     def alone(_: float) -> Answer:
-        rows, asked = counting(counted.rows)
+        rows = Counted(counted.rows)
         peak = passed(part, readings, counted._replace(rows=rows))[1].peak
-        return Answer(peak.value[[row]], float(asked[0]), float(peak.speed[row]))
+        return Answer(peak.value[[row]], float(rows.asked), float(peak.speed[row]))
 
     words = f"reading {readings.names[row - count]!r}, {ends[0]:.6g} to {ends[1]:.6g} rad/s"
-    ask = Ask(
-        "points in the run-up", "largest r.m.s. of the run-up", words,
-        f"{RUN_UP}/velocity_rms_largest", "m/s", 64.0,
-        "curves and peaks of all readings, and every resonance, so that no narrow one is missed",
-    )  # fmt: skip
-    solver = ours("resonances and slopes", "speeds about resonances, Newton's method", alone)
-    return [
-        peak_over_range(
-            ask, [solver], lambda speed: rms_at(counted, speed, speed).value[:, row], *ends,
-            "crank speed [rad/s]", known, work="speeds",
-        )
-    ]  # fmt: skip
+    ask = Ask("largest r.m.s. of the run-up", words, f"{RUN_UP}/velocity_rms_largest", 64.0,
+              "curves and peaks of all readings, and every resonance, so that no narrow one is "
+              "missed")  # fmt: skip
+    return [peak_over_range(
+        ask, Solver("resonances and slopes", alone),
+        lambda speed: rms_at(counted, speed, speed).value[:, row], ends, known,
+        "crank speed [rad/s]", "speeds",
+    )]  # fmt: skip

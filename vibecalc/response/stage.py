@@ -144,7 +144,6 @@ def plan_response(case: "Case") -> Iterator[Stage]:
             cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
             quantities=paths_of(OverSpeed) + paths_of(LeftOut),
             work=lambda _, number: ((number * _RUN_UP, "body_solve"), (1, "modes")),
-            topics=("vibecalc.response.accuracy:speeds_topics",),
         )
     if options.switching is not None:
         change = options.switching

@@ -1,21 +1,21 @@
 """Questions of machines that roll: running state, largest slip, start-up, control."""
 
+from functools import partial
 from math import ceil, log
 
 import numpy as np
 
 from vibecalc.core.accuracy.kinds import (
     TURN,
-    Ask,
+    Counted,
     Matrices,
     forced,
     harmonics,
-    ours,
     peak_over_range,
     periodic,
     time_history,
 )
-from vibecalc.core.accuracy.topic import Answer, Topic
+from vibecalc.core.accuracy.topic import Answer, Ask, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.periodic.panels import evaluate
@@ -31,7 +31,8 @@ from vibecalc.roll.control.margins import margins
 from vibecalc.roll.mechanism import as_batch, is_mounted, place_at, smooth_angles
 from vibecalc.roll.methods import Settings, find
 from vibecalc.roll.model import build_roll, fitted_motor, roll_drive
-from vibecalc.roll.running import Running, point_levels, running_state, speed_of_state
+from vibecalc.roll.rates import shell_speed
+from vibecalc.roll.running import Running, point_levels, running_state
 from vibecalc.roll.start_up_system import (
     ANGLE,
     SHELL_ANGLE,
@@ -50,7 +51,6 @@ POINTS, STEPS, FOURIER = 14, (2e-3, 1e-3, 5e-4, 2.5e-4), (45, 91, 181, 361)
 #: s of a start that are followed; share of the tolerance of a run's second march, its parts
 FIRST, FINER, PARTS = 0.1, 0.125, 2
 _COLUMNS = [ANGLE, SPEED, SHELL_ANGLE, SHELL_SPEED]
-_ASCHER = "Ascher, Mattheij and Russell (1995), chapter 5"
 
 
 def roll_topics(scene: Scene) -> list[Topic]:
@@ -100,27 +100,25 @@ def roll_topics(scene: Scene) -> list[Topic]:
 
     fading = float(np.max(np.abs(own.multiplier)))
 
-    def chosen(method: str, points: float = 0.0, step: float = 0.0) -> Answer:
-        asked = Settings(int(points) or None, step or None, started, own.state.momentum, fading)
+    def chosen(method: str, points: int | None, step: float | None) -> Answer:
+        asked = Settings(points, step, started, own.state.momentum, fading)
         found = find(method, machine, drive, asked)
         return Answer(spectrum(found.turn), float(found.work))
 
     solvers = [
-        ours("collocation", "points until two numbers of them agree", as_run, "rtol",
-             (1e-3, 1e-5, 1e-7, 1e-9, 1e-11), None if points else case.accuracy.rtol,
-             citation=_ASCHER, falling=True),
-        ours("collocation, points", "panels split at every kink", split, "points a panel",
-             (1, 2, 3, 4, 5, 6, 8, 10), points, "geometric", _ASCHER),
-        ours("fourier", "even crank angles", lambda n: chosen("fourier", n), "points a turn",
-             FOURIER, None),
-        ours("shooting", "Runge-Kutta over the angle", lambda _: chosen("shooting"), default=None),
-        *(
-            ours(method, "even steps until all has faded",
-                 lambda step, method=method: chosen(method, step=step),  # type: ignore[misc]
-                 "time step [s]", STEPS if method == "euler" else STEPS[:3], None, falling=True)
-            for method in ("euler", "rk4") if 1 + ceil(log(1e-12) / log(max(fading, 1e-12))) <= 40
-        ),
+        Solver("collocation", as_run, "rtol", (1e-3, 1e-5, 1e-7, 1e-9, 1e-11),
+               None if points else case.accuracy.rtol),
+        Solver("collocation, points", split, "points a panel", (1, 2, 3, 4, 5, 6, 8, 10), points,
+               "geometric"),
+        Solver("fourier", lambda n: chosen("fourier", int(n), None), "points a turn", FOURIER,
+               None),
+        Solver("shooting", lambda _: chosen("shooting", None, None), default=None),
     ]  # fmt: skip
+    if 1 + ceil(log(1e-12) / log(max(fading, 1e-12))) <= 40:
+        solvers += [
+            Solver(method, partial(chosen, method, None), "time step [s]", steps, None)
+            for method, steps in (("euler", STEPS), ("rk4", STEPS[:3]))
+        ]
     fine = steady_state(machine, drive, POINTS, started_at=started, start=own.state)
     if not fine.solved[0]:
         raise NumericalFailure(f"collocation with {POINTS} points loses the running state")
@@ -129,30 +127,33 @@ def roll_topics(scene: Scene) -> list[Topic]:
     if is_mounted(machine):
         start[2:] = fine.solution.left[0, 0, 1:3]
     else:
-        start[3] = _shell_speed(machine, float(own.state.momentum[0]), start[1])
+        start[3] = shell_speed(place_at(machine, drive, np.zeros((1, 1))), own.state.momentum,
+                               start[None, 1:2])[0, 0]  # fmt: skip
     nodes = turn.crank_angle[0]
 
-    def by_angle(angle: float, state: FloatArray) -> FloatArray:
-        w, theta, s = state[1:].tolist()
-        crank, shell = rates(angle, w, theta, s)
-        return np.asarray(np.array([1.0, crank, s, shell]) / w)
+    def by_angle(angle: float, states: FloatArray) -> FloatArray:
+        """Time, crank speed, angle and speed of the shell in rows, over the crank angle."""
+        found = []
+        for w, theta, s in states[:, 1:].tolist():
+            crank, shell = rates(angle, w, theta, s)
+            found.append((1.0 / w, crank / w, s / w, shell / w))
+        return np.array(found)
 
     def read(_: FloatArray, states: FloatArray) -> ComplexArray:
         path = states[:-1]
-        shell = [
-            rates(b, *row[1:].tolist())[1] for b, row in zip(nodes.tolist(), path, strict=True)
-        ]
+        along = zip(nodes.tolist(), path.tolist(), strict=True)
+        shell = [rates(angle, *row[1:])[1] for angle, row in along]
         again = Turn(turn.crank_angle, turn.weight, path[None, :, 0], path[None, :, 1],
                      path[None, :, 3], path[None, :, 2], states[-1:, 0])  # fmt: skip
         return spectrum(again, np.array(shell)[None])
 
-    ask = Ask("roll", "spectrum", f"harmonics 1 to {options.orders} of the shell's acceleration",
-              "response/roll/shell_acceleration", "rad/s^2", 4.0,
+    ask = Ask("spectrum", f"harmonics 1 to {options.orders} of the shell's acceleration",
+              "response/roll/shell_acceleration", 4.0,
               "other numbers of points prove the error, multipliers the stability")  # fmt: skip
     scale = np.array([TURN / start[1], start[1], 1e-2, 1.0])
     unknown = (1, 2, 3) if is_mounted(machine) else (1,)
     times = np.concatenate([[0.0], nodes, [TURN]])
-    return [slip, periodic(ask, solvers, by_angle, start, unknown, times, read, scale,
+    return [slip, periodic(ask, solvers, by_angle, start, unknown, unknown, times, read, scale,
                            lambda: spectrum(turn), fine.solution.edges[0])]  # fmt: skip
 
 
@@ -163,34 +164,23 @@ def _evaluations(state: SteadyTurn) -> int:
 
 def _slip(own: Running, synchronous: float) -> Topic:
     """The largest slip within a turn of the running state found, whose error does not count."""
-    turn, speed = own.state.turn, speed_of_state(own.state)
+    turn = own.state.turn
     known = float(turn.crank_angle[0][np.argmin(turn.crank_speed[0])])
-    asked = [0, -np.inf, known]
 
-    def curve(angles: FloatArray) -> FloatArray:
-        values = evaluate(own.state.solution, np.mod(angles, TURN))
-        return np.asarray(synchronous - values[0, :, 0])
+    def slowest(angles: FloatArray) -> FloatArray:
+        return -evaluate(own.state.solution, np.mod(angles, TURN))[0, :, 0]
 
     def closer(_: float) -> Answer:
-        asked[:] = 0, -np.inf, known
+        counted = Counted(slowest)
+        top, _ = peak(counted, (turn.crank_angle[0], -turn.crank_speed[0]))
+        return Answer(synchronous + top, float(counted.asked))
 
-        def slower(angles: FloatArray) -> FloatArray:
-            values: FloatArray = -speed(angles)
-            best = int(np.argmax(values))
-            asked[0] += len(angles)
-            if values[best] > asked[1]:
-                asked[1:] = float(values[best]), float(angles[best])
-            return values
-
-        top, _ = peak(slower, (turn.crank_angle[0], -turn.crank_speed[0]))
-        return Answer(np.array([synchronous + top]), float(asked[0]))
-
-    ask = Ask("roll", "largest slip", "within a turn of the running state",
-              "response/roll/largest_slip", "rad/s", 12.0,
-              "up to four peaks are followed, to the last digit")  # fmt: skip
-    solver = ours("closer and closer samples", "about the highest points of the state", closer)
-    return peak_over_range(ask, [solver], curve, known - 0.5 * TURN, known + 0.5 * TURN, "", known,
-                           kind="peak over a cycle", ends=False)  # fmt: skip
+    ask = Ask("largest slip", "within a turn of the running state", "response/roll/largest_slip",
+              12.0, "up to four peaks are followed, to the last digit")  # fmt: skip
+    solver = Solver("closer and closer samples", closer)
+    ends = known - 0.5 * TURN, known + 0.5 * TURN
+    return peak_over_range(ask, solver, lambda angles: synchronous + slowest(angles), ends, known,
+                           around=True)  # fmt: skip
 
 
 def start_up_topics(scene: Scene) -> list[Topic]:
@@ -231,14 +221,13 @@ def start_up_topics(scene: Scene) -> list[Topic]:
         fine = marched(tolerance * FINER, PARTS)
         return fine._replace(work=fine.work + marched(tolerance, 1).work)
 
-    ask = Ask("start-up", "motion", f"speeds of crank and shell after {end:g} s",
-              "response/start_up/history/crank_speed_low", "rad/s", 4.0,
+    ask = Ask("motion", f"speeds of crank and shell after {end:g} s",
+              "response/start_up/history/crank_speed_low", 4.0,
               "a second march to an eighth of the tolerance proves the error")  # fmt: skip
-    solver = ours("two marches", "order 5, steps ending on kinks", twice, "tolerance of a step",
-                  (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10), tolerance, falling=True,
-                  citation="Hairer, Norsett and Wanner (1993), section II.5")  # fmt: skip
+    settings = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
+    solver = Solver("two marches", twice, "tolerance of a step", settings, tolerance)
     size = np.array([1.0, synchronous, 1e-3, 1.0])
-    return [time_history(ask, [solver], rates, start, np.array([0.0, end]),
+    return [time_history(ask, solver, rates, start, np.array([0.0, end]),
                          lambda states: states[-1, [1, 3]], size,
                          lambda: marched(1e-11, 4).values, stops=load.time)]  # fmt: skip
 
@@ -266,11 +255,11 @@ def _load(given: Setup) -> Topic:
         place = place_at(machine, drive, np.asarray(angle, dtype=float)[None])
         return np.asarray(place.load[0] - 0.5 * given.target**2 * place.moved.crank_slope[0])
 
-    ask = Ask("control", "load", f"mean and harmonics 1 to {orders} of the load on the rotor",
-              "response/control/disturbance", "N*m", 6.0,
+    ask = Ask("load", f"mean and harmonics 1 to {orders} of the load on the rotor",
+              "response/control/disturbance", 6.0,
               "two rules prove the error, for any table of gas forces")  # fmt: skip
-    solver = ours("two Gauss rules", "panels between all kinks", own)
-    return harmonics(ask, [solver], signal, np.arange(orders + 1), edges=edges)
+    solver = Solver("two Gauss rules", own)
+    return harmonics(ask, [solver], signal, np.arange(orders + 1), edges)
 
 
 def _loop(given: Setup) -> list[Topic]:
@@ -296,20 +285,12 @@ def _loop(given: Setup) -> list[Topic]:
         reply = closed_loop(model, controller, alone).harmonics.shell_acceleration.value
         return Answer(reply, float(len(w)))
 
-    ask = Ask("control", "closed loop", f"harmonics 1 to {len(w)} of the shell's acceleration",
-              "response/control/shell_acceleration", "rad/s^2")  # fmt: skip
-    solver = ours("closed form", "the transfer function at each order", closed,
-                  citation="Herold (1977), equations 112 and 113")  # fmt: skip
+    ask = Ask("closed loop", f"harmonics 1 to {len(w)} of the shell's acceleration",
+              "response/control/shell_acceleration")  # fmt: skip
+    solver = Solver("closed form", closed)
     parts = Matrices(
         np.zeros((2, 2)), np.array([[motor + viscous, -motor], [gain * feedback, 1.0]]),
         np.array([[inertia, 0.0], [-gain * back * ratio, lag]]), np.zeros((2, 2)),
     )  # fmt: skip
     pushed = np.stack([torque, np.zeros_like(torque)], axis=-1)
     return [forced(ask, [solver], parts, w, pushed, lambda found: -1j * ratio * w * found[:, 0])]
-
-
-def _shell_speed(machine: object, momentum: float, speed: float) -> float:
-    from vibecalc.roll.mechanism import inertia
-
-    moved = inertia(machine, np.zeros((1, 1)))  # type: ignore[arg-type]
-    return (momentum - float(moved.coupling[0, 0]) * speed) / float(moved.shell[0, 0])

@@ -1,29 +1,30 @@
 """Questions of shaft lines: modes, torques by order, over a cycle, a range and in time, dampers."""
 
-from functools import cache, partial
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from vibecalc.core.accuracy.kinds import (
     TURN,
-    Ask,
     Matrices,
+    Optimal,
     forced,
     harmonics,
     harmonics_of_samples,
     modes,
     optimum,
-    ours,
     peak_over_range,
     periodic,
     time_history,
+    top_of_samples,
 )
-from vibecalc.core.accuracy.topic import Answer, Topic
+from vibecalc.core.accuracy.topic import Answer, Ask, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import gas_harmonics, gas_torque_at
-from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray, distinct
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, distinct
 from vibecalc.numerics.synthesis import DEGREE, cycle_of, synthesis
 from vibecalc.torsion.adapters.critical import undamped_speeds
 from vibecalc.torsion.adapters.curves import sweep
@@ -32,7 +33,7 @@ from vibecalc.torsion.adapters.maxima import torque_value, with_narrow_resonance
 from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds
 from vibecalc.torsion.adapters.transient_motion import journey, running
 from vibecalc.torsion.adapters.variable_inertia import gas_torque, half_ranges, system_of
-from vibecalc.torsion.critical_speeds import Value, largest
+from vibecalc.torsion.critical_speeds import largest
 from vibecalc.torsion.damper_design.descend import chart_of, valleys
 from vibecalc.torsion.damper_design.design import design_from
 from vibecalc.torsion.damper_design.peaks import LEVEL, DamperPeaks, Survey, survey
@@ -75,40 +76,24 @@ MAPS, TAKEN, GUIDES, SPEEDS = (5, 9, 15), 15, 41, 241
 MOMENTS, SHARES, SAMPLES = 8, (0.125, 0.25, 0.5, 1.0, 2.0), 1024
 
 
-def exact_matrices(line: Line) -> Matrices:
-    """Inertia, stiffness, damping and loss matrices summed in the numbers of mpmath."""
-    import mpmath
-
-    n = len(line.inertia)
-
-    def summed(own: FloatArray, links: list[Any]) -> np.ndarray:
-        found = np.array([[mpmath.mpf(0)] * n for _ in range(n)], dtype=object)
-        for i, value in enumerate(own.tolist()):
-            found[i, i] += mpmath.mpf(value)
-        for a, b, value in zip(line.first.tolist(), line.second.tolist(), links, strict=True):
-            for i, j, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
-                found[i, j] += sign * value
-        return found
-
-    nothing = np.zeros(n)
-    stiff, damp, loss = (
-        [mpmath.mpf(one) for one in part.tolist()]
-        for part in (line.stiffness, line.damping, line.loss_factor)
-    )
-    lossy = [k * eta for k, eta in zip(stiff, loss, strict=True)]
-    return Matrices(
-        summed(line.inertia, [mpmath.mpf(0)] * len(stiff)), summed(line.ground_stiffness, stiff),
-        summed(line.absolute_damping, damp), summed(nothing, lossy),
-    )  # fmt: skip
-
-
-def _matrices(line: Line) -> Matrices:
-    lossy = line._replace(
-        stiffness=line.stiffness * line.loss_factor, ground_stiffness=0.0 * line.inertia
-    )
+def _matrices(line: Line, number: Callable[[float], Any] = float) -> Matrices:
+    """Inertia, stiffness, damping and loss matrices summed in numbers of a kind, such as mpf."""
+    kind = float if number is float else object
+    line = line._replace(**{
+        name: np.array([number(one) for one in part.tolist()], kind)
+        for name, part in line._asdict().items() if part.dtype.kind == "f"
+    })  # fmt: skip
+    loss = line.stiffness * line.loss_factor
+    lossy = line._replace(stiffness=loss, ground_stiffness=0 * line.ground_stiffness)
     return Matrices(
         np.diag(line.inertia), stiffness_matrix(line), damping_matrix(line), stiffness_matrix(lossy)
     )
+
+
+def _exact(line: Line) -> Matrices:
+    import mpmath
+
+    return _matrices(line, mpmath.mpf)
 
 
 def _on_freedoms(setup: Setup, torque: ComplexArray) -> ComplexArray:
@@ -117,7 +102,7 @@ def _on_freedoms(setup: Setup, torque: ComplexArray) -> ComplexArray:
     return np.asarray(torque @ (setup.drive.freedom[:, None] == places))
 
 
-def _sections(line: Line, w: FloatArray, angle: ComplexArray) -> ComplexArray:
+def _sections(line: Line, w: FloatArray, angle: np.ndarray) -> ComplexArray:
     """Torques (m, e) of the elements from angles (m, n)."""
     return np.asarray(complex_stiffness(line, w) * (angle[:, line.first] - angle[:, line.second]))
 
@@ -132,66 +117,60 @@ def torsion_topics(scene: Scene) -> list[Topic]:
     """Natural frequencies, torques by order, gas torque of a cylinder, peak over the cycle."""
     setup = build_setup(scene.case)
     line, drive, speed = setup.model.at(setup.speed), setup.drive, setup.speed
+    gas = [_cylinder(setup)] if drive.cards and np.any(drive.healthy(speed).gas.value) else []
     if any(one.varies for one in setup.shaft.couplings):  # at every frequency another line
-        return [_cylinder(setup)] if drive.cards and np.any(drive.healthy(speed).gas.value) else []
+        return gas
     parts, n, found = connected_parts(line), len(line.inertia), []
     if n <= MOST_FREEDOMS and line.inertia.all() and len(parts) == 1 and parts[0].is_tree:
         row = all(len(others) <= 2 for others in parts[0].spring.values())
         work = (4.0 / 3.0 if row else 8.0) * n**3 + 12.0 * n**2
-        ask = Ask("torsion", "natural frequencies", f"{n} undamped, in rad/s",
-                  "response/torsion/modes/natural_frequency", "rad/s", 8.0,
+        ask = Ask("natural frequencies", f"{n} undamped, in rad/s",
+                  "response/torsion/modes/natural_frequency", 8.0,
                   "shapes too, each mode to its own last digits")  # fmt: skip
-        solver = ours("factor and mode counts", "bidiagonal factor; of trees halved brackets",
-                      lambda _: Answer(natural_modes(line).frequency, work),
-                      citation="Fernando and Parlett 1994")  # fmt: skip
+        solver = Solver("factor and mode counts",
+                        lambda _: Answer(natural_modes(line).frequency, work))  # fmt: skip
         whole = _matrices(line)
         found.append(modes(ask, [solver], whole.mass, whole.stiffness,
-                           exact=lambda: exact_matrices(line).stiffness))  # fmt: skip
-    if not _by_modes(setup):
-        found.append(_by_order(setup, line))
-    if drive.cards and np.any(drive.healthy(speed).gas.value):
-        found.append(_cylinder(setup))
-    if len(distinct(drive.cycles.group)) > 1:  # of cycles that never meet no cycle is sampled
-        return found
+                           exact=lambda: _exact(line).stiffness))  # fmt: skip
     w = speed * drive.order
     load = _on_freedoms(setup, drive.torque(np.array([speed])).value[0])
+    if not _by_modes(setup):
+        found.append(_by_order(setup, line, w, load))
+    found += gas
+    if len(distinct(drive.cycles.group)) > 1:  # of cycles that never meet no cycle is sampled
+        return found
     rows = _sections(line, w, forced_masked(line, w, load).angle).T
     return [*found, _over_cycle(setup, rows)]
 
 
-def _by_order(setup: Setup, line: Line) -> Topic:
-    n, drive = len(line.inertia), setup.drive
+def _by_order(setup: Setup, line: Line, w: FloatArray, load: ComplexArray) -> Topic:
+    n = len(line.inertia)
     taken = setup.model.method if setup.model.modal is None else "modal"
-    count = ORDERS_OF_LONG if n > LONG else len(drive.order)
-    w = setup.speed * drive.order[:count]
-    load = _on_freedoms(setup, drive.torque(np.array([setup.speed])).value[0][:count])
+    count = ORDERS_OF_LONG if n > LONG else len(w)
+    w, load = w[:count], load[:count]
 
-    def kernel(dense: bool) -> Answer:
+    def kernel(dense: bool, _: float) -> Answer:
         angle = forced_masked(line, w, load, dense=dense).angle
         # an elimination along the line next to full matrices with pivoting
         work = len(w) * (4.0 if dense else min(1.0, 30.0 / n**2))
         return Answer(_sections(line, w, angle), work)
 
-    ask = Ask("torsion", "torques by order", f"{len(w)} orders at {setup.speed:.6g} rad/s",
-              "response/torsion/torque", "N*m", 4.0, "an error bound at each order")  # fmt: skip
+    ask = Ask("torques by order", f"{len(w)} orders at {setup.speed:.6g} rad/s",
+              "response/torsion/torque", 4.0, "an error bound at each order")  # fmt: skip
     solvers = [
-        ours(name, words, lambda _, dense=dense: kernel(dense),  # type: ignore[misc]
-             default=1.0 if name == taken else None)
-        for name, words, dense in (
-            ("elimination", "along the line, with its error bound", False),
-            ("dense", "full matrix with pivoting, refined, error bound", True),
-        )
-    ]  # fmt: skip
+        Solver(name, partial(kernel, name == "dense"), default=1.0 if name == taken else None)
+        for name in ("elimination", "dense")
+    ]
     read = partial(_sections, line, w)
-    return forced(ask, solvers, _matrices(line), w, load, read, partial(exact_matrices, line))
+    return forced(ask, solvers, _matrices(line), w, load, read, partial(_exact, line))
 
 
 def _cylinder(setup: Setup) -> Topic:
     drive, cycle = setup.drive, setup.drive.firing.cycle
     share = drive.weights(np.asarray(setup.speed))
     first = min(float(card.node[0]) for card in drive.cards)
-    nodes = np.concatenate([first + np.mod(card.node - first, cycle) for card in drive.cards])
-    edges = np.append(np.unique(np.round(nodes, 13)), first + cycle)
+    nodes = np.concatenate([np.mod(card.node - first, cycle) for card in drive.cards])
+    edges = first + np.append(np.unique(np.round(nodes, 13)), cycle)
     edges = edges[np.append(np.diff(edges) > 1e-12, True)]
 
     def panels(_: float) -> Answer:
@@ -202,12 +181,10 @@ def _cylinder(setup: Setup) -> Topic:
         each = [gas_torque_at(card, drive.geometry, angle) for card in drive.cards]
         return np.asarray(np.tensordot(share, np.array(each), 1))
 
-    ask = Ask("torsion", "gas torque of a cylinder", f"{len(drive.order)} orders",
-              "response/torsion/excitation/gas", "N*m")  # fmt: skip
-    solver = ours("bounded panels", "Gauss points enough for a proof", panels,
-                  citation="Trefethen 2013, theorem 19.3")  # fmt: skip
-    places = np.rint(drive.order * cycle / TURN).astype(int)
-    return harmonics(ask, [solver], torque, places, cycle, edges)
+    ask = Ask("gas torque of a cylinder", f"{len(drive.order)} orders",
+              "response/torsion/excitation/gas")  # fmt: skip
+    solver = Solver("bounded panels", panels)
+    return harmonics(ask, [solver], torque, np.rint(drive.order * cycle / TURN), edges)
 
 
 def _over_cycle(setup: Setup, rows: ComplexArray) -> Topic:
@@ -227,13 +204,12 @@ def _over_cycle(setup: Setup, rows: ComplexArray) -> Topic:
         place = known + (float(seen.highest_angle[0]) - known + 0.5 * cycle) % cycle - 0.5 * cycle
         return Answer(seen.highest, float(work), place)
 
-    ask = Ask("torsion", "highest torque over the cycle", f"section {worst + 1}, {count} orders",
-              "response/torsion/torque_half_range", "N*m", 12.0,
+    ask = Ask("highest torque over the cycle", f"section {worst + 1}, {count} orders",
+              "response/torsion/torque_half_range", 12.0,
               "samples so dense that no maximum is missed, for all sections")  # fmt: skip
-    solver = ours("cells", "samples, then Taylor polynomials where the maximum may be", kernel)
     ends = known - 0.5 * cycle, known + 0.5 * cycle
-    return peak_over_range(ask, [solver], curve, *ends, "crank angle [rad]", known,
-                           kind="peak over a cycle", ends=False)  # fmt: skip
+    return peak_over_range(ask, Solver("cells", kernel), curve, ends, known, "crank angle [rad]",
+                           around=True)  # fmt: skip
 
 
 def torsion_speeds_topics(scene: Scene) -> list[Topic]:
@@ -254,40 +230,35 @@ def torsion_speeds_topics(scene: Scene) -> list[Topic]:
         return np.asarray(own(at[None])[0])
 
     def kernel(number: float) -> Answer:
-        count = [0.0]
+        asked: list[int] = []
 
-        def make(_: IntArray) -> Value:
-            def counted(at: FloatArray) -> FloatArray:
-                count[0] += np.unique(at).size
-                return np.array([curve(row) for row in at])
-
-            return counted
+        def counted(at: FloatArray) -> FloatArray:
+            asked.append(np.unique(at).size)
+            return np.array([curve(row) for row in at])
 
         at = speed if number == points else np.linspace(*ends, int(number))
         torque = sweep(setup.model, setup.drive, at, None, angles=False).torque
         dense = with_narrow_resonances(setup, at, torque, undamped)
-        top = largest(make, dense.torque[:, [section]], dense.speed, undamped.speed,
+        top = largest(lambda _: counted, dense.torque[:, [section]], dense.speed, undamped.speed,
                       undamped.endless[[section]])  # fmt: skip
-        return Answer(top.value, len(dense.speed) + count[0], float(top.speed[0]))
+        return Answer(top.value, float(len(dense.speed) + sum(asked)), float(top.speed[0]))
 
-    ask = Ask("torsion_speeds", "largest torque", f"section {section + 1} at any speed",
-              "response/torsion/largest/torque_half_range", "N*m", 12.0 + points / 20.0,
+    ask = Ask("largest torque", f"section {section + 1} at any speed",
+              "response/torsion/largest/torque_half_range", 12.0 + points / 20.0,
               f"the case asks for curves at {int(points)} speeds")  # fmt: skip
-    solver = ours("sweep and peaks", "poles first, polynomials about the highest",
-                  kernel, "speeds", [one for one in SWEPT if one < points], points)  # fmt: skip
+    settings = [one for one in SWEPT if one < points]
+    solver = Solver("sweep and peaks", kernel, "speeds", settings, points)
     known = float(kernel(points).position or 0.0)
-    return [
-        peak_over_range(ask, [solver], curve, *ends, "crank speed [rad/s]", known, work="speeds")
-    ]
+    return [peak_over_range(ask, solver, curve, ends, known, "crank speed [rad/s]", "speeds")]
 
 
 class _Counted(Survey):
-    """A survey that counts the dampers whose peaks are sought; `counts` has one entry."""
+    """A survey with a list, into which each damper goes whose peaks are sought."""
 
-    counts: list[int]
+    sought: list[Damper]
 
     def peaks(self, damper: Damper, share: float, tolerance: float = LEVEL) -> DamperPeaks:
-        self.counts[0] += 1
+        self.sought.append(damper)
         return super().peaks(damper, share, tolerance)
 
 
@@ -316,34 +287,27 @@ def damper_design_topics(scene: Scene) -> list[Topic]:
         raise NumericalFailure("a mode of the line is excited without damping")
     problem = alone(int(np.argmax(size)))
 
-    @cache
-    def searched(points: int) -> tuple[FloatArray, float, FloatArray]:
+    def search(points: float) -> Optimal:
         prepared = _Counted(*survey(problem, limits, GUIDES))
-        prepared.counts = [0]
-        seen = chart_of(prepared, points)
+        prepared.sought = []
+        seen = chart_of(prepared, int(points))
         found = design_from(prepared, valleys(prepared, seen, 1))
         place = np.log([found.damper.stiffness, found.damper.damping])
-        return np.array([found.worst]), float(seen.worst.size + prepared.counts[0]), place
+        return Optimal(place, found.worst, 0.0, float(seen.worst.size + len(prepared.sought)))
 
-    ask = Ask("damper design", "least largest torque", f"order {problem.order[0]:g} alone",
-              "damper_design/worst_torque", "rad" if problem.quantity == "twist" else "N*m", 7.5,
+    ask = Ask("least largest torque", f"order {problem.order[0]:g} alone",
+              "damper_design/worst_torque", 7.5,
               "a map on which no valley is lost, a proof of the optimum")  # fmt: skip
-    solver = ours("map and minimax", "downhill from the valley of a map, Newton's method",
-                  lambda points: Answer(*searched(int(points))[:2]),
-                  "points of a variable", MAPS, TAKEN, citation="Madsen 1975")  # fmt: skip
+    ours = Solver("map and minimax", search, "points of a variable", MAPS, TAKEN)
     return [optimum(
-        ask, [solver], lambda: lambda place: (worst(problem, place), np.zeros(0)),
-        [(float(low), float(high)) for low, high in logarithms], middle, float,
-        lambda: (searched(TAKEN)[2], float(searched(TAKEN)[0][0]), 0.0), (20, 40, 80, 160),
-        ("Nelder-Mead", "differential evolution"), "dampers examined over all speeds", 300,
+        ask, ours, lambda: lambda place: (worst(problem, place), np.zeros(0)), logarithms,
+        middle, (20, 40, 80, 160), ("Nelder-Mead", "differential evolution"),
+        "dampers examined over all speeds", confirm=300,
     )]  # fmt: skip
 
 
 def worst_of(problem: DamperProblem, damper: Damper, speeds: int) -> float:
-    """Largest weighted amplitude of the one order over sections and speeds, by full matrices.
-
-    Each section's highest speed with a parabola through its neighbours.
-    """
+    """Largest weighted amplitude of the one order over sections and speeds, by full matrices."""
     line, n = problem.line, len(problem.line.inertia)
     added = zip(line, (damper.inertia, 0.0, 0.0, problem.station, n, *damper[1:], 0.0), strict=True)
     line = Line(*(np.append(part, one) for part, one in added))
@@ -352,15 +316,10 @@ def worst_of(problem: DamperProblem, damper: Damper, speeds: int) -> float:
     w = speed * problem.order[0]
     load = np.concatenate([torque, np.zeros((speeds, 1))], axis=1)[..., None]
     angle = np.linalg.solve(dynamic_stiffness(line, w), load)[..., 0]
-    seen = angle[:, line.first] - angle[:, line.second]
-    if problem.quantity == "torque":
-        seen = complex_stiffness(line, w) * seen
+    twist = angle[:, line.first] - angle[:, line.second]
+    seen = _sections(line, w, angle) if problem.quantity == "torque" else twist
     curve = np.abs(seen[:, : len(problem.weight)]) * problem.weight
-    best, column = np.clip(curve.argmax(axis=0), 1, speeds - 2), np.arange(curve.shape[1])
-    low, top, high = (curve[best + k, column] for k in (-1, 0, 1))
-    bend = 2.0 * top - low - high
-    rise = np.where(bend > 0.0, (high - low) ** 2 / (8.0 * np.where(bend > 0.0, bend, 1.0)), 0.0)
-    return float(np.max(np.maximum(top + rise, curve.max(axis=0))))
+    return float(np.max(top_of_samples(curve)))
 
 
 def torsion_transient_topics(scene: Scene) -> list[Topic]:
@@ -407,24 +366,20 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
     def shown(states: FloatArray) -> FloatArray:
         return np.asarray(states @ system.torque.T)
 
-    def propagated(steps: float) -> FloatArray:
+    def propagated(steps: float) -> Answer:
         count = int(steps)
         piece = StepBlock(0, 0.0, duration / count, count)
         (states,) = march([system], [part], borders, [law], [piece], begin)
-        return shown(states[:: count // MOMENTS][1:])
+        return Answer(shown(states[:: count // MOMENTS][1:]), 1.5 * POINTS * steps)
 
-    ask = Ask("transient", "torques in time", f"first {duration:.4g} s of the change",
-              "response/torsion/transient/peak", "N*m")  # fmt: skip
-    solver = ours("exact propagation",
-                  "matrix exponential, torque a polynomial; whole and half steps",
-                  lambda steps: Answer(propagated(steps), 1.5 * POINTS * steps), "steps",
-                  {MOMENTS * max(1, round(one * taken / MOMENTS)) for one in SHARES}, taken,
-                  "order 10 at least")  # fmt: skip
-    return [time_history(
-        ask, [solver], rates, begin, np.linspace(0.0, duration, MOMENTS + 1), shown,
-        float(np.max(np.abs(begin), initial=1e-3)), lambda: propagated(4 * taken),
-        system.state_matrix,
-    )]  # fmt: skip
+    ask = Ask("torques in time", f"first {duration:.4g} s of the change",
+              "response/torsion/transient/peak")  # fmt: skip
+    steps = [MOMENTS * max(1, round(one * taken / MOMENTS)) for one in SHARES]
+    solver = Solver("exact propagation", propagated, "steps", steps, taken, "order 10 at least")
+    size = float(np.max(np.abs(begin), initial=1e-3))
+    times = np.linspace(0.0, duration, MOMENTS + 1)
+    return [time_history(ask, solver, rates, begin, times, shown, size,
+                         lambda: propagated(4 * taken).values, system.state_matrix)]  # fmt: skip
 
 
 def _shortened(part: Stretch, speed: float, cycle: float) -> Stretch:
@@ -444,20 +399,14 @@ def _shortened(part: Stretch, speed: float, cycle: float) -> Stretch:
 def torsion_variable_topics(scene: Scene) -> list[Topic]:
     """Half ranges where inertias turn with the shaft; none with loss factors, unknown in time."""
     setup = build_setup(scene.case)
-    options = setup.torsion.variable_inertia
+    options, speed = setup.torsion.variable_inertia, setup.speed
     if options is None or not setup.model.line.inertia.all():
         return []
-    speed = setup.speed
     system, torque = system_of(setup, speed), gas_torque(setup, speed)
     line, n = system.line, len(system.line.inertia)
     if np.any(line.loss_factor) or np.any(line.ground_stiffness):
         return []
-    path = "response/torsion/variable_inertia/highest_order"
-    taken = np.ceil(max(setup.drive.order[-1], system.variation.shape[1])) + 1.0
-    if options.orders is not None:
-        taken = float(options.orders)
-    elif path in scene.record.quantities:
-        taken = float(scene.record.quantities[path].values)
+    taken = float(scene.record["response/torsion/variable_inertia/highest_order"].values)
     order, load = np.arange(1, system.variation.shape[1] + 1), system.load / system.load.sum()
     shafts = np.concatenate([stiffness_matrix(line), damping_matrix(line)])
     mean = line.inertia / line.inertia.sum()
@@ -485,18 +434,14 @@ def torsion_variable_topics(scene: Scene) -> list[Topic]:
         parts = harmonics_of_samples(np.roll(torque, 1, axis=1), SAMPLES // 2 - 1)
         return synthesis(np.arange(SAMPLES // 2), parts).half_range
 
-    ask = Ask("variable inertia", "half ranges", f"all sections at {speed:.6g} rad/s",
-              "response/torsion/variable_inertia/torque_half_range", "N*m", 6.0,
+    ask = Ask("half ranges", f"all sections at {speed:.6g} rad/s",
+              "response/torsion/variable_inertia/torque_half_range", 6.0,
               "loss factors and undamped lines too, an error estimate of every order")  # fmt: skip
-    solver = ours("harmonic balance", "the whole Lagrangian system by Newton's method", balanced,
-                  "highest order", [one for one in (12, 14, 16, 18, 20, 23) if one < taken], taken,
-                  "geometric", "Pasricha and Carnegie 1976")  # fmt: skip
+    settings = [one for one in (12, 14, 16, 18, 20, 23) if one < taken]
+    solver = Solver("harmonic balance", balanced, "highest order", settings, taken, "geometric")
     times = TURN * system.turns / speed * np.arange(SAMPLES + 1) / SAMPLES
-    size = np.concatenate(
-        [np.full(n, 1e-2), np.full(n, speed), [speed**2 * line.inertia.sum(), 1.0]]
-    )
+    size = np.repeat([1e-2, speed, speed**2 * line.inertia.sum(), 1.0], [n, n, 1, 1])
     return [periodic(
-        ask, [solver], rates, np.zeros(2 * n + 2), range(2 * n + 1), times, read, size,
-        lambda: balanced(np.ceil(1.5 * taken)).values, rtols=(1e-4, 1e-6),
-        back=[*range(2 * n), 2 * n + 1], in_rows=True,
+        ask, [solver], rates, np.zeros(2 * n + 2), range(2 * n + 1), [*range(2 * n), 2 * n + 1],
+        times, read, size, lambda: balanced(np.ceil(1.5 * taken)).values, rtols=(1e-4, 1e-6),
     )]  # fmt: skip

@@ -2,7 +2,9 @@
 
 import os
 import platform
+import re
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 #: what OpenBLAS, OpenMP and MKL read when numpy is imported
@@ -17,41 +19,24 @@ def pin_threads() -> str:
     found = ", ".join(f"{name}={os.environ.get(name, 'not set')}" for name in THREADS)
     if "numpy" in sys.modules:
         return f"numpy was there already, with {found}"
-    for name in THREADS:
-        os.environ[name] = "1"
+    os.environ.update(dict.fromkeys(THREADS, "1"))
     return f"1 (found {found})"
 
 
 def machine() -> str:
     """Model of the processor and how many of them the system shows."""
-    return f"{_model()}, {os.cpu_count() or 1} cores"
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        text = ""
+    model = re.search(r"^(?:model name|Model|cpu model)\s*:\s*(\S.*)$", text, re.MULTILINE)
+    name = " ".join(model[1].split()) if model else platform.processor() or platform.machine()
+    return f"{name}, {os.cpu_count() or 1} cores"
 
 
 def versions() -> str:
     """Of Python, numpy, scipy, mpmath and vibecalc."""
-    import mpmath
-    import numpy
-    import scipy
-
     from vibecalc import __version__
 
-    parts = {
-        "python": platform.python_version(),
-        "numpy": numpy.__version__,
-        "scipy": scipy.__version__,
-        "mpmath": mpmath.__version__,
-        "vibecalc": __version__,
-    }
-    return ", ".join(f"{name} {version}" for name, version in parts.items())
-
-
-def _model() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
-        lines = []
-    for line in lines:
-        name, _, value = line.partition(":")
-        if name.strip() in ("model name", "Model", "cpu model") and value.strip():
-            return " ".join(value.split())
-    return platform.processor() or platform.machine()
+    packages = [f"{name} {version(name)}" for name in ("numpy", "scipy", "mpmath")]
+    return ", ".join((f"python {platform.python_version()}", *packages, f"vibecalc {__version__}"))

@@ -1,38 +1,36 @@
 """Questions of no subject: what a tolerance costs, searches of [[find]] and [optimisation]."""
 
 import time
-from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibecalc.core.accuracy.kinds import (
     NEARLY_KEPT,
-    Ask,
+    Counted,
     Limited,
+    Optimal,
+    of_kind,
     optimum,
-    ours,
-    wanted_value,
+    plain_way,
 )
-from vibecalc.core.accuracy.run import LONGEST, WHOLE_CASE
-from vibecalc.core.accuracy.topic import Answer, Reference, Topic
+from vibecalc.core.accuracy.run import LONGEST
+from vibecalc.core.accuracy.topic import Answer, Ask, Reference, Solver, Topic
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import StageCache, run_case
 from vibecalc.core.study.binding import Binding
-from vibecalc.core.study.find import Along, choose
+from vibecalc.core.study.find import Along, ChosenSolution, choose
 from vibecalc.core.study.optimise import STANDARD
 from vibecalc.core.study.search.methods import METHODS
 from vibecalc.core.study.search.minimise import find, minimise
 from vibecalc.core.study.search.problem import Box
 from vibecalc.errors import NumericalFailure
-from vibecalc.units import parse_quantity
+from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
 if TYPE_CHECKING:
     from vibecalc.core.case.load import LoadedCase
-    from vibecalc.core.case.study_tables import Find
     from vibecalc.core.results.record import Quantity, Record
-    from vibecalc.schema import Case
 
 #: [accuracy] rtol of the series, and what these are held against
 TOLERANCES = (1e-3, 1e-6, 1e-9)
@@ -43,18 +41,19 @@ _EVALUATIONS = 50
 _OF_THE_TOLERANCE = frozenset({"kinematics/dropped_acceleration"})
 
 
-def whole_case_topics(case: "Case") -> list[Topic]:
+def whole_case_topics(loaded: "LoadedCase") -> list[Topic]:
     """What a run gives, and what it says of itself, at each tolerance.
 
     All scalar results are one vector, each over its value in the finest run. Left out are counts,
     statistics, what is unbounded, zero within its own estimate or left out at the tolerance.
     """
+    case, own = loaded.case, loaded.case.accuracy.rtol
 
     def run(rtol: float) -> "Record":
         accuracy = case.accuracy.model_copy(update={"rtol": rtol})
         return run_case(case.model_copy(update={"accuracy": accuracy}))
 
-    finest, own = run(FINEST), case.accuracy.rtol
+    finest = run(FINEST)
     truth = {path: float(np.abs(one.values)) for path, one in finest.items() if _is_reported(one)}
     if not truth:
         return []
@@ -72,35 +71,28 @@ def whole_case_topics(case: "Case") -> list[Topic]:
     def estimated(rtol: float) -> Answer:
         return Answer(np.full(len(truth), 1.0 + worst(run(rtol))), 1.0)
 
-    words = f"{len(truth)} scalar results"
-    reference = Reference(
-        np.ones(len(truth)), worst(finest), f"the run at rtol = {FINEST:g}, agreement as it says"
+    words = f"the run at rtol = {FINEST:g}, agreement as it says"
+    exact, ones = Reference(np.ones(len(truth)), 0.0, "no error at all"), np.ones(len(truth))
+    solver = Solver("run", shares, "[accuracy] rtol", TOLERANCES, own if own > FINEST else None)
+    claims = solver._replace(solve=estimated, settings=(*TOLERANCES, FINEST), default=own)
+    said = f"{len(truth)} scalar results, "
+    of_finest = Ask("true error of a run", said + "each over that of the finest run", "")
+    of_estimate = Ask(
+        "error that a run estimates", said + "the largest estimate, as relative error", ""
     )
-
-    def topic(name: str, said: str, solve: Callable[[float], Answer], more: tuple[float, ...],
-              reference: Reference) -> Topic:  # fmt: skip
-        default = own if own > FINEST or more else None
-        solver = ours("run", "the whole run of the case", solve, "[accuracy] rtol",
-                      (*TOLERANCES, *more), default, falling=True)  # fmt: skip
-        return Topic(
-            WHOLE_CASE, name, f"{words}, {said}", "", "", "runs", lambda: reference, (solver,)
-        )
-
     return [
-        topic("true error of a run", "each over that of the finest run", shares, (), reference),
-        topic("error that a run estimates", "the largest estimate, as relative error", estimated,
-              (FINEST,), reference._replace(agreement=0.0, words="no error at all")),
-    ]  # fmt: skip
+        Topic(of_finest, "runs", lambda: Reference(ones, worst(finest), words), [solver]),
+        Topic(of_estimate, "runs", lambda: exact, [claims]),
+    ]
 
 
 def _is_reported(quantity: "Quantity") -> bool:
     values = quantity.values
-    if quantity.path in _OF_THE_TOLERANCE:
+    if quantity.path in _OF_THE_TOLERANCE or quantity.standard_error is not None:
         return False
-    if quantity.axes or values.dtype.kind not in "fc" or quantity.standard_error is not None:
+    if quantity.axes or values.dtype.kind not in "fc":
         return False
-    size = float(np.abs(values))
-    return np.isfinite(size) and size > quantity.error_estimate
+    return bool(quantity.error_estimate < np.abs(values) < np.inf)
 
 
 def find_topics(loaded: "LoadedCase") -> list[Topic]:
@@ -111,36 +103,49 @@ def find_topics(loaded: "LoadedCase") -> list[Topic]:
     search = searches[0]
     goal = planned_quantities(loaded.case)[search.quantity].unit
 
-    def along(one: "Find") -> Along:
+    def along(points: int = search.points) -> Along:
         """The case along the key, with nothing remembered."""
-        return Along(one, loaded, StageCache(), lambda _: None)
+        asked = search.model_copy(update={"points": points})
+        return Along(asked, loaded, StageCache(), lambda _: None)
 
-    @cache
-    def wanted() -> float:
-        if search.target is not None:
-            return parse_quantity(search.target, goal)
-        curve = along(search)
-        return curve.evaluate(curve.written)[0] + parse_quantity(str(search.change), goal)
+    def chosen(points: float) -> ChosenSolution:
+        curve = along(int(points))
+        return choose(curve, curve.evaluate(curve.written), goal)
 
     def own(points: float) -> Answer:
-        curve = along(search.model_copy(update={"points": int(points)}))
-        found = choose(curve, curve.evaluate(curve.written), goal)
-        key = found.solution.sample.key
-        return Answer(np.array([key]), float(found.curve.evaluations + 1))
+        found = chosen(points)
+        return Answer(found.solution.sample.key, float(found.curve.evaluations + 1))
 
-    def fresh() -> Callable[[float], float]:
-        curve = along(search)
-        return lambda key: curve.evaluate(key)[0] - wanted()
+    ours = cache(lambda: chosen(search.points))
+    low, high = along().lower, along().upper
 
-    one = along(search)
-    ask = Ask("find", search.name, f"{search.key} that brings {search.quantity} to what is wanted",
-              f"find/{search.name}/value", one.unit, 4.0,
+    def brent(tolerance: float, low: float = low, high: float = high) -> Answer:
+        from scipy.optimize import brentq
+
+        curve, level = along(), ours().level
+        assert level is not None
+        off = Counted(lambda key: curve.evaluate(key)[0] - level.wanted)
+        try:
+            key = brentq(off, low, high, xtol=tolerance * abs(high), rtol=max(tolerance, 1e-15))
+        except ValueError as error:
+            raise NumericalFailure(f"no root is known between the bounds: {error}") from error
+        return Answer(float(key), float(off.asked + 1))
+
+    def reference() -> Reference:
+        key = ours().solution.sample.key
+        again = brent(1e-14, max(key * (1.0 - 1e-3), low), min(key * (1.0 + 1e-3), high)).values
+        words = "ours; Brent's method of scipy around it confirms it, not that there is no other"
+        return Reference(key, max(abs(again / key - 1.0), UNIT_ROUNDOFF), words)
+
+    ask = Ask(search.name, f"{search.key} that brings {search.quantity} to what is wanted",
+              f"find/{search.name}/value", 4.0,
               "samples all of the bounds first, for other solutions")  # fmt: skip
     counts = [points for points in (5, 9) if points <= search.points]
-    solver = ours("samples, then Brent's method", "evenly spread points first", own, "points",
-                  counts, search.points, citation="Brent (1973), chapter 4")  # fmt: skip
-    return [wanted_value(ask, [solver], fresh, one.lower, one.upper,
-                         lambda: float(own(search.points).values[0]), 1)]  # fmt: skip
+    solvers = (
+        Solver("samples, then Brent's method", own, "points", counts, search.points),
+        plain_way("scipy brentq", brent, "tolerance", (1e-2, 1e-4, 1e-8, 1e-12)),
+    )
+    return [Topic(of_kind("optimum", ask), "evaluations of the case", reference, solvers)]
 
 
 def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
@@ -152,65 +157,46 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
     # what is picked is no problem of a method, nor are bounds that leave a variable no room
     if first.choices or study.robust or not np.all(first.upper > first.lower):
         return []
-    box, goal, method = (
-        Box(first.lower, first.upper, first.period),
-        study.objective.quantity,
-        study.method,
-    )
-
-    asked, began = Binding(loaded), time.process_time()
-    asked.evaluate(0.999 * first.first + 0.001 * first.upper)
+    box, goal = Box(first.lower, first.upper, first.period), study.objective.quantity
+    begin, began = box.unit(first.first), time.process_time()
+    Binding(loaded).evaluate(0.999 * first.first + 0.001 * first.upper)
     took = (time.process_time() - began) * _EVALUATIONS * (1.0 + study.starts)
     if took > LONGEST:
         raise NumericalFailure(f"the search would take about {took:.0f} s")
+    bounds, method = (first.lower, first.upper), study.method or STANDARD
 
-    @cache
-    def run(starts: int) -> tuple[np.ndarray, float, float, int, float]:
-        binding, began = Binding(loaded), time.process_time()
+    def search(starts: float) -> Optimal:
         found = minimise(
-            binding.evaluate, binding.lower, binding.upper, first=binding.first, starts=starts,
-            rtol=loaded.case.accuracy.rtol, method=method or STANDARD, period=binding.period,
+            Binding(loaded).evaluate, *bounds, first=first.first, starts=int(starts),
+            rtol=loaded.case.accuracy.rtol, method=method, period=first.period,
         )  # fmt: skip
-        place, error = box.unit(found.variables), float(found.objective_error)
-        seconds = time.process_time() - began
-        return place, found.objective, error, found.evaluations, seconds
-
-    def own(starts: float) -> Answer:
-        _, objective, _, work, seconds = run(int(starts))
-        return Answer(np.array([first.sign * objective]), float(work), None, seconds)
+        error, work = float(found.objective_error), float(found.evaluations)
+        return Optimal(box.unit(found.variables), found.objective, error, work)
 
     def bare(name: str, budget: float) -> Answer:
-        binding = Binding(loaded)
-        found = find(name, binding.evaluate, binding.lower, binding.upper, first=binding.first,
-                     budget=int(budget), period=binding.period)  # fmt: skip
+        found = find(name, Binding(loaded).evaluate, *bounds, first=first.first,
+                     budget=int(budget), period=first.period)  # fmt: skip
         violation = found.history[0].violation
         if violation > NEARLY_KEPT:
             raise NumericalFailure(f"the point reached breaks a limit by {violation:.2g} of it")
-        return Answer(np.array([first.sign * found.objective]), float(found.evaluations))
+        return Answer(first.sign * found.objective, float(found.evaluations))
 
     def problem() -> Limited:
         binding = Binding(loaded)
         return lambda unit: binding.worst(box.values(unit))
 
     budgets = (20, 40, 80)
-    ask = Ask("optimisation", "optimum", f"{goal} at the best point that keeps the limits",
-              "optimisation/objective", planned_quantities(loaded.case)[goal].unit,
-              1.5 * (1.0 + study.starts),
+    ask = Ask("optimum", f"{goal} at the best point that keeps the limits",
+              "optimisation/objective", 1.5 * (1.0 + study.starts),
               "the global optimum rests on all its starts, whose best ends are proven")  # fmt: skip
-    solvers = [
-        ours(f"{METHODS[method or STANDARD].words}, refined", "as the case is run", own, "starts",
-             [one for one in (1, 2, 4) if one <= study.starts], study.starts,
-             citation=METHODS[method or STANDARD].citation),
-        *(
-            ours(one.words, "from the case as written, not refined",
-                 lambda budget, name=name: bare(name, budget),  # type: ignore[misc]
-                 "evaluations", budgets, None, citation=one.citation)
-            for name, one in METHODS.items()
-        ),
-    ]  # fmt: skip
-    begin = box.unit(first.first)
+    more = [
+        plain_way(one.words, partial(bare, name), "evaluations", budgets)
+        for name, one in METHODS.items()
+    ]
+    starts = [one for one in (1, 2, 4) if one <= study.starts]
+    ours = Solver(f"{METHODS[method].words}, refined", search, "starts", starts, study.starts)
     return [optimum(
-        ask, solvers, problem, [(0.0, 1.0)] * len(begin), begin, lambda value: first.sign * value,
-        lambda: run(study.starts)[:3], budgets, ("SLSQP", "COBYLA", "differential evolution"),
-        "evaluations of the case",
+        ask, ours, problem, [(0.0, 1.0)] * len(begin), begin, budgets,
+        ("SLSQP", "COBYLA", "differential evolution"), "evaluations of the case",
+        sign=first.sign, more=more,
     )]  # fmt: skip

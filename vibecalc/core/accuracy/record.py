@@ -4,21 +4,13 @@ import json
 import math
 import re
 from collections.abc import Sequence
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.accuracy.topic import LEAST_SHARE, Measured, Solver, Topic, Trial
-from vibecalc.core.results.layout import (
-    ACCURACY,
-    ALGEBRAIC,
-    BETWEEN,
-    GEOMETRIC,
-    NOT_FITTED,
-    TRIAL_NOT_RUN,
-)
-from vibecalc.core.results.record import Axis, Method, Quantity, Record
-from vibecalc.core.results.trials import extra, on_front
+from vibecalc.core.accuracy.topic import LEAST_SHARE, Measured, Topic
+from vibecalc.core.results.layout import ACCURACY, ALGEBRAIC, GEOMETRIC, NOT_FITTED
+from vibecalc.core.results.record import Entry, Record
+from vibecalc.core.results.trials import Trial, extra, on_front
 from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
@@ -37,54 +29,42 @@ _FLAT = 0.1
 _LEAST_TRIALS = 3
 
 
-class Fit(NamedTuple):
-    """What was fitted: `kind` is "order" (error ~ setting^+-p) or "digits" (for each step of 1).
-
-    `value` is p, positive where finer settings have smaller errors, or the digits gained with
-    each unit of the setting; `trials` took part.
-    """
-
-    kind: str
-    value: float
-    trials: int
-
-
-def fitted(trials: Sequence[Trial], agreement: float) -> Fit | None:
-    """The order that the trials of a method show, coarse to fine; None with fewer than three.
+def fitted(trials: Sequence[Trial], agreement: float) -> tuple[str, float]:
+    """The order that the trials of a method show, coarse to fine; none with fewer than three.
 
     Least squares of log error on log setting, and, where settings grow, of log error on the
     setting itself; the one that fits better is taken. `agreement` is that of the reference: trials
     have to be 30 times above it and above 16 roundings.
+
+    Returns "order" and p of error ~ setting^+-p, positive where finer settings have smaller errors;
+    "digits" and those gained with each unit of the setting; or "none" and 0.
     """
     floor = _CLEAR * max(agreement, _ROUNDINGS * EPSILON)
     used = [
         (trial.setting, trial.worst_relative)
         for trial in trials
-        if trial.done and trial.setting > 0.0 and floor < trial.worst_relative < np.inf
+        if trial.setting > 0.0 and floor < trial.worst_relative < np.inf
     ]
     fine = [pair for pair in used if pair[1] <= _COARSE]
     used = _falling(fine if len(fine) >= _LEAST_TRIALS else used)
     if len(used) < _LEAST_TRIALS:
-        return None
-    setting, error = (np.array(column) for column in zip(*used, strict=True))
-    digits = np.log10(error)
-    slope, misfit = _line(np.log10(setting), digits)
+        return NOT_FITTED, 0.0
+    setting, error = np.array(used).T
     grows = setting[-1] > setting[0]
-    best = Fit(ALGEBRAIC, -slope if grows else slope, len(used))
-    if grows:
-        steepness, other_misfit = _line(setting, digits)
-        if other_misfit < misfit:
-            best = Fit(GEOMETRIC, -steepness, len(used))
-    return best if best.value > 0.0 else None
+    fits = []
+    for kind, steps in ((ALGEBRAIC, np.log10(setting)), (GEOMETRIC, setting))[: 1 + int(grows)]:
+        line, misfit, *_ = np.polyfit(steps, np.log10(error), 1, full=True)
+        fits.append((float(misfit[0]), kind, float(-line[0] if grows else line[0])))
+    _, kind, value = min(fits)
+    return (kind, value) if value > 0.0 else (NOT_FITTED, 0.0)
 
 
 def _falling(pairs: list[tuple[float, float]]) -> list[tuple[float, float]]:
     """Without the flat ends: from the largest error on, as far as errors still fall."""
-    if pairs:
-        pairs = pairs[max(range(len(pairs)), key=lambda place: pairs[place][1]) :]
-    while len(pairs) > 1 and not _falls(pairs[-2], pairs[-1]):
+    pairs = pairs[max(range(len(pairs)), key=lambda place: pairs[place][1], default=0) :]
+    while len(pairs) > 1 and not _falls(*pairs[-2:]):
         pairs = pairs[:-1]
-    while len(pairs) > 1 and not _falls(pairs[0], pairs[1]):
+    while len(pairs) > 1 and not _falls(*pairs[:2]):
         pairs = pairs[1:]
     return pairs
 
@@ -92,40 +72,6 @@ def _falling(pairs: list[tuple[float, float]]) -> list[tuple[float, float]]:
 def _falls(before: tuple[float, float], after: tuple[float, float]) -> bool:
     apart = abs(np.log(after[0] / before[0]))
     return bool(np.log(before[1] / after[1]) > _FLAT * apart)
-
-
-def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
-    """Slope and sum of squares of the misfit; a constant x fits nothing."""
-    centred = x - x.mean()
-    spread = float(centred @ centred)
-    if spread == 0.0:
-        return 0.0, float("inf")
-    slope = float(centred @ (y - y.mean())) / spread
-    rest = y - y.mean() - slope * centred
-    return slope, float(rest @ rest)
-
-
-# ----------------------------------------------------------------------------
-# Which trials nothing beats in counted work, and what the default takes over the least.
-# ----------------------------------------------------------------------------
-
-
-def _errors(trials: Sequence[Trial]) -> list[float]:
-    """Errors not below the noise, so that of several at round-off only the cheapest counts."""
-    return [trial.error if trial.done else math.inf for trial in trials]
-
-
-def front_in_work(trials: Sequence[Trial]) -> list[bool]:
-    """The front in counted work, the same on every machine."""
-    return on_front(_errors(trials), [trial.work for trial in trials])
-
-
-def extra_work(topic: Topic, trials: Sequence[Trial]) -> float:
-    """Work of the default over the least as accurate, to be held against `default_extra`."""
-    default = [trial.is_default for trial in trials]
-    if any(solver.default is not None for solver in topic.solvers) and not any(default):
-        raise ValueError(f"{topic.name}: the trials are not of this topic, no default among them")
-    return extra(_errors(trials), [trial.work for trial in trials], default)
 
 
 # ----------------------------------------------------------------------------
@@ -138,130 +84,87 @@ _DECIBELS = 20.0 / math.log(10.0)
 
 def folder_of(topic: Topic) -> str:
     """`accuracy/<stage>/<topic>`, in letters, digits and underscores."""
-    return "/".join((ACCURACY, _slug(topic.stage), _slug(topic.name)))
+    return "/".join((ACCURACY, _slug(topic.stage), _slug(topic.ask.name)))
 
 
 def as_record(measured: Sequence[Measured], notes: Sequence[str]) -> Record:
     """Everything that is the same in every run, notes as warnings."""
     record = Record(warnings=list(notes))
     for one in measured:
-        _add_trials(record, one)
-        _add_methods(record, one)
-        for solver in one.topic.solvers:
-            method = Method(name=solver.name, purpose=one.topic.name, citation=solver.citation)
-            if solver.citation and method not in record.methods:
-                record.methods.append(method)
+        _add(record, one)
     return record
 
 
 def measured_text(measured: Sequence[Measured]) -> str:
     """Seconds, which change from run to run, as JSON by the folder of the topic."""
-    return json.dumps({
-        folder_of(one.topic): [
-            None if trial.status == TRIAL_NOT_RUN else trial.seconds for trial in one.trials
-        ]
-        for one in measured
-    })  # fmt: skip
+    seconds = {folder_of(one.topic): [trial.seconds for trial in one.trials] for one in measured}
+    return json.dumps(
+        {folder: [s if s < math.inf else None for s in every] for folder, every in seconds.items()}
+    )
 
 
 def plan_rows(measured: Sequence[Measured]) -> tuple[dict[str, str], ...]:
     """The words of each topic, followed by those of its methods."""
     rows: list[dict[str, str]] = []
     for one in measured:
-        topic, folder = one.topic, folder_of(one.topic)
-        of_topic = ("stage", "name", "quantity", "unit", "work", "position", "default_why")
-        words = {name: getattr(topic, name) for name in of_topic}
-        more = {"reference": one.reference.words, "default_extra": f"{topic.default_extra:g}"}
-        rows.append({"folder": folder, "why": topic.words, **words, **more})
+        topic, ask = one.topic, one.topic.ask
+        of = {"folder": folder_of(topic), "stage": topic.stage}
+        rows.append({
+            **of, "name": ask.name, "why": ask.words, "quantity": ask.quantity,
+            "work": topic.work, "position": topic.position, "reference": one.reference.words,
+            "default_extra": f"{ask.extra:g}", "default_why": ask.why,
+        })  # fmt: skip
         for solver in topic.solvers:
-            words = {name: getattr(solver, name) for name in ("setting", "theory", "citation")}
-            about = {"stage": topic.stage, "method": solver.name, "why": solver.words}
-            rows.append({"folder": folder, **about, **words})
+            about = {"setting": solver.setting, "theory": solver.theory}
+            rows.append({**of, "method": solver.name, **about})
     return tuple(rows)
 
 
-def _add_trials(record: Record, one: Measured) -> None:
-    topic, trials, folder = one.topic, one.trials, folder_of(one.topic)
-    noise = trials[0].noise if trials else 0.0
-    solvers = {solver.name: solver for solver in topic.solvers}
-    names = [_label(solvers[trial.solver], trial) for trial in trials]
-    axis = Axis(name="trial", values=np.array(names, dtype=object), long_name="method and setting")
-    level_noise = _DECIBELS * noise / LEAST_SHARE
-    rows: list[tuple[str, Any, str, str, float]] = [
-        ("worst_relative", [trial.worst_relative for trial in trials], "",
-         "largest error over the largest magnitude", noise),
-        ("worst_level", [trial.worst_level for trial in trials], "dB",
-         "largest difference of level", level_noise),
-        ("work", [trial.work for trial in trials], "", f"work, in {topic.work}", 0.0),
-        ("status", [trial.status for trial in trials], "", "0 done, 1 failed, 2 not run", 0.0),
-        ("cause", np.array([trial.cause for trial in trials], dtype=object), "",
-         "why a level failed or was not run", 0.0),
-        ("setting", [trial.setting for trial in trials], "", "setting of the method", 0.0),
-        ("is_default", [int(trial.is_default) for trial in trials], "",
-         "1: what vibecalc takes", 0.0),
-        ("on_front", [int(mark) for mark in front_in_work(trials)], "",
-         "1: no other is as accurate with less work", 0.0),
-    ]  # fmt: skip
-    if topic.position:
-        away = [
-            math.inf if trial.position_error is None else trial.position_error for trial in trials
-        ]
-        at = abs(one.reference.position or 0.0)
-        rows.insert(2, ("position_error", away, "", f"distance from the true {topic.position}",
-                        noise * at))  # fmt: skip
-    for name, values, unit, words, error in rows:
-        record.add(
-            Quantity(
-                path=f"{folder}/{name}",
-                values=np.asarray(values),
-                unit=unit,
-                long_name=f"{topic.name}: {words}",
-                axes=(axis,),
-                error_estimate=error,
-            )
-        )
+#: results of a topic: name, axis, unit and words
+_RESULTS = (
+    ("worst_relative", "trial", "", "largest error over the largest magnitude"),
+    ("worst_level", "trial", "dB", "largest difference of level"),
+    ("position_error", "trial", "", "distance from the true {position}"),
+    ("work", "trial", "", "work, in {work}"),
+    ("status", "trial", "", "0 done, 1 failed, 2 not run"),
+    ("cause", "trial", "", "why a level failed or was not run"),
+    ("setting", "trial", "", "setting of the method"),
+    ("is_default", "trial", "", "1: what vibecalc takes"),
+    ("on_front", "trial", "", "1: no other is as accurate with less work"),
+    ("order", "method", "", "fitted order"),
+    ("order_kind", "method", "", "order: of the setting; digits: gained with each unit of it"),
+    ("agreement", "", "", "relative agreement of the reference"),
+    ("extra_work", "", "", "work of the default over the least"),
+)
 
 
-def _add_methods(record: Record, one: Measured) -> None:
-    topic, folder = one.topic, folder_of(one.topic)
-    fits = [
-        fitted(
-            [trial for trial in one.trials if trial.solver == solver.name],
-            one.reference.agreement,
-        )
-        for solver in topic.solvers
-    ]
-    names = np.array([solver.name for solver in topic.solvers], dtype=object)
-    method = Axis(name="method", values=names, long_name="method")
-    for name, values, axes, words in (
-        ("order", [fit.value if fit else 0.0 for fit in fits], (method,), "fitted order"),
-        (
-            "order_kind",
-            np.array([fit.kind if fit else NOT_FITTED for fit in fits], dtype=object),
-            (method,),
-            "order: of the setting; digits: gained with each unit of it",
-        ),
-        ("agreement", one.reference.agreement, (), "relative agreement of the reference"),
-        (
-            "extra_work",
-            extra_work(topic, one.trials),
-            (),
-            "work of the default over the least",
-        ),
-    ):
-        record.add(
-            Quantity(
-                path=f"{folder}/{name}",
-                values=np.asarray(values),
-                unit="",
-                long_name=f"{topic.name}: {words}",
-                axes=axes,
-            )
-        )
-
-
-def _label(solver: Solver, trial: Trial) -> str:
-    return f"{solver.name}{BETWEEN}{trial.setting:.12g}" if solver.setting else solver.name
+def _add(record: Record, one: Measured) -> None:
+    topic, reference, noise = one.topic, one.reference, one.reference.noise
+    trials = [trial._asdict() for trial in one.trials]
+    methods = [solver.name for solver in topic.solvers]
+    axes = {"trial": np.array([trial.name for trial in one.trials], dtype=object),
+            "method": np.array(methods, dtype=object)}  # fmt: skip
+    kinds, orders = zip(*(
+        fitted([trial for trial in one.trials if trial.method == name], reference.agreement)
+        for name in methods
+    ), strict=True)  # fmt: skip
+    of_topic = {
+        "on_front": np.array(on_front(one.trials, noise, "work"), dtype=int),
+        "order": orders, "order_kind": np.array(kinds, dtype=object),
+        "agreement": reference.agreement, "extra_work": extra(one.trials, noise, "work"),
+    }  # fmt: skip
+    errors = {
+        "worst_relative": noise,
+        "worst_level": _DECIBELS * noise / LEAST_SHARE,
+        "position_error": noise * abs(reference.position or 0.0),
+    }
+    for name, axis, unit, words in _RESULTS:
+        if name != "position_error" or topic.position:
+            values = of_topic.get(name, [trial.get(name) for trial in trials])
+            kind = {"cause": object, "is_default": int}.get(name)
+            said = f"{topic.ask.name}: {words.format(position=topic.position, work=topic.work)}"
+            entry = Entry(f"{folder_of(topic)}/{name}", (axis,) if axis else (), unit, said)
+            record.add(entry.quantity(np.array(values, dtype=kind), errors.get(name, 0.0), axes))
 
 
 def _slug(text: str) -> str:

@@ -1,37 +1,34 @@
 """What is measured of a method: topics, methods at a series of settings, the measuring of them."""
 
-import gc
 import math
 import time
+import timeit
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.layout import TRIAL_DONE, TRIAL_FAILED, TRIAL_NOT_RUN
+from vibecalc.core.results.layout import BETWEEN, TRIAL_FAILED, TRIAL_NOT_RUN
+from vibecalc.core.results.trials import Trial, noise_of
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
 # A topic: one question of a stage, the methods that answer it, and the truth they are held to.
 # ----------------------------------------------------------------------------
 
-#: the settings of a method that has nothing to set
-NOTHING_TO_SET = (1.0,)
-
 
 class Answer(NamedTuple):
     """What one method gave at one setting.
 
-    `values` : real or complex, the shape of the reference's values, same unit.
+    `values` : real or complex, one or an array, the shape of the reference's values, same unit.
     `work` : what it took, counted in the unit of the topic (evaluations, solves, multiplications).
-    `position` : where the peak sits, for topics that ask it; None without one.
+    `position` : where the peak sits, for topics that ask it.
     `seconds` : what it took when it was made, for an answer that is kept; None for a fresh one.
     """
 
-    values: np.ndarray
+    values: Any
     work: float
     position: float | None = None
     seconds: float | None = None
@@ -45,92 +42,67 @@ class Reference(NamedTuple):
     `words` : how the values were found and what they were held against.
     """
 
-    values: np.ndarray
+    values: Any
     agreement: float
     words: str
     position: float | None = None
+
+    @property
+    def noise(self) -> float:
+        """Relative error below which trials count as equally accurate."""
+        return noise_of(self.agreement)
 
 
 class Solver(NamedTuple):
     """One method with its settings, from coarse to fine.
 
-    `solve` : setting to answer; raises NumericalFailure where it cannot.
+    `solve` : setting to `Answer`; raises NumericalFailure where it cannot.
     `setting` : what is stepped ("panels", "time step [s]"); empty with nothing to set.
     `default` : the setting that vibecalc takes for this case; None for a method it does not take.
     `theory` : what the theory says of the convergence ("order 4", "geometric"), empty without.
     """
 
     name: str
-    words: str
-    setting: str
-    settings: tuple[float, ...]
-    solve: Callable[[float], Answer]
-    default: float | None = None
+    solve: Callable[[float], Any]
+    setting: str = ""
+    settings: Sequence[float] = (1.0,)
+    default: float | None = 1.0
     theory: str = ""
-    citation: str = ""
+
+    @property
+    def steps(self) -> list[float]:
+        """All settings from coarse to fine, the default among them."""
+        given, ours = list(self.settings), () if self.default is None else (self.default,)
+        return sorted({float(one) for one in (*given, *ours)}, reverse=given[:1] > given[-1:])
+
+
+class Ask(NamedTuple):
+    """What is asked: name, in words, the result path (or beginning of several) it stands for.
+
+    `extra` is by how much the default's work may exceed the least of any that is as accurate, and
+    `why` (1.0 and no words: it is on the front itself).
+    """
+
+    name: str
+    words: str
+    quantity: str
+    extra: float = 1.0
+    why: str = ""
 
 
 class Topic(NamedTuple):
     """One question of a stage and everything that answers it.
 
-    `quantity` : the result path (or the beginning of several) that the values stand for.
     `work` : the unit in which all its methods count their work, in the plural.
     `position` : what the position of the peak is and its unit ("crank angle [rad]"), empty without.
-    `default_extra` : by how much more work the default may take than the cheapest method that is as
-        accurate, and why (1.0 and no words: it is on the front itself).
     """
 
-    stage: str
-    name: str
-    words: str
-    quantity: str
-    unit: str
+    ask: Ask
     work: str
     reference: Callable[[], Reference]
-    solvers: tuple[Solver, ...]
+    solvers: Sequence[Solver]
     position: str = ""
-    default_extra: float = 1.0
-    default_why: str = ""
-
-
-# ----------------------------------------------------------------------------
-# What measuring one topic gives: a trial for each setting of each method.
-# ----------------------------------------------------------------------------
-
-#: errors below so many roundings are not distinguished, however well the reference is known
-_LEAST_ROUNDINGS = 64
-
-
-class Trial(NamedTuple):
-    """One method at one setting.
-
-    `worst_relative` is over the largest magnitude, `worst_level` in dB, `position_error` in the
-    unit of the position; infinite for a trial that was not measured. `position_error` is None where
-    the topic asks no position or the method gives none. `noise` is the relative error below which
-    this topic does not tell methods apart. `seconds` is the least of the repeats.
-    """
-
-    solver: str
-    setting: float
-    is_default: bool
-    noise: float
-    status: int = TRIAL_DONE
-    cause: str = ""
-    work: float = 0.0
-    seconds: float = 0.0
-    worst_relative: float = float("inf")
-    worst_level: float = float("inf")
-    position_error: float | None = None
-
-    @property
-    def done(self) -> bool:
-        """Whether there is an error to speak of."""
-        return self.status == TRIAL_DONE
-
-    @property
-    def error(self) -> float:
-        """Worst relative error, not below the noise of the topic."""
-        return max(self.worst_relative, self.noise)
+    stage: str = ""
 
 
 class Measured(NamedTuple):
@@ -139,12 +111,7 @@ class Measured(NamedTuple):
     topic: Topic
     reference: Reference
     trials: tuple[Trial, ...]
-    seconds: float = 0.0
-
-
-def noise_of(reference: Reference) -> float:
-    """Relative error below which trials count as equally accurate."""
-    return max(reference.agreement, _LEAST_ROUNDINGS * EPSILON)
+    seconds: float
 
 
 # ----------------------------------------------------------------------------
@@ -155,49 +122,32 @@ def noise_of(reference: Reference) -> float:
 LEAST_SHARE = 1e-6
 
 
-class Errors(NamedTuple):
-    """Worst relative error, worst level difference in dB, distance of the peak's position."""
-
-    worst_relative: float
-    worst_level: float
-    position: float | None
-
-
-def errors_of(
-    values: np.ndarray,
-    truth: np.ndarray,
-    position: float | None = None,
-    true_position: float | None = None,
-) -> Errors:
-    """Errors of `values`, real or complex, against `truth` of the same shape.
+def errors_of(answer: Answer, reference: Reference) -> tuple[float, float, float]:
+    """Worst relative error, worst level difference in dB, distance of the peak's position.
 
     The relative error is max|x - ref| / max|ref|: entries are held against the largest one, and a
     complex entry is a point in the plane. Where the truth is zero altogether it is 0 or infinite.
     The level difference is the largest |20 log10(|x| / |ref|)| over entries of at least
-    `LEAST_SHARE` of the largest; a magnitude of zero there is infinitely far off. The position is
-    None unless both sides have one.
+    `LEAST_SHARE` of the largest; a magnitude of zero there is infinitely far off. The distance is
+    infinite unless both sides have a position.
 
     Raises ValueError for another shape, which is a mistake in the topic.
     """
-    values, truth = np.asarray(values), np.asarray(truth)
+    values, truth = np.atleast_1d(answer.values), np.atleast_1d(reference.values)
     if values.shape != truth.shape:
         raise ValueError(f"an answer of shape {values.shape} for a truth of shape {truth.shape}")
     size = np.abs(truth)
-    largest = float(np.max(size, initial=0.0))
-    difference = float(np.max(np.abs(values - truth), initial=0.0))
+    largest, difference = (float(np.max(one, initial=0.0)) for one in (size, abs(values - truth)))
+    away = math.inf
+    if answer.position is not None and reference.position is not None:
+        away = abs(answer.position - reference.position)
     if largest == 0.0:
-        relative = 0.0 if difference == 0.0 else float("inf")
-        level = 0.0 if difference == 0.0 else float("inf")
-    else:
-        relative = difference / largest
-        large = size >= LEAST_SHARE * largest
-        with np.errstate(divide="ignore"):
-            levels = 20.0 * np.log10(np.abs(values[large]) / size[large])
-        level = float(np.max(np.abs(levels)))
-    away = None
-    if position is not None and true_position is not None:
-        away = abs(float(position) - float(true_position))
-    return Errors(relative, level, away)
+        wrong = math.inf if difference > 0.0 else 0.0
+        return wrong, wrong, away
+    large = size >= LEAST_SHARE * largest
+    with np.errstate(divide="ignore"):
+        levels = 20.0 * np.log10(np.abs(values[large]) / size[large])
+    return difference / largest, float(np.max(np.abs(levels))), away
 
 
 # ----------------------------------------------------------------------------
@@ -211,19 +161,11 @@ def errors_of(
 FAILURES = (NumericalFailure, FloatingPointError, OverflowError, ZeroDivisionError,
             np.linalg.LinAlgError)  # fmt: skip
 
-#: repeats of a level: at least and at most so many, and no more once they took so long [s]
+#: repeats of a level: at least and at most so many, and no more than what takes so long [s]
 _LEAST, _MOST, _ENOUGH = 3, 30, 0.2
 
-#: a level that takes longer [s] is not repeated
+#: a level that takes longer [s], or ten times as long as is enough, is not repeated
 _LONG = 1.0
-
-
-class Timed(NamedTuple):
-    """How trials are timed: `longest` [s] for a question, `repeat` runs short trials again."""
-
-    longest: float = 5.0
-    repeat: bool = True
-
 
 #: a series ends where the next setting, three times the last, would not end in time
 _GROWS = 3.0
@@ -232,94 +174,66 @@ _LATE = "the time for its question was used up"
 
 def measure(
     topic: Topic,
-    timed: Timed | None = None,
-    advance: Callable[[], None] | None = None,
+    longest: float = 5.0,
+    repeats: int = _MOST,
+    advance: Callable[[str], None] = lambda _: None,
 ) -> Measured:
     """Every trial of every method of `topic`, against its reference; the default's in any case.
 
-    `advance` is called after each trial, also after those that were not run. Raises
-    NumericalFailure where the reference cannot be had, ValueError for a mistake in the topic: a
-    wrong shape, work that is not counted, a default not among its settings, two methods of a name.
+    `longest` is for all trials, in s, `repeats` the most of a short one. `advance` is called with
+    the name of each trial. No warning is given; an overflow ends a method, since what diverges
+    overflows sooner or later, and a NaN is found in its answer. Raises NumericalFailure where the
+    reference cannot be had.
     """
-    timed, started = timed or Timed(), time.perf_counter()
-    names = [solver.name for solver in topic.solvers]
-    if len(set(names)) < len(names):
-        raise ValueError(f"{topic.name}: two methods of one name in {names}")
-    for one in topic.solvers:
-        if one.default is not None and one.default not in one.settings:
-            raise ValueError(
-                f"{topic.name}, {one.name}: the default {one.default!r} is not among the settings "
-                f"{one.settings}"
-            )
-    enough = min(_ENOUGH, 0.5 * timed.longest / sum(len(one.settings) for one in topic.solvers))
-    trials = []
-    with _undisturbed():
+    started, trials = time.perf_counter(), []
+    enough = min(_ENOUGH, 0.5 * longest / sum(len(one.steps) for one in topic.solvers))
+    with (
+        warnings.catch_warnings(action="ignore"),
+        np.errstate(over="raise", divide="ignore", invalid="ignore", under="ignore"),
+    ):
         reference = topic.reference()
+        if not topic.position:
+            reference = reference._replace(position=None)
         if not np.isfinite(reference.values).all():
-            raise NumericalFailure(f"the reference of {topic.name!r} is not finite")
-        noise, begun = noise_of(reference), time.process_time()
+            raise NumericalFailure(f"the reference of {topic.ask.name!r} is not finite")
+        end = time.process_time() + longest
         for solver in topic.solvers:
             took = 0.0
-            for setting in solver.settings:
-                trial = Trial(solver.name, setting, setting == solver.default, noise)
-                left = timed.longest - (time.process_time() - begun)
-                if _GROWS * took > left and not trial.is_default:
+            for setting in solver.steps:
+                name = f"{solver.name}{BETWEEN}{setting:.12g}" if solver.setting else solver.name
+                trial = Trial(name, setting, setting == solver.default)
+                if _GROWS * took > end - time.process_time() and not trial.is_default:
                     trial = trial._replace(status=TRIAL_NOT_RUN, cause=_LATE)
                 else:
-                    trial, took = _trial(topic, solver, trial, reference, timed.repeat, enough)
+                    trial = _tried(solver, trial, reference, repeats, enough)
+                    took = trial.seconds
                 trials.append(trial)
-                if advance is not None:
-                    advance()
+                advance(name)
     return Measured(topic, reference, tuple(trials), time.perf_counter() - started)
 
 
-def _trial(
-    topic: Topic, solver: Solver, blank: Trial, reference: Reference, repeat: bool, enough: float
-) -> tuple[Trial, float]:
-    """A trial and the seconds that its first run took."""
+def _tried(
+    solver: Solver, trial: Trial, reference: Reference, repeats: int, enough: float
+) -> Trial:
     started = time.process_time()
     try:
-        answer = solver.solve(blank.setting)
+        answer: Answer = solver.solve(trial.setting)
     except FAILURES as failure:
         took = time.process_time() - started
-        return blank._replace(status=TRIAL_FAILED, cause=_cause(failure), seconds=took), took
-    took = time.process_time() - started
-    if answer.seconds is not None:
-        took, repeat = answer.seconds, False
-    if not (math.isfinite(answer.work) and answer.work > 0.0):
-        place = f"{topic.name}, {solver.name}, {blank.setting:g}"
-        raise ValueError(f"{place}: work has to be counted, found {answer.work!r}")
-    found = errors_of(answer.values, reference.values, answer.position, reference.position)
-    blank = blank._replace(work=float(answer.work), seconds=took)
-    wrong = _undefined(answer)
-    if wrong:
-        return blank._replace(status=TRIAL_FAILED, cause=wrong), took
-    least, used, count = took, 0.0, 0
-    while repeat and took <= _LONG and (count < _LEAST or (count < _MOST and used < enough)):
-        if count and used > 10.0 * enough:
-            break
-        started = time.process_time()
-        solver.solve(blank.setting)
-        again = time.process_time() - started
-        least, used, count = min(least, again), used + again, count + 1
-    trial = blank._replace(
-        seconds=least,
-        worst_relative=found.worst_relative,
-        worst_level=found.worst_level,
-        position_error=found.position,
+        return trial._replace(status=TRIAL_FAILED, cause=_cause(failure), seconds=took)
+    took = time.process_time() - started if answer.seconds is None else answer.seconds
+    trial = trial._replace(work=float(answer.work), seconds=took)
+    if not np.isfinite(answer.values).all():
+        wrong = "not a number" if np.isnan(answer.values).any() else "infinite"
+        return trial._replace(status=TRIAL_FAILED, cause=f"the answer is {wrong}")
+    if answer.seconds is None and took <= min(_LONG, 10.0 * enough):
+        again = partial(solver.solve, trial.setting)
+        count = min(max(_LEAST, math.ceil(enough / max(took, 1e-9))), repeats)
+        took = min([took, *timeit.repeat(again, timer=time.process_time, repeat=count, number=1)])
+    relative, level, away = errors_of(answer, reference)
+    return trial._replace(
+        seconds=took, worst_relative=relative, worst_level=level, position_error=away
     )
-    return trial, took
-
-
-def _undefined(answer: Answer) -> str:
-    values = np.asarray(answer.values)
-    if np.isnan(values).any():
-        return "the answer is not a number"
-    if not np.isfinite(values).all():
-        return "the answer is infinite"
-    if answer.position is not None and not math.isfinite(answer.position):
-        return "the position of the peak is not a finite number"
-    return ""
 
 
 def _cause(failure: Exception) -> str:
@@ -327,24 +241,3 @@ def _cause(failure: Exception) -> str:
     if isinstance(failure, NumericalFailure):
         return words
     return f"{type(failure).__name__}: {words}" if words else type(failure).__name__
-
-
-@contextmanager
-def _undisturbed() -> Iterator[None]:
-    """No garbage collection, no warnings; an overflow ends a method, a NaN is found in its answer.
-
-    What diverges overflows sooner or later, and a march that goes on with infinities only takes
-    time.
-    """
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        with (
-            warnings.catch_warnings(),
-            np.errstate(over="raise", divide="ignore", invalid="ignore", under="ignore"),
-        ):
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        if was_on:
-            gc.enable()

@@ -20,98 +20,62 @@ from vibecalc.core.report.writing import (
 )
 from vibecalc.core.results.layout import (
     ALGEBRAIC,
-    BETWEEN,
     GEOMETRIC,
     MEASURED,
     TARGETS,
-    TRIAL_DONE,
     TRIAL_FAILED,
     TRIAL_STATUS_WORDS,
 )
 from vibecalc.core.results.record import Result
-from vibecalc.core.results.trials import cheapest, extra, on_front
+from vibecalc.core.results.trials import Trial, cheapest, extra, marked, noise_of
 from vibecalc.errors import ResultError
-from vibecalc.numerics.rounding import EPSILON
 
 # ----------------------------------------------------------------------------
 # A result of `vibecalc accuracy` as its report reads it: topics with their levels.
 # ----------------------------------------------------------------------------
 
-
-class TrialView(NamedTuple):
-    """One method at one setting; `setting` is empty where there is nothing to set.
-
-    `seconds` is None where the level was not run; errors are infinite where it was not measured,
-    and `position_error` also where the method gives none.
-    """
-
-    method: str
-    setting: str
-    seconds: float | None
-    front_in_seconds: bool
-    status: int
-    cause: str
-    work: float
-    worst_relative: float
-    worst_level: float
-    default: bool
-    front_in_work: bool
-    position_error: float
-
-    @property
-    def done(self) -> bool:
-        """Whether it has an error."""
-        return self.status == TRIAL_DONE
-
-
-#: results of a trial, in the order in which `TrialView` has them
-_COLUMNS = ("status", "cause", "work", "worst_relative", "worst_level", "is_default", "on_front")
+#: results of a trial
+_COLUMNS = ("setting", "is_default", "status", "cause", "work", "worst_relative", "worst_level")
 
 
 class TopicView(NamedTuple):
-    """A topic. `extra_...`: of the default over the least as accurate, in work and seconds.
+    """A topic with its words and trials.
 
     A method has its name, its setting, the order that it has `shown`, if any, and the theory.
     """
 
-    folder: str
     words: dict[str, str]
     agreement: float
-    trials: tuple[TrialView, ...]
+    trials: tuple[Trial, ...]
     methods: tuple[Mapping[str, str], ...]
-    extra_work: float
-    extra_seconds: float
 
-    def cheapest(self, target: float, by_work: bool) -> TrialView | None:
-        """The trial with the least work, or the fastest, of an error of at most `target`."""
-        error = [max(trial.worst_relative, 0.0) for trial in self.trials]
-        cost = [trial.work if by_work else trial.seconds or 0.0 for trial in self.trials]
-        place = cheapest(error, cost, target)
-        return None if place is None else self.trials[place]
+    def more(self, cost: str) -> float:
+        """Work or seconds of the default over the least as accurate."""
+        return extra(self.trials, self.noise, cost)
 
     @property
-    def default(self) -> TrialView | None:
+    def default(self) -> Trial | None:
         """What vibecalc takes."""
-        return next((trial for trial in self.trials if trial.default), None)
+        return next((trial for trial in self.trials if trial.is_default), None)
 
     @property
     def noise(self) -> float:
         """The error below which trials are not told apart."""
-        return max(self.agreement, 64.0 * EPSILON)
+        return noise_of(self.agreement)
 
     @property
-    def failed(self) -> list[TrialView]:
+    def failed(self) -> list[Trial]:
         """Levels that failed or were not run."""
-        return [trial for trial in self.trials if trial.status != TRIAL_DONE]
+        return [trial for trial in self.trials if not trial.done]
 
 
 def topics_of(result: Result) -> tuple[TopicView, ...]:
     """All topics in the order they were measured; ResultError for a file that lacks parts."""
     try:
-        measured = json.loads(str(result.provenance.get(MEASURED, "{}")))
+        seconds = json.loads(str(result.provenance[MEASURED]))
         return tuple(
-            _topic_view(result, row, list(measured.get(row["folder"], [])))
-            for row in (dict(row) for row in result.plan)
+            _topic_view(result, dict(row), seconds[row["folder"]])
+            for row in result.plan
             if "method" not in row
         )
     except (KeyError, IndexError, ValueError, TypeError) as error:
@@ -120,42 +84,25 @@ def topics_of(result: Result) -> tuple[TopicView, ...]:
         ) from error
 
 
-def _topic_view(result: Result, words: dict[str, str], seconds: list[Any]) -> TopicView:
-    folder, record = words["folder"], result.record
-    names = [str(name).partition(BETWEEN) for name in record[f"{folder}/work"].axes[0].values]
-    times = [None if one is None else float(one) for one in seconds or [None] * len(names)]
+def _topic_view(result: Result, words: dict[str, str], seconds: list[float | None]) -> TopicView:
+    def column(name: str) -> Any:
+        return result.record[f"{words['folder']}/{name}"].values.tolist()
 
-    def column(name: str) -> list[Any]:
-        return list(record[f"{folder}/{name}"].values.tolist())
-
-    away = f"{folder}/position_error" in record
-    position = column("position_error") if away else [math.inf] * len(names)
-    agreement, more = (
-        float(record[f"{folder}/{one}"].values) for one in ("agreement", "extra_work")
-    )
-    error = [max(one, agreement, 64.0 * EPSILON) for one in column("worst_relative")]
-    cost = [math.inf if one is None else one for one in times]
-    fast = on_front(error, cost) if seconds else [False] * len(names)
-    trials = tuple(
-        TrialView(method, f"{float(setting):.6g}" if setting else "", *parts)
-        for (method, _, setting), *parts in zip(
-            names, times, fast, *map(column, _COLUMNS), position, strict=True
-        )
-    )
-    slower = extra(error, cost, column("is_default")) if seconds else math.inf
-    methods = _methods(result, folder)
-    return TopicView(folder, words, agreement, trials, methods, more, slower)
-
-
-def _methods(result: Result, folder: str) -> tuple[Mapping[str, str], ...]:
-    order, kind = (result.record[f"{folder}/{name}"].values for name in ("order", "order_kind"))
+    of_trials = result.record[f"{words['folder']}/work"].axes[0].values.tolist()
+    names = [*_COLUMNS, *["position_error"] * bool(words["position"])]
+    columns = zip(of_trials, seconds, *map(column, names), strict=True)
+    trials = [
+        Trial(name, **dict(zip(names, row, strict=True)), seconds=math.inf if s is None else s)
+        for name, s, *row in columns
+    ]
+    agreement = float(column("agreement"))
     shown = {ALGEBRAIC: "order {:.2f}", GEOMETRIC: "{:.3g} digits per unit"}
-    rows = {row["method"]: row for row in result.plan if row["folder"] == folder if "method" in row}
-    names = map(str, result.record[f"{folder}/order"].axes[0].values)
-    return tuple(
-        {**rows[name], "shown": shown.get(str(how), "").format(value)}
-        for name, value, how in zip(names, order.tolist(), kind, strict=True)
+    rows = (row for row in result.plan if row["folder"] == words["folder"] and "method" in row)
+    methods = tuple(
+        {**row, "shown": shown.get(str(how), "").format(value)}
+        for row, value, how in zip(rows, column("order"), column("order_kind"), strict=True)
     )
+    return TopicView(words, agreement, marked(trials, noise_of(agreement)), methods)
 
 
 # ----------------------------------------------------------------------------
@@ -212,10 +159,10 @@ def _summary(topics: tuple[TopicView, ...]) -> list[str]:
             said = "no method of ours" if ours is None else "ours failed"
             rows.append([name, "", "", said, "", ""])
             continue
-        best = topic.cheapest(max(ours.worst_relative, topic.noise), by_work=False)
-        shown = "ours" if best is None or best.default else best.method[:_NARROW]
+        best = cheapest(topic.trials, max(ours.worst_relative, topic.noise), "seconds") or ours
+        shown = "ours" if best.is_default else best.method[:_NARROW]
         times = [f"{one:.3g}" if one < 100.0 else f"{one:.0f}"
-                 for one in (topic.extra_seconds, topic.extra_work)]  # fmt: skip
+                 for one in (topic.more("seconds"), topic.more("work"))]  # fmt: skip
         rows.append([name, _error(ours.worst_relative), _seconds(ours), shown, *times])
     heads = ("question", number("error"), number("seconds"), "fastest as accurate",
              number("time x"), number("work x"))  # fmt: skip
@@ -235,16 +182,28 @@ def _section(topic: TopicView) -> list[str]:
     }
     more = f"The default may take {words['default_extra']} times the least work: "
     dear = float(words["default_extra"]) > 1.0
+    orders = [
+        [one["method"], *(one[key] or none for key, none in _STEPS.items())]
+        for one in topic.methods
+    ]
+    picks = [
+        [f"{target:g}", _pick(topic, target, "work"), _pick(topic, target, "seconds")]
+        for target in TARGETS
+    ]
     blocks = stacked(
         [*paragraph(words["why"]), *pairs(row for row in about.items() if row[1])],
         _trials(topic),
-        _orders(topic),
-        _cheapest(topic),
+        table(("method", "steps", "convergence shown", "theory"), orders),
+        table((number("error"), "cheapest in work", "in seconds"), picks),
         _failures(topic),
         paragraph(more + words["default_why"]) if dear else [],
     )
     title = f"{words['stage']}: {words['name']}"
     return ["", title, "-" * len(title), *blocks]
+
+
+#: of a method, and what stands where there is none
+_STEPS = {"setting": "nothing to set", "shown": "-", "theory": "-"}
 
 
 def _trials(topic: TopicView) -> list[str]:
@@ -253,9 +212,9 @@ def _trials(topic: TopicView) -> list[str]:
     for trial in topic.trials:
         errors = [_error(trial.worst_relative), _error(trial.worst_level)]
         away = _error(trial.position_error) if math.isfinite(trial.position_error) else "-"
-        marks = "*" * trial.front_in_work + "s" * trial.front_in_seconds + "<" * trial.default
+        marks = "*" * trial.front_in_work + "s" * trial.front_in_seconds + "<" * trial.is_default
         rows.append([
-            trial.method if trial.method != last else "", trial.setting or "-", _work(trial),
+            trial.method if trial.method != last else "", trial.shown or "-", _work(trial),
             _seconds(trial), *(errors if trial.done else [TRIAL_STATUS_WORDS[trial.status], ""]),
             away if topic.words["position"] else "", marks,
         ])  # fmt: skip
@@ -264,39 +223,19 @@ def _trials(topic: TopicView) -> list[str]:
     return table(("method", *heads, "marks"), rows)
 
 
-def _orders(topic: TopicView) -> list[str]:
-    rows = [
-        [
-            one["method"],
-            one["setting"] or "nothing to set",
-            one["shown"] or "-",
-            one["theory"] or "-",
-        ]
-        for one in topic.methods
-    ]
-    return table(("method", "steps", "convergence shown", "theory"), rows)
-
-
-def _cheapest(topic: TopicView) -> list[str]:
-    rows = [
-        [f"{target:g}", *(_pick(topic.cheapest(target, one), one) for one in (True, False))]
-        for target in TARGETS
-    ]
-    return table((number("error"), "cheapest in work", "in seconds"), rows)
-
-
-def _pick(trial: TrialView | None, by_work: bool) -> str:
+def _pick(topic: TopicView, target: float, cost: str) -> str:
+    trial = cheapest(topic.trials, target, cost)
     if trial is None:
         return "none reaches it"
-    name = f"{trial.method}, {trial.setting}" if trial.setting else trial.method
-    return f"{name}: " + (_work(trial) if by_work else f"{_seconds(trial)} s")
+    name = f"{trial.method}, {trial.shown}" if trial.shown else trial.method
+    return f"{name}: " + (_work(trial) if cost == "work" else f"{_seconds(trial)} s")
 
 
 def _failures(topic: TopicView) -> list[str]:
     """Each cause once, with the settings that it befell."""
     causes: dict[tuple[str, int, str], list[str]] = {}
     for trial in topic.failed:
-        causes.setdefault((trial.method, trial.status, trial.cause), []).append(trial.setting)
+        causes.setdefault((trial.method, trial.status, trial.cause), []).append(trial.shown)
     lines = []
     for (method, status, cause), settings in causes.items():
         at = f" at {', '.join(settings)}" if any(settings) else ""
@@ -319,12 +258,12 @@ def _error(value: float) -> str:
     return f"{value:.1e}" if math.isfinite(value) else "unbounded"
 
 
-def _work(trial: TrialView) -> str:
+def _work(trial: Trial) -> str:
     return f"{trial.work:.4g}" if trial.work else ""
 
 
-def _seconds(trial: TrialView) -> str:
-    return "" if trial.seconds is None else f"{trial.seconds:.2e}"
+def _seconds(trial: Trial) -> str:
+    return f"{trial.seconds:.2e}" if trial.seconds < math.inf else ""
 
 
 # ----------------------------------------------------------------------------
@@ -347,6 +286,12 @@ def accuracy_object(result: Result, path: Path) -> dict[str, Any]:
 
 def _topic(topic: TopicView) -> dict[str, Any]:
     words = topic.words
+
+    def place(target: float, cost: str) -> int | None:
+        """In the list of levels."""
+        trial = cheapest(topic.trials, target, cost)
+        return None if trial is None else topic.trials.index(trial)
+
     return {
         "stage": words["stage"],
         "name": words["name"],
@@ -362,29 +307,24 @@ def _topic(topic: TopicView) -> dict[str, Any]:
         "cheapest": [
             {
                 "error": target,
-                "in_work": _place(topic, topic.cheapest(target, True)),
-                "in_seconds": _place(topic, topic.cheapest(target, False)),
+                "in_work": place(target, "work"),
+                "in_seconds": place(target, "seconds"),
             }
             for target in TARGETS
         ],
-        "extra_work": finite(topic.extra_work),
-        "extra_seconds": finite(topic.extra_seconds),
+        "extra_work": finite(topic.more("work")),
+        "extra_seconds": finite(topic.more("seconds")),
     }
 
 
-def _trial(trial: TrialView, with_position: bool) -> dict[str, Any]:
+def _trial(trial: Trial, with_position: bool) -> dict[str, Any]:
     told = trial._asdict() | {
-        "setting": float(trial.setting) if trial.setting else None,
+        "setting": float(trial.shown) if trial.shown else None,
         "status": TRIAL_STATUS_WORDS[trial.status],
         "cause": trial.cause or None,
     }
-    return {
-        name: finite(one) if isinstance(one, float) else one
-        for name, one in told.items()
-        if with_position or name != "position_error"
-    }
-
-
-def _place(topic: TopicView, trial: TrialView | None) -> int | None:
-    """Place in the list of levels."""
-    return None if trial is None else topic.trials.index(trial)
+    told = {name: finite(one) if isinstance(one, float) else one for name, one in told.items()}
+    del told["name"]
+    if not with_position:
+        del told["position_error"]
+    return {"method": trial.method, **told, "default": bool(told.pop("is_default"))}

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.accuracy import TopicView, TrialView, topics_of
+from vibecalc.core.report.accuracy import TopicView, topics_of
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, panels_of
 from vibecalc.core.report.curves import Curve, Curves, Mark, Panel, operating, usual_ends
 from vibecalc.core.report.defects import failed_parts, survived
@@ -25,6 +25,7 @@ from vibecalc.core.results.layout import is_accuracy
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Entry, Result
 from vibecalc.core.results.sweep_file import SweepResult, opened
+from vibecalc.core.results.trials import Trial
 from vibecalc.core.run.stage import subjects, subjects_of
 from vibecalc.errors import UsageError
 
@@ -403,20 +404,18 @@ def draw_accuracy(result: Result) -> "Figure | None":
 
 
 def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
-    timed = [trial for trial in topic.trials if trial.seconds]
+    timed = [trial for trial in topic.trials if 0.0 < trial.seconds < math.inf]
     done = [trial for trial in timed if trial.done]
     low, top = _span([_height(one) for one in done if one.worst_relative > 0.0] or [1.0], 2.0)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_xlim(*_span([trial.seconds or 0.0 for trial in timed] or [1.0], 1.0))
+    axes.set_xlim(*_span([trial.seconds for trial in timed] or [1.0], 1.0))
     axes.set_ylim(low, top)
     axes.minorticks_off()
 
-    def dots(trials: Iterable[TrialView], height: float | None = None, **style: Any) -> None:
+    def dots(trials: Iterable[Trial], height: float | None = None, **style: Any) -> None:
         """Each at its error, or all at one height."""
-        points = [
-            (one.seconds or 0.0, _height(one) if height is None else height) for one in trials
-        ]
+        points = [(one.seconds, _height(one) if height is None else height) for one in trials]
         axes.plot(*zip(*points, strict=True) if points else ([], []), **{"ls": "none", **style})
 
     for place, method in enumerate(topic.methods):
@@ -431,7 +430,7 @@ def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
         exact = (one for one in measured if one.worst_relative == 0.0)
         dots(exact, low, marker="v", ms=6, **alone)
         dots((one for one in own if not one.done), top, marker="x", ms=7, **alone)
-    ring = (one for one in done if one.default)
+    ring = (one for one in done if one.is_default)
     dots(ring, marker="o", color=TOTAL, mfc="none", ms=12, mew=1.4)
     if topic.agreement > low:
         axes.axhline(topic.agreement, color=LIMIT, linestyle=":", linewidth=1.0)
@@ -446,7 +445,7 @@ def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
 
 
-def _height(trial: TrialView) -> float:
+def _height(trial: Trial) -> float:
     """The error, a gap where there is none."""
     return (trial.worst_relative or math.nan) if math.isfinite(trial.worst_relative) else 1.0
 
