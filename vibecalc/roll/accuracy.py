@@ -32,7 +32,7 @@ from vibecalc.roll.mechanism import as_batch, is_mounted, place_at, smooth_angle
 from vibecalc.roll.methods import Settings, find
 from vibecalc.roll.model import build_roll, fitted_motor, roll_drive
 from vibecalc.roll.rates import shell_speed
-from vibecalc.roll.running import Running, point_levels, running_state
+from vibecalc.roll.running import Running, running_state
 from vibecalc.roll.start_up_system import (
     ANGLE,
     SHELL_ANGLE,
@@ -82,13 +82,9 @@ def roll_topics(scene: Scene) -> list[Topic]:
 
     def as_run(rtol: float) -> Answer:
         found = run(rtol)
+        # of the levels before these nothing is left
         left = [one for one in (found.coarse, found.check, found.state) if one is not None]
-        levels, known = point_levels(rtol), {one.points for one in left}
-        tried = sum(p for p in levels[: levels.index(min(found.check.points, found.state.points))]
-                    if p not in known)  # fmt: skip
-        # of the levels before nothing is left: they took their share of the points
         work = sum(_evaluations(one) for one in left)
-        work += int(found.state.evaluations * tried / found.state.points)
         return Answer(spectrum(found.state.turn), float(work))
 
     def split(count: float) -> Answer:

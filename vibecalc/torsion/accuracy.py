@@ -58,7 +58,6 @@ from vibecalc.torsion.transient.march import (
     transient_system,
 )
 from vibecalc.torsion.transient.motion import (
-    Stretch,
     repeats,
     speed_after,
     speed_profile,
@@ -334,25 +333,28 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
     if steady and len(path.stretches) > 1:
         one = path.stretches[0]
         first = int(one.acceleration == 0.0 and one.acceleration_rate == 0.0)
-    system = transient_system(path.line, path.reaction)
+    part, system = path.stretches[first], transient_system(path.line, path.reaction)
     speed, angle = float(whole.speed[first]), float(whole.angle[first])
-    part = _shortened(path.stretches[first], speed, setup.drive.firing.cycle)
     borders = speed_profile([part], speed, angle)
     law = torque_law(path.order, part, system.balance, system.inertia, borders.speed)
     begin = rest_state(system)
     if steady:
         before = path.stretches[max(first - 1, 0)]
         begin = steady_start(system, path.order, before, speed, angle)
-    duration = part.duration
+    # as much of it as a cycle takes, or all
+    seen = np.linspace(0.0, part.duration, 2001)
+    cycle = setup.drive.firing.cycle
+    duration = float(np.interp(cycle, turned_after(part, speed, seen), seen))
     planned = cut([part], borders, float(law.power.max(initial=0.0)) / 2.0, system.fastest, 1.0)
-    taken = MOMENTS * max(1, round(sum(one.steps for one in planned) / MOMENTS))
+    steps = sum(min(one.steps, max(0.0, duration - one.offset) / one.step) for one in planned)
+    taken = MOMENTS * max(1, round(steps / MOMENTS))
     m, turned = len(law.power), float(borders.angle[0])
     if repeats(law.power):
         turned %= 8.0 * np.pi
     gas, growth, inertia = (one[:, :m] - 1j * one[:, m:] for one in law.harmonic)
 
     def rates(time: float, state: FloatArray) -> FloatArray:
-        share, at = time / duration, turned + float(turned_after(part, speed, np.array(time)))
+        share, at = time / part.duration, turned + float(turned_after(part, speed, np.array(time)))
         now = float(speed_after(part, speed, np.array(time)))
         scale = part.scale_start + share * (part.scale_end - part.scale_start)
         wave = np.exp(0.5j * law.power * at)
@@ -374,26 +376,12 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
 
     ask = Ask("torques in time", f"first {duration:.4g} s of the change",
               "response/torsion/transient/peak")  # fmt: skip
-    steps = [MOMENTS * max(1, round(one * taken / MOMENTS)) for one in SHARES]
-    solver = Solver("exact propagation", propagated, "steps", steps, taken, "order 10 at least")
+    settings = [MOMENTS * max(1, round(one * taken / MOMENTS)) for one in SHARES]
+    solver = Solver("exact propagation", propagated, "steps", settings, taken, "order 10 at least")
     size = float(np.max(np.abs(begin), initial=1e-3))
     times = np.linspace(0.0, duration, MOMENTS + 1)
     return [time_history(ask, solver, rates, begin, times, shown, size,
                          lambda: propagated(4 * taken).values, system.state_matrix)]  # fmt: skip
-
-
-def _shortened(part: Stretch, speed: float, cycle: float) -> Stretch:
-    """As much of a stretch as a cycle takes, or all of it."""
-    times = np.linspace(0.0, part.duration, 2001)
-    duration = float(np.interp(cycle, turned_after(part, speed, times), times))
-    share = duration / part.duration
-    ends = speed_after(part, speed, np.array([duration, part.duration]))
-    passed = (ends[0] - speed) / (ends[1] - speed) if ends[1] != speed else 0.0
-    return part._replace(
-        duration=duration,
-        scale_end=part.scale_start + share * (part.scale_end - part.scale_start),
-        gas_end=part.gas + passed * (part.gas_end - part.gas),
-    )
 
 
 def torsion_variable_topics(scene: Scene) -> list[Topic]:

@@ -324,7 +324,8 @@ def _trial(trial: Trial, with_position: bool) -> dict[str, Any]:
         "cause": trial.cause or None,
     }
     told = {name: finite(one) if isinstance(one, float) else one for name, one in told.items()}
+    default = {"method": trial.method, "default": bool(told.pop("is_default"))}
     del told["name"]
     if not with_position:
         del told["position_error"]
-    return {"method": trial.method, **told, "default": bool(told.pop("is_default"))}
+    return default | told
