@@ -60,7 +60,6 @@ EVERY = [
     ("absorber_rig_a", "absorber", "highest peak", 1e-14, 1e-14),
     ("roll", "roll", "largest slip", 1e-12, 1e-12),
     ("roll_control", "control", "load", 1e-14, 1e-14),
-    ("roll_control", "control", "closed loop", 1e-14, 1e-14),
 ]
 EVERY_LONG = [
     ("engine_bearing_loads", "bearing_loads", "highest main bearing load", 1e-13, 1e-14),

@@ -8,8 +8,6 @@ import numpy as np
 from vibecalc.core.accuracy.kinds import (
     TURN,
     Counted,
-    Matrices,
-    forced,
     harmonics,
     peak_over_range,
     periodic,
@@ -21,13 +19,10 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.periodic.panels import evaluate
 from vibecalc.numerics.rounding import ComplexArray, FloatArray
 from vibecalc.numerics.runge_kutta_march import march
-from vibecalc.roll.adapters.control import Setup, setup
+from vibecalc.roll.adapters.control import setup
 from vibecalc.roll.adapters.start_up import COARSEST, FINEST, SHARE, load_of
 from vibecalc.roll.between_kinks import acting_at, running, slot_at, slots_of
-from vibecalc.roll.control.gains import evaluate as closed_loop
-from vibecalc.roll.control.gains import evaluate_at_speed
-from vibecalc.roll.control.loop import disturbance, loop_of
-from vibecalc.roll.control.margins import margins
+from vibecalc.roll.control.loop import disturbance
 from vibecalc.roll.mechanism import as_batch, is_mounted, place_at, smooth_angles
 from vibecalc.roll.methods import Settings, find
 from vibecalc.roll.model import build_roll, fitted_motor, roll_drive
@@ -229,15 +224,11 @@ def start_up_topics(scene: Scene) -> list[Topic]:
 
 
 def control_topics(scene: Scene) -> list[Topic]:
-    """The load on the rotor, and the closed loop by order where it is stable, without a delay."""
+    """The load on the rotor: the reply to it is a closed form at each order."""
     response = scene.case.response
     if response is None or response.control is None:
         return []
     given = setup(scene.case)
-    return [_load(given), *_loop(given)]
-
-
-def _load(given: Setup) -> Topic:
     orders, machine, drive = len(given.orders), given.machine, given.drive
     edges = smooth_angles(machine, drive)
 
@@ -255,38 +246,4 @@ def _load(given: Setup) -> Topic:
               "response/control/disturbance", 6.0,
               "two rules prove the error, for any table of gas forces")  # fmt: skip
     solver = Solver("two Gauss rules", own)
-    return harmonics(ask, [solver], signal, np.arange(orders + 1), edges)
-
-
-def _loop(given: Setup) -> list[Topic]:
-    own, load, model = given.controller(), given.load(given.target), given.model
-    if given.options.speed_feedback is None:
-        found = evaluate_at_speed(model, own, load, given.target)
-    else:
-        found = closed_loop(model, own, load)
-        load = given.load(float(found.speed.value))
-    controller = own._replace(speed_feedback=float(found.speed_feedback.value))
-    loop, speed = loop_of(model, controller), float(found.speed.value)
-    if float(loop.delay) > 0.0 or not bool(margins(loop).stable):
-        return []
-    inertia, ratio, motor, viscous = (float(np.asarray(part)) for part in model)
-    gain, feedback, back, lag = (float(np.asarray(part)) for part in controller[:4])
-    torque = np.asarray(load.harmonics, dtype=complex)[: len(given.orders)]
-    w, alone = (
-        np.arange(1, len(torque) + 1) * speed,
-        load._replace(harmonics=torque, harmonics_error=0.0),
-    )
-
-    def closed(_: float) -> Answer:
-        reply = closed_loop(model, controller, alone).harmonics.shell_acceleration.value
-        return Answer(reply, float(len(w)))
-
-    ask = Ask("closed loop", f"harmonics 1 to {len(w)} of the shell's acceleration",
-              "response/control/shell_acceleration")  # fmt: skip
-    solver = Solver("closed form", closed)
-    parts = Matrices(
-        np.zeros((2, 2)), np.array([[motor + viscous, -motor], [gain * feedback, 1.0]]),
-        np.array([[inertia, 0.0], [-gain * back * ratio, lag]]), np.zeros((2, 2)),
-    )  # fmt: skip
-    pushed = np.stack([torque, np.zeros_like(torque)], axis=-1)
-    return [forced(ask, [solver], parts, w, pushed, lambda found: -1j * ratio * w * found[:, 0])]
+    return [harmonics(ask, [solver], signal, np.arange(orders + 1), edges)]
