@@ -22,7 +22,7 @@ CASES = Path(__file__).resolve().parents[1] / "cases"
 #: every stage and study once; one that takes long as part of a case is asked for alone
 STAGES: dict[str, tuple[str, ...]] = {
     "generator": ("kinematics", "excitation", "isolation", "run_up"),
-    "engine_v8": ("response", "torsion", "torsion_speeds", "torque reaction"),
+    "engine_v8": ("response", "torsion", "torsion_speeds"),
     "absorber_rig_a": ("tuning", "absorber"),
     "absorber_pendulum": ("pendulum",),
     "compressor": ("operations",),

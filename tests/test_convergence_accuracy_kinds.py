@@ -75,7 +75,6 @@ EVERY_LONG = [
     ("compressor_switching", "switching", "run-down", 1e-12, 1e-12),
     ("engine_damper_heat", "damper design", "least largest torque", 1e-5, 1e-14),
     ("engine_two_stroke", "transient", "torques in time", 1e-11, 2e-14),
-    ("engine_v8", "torque reaction", "peak of a support force", 1e-14, 1e-14),
     ("engine_variable_inertia", "variable inertia", "half ranges", 2e-6, 1e-4),
 ]
 
