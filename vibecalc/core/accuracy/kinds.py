@@ -46,6 +46,7 @@ def apart(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def of_kind(kind: str, ask: Ask) -> Ask:
+    """The same with the kind of problem before its words."""
     return ask._replace(words=f"{kind}: {ask.words}")
 
 
