@@ -115,9 +115,7 @@ def natural_modes(reader: Any) -> Natural:
             assert (zeta == 1.0) == (mass == 0)
             _append(found, mpf(0), mpf(zeta), shape, mass, mpc(0))
             continue
-        # without a damper the dashpots of loss factors are those of the undamped frequency
-        own = undamped.frequency[number] if not damped else mpf(w)
-        pole, shape = _pole(state, reader.speed, w, zeta, own, damped)
+        pole, shape = _pole(state, reader.speed, w, zeta, damped)
         truth = -pole.real / abs(pole)
         if not damped:
             _append(found, undamped.frequency[number], truth, undamped.shape[number],
@@ -133,13 +131,12 @@ def natural_modes(reader: Any) -> Natural:
     return found
 
 
-def _pole(
-    state: Any, speed: mpf, w: float, zeta: float, own: mpf, damped: bool
-) -> tuple[mpc, list[Any]]:
-    """Pole and shape next to a frequency and damping ratio found; loss factors are those at `own`.
+def _pole(state: Any, speed: mpf, w: float, zeta: float, damped: bool) -> tuple[mpc, list[Any]]:
+    """Pole and shape next to a frequency and damping ratio found.
 
-    Of a line with dampers that is the size of the pole itself.
+    Loss factors are dashpots at the size of the pole itself.
     """
+    own = mpf(w)
     standing = [k + s * speed**2 for _, _, k, _, _, s in state.elements]
     guess = mpc(-w * zeta, w * np.sqrt(max(1.0 - zeta**2, 0.0)))
     if not damped:  # undamped frequencies can be far from the poles of modes that damping couples
@@ -153,7 +150,7 @@ def _pole(
         ]
         pole, shape = exact_pole(state.line, elements, state.damped, guess)
         before, guess = own, pole
-        own = abs(pole) if damped else own
+        own = abs(pole)
         if abs(own - before) <= mpf(10) ** -30 * own:
             break
     return pole, shape
@@ -181,7 +178,7 @@ def frequencies_at(reader: Any, speed: mpf, found: list[float]) -> list[mpf]:
         return ExactModes(reader.line, speed).frequency
     ratio = record[place + "damping_ratio"].values.tolist()
     sizes = [
-        mpf(0) if w == 0.0 else abs(_pole(reader.state, speed, w, zeta, mpf(w), True)[0])
+        mpf(0) if w == 0.0 else abs(_pole(reader.state, speed, w, zeta, True)[0])
         for w, zeta in zip(found, ratio, strict=True)
     ]
     moving = [size for size in sizes if size]

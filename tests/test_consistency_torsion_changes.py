@@ -125,3 +125,22 @@ def test_a_clutch_from_case_to_report() -> None:
     text = render_report(result)
     for words in ("Clutch coupling takes along", "The clutch slips for", "Cycles by rainflow"):
         assert words in text
+
+
+def test_a_line_told_from_its_other_end_has_the_same_time_history() -> None:
+    text = f"{GENSET}transient = {{ kind = 'run_up', from = 100, to = 110, duration = 1.0 }}\n"
+    told = [tomllib.loads(text), tomllib.loads(text)]
+    for case in told:
+        case["machine"]["shaft_line"]["load"] = "generator"
+    line = told[1]["machine"]["shaft_line"]
+    line["stations"].reverse()
+    line["shafts"].reverse()
+    wanted = frozenset(ROOT + one for one in ("history/torque", "peak", *EQUIVALENT))
+    one, other = (run_case(validate(case), wanted=wanted) for case in told)
+    assert (
+        value(one, "equivalent/frequency").tolist() == value(other, "equivalent/frequency").tolist()
+    )
+    for name in ("history/torque", "peak"):
+        first, second = one[ROOT + name], other[ROOT + name]
+        values = np.sort(np.abs(first.values)) - np.sort(np.abs(second.values))
+        assert np.abs(values).max() <= first.error_estimate + second.error_estimate

@@ -1,4 +1,4 @@
-"""Modes of a shaft line with its dampers: one frequency and one damping ratio each."""
+"""Modes of a shaft line with its dampings: one frequency and one damping ratio each."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -10,19 +10,20 @@ from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatAr
 from vibecalc.torsion.line import (
     Line,
     damping_matrix,
-    lines_of,
+    free_parts,
     network_matrix,
     part_of,
     stiffness_matrix,
 )
-from vibecalc.torsion.modes import Modes
+from vibecalc.torsion.modes import Modes, natural_modes
+from vibecalc.torsion.network import network_of
 
 # ----------------------------------------------------------------------------
 # Natural modes of a shaft line as it vibrates: one frequency and one damping ratio a mode.
 #
-# Without a damper they are the undamped modes: damping spread over shafts and stations moves a
-# frequency in the second order only. A ring that hangs by a dashpot is another matter: how much of
-# its inertia goes along depends on the frequency. Then the modes are the poles s of
+# Where damping moves no frequency worth mentioning they are the undamped modes. A ring that hangs
+# by a dashpot is another matter: how much of its inertia goes along depends on the frequency. Then
+# the modes are the poles s of
 #
 #     (s^2 J + s C + K) x = 0,
 #
@@ -32,8 +33,8 @@ from vibecalc.torsion.modes import Modes
 
 #: from this damping ratio on, 1 / sqrt(2), the response to a constant torque has no peak
 NO_PEAK = float(np.sqrt(0.5))
-#: rounds until a mode has the dashpots of its own frequency
-_ROUNDS = 40
+#: share of a natural frequency by which damping must move one for poles to count as modes
+MOVES = 0.005
 
 
 class LineModes(NamedTuple):
@@ -70,6 +71,15 @@ class LineModes(NamedTuple):
         size = 2.0 * self.frequency
         return np.divide(np.abs(self.scale), size, out=np.zeros_like(size), where=size > 0.0)
 
+    @property
+    def together(self) -> BoolArray:
+        """Modes (m,) that share their frequency with another one as far as digits go.
+
+        Their shapes are any of a subspace.
+        """
+        close = _close(self.pole, self.frequency_error)
+        return np.asarray((np.sum(close, axis=1) > 1) & (self.frequency > 0.0))
+
 
 def undamped_line_modes(modes: Modes, damping_ratio: FloatArray, failure: str = "") -> LineModes:
     """Of undamped modes with damping ratios (m,) that leave their frequencies as they are."""
@@ -87,120 +97,125 @@ def undamped_line_modes(modes: Modes, damping_ratio: FloatArray, failure: str = 
     )
 
 
+def moves_modes(line: Line, modes: Modes) -> bool:
+    """Whether damping moves a natural frequency by `MOVES` of it, or leaves a mode without a peak.
+
+    By the modal damping d (m, m) of undamped modes to second order, without signs that cancel:
+    sum over s of |Re d_rs^2 / (w_s^2 - w_r^2 + i w_r d_ss)| / 2. `line` may have the modes as a
+    leading axis of its stiffness and loss factor.
+    """
+    damping = modal_damping_matrix(line, modes)
+    w, own = modes.frequency, np.diag(damping)
+    apart = (w**2 - w[:, None] ** 2) + 1j * w[:, None] * own
+    np.fill_diagonal(apart, np.inf)
+    coupled = (damping != 0.0) & np.isfinite(apart) & (w[:, None] > 0.0)
+    share = np.divide(damping**2, apart, out=np.zeros_like(apart), where=coupled)
+    moved = 0.5 * np.sum(np.abs(share.real), axis=1)
+    return bool(np.any(moved >= MOVES) or np.any(own >= 2.0 * NO_PEAK * np.where(w, w, np.inf)))
+
+
+def modal_damping_matrix(line: Line, modes: Modes) -> FloatArray:
+    """Row r (m, m): damping between undamped modes in rad/s, loss factors as dashpots at mode r."""
+    shape = modes.shape / np.sqrt(modes.modal_inertia)[:, None]
+    twist = shape[:, line.first] - shape[:, line.second]
+    w = np.where(modes.frequency > 0.0, modes.frequency, np.inf)
+    dashpot = equivalent_line(line, w).damping
+    return np.asarray((twist * dashpot) @ twist.T + (shape * line.absolute_damping) @ shape.T)
+
+
 def damped_line_modes(
-    line: Line, rings: int, line_at: Callable[[float], Line] | None = None
+    line: Line,
+    rings: int,
+    line_at: Callable[[FloatArray], Line] | None = None,
+    modes: Modes | None = None,
 ) -> LineModes:
     """Of a line without leading axes whose last `rings` freedoms are the rings of dampers.
 
-    Every freedom with inertia has a mode. `line_at` gives the line at a frequency in rad/s where
-    its elements depend on it: each pole is then that of its own magnitude. Raises
-    NumericalFailure where a pole cannot be distinguished from another one to four digits, or has no
-    dashpots that equal its loss factors.
+    Every freedom with inertia has a mode. `line_at` gives the line at frequencies (g,) in rad/s
+    where its elements depend on it: each pole is then that of its own magnitude. `modes` are the
+    undamped ones of the line, if they are at hand. Raises NumericalFailure where a pole cannot be
+    distinguished from another one to four digits, or has no dashpots that equal its loss factors.
     """
-    poles: list[complex] = []
-    shapes: list[ComplexArray] = []
-    errors: list[float] = []
-    scales: list[complex] = []
-    for guess in vibrating_guesses(line).tolist():
-        found = converged_pole(line, guess) if line_at is None else _own_pole(line_at, guess)
-        converged, turned, uncertainty, damping = found
-        # a real pole next to which the guess was complex
-        if converged.imag <= 1e3 * uncertainty or converged.imag <= 1e-9 * abs(converged):
-            continue
-        if uncertainty > 1e-4 * abs(converged) or any(
-            abs(converged - p) < 1e-9 * abs(p) for p in poles
-        ):
-            raise NumericalFailure(
-                f"the pole near {converged:.6g} rad/s of the damped line cannot be separated "
-                "from another"
-            )
-        poles.append(converged)
-        shapes.append(turned)
-        errors.append(uncertainty)
-        scales.append(complex(2.0 * converged * np.sum(line.inertia * turned**2) + damping))
-    _, rigid = line_matrices(line)
-    still = [*rigid, *resting(line)]
-    count = int(np.count_nonzero(line.inertia))
-    over = max(count - len(poles) - len(still), 0)
-    blank = [np.zeros(len(line.inertia))] * over
-    first = len(still) + over
-    pole: ComplexArray = np.array([0.0j] * first + poles)
+    modes = natural_modes(line) if modes is None else modes
+    found = refined(line, *guesses(line, modes), line_at)
+    joined = (line.stiffness != 0.0) | (line.damping != 0.0)
+    still = [*free_parts(line, joined), *resting(line)]
+    first = len(modes.frequency) - len(found.pole)
+    over = max(first - len(still), 0)
+    still = [*still, *[np.zeros(len(line.inertia))] * over][:first]
+    blank: FloatArray = np.zeros(first)
+    pole = np.concatenate([blank, found.pole])
     size = np.abs(pole)
-    ascending = np.argsort(size, kind="stable")
-    pole, size = pole[ascending], size[ascending]
-    shape = np.array([*still, *blank, *shapes], dtype=np.complex128)[ascending]
-    error = np.array([0.0] * first + errors)[ascending] + 4.0 * EPSILON * size
     ratio = np.divide(-pole.real, size, out=np.zeros_like(size), where=size > 0.0)
-    ratio[len(still) : first] = 1.0
+    ratio[first - over : first] = 1.0
+    shape = np.concatenate([np.reshape(still, (first, len(line.inertia))), found.shape.T])
     shape, factor = _scaled(shape, len(line.inertia) - rings)
-    scale = np.array([0.0j] * first + scales)[ascending] * factor**2
+    error = np.concatenate([blank, found.error])
+    scale = np.concatenate([blank, found.slope]) * factor**2
     return LineModes(size, error, ratio, pole, shape, _shape_error(pole, error, scale), scale, True)
 
 
-def vibrating_guesses(line: Line, taken: FloatArray | None = None) -> ComplexArray:
-    """Poles near those that vibrate, with loss factors as they are in steady vibration.
+def poles_of_modes(line: Line, modes: Modes, line_at: Callable[[FloatArray], Line]) -> "Poles":
+    """One pole (m,) for each of the undamped modes, in their order; 0 for a rigid one.
 
-    `taken` (n, n) is taken off the inertias.
+    `modes` may be those of lines at their own frequencies. Raises NumericalFailure where a mode
+    does not vibrate any more.
     """
-    matrices, _ = line_matrices(line)
-    if np.any(line.loss_factor):
-        none = np.zeros_like(line.inertia)
-        loss = network_matrix(line, line.stiffness * line.loss_factor, none)
-        loss = matrices.full.T @ loss @ matrices.full
-        matrices = matrices._replace(stiffness=matrices.stiffness + 1j * loss)
-    if taken is None:
-        eigenvalues = np.linalg.eigvals(state_matrix(matrices))
-    else:
-        count = len(matrices.inertia)
-        mass = np.diag(matrices.inertia) - matrices.full.T @ taken @ matrices.full
-        sides = np.hstack([-matrices.stiffness, -matrices.damping])
-        lower = np.linalg.lstsq(mass, sides, rcond=None)[0]
-        eigenvalues = np.linalg.eigvals(np.vstack([np.eye(count, 2 * count, count), lower]))
-    return np.asarray(eigenvalues[eigenvalues.imag > 1e-7 * np.abs(eigenvalues)])
-
-
-def converged_pole(line: Line, guess: complex) -> tuple[complex, ComplexArray, float, complex]:
-    """A pole whose loss factors are dashpots of its own magnitude, shape, error, x^T C x.
-
-    Raises NumericalFailure where it has no such dashpots.
-    """
-    lossy = bool(np.any(line.loss_factor))
-    pole, last = guess, np.inf
-    for _ in range(_ROUNDS):
-        matrices, _ = line_matrices(equivalent_line(line, abs(pole)) if lossy else line)
-        before, (pole, vector, error) = pole, corrected_pole(matrices, pole)
-        moved = abs(abs(pole) - abs(before))
-        if not lossy or moved <= error or (moved >= last and moved < 1e-12 * abs(pole)):
-            damping = complex(vector @ matrices.damping @ vector)
-            return pole, matrices.full @ vector, error + (2.0 * moved if lossy else 0.0), damping
-        last = moved
-    raise NumericalFailure(
-        f"loss factors as dashpots near {abs(guess):.6g} rad/s: the mode there is damped so "
-        "strongly that it has no frequency of its own"
-    )
-
-
-def _own_pole(
-    line_at: Callable[[float], Line], guess: complex
-) -> tuple[complex, ComplexArray, float, complex]:
-    """The same of the line at the frequency of the pole itself. Raises NumericalFailure."""
-    pole = guess
-    for _ in range(_ROUNDS):
-        found = converged_pole(line_at(abs(pole)), pole)
-        moved, pole = abs(abs(found[0]) - abs(pole)), found[0]
-        if moved <= 2.0 * found[2] or moved <= 1e-13 * abs(pole):
-            return pole, found[1], found[2] + moved, found[3]
-    raise NumericalFailure(
-        f"the mode near {abs(guess):.6g} rad/s has no frequency of its own: elements of the line "
-        "change with the frequency as fast as it does"
-    )
+    moving = np.flatnonzero(modes.frequency > 0.0)
+    found = refined(line, *guesses(line, modes), line_at)
+    if len(found.pole) != len(moving):
+        raise NumericalFailure(
+            "a mode is damped so strongly that it does not vibrate any more: no pole belongs to it"
+        )
+    # to each mode the pole whose shape has most of it, of close ones the next by size
+    weight = np.abs((modes.shape[moving] * line.inertia) @ found.shape)
+    weight /= np.sqrt(modes.modal_inertia[moving])[:, None]
+    pole = np.full(len(moving), -1)
+    for _ in moving:
+        row, column = np.unravel_index(np.argmax(weight), weight.shape)
+        pole[row] = column
+        weight[row], weight[:, column] = -1.0, -1.0
+    count = len(modes.frequency)
+    every = Poles(np.zeros(count, complex), modes.shape.T.astype(complex), *np.zeros((2, count)))
+    every.pole[moving], every.shape[:, moving] = found.pole[pole], found.shape[:, pole]
+    every.error[moving] = found.error[pole]
+    return every
 
 
 def mode_number(line: Line, pole: complex, count: int) -> int:
     """Place of a pole of the line among its `count` modes, as `damped_line_modes` orders them."""
-    found = vibrating_guesses(line)
-    found = found[np.argsort(np.abs(found), kind="stable")]
+    found, _ = guesses(line, natural_modes(line))
     return count - len(found) + int(np.argmin(np.abs(found - pole)))
+
+
+def equivalent_line(line: Line, frequency: float | FloatArray) -> Line:
+    """The line with dashpots eta k / w in place of its loss factors; w (...) in rad/s."""
+    w = np.asarray(frequency, dtype=float)[..., None]
+    dashpot = line.damping + np.abs(line.loss_factor) * line.stiffness / w
+    return line._replace(damping=dashpot, loss_factor=np.zeros_like(line.loss_factor))
+
+
+def resting(line: Line) -> list[FloatArray]:
+    """Displacements (n,) that nothing brings back, next to the rigid ones.
+
+    Parts joined to the rest by dashpots alone can rest anywhere; one of each ungrounded part
+    is the one that the others are counted from.
+    """
+    count = len(line.inertia)
+    by_springs = part_of(line, line.stiffness != 0.0).tolist()
+    by_both = part_of(line, (line.stiffness != 0.0) | (line.damping != 0.0)).tolist()
+    shapes = []
+    for number in sorted(set(by_both)):
+        inside = [s for s in range(count) if by_both[s] == number]
+        parts = sorted({by_springs[s] for s in inside})
+        free = [
+            part
+            for part in parts
+            if not any(line.ground_stiffness[s] for s in inside if by_springs[s] == part)
+        ]
+        taken = 1 if len(free) == len(parts) else 0
+        shapes += [np.array([float(one == part) for one in by_springs]) for part in free[taken:]]
+    return shapes
 
 
 def _scaled(shape: ComplexArray, stations: int) -> tuple[ComplexArray, ComplexArray]:
@@ -234,313 +249,336 @@ def _shape_error(pole: ComplexArray, error: FloatArray, scale: ComplexArray) -> 
 
 
 # ----------------------------------------------------------------------------
-# Matrices of a damped shaft line without its rigid motion, for first guesses of its poles.
+# First guesses of the poles that vibrate, in undamped modes, so that low ones keep their digits.
 # ----------------------------------------------------------------------------
 
+#: modes up to which all poles are eigenvalues of one matrix; of more, those of weak damping are
+#: each next to its mode
+MANY = 200
+#: share of another mode in the shape of a pole up to which damping counts as weak
+WEAK = 0.3
 
-class Matrices(NamedTuple):
-    """A line of which undamped stations without inertia are condensed; r freedoms are kept.
 
-    `inertia` (r,), `damping`, `stiffness` (r, r); elements of what is kept as `differences`
-    (e + r, r) with `element_stiffness` and `element_damping` (e + r,), ground last; `free` lists
-    the kept freedoms of each piece without springs to ground and whether nothing brakes it;
-    `full` (n, r) gives all angles.
+def guesses(
+    line: Line, modes: Modes, taken: FloatArray | None = None
+) -> tuple[ComplexArray, ComplexArray]:
+    """Poles (g,) near those that vibrate, by size, and shapes (n, g); losses as complex stiffness.
+
+    `taken` (n, n) is taken off the inertias. The modes, with the displacements of stations without
+    inertia where dashpots turn them, are the coordinates. Those at rest have no state but a speed.
     """
+    if taken is None and len(modes.frequency) > MANY:
+        weak = _weakly_damped(line, modes)
+        if weak is not None:
+            return weak
+    shape = modes.shape / np.sqrt(modes.modal_inertia)[:, None]
+    m, w = len(shape), modes.frequency
+    light = np.flatnonzero(line.inertia == 0.0)
+    if not np.any(np.diag(damping_matrix(line))[light]):
+        light = light[:0]
+    basis = np.concatenate([shape, np.eye(shape.shape[1])[light]])
+    twist = basis[:, line.first] - basis[:, line.second]
+    unit = max(float(w.max(initial=0.0)), 1.0)
+    damping = ((twist * line.damping) @ twist.T + (basis * line.absolute_damping) @ basis.T) / unit
+    stiffness = np.zeros((len(basis), len(basis)))
+    stiffness[np.arange(m), np.arange(m)] = (w / unit) ** 2
+    stiffness[m:, m:] = stiffness_matrix(line)[np.ix_(light, light)] / unit**2
+    if np.any(line.loss_factor):
+        loss = (twist * (line.stiffness * line.loss_factor)) @ twist.T
+        stiffness = stiffness + 1j * loss / unit**2
+    mass = np.eye(m) if taken is None else np.eye(m) - shape @ taken @ shape.T
+    turns = np.append(np.flatnonzero(w > 0.0), np.arange(m, len(basis)))
+    count, elastic = len(turns), int(np.count_nonzero(w))
+    whole = np.zeros((count + m, count + m), dtype=stiffness.dtype)
+    whole[np.arange(elastic), count + turns[:elastic]] = 1.0
+    if not len(light):
+        sides = np.hstack([-stiffness[:, turns], -damping])
+        whole[count:] = sides if taken is None else np.linalg.lstsq(mass, sides, rcond=None)[0]
+        value, vector = np.linalg.eig(whole)
+    else:
+        from scipy.linalg import eig
 
-    inertia: FloatArray
-    damping: FloatArray
-    stiffness: FloatArray
-    differences: FloatArray
-    element_stiffness: FloatArray
-    element_damping: FloatArray
-    free: list[tuple[IntArray, bool]]
-    full: FloatArray
-
-
-def line_matrices(line: Line) -> tuple[Matrices, list[FloatArray]]:
-    """The matrices, and the rigid motion (n,) of each ungrounded piece.
-
-    Raises `NumericalFailure` for a piece without inertia.
-    """
-    count = len(line.inertia)
-    damping, stiffness = damping_matrix(line), stiffness_matrix(line)
-    still = (line.inertia == 0.0) & (np.diag(damping) == 0.0)
-    moving = np.flatnonzero(~still)
-    taken = np.flatnonzero(still)
-    differences = np.zeros((len(line.stiffness) + count, count))
-    rows = np.arange(len(line.stiffness))
-    differences[rows, line.first] += 1.0
-    differences[rows, line.second] -= 1.0
-    differences[len(rows) :] = np.eye(count)
-    free, rigid = _free_parts(line, moving)
-    full = np.zeros((count, len(moving)))
-    full[moving, np.arange(len(moving))] = 1.0
-    if taken.size:
-        inner = stiffness[np.ix_(taken, taken)]
-        full[taken] = -np.linalg.solve(inner, stiffness[np.ix_(taken, moving)])
-    matrices = Matrices(
-        line.inertia[moving],
-        damping[np.ix_(moving, moving)],
-        full.T @ stiffness @ full if taken.size else stiffness,
-        differences @ full,
-        np.concatenate([line.stiffness, line.ground_stiffness]),
-        np.concatenate([line.damping, line.absolute_damping]),
-        free,
-        full,
-    )
-    return matrices, rigid
-
-
-def resting(line: Line) -> list[FloatArray]:
-    """Displacements (n,) that nothing brings back, next to the rigid ones.
-
-    Parts joined to the rest by dashpots alone can rest anywhere; one of each ungrounded part
-    is the one that the others are counted from.
-    """
-    count = len(line.inertia)
-    by_springs = part_of(line, line.stiffness != 0.0).tolist()
-    by_both = part_of(line, (line.stiffness != 0.0) | (line.damping != 0.0)).tolist()
-    shapes = []
-    for number in sorted(set(by_both)):
-        inside = [s for s in range(count) if by_both[s] == number]
-        parts = sorted({by_springs[s] for s in inside})
-        free = [
-            part
-            for part in parts
-            if not any(line.ground_stiffness[s] for s in inside if by_springs[s] == part)
-        ]
-        taken = 1 if len(free) == len(parts) else 0
-        shapes += [np.array([float(one == part) for one in by_springs]) for part in free[taken:]]
-    return shapes
+        whole[elastic:count, :count] = -stiffness[np.ix_(np.arange(m, len(basis)), turns)]
+        whole[elastic:count, count:] = -damping[m:, :m]
+        whole[count:, :count], whole[count:, count:] = -stiffness[:m, turns], -damping[:m, :m]
+        right = np.eye(count + m)
+        right[elastic:count, elastic:count] = damping[m:, m:]
+        right[count:, elastic:count] = damping[:m, m:]
+        right[count:, count:] = mass
+        value, vector = eig(whole, right)
+    swings = np.flatnonzero(np.isfinite(value) & (value.imag > 1e-7 * np.abs(value)))
+    swings = swings[np.argsort(np.abs(value[swings]), kind="stable")]
+    place = np.zeros((len(basis), len(swings)), dtype=complex)
+    place[turns] = vector[:count, swings]
+    resting_modes = np.flatnonzero(w == 0.0)
+    place[resting_modes] = vector[count + resting_modes][:, swings] / value[swings]
+    # |s|^2 x^H J x = x^H K x: what springs do not hold is a rigid motion that rounding made swing
+    work = np.sum(place.conj() * (stiffness.real @ place), axis=0).real
+    moved = np.sum(place[:m].conj() * (mass @ place[:m]), axis=0).real
+    held = work >= _HELD * np.abs(value[swings]) ** 2 * np.abs(moved)
+    return value[swings[held]] * unit, basis.T @ place[:, held]
 
 
-def _free_parts(
-    line: Line, moving: IntArray
-) -> tuple[list[tuple[IntArray, bool]], list[FloatArray]]:
-    """Ungrounded parts (springs and dampers join): moving freedoms, unbraked; rigid motions."""
-    label = part_of(line, (line.stiffness != 0.0) | (line.damping != 0.0))
-    free, rigid = [], []
-    for number in sorted(set(label.tolist())):
-        part = label == number
-        if not np.any(line.inertia[part]):
-            raise NumericalFailure(
-                f"the shaft line has a piece without any inertia, with station {number + 1}"
-            )
-        if not np.any(line.ground_stiffness[part]):
-            braked = bool(np.any(line.absolute_damping[part]))
-            free.append((np.flatnonzero(part[moving]), not braked))
-            rigid.append(part.astype(float))
-    return free, rigid
-
-
-def state_matrix(matrices: Matrices) -> FloatArray:
-    """A with x' = A x: positions but those of a root per free piece, speeds of all inertias but
-    the root's where momentum is zero. Raises `NumericalFailure` if massless dampers leave a
-    station without a law of motion."""
-    inertia, damping, stiffness = matrices.inertia, matrices.damping, matrices.stiffness
-    count = len(inertia)
-    heavy, light = np.flatnonzero(inertia > 0.0), np.flatnonzero(inertia == 0.0)
-    positions, speeds = np.eye(count), np.eye(count)[:, heavy]
-    rate = np.eye(count)
-    drop_position, drop_speed = [], []
-    for held, unbraked in matrices.free:
-        root = held[np.argmax(inertia[held])]
-        drop_position.append(root)
-        rate[held, root] -= 1.0
-        if unbraked:
-            drop_speed.append(int(np.flatnonzero(heavy == root)[0]))
-            speeds[root] = np.where(np.isin(heavy, held), -inertia[heavy] / inertia[root], 0.0)
-    positions = np.delete(positions, drop_position, axis=1)
-    rate = np.delete(rate, drop_position, axis=0)
-    with_speed = np.delete(np.arange(len(heavy)), drop_speed)
-    speeds = speeds[:, with_speed]
-    pull = np.zeros((count, positions.shape[1]), dtype=stiffness.dtype)
-    if light.size:
-        inner = damping[np.ix_(light, light)]
-        if np.linalg.cond(inner) > 0.01 / EPSILON:
-            raise NumericalFailure(
-                "stations without inertia are joined to each other by dampers alone: give one "
-                "of them an inertia or leave it out"
-            )
-        pull[light] = -np.linalg.solve(inner, stiffness[light] @ positions)
-        speeds[light] = -np.linalg.solve(inner, damping[np.ix_(light, heavy)] @ speeds[heavy])
-    moving = heavy[with_speed]
-    force = -(stiffness @ positions + damping @ pull)[moving] / inertia[moving, None]
-    brake = -(damping @ speeds)[moving] / inertia[moving, None]
-    matrix: FloatArray = np.block([[rate @ pull, rate @ speeds], [force, brake]])
-    return matrix
-
-
-def work_terms(
-    matrices: Matrices, pole: complex, shape: ComplexArray
-) -> tuple[complex, complex, float]:
-    """v'P(s)v, its derivative by s, and its rounding, from twists and not from sums of forces."""
-    twist = matrices.differences @ shape
-    square, kinetic = twist**2, shape**2 * matrices.inertia
-    elastic = matrices.element_stiffness + pole * matrices.element_damping
-    work = pole**2 * kinetic.sum() + elastic @ square
-    slope = 2.0 * pole * kinetic.sum() + matrices.element_damping @ square
-    size = abs(pole) ** 2 * np.abs(kinetic).sum()
-    # two damping ratios may ask for a negative damping of the inertias
-    whole = np.abs(matrices.element_stiffness) + abs(pole) * np.abs(matrices.element_damping)
-    size += whole @ np.abs(square)
-    # a twist is the difference of two angles, each right to a rounding
-    coarse = np.abs(matrices.differences) @ np.abs(shape)
-    size += 0.5 * whole @ (np.abs(twist) * coarse)
-    return complex(work), complex(slope), float(8.0 * EPSILON * size)
+def _weakly_damped(line: Line, modes: Modes) -> tuple[ComplexArray, ComplexArray] | None:
+    """The same to first order in the damping; None where that is too strong."""
+    damping = modal_damping_matrix(line, modes)
+    w = modes.frequency
+    apart = w**2 - w[:, None] ** 2 + 1j * w[:, None] * np.diag(damping)
+    coupled = damping != 0.0
+    np.fill_diagonal(coupled, False)
+    away = -1j * w[:, None] * damping
+    share = np.divide(away, apart, out=np.zeros_like(apart), where=coupled & (apart != 0.0))
+    if np.max(np.abs(share), initial=0.0) > WEAK or np.any(coupled & (apart == 0.0)):
+        return None
+    shape = modes.shape / np.sqrt(modes.modal_inertia)[:, None]
+    moving = w > 0.0
+    return (1j * w - 0.5 * np.diag(damping))[moving], (shape + share @ shape)[moving].T
 
 
 # ----------------------------------------------------------------------------
-# One pole of a shaft line with any viscous damping, (s^2 J + s C + K) v = 0, from a guess of it.
+# Poles from their guesses: inverse iteration on s^2 J + s C + K along the network, all at once.
 #
-# The guess is corrected on the pencil itself, s - v'P(s)v / v'P'(s)v, whose rounding is the error.
+# Poles that stand together are iterated as one subspace; within it they are the eigenvalues of a
+# small pencil, whether they can be told apart or not.
 # ----------------------------------------------------------------------------
 
-#: most rounds of inverse iteration on the pencil; a good guess takes two
-_POLE_ROUNDS = 10
+#: relative distance up to which poles are iterated together, rounds at most
+TOGETHER, ROUNDS = 1e-5, 60
+#: relative move of a pole that is not settled after all rounds
+UNSETTLED = 1e-9
+#: share of a guess below which a pole, and of a pole below which its imaginary part is none
+STILL = 1e-3
 
 
-class DampedModes(NamedTuple):
-    """m poles of n freedoms in rad/s, one for each undamped mode.
-
-    `frequency` (m,) = |pole|; `damping_ratio` (m,) = -Re / |pole|, 0 for a rigid motion; `shape`
-    (m, n) complex, largest component 1; `pole_error` (m,) in rad/s, absolute, on real and imaginary
-    part together.
-    """
+class Poles(NamedTuple):
+    """Poles (g,) in rad/s, their shapes (n, g), slope (g,) = x^T (2 s J + C) x, and error (g,)."""
 
     pole: ComplexArray
-    frequency: FloatArray
-    damping_ratio: FloatArray
     shape: ComplexArray
-    pole_error: FloatArray
+    slope: ComplexArray
+    error: FloatArray
 
 
-def corrected_pole(matrices: Matrices, guess: complex) -> tuple[complex, ComplexArray, float]:
-    """A pole, its shape on the kept stations, and what rounding leaves open of the pole.
+def refined(
+    line: Line,
+    guess: ComplexArray,
+    shape: ComplexArray,
+    line_at: Callable[[FloatArray], Line] | None = None,
+) -> Poles:
+    """The poles that vibrate, by size, near guesses (g,) with shapes (n, g).
 
-    P is symmetric, so the left vector is the right one. A step that goes further than the guess
-    may be off is not taken: the pole is then one of a cluster, and the error says so. A last step
-    above round-off counts in the error: next to another pole the way is long.
+    A loss factor is a dashpot at the magnitude of the pole itself; `line_at` gives the line at
+    frequencies (g,) where it depends on them. The error is that of v'P(s)v, summed over twists,
+    over v'P'(s)v; of poles together never more than that of a multiple one. Raises NumericalFailure
+    where a pole does not settle.
     """
-    inertia = matrices.inertia
-    pole, moved = guess, 0.0
-    shape = np.ones(len(inertia), dtype=complex) * np.exp(1j * np.arange(len(inertia)))
-    for _ in range(_POLE_ROUNDS):
-        shape = _inverse_iteration(matrices, pole, shape)
-        shape /= shape[np.argmax(np.abs(shape))]
-        if guess.imag == 0.0:
-            shape = shape.real.astype(complex)
-        work, slope, rounding = work_terms(matrices, pole, shape)
-        if abs(work) >= 0.1 * abs(pole * slope):
-            moved = 0.0
+    at = line_at or (lambda w: line)
+    if not len(guess):
+        none = np.zeros(0, dtype=complex)
+        return Poles(none, shape.astype(complex), none, none.real)
+    pole, x, best = guess.copy(), shape / np.linalg.norm(shape, axis=0), np.inf
+    for _ in range(ROUNDS):
+        cluster = _clusters(pole, TOGETHER * np.abs(pole))
+        middle = _mean(pole, cluster)
+        x = _step(at(np.abs(middle)), middle, x)
+        pole, x = _next(at(np.abs(pole)), middle, pole, x, cluster)
+        moved = np.abs(_mean(pole, cluster) - middle)
+        # what loss factors alone made vibrate in the guess slides to rest
+        vibrates = pole.imag > STILL * np.abs(pole)
+        vibrates &= np.abs(pole) > STILL * np.abs(guess)
+        largest = float(np.max(moved[vibrates] / np.abs(pole[vibrates]), initial=0.0))
+        if largest <= 4.0 * EPSILON or (best < 1e-12 and largest >= best):
             break
-        pole -= work / slope
-        moved = abs(work)
-        if moved <= rounding:
-            moved = 0.0
-            break
-    work, slope, rounding = work_terms(matrices, pole, shape)
-    curvature = abs(shape**2 @ inertia)
-    remainder = rounding + abs(work) + moved
-    linear = remainder / abs(slope) if slope != 0.0 else np.inf
-    double = np.sqrt(remainder / curvature) if curvature > 0.0 else np.inf
-    # two nearly equal poles: the error cannot grow beyond that of a double one
-    return pole, shape, float(min(linear, 2.0 * double))
-
-
-def _inverse_iteration(matrices: Matrices, pole: complex, shape: ComplexArray) -> ComplexArray:
-    """A shape after two solves with P a few roundings from a pole, further off where singular."""
-    for roundings in (4.0, 4e3, 4e6, 4e9):
-        near = pole + roundings * EPSILON * abs(pole)
-        pencil = near**2 * np.diag(matrices.inertia) + near * matrices.damping + matrices.stiffness
-        try:
-            for _ in range(2):
-                shape = np.linalg.solve(pencil, shape / np.max(np.abs(shape)))
-                for held, unbraked in matrices.free:
-                    if unbraked:  # no momentum: nothing of the rigid motion in it
-                        inertia = matrices.inertia[held]
-                        shape[held] -= (inertia @ shape[held]) / inertia.sum()
-            return shape
-        except np.linalg.LinAlgError:
-            continue
-    raise NumericalFailure(f"the damped line is singular at every frequency near {pole:.6g} rad/s")
-
-
-# ----------------------------------------------------------------------------
-# Poles of a line with loss factors, each mode with dashpots that equal them at its frequency.
-#
-# A loss factor has no free motion in time. A dashpot eta k / w takes the same heat from a vibration
-# at w; put in for every loss factor at the natural frequency w of one mode, it gives that mode a
-# pole. Every mode has its own set of dashpots: the poles are of different lines.
-# ----------------------------------------------------------------------------
-
-#: in so many steps of the damping a pole is followed from the undamped frequency
-_STEPS = (1, 12)
-#: shapes of two steps that agree less belong to two modes
-_ALIKE = 0.5
-
-
-def equivalent_line(line: Line, frequency: float) -> Line:
-    """The line with dashpots eta k / w in place of its loss factors; w in rad/s."""
-    dashpot = line.damping + np.abs(line.loss_factor) * line.stiffness / frequency
-    return line._replace(damping=dashpot, loss_factor=np.zeros_like(line.loss_factor))
-
-
-def equivalent_modes(line: Line, modes: Modes) -> DampedModes:
-    """One pole (m,) for each undamped mode of the line; a rigid one stays exactly 0.
-
-    The line may have the modes as a leading axis of its stiffness and loss factor.
-
-    Raises `NumericalFailure` where a pole cannot be followed from its mode: damping so strong that
-    a mode does not swing any more, or cannot be distinguished from another one.
-    """
-    poles = np.zeros(len(modes.frequency), dtype=complex)
-    errors = np.zeros(len(poles))
-    shapes = np.asarray(modes.shape, dtype=complex).copy()
-    lines = lines_of(line) if line.stiffness.ndim > 1 else [line] * len(poles)
-    for place, frequency in enumerate(modes.frequency.tolist()):
-        if frequency == 0.0:
-            continue
-        dashed = equivalent_line(lines[place], frequency)
-        attempts = (_followed(dashed, frequency, shapes[place], steps) for steps in _STEPS)
-        tracked = next((one for one in attempts if one is not None), None)
-        if tracked is None:
-            raise NumericalFailure(
-                f"loss factors as dashpots at {frequency:.6g} rad/s: the mode there is damped so "
-                "strongly that its pole cannot be followed"
-            )
-        poles[place], shapes[place], errors[place] = tracked
-    size = np.abs(poles)
-    ratio = np.divide(-poles.real, size, out=np.zeros_like(size), where=size > 0.0)
-    return DampedModes(poles, size, ratio, shapes, errors)
-
-
-def _followed(
-    line: Line, frequency: float, shape: ComplexArray, steps: int
-) -> tuple[complex, ComplexArray, float] | None:
-    """The pole that grows out of a natural frequency as dashpots grow; None where it is lost."""
-    work = np.real(shape @ damping_matrix(line) @ shape)
-    pole, error = 1j * frequency, 0.0
-    step = complex(-0.5 * work / (line.inertia @ np.real(shape) ** 2) / steps)
-    for share in np.arange(1, steps + 1) / steps:
-        partly = line._replace(
-            damping=share * line.damping, absolute_damping=share * line.absolute_damping
+        best = largest
+    lost = np.flatnonzero(vibrates & (moved > UNSETTLED * np.abs(pole)))
+    if len(lost):
+        raise NumericalFailure(
+            f"loss factors as dashpots near {abs(guess[lost[0]]):.6g} rad/s: the mode there is "
+            "damped so strongly that it has no frequency of its own"
         )
-        matrices, _ = line_matrices(partly)
-        corrected, vector, error = corrected_pole(matrices, pole + step)
-        turned = matrices.full @ vector
-        lost = corrected.imag <= 0.0 or error > 1e-4 * abs(corrected)
-        if lost or _alike(line, shape, turned) < _ALIKE:
-            return None
-        pole, step, shape = corrected, corrected - pole, turned
-    return pole, shape / shape[np.argmax(np.abs(shape))], error
+    law = _columns(equivalent_line(at(np.abs(pole)), np.abs(pole)))
+    error = _pole_errors(law, pole, x, cluster, moved)
+    _part_shapes(law, pole, x, error, cluster)
+    # a real pole next to which the guess was complex
+    swings = (pole.imag > 1e3 * error) & (pole.imag > 1e-9 * np.abs(pole))
+    swings = np.flatnonzero(swings & (np.abs(pole) > STILL * np.abs(guess)))
+    swings = swings[np.argsort(np.abs(pole[swings]), kind="stable")]
+    law = Line(*(one[:, swings] if one.ndim > 1 and one.shape[1] > 1 else one for one in law))
+    pole, x, error = pole[swings], x[:, swings], error[swings]
+    return Poles(pole, x, _slope(law, pole, x, x), error)
 
 
-def _alike(line: Line, one: ComplexArray, other: ComplexArray) -> float:
-    """1 for shapes that differ by a factor, 0 for shapes of two undamped modes."""
-    joint = np.abs(np.vdot(one, line.inertia * other)) ** 2
-    sizes = [float(np.vdot(v, line.inertia * v).real) for v in (one, other)]
-    return float(joint / (sizes[0] * sizes[1]))
+def refined_pole(line: Line, guess: complex) -> tuple[complex, float]:
+    """One pole near a guess, and its error; NumericalFailure where none that vibrates is there."""
+    n = line.inertia.shape[-1]
+    shape: ComplexArray = np.exp(1j * np.arange(n))[:, None]
+    for _ in range(2):
+        shape = _step(line, np.array([guess]), shape)
+    found = refined(line, np.array([guess]), shape)
+    if not len(found.pole):
+        raise NumericalFailure(f"no mode near {abs(guess):.6g} rad/s vibrates")
+    return complex(found.pole[0]), float(found.error[0])
+
+
+def _close(pole: ComplexArray, error: FloatArray) -> BoolArray:
+    """Pairs (g, g) of poles no farther from each other than their errors."""
+    return np.asarray(np.abs(pole[:, None] - pole) <= error[:, None] + error)
+
+
+def _clusters(pole: ComplexArray, error: FloatArray) -> IntArray:
+    """Of each pole (g,) the place of the first one that a chain of close ones joins it to."""
+    first = np.argmax(_close(pole, error), axis=1)
+    while np.any(first != first[first]):
+        first = first[first]
+    return np.asarray(np.unique(first, return_inverse=True)[1])
+
+
+def _mean(values: ComplexArray, cluster: IntArray) -> ComplexArray:
+    """Of each pole (g,) the mean of its cluster."""
+    total = np.bincount(cluster, values.real) + 1j * np.bincount(cluster, values.imag)
+    return np.asarray((total / np.bincount(cluster))[cluster])
+
+
+def _columns(line: Line) -> Line:
+    """Values (n or e, g), or (n or e, 1) where they are those of all poles."""
+    return Line(
+        *(
+            one if one is line.first or one is line.second
+            else one.T if one.ndim > 1 else one[:, None]
+            for one in line
+        )
+    )  # fmt: skip
+
+
+def _step(line: Line, pole: ComplexArray, x: ComplexArray) -> ComplexArray:
+    """Unit shapes (n, g) after one step of inverse iteration at each pole (g,)."""
+    law = _columns(equivalent_line(line, np.abs(pole)))
+    near = pole * (1.0 + 16.0 * EPSILON)
+    load = (2.0 * near * law.inertia + law.absolute_damping) * x
+    turned = law.damping * (x[law.first] - x[law.second])
+    np.add.at(load, law.first, turned)
+    np.subtract.at(load, law.second, turned)
+    ground = law.ground_stiffness + near * law.absolute_damping + near**2 * law.inertia
+    network = network_of(line)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        factors = network.factorised(list(ground), law.stiffness + near * law.damping)
+        x = network.solved(factors, load)
+    return np.asarray(x / np.linalg.norm(x, axis=0))
+
+
+def _products(law: Line, one: ComplexArray, two: ComplexArray) -> tuple[ComplexArray, ...]:
+    """x'J y, x'C y, x'K y (g,) of columns, from twists and not from sums of forces."""
+    both, twists = (
+        one * two,
+        (one[law.first] - one[law.second]) * (two[law.first] - two[law.second]),
+    )
+    return (
+        np.sum(law.inertia * both, axis=0),
+        np.sum(law.absolute_damping * both, axis=0) + np.sum(law.damping * twists, axis=0),
+        np.sum(law.ground_stiffness * both, axis=0) + np.sum(law.stiffness * twists, axis=0),
+    )
+
+
+def _slope(law: Line, pole: ComplexArray, one: ComplexArray, two: ComplexArray) -> ComplexArray:
+    """x' (2 s J + C) y (g,) of columns."""
+    mass, drag, _ = _products(law, one, two)
+    return np.asarray(2.0 * pole * mass + drag)
+
+
+def _next(
+    line: Line, middle: ComplexArray, pole: ComplexArray, x: ComplexArray, cluster: IntArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Better poles (g,) and shapes (n, g), each with its own dashpots; `line` is that of each."""
+    law = _columns(equivalent_line(line, np.abs(pole)))
+    mass, drag, held = _products(law, x, x)
+    better = middle - (middle * (middle * mass + drag) + held) / (2.0 * middle * mass + drag)
+    for one in np.flatnonzero(np.bincount(cluster) > 1).tolist():
+        mine = np.flatnonzero(cluster == one)
+        basis, size = np.linalg.qr(x[:, mine])[0], np.abs(middle[mine[0]])
+        for rank, at in enumerate(mine.tolist()):
+            mass, drag, held = _pencil(law, basis, at)
+            lower = -np.linalg.solve(mass, np.hstack([held / size**2, drag / size]))
+            count = len(mine)
+            value = np.linalg.eigvals(np.vstack([np.eye(count, 2 * count, count), lower])) * size
+            nearest = np.argsort(np.abs(value - middle[at]), kind="stable")[:count]
+            chosen = nearest[np.argsort(np.abs(value[nearest]), kind="stable")[rank]]
+            better[at] = value[chosen]
+        x[:, mine] = basis
+    return better, x
+
+
+def _pencil(law: Line, basis: ComplexArray, at: int) -> tuple[ComplexArray, ...]:
+    """x'J y, x'C y, x'K y (p, p) between columns (n, p), by the values of pole number `at`."""
+    own = Line(
+        *(
+            one if one.ndim == 1 else one[:, [at if one.shape[1] > 1 else 0], None]
+            for one in law
+        )
+    )  # fmt: skip
+    return _products(own, basis[:, :, None], basis[:, None, :])
+
+
+def _pole_errors(
+    law: Line, pole: ComplexArray, x: ComplexArray, cluster: IntArray, moved: FloatArray
+) -> FloatArray:
+    """Errors (g,): what rounding and the last move leave of x'P x, over its slope."""
+    twist, size = np.abs(x[law.first] - x[law.second]), np.abs(x)
+    # two damping ratios may ask for a negative damping of the inertias
+    element = np.abs(law.stiffness) + np.abs(pole) * np.abs(law.damping)
+    # a twist is the difference of two angles, each right to a rounding
+    rough = twist * (twist + 0.5 * (size[law.first] + size[law.second]))
+    rounding = np.sum(np.abs(pole) ** 2 * law.inertia * size**2, axis=0)
+    rounding += np.sum(element * rough, axis=0)
+    rounding += np.sum(np.abs(law.ground_stiffness) * size**2, axis=0)
+    rounding += np.sum(np.abs(pole * law.absolute_damping) * size**2, axis=0)
+    mass, drag, _ = _products(law, x, x)
+    slope, bend = np.abs(2.0 * pole * mass + drag), np.abs(mass)
+    for one in np.flatnonzero(np.bincount(cluster) > 1).tolist():
+        mine = np.flatnonzero(cluster == one)
+        masses, drags, _ = _pencil(law, np.linalg.qr(x[:, mine])[0], int(mine[0]))
+        slope[mine] = np.linalg.svd(2.0 * pole[mine[0]] * masses + drags, compute_uv=False)[-1]
+        bend[mine] = np.linalg.svd(masses, compute_uv=False)[-1]
+        rounding[mine] = np.max(rounding[mine])
+    left = 8.0 * EPSILON * rounding + moved * slope
+    with np.errstate(divide="ignore", invalid="ignore"):
+        error = np.fmin(left / slope, 2.0 * np.sqrt(left / bend))
+    return np.asarray(error + 4.0 * EPSILON * np.abs(pole))
+
+
+def _part_shapes(
+    law: Line, pole: ComplexArray, x: ComplexArray, error: FloatArray, cluster: IntArray
+) -> None:
+    """From bases (n, g) of clusters to the shapes of single poles, in place.
+
+    Of poles that cannot be told apart, as of equal branches, each shape turns a place at which the
+    others rest; then they are made orthogonal in their slope.
+    """
+    equal = _clusters(pole, error)
+    for one in np.flatnonzero(np.bincount(cluster) > 1).tolist():
+        within = np.flatnonzero(cluster == one)
+        basis = x[:, within]
+        for group in np.unique(equal[within]).tolist():
+            mine = within[equal[within] == group]
+            middle = np.mean(pole[mine])
+            mass, drag, held = _pencil(law, basis, int(mine[0]))
+            right = np.linalg.svd(middle * (middle * mass + drag) + held)[2]
+            shapes = _one_at_a_time(basis @ right[-len(mine) :].conj().T)
+            for j in range(1, len(mine)):
+                mass, drag, _ = _pencil(law, shapes, int(mine[0]))
+                slope = 2.0 * middle * mass + drag
+                shapes[:, j] -= shapes[:, :j] @ (slope[:j, j] / np.diag(slope)[:j])
+            x[:, mine] = shapes / np.linalg.norm(shapes, axis=0)
+
+
+def _one_at_a_time(shape: ComplexArray) -> ComplexArray:
+    """Shapes (n, q) of the same space, each 1 at a place where the others are 0."""
+    left, places = np.linalg.qr(shape)[0], list[int]()
+    for _ in range(shape.shape[1]):
+        size = np.linalg.norm(left, axis=1)
+        places.append(int(np.argmax(size >= (1.0 - 1e-3) * size.max())))
+        row = left[places[-1]] / size[places[-1]]
+        left = left - np.outer(left @ row.conj(), row)
+    return np.asarray(shape @ np.linalg.inv(shape[places]))
 
 
 # ----------------------------------------------------------------------------

@@ -9,8 +9,8 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
 from vibecalc.torsion.adapters.setup import Setup, line_modes, undamped_modes
-from vibecalc.torsion.asked import has_damped_rings, has_holzer, has_loops
-from vibecalc.torsion.damped_modes import LineModes, equivalent_modes
+from vibecalc.torsion.asked import has_holzer, has_loops
+from vibecalc.torsion.damped_modes import LineModes, poles_of_modes
 from vibecalc.torsion.holzer import (
     Angles,
     ShapeUncertainty,
@@ -47,6 +47,12 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
             f"the modes of the damped line were not found: {natural.failure}. Natural frequencies, "
             "critical speeds and margins are those of the undamped line, its rings free"
         )
+    if np.any(natural.together):
+        numbers = ", ".join(str(one + 1) for one in np.flatnonzero(natural.together))
+        scene.warn(
+            f"modes {numbers} share their frequencies with each other, as those of equal branches "
+            "do: frequencies and damping ratios hold, each shape is one of many"
+        )
     axes = {
         "mode": np.arange(1, len(natural.frequency) + 1),
         "station": shaft.station_names,
@@ -74,7 +80,7 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
     scene.emit(f"{PLACE}/strain_energy_share", share, axes=axes)
     _emit_ratios(scene, setup, natural)
     undamped_axes = {"mode": np.arange(1, len(undamped.frequency) + 1)}
-    if has_damped_rings(scene.case):
+    if natural.damped:
         error = undamped.frequency_error
         scene.emit(f"{PLACE}/undamped_frequency", undamped.frequency, error, undamped_axes)
     if not has_loops(scene.case) and scene.wants(TRANSFER):
@@ -131,13 +137,14 @@ def _emit_ratios(scene: Scene, setup: Setup, natural: LineModes) -> None:
     if not natural.damped:
         off = np.zeros_like(size)
     if not natural.damped and setup.model.modal is None and np.any(ratio):
+        model, speed = setup.model, setup.speed
         try:
-            line = setup.model.at(setup.speed, setup.modes.frequency)
-            found = equivalent_modes(line, setup.modes)
+            found = poles_of_modes(model.at(speed), setup.modes, partial(model.at, speed))
         except NumericalFailure as failure:
             scene.warn(f"no damping ratios: {failure}")
             return
-        ratio, size, off = found.damping_ratio, found.frequency, found.pole_error
+        size, off = np.abs(found.pole), found.error
+        ratio = np.divide(-found.pole.real, size, out=np.zeros_like(size), where=size > 0.0)
     # an error of a pole turns it by that over its size at most
     turned = np.where(size > 0.0, off / np.where(size > 0.0, size, 1.0), 0.0)
     axes = {"mode": np.arange(1, len(ratio) + 1)}

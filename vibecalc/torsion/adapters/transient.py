@@ -59,8 +59,8 @@ _SPEEDS = 1201
 _STANDS = 1e-6
 #: share of a speed that is rounding
 _ROUNDED = 1e-12
-#: share by which a frequency of a loss factor may be off: a highest point is flat
-_PLACED = 1e-6
+#: share by which the frequency of a loss factor may be off the highest point, in five digits
+_PLACED = 6e-5
 #: peaks of each section that are examined again, and speeds about each
 _PEAKS, _CLOSE, _ZOOMS = 3, 17, 5
 
