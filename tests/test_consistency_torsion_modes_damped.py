@@ -15,15 +15,14 @@ from vibecalc.torsion.damped_modes import (
     MOVES,
     NO_PEAK,
     LineModes,
-    all_poles,
     damped_line_modes,
-    equivalent_line,
     moves_modes,
     poles_of_modes,
 )
 from vibecalc.torsion.forced import forced
 from vibecalc.torsion.line import Line, chain, damping_matrix, stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.poles import all_poles, equivalent_line
 
 
 def damped_engine(coefficient: float) -> Line:

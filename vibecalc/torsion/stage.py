@@ -131,7 +131,7 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
 
 def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
     """Paths of these beginnings that the case has something for."""
-    from vibecalc.torsion.shaft_line_tables import has_laws, has_stress, what_follows
+    from vibecalc.torsion.shaft_line_tables import has_damping, has_laws, has_stress, what_follows
 
     line, torsion = shaft_line_of(case), torsion_of(case)
     train = case.machine.crank_train if has_crank_train(case.machine) else None
@@ -147,7 +147,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "/campbell/": torsion.campbell and modes_follow_speed(case),
         "transfer_matrix": not has_loops(case),
         "holzer": has_holzer(case),
-        "undamped_frequency": torsion.damping_model is None,
+        "undamped_frequency": torsion.damping_model is None and has_damping(line),
         "/sufficient": torsion.separation is not None,
         **dict.fromkeys(_OF_CYLINDERS, train is not None),
         "bank_factor": train is not None and len({c.bank_angle for c in train.cylinders}) > 1,

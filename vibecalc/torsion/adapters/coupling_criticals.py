@@ -6,8 +6,8 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.torsion.adapters.setup import Setup, line_speeds
-from vibecalc.torsion.damped_modes import LinePoles, all_poles, refined_pole
 from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.poles import LinePoles, all_poles, refined_pole
 
 # ----------------------------------------------------------------------------
 # Where the modes meet the orders: the line is that of the critical speed itself.

@@ -13,15 +13,10 @@ from vibecalc.numerics.rounding import EPSILON, SINGULAR, BoolArray, FloatArray,
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.curves import ROWS, solved
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.damped_modes import (
-    NO_PEAK,
-    all_poles,
-    guesses,
-    mode_number,
-    refined_pole,
-)
+from vibecalc.torsion.damped_modes import NO_PEAK
 from vibecalc.torsion.line import stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.poles import all_poles, guesses, mode_number, refined_pole
 from vibecalc.torsion.results import NAMES, ROOT
 from vibecalc.torsion.stress_limits import separation
 
