@@ -143,7 +143,7 @@ def _run_up(case: Case, line: ShaftLine) -> Iterator[Problem]:
     passed = run_ups_with_torque(case)
     if not passed or is_separate(case) or not line.gears or not line.shafts:
         return
-    if not has_damping(line):
+    if not line.dampers and not has_damping(line):
         yield Problem(
             path=passed[0][0],
             message="on its way up the torque passes the resonances of a geared line that nothing "

@@ -97,6 +97,8 @@ def moves_modes(line: Line, modes: Modes) -> bool:
     sum over s of |Re d_rs^2 / (w_s^2 - w_r^2 + i w_r d_ss)| / 2. `line` may have the modes as a
     leading axis of its stiffness and loss factor.
     """
+    if not any(np.any(one) for one in (line.damping, line.loss_factor, line.absolute_damping)):
+        return False
     damping = modal_damping_matrix(line, modes)
     w, own = modes.frequency, np.diag(damping)
     apart = (w**2 - w[:, None] ** 2) + 1j * w[:, None] * own

@@ -158,6 +158,10 @@ class ShapeUncertainty(NamedTuple):
     moved: FloatArray | ComplexArray
     moving: FloatArray
 
+    def of(self, modes: slice) -> "ShapeUncertainty":
+        """Those of some modes."""
+        return ShapeUncertainty(*(one[modes] for one in self))
+
 
 def shape_uncertainty(line: Line, modes: Modes) -> ShapeUncertainty:
     """From the equations of motion of the shapes as they are, by twists, which do not cancel.

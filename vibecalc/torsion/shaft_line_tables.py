@@ -467,7 +467,7 @@ def joints(line: ShaftLine) -> list[StationJoint]:
 def has_damping(line: ShaftLine) -> bool:
     """Whether anything damps the line, by its tables."""
     return (
-        bool(line.dampers)
+        any(one.damping or one.loss_factor for one in line.dampers)
         or any(one.damping or one.damping_ratio or loss_factor(one) for one in line.shafts)
         or line.engine_damping is not None
         or any(one.propeller_damping is not None for one in line.loads)

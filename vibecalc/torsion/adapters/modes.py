@@ -124,7 +124,7 @@ def _by_transfer(setup: Setup) -> FloatArray:
     """Undamped natural frequencies (m,) a second way, each of the line at its own frequency."""
     line = setup.model.at(setup.speed, setup.modes.frequency)
     if line.stiffness.ndim == 1:
-        return riccati_frequencies(line)
+        return riccati_frequencies(line, setup.modes.frequency)
     return np.array([riccati_frequencies(one)[i] for i, one in enumerate(lines_of(line))])
 
 
@@ -151,14 +151,6 @@ def _emit_ratios(scene: Scene, setup: Setup, natural: LineModes) -> None:
     scene.emit(path, ratio, turned + 8.0 * EPSILON * np.abs(ratio), axes, terms=1.0)
 
 
-def _ends(line: Line) -> FloatArray:
-    """Weights (e, n) of the angles in the twists."""
-    ends, every = np.zeros((len(line.first), len(line.inertia))), np.arange(len(line.first))
-    np.add.at(ends, (every, line.first), 1.0)
-    np.add.at(ends, (every, line.second), -1.0)
-    return ends
-
-
 #: weights (modes, elements, freedoms) of strain energies that are held at once
 _WEIGHTS = 1 << 18
 
@@ -167,25 +159,30 @@ def _strain(
     line: Line, shape: FloatArray | ComplexArray, moves: BoolArray, uncertainty: ShapeUncertainty
 ) -> Bounded:
     """Share (m, e) of each element in the strain energy, 0 in a rigid mode."""
-    ends, twist = _ends(line), shape[:, line.first] - shape[:, line.second]
+    twist = shape[:, line.first] - shape[:, line.second]
     energy = line.stiffness * np.abs(twist) ** 2
     total = energy.sum(axis=1) + np.abs(shape) ** 2 @ line.ground_stiffness
     moving = moves & (total > 0.0)
-    safe = np.where(moving, total, 1.0)
-    share = np.where(moving[:, None], energy / safe[:, None], 0.0)
+    safe = np.where(moving, total, 1.0)[:, None]
+    share = np.where(moving[:, None], energy / safe, 0.0)
     # d share = (d energy - share d total) / total
-    torque, held = 2.0 * line.stiffness * twist.conj(), 2.0 * line.ground_stiffness * shape.conj()
-    off = 8.0 * EPSILON * share
-    together = max(1, _WEIGHTS // ends.size)
-    for start in range(0, len(share), together):
-        some = slice(start, start + together)
-        by_ends = torque[some, :, None] * ends
-        whole = by_ends.sum(axis=1) + held[some]
-        weight = (by_ends - share[some, :, None] * whole[:, None, :]) / safe[some, None, None]
-        here = ShapeUncertainty(
-            uncertainty.bound[some], uncertainty.moved[some], uncertainty.moving[some]
-        )
-        off[some] += uncertainty_of(here, weight)
+    torque = 2.0 * line.stiffness * twist.conj() / safe
+    whole = 2.0 * line.ground_stiffness * shape.conj() / safe
+    np.add.at(whole.T, line.first, torque.T)
+    np.subtract.at(whole.T, line.second, torque.T)
+    # the length of the weights of all angles, where no more than a bound of these is known
+    along = torque.conj() * (whole[:, line.first] - whole[:, line.second])
+    square = 2.0 * np.abs(torque) ** 2 - 2.0 * share * along.real
+    square += share**2 * np.sum(np.abs(whole) ** 2, axis=1, keepdims=True)
+    off = uncertainty.bound[:, None] * np.sqrt(np.maximum(square, 0.0))
+    if uncertainty.moved.shape[-1]:
+        ends = np.eye(shape.shape[1])[line.first] - np.eye(shape.shape[1])[line.second]
+        together = max(1, _WEIGHTS // ends.size)
+        for start in range(0, len(share), together):
+            some = slice(start, start + together)
+            weight = torque[some, :, None] * ends - share[some, :, None] * whole[some, None, :]
+            off[some] = uncertainty_of(uncertainty.of(some), weight)
+    off = off + 8.0 * EPSILON * share
     return Bounded(share, np.where(moving[:, None], off, 0.0))
 
 
