@@ -15,12 +15,10 @@ from vibecalc.torsion.holzer import (
     Angles,
     ShapeUncertainty,
     angle_uncertainty,
-    damped_shape_uncertainty,
     holzer_rows,
     holzer_table,
     measured,
     shape_uncertainty,
-    uncertainty_by_mode,
     uncertainty_of,
 )
 from vibecalc.torsion.line import Line, lines_of
@@ -106,18 +104,12 @@ def natural_uncertainty(setup: Setup) -> ShapeUncertainty:
     natural = setup.natural()
     if not natural.damped:
         return _undamped_uncertainty(setup)
-    line, stations = setup.model.at(setup.speed, natural.frequency), setup.model.stations
-    if line.stiffness.ndim > 1:
-        each = partial(damped_shape_uncertainty, stations=stations)
-        return uncertainty_by_mode(line, natural, each)
-    return damped_shape_uncertainty(line, natural, stations)
+    line = setup.model.at(setup.speed, natural.frequency)
+    return shape_uncertainty(line, natural, setup.model.stations)
 
 
 def _undamped_uncertainty(setup: Setup) -> ShapeUncertainty:
-    line = setup.model.at(setup.speed, setup.modes.frequency)
-    if line.stiffness.ndim > 1:
-        return uncertainty_by_mode(line, setup.modes, shape_uncertainty)
-    return shape_uncertainty(line, setup.modes)
+    return shape_uncertainty(setup.model.at(setup.speed, setup.modes.frequency), setup.modes)
 
 
 def _by_transfer(setup: Setup) -> FloatArray:
