@@ -157,7 +157,7 @@ class ShapeUncertainty(NamedTuple):
 
     def of(self, modes: slice) -> "ShapeUncertainty":
         """Those of some modes."""
-        return ShapeUncertainty(*(one[modes] for one in self))
+        return ShapeUncertainty(self.bound[modes], self.moved[modes], self.moving[modes])
 
 
 def shape_uncertainty(

@@ -7,7 +7,13 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray, IntArray
-from vibecalc.torsion.line import Line, damping_matrix, network_matrix, stiffness_matrix
+from vibecalc.torsion.line import (
+    Line,
+    damping_matrix,
+    mapped,
+    network_matrix,
+    stiffness_matrix,
+)
 from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.network import network_of
 
@@ -111,7 +117,8 @@ def _weakly_damped(line: Line, modes: Modes) -> tuple[ComplexArray, ComplexArray
         return None
     shape = modes.shape / np.sqrt(modes.modal_inertia)[:, None]
     moving = w > 0.0
-    return (1j * w - 0.5 * np.diag(damping))[moving], (shape + share @ shape)[moving].T
+    pole = np.asarray((1j * w - 0.5 * np.diag(damping))[moving])
+    return pole, np.asarray((shape + share @ shape)[moving].T)
 
 
 def mode_number(line: Line, pole: complex, count: int) -> int:
@@ -185,10 +192,10 @@ def refined(
     error = _pole_errors(law, pole, x, cluster, moved)
     _part_shapes(law, pole, x, error, cluster)
     # a real pole next to which the guess was complex
-    swings = (pole.imag > 1e3 * error) & (pole.imag > 1e-9 * np.abs(pole))
-    swings = np.flatnonzero(swings & (np.abs(pole) > STILL * np.abs(guess)))
+    moves = (pole.imag > 1e3 * error) & (pole.imag > 1e-9 * np.abs(pole))
+    swings = np.flatnonzero(moves & (np.abs(pole) > STILL * np.abs(guess)))
     swings = swings[np.argsort(np.abs(pole[swings]), kind="stable")]
-    law = Line(*(one[:, swings] if one.ndim > 1 and one.shape[1] > 1 else one for one in law))
+    law = mapped(law, lambda one: one[:, swings] if one.shape[1] > 1 else one)
     pole, x, error = pole[swings], x[:, swings], error[swings]
     return Poles(pole, x, _slope(law, pole, x, x), error)
 
@@ -226,13 +233,7 @@ def _mean(values: ComplexArray, cluster: IntArray) -> ComplexArray:
 
 def _columns(line: Line) -> Line:
     """Values (n or e, g), or (n or e, 1) where they are those of all poles."""
-    return Line(
-        *(
-            one if one is line.first or one is line.second
-            else one.T if one.ndim > 1 else one[:, None]
-            for one in line
-        )
-    )  # fmt: skip
+    return mapped(line, lambda one: one.T if one.ndim > 1 else one[:, None])
 
 
 def _step(line: Line, pole: ComplexArray, x: ComplexArray) -> ComplexArray:
@@ -294,12 +295,7 @@ def _next(
 
 def _pencil(law: Line, basis: ComplexArray, at: int) -> tuple[ComplexArray, ...]:
     """x'J y, x'C y, x'K y (p, p) between columns (n, p), by the values of pole number `at`."""
-    own = Line(
-        *(
-            one if one.ndim == 1 else one[:, [at if one.shape[1] > 1 else 0], None]
-            for one in law
-        )
-    )  # fmt: skip
+    own = mapped(law, lambda one: one[:, [at if one.shape[1] > 1 else 0], None])
     return _products(own, basis[:, :, None], basis[:, None, :])
 
 

@@ -38,7 +38,6 @@ from vibecalc.torsion.damped_modes import (
     moves_modes,
     undamped_line_modes,
 )
-from vibecalc.torsion.dense import mapped
 from vibecalc.torsion.forced import (
     MaskedResponse,
     ModalLine,
@@ -46,7 +45,7 @@ from vibecalc.torsion.forced import (
     modal_line,
     ratio_response,
 )
-from vibecalc.torsion.line import Line
+from vibecalc.torsion.line import Line, mapped
 from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
 from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.speed_damping import SpeedDamping

@@ -84,15 +84,7 @@ def run_torsion_variable_inertia(scene: Scene) -> None:
 
 
 def system_of(setup: Setup, speed: float) -> VariableLine:
-    """The line at a speed with the variation that its inertia torque says.
-
-    Raises NumericalFailure for damping by mode.
-    """
-    if setup.torsion.damping_model is not None and setup.model.modal is not None:
-        raise NumericalFailure(
-            "damping ratios by mode do not go with a variable inertia, which couples the modes; "
-            "give shafts, stations or dampers a damping, or a damping_model of kind 'rayleigh'"
-        )
+    """The line at a speed with the variation that its inertia torque says."""
     drive, line = setup.drive, setup.model.at(speed)
     whole = drive.order == np.floor(drive.order)
     given = inertia_variation(_by_order(drive.order[whole], drive.inertia.value[whole]).T)
