@@ -8,7 +8,6 @@ from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.setup import Setup, build_setup
-from vibecalc.torsion.critical_speeds import critical_speeds
 from vibecalc.torsion.line import complex_stiffness
 from vibecalc.torsion.results import VARIABLE
 from vibecalc.torsion.section_loads import twist_and_torque
@@ -247,9 +246,9 @@ def _speeds(setup: Setup) -> FloatArray:
     asked = setup.torsion.speeds
     assert asked is not None
     even = np.linspace(asked.start, asked.stop, min(asked.points, _EVEN))
-    met = critical_speeds(setup.natural().frequency, setup.drive.order, asked.start, asked.stop)
-    lowest = np.argsort(met.order, kind="stable")[:_CRITICALS]
-    return np.unique(np.concatenate([even, met.speed[lowest]]))
+    met = setup.natural().frequency / setup.drive.order[:, None]
+    inside = met[(met >= asked.start) & (met <= asked.stop)]
+    return np.unique(np.concatenate([even, inside[:_CRITICALS]]))
 
 
 def _emit_half_ranges(scene: Scene, setup: Setup, highest: float, speeds: FloatArray) -> None:
