@@ -102,7 +102,7 @@ def natural_modes(reader: Any) -> Natural:
     if ratios is not None:
         return Natural(undamped.frequency, ratios, undamped.shape, undamped.inertia, [])
     ratio = record[place + "damping_ratio"].values
-    damped = place + "undamped_frequency" in record
+    damped = are_poles(record)
     still = int(np.count_nonzero(size == 0.0))
     resting = _resting(reader)
     found = Natural([], [], [], [], [])
@@ -129,6 +129,15 @@ def natural_modes(reader: Any) -> Natural:
         assert all(abs(one - p) > mpf(10) ** -20 * abs(one) for p in poles[:k])
     assert len(poles) == len(size) - still
     return found
+
+
+def are_poles(record: Any) -> bool:
+    """Whether the modes of a result are those of the damped line."""
+    path = f"{ROOT}modes/undamped_frequency"
+    if path not in record:
+        return False
+    natural = record[f"{ROOT}modes/natural_frequency"].values
+    return not np.array_equal(record[path].values, natural)
 
 
 def _pole(state: Any, speed: mpf, w: float, zeta: float, damped: bool) -> tuple[mpc, list[Any]]:
@@ -174,7 +183,7 @@ def _rough_poles(state: Any, standing: list[mpf], own: float) -> np.ndarray:
 def frequencies_at(reader: Any, speed: mpf, found: list[float]) -> list[mpf]:
     """Natural frequencies at another speed: where rings are damped, of poles next to `found`."""
     record, place = reader.record, f"{ROOT}modes/"
-    if reader.state.ratios is not None or place + "undamped_frequency" not in record:
+    if reader.state.ratios is not None or not are_poles(record):
         return ExactModes(reader.line, speed).frequency
     ratio = record[place + "damping_ratio"].values.tolist()
     sizes = [
@@ -216,7 +225,7 @@ def critical_speeds(reader: Any) -> tuple[Any, Any]:
     found, state = reader.record[path].values, reader.state
     orders = state.drive.orders
     modes = reader.natural
-    damped = f"{ROOT}modes/undamped_frequency" in reader.record
+    damped = are_poles(reader.record)
     if not any(s for *_, s in state.elements):
         # nothing peaks near a mode that is damped by more than 1 / sqrt 2
         none = [damped and w > 0 and z * z >= 0.5 for w, z in zip(*modes[:2], strict=True)]

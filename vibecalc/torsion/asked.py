@@ -58,6 +58,14 @@ def has_modal_damping(case: Case) -> bool:
     return torsion.damping_model is not None and torsion.damping_model.kind == "modal"
 
 
+def has_damped_rings(case: Case) -> bool:
+    """Whether a ring is damped against the line, which may make its modes others than undamped."""
+    dampers = shaft_line_of(case).dampers
+    return torsion_of(case).damping_model is None and any(
+        one.damping or one.loss_factor for one in dampers
+    )
+
+
 def modes_follow_speed(case: Case) -> bool:
     """Whether pendulums, or couplings that vary, let natural frequencies change with the speed."""
     if any(one.kind == "pendulum" for one in shaft_line_of(case).dampers):

@@ -12,8 +12,8 @@ from vibecalc.schema import Case
 from vibecalc.torsion.excitation_checks import excitation_problems
 from vibecalc.torsion.shaft_line_tables import (
     ShaftLine,
-    has_damping,
     has_stress,
+    loss_factor,
     section_names,
 )
 from vibecalc.torsion.tables import AsPublished, LineSpeeds, Torsion
@@ -143,7 +143,12 @@ def _run_up(case: Case, line: ShaftLine) -> Iterator[Problem]:
     passed = run_ups_with_torque(case)
     if not passed or is_separate(case) or not line.gears or not line.shafts:
         return
-    if not line.dampers and not has_damping(line):
+    damped = bool(line.dampers) or any(
+        s.damping or s.damping_ratio or loss_factor(s) for s in line.shafts
+    )
+    damped = damped or line.engine_damping is not None
+    damped = damped or any(one.propeller_damping is not None for one in line.loads)
+    if not damped and not any(station.absolute_damping for station in line.stations):
         yield Problem(
             path=passed[0][0],
             message="on its way up the torque passes the resonances of a geared line that nothing "

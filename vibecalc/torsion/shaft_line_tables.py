@@ -464,17 +464,6 @@ def joints(line: ShaftLine) -> list[StationJoint]:
     ]
 
 
-def has_damping(line: ShaftLine) -> bool:
-    """Whether anything damps the line, by its tables."""
-    return (
-        any(one.damping or one.loss_factor for one in line.dampers)
-        or any(one.damping or one.damping_ratio or loss_factor(one) for one in line.shafts)
-        or line.engine_damping is not None
-        or any(one.propeller_damping is not None for one in line.loads)
-        or any(station.absolute_damping for station in line.stations)
-    )
-
-
 def crank_station(line: ShaftLine) -> int:
     """The station whose speed is that of the crankshaft: the first with a cylinder.
 

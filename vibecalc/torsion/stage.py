@@ -24,6 +24,7 @@ from vibecalc.torsion.asked import (
     coupling_limits,
     excited_orders,
     freedom_count,
+    has_damped_rings,
     has_holzer,
     has_loops,
     has_loss,
@@ -131,7 +132,7 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
 
 def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
     """Paths of these beginnings that the case has something for."""
-    from vibecalc.torsion.shaft_line_tables import has_damping, has_laws, has_stress, what_follows
+    from vibecalc.torsion.shaft_line_tables import has_laws, has_stress, what_follows
 
     line, torsion = shaft_line_of(case), torsion_of(case)
     train = case.machine.crank_train if has_crank_train(case.machine) else None
@@ -147,7 +148,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "/campbell/": torsion.campbell and modes_follow_speed(case),
         "transfer_matrix": not has_loops(case),
         "holzer": has_holzer(case),
-        "undamped_frequency": torsion.damping_model is None and has_damping(line),
+        "undamped_frequency": has_damped_rings(case),
         "/sufficient": torsion.separation is not None,
         **dict.fromkeys(_OF_CYLINDERS, train is not None),
         "bank_factor": train is not None and len({c.bank_angle for c in train.cylinders}) > 1,

@@ -9,7 +9,7 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
 from vibecalc.torsion.adapters.setup import Setup, line_modes, undamped_modes
-from vibecalc.torsion.asked import has_holzer, has_loops
+from vibecalc.torsion.asked import has_damped_rings, has_holzer, has_loops
 from vibecalc.torsion.damped_modes import LineModes, poles_of_modes
 from vibecalc.torsion.holzer import (
     Angles,
@@ -78,7 +78,7 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
     scene.emit(f"{PLACE}/strain_energy_share", share, axes=axes)
     _emit_ratios(scene, setup, natural)
     undamped_axes = {"mode": np.arange(1, len(undamped.frequency) + 1)}
-    if natural.damped:
+    if natural.damped or has_damped_rings(scene.case):
         error = undamped.frequency_error
         scene.emit(f"{PLACE}/undamped_frequency", undamped.frequency, error, undamped_axes)
     if not has_loops(scene.case) and scene.wants(TRANSFER):
