@@ -303,3 +303,23 @@ def test_one_rule_says_which_modes_a_line_has(damping: float) -> None:
     modes, poles = natural_modes(line), damped_line_modes(line, 1)
     moved = np.abs(poles.frequency[1:] / modes.frequency[1:] - 1.0).max()
     assert moves_modes(line, modes) == (moved > MOVES)
+
+
+SOLITARY = chain(np.ones(1), np.zeros(0))
+PAIR = chain(np.ones(2), np.ones(1))
+
+
+@pytest.mark.parametrize(
+    ("line", "ratios"),
+    [
+        (SOLITARY._replace(absolute_damping=np.array([3.0])), [0.0]),
+        (PAIR._replace(damping=np.array([50.0])), [0.0, 1.0]),
+        (PAIR._replace(damping=np.array([50.0]), loss_factor=np.array([0.3])), [0.0, 1.0]),
+        # stations without inertia that a damper joins: its force is known all the same
+        (network([1.0, 0, 0], [(0, 1, 5.0), (1, 2, 0.0), (2, 0, 5.0)], damping=[0, 3.0, 0]), [0.0]),
+    ],
+)
+def test_lines_of_which_nothing_vibrates(line: Line, ratios: list[float]) -> None:
+    found = damped_line_modes(line, 0)
+    assert found.frequency.tolist() == [0.0] * len(ratios)
+    assert found.damping_ratio.tolist() == ratios

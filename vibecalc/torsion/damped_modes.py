@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
-from vibecalc.torsion.line import Line, free_parts, part_of
+from vibecalc.torsion.line import Line, free_parts
 from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.poles import Poles, close, guesses, modal_damping_matrix, refined
 
@@ -124,17 +124,19 @@ def damped_line_modes(
     """
     modes = natural_modes(line) if modes is None else modes
     found = refined(line, *guesses(line, modes), line_at)
-    joined = (line.stiffness != 0.0) | (line.damping != 0.0)
-    still = [*free_parts(line, joined), *resting(line)]
     first = len(modes.frequency) - len(found.pole)
-    over = max(first - len(still), 0)
-    still = [*still, *[np.zeros(len(line.inertia))] * over][:first]
+    # as one with all that dashpots join, and each part of it that only these join to the first
+    springs = line.stiffness != 0.0
+    rigid, parts = free_parts(line, springs | (line.damping != 0.0)), free_parts(line, springs)
+    parts = np.delete(parts, [int(np.argmax(parts @ one > 0.0)) for one in rigid], axis=0)
+    over = max(first - len(rigid) - len(parts), 0)
+    still = np.concatenate([rigid, parts, np.zeros((over, len(line.inertia)))])[:first]
     blank: FloatArray = np.zeros(first)
     pole = np.concatenate([blank, found.pole])
     size = np.abs(pole)
-    ratio = np.divide(-pole.real, size, out=np.zeros_like(size), where=size > 0.0)
+    ratio = np.divide(0.0 - pole.real, size, out=np.zeros_like(size), where=size > 0.0)
     ratio[first - over : first] = 1.0
-    shape = np.concatenate([np.reshape(still, (first, len(line.inertia))), found.shape.T])
+    shape = np.concatenate([still, found.shape.T])
     shape, factor = _scaled(shape, len(line.inertia) - rings)
     error = np.concatenate([blank, found.error])
     scale = np.concatenate([blank, found.slope]) * factor**2
@@ -166,29 +168,6 @@ def poles_of_modes(line: Line, modes: Modes, line_at: Callable[[FloatArray], Lin
     every.pole[moving], every.shape[:, moving] = found.pole[pole], found.shape[:, pole]
     every.error[moving] = found.error[pole]
     return every
-
-
-def resting(line: Line) -> list[FloatArray]:
-    """Displacements (n,) that nothing brings back, next to the rigid ones.
-
-    Parts joined to the rest by dashpots alone can rest anywhere; one of each ungrounded part
-    is the one that the others are counted from.
-    """
-    count = len(line.inertia)
-    by_springs = part_of(line, line.stiffness != 0.0).tolist()
-    by_both = part_of(line, (line.stiffness != 0.0) | (line.damping != 0.0)).tolist()
-    shapes = []
-    for number in sorted(set(by_both)):
-        inside = [s for s in range(count) if by_both[s] == number]
-        parts = sorted({by_springs[s] for s in inside})
-        free = [
-            part
-            for part in parts
-            if not any(line.ground_stiffness[s] for s in inside if by_springs[s] == part)
-        ]
-        taken = 1 if len(free) == len(parts) else 0
-        shapes += [np.array([float(one == part) for one in by_springs]) for part in free[taken:]]
-    return shapes
 
 
 def _scaled(shape: ComplexArray, stations: int) -> tuple[ComplexArray, ComplexArray]:

@@ -138,8 +138,8 @@ def mode_number(line: Line, pole: complex, count: int) -> int:
 TOGETHER, ROUNDS = 1e-5, 60
 #: relative move of a pole that is not settled after all rounds
 UNSETTLED = 1e-9
-#: share of a guess below which a pole, and of a pole below which its imaginary part is none
-STILL = 1e-3
+#: share of a guess below which a pole is at rest, and of a pole below which it is real
+STILL, REAL = 1e-3, 1e-9
 
 
 class Poles(NamedTuple):
@@ -165,35 +165,38 @@ def refined(
     where a pole does not settle.
     """
     at = line_at or (lambda w: line)
-    if not len(guess):
-        none = np.zeros(0, dtype=complex)
-        return Poles(none, shape.astype(complex), none, none.real)
     pole, x, best = guess.copy(), shape / np.linalg.norm(shape, axis=0), np.inf
+    cluster, moved = np.zeros(len(pole), dtype=np.int64), np.zeros(len(pole))
     for _ in range(ROUNDS):
+        if not len(pole):
+            break
         cluster = _clusters(pole, TOGETHER * np.abs(pole))
         middle = _mean(pole, cluster)
         x = _step(at(np.abs(middle)), middle, x)
         pole, x = _next(at(np.abs(pole)), middle, pole, x, cluster)
         moved = np.abs(_mean(pole, cluster) - middle)
-        # what loss factors alone made vibrate in the guess slides to rest
-        vibrates = pole.imag > STILL * np.abs(pole)
-        vibrates &= np.abs(pole) > STILL * np.abs(guess)
-        largest = float(np.max(moved[vibrates] / np.abs(pole[vibrates]), initial=0.0))
+        # what is real, or slides to rest, was made to vibrate in the guess by loss factors alone
+        left = np.flatnonzero(
+            (pole.imag > REAL * np.abs(pole)) & (np.abs(pole) > STILL * np.abs(guess))
+        )
+        pole, x, guess, moved = pole[left], x[:, left], guess[left], moved[left]
+        cluster = np.unique(cluster[left], return_inverse=True)[1]
+        largest = float(np.max(moved / np.abs(pole), initial=0.0))
         if largest <= 4.0 * EPSILON or (best < 1e-12 and largest >= best):
             break
         best = largest
-    lost = np.flatnonzero(vibrates & (moved > UNSETTLED * np.abs(pole)))
+    lost = np.flatnonzero(moved > UNSETTLED * np.abs(pole))
     if len(lost):
         raise NumericalFailure(
             f"loss factors as dashpots near {abs(guess[lost[0]]):.6g} rad/s: the mode there is "
             "damped so strongly that it has no frequency of its own"
         )
+    if not len(pole):
+        return Poles(pole, x, pole, pole.real)
     law = _columns(equivalent_line(at(np.abs(pole)), np.abs(pole)))
     error = _pole_errors(law, pole, x, cluster, moved)
     _part_shapes(law, pole, x, error, cluster)
-    # a real pole next to which the guess was complex
-    moves = (pole.imag > 1e3 * error) & (pole.imag > 1e-9 * np.abs(pole))
-    swings = np.flatnonzero(moves & (np.abs(pole) > STILL * np.abs(guess)))
+    swings = np.flatnonzero(pole.imag > 1e3 * error)
     swings = swings[np.argsort(np.abs(pole[swings]), kind="stable")]
     law = mapped(law, lambda one: one[:, swings] if one.shape[1] > 1 else one)
     pole, x, error = pole[swings], x[:, swings], error[swings]
@@ -249,7 +252,10 @@ def _step(line: Line, pole: ComplexArray, x: ComplexArray) -> ComplexArray:
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         factors = network.factorised(list(ground), law.stiffness + near * law.damping)
         x = network.solved(factors, load)
-    return np.asarray(x / np.linalg.norm(x, axis=0))
+        x = np.asarray(x / np.linalg.norm(x, axis=0))
+    if not np.all(np.isfinite(x)):
+        raise NumericalFailure("the poles of the damped line leave the range of numbers")
+    return x
 
 
 def _products(law: Line, one: ComplexArray, two: ComplexArray) -> tuple[ComplexArray, ...]:
