@@ -102,7 +102,7 @@ def natural_modes(reader: Any) -> Natural:
     if ratios is not None:
         return Natural(undamped.frequency, ratios, undamped.shape, undamped.inertia, [])
     ratio = record[place + "damping_ratio"].values
-    damped = place + "undamped_frequency" in record
+    damped = are_poles(record)
     still = int(np.count_nonzero(size == 0.0))
     resting = _resting(reader)
     found = Natural([], [], [], [], [])
@@ -115,9 +115,7 @@ def natural_modes(reader: Any) -> Natural:
             assert (zeta == 1.0) == (mass == 0)
             _append(found, mpf(0), mpf(zeta), shape, mass, mpc(0))
             continue
-        # without a damper the dashpots of loss factors are those of the undamped frequency
-        own = undamped.frequency[number] if not damped else mpf(w)
-        pole, shape = _pole(state, reader.speed, w, zeta, own, damped)
+        pole, shape = _pole(state, reader.speed, w, zeta, damped)
         truth = -pole.real / abs(pole)
         if not damped:
             _append(found, undamped.frequency[number], truth, undamped.shape[number],
@@ -133,13 +131,21 @@ def natural_modes(reader: Any) -> Natural:
     return found
 
 
-def _pole(
-    state: Any, speed: mpf, w: float, zeta: float, own: mpf, damped: bool
-) -> tuple[mpc, list[Any]]:
-    """Pole and shape next to a frequency and damping ratio found; loss factors are those at `own`.
+def are_poles(record: Any) -> bool:
+    """Whether the modes of a result are those of the damped line."""
+    path = f"{ROOT}modes/undamped_frequency"
+    if path not in record:
+        return False
+    natural = record[f"{ROOT}modes/natural_frequency"].values
+    return not np.array_equal(record[path].values, natural)
 
-    Of a line with dampers that is the size of the pole itself.
+
+def _pole(state: Any, speed: mpf, w: float, zeta: float, damped: bool) -> tuple[mpc, list[Any]]:
+    """Pole and shape next to a frequency and damping ratio found.
+
+    Loss factors are dashpots at the size of the pole itself.
     """
+    own = mpf(w)
     standing = [k + s * speed**2 for _, _, k, _, _, s in state.elements]
     guess = mpc(-w * zeta, w * np.sqrt(max(1.0 - zeta**2, 0.0)))
     if not damped:  # undamped frequencies can be far from the poles of modes that damping couples
@@ -153,7 +159,7 @@ def _pole(
         ]
         pole, shape = exact_pole(state.line, elements, state.damped, guess)
         before, guess = own, pole
-        own = abs(pole) if damped else own
+        own = abs(pole)
         if abs(own - before) <= mpf(10) ** -30 * own:
             break
     return pole, shape
@@ -177,11 +183,11 @@ def _rough_poles(state: Any, standing: list[mpf], own: float) -> np.ndarray:
 def frequencies_at(reader: Any, speed: mpf, found: list[float]) -> list[mpf]:
     """Natural frequencies at another speed: where rings are damped, of poles next to `found`."""
     record, place = reader.record, f"{ROOT}modes/"
-    if reader.state.ratios is not None or place + "undamped_frequency" not in record:
+    if reader.state.ratios is not None or not are_poles(record):
         return ExactModes(reader.line, speed).frequency
     ratio = record[place + "damping_ratio"].values.tolist()
     sizes = [
-        mpf(0) if w == 0.0 else abs(_pole(reader.state, speed, w, zeta, mpf(w), True)[0])
+        mpf(0) if w == 0.0 else abs(_pole(reader.state, speed, w, zeta, True)[0])
         for w, zeta in zip(found, ratio, strict=True)
     ]
     moving = [size for size in sizes if size]
@@ -219,7 +225,7 @@ def critical_speeds(reader: Any) -> tuple[Any, Any]:
     found, state = reader.record[path].values, reader.state
     orders = state.drive.orders
     modes = reader.natural
-    damped = f"{ROOT}modes/undamped_frequency" in reader.record
+    damped = are_poles(reader.record)
     if not any(s for *_, s in state.elements):
         # nothing peaks near a mode that is damped by more than 1 / sqrt 2
         none = [damped and w > 0 and z * z >= 0.5 for w, z in zip(*modes[:2], strict=True)]

@@ -9,7 +9,7 @@ import numpy as np
 from exact_engine_drive import EngineDrive
 from exact_engine_gears import gear_rows, mean_sections
 from exact_engine_line import ExactLine
-from exact_engine_modes import Natural, critical_speeds, natural_modes
+from exact_engine_modes import Natural, are_poles, critical_speeds, natural_modes
 from exact_engine_state import State, Sums, sums
 from mpmath import mp, mpc, mpf
 
@@ -160,7 +160,7 @@ def _sure(reader: Reader) -> list[int]:
 
 def _silent(reader: Reader) -> list[bool]:
     """Modes near which no response peaks."""
-    damped = f"{ROOT}modes/undamped_frequency" in reader.record
+    damped = are_poles(reader.record)
     modes = zip(reader.natural.frequency, reader.natural.ratio, strict=True)
     return [w == 0 or bool(damped and z * z >= 0.5) for w, z in modes]
 

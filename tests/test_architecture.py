@@ -173,7 +173,8 @@ def test_kernels_import_no_case_no_scene_and_no_report() -> None:
 
 #: kernels: arrays in, arrays out
 KERNELS = {
-    "forced", "modes", "elimination", "holzer", "damped_modes", "slider_crank", "harmonics",
+    "forced", "modes", "elimination", "holzer", "damped_modes", "poles", "network",
+    "slider_crank", "harmonics",
     "minimax", "peaks", "transfer", "squared_magnitude", "rigid_body", "rows", "gas_force",
     "rod_angle", "truncated_series", "closed_forms", "several_peaks", "synthesis",
 }  # fmt: skip

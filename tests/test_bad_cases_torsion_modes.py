@@ -15,7 +15,6 @@ LOOP = network([1, 1, 1], [(0, 1, 1.0), (1, 2, 1.0), (2, 0, 1.0)])
 TWINS = network([1, 1, 1, 1], [(0, 1, 1.0), (1, 2, 1.0), (1, 3, 1.0)])
 EMPTY = chain(np.array([1.0, 0.0, 0.0]), np.array([0.0, 2.0]))
 STEEP = chain(np.ones(400), np.full(399, 1e-3))
-JOINED = network([1.0, 0.0, 0.0], [(0, 1, 5.0), (1, 2, 0.0), (2, 0, 5.0)], damping=[0.0, 3.0, 0.0])
 
 
 @pytest.mark.parametrize(
@@ -29,7 +28,6 @@ JOINED = network([1.0, 0.0, 0.0], [(0, 1, 5.0), (1, 2, 0.0), (2, 0, 5.0)], dampi
         # each branch on its own spring, the middle still: two branches of one frequency
         (lambda: holzer_table(TWINS, np.array(1.0)), "stands still"),
         (lambda: holzer_table(STEEP, np.array(1e3)), "range of numbers"),
-        (lambda: damped_line_modes(JOINED, 0), "dampers alone"),
     ],
 )
 def test_refused(ask, words: str) -> None:

@@ -13,7 +13,7 @@ from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.transient.cycles import largest_steady
 from vibecalc.torsion.transient.march import transient
 from vibecalc.torsion.transient.motion import stretch
-from vibecalc.torsion.transient.peaks import order_waterfall, section_history
+from vibecalc.torsion.transient.peaks import order_window, section_history
 
 PAIR = chain(np.array([2.0, 3.0]), np.array([4000.0]))
 GAS = np.array([[10.0 + 0j], [0.0]])
@@ -85,7 +85,7 @@ def test_comparison_and_windows_outside_what_is_known() -> None:
         largest_steady(np.linspace(1.0, 6.0, 11), np.zeros((11, 1)), (2.0, 3.0))
     seen = section_history(run(), 0.0, 2.0)
     with pytest.raises(NumericalFailure, match="reaches beyond the course"):
-        order_waterfall(seen, 0, np.array([1.0]), np.array([0.1]), 1.0)
+        order_window(seen, 0, np.array([1.0]), 0.1, 1.0)
 
 
 def test_standstill_is_held_by_its_static_torque() -> None:

@@ -8,7 +8,7 @@ import pytest
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.maxima import by_values
 from vibecalc.numerics.synthesis import synthesis
-from vibecalc.torsion.critical_speeds import barred_ranges, critical_speeds
+from vibecalc.torsion.critical_speeds import barred_ranges
 from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.section_loads import (
     ROWS,
@@ -142,13 +142,6 @@ def test_barred_ranges_end_where_the_closed_form_crosses_its_limit():
     assert open_.start_crosses.tolist() == [False, True]
     assert open_.end_crosses.tolist() == [True, False]
     assert len(barred_ranges(lambda speed: speed - 9.0, np.linspace(0, 5, 9)).start) == 0
-
-
-def test_critical_speeds_are_frequency_over_order():
-    found = critical_speeds([0.0, 60.0, 140.0], [0.0, 0.5, 3.0, 6.0], 10.0, 50.0, [0, 1e-9, 1e-9])
-    assert found.speed.tolist() == pytest.approx([10.0, 20.0, 140 / 6, 140 / 3])
-    assert found.mode.tolist() == [1, 1, 2, 2] and found.order.tolist() == [6.0, 3.0, 6.0, 3.0]
-    assert found.error[0] == pytest.approx(1e-9 / 6, rel=1e-3)
 
 
 def test_a_masked_speed_has_an_infinite_peak_and_work_is_by_blocks():

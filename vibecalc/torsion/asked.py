@@ -59,7 +59,7 @@ def has_modal_damping(case: Case) -> bool:
 
 
 def has_damped_rings(case: Case) -> bool:
-    """Whether a ring is damped against the line, so that its modes are not the undamped ones."""
+    """Whether a ring is damped against the line, which may make its modes others than undamped."""
     dampers = shaft_line_of(case).dampers
     return torsion_of(case).damping_model is None and any(
         one.damping or one.loss_factor for one in dampers

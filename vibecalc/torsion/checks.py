@@ -202,6 +202,15 @@ def _damping(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
                 found=f"{len(model.ratios)} ratios",
                 allowed=f"up to {modes}, the first one of the rigid mode, or one for all",
             )
+        if model.kind == "modal" and torsion.variable_inertia is not None:
+            yield Problem(
+                path=(*path, "kind"),
+                message="damping ratios by mode do not go with a variable inertia, which couples "
+                "the modes",
+                allowed="kind = 'rayleigh', or no damping_model and dampings of shafts, stations "
+                "or dampers",
+                also=(*TORSION, "variable_inertia"),
+            )
         for place, mode in enumerate(model.modes):
             if mode > modes:
                 yield Problem(

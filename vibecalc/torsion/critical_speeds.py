@@ -1,4 +1,4 @@
-"""Speeds that matter on a curve: critical speeds, peaks between samples, barred ranges."""
+"""Speeds that matter on a curve: peaks between samples, narrow resonances, barred ranges."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -16,49 +16,6 @@ from vibecalc.numerics.rounding import (
     IntArray,
     distinct,
 )
-
-# ----------------------------------------------------------------------------
-# Critical speeds: where an order of excitation meets a natural frequency.
-# ----------------------------------------------------------------------------
-
-
-class CriticalSpeeds(NamedTuple):
-    """By rising speed (c,) in rad/s; `mode` is the place of its frequency, `error` absolute."""
-
-    speed: FloatArray
-    order: FloatArray
-    mode: IntArray
-    error: FloatArray
-
-
-def critical_speeds(
-    natural_frequency: ArrayLike,
-    order: ArrayLike,
-    lowest: float,
-    highest: float,
-    frequency_error: ArrayLike = 0.0,
-) -> CriticalSpeeds:
-    """Every speed from `lowest` to `highest` with order times speed a natural frequency (m,).
-
-    Rigid modes (frequency 0) and order 0 have none. `frequency_error` (m,) is absolute.
-    """
-    natural, orders = np.asarray(natural_frequency, dtype=float), np.asarray(order, dtype=float)
-    mode, place = np.meshgrid(np.arange(len(natural)), np.arange(len(orders)), indexing="ij")
-    met = (natural[mode] > 0.0) & (orders[place] > 0.0)
-    mode, place = mode[met], place[met]
-    speed = natural[mode] / orders[place]
-    uncertainty = np.broadcast_to(frequency_error, natural.shape)[mode] / orders[place]
-    inside = (speed >= lowest) & (speed <= highest)
-    mode, place, speed, uncertainty = (
-        mode[inside],
-        place[inside],
-        speed[inside],
-        uncertainty[inside],
-    )
-    first = np.lexsort((orders[place], speed))
-    error = uncertainty + EPSILON * speed
-    return CriticalSpeeds(speed[first], orders[place][first], mode[first], error[first])
-
 
 # ----------------------------------------------------------------------------
 # The largest values of many curves over a range of speeds, found between the speeds of a sweep.

@@ -1,12 +1,10 @@
 """Forced response of a shaft line by dense elimination: any network, loops too, and as a check."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
 from vibecalc.torsion.elimination import LineSolution
-from vibecalc.torsion.line import Line, dynamic_stiffness
+from vibecalc.torsion.line import Line, dynamic_stiffness, mapped
 
 # ----------------------------------------------------------------------------
 # Forced response by dense elimination with pivoting: any network, loops too, and as a check.
@@ -14,18 +12,6 @@ from vibecalc.torsion.line import Line, dynamic_stiffness
 
 #: roundings of a row's sum in the residual, for the few elements that meet at a station
 DENSE_ROUNDINGS = 16.0 * EPSILON
-
-
-def mapped(line: Line, function: Callable[[FloatArray], FloatArray]) -> Line:
-    """The line with its values changed, its network kept."""
-    return line._replace(
-        inertia=function(line.inertia),
-        absolute_damping=function(line.absolute_damping),
-        ground_stiffness=function(line.ground_stiffness),
-        stiffness=function(line.stiffness),
-        damping=function(line.damping),
-        loss_factor=function(line.loss_factor),
-    )
 
 
 def dense_solution(

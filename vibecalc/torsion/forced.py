@@ -18,9 +18,9 @@ from vibecalc.numerics.rounding import (
     IntArray,
 )
 from vibecalc.torsion.close_elimination import eliminate_closely
-from vibecalc.torsion.dense import dense_solution, mapped
+from vibecalc.torsion.dense import dense_solution
 from vibecalc.torsion.elimination import LineSolution, eliminate, room_for
-from vibecalc.torsion.line import Line, damping_matrix, network_matrix, part_of
+from vibecalc.torsion.line import Line, damping_matrix, mapped, network_matrix, part_of
 from vibecalc.torsion.modes import Modes
 from vibecalc.torsion.tree_plan import plan_of
 

@@ -1,7 +1,6 @@
 """Holzer's tables of a shaft line, with the errors of the mode shapes that stand in them."""
 
-from collections.abc import Callable
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,9 +11,7 @@ from vibecalc.torsion.damped_modes import LineModes
 from vibecalc.torsion.line import (
     Line,
     connected_parts,
-    lines_of,
     network_matrix,
-    stiffness_matrix,
     walk,
 )
 from vibecalc.torsion.modes import Modes
@@ -158,111 +155,66 @@ class ShapeUncertainty(NamedTuple):
     moved: FloatArray | ComplexArray
     moving: FloatArray
 
+    def of(self, modes: slice) -> "ShapeUncertainty":
+        """Those of some modes."""
+        return ShapeUncertainty(self.bound[modes], self.moved[modes], self.moving[modes])
 
-def shape_uncertainty(line: Line, modes: Modes) -> ShapeUncertainty:
+
+def shape_uncertainty(
+    line: Line, modes: Modes | LineModes, stations: int | None = None
+) -> ShapeUncertainty:
     """From the equations of motion of the shapes as they are, by twists, which do not cancel.
 
-    The moves have the order: correction, inertias (n,), elements (e,), springs to ground (n,).
+    Of poles the largest angle of the first `stations` freedoms is held. The moves have the order:
+    correction, inertias (n,), stiffnesses of elements (e,) and to ground (n,), dashpots of elements
+    and to ground. `line` may have the modes as a leading axis of its stiffness and loss factor.
     """
     moving = modes.frequency > 0.0
-    known = len(line.inertia) <= FREEDOMS and bool(np.any(moving))
-    counted = np.where(moving, 1.0, 0.0)
-    if not known:
-        none = np.zeros((len(moving), len(line.inertia) + 1, 0))
-        return ShapeUncertainty(modes.shape_error, none, counted)
-    count, (first, second) = len(line.inertia), (line.first, line.second)
-    shape, square = modes.shape[moving], modes.frequency[moving] ** 2
-    inert = square[:, None] * line.inertia
-    twist = line.stiffness * (shape[:, first] - shape[:, second])
-    held = line.ground_stiffness * shape
-    answer = _answers(line, inert, shape)
-    moved = np.zeros((len(modes.frequency), count + 1, 1 + 2 * count + len(first)))
-    of_element = answer[..., first] - answer[..., second]
-    inertial = answer * (inert * shape)[:, None, :]
-    element, ground = of_element * twist[:, None, :], answer * held[:, None, :]
-    left = inertial.sum(axis=-1) - element.sum(axis=-1) - ground.sum(axis=-1)
-    parts = np.concatenate([inertial, element, ground], axis=-1)
-    errors = np.concatenate([CORRECTIONS * left[..., None], ROUNDINGS * EPSILON * parts], axis=-1)
-    moved[moving] = np.where(np.isfinite(errors), errors, np.inf)
-    return ShapeUncertainty(modes.shape_error, moved, counted)
-
-
-def damped_shape_uncertainty(line: Line, modes: LineModes, stations: int) -> ShapeUncertainty:
-    """The same of the shapes of poles: the largest angle of the first `stations` freedoms is held.
-
-    The moves have the order: correction, inertias (n,), stiffnesses and dampings of elements
-    (e, e), then of springs and dashpots to ground (n, n).
-    """
-    moving = modes.frequency > 0.0
-    counted = np.where(moving, 1.0, 0.0)
-    count = len(line.inertia)
+    counted, count = np.where(moving, 1.0, 0.0), len(line.inertia)
     if count > FREEDOMS or not np.any(moving):
         return ShapeUncertainty(modes.shape_error, np.zeros((len(moving), count + 1, 0)), counted)
-    first, second = line.first, line.second
-    shape, pole = modes.shape[moving], modes.pole[moving][:, None]
-    dashpot = line.damping + line.loss_factor * line.stiffness / np.abs(pole)
-    twist = shape[:, first] - shape[:, second]
-    inertial, braked = pole**2 * line.inertia, pole * line.absolute_damping
-    matrix = np.zeros((len(shape), count + 1, count + 1), dtype=np.complex128)
-    element: ComplexArray = np.asarray(line.stiffness + pole * dashpot, dtype=np.complex128)
-    ground: ComplexArray = np.asarray(
-        inertial + braked + line.ground_stiffness, dtype=np.complex128
+    stiffness, loss = (
+        one[moving] if one.ndim > 1 else one for one in (line.stiffness, line.loss_factor)
     )
-    dynamic = network_matrix(line, element, ground)
+    first, second, shape = line.first, line.second, modes.shape[moving]
+    twist = shape[:, first] - shape[:, second]
+    square: Any = -(modes.frequency[moving, None] ** 2)
+    braked, damped = np.zeros_like(shape), np.zeros_like(twist)
+    if isinstance(modes, LineModes):
+        pole = modes.pole[moving, None]
+        square, braked = pole**2, pole * line.absolute_damping
+        damped = pole * (line.damping + loss * stiffness / np.abs(pole))
+    inertial = square * line.inertia
+    dynamic = network_matrix(line, stiffness + damped, inertial + braked + line.ground_stiffness)
+    # a share of the squared frequency: half of the pole times its derivative
+    slope = network_matrix(line, 0.5 * damped, inertial + 0.5 * braked)
+    matrix = np.zeros((len(shape), count + 1, count + 1), dtype=dynamic.dtype)
     place = np.arange(count)
+    # rows and columns of one size
     scale = 1.0 / np.sqrt(np.abs(dynamic[:, place, place]) + np.abs(inertial) + 1e-300)
-    element = np.asarray(dashpot, dtype=np.complex128)
-    ground = np.asarray(2.0 * pole * line.inertia + line.absolute_damping, dtype=np.complex128)
-    slope = network_matrix(line, element, ground)
     matrix[:, :count, :count] = dynamic * scale[:, :, None] * scale[:, None, :]
     matrix[:, :count, count] = np.einsum("mij,mj->mi", slope, shape) * scale
     top = np.argmax(np.abs(shape[:, :stations]), axis=1)
     matrix[np.arange(len(shape)), count, top] = 1.0
-    size = 1 + 3 * count + 2 * len(first)
-    moved = np.zeros((len(moving), count + 1, size), dtype=np.complex128)
+    moved = np.zeros((len(moving), count + 1, 1 + 3 * count + 2 * len(first)), dynamic.dtype)
     try:
         answer = np.linalg.inv(matrix)[..., :count]
-    except np.linalg.LinAlgError:
+    except np.linalg.LinAlgError:  # equal frequencies: their shapes are any of a space
         moved[moving] = np.inf
         return ShapeUncertainty(modes.shape_error, moved, counted)
     answer[:, :count] *= scale[:, :, None]
     answer = answer * scale[:, None, :]
     of_element = answer[..., first] - answer[..., second]
     torques = (
-        (answer, inertial * shape), (of_element, line.stiffness * twist),
-        (of_element, pole * dashpot * twist), (answer, line.ground_stiffness * shape),
+        (answer, -inertial * shape), (of_element, stiffness * twist),
+        (answer, line.ground_stiffness * shape), (of_element, damped * twist),
         (answer, braked * shape),
     )  # fmt: skip
     parts = np.concatenate([moves * torque[:, None, :] for moves, torque in torques], axis=-1)
-    left = CORRECTIONS * parts.sum(axis=-1, keepdims=True)
-    errors = np.concatenate([left, ROUNDINGS * EPSILON * parts], axis=-1)
+    left = parts[..., :count].sum(axis=-1) - parts[..., count:].sum(axis=-1)
+    errors = np.concatenate([CORRECTIONS * left[..., None], ROUNDINGS * EPSILON * parts], axis=-1)
     moved[moving] = np.where(np.isfinite(errors), errors, np.inf)
     return ShapeUncertainty(modes.shape_error, moved, counted)
-
-
-Shapes = TypeVar("Shapes", Modes, LineModes)
-
-
-def uncertainty_by_mode(
-    line: Line, modes: Shapes, of: Callable[[Line, Shapes], ShapeUncertainty]
-) -> ShapeUncertainty:
-    """What `of` gives for each mode alone, on its own of the lines (m)."""
-    each = []
-    for place, one in enumerate(lines_of(line)):
-        rows: dict[str, Any] = {
-            name: part[place : place + 1]
-            for name, part in modes._asdict().items()
-            if isinstance(part, np.ndarray)
-        }
-        each.append(of(one, modes._replace(**rows)))
-    moves = max(one.moved.shape[-1] for one in each)
-    moved = np.zeros((len(each), each[0].moved.shape[1], moves), each[-1].moved.dtype)
-    for place, found in enumerate(each):
-        moved[place, :, : found.moved.shape[-1]] = found.moved[0]
-    bound, moving = (
-        np.concatenate([getattr(found, name) for found in each]) for name in ("bound", "moving")
-    )
-    return ShapeUncertainty(bound, moved, moving)
 
 
 def uncertainty_of(uncertainty: ShapeUncertainty, weight: FloatArray | ComplexArray) -> FloatArray:
@@ -290,26 +242,6 @@ def spread(moved: FloatArray | ComplexArray) -> FloatArray:
     rounding = np.sqrt(np.sum(np.square(np.abs(moved[..., 1:])), axis=-1))
     total = np.abs(moved[..., 0]) + rounding
     return np.asarray(np.where(np.isfinite(total), total, np.inf))
-
-
-def _answers(line: Line, inert: FloatArray, shape: FloatArray) -> FloatArray:
-    """Moves (m, n + 1, n) of angles and frequency under torques, largest angles held."""
-    modes, count = shape.shape
-    stiffness, place = stiffness_matrix(line), np.arange(count)
-    matrix = np.zeros((modes, count + 1, count + 1))
-    matrix[:, :count, :count] = stiffness
-    matrix[:, place, place] -= inert
-    # rows and columns of one size
-    scale = 1.0 / np.sqrt(np.diag(stiffness) + inert)
-    matrix[:, :count, :count] *= scale[:, :, None] * scale[:, None, :]
-    matrix[:, :count, count] = -inert * shape * scale
-    matrix[np.arange(modes), count, np.argmax(np.abs(shape), axis=1)] = 1.0
-    try:
-        inverse = np.linalg.inv(matrix)[..., :count]
-    except np.linalg.LinAlgError:  # equal frequencies: their shapes are any of a space
-        return np.full((modes, count + 1, count), np.inf)
-    inverse[:, :count] *= scale[:, :, None]
-    return np.asarray(inverse * scale[:, None, :])
 
 
 # ----------------------------------------------------------------------------

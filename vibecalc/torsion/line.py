@@ -1,5 +1,6 @@
 """A shaft line as degrees of freedom with elastic elements between them: matrices and network."""
 
+from collections.abc import Callable
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -35,6 +36,18 @@ class Line(NamedTuple):
     stiffness: FloatArray
     damping: FloatArray
     loss_factor: FloatArray
+
+
+def mapped(line: Line, function: Callable[[FloatArray], FloatArray]) -> Line:
+    """The line with its values changed, its network kept."""
+    return line._replace(
+        inertia=function(line.inertia),
+        absolute_damping=function(line.absolute_damping),
+        ground_stiffness=function(line.ground_stiffness),
+        stiffness=function(line.stiffness),
+        damping=function(line.damping),
+        loss_factor=function(line.loss_factor),
+    )
 
 
 def chain(inertia: FloatArray, stiffness: FloatArray) -> Line:

@@ -417,11 +417,11 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
         damping=square * side_by_side([one.damping for one in elements]),
         loss_factor=side_by_side([one.loss_factor for one in elements]),
     )
-    leaders = [int(np.flatnonzero(freedom == place)[0]) for place in range(stations)]
-    together = [
-        " + ".join(name for name, f in zip(names, freedom, strict=True) if f == place)
-        for place in range(stations)
-    ]
+    leaders = np.unique(freedom, return_index=True)[1].tolist()
+    gathered: list[list[str]] = [[] for _ in range(stations)]
+    for name, place in zip(names, freedom.tolist(), strict=True):
+        gathered[place].append(name)
+    together = [" + ".join(one) for one in gathered]
     load = at[parts.load] if parts.load is not None else len(names) - 1
     cylinder = _cylinder_stations(parts, () if train is None else train.names)
     laws = tuple(load_law(one, case.machine.speed) for one in parts.loads)

@@ -93,11 +93,12 @@ def highest(tree: Tree) -> float:
 
 
 def tree_frequencies(
-    tree: Tree, start: FloatArray | None = None, start_error: float = 0.0
+    tree: Tree, start: FloatArray | None = None, start_error: float | FloatArray = 0.0
 ) -> FloatArray:
     """Natural frequencies (m,) in rad/s, ascending, of m stations with inertia; rigid exactly 0.
 
-    `start` (m,) with an absolute `start_error` shortens the search where its brackets hold.
+    `start` (m,) with an absolute `start_error` () or (m,) shortens the search where its brackets
+    hold.
     Relative error: some roundings (see `relative_error`). Raises `NumericalFailure` if the counts
     contradict the number of modes, which only a range of values beyond 1e100 can do.
     """
@@ -109,8 +110,8 @@ def tree_frequencies(
     top = highest(tree)
     low, high = np.full(wanted.shape, top * _LOWEST), np.full(wanted.shape, top)
     if start is not None:
-        below = np.maximum(start[rigid:] - start_error, low)
-        above = np.minimum(start[rigid:] + start_error, high)
+        below = np.maximum((start - start_error)[rigid:], low)
+        above = np.minimum((start + start_error)[rigid:], high)
         low = np.where(modes_below(tree, below) <= wanted, below, low)
         high = np.where(modes_below(tree, above) > wanted, above, high)
     elif np.any(modes_below(tree, low[:1]) != rigid) or np.any(modes_below(tree, high[:1]) < modes):
@@ -136,21 +137,27 @@ def relative_error(count: int) -> float:
 # ----------------------------------------------------------------------------
 
 
-def riccati_frequencies(line: Line) -> FloatArray:
+#: share of a frequency within which its counts are looked for first
+_NEAR = 1e-12
+
+
+def riccati_frequencies(line: Line, near: FloatArray | None = None) -> FloatArray:
     """Natural frequencies (m,) in rad/s, ascending, of a row or branched line; rigid exactly 0.
 
-    Shares no step with the eigenvalue route of rows. Stations without inertia stay in the
-    recurrence. Raises `NumericalFailure` for a closed loop of shafts, which has no leaf to
-    begin at.
+    Shares no step with the eigenvalue route of rows; where `near` (m,) are they, their counts say
+    so, and the search is short. Stations without inertia stay in the recurrence. Raises
+    `NumericalFailure` for a closed loop of shafts, which has no leaf to begin at.
     """
-    frequencies = []
-    for part in connected_parts(line):
+    frequencies, parts = [], connected_parts(line)
+    for part in parts:
         if not part.is_tree:
             raise NumericalFailure(
                 "the transfer matrix follows rows and branches of shafts, not a closed loop: "
                 "use the eigenvalues"
             )
-        frequencies.append(tree_frequencies(rooted(part)))
+        start = near if len(parts) == 1 else None
+        around = 0.0 if start is None else _NEAR * start
+        frequencies.append(tree_frequencies(rooted(part), start, around))
     return np.sort(np.concatenate(frequencies))
 
 

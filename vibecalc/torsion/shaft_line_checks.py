@@ -142,7 +142,8 @@ def _network(line: ShaftLine) -> Iterator[Problem]:
     """One connected part, ratios that agree, cylinders at the speed of the crankshaft."""
     names = [station.name for station in line.stations]
     joined = joints(line)
-    ratios = speed_ratios(len(names), joined, crank_station(line))
+    crank = crank_station(line)
+    ratios = speed_ratios(len(names), joined, crank)
     if ratios.contradiction is not None:
         place, others, stated_ratio = ratios.contradiction
         gears = len(line.shafts)
@@ -157,9 +158,7 @@ def _network(line: ShaftLine) -> Iterator[Problem]:
             hint="gear wheels turn opposite ways unless reverses = false",
         )
         return
-    strays = [
-        place for place, part in enumerate(ratios.part) if part != ratios.part[crank_station(line)]
-    ]
+    strays = [place for place, part in enumerate(ratios.part) if part != ratios.part[crank]]
     if strays:
         yield Problem(
             path=(*LINE, "stations", strays[0]),
@@ -187,7 +186,7 @@ def _network(line: ShaftLine) -> Iterator[Problem]:
             yield Problem(
                 path=(*LINE, "stations", place),
                 message="this station has a cylinder and does not turn as the crankshaft does",
-                found=f"{ratio:.9g} times the speed of {names[crank_station(line)]!r}",
+                found=f"{ratio:.9g} times the speed of {names[crank]!r}",
                 allowed="all cylinders on one crankshaft, or on shafts of its speed and sense",
             )
 

@@ -7,6 +7,7 @@ from vibecalc.core.case.raw import unknown
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.torsion.shaft_line_tables import (
     ShaftLine,
+    StationJoint,
     has_stress,
     joints,
     section_names,
@@ -40,6 +41,7 @@ def change_problems(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
     if change.clutch is not None:
         yield from _clutch(line, change, change.clutch)
     yield from _form(line, torsion, change)
+    yield from _massless(line)
     yield from _counting(line, change)
 
 
@@ -64,6 +66,28 @@ def _form(line: ShaftLine, torsion: Torsion, change: "Transient") -> Iterator[Pr
             allowed=f"a change at constant speed: {', '.join(AT_CONSTANT_SPEED)}",
             also=(*TRANSIENT_TABLE, "kind"),
         )
+
+
+def _massless(line: ShaftLine) -> Iterator[Problem]:
+    """Stations without inertia, but those that rigid gears join to an inertia."""
+    at = {station.name: place for place, station in enumerate(line.stations)}
+    rigid = [
+        StationJoint(at[gear.between[0]], at[gear.between[1]], 1.0)
+        for gear in line.gears
+        if not gear.mesh_stiffness and set(gear.between) <= set(at)
+    ]
+    part = speed_ratios(len(line.stations), rigid, 0).part
+    heavy = {part[n] for n, one in enumerate(line.stations) if one.inertia != 0.0}
+    for n, one in enumerate(line.stations):
+        if part[n] not in heavy:
+            yield Problem(
+                path=(*LINE, "stations", n, "inertia"),
+                message=f"station {one.name[:60]!r} has no inertia, and a change in time needs one "
+                "at every station",
+                found="0",
+                allowed="an inertia above 0, or its two shafts as one of their common stiffness",
+                also=TRANSIENT_TABLE,
+            )
 
 
 def _clutch(line: ShaftLine, change: "Transient", name: str) -> Iterator[Problem]:

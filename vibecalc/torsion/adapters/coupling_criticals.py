@@ -6,8 +6,8 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.torsion.adapters.setup import Setup, line_speeds
-from vibecalc.torsion.damped_modes import LinePoles, all_poles, converged_pole
 from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.poles import LinePoles, all_poles, refined_pole
 
 # ----------------------------------------------------------------------------
 # Where the modes meet the orders: the line is that of the critical speed itself.
@@ -85,7 +85,7 @@ class _Secant:
         """Of the mode at the present speed and at the frequency of its order, and the error."""
         line = self.setup.model.at(self.at, self.order * self.at)
         if self.setup.natural().damped:
-            self.pole, _, error, _ = converged_pole(line, self.pole)
+            self.pole, error = refined_pole(line, self.pole)
             return abs(self.pole), error
         found = natural_modes(line)
         return float(found.frequency[self.mode]), float(found.frequency_error[self.mode])

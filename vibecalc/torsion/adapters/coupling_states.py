@@ -1,5 +1,6 @@
 """Couplings whose stiffness and damping follow what the line does: load, heat, vibration."""
 
+from collections.abc import Iterator
 from functools import cache, partial
 from typing import NamedTuple
 
@@ -44,16 +45,10 @@ def _spread(solver: "_Solver") -> float:
         some += np.linspace(setup.torsion.speeds.start, setup.torsion.speeds.stop, _READ).tolist()
     speed = np.unique(some)
     found, errors = solver(speed), solver.errors(speed)
-    for c, one in enumerate(solver.couplings):
-        own = one.values(*_of(found, c, none))
-        for kind, off in zip(Conditions._fields, errors, strict=True):
-            step = _STEP * np.maximum(np.abs(getattr(found, kind)[:, c]), 1.0)
-            value = getattr(found, kind).copy()
-            value[:, c] += step
-            moved = one.values(*_of(found._replace(**{kind: value}), c, none))
-            for before, after in zip(own, moved, strict=True):
-                share = np.abs(after / before - 1.0) * off[:, c] / step
-                largest = max(largest, float(np.max(share)))
+    for c, moved, share in solver.moves(found, errors):
+        own, other = (solver.couplings[c].values(*_of(one, c, none)) for one in (found, moved))
+        for before, after in zip(own, other, strict=True):
+            largest = max(largest, float(np.max(np.abs(after / before - 1.0) * share)))
     return largest
 
 
@@ -256,6 +251,22 @@ class _Solver:
 
     # what errors of the conditions do
 
+    def moves(
+        self, found: Conditions, errors: Conditions
+    ) -> Iterator[tuple[int, Conditions, FloatArray]]:
+        """Of each coupling, by place, each condition that it follows moved, error over move."""
+        for kind, rows in (
+            ("mean_torque", "mean_torque"), (_TEMPERATURE, "over_temperature"),
+            (_AMPLITUDE, "amplitude"),
+        ):  # fmt: skip
+            for c, one in enumerate(self.couplings):
+                if getattr(one, rows) is not None:
+                    value = getattr(found, kind).copy()
+                    step = _STEP * np.maximum(np.abs(value[:, c]), 1.0)
+                    value[:, c] += step
+                    share = getattr(errors, kind)[:, c] / step
+                    yield c, found._replace(**{kind: value}), share
+
     def errors(self, speed: FloatArray) -> Conditions:
         """Errors of the conditions (u, c): of mean torques, and of what is found by iteration."""
         found, mean = self(speed), self.mean(speed)
@@ -275,13 +286,9 @@ class _Solver:
             else:
                 torque = state.torque[..., one.element]
                 off[:, column] += sum_error(torque) / abs(one.ratio)
-        for c, one in enumerate(self.couplings):
-            if one.mean_torque is not None:
-                step = _STEP * np.maximum(np.abs(found.mean_torque[:, c]), 1.0)
-                load = found.mean_torque.copy()
-                load[:, c] += step
-                moved = self._answer(speed, found._replace(mean_torque=load), x)
-                off += np.abs(moved - answer) * (errors.mean_torque[:, c] / step)[:, None]
+        for _, moved, share in self.moves(found, errors):
+            if np.any(share):
+                off += np.abs(self._answer(speed, moved, x) - answer) * share[:, None]
         slope = self._slope(speed, found, x, answer)
         amplified = np.abs(np.linalg.inv(np.eye(x.shape[1]) - slope))
         return self._with(errors, (amplified @ off[..., None])[..., 0])
@@ -292,21 +299,10 @@ class _Solver:
         found, errors = self(at), self.errors(at)
         base = _parts(self.frozen(found), at)
         total = [np.zeros(one.shape) for one in base]
-        for kind, needed in (
-            ("mean_torque", [one.mean_torque for one in self.couplings]),
-            (_TEMPERATURE, [one.over_temperature for one in self.couplings]),
-            (_AMPLITUDE, [one.amplitude for one in self.couplings]),
-        ):
-            for c, rows in enumerate(needed):
-                if rows is None:
-                    continue
-                value = getattr(found, kind).copy()
-                step = _STEP * np.maximum(np.abs(value[:, c]), 1.0)
-                value[:, c] += step
-                other = _parts(self.frozen(found._replace(**{kind: value})), at)
-                share = getattr(errors, kind)[:, c] / step
-                for sum_, one, first in zip(total, other, base, strict=True):
-                    sum_ += np.abs(one - first) * share.reshape(-1, *([1] * (first.ndim - 1)))
+        for _, moved, share in self.moves(found, errors):
+            other = _parts(self.frozen(moved), at)
+            for sum_, one, first in zip(total, other, base, strict=True):
+                sum_ += np.abs(one - first) * share.reshape(-1, *([1] * (first.ndim - 1)))
         return Moved(*(one[place.ravel()] for one in total))
 
 

@@ -13,15 +13,10 @@ from vibecalc.numerics.rounding import EPSILON, SINGULAR, BoolArray, FloatArray,
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.curves import ROWS, solved
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.damped_modes import (
-    NO_PEAK,
-    all_poles,
-    converged_pole,
-    mode_number,
-    vibrating_guesses,
-)
+from vibecalc.torsion.damped_modes import NO_PEAK
 from vibecalc.torsion.line import stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.poles import all_poles, guesses, mode_number, refined_pole
 from vibecalc.torsion.results import NAMES, ROOT
 from vibecalc.torsion.stress_limits import separation
 
@@ -107,9 +102,9 @@ def _damped_met(setup: Setup) -> Bounded:
     error = np.zeros_like(speed)
     line = model.line
     field = line._replace(stiffness=model.speed_stiffness, ground_stiffness=0.0 * line.inertia)
-    added = stiffness_matrix(field)
+    added, undamped = stiffness_matrix(field), natural_modes(line)
     for place, one in enumerate(order.tolist()):
-        for guess in vibrating_guesses(line, added / one**2).tolist():
+        for guess in guesses(line, undamped, added / one**2)[0].tolist():
             met = _met_by_pole(setup, one, guess)
             if met is None:  # nothing peaks there, or no speed meets it
                 continue
@@ -127,7 +122,7 @@ def _met_by_pole(setup: Setup, order: float, guess: complex) -> tuple[float, flo
     at, pole, last = abs(guess) / order, guess, None
     for _ in range(_ROUNDS):
         try:
-            pole, _, uncertainty, _ = converged_pole(setup.model.at(at), pole)
+            pole, uncertainty = refined_pole(setup.model.at(at), pole)
         except NumericalFailure:
             return None
         left = abs(pole) - order * at

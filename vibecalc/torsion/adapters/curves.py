@@ -120,14 +120,16 @@ def mean_torques(setup: Setup, speed: FloatArray) -> MeanTorques:
     taken = shaft.taken(speed)
     mean = drive.mean_torque(speed) @ placed(drive.station, count)
     mean = mean - rounded(taken, 4.0) @ placed(shaft.taken_station, count)
-    balance = np.eye(count)
-    balance[:, shaft.load_station] -= 1.0
-    of_freedom = placed(shaft.freedom, len(shaft.freedom_names))
-    shares = balance @ of_freedom @ steady_shares(setup.model.at(setup.speed)).T
+    # of each station, with the station of the load against it
+    load = shaft.load_station
+    shares = steady_shares(setup.model.at(setup.speed)).T[shaft.freedom]
+    shares = shares - shares[load]
     if not shaft.gears:
         return MeanTorques(mean @ shares, mean[:, :0])
     of_sections, of_stations = gear_shares(shaft)
-    return MeanTorques(mean @ shares, mean @ (shares @ of_sections + balance @ of_stations))
+    return MeanTorques(
+        mean @ shares, mean @ (shares @ of_sections + of_stations - of_stations[load])
+    )
 
 
 def actual_per_referred(shaft: ShaftLineModel) -> FloatArray:

@@ -17,9 +17,9 @@ from vibecalc.torsion.critical_speeds import (
     machine_and_speed,
     narrow_resonance_speeds,
 )
-from vibecalc.torsion.damped_modes import LinePoles, all_poles, all_poles_by_order, poles_at_orders
 from vibecalc.torsion.line import Line, complex_stiffness
 from vibecalc.torsion.model import ShaftLineModel
+from vibecalc.torsion.poles import LinePoles, all_poles, all_poles_by_order, poles_at_orders
 from vibecalc.torsion.rough_range import near_the_largest
 
 # ----------------------------------------------------------------------------

@@ -10,17 +10,15 @@ from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
 from vibecalc.torsion.adapters.setup import Setup, line_modes, undamped_modes
 from vibecalc.torsion.asked import has_damped_rings, has_holzer, has_loops
-from vibecalc.torsion.damped_modes import LineModes, equivalent_modes
+from vibecalc.torsion.damped_modes import LineModes, poles_of_modes
 from vibecalc.torsion.holzer import (
     Angles,
     ShapeUncertainty,
     angle_uncertainty,
-    damped_shape_uncertainty,
     holzer_rows,
     holzer_table,
     measured,
     shape_uncertainty,
-    uncertainty_by_mode,
     uncertainty_of,
 )
 from vibecalc.torsion.line import Line, lines_of
@@ -46,6 +44,12 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
         scene.warn(
             f"the modes of the damped line were not found: {natural.failure}. Natural frequencies, "
             "critical speeds and margins are those of the undamped line, its rings free"
+        )
+    if np.any(natural.together):
+        numbers = ", ".join(str(one + 1) for one in np.flatnonzero(natural.together))
+        scene.warn(
+            f"modes {numbers} share their frequencies with each other, as those of equal branches "
+            "do: frequencies and damping ratios hold, each shape is one of many"
         )
     axes = {
         "mode": np.arange(1, len(natural.frequency) + 1),
@@ -74,7 +78,7 @@ def emit_modes(scene: Scene, setup: Setup) -> None:
     scene.emit(f"{PLACE}/strain_energy_share", share, axes=axes)
     _emit_ratios(scene, setup, natural)
     undamped_axes = {"mode": np.arange(1, len(undamped.frequency) + 1)}
-    if has_damped_rings(scene.case):
+    if natural.damped or has_damped_rings(scene.case):
         error = undamped.frequency_error
         scene.emit(f"{PLACE}/undamped_frequency", undamped.frequency, error, undamped_axes)
     if not has_loops(scene.case) and scene.wants(TRANSFER):
@@ -100,25 +104,19 @@ def natural_uncertainty(setup: Setup) -> ShapeUncertainty:
     natural = setup.natural()
     if not natural.damped:
         return _undamped_uncertainty(setup)
-    line, stations = setup.model.at(setup.speed, natural.frequency), setup.model.stations
-    if line.stiffness.ndim > 1:
-        each = partial(damped_shape_uncertainty, stations=stations)
-        return uncertainty_by_mode(line, natural, each)
-    return damped_shape_uncertainty(line, natural, stations)
+    line = setup.model.at(setup.speed, natural.frequency)
+    return shape_uncertainty(line, natural, setup.model.stations)
 
 
 def _undamped_uncertainty(setup: Setup) -> ShapeUncertainty:
-    line = setup.model.at(setup.speed, setup.modes.frequency)
-    if line.stiffness.ndim > 1:
-        return uncertainty_by_mode(line, setup.modes, shape_uncertainty)
-    return shape_uncertainty(line, setup.modes)
+    return shape_uncertainty(setup.model.at(setup.speed, setup.modes.frequency), setup.modes)
 
 
 def _by_transfer(setup: Setup) -> FloatArray:
     """Undamped natural frequencies (m,) a second way, each of the line at its own frequency."""
     line = setup.model.at(setup.speed, setup.modes.frequency)
     if line.stiffness.ndim == 1:
-        return riccati_frequencies(line)
+        return riccati_frequencies(line, setup.modes.frequency)
     return np.array([riccati_frequencies(one)[i] for i, one in enumerate(lines_of(line))])
 
 
@@ -131,25 +129,18 @@ def _emit_ratios(scene: Scene, setup: Setup, natural: LineModes) -> None:
     if not natural.damped:
         off = np.zeros_like(size)
     if not natural.damped and setup.model.modal is None and np.any(ratio):
+        model, speed = setup.model, setup.speed
         try:
-            line = setup.model.at(setup.speed, setup.modes.frequency)
-            found = equivalent_modes(line, setup.modes)
+            found = poles_of_modes(model.at(speed), setup.modes, partial(model.at, speed))
         except NumericalFailure as failure:
             scene.warn(f"no damping ratios: {failure}")
             return
-        ratio, size, off = found.damping_ratio, found.frequency, found.pole_error
+        size, off = np.abs(found.pole), found.error
+        ratio = np.divide(-found.pole.real, size, out=np.zeros_like(size), where=size > 0.0)
     # an error of a pole turns it by that over its size at most
     turned = np.where(size > 0.0, off / np.where(size > 0.0, size, 1.0), 0.0)
     axes = {"mode": np.arange(1, len(ratio) + 1)}
     scene.emit(path, ratio, turned + 8.0 * EPSILON * np.abs(ratio), axes, terms=1.0)
-
-
-def _ends(line: Line) -> FloatArray:
-    """Weights (e, n) of the angles in the twists."""
-    ends, every = np.zeros((len(line.first), len(line.inertia))), np.arange(len(line.first))
-    np.add.at(ends, (every, line.first), 1.0)
-    np.add.at(ends, (every, line.second), -1.0)
-    return ends
 
 
 #: weights (modes, elements, freedoms) of strain energies that are held at once
@@ -160,25 +151,30 @@ def _strain(
     line: Line, shape: FloatArray | ComplexArray, moves: BoolArray, uncertainty: ShapeUncertainty
 ) -> Bounded:
     """Share (m, e) of each element in the strain energy, 0 in a rigid mode."""
-    ends, twist = _ends(line), shape[:, line.first] - shape[:, line.second]
+    twist = shape[:, line.first] - shape[:, line.second]
     energy = line.stiffness * np.abs(twist) ** 2
     total = energy.sum(axis=1) + np.abs(shape) ** 2 @ line.ground_stiffness
     moving = moves & (total > 0.0)
-    safe = np.where(moving, total, 1.0)
-    share = np.where(moving[:, None], energy / safe[:, None], 0.0)
+    safe = np.where(moving, total, 1.0)[:, None]
+    share = np.where(moving[:, None], energy / safe, 0.0)
     # d share = (d energy - share d total) / total
-    torque, held = 2.0 * line.stiffness * twist.conj(), 2.0 * line.ground_stiffness * shape.conj()
-    off = 8.0 * EPSILON * share
-    together = max(1, _WEIGHTS // ends.size)
-    for start in range(0, len(share), together):
-        some = slice(start, start + together)
-        by_ends = torque[some, :, None] * ends
-        whole = by_ends.sum(axis=1) + held[some]
-        weight = (by_ends - share[some, :, None] * whole[:, None, :]) / safe[some, None, None]
-        here = ShapeUncertainty(
-            uncertainty.bound[some], uncertainty.moved[some], uncertainty.moving[some]
-        )
-        off[some] += uncertainty_of(here, weight)
+    torque = 2.0 * line.stiffness * twist.conj() / safe
+    whole = 2.0 * line.ground_stiffness * shape.conj() / safe
+    np.add.at(whole.T, line.first, torque.T)
+    np.subtract.at(whole.T, line.second, torque.T)
+    # the length of the weights of all angles, where no more than a bound of these is known
+    along = torque.conj() * (whole[:, line.first] - whole[:, line.second])
+    square = 2.0 * np.abs(torque) ** 2 - 2.0 * share * along.real
+    square += share**2 * np.sum(np.abs(whole) ** 2, axis=1, keepdims=True)
+    off = uncertainty.bound[:, None] * np.sqrt(np.maximum(square, 0.0))
+    if uncertainty.moved.shape[-1]:
+        ends = np.eye(shape.shape[1])[line.first] - np.eye(shape.shape[1])[line.second]
+        together = max(1, _WEIGHTS // ends.size)
+        for start in range(0, len(share), together):
+            some = slice(start, start + together)
+            weight = torque[some, :, None] * ends - share[some, :, None] * whole[some, None, :]
+            off[some] = uncertainty_of(uncertainty.of(some), weight)
+    off = off + 8.0 * EPSILON * share
     return Bounded(share, np.where(moving[:, None], off, 0.0))
 
 

@@ -32,8 +32,12 @@ from vibecalc.numerics.synthesis import Cycles
 from vibecalc.parts.crank_train import build_crank_train, crank_geometry
 from vibecalc.parts.geometry import CrankGeometry
 from vibecalc.torsion.asked import asked_orders
-from vibecalc.torsion.damped_modes import LineModes, damped_line_modes, undamped_line_modes
-from vibecalc.torsion.dense import mapped
+from vibecalc.torsion.damped_modes import (
+    LineModes,
+    damped_line_modes,
+    moves_modes,
+    undamped_line_modes,
+)
 from vibecalc.torsion.forced import (
     MaskedResponse,
     ModalLine,
@@ -41,7 +45,7 @@ from vibecalc.torsion.forced import (
     modal_line,
     ratio_response,
 )
-from vibecalc.torsion.line import Line
+from vibecalc.torsion.line import Line, mapped
 from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
 from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.speed_damping import SpeedDamping
@@ -559,17 +563,15 @@ def undamped_modes(model: Model, speed: float) -> Modes:
 
 
 def line_modes(torsion: Torsion, model: Model, modes: Modes, speed: float) -> LineModes:
-    """Poles where a ring is damped against the line, else the undamped `modes` of that speed."""
-    line = model.line
-    ring = line.second >= model.stations
-    attached = np.any((line.damping[ring] > 0.0) | (line.loss_factor[ring] > 0.0))
+    """Poles where damping moves the modes of the line, else the undamped `modes` of that speed."""
     failure = ""
-    if torsion.damping_model is None and attached:
+    line = model.at(speed, modes.frequency)
+    if torsion.damping_model is None and moves_modes(line, modes):
+        rings = len(line.inertia) - model.stations
         try:
-            rings = len(line.inertia) - model.stations
             if model.couplings is not None and model.couplings.by_frequency:
                 return damped_line_modes(model.at(speed), rings, partial(model.at, speed))
-            return damped_line_modes(model.at(speed), rings)
+            return damped_line_modes(model.at(speed), rings, modes=modes)
         except NumericalFailure as problem:
             failure = str(problem)
     return undamped_line_modes(modes, damping_ratios(model, modes, speed), failure)

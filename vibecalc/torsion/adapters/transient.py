@@ -38,8 +38,8 @@ from vibecalc.torsion.transient.peaks import (
     KnownTools,
     SectionHistory,
     envelope,
-    frequency_waterfall,
-    order_waterfall,
+    frequency_window,
+    order_window,
     points_in,
     section_history,
 )
@@ -59,8 +59,8 @@ _SPEEDS = 1201
 _STANDS = 1e-6
 #: share of a speed that is rounding
 _ROUNDED = 1e-12
-#: share by which a frequency of a loss factor may be off: a highest point is flat
-_PLACED = 1e-6
+#: share by which the frequency of a loss factor may be off the highest point, in five digits
+_PLACED = 6e-5
 #: peaks of each section that are examined again, and speeds about each
 _PEAKS, _CLOSE, _ZOOMS = 3, 17, 5
 
@@ -547,11 +547,9 @@ def _emit_waterfalls(
             rows = slice(*np.searchsorted(whole_run.time, [low, np.nextafter(high, np.inf)]))
             near = SectionHistory(*(part[rows] for part in whole_run))
         history = _thinned(near, limit)
-        at = np.array([when])
-        by_order = order_waterfall(history, section, order, at, turns)
-        by_frequency = frequency_waterfall(history, section, frequency, at, width)
-        of_order[row], of_frequency[row] = by_order.amplitude[0], by_frequency.amplitude[0]
-        sums = np.maximum(sums, [by_order.error.max(), by_frequency.error.max()])
+        of_order[row], off = order_window(history, section, order, float(when), turns)
+        of_frequency[row], away = frequency_window(history, section, frequency, float(when), width)
+        sums = np.maximum(sums, [off.max(), away.max()])
     speed = speed_at(run.stretches, run.borders, centre)
     axes = {"waterfall_time": centre, "half_order": order, "waterfall_frequency": frequency}
     scene.emit(f"{TRANSIENT}waterfall/speed", speed, 8.0 * EPSILON * fastest, axes)

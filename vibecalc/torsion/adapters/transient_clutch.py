@@ -5,7 +5,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.adapters.transient_motion import Journey, check_form, dampable, torques
+from vibecalc.torsion.adapters.transient_motion import Journey, dampable, torques
 from vibecalc.torsion.line import Line, part_of
 from vibecalc.torsion.results import TRANSIENT
 from vibecalc.torsion.shaft_line_tables import crank_station
@@ -28,7 +28,6 @@ def run_clutch(
     scene: Scene, setup: Setup, options: Transient, rtol: float
 ) -> tuple[Journey, TransientRun]:
     """The run with what lasts after it; emits what the clutch does."""
-    check_form(setup, constant=False)
     assert options.clutch is not None and options.driven_speed is not None
     assert options.friction_torque is not None
     line, equivalent = dampable(setup, options)

@@ -15,7 +15,8 @@ from vibecalc.torsion.line import Line
 # resonance there keeps its height. Each element has its own w:
 #
 # - of a change that passes speeds, and of the onset of a misfire, the frequency at which one order
-#   twists the element most in the steady vibration at the speeds on the way;
+#   twists the element most in the steady vibration at the speeds on the way, to five digits: a
+#   flat maximum has no more, and the dashpots shall not hang on a rounding;
 # - of a jolt, after which the line swings by itself, and where no order twists the element, the
 #   natural frequency of the mode in which it has its largest share of the strain energy.
 # ----------------------------------------------------------------------------
@@ -99,7 +100,7 @@ def _most_twisted(setup: Setup, between: tuple[float, float]) -> FloatArray:
     for one in section[setup.model.line.loss_factor > 0.0]:
         at = float(speeds[top[one]])
         width = float(speeds[1] - speeds[0]) if len(speeds) > 1 else 0.0
-        while width > 1e-9 * high:
+        while width > 1e-7 * high:
             near = np.clip(at + width * np.linspace(-1.0, 1.0, _CLOSE), low, high)
             size, frequency = largest(near)
             place = int(np.argmax(size[:, one]))
@@ -107,4 +108,4 @@ def _most_twisted(setup: Setup, between: tuple[float, float]) -> FloatArray:
                 best[one], found[one] = size[place, one], frequency[place, one]
                 at = float(near[place])
             width /= _CLOSER
-    return np.where(best > 0.0, found, 0.0)
+    return np.array([float(f"{one:.5g}") for one in np.where(best > 0.0, found, 0.0)])

@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import phasor, weighted
 from vibecalc.kinds import has_crank_train
 from vibecalc.numerics.rounding import ComplexArray, FloatArray
@@ -65,9 +64,8 @@ def running(case: "Case") -> "Case":
 
 
 def journey(setup: Setup, machine: "Machine", options: Transient) -> Journey:
-    """The stretches of a change. Raises NumericalFailure for damping that has no form in time."""
+    """The stretches of a change."""
     constant = options.kind in AT_CONSTANT_SPEED
-    check_form(setup, constant)
     order = np.append(0.0, setup.drive.order)
     line, equivalent = dampable(setup, options)
     if constant:
@@ -91,21 +89,6 @@ def journey(setup: Setup, machine: "Machine", options: Transient) -> Journey:
     start = "steady" if begin > 0.0 else "rest"
     moving = (before, before + duration)
     return Journey(line, order, parts, begin, start, driven, moving, equivalent=equivalent)
-
-
-def check_form(setup: Setup, constant: bool) -> None:
-    """Raise NumericalFailure where the line has no form in time, at `constant` speed or not."""
-    damping = setup.torsion.damping_model
-    if damping is not None and damping.kind == "modal":
-        raise NumericalFailure(
-            "damping ratios by mode have no dashpots to follow in time; give shafts, stations or "
-            "dampers a damping, or a damping_model of kind 'rayleigh'"
-        )
-    if np.any(setup.model.speed_stiffness) and not constant:
-        raise NumericalFailure(
-            "pendulums change their stiffness with the speed, which a change of speed in time "
-            "does not follow here; a load_step or a misfire_onset keeps the speed"
-        )
 
 
 def dampable(setup: Setup, options: Transient) -> tuple[Line, Equivalent | None]:
@@ -311,8 +294,6 @@ def _lost(setup: Setup, machine: "Machine", name: str) -> ComplexArray:
     """Gas torque (n, m + 1) that goes with a cylinder which stops firing."""
     drive, shaft = setup.drive, setup.shaft
     place = drive.firing.names.index(name)
-    if not drive.firing.fires[place]:
-        raise NumericalFailure(f"cylinder {name!r} misfires from the beginning: no onset")
     healthy = drive.healthy(setup.speed)
     value, mean = healthy.gas.value, healthy.mean.value
     if setup.torsion.misfire_kind == "motored":

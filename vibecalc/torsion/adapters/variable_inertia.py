@@ -8,7 +8,6 @@ from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.setup import Setup, build_setup
-from vibecalc.torsion.critical_speeds import critical_speeds
 from vibecalc.torsion.line import complex_stiffness
 from vibecalc.torsion.results import VARIABLE
 from vibecalc.torsion.section_loads import twist_and_torque
@@ -84,15 +83,7 @@ def run_torsion_variable_inertia(scene: Scene) -> None:
 
 
 def system_of(setup: Setup, speed: float) -> VariableLine:
-    """The line at a speed with the variation that its inertia torque says.
-
-    Raises NumericalFailure for damping by mode.
-    """
-    if setup.torsion.damping_model is not None and setup.model.modal is not None:
-        raise NumericalFailure(
-            "damping ratios by mode do not go with a variable inertia, which couples the modes; "
-            "give shafts, stations or dampers a damping, or a damping_model of kind 'rayleigh'"
-        )
+    """The line at a speed with the variation that its inertia torque says."""
     drive, line = setup.drive, setup.model.at(speed)
     whole = drive.order == np.floor(drive.order)
     given = inertia_variation(_by_order(drive.order[whole], drive.inertia.value[whole]).T)
@@ -255,9 +246,9 @@ def _speeds(setup: Setup) -> FloatArray:
     asked = setup.torsion.speeds
     assert asked is not None
     even = np.linspace(asked.start, asked.stop, min(asked.points, _EVEN))
-    met = critical_speeds(setup.natural().frequency, setup.drive.order, asked.start, asked.stop)
-    lowest = np.argsort(met.order, kind="stable")[:_CRITICALS]
-    return np.unique(np.concatenate([even, met.speed[lowest]]))
+    met = setup.natural().frequency / setup.drive.order[:, None]
+    inside = met[(met >= asked.start) & (met <= asked.stop)]
+    return np.unique(np.concatenate([even, inside[:_CRITICALS]]))
 
 
 def _emit_half_ranges(scene: Scene, setup: Setup, highest: float, speeds: FloatArray) -> None:

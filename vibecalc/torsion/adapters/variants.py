@@ -36,7 +36,7 @@ from vibecalc.torsion.adapters.setup import (
     natural_of,
 )
 from vibecalc.torsion.critical_speeds import by_machine, largest, telling_speeds
-from vibecalc.torsion.dense import mapped
+from vibecalc.torsion.line import mapped
 from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.results import ROOT
 

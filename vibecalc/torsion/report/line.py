@@ -248,8 +248,8 @@ def entry(quantity: Quantity | None, name: str, factor: float = 1.0, digits: int
 
 def place_of(quantity: Quantity | None, name: str) -> int | None:
     """Where a section, station or other thing with a name stands on the first axis."""
-    found = [] if quantity is None else labels(quantity.axes[0])
-    return found.index(name) if name in found else None
+    found = [] if quantity is None else np.flatnonzero(quantity.axes[0].values == name).tolist()
+    return found[0] if found else None
 
 
 def worst_section(record: Record) -> str | None:

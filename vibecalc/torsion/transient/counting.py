@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.numerics.rounding import FloatArray, IntArray
-from vibecalc.torsion.transient.cycles import uneven
+from vibecalc.torsion.transient.cycles import crests, uneven
 from vibecalc.torsion.transient.march import TransientRun
-from vibecalc.torsion.transient.peaks import KnownTools, peak, points_in, section_history
+from vibecalc.torsion.transient.peaks import KnownTools, points_in, section_history
 
 # ----------------------------------------------------------------------------
 # Reversals of the torques: crests and troughs of a run, its two ends among them.
@@ -65,24 +65,13 @@ def _windows(run: TransientRun) -> tuple[FloatArray, float]:
 
 def _turns(value: FloatArray, odd: np.ndarray) -> tuple[IntArray, FloatArray, FloatArray]:
     """Places of the crests and troughs of a time history (k,), their heights and errors."""
-    places, heights, errors = [], [], []
-    for sign in (1.0, -1.0):
-        one = sign * value
-        place = np.flatnonzero((one[1:-1] > one[:-2]) & (one[1:-1] >= one[2:])) + 1
-        if value.size < 5 or not place.size:
-            continue
-        five = one[np.clip(place, 2, value.size - 3)[:, None] + np.arange(-2, 3)]
-        height, _, error = (part[:, 0] for part in peak(five[:, :, None]))
-        # over a kink or a change of spacing no polynomial holds: the sample, and what it may miss
-        bend = 2.0 * one[place] - one[place - 1] - one[place + 1]
-        places.append(place)
-        heights.append(sign * np.where(odd[place], one[place], height))
-        errors.append(np.where(odd[place], bend, error))
-    if not places:
-        return np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0)
-    order = np.argsort(np.concatenate(places), kind="stable")
-    place, height, error = (np.concatenate(part)[order] for part in (places, heights, errors))
-    return place, height, error
+    sides = [(sign, crests(sign * value, odd)) for sign in (1.0, -1.0) if value.size >= 5]
+    none = np.zeros(0)
+    place = np.concatenate([none.astype(np.int64), *(one[0] for _, one in sides)])
+    height = np.concatenate([none, *(sign * one[1] for sign, one in sides)])
+    error = np.concatenate([none, *(one[3] for _, one in sides)])
+    order = np.argsort(place, kind="stable")
+    return place[order], height[order], error[order]
 
 
 # ----------------------------------------------------------------------------

@@ -140,17 +140,9 @@ def _highest(
     time: FloatArray, value: FloatArray, uneven: np.ndarray, starts: FloatArray, ends: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Largest value (v,) between each start and end, from samples (k,), with its error (v,)."""
-    place = np.flatnonzero((value[1:-1] >= value[:-2]) & (value[1:-1] > value[2:])) + 1
-    near = np.clip(place, 2, time.size - 3)
-    five = value[near[:, None] + np.arange(-2, 3)]
-    height, share, uncertainty = (part[:, 0] for part in peak(five[:, :, None]))
+    place, height, ahead, uncertainty = crests(value, uneven)
     gap = np.maximum(time[place + 1] - time[place], time[place] - time[place - 1])
-    when = time[near] + (4.0 * share - 2.0) * gap
-    # over a kink or a change of spacing no polynomial holds: the sample, and all it may be off
-    bend = 2.0 * value[place] - value[place - 1] - value[place + 1]
-    height = np.where(uneven[place], value[place], height)
-    when = np.where(uneven[place], time[place], when)
-    uncertainty = np.where(uneven[place], bend, uncertainty)
+    when = time[place] + ahead * gap
     best, error = values_at(time, value, np.concatenate([starts, ends]))
     size = starts.size
     # a crest between the last two samples of all shows in neither
@@ -170,6 +162,25 @@ def _highest(
             float(uncertainties[winner]), float(np.max(values + uncertainties)) - top[row]
         )
     return top, slack
+
+
+def crests(
+    value: FloatArray, uneven: np.ndarray
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
+    """Places of the crests of samples (k,), heights, how many samples further on, and errors.
+
+    Over a kink or a change of spacing no polynomial holds: the sample, and all that it may be off.
+    """
+    place = np.flatnonzero((value[1:-1] >= value[:-2]) & (value[1:-1] > value[2:])) + 1
+    near = np.clip(place, 2, value.size - 3)
+    five = value[near[:, None] + np.arange(-2, 3)]
+    height, share, uncertainty = (part[:, 0] for part in peak(five[:, :, None]))
+    bend = 2.0 * value[place] - value[place - 1] - value[place + 1]
+    kinks, ahead = uneven[place], near - place + 4.0 * share - 2.0
+    return (
+        place, np.where(kinks, value[place], height), np.where(kinks, 0.0, ahead),
+        np.where(kinks, bend, uncertainty),
+    )  # fmt: skip
 
 
 def _hidden(value: FloatArray) -> float:

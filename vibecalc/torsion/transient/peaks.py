@@ -222,20 +222,6 @@ class SectionHistory(NamedTuple):
     value: FloatArray
 
 
-class Waterfall(NamedTuple):
-    """`amplitude` (v, m) complex 0-to-peak at `time`, `speed` (v,) for `rate` (m,).
-
-    A rate is an order, or a frequency in rad/s. `error` (v, m) is what samples twice as far apart
-    change: the sums stand for integrals. The error of the samples themselves is not in it.
-    """
-
-    time: FloatArray
-    speed: FloatArray
-    rate: FloatArray
-    amplitude: ComplexArray
-    error: FloatArray
-
-
 def section_history(
     run: TransientRun, start: float, end: float, of: str = "torque", finer: int = 1,
     known: "KnownTools | None" = None,
@@ -286,18 +272,6 @@ def section_history(
     )
 
 
-def order_waterfall(
-    history: SectionHistory, section: int, order: FloatArray, centre: FloatArray, turns: float
-) -> Waterfall:
-    """Complex amplitudes of orders (m,) in Hann windows of `turns` turns about times `centre` (v,).
-
-    An amplitude A stands for Re(A exp(i q theta)). An order further than 2 / turns from q adds
-    little to it.
-    """
-    place = angle_between(history, np.asarray(centre, dtype=float))
-    return slide(history, section, order, centre, history.angle, place, 2.0 * np.pi * turns)
-
-
 def angle_between(history: SectionHistory, time: FloatArray) -> FloatArray:
     """Crank angles (v,) between the samples, from angles and speeds: exact where jerk is even."""
     first = np.clip(np.searchsorted(history.time, time, side="right") - 1, 0, history.time.size - 2)
@@ -310,34 +284,39 @@ def angle_between(history: SectionHistory, time: FloatArray) -> FloatArray:
     return angle
 
 
-def frequency_waterfall(
-    history: SectionHistory, section: int, frequency: FloatArray, centre: FloatArray, width: float
-) -> Waterfall:
-    """The same for frequencies (m,) in rad/s in windows of `width` s; phases at time zero."""
-    at = np.asarray(centre, dtype=float)
-    return slide(history, section, frequency, at, history.time, at, width)
+def order_window(
+    history: SectionHistory, section: int, order: FloatArray, centre: float, turns: float
+) -> tuple[ComplexArray, FloatArray]:
+    """Complex amplitudes of orders (m,), 0-to-peak, in a Hann window of `turns` turns, and errors.
+
+    About the time `centre`. An amplitude A stands for Re(A exp(i q theta)). An order further than
+    2 / turns from q adds little to it. The error is what samples twice as far apart change: the
+    sums stand for integrals; that of the samples themselves is not in it.
+    """
+    place = float(angle_between(history, np.array([centre]))[0])
+    return _both(history.angle, history.value[:, section], order, place, 2.0 * np.pi * turns)
 
 
-def slide(
-    history: SectionHistory, section: int, rate: FloatArray, centre: FloatArray,
-    axis: FloatArray, place: FloatArray, width: float,
-) -> Waterfall:  # fmt: skip
-    """Windows of `width` about `place` (v,) on an axis (k,), either angle or time."""
-    rate, centre = np.asarray(rate, dtype=float), np.asarray(centre, dtype=float)
-    out = np.zeros((2, centre.size, rate.size), dtype=complex)
-    value = history.value[:, section]
-    for row, middle in enumerate(place):
-        inside = np.flatnonzero(np.abs(axis - middle) < 0.5 * width)
-        if inside.size < 16:
-            raise NumericalFailure("a window of the waterfall holds fewer than 16 points")
-        # one more on each side, where the window is zero, for the spacing at its ends
-        some = slice(max(int(inside[0]) - 2, 0), int(inside[-1]) + 3)
-        for which, every in enumerate((1, 2)):
-            out[which, row] = _window(
-                axis[some][::every], value[some][::every], rate, middle, width
-            )
-    speed = np.interp(centre, history.time, history.speed)
-    return Waterfall(centre, speed, rate, out[0], np.abs(out[0] - out[1]))
+def frequency_window(
+    history: SectionHistory, section: int, frequency: FloatArray, centre: float, width: float
+) -> tuple[ComplexArray, FloatArray]:
+    """The same for frequencies (m,) in rad/s in a window of `width` s; phases at time zero."""
+    return _both(history.time, history.value[:, section], frequency, centre, width)
+
+
+def _both(
+    axis: FloatArray, value: FloatArray, rate: FloatArray, middle: float, width: float
+) -> tuple[ComplexArray, FloatArray]:
+    """Amplitudes (m,) in a window on an axis (k,), either angle or time, and their errors."""
+    inside = np.flatnonzero(np.abs(axis - middle) < 0.5 * width)
+    if inside.size < 16:
+        raise NumericalFailure("a window of the waterfall holds fewer than 16 points")
+    # one more on each side, where the window is zero, for the spacing at its ends
+    some = slice(max(int(inside[0]) - 2, 0), int(inside[-1]) + 3)
+    every, second = (
+        _window(axis[some][::step], value[some][::step], rate, middle, width) for step in (1, 2)
+    )
+    return every, np.abs(every - second)
 
 
 def _window(
