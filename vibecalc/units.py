@@ -58,7 +58,7 @@ def parse_quantity(text: str | float, unit: str, *, difference: bool = False) ->
     to zero, is refused. Temperatures may be in degC, but for a `difference` of them.
     """
     if not isinstance(text, str):
-        number, written = float(text), ""
+        number = as_double(text)
         if not math.isfinite(number):
             raise UnitError("not finite", found=repr(number), allowed=allowed_words(unit))
         return number
@@ -86,6 +86,14 @@ def parse_quantity(text: str | float, unit: str, *, difference: bool = False) ->
         size, allowed = "small" if value == 0.0 else "large", allowed_words(unit)
         raise UnitError(f"too {size} for a double", found=_quoted(text), allowed=allowed)
     return value
+
+
+def as_double(number: float) -> float:
+    """A number as a double; UnitError for a whole number that is too large for one."""
+    try:
+        return float(number)
+    except OverflowError:
+        raise UnitError("too large for a double", found="a huge whole number") from None
 
 
 def si_value(text: str | float) -> float:

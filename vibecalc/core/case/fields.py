@@ -21,7 +21,7 @@ from pydantic_core import core_schema
 from vibecalc.core.results.named import named
 from vibecalc.core.results.renamed import current_path
 from vibecalc.errors import UnitError
-from vibecalc.units import parse_quantity, split_number
+from vibecalc.units import as_double, parse_quantity, split_number
 
 # ----------------------------------------------------------------------------
 # The kinds of field a case is made of: a number with a unit, a point, a name.
@@ -57,7 +57,7 @@ class Unit:
     def _read(self, value: Any) -> Any:
         if isinstance(value, str):
             return parse_quantity(value, self.symbol, difference=self.difference)
-        return as_double(value)
+        return _double(value)
 
 
 @dataclass(frozen=True)
@@ -154,14 +154,9 @@ def later(names: dict[str, str]) -> dict[str, Any]:
     }
 
 
-def as_double(value: Any) -> Any:
-    """Turn a whole number into a double; UnitError where it is too large for one."""
-    if isinstance(value, int) and not isinstance(value, bool):
-        try:
-            return float(value)
-        except OverflowError:
-            raise UnitError("too large for a double", found="a huge whole number") from None
-    return value
+def _double(value: Any) -> Any:
+    """A whole number as a double; UnitError where it is too large for one."""
+    return as_double(value) if type(value) is int else value
 
 
 def _read_value(value: Any) -> Any:
@@ -170,7 +165,7 @@ def _read_value(value: Any) -> Any:
         if not math.isfinite(float(number)):
             raise UnitError("too large for a double", found=repr(value))
         return value
-    return as_double(value)
+    return _double(value)
 
 
 def _read_whole(value: Any) -> Any:

@@ -36,13 +36,16 @@ def tables_at(data: Any, *path: str) -> list[tuple[int, Data]]:
     return [(position, entry) for position, entry in enumerate(entries) if isinstance(entry, dict)]
 
 
+def is_value(value: Any) -> bool:
+    """Tell whether something is a number or a text, and so may be read as a number."""
+    return isinstance(value, str | int | float) and not isinstance(value, bool)
+
+
 def read_number(value: Any, unit: str, *, difference: bool = False) -> float | None:
     """Return a value in an SI unit, or None if it is no such number."""
-    if value is None or isinstance(value, bool) or not isinstance(value, str | int | float):
-        return None
     try:
-        return parse_quantity(value, unit, difference=difference)
-    except (UnitError, OverflowError):
+        return parse_quantity(value, unit, difference=difference) if is_value(value) else None
+    except UnitError:
         return None
 
 

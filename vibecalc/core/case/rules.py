@@ -224,9 +224,13 @@ class OneOf:
     allowed: str
     hint: str
 
+    def given(self, row: Row) -> list[str]:
+        """A key of each alternative that a table has."""
+        return [said[0] for one in self.alternatives if (said := row.said(*one))]
+
     def __call__(self, row: Row) -> Iterator[Problem]:
         """Yield each alternative beyond the first, or that there is none."""
-        given = [said[0] for alternative in self.alternatives if (said := row.said(*alternative))]
+        given = self.given(row)
         allowed = self.allowed or ", or ".join(map(both, self.alternatives))
         for key in given[1:]:
             message = f"{key} and {given[0]} exclude each other"
