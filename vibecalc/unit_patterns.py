@@ -10,32 +10,38 @@ import functools
 import re
 
 from vibecalc.errors import UnitError
-from vibecalc.unit_table import TABLE, WORDS
+from vibecalc.unit_table import TABLE
 from vibecalc.units import OTHER_NAMES, convert, read_unit, registry
 
 # ----------------------------------------------------------------------------
-# Numbers: any, from zero, above zero. An exponent of two digits keeps every product finite.
+# Numbers. An exponent of two digits keeps every product finite.
 # ----------------------------------------------------------------------------
 
 _DIGITS = "[0-9]+(?:_[0-9]+)*"
-_EXPONENT = "(?:[eE][-+]?[0-9]{1,2})?"
-_UNSIGNED = rf"(?:{_DIGITS}(?:\.[0-9]*)?|\.[0-9]+)"
-_ABOVE_ZERO = r"(?:(?:0_?)*[1-9][0-9]*(?:_[0-9]+)*(?:\.[0-9]*)?|(?:0(?:_?0)*)?\.0*[1-9][0-9]*)"
-NUMBERS = {
-    "": f"[-+−]?{_UNSIGNED}{_EXPONENT}",
-    "from_0": rf"\+?{_UNSIGNED}{_EXPONENT}",
-    "above_0": rf"\+?{_ABOVE_ZERO}{_EXPONENT}",
-}
-#: what may stand before a unit whose zero is not that of the SI unit, where that is bounded
-_SHIFTED = {"K": ("(?:degC|°C)", rf"(?:{NUMBERS['from_0']}|[-−]1?[0-9]{{1,2}}(?:\.[0-9]*)?)")}
+_UNSIGNED = rf"(?:{_DIGITS}(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{{1,2}})?"
+NUMBER = f"[-+−]?{_UNSIGNED}"
+_ZERO = r"(?:0(?:_?0)*(?:\.0*)?|\.0+)(?:[^0-9._]|$)"
+#: how a text begins whose number is not from, or not above zero
+LESS = {"from_0": "^ *[-−]", "above_0": rf"^ *(?:[-−]|\+?{_ZERO})"}
+#: what stands before a unit whose zero is not that of the SI unit, and before the SI unit itself,
+#: where that is not below zero, or above it
+SHIFTED = {"K": ("(?:degC|°C)", rf"(?:\+?{_UNSIGNED}|[-−]1?[0-9]{{1,2}}(?:\.[0-9]*)?)")}
+_ABOVE_ZERO = (
+    r"(?:(?:0_?)*[1-9][0-9]*(?:_[0-9]+)*(?:\.[0-9]*)?|(?:0(?:_?0)*)?\.0*[1-9][0-9]*)"
+    "(?:[eE][-+]?[0-9]{1,2})?"
+)
+_BEFORE = {"": NUMBER, "from_0": rf"\+?{_UNSIGNED}", "above_0": rf"\+?{_ABOVE_ZERO}"}
 
 
 def text_pattern(unit: str, least: str = "") -> str:
-    """What a text may be that is read in this SI unit: its number is one of `NUMBERS`."""
-    text = f"{NUMBERS[least]}(?:{_units(unit)})?"
-    if unit in _SHIFTED:
-        shifted, above = _SHIFTED[unit]
-        text = f"(?:{text}|{above if least else NUMBERS[least]} *{shifted})"
+    """What a text may be that is read in this SI unit.
+
+    `least` says of a unit in `SHIFTED` that the number in SI is not below zero, or above it.
+    """
+    text = f"{_BEFORE[least]}(?:{_units(unit)})?"
+    if unit in SHIFTED:
+        shifted, above = SHIFTED[unit]
+        text = f"(?:{text}|{above if least else NUMBER} *{shifted})"
     return f"^ *{text} *$"
 
 
@@ -65,7 +71,7 @@ def _dimension(name: str) -> Dimension | None:
 @functools.cache
 def _names() -> dict[Dimension, str]:
     """What a single unit of a dimension may be called, as a regular expression."""
-    factors = {one for unit in (*TABLE, *WORDS) for one, _ in _factors(unit)}
+    factors = {one for unit in TABLE for one, _ in _factors(unit)}
     plain: dict[str, None] = {}
     for name in (*sorted(factors - {"%", "dB"}), *OTHER_NAMES, *_FURTHER):
         prefix, base, _ = registry().parse_unit_name(name)[0]
@@ -178,8 +184,8 @@ def _together(above: list[tuple[Dimension | None, int]]) -> list[str]:
     names = [symbols.get(dimension, "") for dimension, _ in above]
     for order in _ORDERS:
         if len(names) > 1 and [name for name in order if name in names] == names:
-            parts = zip(names, above, strict=True)
-            return [
-                f"{_TIMES}?".join(_TOGETHER[name] + _power(power) for name, (_, power) in parts)
+            parts = [
+                _TOGETHER[one] + _power(power) for one, (_, power) in zip(names, above, strict=True)
             ]
+            return [f"{_TIMES}?".join(("".join(parts[:2]), *parts[2:]))]
     return []

@@ -14,7 +14,7 @@ import re
 from typing import Any
 
 from vibecalc.errors import UnitError
-from vibecalc.unit_table import MEANT, POWERS, TABLE, WORDS
+from vibecalc.unit_table import DIMENSIONS, MEANT, POWERS, TABLE
 
 _LONGEST_TEXT = 120
 _CELSIUS, _ICE = ("degC", "°C"), 273.15
@@ -111,12 +111,16 @@ def convert(value: float, from_unit: str, to_unit: str) -> float:
 
 def describe(unit: str) -> str:
     """Say the dimension of an SI unit in words: "m" is "a length"."""
-    return WORDS[unit][0] if unit in WORDS else f"a value in {unit}"
+    return DIMENSIONS[unit].words if unit in DIMENSIONS else f"a value in {unit}"
 
 
 def allowed_words(unit: str) -> str:
     """What may be written for an SI unit: "a length, e.g. '0.2 m' or '200 mm'"."""
-    return f"{describe(unit)}, e.g. {WORDS[unit][1]}" if unit in WORDS else describe(unit)
+    return (
+        f"{describe(unit)}, e.g. {DIMENSIONS[unit].examples}"
+        if unit in DIMENSIONS
+        else describe(unit)
+    )
 
 
 def _quoted(text: str) -> str:
@@ -156,7 +160,7 @@ def _factor(unit: str, wanted: str) -> float:
                 hint=_turns_and_radians(wanted, factor),
             )
         return factor / wanted_factor
-    words = " or ".join(describe(si) for si in WORDS if read_unit(si)[1] == dimension)
+    words = " or ".join(describe(si) for si in DIMENSIONS if read_unit(si)[1] == dimension)
     terms = (
         f"{name}^{power:g}" if power != 1 else name for name, power in sorted(dimension.items())
     )

@@ -27,6 +27,7 @@ from vibecalc.core.case.csv_files import (
     values_of,
     with_point,
 )
+from vibecalc.core.case.fields import Table
 from vibecalc.core.case.raw import Data, listed, nearest, table_at, tables_at
 from vibecalc.core.case.row_files import LISTS, rows_of
 from vibecalc.core.results.named import named
@@ -123,21 +124,25 @@ def _named_tables(data: Any, above: KeyPath) -> Iterator[tuple[KeyPath, Any]]:
         elif (
             isinstance(value, str)
             and _FILE_NAME.match(value)
-            and (path in LISTS or _columns_of(path))
+            and (path in LISTS or _columns_at(path))
         ):
             yield path, data
 
 
-def _columns_of(path: KeyPath) -> dict[str, Any]:
-    """Column -> shape of its numbers, if the schema has a table of nothing but columns there."""
-    from vibecalc.core.case.walk import keys_of, shape_at, shape_of
+def columns_of(table: type[Table]) -> dict[str, Any]:
+    """Column -> shape of its numbers, if the table has nothing but columns of numbers."""
+    from vibecalc.core.case.walk import keys_of, shape_of
 
-    shape = shape_at(path)
-    if shape is None or shape.table is None or shape.kind != "table":
-        return {}
-    columns = {name: shape_of(field).item for name, field in keys_of(shape.table).items()}
+    columns = {name: shape_of(field).item for name, field in keys_of(table).items()}
     numbers = all(one is not None and one.kind in ("number", "whole") for one in columns.values())
     return columns if numbers else {}
+
+
+def _columns_at(path: KeyPath) -> dict[str, Any]:
+    from vibecalc.core.case.walk import shape_at
+
+    shape = shape_at(path)
+    return columns_of(shape.table) if shape is not None and shape.table is not None else {}
 
 
 def _attach_table(holder: Any, folder: Path, path: KeyPath) -> None:
@@ -146,7 +151,7 @@ def _attach_table(holder: Any, folder: Path, path: KeyPath) -> None:
     if path in LISTS:
         holder[path[-1]] = rows_of(columns, path, holder[path[-1]])
     else:
-        shapes = _columns_of(path)  # a column that the schema does not know is shown by the schema
+        shapes = _columns_at(path)  # a column that the schema does not know is shown by the schema
         holder[path[-1]] = {
             name: values_of(name, column, shapes[name]) if name in shapes else column.cells
             for name, column in columns.items()

@@ -175,28 +175,26 @@ def _read_whole(value: Any) -> Any:
     return value
 
 
+def _read_label(value: Any) -> None:
+    small = isinstance(value, int | float) and abs(value) < 1e300  # false for nan, inf
+    if isinstance(value, bool) or not (isinstance(value, str) or small):
+        raise UnitError("not a label", found=str(value).lower()[:40])
+
+
 def read_labels(value: Any) -> Any:
-    for label in value.values() if isinstance(value, dict) else ():
-        small = isinstance(label, int | float) and abs(label) < 1e300  # false for nan, inf
-        if isinstance(label, bool) or not (isinstance(label, str) or small):
-            raise UnitError("not a label", found=str(label).lower()[:40])
-    return value
-
-
-def _read_label_list(value: Any) -> Any:
-    if isinstance(value, list | tuple):
-        read_labels(dict(enumerate(value)))
+    rows = value.values() if isinstance(value, dict) else value
+    for one in rows if isinstance(value, dict | list | tuple) else ():
+        _read_label(one)
     return value
 
 
 def _read_swept(value: Any) -> Any:
-    for one in value if isinstance(value, list | tuple) else ():
-        if isinstance(one, list | tuple):
+    rows = value.values() if isinstance(value, dict) else value
+    for one in rows if isinstance(value, dict | list | tuple) else ():
+        if isinstance(one, dict | list | tuple):
             _read_swept(one)
-        elif isinstance(one, dict):
-            _read_swept(list(one.values()))
         elif not isinstance(one, bool):
-            read_labels({"": one})
+            _read_label(one)
     return value
 
 
@@ -246,7 +244,7 @@ Where = Annotated[
 Labels = Annotated[
     tuple[int | float | str, ...],
     Field(max_length=20_000),
-    BeforeValidator(_read_label_list),
+    BeforeValidator(read_labels),
     Kind("labels"),
 ]
 #: as a list of labels, and true or false, lists and tables in it

@@ -257,7 +257,7 @@ def refused(
         written = source(problem.path, overrides, spans)
         return -1 if isinstance(written, Overridden) else written.start
 
-    placed, shown = [], []
+    placed, shown = list[Problem](), list[str]()
     for problem in sorted(problems, key=offset):
         if len(shown) < _MOST_SHOWN:
             place = locate(problem.path, text, overrides, spans)

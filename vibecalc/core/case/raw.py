@@ -3,7 +3,7 @@
 import difflib
 import re
 import tomllib
-from collections.abc import Collection, Mapping, MutableMapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, MutableMapping, Sequence
 from typing import Any
 
 from vibecalc.core.case.locate import Overridden
@@ -34,6 +34,21 @@ def tables_at(data: Any, *path: str) -> list[tuple[int, Data]]:
     if not isinstance(entries, list):
         return []
     return [(position, entry) for position, entry in enumerate(entries) if isinstance(entry, dict)]
+
+
+#: in a path: every entry of the list
+EACH = "*"
+
+
+def entries_at(data: Data, place: KeyPath) -> Iterator[tuple[KeyPath, Any]]:
+    """The place with what stands there, or every entry of a list that has it."""
+    rows: list[tuple[KeyPath, Data]] = [(place[:-1], table_at(data, *place[:-1]))]
+    if EACH in place:
+        above = place[: place.index(EACH)]
+        rows = [((*above, n), row) for n, row in tables_at(data, *map(str, above))]
+    for path, row in rows:
+        if place[-1] in row:
+            yield (*path, place[-1]), row[place[-1]]
 
 
 def is_value(value: Any) -> bool:
@@ -130,11 +145,6 @@ def parse_override(text: str) -> tuple[Overridden, Any]:
     return Overridden(path, _short(f"--set {text}")), value
 
 
-def _given(key: str, value: Any) -> tuple[Overridden, Any]:
-    """A key and its value as the place that problems name, and the value."""
-    return Overridden(parse_key(key.strip()), _short(f"{key} = {value!r}")), value
-
-
 def apply_overrides(
     data: MutableMapping[str, Any], settings: Sequence[Setting], unset: Sequence[str] = ()
 ) -> tuple[Overridden, ...]:
@@ -149,7 +159,11 @@ def apply_overrides(
         del get_key(data, path[:-1])[path[-1]]
         overrides.append(Overridden(path, _short(f"--unset {key}")))
     for setting in settings:
-        override, value = parse_override(setting) if isinstance(setting, str) else _given(*setting)
+        if isinstance(setting, str):
+            override, value = parse_override(setting)
+        else:
+            key, value = setting
+            override = Overridden(parse_key(key.strip()), _short(f"{key} = {value!r}"))
         set_key(data, override.path, value)
         overrides.append(override)
     return tuple(overrides)
@@ -219,11 +233,8 @@ def _step(place: Any, part: str | int, above: KeyPath, create: bool) -> Any:
     if part not in place and create:
         place[part] = {}
     if part not in place:
-        import difflib
-
-        near = difflib.get_close_matches(part, place, n=1)
-        hint = f", did you mean {near[0]!r}?" if near else ""
-        raise UsageError(f"{here} has no key {part!r}{hint}")
+        said = (f"{here} has no key {part!r}", nearest(part, list(place)))
+        raise UsageError(", ".join(filter(None, said)))
     return place[part]
 
 
@@ -279,9 +290,6 @@ def _replaced(place: Any, path: KeyPath, value: Any) -> Any:
 
 def unknown(path: KeyPath, what: str, name: str, known: Sequence[str]) -> Problem:
     """The problem of a name at `path` that no `what` (a station, a cylinder) has."""
-    return Problem(
-        path=path,
-        message=f"no {what} is named {name[:60]!r}",
-        allowed=listed(list(known)),
-        hint=nearest(name, list(known)),
-    )
+    names = list(known)
+    message = f"no {what} is named {name[:60]!r}"
+    return Problem(path, message, allowed=listed(names), hint=nearest(name, names))

@@ -7,21 +7,22 @@ yields problems; those that an editor can follow also say themselves in the JSON
 
 import functools
 import unicodedata
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 from typing import Any
 
 from vibecalc.core.case.fields import Table
 from vibecalc.core.case.raw import (
+    EACH,
     Data,
+    entries_at,
     key_text,
-    listed,
     misspelt,
-    nearest,
     read_number,
     table_at,
     tables_at,
+    unknown,
 )
 from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
 from vibecalc.core.results.named import named
@@ -130,28 +131,12 @@ class Row:
         """The key path of a place."""
         return (*self.path, *filter(None, at.split("."))) if isinstance(at, str) else at
 
-    def problem(
-        self,
-        at: At,
-        message: str,
-        *,
-        also: At = (),
-        found: str = "",
-        allowed: str = "",
-        hint: str = "",
-    ) -> Problem:
-        """A problem at a place; also at another one, if anything stands there."""
+    def problem(self, at: At, message: str, *, also: At = (), **words: Any) -> Problem:
+        """A problem at a place with `found`, `allowed` and `hint`; also at another place, if
+        anything stands there."""
         *above, key = self.place(also) or ("",)
         there = isinstance(key, int) or key in table_at(self.case, *above)
-        other = (*above, key) if there else None
-        return Problem(
-            path=self.place(at),
-            message=message,
-            also=other,
-            found=found,
-            allowed=allowed,
-            hint=hint,
-        )
+        return Problem(self.place(at), message, also=(*above, key) if there else None, **words)
 
 
 Rule = Callable[[Row], Iterator[Problem]]
@@ -342,34 +327,42 @@ class ByKind:
             yield row.problem("", message, allowed=has, hint=hint, also=self.key)
         for key in row.said(*(key for key in row.data if key in self._known())):
             if key not in (*needed, *other):
-                owners = [name for name, keys in self.kinds.items() if key in (*keys[0], *keys[1])]
                 message = f"{self._named(kind)} has no {key}"
-                hint = f"{key} belongs to {self._named(*owners)}"
+                hint = f"{key} belongs to {self._named(*self._owners(key))}"
                 yield row.problem(key, message, allowed=has, hint=hint, also=self.key)
 
     def _named(self, *kinds: str) -> str:
         listed = both([*map(repr, kinds)], "or")
         return f"a {self.what} of kind {listed}" if self.what else f"{self.key} = {listed}"
 
+    def _owners(self, key: str) -> tuple[str, ...]:
+        return tuple(kind for kind, keys in self.kinds.items() if key in (*keys[0], *keys[1]))
+
     def _known(self) -> set[str]:
         return {key for row in self.kinds.values() for keys in row for key in keys}
 
     def schema(self, model: type[Table]) -> list[Schema]:
         """What an editor can hold such a table to."""
-        schemas: list[Schema] = []
-        for kind, (needed, other) in self.kinds.items():
-            defaults = {key: _default(model, key) for key in sorted(self._known())}
-            foreign = {
-                key: False if default is None else {"const": default}
-                for key, default in defaults.items()
-                if key not in (*needed, *other)
+        usual = next(iter(self.kinds)) if self.kind_of else _default(model, self.key)
+
+        def of(*kinds: str, said: bool) -> Schema:
+            required = {"required": [self.key]} if said and usual not in kinds else {}
+            return {"properties": {self.key: {"enum": [*kinds]}}, **required}
+
+        groups: dict[tuple[str, ...], list[Schema]] = {}
+        for key in sorted(self._known()):
+            groups.setdefault(self._owners(key), []).append(_says(model, key))
+        schemas: list[Schema] = [
+            {
+                "if": {"anyOf": keys} if len(keys) > 1 else keys[0],
+                "then": of(*owners, said=usual in self.kinds),
             }
-            said: Schema = {"properties": {self.key: {"const": kind}}}
-            if kind != next(iter(self.kinds)) or not self.kind_of:  # the first one is not said
-                said["required"] = [self.key]
-            then = {"required": list(needed), "properties": foreign}
-            schemas.append({"if": said, "then": then})
-        return schemas
+            for owners, keys in groups.items()
+            if len(owners) < len(self.kinds)
+        ]
+        needs = {kind: [*needed] for kind, (needed, _) in self.kinds.items() if needed}
+        rows = ((of(kind, said=True), {"required": keys}) for kind, keys in needs.items())
+        return [*schemas, *({"if": given, "then": then} for given, then in rows)]
 
 
 def by_kind(
@@ -384,6 +377,44 @@ def by_kind(
         needed, _, other = keys.partition("|")
         rows[kind] = (tuple(needed.split()), tuple(other.split()))
     return ByKind(what, rows, key, kind_of)
+
+
+def barred(places: Iterable[KeyPath]) -> Schema:
+    """What an editor is told of places that are not there."""
+    schema: Schema = {}
+    for path in places:
+        at = schema
+        for part in path[:-1]:
+            below = at.setdefault("properties", {}) if part != EACH else at
+            at = below.setdefault("items" if part == EACH else str(part), {})
+        at.setdefault("properties", {})[path[-1]] = False
+    return schema
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Without:
+    """Keys of tables below that are not for them here."""
+
+    places: tuple[KeyPath, ...]
+    message: str
+    allowed: str
+    hint: str
+
+    def __call__(self, row: Row) -> Iterator[Problem]:
+        """Yield each of the keys that is there."""
+        for place in self.places:
+            for path, _ in entries_at(row.data, place):
+                at = (*row.path, *path)
+                yield row.problem(at, self.message, allowed=self.allowed, hint=self.hint)
+
+    def schema(self, model: type[Table]) -> list[Schema]:
+        """What an editor can hold such a table to."""
+        return [barred(self.places)]
+
+
+def without(places: str, message: str, allowed: str, hint: str = "") -> Without:
+    """None of these places below the table, as `springs.individual.*.static`, is there."""
+    return Without(tuple(tuple(one.split(".")) for one in places.split()), message, allowed, hint)
 
 
 # ----------------------------------------------------------------------------
@@ -560,12 +591,10 @@ def refers(key: str, to: str, what: str) -> Rule:
             asked: Sequence[Any] = said if isinstance(said, list) else [said]
             for number, name in enumerate(asked):
                 if isinstance(name, str) and name and name not in names:
-                    yield row.problem(
-                        (*path, number) if isinstance(said, list) else path,
-                        f"no {what} is named {name[:60]!r}",
-                        allowed=listed(names) or f"{entries} = [{{ name = {name[:60]!r}, ... }}]",
-                        hint=nearest(name, names),
-                    )
+                    at = (*path, number) if isinstance(said, list) else path
+                    wrong = unknown(at, what, name, names)
+                    example = f"{entries} = [{{ name = {name[:60]!r}, ... }}]"
+                    yield wrong if names else wrong._replace(allowed=example)
 
     return rule
 

@@ -36,7 +36,7 @@ def changeable(case: Data, key: str, tables: tuple[str, ...], kinds: tuple[str, 
     be there, unless one stands there that excludes it.
     """
     target = parse_key(key)
-    shape, last = shape_at(target), target[-1]
+    shape, last = shape_at(target), str(target[-1])
     if target[0] not in tables:
         raise UsageError(f"only keys below {', '.join(tables)} can be changed")
     if shape is None:
@@ -45,10 +45,10 @@ def changeable(case: Data, key: str, tables: tuple[str, ...], kinds: tuple[str, 
         what = "a continuous number" if kinds == _CONTINUOUS else "a number or a name"
         raise UsageError(f"{key_text(target)} is not {what}, but {words(shape)}")
     row = _table_of(case, target)
-    if row is None or keys_of(row.model)[str(last)].is_required():
+    if row is None or keys_of(row.model)[last].is_required():
         get_key(case, target)
     elif last not in row:
-        with_key = Row({**row.data, str(last): math.nan}, row.path, case, row.model)
+        with_key = Row({**row.data, last: math.nan}, row.path, case, row.model)
         for rule in row.model.RULES:
             given = rule.given(with_key) if isinstance(rule, OneOf) else []
             if len(given) > 1:

@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from vibecalc.core.case.fields import DeferredTable, Kind, Table, Unit
 from vibecalc.core.results.named import named
 from vibecalc.errors import KeyPath, Problem, UnitError
-from vibecalc.unit_table import WORDS
+from vibecalc.unit_table import DIMENSIONS
 from vibecalc.units import allowed_words, describe, parse_quantity
 
 BOUND_SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
@@ -96,7 +96,7 @@ def words(shape: Shape) -> str:
     if shape.kind == "number":
         bounds = bound_words(shape)
         written = " or ".join(f"'{one}'" for one in examples_of(shape))
-        example = f", e.g. {written}" if shape.unit in WORDS else ""
+        example = f", e.g. {written}" if shape.unit in DIMENSIONS else ""
         three = ", or a list of three" if shape.or_three else ""
         return " ".join(part for part in (noun(shape), bounds) if part) + three + example
     if shape.kind == "whole":
@@ -139,7 +139,8 @@ def noun(shape: Shape) -> str:
 def examples_of(shape: Shape) -> list[str]:
     """What may be written for a number: examples of its kind within its bounds, or one between."""
     unit = shape.unit or ""
-    written = re.findall("'([^']*)'", shape.examples or WORDS.get(unit, ("", ""))[1])
+    known = DIMENSIONS[unit].examples if unit in DIMENSIONS else ""
+    written = re.findall("'([^']*)'", shape.examples or known)
     within = [one for one in written if shape.allows(parse_quantity(one, unit))]
     if within:
         return within
