@@ -208,18 +208,14 @@ _VALUE = {
         },
     ]
 }
-_BOUND_NAMES = {
-    "gt": "exclusiveMinimum",
-    "ge": "minimum",
-    "lt": "exclusiveMaximum",
-    "le": "maximum",
-}
-_BOUND_WORDS = {
-    "exclusiveMinimum": "above",
-    "minimum": "from",
-    "exclusiveMaximum": "below",
-    "maximum": "to",
-}
+#: as pydantic writes it, as the JSON schema does, and in the name of a definition
+_BOUNDS = (
+    ("gt", "exclusiveMinimum", "above"),
+    ("ge", "minimum", "from"),
+    ("lt", "exclusiveMaximum", "below"),
+    ("le", "maximum", "to"),
+)
+_BOUND_NAMES = {written: name for written, name, _ in _BOUNDS}
 
 
 def _defined(name: str, form: Schema, forms: Schema) -> Schema:
@@ -239,7 +235,7 @@ def _number(unit: str, number: Schema, forms: Schema) -> Schema:
     form: Schema = {"anyOf": [{**number, "type": "number"}, text]}
     if sign and not shifted:
         form["not"] = _defined(f"Text_not_{sign}", {"type": "string", "pattern": LESS[sign]}, forms)
-    bounds = (f"{word}_{number[key]:g}" for key, word in _BOUND_WORDS.items() if key in number)
+    bounds = (f"{word}_{number[key]:g}" for _, key, word in _BOUNDS if key in number)
     return _defined("_".join((name or "number", *bounds)), form, forms)
 
 
@@ -268,7 +264,7 @@ def _tidy(schema: Any, forms: Schema) -> Any:
         del tidy["default"]
     if isinstance(tidy.get("unit"), str):
         number = tidy.pop("anyOf")[0]
-        number |= {key: tidy.pop(key) for key in _BOUND_WORDS if key in tidy}
+        number |= {key: tidy.pop(key) for _, key, _ in _BOUNDS if key in tidy}
         return _with(_number(tidy.pop("unit"), number, forms), tidy, forms)
     if tidy.get("oneOf") == [{"type": "number"}, {"type": "string"}]:
         del tidy["oneOf"]

@@ -38,8 +38,9 @@ def split_number(text: str) -> tuple[str, str]:
     stripped = text.strip().replace("−", "-")
     match = _NUMBER_AND_UNIT.match(stripped) if len(stripped) <= _LONGEST_TEXT else None
     if match is None:
+        word = stripped.lower().lstrip("+-").split(" ")[0]
         raise UnitError(
-            "not finite" if _means_no_number(stripped) else "not a number",
+            "not finite" if word in ("nan", "inf", "infinity") else "not a number",
             found=_quoted(text),
             allowed="a finite number, or a text of number and unit such as '200 mm'",
         )
@@ -127,10 +128,6 @@ def _quoted(text: str) -> str:
     return repr(text if len(text) <= 40 else text[:37] + "...")
 
 
-def _means_no_number(text: str) -> bool:
-    return text.lower().lstrip("+-").split(" ")[0] in ("nan", "inf", "infinity")
-
-
 @functools.lru_cache(maxsize=512)
 def _factor(unit: str, wanted: str) -> float:
     """Return what a number in unit `unit` is multiplied with to be in unit `wanted`."""
@@ -139,7 +136,9 @@ def _factor(unit: str, wanted: str) -> float:
     if meant:
         raise UnitError("unknown unit", found=_quoted(unit), hint=f"did you mean {meant}?")
     if {unit, wanted} & SHIFTED:
-        raise _shifted(unit if unit in SHIFTED else wanted)
+        name = unit if unit in SHIFTED else wanted
+        hint = "20 degC are 293.15 K"
+        raise UnitError("a scale with a zero of its own", found=name, hint=hint)
     if unit in TABLE and wanted in TABLE:
         (factor, si), (wanted_factor, wanted_si) = TABLE[unit], TABLE[wanted]
         same = si == wanted_si or si == wanted_si.removesuffix("/rad")
@@ -179,11 +178,6 @@ def _apart(unit: str) -> str:
     """A unit with signs between all its factors, which engineers leave out: "kN*m" for "kNm"."""
     apart = _TOGETHER.sub(lambda match: "*".join(part for part in match.groups() if part), unit)
     return re.sub(r"\b(m|mm|cm|s)([2-9])(?!\d)", r"\1^\2", apart) if apart != unit else unit
-
-
-def _shifted(name: str) -> UnitError:
-    hint = "20 degC are 293.15 K"
-    return UnitError("a scale with a zero of its own", found=name, hint=hint)
 
 
 def _mismatch(words: str, unit: str, wanted: str) -> UnitError:

@@ -173,24 +173,24 @@ class Foundation(Table):
         without(
             "body.mass_matrix",
             "the body of a foundation has a mass, and inertia or a box",
-            "mass with inertia or box, or parts",
+            allowed="mass with inertia or box, or parts",
         ),
         without(
             "springs.stiffness_matrix",
             "the springs of a foundation have places",
-            "positions of equal springs, or individual ones",
+            allowed="positions of equal springs, or individual ones",
         ),
         without(
             "springs.modal_damping",
             "the springs of a foundation damp by dampers or a loss factor",
-            "damping and loss_factor of the springs",
+            allowed="damping and loss_factor of the springs",
         ),
         without(
             "springs.each.static springs.each.over_load springs.each.over_frequency "
             "springs.individual.*.static springs.individual.*.over_load "
             "springs.individual.*.over_frequency",
             "the springs of a foundation have constant stiffness",
-            "stiffness, damping and loss_factor",
-            "[foundation] flexibilities take stiffness over frequency",
+            allowed="stiffness, damping and loss_factor",
+            hint="[foundation] flexibilities take stiffness over frequency",
         ),
     )

@@ -2,7 +2,7 @@
 
 import datetime
 import difflib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from typing import Any
 
@@ -21,6 +21,7 @@ from vibecalc.core.results.named import named
 from vibecalc.errors import KeyPath, Problem, UnitError
 
 Error = Mapping[str, Any]
+Explainer = Callable[[KeyPath, Error], Problem]
 
 #: pydantic's word for a key that the table does not have
 _UNKNOWN = "extra_forbidden"
@@ -153,10 +154,6 @@ def _choice(path: KeyPath, error: Error) -> Problem:
     return _said(path, f"unknown {name_of(path)} {found}", found, hint=hint)
 
 
-def _not_finite(path: KeyPath, error: Error) -> Problem:
-    return _said(path, f"{name_of(path)} is not finite", shown(error["input"]))
-
-
 def _size(path: KeyPath, error: Error) -> Problem:
     shape, value = shape_at(path), error["input"]
     size = "too long" if error["type"].endswith("too_long") else "too short" if value else "empty"
@@ -165,31 +162,20 @@ def _size(path: KeyPath, error: Error) -> Problem:
     return _said(path, message, shown(value), allowed, _description(path))
 
 
-def _other(path: KeyPath, error: Error) -> Problem:
-    return _said(path, f"{name_of(path)} cannot be read", shown(error["input"]))
+def _what(words: str) -> Explainer:
+    return lambda path, error: _said(path, f"{name_of(path)} {words}", shown(error["input"]))
 
 
-_EXPLAINERS = {
+_other = _what("cannot be read")
+_EXPLAINERS: dict[str, Explainer] = {
     "missing": _missing,
     "value_error": _quantity,
-    "greater_than": _bound,
-    "greater_than_equal": _bound,
-    "less_than": _bound,
-    "less_than_equal": _bound,
-    "finite_number": _not_finite,
+    "finite_number": _what("is not finite"),
     "literal_error": _choice,
-    "too_short": _size,
-    "too_long": _size,
-    "string_too_short": _size,
-    "string_too_long": _size,
-    "float_type": _wrong_type,
-    "bool_type": _wrong_type,
-    "int_type": _wrong_type,
-    "int_from_float": _wrong_type,
-    "string_type": _wrong_type,
-    "tuple_type": _wrong_type,
-    "dict_type": _wrong_type,
-    "model_type": _wrong_type,
+    **dict.fromkeys(("greater_than", "greater_than_equal", "less_than", "less_than_equal"), _bound),
+    **dict.fromkeys(("too_short", "too_long", "string_too_short", "string_too_long"), _size),
+    **dict.fromkeys(("float_type", "bool_type", "int_type", "int_from_float"), _wrong_type),
+    **dict.fromkeys(("string_type", "tuple_type", "dict_type", "model_type"), _wrong_type),
 }
 
 

@@ -83,13 +83,10 @@ def source(
 
 def at_offset(text: str, offset: int, length: int = 1) -> Location:
     """Line, column and excerpt of an offset into a text (newlines as tomllib sees them)."""
-    text = text.replace("\r\n", "\n")
-    line_start = text.rfind("\n", 0, offset) + 1
-    line_stop = text.find("\n", offset)
-    excerpt = text[line_start : len(text) if line_stop < 0 else line_stop]
-    column = offset - line_start
-    length = max(1, min(length, len(excerpt) - column))
-    return Location(text.count("\n", 0, offset) + 1, column + 1, length, excerpt)
+    before = text.replace("\r\n", "\n")[:offset]
+    column = offset - (before.rfind("\n") + 1)
+    place = at_line(text, before.count("\n") + 1, column + 1)
+    return place._replace(length=max(1, min(length, len(place.excerpt) - column)))
 
 
 def at_line(text: str, line: int, column: int) -> Location:

@@ -97,28 +97,23 @@ def listed(names: list[str]) -> str:
 #: `key=value` as a command line has it, or a key and its value
 Setting = str | tuple[str, Any]
 
-_PART = re.compile(r"\.?([A-Za-z0-9_-]+)|\[(\d{1,6})\]")
+_PART = re.compile(r"([A-Za-z0-9_-]+)|\[(\d{1,6})\]")
+_KEY = re.compile(r"[A-Za-z0-9_-]*(?:(?<=.)\.[A-Za-z0-9_-]+|\[\d{1,6}\])*\Z")
 _BARE_TEXT = re.compile(r"[^\"'\[\]{}=#\n\r]+\Z")
 _LONGEST = 20_000
 
 
 def parse_key(key: str) -> KeyPath:
     """Read `machine.crank_train.cylinders[0].position` as a key path; UsageError if it is none."""
-    path: list[str | int] = []
-    place = 0
-    while place < len(key):
-        match = _PART.match(key, place)
-        dotted = key.startswith(".", place)
-        if match is None or (match[1] is not None and dotted != bool(path)) or len(path) >= 32:
-            raise UsageError(
-                f"not a key: {_short(key)!r}; keys look like machine.speed or "
-                "machine.crank_train.cylinders[0].position"
-            )
-        path.append(match[1] if match[1] is not None else int(match[2]))
-        place = match.end()
+    path = tuple(int(number) if number else name for name, number in _PART.findall(key))
+    if not _KEY.match(key) or len(path) > 32:
+        raise UsageError(
+            f"not a key: {_short(key)!r}; keys look like machine.speed or "
+            "machine.crank_train.cylinders[0].position"
+        )
     if not path or isinstance(path[0], int):
         raise UsageError(f"a key has to start with the name of a table: {_short(key)!r}")
-    return tuple(path)
+    return path
 
 
 def key_text(path: KeyPath) -> str:

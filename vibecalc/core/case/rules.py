@@ -200,14 +200,18 @@ def _says(model: type[Table], *keys: str) -> Schema:
     return {"required": list(keys)} | ({"properties": others} if others else {})
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class OneOf:
-    """One of some alternatives, or at most one; each is one key, or several that go together."""
+    """One of some alternatives, each of names of keys; or none where `when` says no."""
 
-    alternatives: tuple[tuple[str, ...], ...]
-    needed: bool | Callable[[Row], Any]
-    allowed: str
-    hint: str
+    def __init__(
+        self,
+        *alternatives: str,
+        when: bool | Callable[[Row], Any] = True,
+        allowed: str = "",
+        hint: str = "",
+    ) -> None:
+        self.alternatives = tuple(tuple(one.split()) for one in alternatives)
+        self.needed, self.allowed, self.hint = when, allowed, hint
 
     def given(self, row: Row) -> list[str]:
         """A key of each alternative that a table has."""
@@ -240,13 +244,7 @@ class OneOf:
         return [*schemas, {"anyOf": every}] if self.needed is True else schemas
 
 
-def one_of(
-    *alternatives: str, when: bool | Callable[[Row], Any] = True, allowed: str = "", hint: str = ""
-) -> OneOf:
-    """Exactly one of these alternatives, each of names of keys; or none where `when` says no."""
-    return OneOf(
-        tuple(tuple(alternative.split()) for alternative in alternatives), when, allowed, hint
-    )
+one_of = OneOf
 
 
 def at_most_one(*alternatives: str, allowed: str = "") -> OneOf:
@@ -254,51 +252,61 @@ def at_most_one(*alternatives: str, allowed: str = "") -> OneOf:
     return one_of(*alternatives, when=False, allowed=allowed)
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class Needs:
-    """Where `key` is, one of `others` has to be; without a key: wherever the table is."""
+    """Where `key` is, one of `others` has to be; without a key: wherever the table is.
 
-    key: str
-    others: tuple[str, ...]
-    why: str
-    allowed: str
-    when: Callable[[Row], Any] | None
+    `why` ends the sentence.
+    """
+
+    def __init__(
+        self,
+        key: str,
+        others: str,
+        why: str = "",
+        allowed: str = "",
+        when: Callable[[Row], Any] | None = None,
+    ) -> None:
+        self.key, self.others, self.when = key, tuple(others.split()), when
+        self.why = f": {why}" if why else ""
+        self.allowed = allowed or f"{self.others[0]} with it"
 
     def __call__(self, row: Row) -> Iterator[Problem]:
         """Yield that what is needed is not there."""
         asked = (not self.key or row.said(self.key)) and (not self.when or self.when(row))
         if asked and row.lacks(*self.others):
             message = f"{self.key or row.header()} needs {both(self.others, 'or')}{self.why}"
-            yield row.problem(
-                self.key, message, allowed=self.allowed or f"{self.others[0]} with it"
-            )
+            yield row.problem(self.key, message, allowed=self.allowed)
 
     def schema(self, model: type[Table]) -> list[Schema]:
         """What an editor can hold such a table to."""
-        others = {"anyOf": [{"required": [other]} for other in self.others]}
-        dependent = {"dependentSchemas": {self.key: others}} if self.key else others
-        return [] if self.when else [dependent]
+        others: Schema = {"anyOf": [{"required": [other]} for other in self.others]}
+        if self.key:
+            others = {"if": _says(model, self.key), "then": others}
+        return [] if self.when else [others]
 
 
-def needs(
-    key: str,
-    others: str,
-    why: str = "",
-    allowed: str = "",
-    when: Callable[[Row], Any] | None = None,
-) -> Needs:
-    """`key` goes with one of `others`; `why` ends the sentence."""
-    return Needs(key, tuple(others.split()), f": {why}" if why else "", allowed, when)
+needs = Needs
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class ByKind:
-    """Keys that a table of each kind needs, and those that it may have besides."""
+    """The keys of a table of each kind of `what`: `needed ones | others`.
 
-    what: str
-    kinds: dict[str, tuple[tuple[str, ...], tuple[str, ...]]]
-    key: str = "kind"
-    kind_of: Callable[[Row], Any] | None = None
+    `kind_of` tells the kind of a table that need not say it; the first kind is then the usual one.
+    """
+
+    def __init__(
+        self,
+        what: str,
+        kind_of: Callable[[Row], Any] | None = None,
+        key: str = "kind",
+        **kinds: str,
+    ) -> None:
+        self.what, self.kind_of, self.key = what, kind_of, key
+        rows = {kind: keys.partition("|") for kind, keys in kinds.items()}
+        self.kinds = {
+            kind: (tuple(needed.split()), tuple(others.split()))
+            for kind, (needed, _, others) in rows.items()
+        }
 
     def __call__(self, row: Row) -> Iterator[Problem]:
         """Yield what the table lacks for its kind, and what belongs to another one."""
@@ -365,18 +373,7 @@ class ByKind:
         return [*schemas, *({"if": given, "then": then} for given, then in rows)]
 
 
-def by_kind(
-    what: str, kind_of: Callable[[Row], Any] | None = None, key: str = "kind", **kinds: str
-) -> ByKind:
-    """The keys of each kind of `what`: `needed ones | others`.
-
-    `kind_of` tells the kind of a table that need not say it; the first kind is then the usual one.
-    """
-    rows = {}
-    for kind, keys in kinds.items():
-        needed, _, other = keys.partition("|")
-        rows[kind] = (tuple(needed.split()), tuple(other.split()))
-    return ByKind(what, rows, key, kind_of)
+by_kind = ByKind
 
 
 def barred(places: Iterable[KeyPath]) -> Schema:
@@ -391,31 +388,25 @@ def barred(places: Iterable[KeyPath]) -> Schema:
     return schema
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class Without:
-    """Keys of tables below that are not for them here."""
+    """None of these places below the table, as `springs.individual.*.static`, is there."""
 
-    places: tuple[KeyPath, ...]
-    message: str
-    allowed: str
-    hint: str
+    def __init__(self, places: str, message: str, **words: str) -> None:
+        self.places = tuple(tuple(one.split(".")) for one in places.split())
+        self.message, self.words = message, words
 
     def __call__(self, row: Row) -> Iterator[Problem]:
         """Yield each of the keys that is there."""
         for place in self.places:
             for path, _ in entries_at(row.data, place):
-                at = (*row.path, *path)
-                yield row.problem(at, self.message, allowed=self.allowed, hint=self.hint)
+                yield row.problem((*row.path, *path), self.message, **self.words)
 
     def schema(self, model: type[Table]) -> list[Schema]:
         """What an editor can hold such a table to."""
         return [barred(self.places)]
 
 
-def without(places: str, message: str, allowed: str, hint: str = "") -> Without:
-    """None of these places below the table, as `springs.individual.*.static`, is there."""
-    return Without(tuple(tuple(one.split(".")) for one in places.split()), message, allowed, hint)
-
+without = Without
 
 # ----------------------------------------------------------------------------
 # Names, columns, numbers in their order; and what no other rule says.
