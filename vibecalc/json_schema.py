@@ -253,9 +253,8 @@ def _tidy(schema: Any, forms: Schema) -> Any:
         return [_tidy(entry, forms) for entry in schema]
     if not isinstance(schema, dict):
         return schema
-    tidy: Schema = {
-        _BOUND_NAMES.get(key, key): _tidy(entry, forms) for key, entry in schema.items()
-    }
+    rows: Schema = {key: _tidy(entry, forms) for key, entry in schema.items()}
+    tidy = {_BOUND_NAMES.get(key, key): entry for key, entry in rows.items()}
     if "$ref" in tidy.get("allOf", [{}])[0]:  # what `Table` wraps, to remain a reference
         tidy.update(tidy.pop("allOf")[0])
     if isinstance(tidy.get("title"), str):
