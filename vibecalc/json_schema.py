@@ -11,7 +11,7 @@ from vibecalc.core.case.raw import EACH
 from vibecalc.core.case.row_files import LISTS
 from vibecalc.core.case.rules import ByKind, barred
 from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
-from vibecalc.errors import KeyPath, UsageError
+from vibecalc.errors import UsageError
 from vibecalc.kinds import FINDING_MOTORS, KINDS, MOTORS, absent_places
 from vibecalc.parts.motor_tables import Motor
 from vibecalc.schema import SCHEMA_VERSION, Case
@@ -79,16 +79,10 @@ def _needs(kind: str) -> Schema:
     return {"if": finding, "then": found, "else": {"required": needs}}
 
 
-def _foreign(kind: str) -> list[KeyPath]:
-    """Places that a machine of this kind does not have; `check_kinds` refuses them."""
-    every = absent_places(kind)
-    return [path for path in every if not any(path[:end] in every for end in range(1, len(path)))]
-
-
 def _without(kind: str) -> Schema:
     """That a machine of this kind has none of these places."""
     machine = {"required": ["kind"], **_said(kind)}
-    then = barred(_foreign(kind))
+    then = barred(absent_places(kind))
     return {"if": {"required": ["machine"], "properties": {"machine": machine}}, "then": then}
 
 
@@ -100,7 +94,7 @@ def _without(kind: str) -> Schema:
 def _of_kind(schema: Schema, kind: str) -> None:
     """Leave in the schema what a machine of this kind may have."""
     tables = schema["$defs"]
-    for path in _foreign(kind):
+    for path in absent_places(kind):
         at = schema
         for part in path[:-1]:
             at = at["properties"][part] if part != EACH else at["items"]

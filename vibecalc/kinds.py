@@ -318,14 +318,20 @@ def _runs(data: Data) -> bool:
 
 
 def absent_places(kind: str) -> dict[KeyPath, list[str]]:
-    """Places that a machine of this kind does not have, with the kinds that alone have each."""
+    """Places that a machine of this kind does not have, with the kinds that alone have each.
+
+    Not those in a table that it does not have either.
+    """
     mine = KINDS[kind]
     owners: dict[KeyPath, list[str]] = {place: [] for place in mine.foreign}
     for other, row in KINDS.items():
         for place in row.exclusive:
             if place not in mine.exclusive:
                 owners.setdefault(place, []).append(other)
-    return owners
+    above = {place: [place[:end] for end in range(1, len(place))] for place in owners}
+    return {
+        place: kinds for place, kinds in owners.items() if owners.keys().isdisjoint(above[place])
+    }
 
 
 def _not_of(row: Row, name: str, finds: bool) -> Iterator[Problem]:
