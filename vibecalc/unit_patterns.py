@@ -135,9 +135,9 @@ def _units(unit: str) -> str:
     if unit == "dB":
         return " *dB"
     beside = {name for name, _ in _factors(unit)} - {"rad"}
-    for way in [*ways] if beside and beside != {"s"} else ():  # else: turns or radians?
-        ways[tuple(factor for factor in way if factor[0] != _dimension("rad"))] = None
-    texts = [text for way in ways for text in _written(way)]
+    unwritten = _dimension("rad") if beside and beside != {"s"} else None  # turns or radians?
+    once = [way for way in ways if (*way, (unwritten, -1)) not in ways]
+    texts = [text for way in once for text in _written(way, unwritten)]
     apart = [text for text in texts if text.startswith("1")]  # else a digit of the number
     close = [text for text in texts if text not in apart]
     groups = ((" *", close), (" +", apart))
@@ -159,10 +159,14 @@ def _of_dimensions(factors: Factors) -> Way:
     return tuple((_dimension(name), power) for name, power in factors)
 
 
-def _written(way: Way) -> list[str]:
-    """How a product of dimensions is written: its factors in either order, and together."""
+def _written(way: Way, unwritten: Dimension | None) -> list[str]:
+    """How a product of dimensions is written: its factors in either order, and together.
+
+    What is `unwritten` need not stand below the line.
+    """
     above = [factor for factor in way if factor[1] > 0]
-    below = "".join(f"{_OVER}{_one(dimension, -power)}" for dimension, power in way if power < 0)
+    parts = [(one, f"{_OVER}{_one(one, -power)}") for one, power in way if power < 0]
+    below = "".join(f"(?:{text})?" if one == unwritten else text for one, text in parts)
     if not above:
         return [f"1{below}"]
     orders = [above, [above[1], above[0], *above[2:]]] if len(above) > 1 else [above]
