@@ -1,6 +1,5 @@
 """Numbers so large or small that products of them leave the range of double precision."""
 
-import functools
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -70,12 +69,17 @@ def _numbers(value: Any, path: KeyPath) -> Iterator[tuple[KeyPath, float]]:
         yield path, value
 
 
+def _at(part: Any, place: KeyPath) -> Any:
+    for name in place:
+        part = getattr(part, str(name))
+    return part
+
+
 def range_problems(case: Case, places: Sequence[KeyPath] | None = None) -> list[Problem]:
     """One problem for each number at some places of a case (None: at all) that is out of range."""
     problems = []
     places = present(case) if places is None else places
-    parts = ((place, functools.reduce(getattr, place, case)) for place in places)
-    for path, value in (entry for place, part in parts for entry in _numbers(part, place)):
+    for path, value in (entry for place in places for entry in _numbers(_at(case, place), place)):
         key = next(str(part) for part in reversed(path) if isinstance(part, str))
         words = _TOO_LARGE_ANGLE if key in ANGLES else _TOO_LARGE
         if abs(value) <= (LARGEST_ANGLE if key in ANGLES else LARGEST):
