@@ -26,8 +26,8 @@ from key_walk import (
     settle,
 )
 
+from vibecalc.core.case.raw import EACH
 from vibecalc.errors import Problem
-from vibecalc.kinds import EACH
 
 Pair = frozenset[Pattern]
 #: tables whose own tables are optional parts of a case as well

@@ -21,16 +21,16 @@ from typing import Any, NamedTuple
 from vibecalc.core.case.data_files import attach_files
 from vibecalc.core.case.fields import Table
 from vibecalc.core.case.load import validate
-from vibecalc.core.case.raw import apply_overrides, parse_key
+from vibecalc.core.case.raw import EACH, apply_overrides, parse_key
 from vibecalc.core.case.rules import ByKind, Needs, OneOf, Row
 from vibecalc.core.case.walk import Shape, keys_of, shape_of
 from vibecalc.core.run.plan import needs_of
 from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError, KeyPath, Problem, UsageError
 from vibecalc.json_schema import json_schema
-from vibecalc.kinds import EACH, KINDS
+from vibecalc.kinds import KINDS
 from vibecalc.schema import Case
-from vibecalc.unit_table import WORDS
+from vibecalc.unit_table import DIMENSIONS
 
 ROOT = Path(__file__).resolve().parents[1]
 Data = dict[str, Any]
@@ -385,8 +385,8 @@ def made(shape: Shape, default: Any, data: Data) -> Iterator[Any]:
         if isinstance(default, int | float) and default:
             yield from (default * factor for factor in (1.1, 0.9, 0.5))
         examples = [0.5, 0.05, 2.0, 1e-3, 10.0, 100.0, 1e5, 1e-5]
-        if shape.unit in WORDS and shape.unit:
-            examples = [*re.findall(r"'(.*?)'", WORDS[shape.unit][1]), *examples]
+        if shape.unit in DIMENSIONS and shape.unit:
+            examples = [*re.findall(r"'(.*?)'", DIMENSIONS[shape.unit].examples), *examples]
         yield from examples
         if shape.or_three:
             yield [examples[0]] * 3

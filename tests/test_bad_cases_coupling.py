@@ -7,7 +7,7 @@ import pytest
 from refused import changed, problems_of, refusal, refusals, said_of
 from shipped_cases import CASES
 
-from vibecalc.core.case.choice_checks import share_or_size
+from vibecalc.core.case.search_checks import share_or_size
 from vibecalc.errors import UnitError
 
 PATH = CASES["genset_coupling"]

@@ -16,7 +16,7 @@ from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.core.run.plan import plan_case, planned_quantities
 from vibecalc.core.run.run import run_case
-from vibecalc.kinds import KINDS, PARTS_OF_KIND
+from vibecalc.kinds import KINDS
 from vibecalc.schema import KindName
 
 
@@ -28,8 +28,7 @@ def agree(one: Quantity, other: Quantity, values: np.ndarray) -> None:
 
 def test_every_kind_has_its_row_and_no_other() -> None:
     assert set(get_args(KindName)) == set(KINDS)
-    assert set(PARTS_OF_KIND) <= set(KINDS)
-    for parts in PARTS_OF_KIND.values():
+    for parts in KINDS.values():
         assert len(parts.exclusive) == len(set(parts.exclusive))
         assert not set(parts.exclusive) & set(parts.foreign)
 

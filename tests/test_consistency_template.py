@@ -12,18 +12,17 @@ from long_but import long_but
 
 from vibecalc.cli.starters import scenes, starter
 from vibecalc.core.case.load import load_case, resolve, validate
-from vibecalc.core.case.raw import Data, get_key, set_key
+from vibecalc.core.case.raw import EACH, Data, get_key, set_key
 from vibecalc.core.case.walk import keys_of, shape_at, shape_of
 from vibecalc.core.results.case_hash import case_hash
 from vibecalc.errors import CaseError, KeyPath
 from vibecalc.json_schema import json_schema
 from vibecalc.kinds import (
-    EACH,
     FINDING_MOTORS,
     KINDS,
     MACHINE,
     OF_THE_BODY,
-    PARTS_OF_KIND,
+    absent_places,
     motor_kind,
 )
 from vibecalc.parts.motor_tables import Motor
@@ -136,9 +135,7 @@ def starred(path: KeyPath) -> KeyPath:
 def of_others(data: Data, path: KeyPath) -> bool:
     """Whether only another kind of machine or motor has this place."""
     kind, motor, place = data["machine"]["kind"], motor_kind(data["machine"]), starred(path)
-    mine = PARTS_OF_KIND[kind].exclusive if kind in PARTS_OF_KIND else ()
-    others = (parts.exclusive for name, parts in PARTS_OF_KIND.items() if name != kind)
-    if place not in mine and any(place in exclusive for exclusive in others):
+    if absent_places(kind).get(place):
         return True
     if kind == "drive_train" and place in OF_CYLINDERS:
         return True
@@ -149,7 +146,7 @@ def of_others(data: Data, path: KeyPath) -> bool:
     if place[:2] == (*MACHINE, "motor") and len(place) == 3:
         kinds = {name for name, keys in Motor.RULES[0].kinds.items() if place[2] in sum(keys, ())}
         return bool(kinds) and motor not in kinds
-    return kind in PARTS_OF_KIND and place in PARTS_OF_KIND[kind].foreign
+    return place in KINDS[kind].foreign
 
 
 def test_every_key_of_every_table_is_named_and_none_of_another_kind(text: str) -> None:

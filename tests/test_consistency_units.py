@@ -18,7 +18,7 @@ import pytest
 from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
 from vibecalc.errors import UnitError
 from vibecalc.schema import Case
-from vibecalc.units import TABLE, WORDS, convert, parse_quantity
+from vibecalc.units import DIMENSIONS, TABLE, convert, parse_quantity
 
 EPS = sys.float_info.epsilon
 REGISTRY: pint.UnitRegistry = pint.UnitRegistry()
@@ -35,7 +35,7 @@ def test_table_equals_pint(unit: str) -> None:
     factor, si = TABLE[unit]
     assert abs(factor - pint_factor(unit, si)) <= 2 * EPS * factor
     assert TABLE[si] == (1.0, si)
-    assert si in WORDS
+    assert si in DIMENSIONS
 
 
 @pytest.mark.parametrize(

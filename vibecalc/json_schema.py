@@ -5,13 +5,17 @@ import functools
 import json
 from typing import Any
 
+from vibecalc.core.case.data_files import columns_of
 from vibecalc.core.case.fields import Table
+from vibecalc.core.case.raw import EACH
 from vibecalc.core.case.row_files import LISTS
+from vibecalc.core.case.rules import ByKind, barred
 from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
-from vibecalc.errors import KeyPath, UsageError
-from vibecalc.kinds import EACH, FINDING_MOTORS, KINDS, MOTORS, of_others, parts_of
+from vibecalc.errors import UsageError
+from vibecalc.kinds import FINDING_MOTORS, KINDS, MOTORS, absent_places
+from vibecalc.parts.motor_tables import Motor
 from vibecalc.schema import SCHEMA_VERSION, Case
-from vibecalc.unit_patterns import NUMBERS, text_pattern
+from vibecalc.unit_patterns import LESS, NUMBER, SHIFTED, text_pattern
 
 Schema = dict[str, Any]
 
@@ -39,26 +43,19 @@ def json_schema(kind: str = "") -> Schema:
 
 @functools.cache
 def _every_table() -> Schema:
-    texts: dict[str, Schema] = {}
-    schema: Schema = _tidy(Case.model_json_schema(by_alias=True), texts)
-    _describe(schema, Case, schema["$defs"], set())
-    tables = with_kinds(schema["$defs"])
-    schema["$defs"] = {name: _or_a_file(table) for name, table in tables.items()} | texts
-    rows = schema["$defs"]["ShaftLine"]["properties"]
+    forms: Schema = {}
+    schema: Schema = _tidy(Case.model_json_schema(by_alias=True), forms)
+    tables = schema["$defs"]
+    _describe(schema, Case, tables, set())
+    tables["Machine"]["allOf"] = [{"if": _said(kind), "then": _needs(kind)} for kind in KINDS]
+    schema["$defs"] = tables | forms
+    rows = tables["ShaftLine"]["properties"]
     for key in (path[-1] for path in LISTS):
         rows[key] = {"anyOf": [rows[key], _CSV_NAME], "description": rows[key]["description"]}
     return schema
 
 
-def _or_a_file(table: Schema) -> Schema:
-    """A table of nothing but columns may also be the name of a CSV file (`data_files.py`)."""
-    columns = [part.get("items") for part in table.get("properties", {}).values()]
-    numbers = [column for column in columns if column and column.get("type") != "array"]
-    if not columns or len(numbers) < len(columns):
-        return table
-    return {"anyOf": [table, _CSV_NAME]}
-
-
+#: the name of a file in place of a table of nothing but columns, or of one of `LISTS`
 _CSV_NAME = {"type": "string", "pattern": r"\.csv$"}
 
 # ----------------------------------------------------------------------------
@@ -66,58 +63,26 @@ _CSV_NAME = {"type": "string", "pattern": r"\.csv$"}
 # ----------------------------------------------------------------------------
 
 
-def with_kinds(definitions: dict[str, Schema]) -> dict[str, Schema]:
-    """The tables of the JSON schema, that of the machine with a condition for each kind."""
-    return {
-        name: {**table, "allOf": _machines()} if name == "Machine" else table
-        for name, table in definitions.items()
-    }
-
-
 def _said(kind: str) -> Schema:
     return {"properties": {"kind": {"const": kind}}}
 
 
-def _machines() -> list[Schema]:
-    finding = {
-        "required": ["motor"],
-        "properties": {
-            "motor": {
-                "required": ["kind"],
-                "properties": {"kind": {"enum": list(FINDING_MOTORS)}},
-            }
-        },
-    }
-    rules = []
-    for name, kind in KINDS.items():
-        given = {"required": list(kind.needs)}
-        if kind.driven:
-            others = [part for part in kind.needs if part != "speed"]
-            requirement = {"required": others, "not": {"required": ["speed"]}}
-            rules.append(
-                {"if": _said(name), "then": {"if": finding, "then": requirement, "else": given}}
-            )
-        else:
-            rules.append({"if": _said(name), "then": {**given, "not": finding}})
-    return rules
-
-
-def _foreign(kind: str) -> list[KeyPath]:
-    """Places that a machine of this kind does not have; `check_parts_of_kind` refuses them."""
-    every = (*parts_of(kind).foreign, *of_others(kind))
-    return [path for path in every if not any(path[:end] in every for end in range(1, len(path)))]
+def _needs(kind: str) -> Schema:
+    """What [machine] of this kind has to have; no speed where its motor finds that."""
+    finding_motor = {"required": ["kind"], "properties": {"kind": {"enum": [*FINDING_MOTORS]}}}
+    finding = {"required": ["motor"], "properties": {"motor": finding_motor}}
+    needs = [*KINDS[kind].needs]
+    if not KINDS[kind].driven:
+        return {"required": needs, "not": finding}
+    others = [part for part in needs if part != "speed"]
+    found = {"required": others, "not": {"required": ["speed"]}}
+    return {"if": finding, "then": found, "else": {"required": needs}}
 
 
 def _without(kind: str) -> Schema:
     """That a machine of this kind has none of these places."""
-    then: Schema = {}
-    for path in _foreign(kind):
-        at = then
-        for part in path[:-1]:
-            below = at.setdefault("properties", {}) if part != EACH else at
-            at = below.setdefault("items" if part == EACH else str(part), {})
-        at.setdefault("properties", {})[path[-1]] = False
     machine = {"required": ["kind"], **_said(kind)}
+    then = barred(absent_places(kind))
     return {"if": {"required": ["machine"], "properties": {"machine": machine}}, "then": then}
 
 
@@ -129,38 +94,29 @@ def _without(kind: str) -> Schema:
 def _of_kind(schema: Schema, kind: str) -> None:
     """Leave in the schema what a machine of this kind may have."""
     tables = schema["$defs"]
-    for path in _foreign(kind):
+    for path in absent_places(kind):
         at = schema
         for part in path[:-1]:
             at = at["properties"][part] if part != EACH else at["items"]
             while "$ref" in at or ("properties" not in at and "anyOf" in at):
                 at = tables[at["$ref"].split("/")[-1]] if "$ref" in at else at["anyOf"][0]
         at["properties"].pop(path[-1], None)
-    _settle(tables["Machine"], [kind])
+    tables["Machine"]["allOf"] = [_needs(kind)]
     tables["Machine"]["properties"]["kind"] = _said_of([kind])
     if not KINDS[kind].driven:
-        motors = [motor for motor in MOTORS if motor not in FINDING_MOTORS]
-        _settle(tables["Motor"], motors)
-        tables["Motor"]["properties"]["kind"]["enum"] = motors
+        motor = tables["Motor"]["properties"]
+        motor["kind"]["enum"] = [one for one in MOTORS if one not in FINDING_MOTORS]
+        for key in _keys_of_motors() - _keys_of_motors(*motor["kind"]["enum"]):
+            del motor[key]
     needed: set[str] = set()
     _gather(schema["properties"], tables, needed)
     schema["$defs"] = {name: table for name, table in tables.items() if name in needed}
 
 
-def _settle(table: Schema, kinds: list[str]) -> None:
-    """Leave in a table what goes with these kinds: conditions, and keys that one of them has."""
-    left = [one for one in table["allOf"] if _kind_of(one) in (None, *kinds)]
-    of_kinds = [one["then"].get("properties", {}) for one in left if _kind_of(one)]
-    for key in [*table["properties"]] if of_kinds else ():
-        if all(keys.get(key) is False for keys in of_kinds):
-            del table["properties"][key]
-    table["allOf"] = [one["then"] if len(kinds) == 1 and _kind_of(one) else one for one in left]
-
-
-def _kind_of(condition: Schema) -> str | None:
-    """The kind that a condition is about, if it is about one."""
-    kind: str | None = condition.get("if", {}).get("properties", {}).get("kind", {}).get("const")
-    return kind
+def _keys_of_motors(*kinds: str) -> set[str]:
+    """Keys that motors of these kinds have, or those of any."""
+    rows = next(rule.kinds for rule in Motor.RULES if isinstance(rule, ByKind))
+    return {key for kind in kinds or rows for keys in rows[kind] for key in keys}
 
 
 def _gather(part: Any, tables: dict[str, Schema], names: set[str]) -> None:
@@ -192,9 +148,11 @@ def _describe(
             if name not in seen:
                 seen.add(name)
                 _describe(tables[name], below, tables, seen)
+                if columns_of(below):
+                    tables[name] = {"anyOf": [tables[name], _CSV_NAME]}
         elif shape.kind not in ("text", "flag"):
             part["description"] = f"{part['description']}; {words(shape)}"
-        if below is None and part.get("default") not in (None, [], {}, ""):
+        if below is None and "default" in part:
             part["description"] += f"; default {_shown(part['default'], shape)}"
 
 
@@ -229,28 +187,50 @@ def _said_of(kinds: list[str]) -> Schema:
 
 
 # ----------------------------------------------------------------------------
-# Numbers written as texts: a number and a unit, once for each unit that a key has in SI, and for
-# the least that the number may be.
+# Numbers, also as texts with a unit: a definition for each unit and bounds, with one for the texts
+# of each unit. What is defined stands in a list of one (`anyOf`), since some editors do not look at
+# a description beside a reference.
 # ----------------------------------------------------------------------------
 
 #: a value whose unit is that of a result: any unit
 _VALUE = {
-    "type": "string",
-    "pattern": f"^ *{NUMBERS['']}(?: *[^-\\s0-9.,;:!?+*/_=][^,;:!?=]*| +1 */.*)? *$",
+    "oneOf": [
+        {"type": "number"},
+        {
+            "type": "string",
+            "pattern": f"^ *{NUMBER}(?: *[^-\\s0-9.,;:!?+*/_=][^,;:!?=]*| +1 */.*)? *$",
+        },
+    ]
 }
+#: as pydantic writes it, as the JSON schema does, and in the name of a definition
+_BOUNDS = (
+    ("gt", "exclusiveMinimum", "above"),
+    ("ge", "minimum", "from"),
+    ("lt", "exclusiveMaximum", "below"),
+    ("le", "maximum", "to"),
+)
+_BOUND_NAMES = {written: name for written, name, _ in _BOUNDS}
 
 
-def _text_in(unit: str, number: Schema, texts: dict[str, Schema]) -> Schema:
-    """A number as a text, in a unit of this dimension, where this is its form as a number."""
-    least = ""
-    if max(number.get("exclusiveMinimum", -1), number.get("minimum", -1)) >= 0:
-        above = number.get("exclusiveMinimum", -1) >= 0 or number.get("minimum", -1) > 0
-        least = "above_0" if above else "from_0"
-    name = unit.replace("/", "_per_").replace("*", "_").replace("^", "")
-    name = "_".join(("Text", name, least)) if least else f"Text_{name}"
-    if name not in texts:
-        texts[name] = {"type": "string", "maxLength": 120, "pattern": text_pattern(unit, least)}
+def _defined(name: str, form: Schema, forms: Schema) -> Schema:
+    """A reference to a form, which is entered under its name."""
+    forms.setdefault(name, form)
     return {"$ref": f"#/$defs/{name}"}
+
+
+def _number(unit: str, number: Schema, forms: Schema) -> Schema:
+    """A number in SI within bounds, or a text with a number and a unit of this dimension."""
+    above, least = number.get("exclusiveMinimum", -1), number.get("minimum", -1)
+    sign = "above_0" if above >= 0 or least > 0 else "from_0" if least == 0 else ""
+    name = unit.replace("/", "_per_").replace("*", "_").replace("^", "")
+    shifted = sign if unit in SHIFTED else ""
+    pattern = {"type": "string", "maxLength": 120, "pattern": text_pattern(unit, shifted)}
+    text = _defined("_".join(filter(None, ("Text", name, shifted))), pattern, forms)
+    form: Schema = {"anyOf": [{**number, "type": "number"}, text]}
+    if sign and not shifted:
+        form["not"] = _defined(f"Text_not_{sign}", {"type": "string", "pattern": LESS[sign]}, forms)
+    bounds = (f"{word}_{number[key]:g}" for _, key, word in _BOUNDS if key in number)
+    return _defined("_".join((name or "number", *bounds)), form, forms)
 
 
 # ----------------------------------------------------------------------------
@@ -258,46 +238,40 @@ def _text_in(unit: str, number: Schema, texts: dict[str, Schema]) -> Schema:
 # ----------------------------------------------------------------------------
 
 
-def _tidy(schema: Any, texts: dict[str, Schema]) -> Any:
+def _tidy(schema: Any, forms: Schema) -> Any:
     """Move what pydantic leaves next to its place; drop titles, and null, which TOML has not.
 
-    `texts` gathers the forms of numbers written as texts, one for each unit.
+    `forms` gathers the definitions of numbers.
     """
     if isinstance(schema, list):
-        return [_tidy(entry, texts) for entry in schema]
+        return [_tidy(entry, forms) for entry in schema]
     if not isinstance(schema, dict):
         return schema
-    tidy = {key: _tidy(entry, texts) for key, entry in schema.items()}
+    rows: Schema = {key: _tidy(entry, forms) for key, entry in schema.items()}
+    tidy = {_BOUND_NAMES.get(key, key): entry for key, entry in rows.items()}
     if "$ref" in tidy.get("allOf", [{}])[0]:  # what `Table` wraps, to remain a reference
         tidy.update(tidy.pop("allOf")[0])
     if isinstance(tidy.get("title"), str):
         del tidy["title"]
-    options = tidy.get("anyOf")
-    if isinstance(options, list):
-        bounds = {new: tidy.pop(old) for old, new in _BOUND_NAMES.items() if old in tidy}
-        choices = [{**o, **bounds} if o.get("type") == "number" else o for o in options]
-        choices = [option for option in choices if option != {"type": "null"}]
-        if "unit" in tidy:
-            number = next(option for option in choices if option.get("type") == "number")
-            text = _text_in(tidy.pop("unit"), number, texts)
-            choices = [text if option.get("type") == "string" else option for option in choices]
-        tidy.pop("anyOf")
-        tidy = {**tidy, "anyOf": choices} if len(choices) > 1 else {**choices[0], **tidy}
-    elif tidy.get("type") in ("number", "integer"):
-        tidy = {_BOUND_NAMES.get(key, key): entry for key, entry in tidy.items()}
+    if tidy.get("default", 0) in (None, [], {}, ""):
+        del tidy["default"]
+    if isinstance(tidy.get("unit"), str):
+        number = tidy.pop("anyOf")[0]
+        number |= {key: tidy.pop(key) for _, key, _ in _BOUNDS if key in tidy}
+        return _with(_number(tidy.pop("unit"), number, forms), tidy, forms)
+    if tidy.get("oneOf") == [{"type": "number"}, {"type": "string"}]:
+        del tidy["oneOf"]
+        return _with(_defined("Value", _VALUE, forms), tidy, forms)
     entries = tidy.get("prefixItems", [])
     if entries and all(entry == entries[0] for entry in entries):
         tidy["items"] = tidy.pop("prefixItems")[0]
-    if tidy.get("oneOf") == [{"type": "number"}, {"type": "string"}]:
-        tidy["oneOf"] = [{"type": "number"}, _VALUE]
-    if tidy.get("default", 0) is None:
-        del tidy["default"]
+    if {"type": "null"} in tidy.get("anyOf", ()):
+        choices = [option for option in tidy.pop("anyOf") if option != {"type": "null"}]
+        return _with(choices[0], tidy, forms) if len(choices) == 1 else {**tidy, "anyOf": choices}
     return tidy
 
 
-_BOUND_NAMES = {
-    "gt": "exclusiveMinimum",
-    "ge": "minimum",
-    "lt": "exclusiveMaximum",
-    "le": "maximum",
-}
+def _with(form: Schema, about: Schema, forms: Schema) -> Schema:
+    """A form with what is said of a key of it."""
+    is_number = form.get("$ref", "").split("/")[-1] in forms
+    return {"anyOf": [form], **about} if is_number and about else {**form, **about}

@@ -34,8 +34,7 @@ if TYPE_CHECKING:
     from vibecalc.balance.tables import Balance
     from vibecalc.base_motion.tables import BaseMotion
     from vibecalc.bearings.tables import BearingLoads
-    from vibecalc.core.case.fit_tables import Fit
-    from vibecalc.core.case.study_tables import Find, Optimisation, Sweep
+    from vibecalc.core.case.study_tables import Find, Fit, Optimisation, Sweep
     from vibecalc.core.case.tables import Limit, Reference, ReferenceTable
     from vibecalc.excitation.tables import Excitation
     from vibecalc.foundation.tables import Foundation
@@ -59,8 +58,7 @@ else:
                 "vibecalc.base_motion.tables": "BaseMotion",
                 "vibecalc.balance.tables": "Balance",
                 "vibecalc.bearings.tables": "BearingLoads",
-                "vibecalc.core.case.fit_tables": "Fit",
-                "vibecalc.core.case.study_tables": "Find Optimisation Sweep",
+                "vibecalc.core.case.study_tables": "Find Fit Optimisation Sweep",
                 "vibecalc.core.case.tables": "Limit Reference ReferenceTable",
                 "vibecalc.excitation.tables": "Excitation",
                 "vibecalc.foundation.tables": "Foundation",

@@ -10,32 +10,38 @@ import functools
 import re
 
 from vibecalc.errors import UnitError
-from vibecalc.unit_table import TABLE, WORDS
+from vibecalc.unit_table import TABLE
 from vibecalc.units import OTHER_NAMES, convert, read_unit, registry
 
 # ----------------------------------------------------------------------------
-# Numbers: any, from zero, above zero. An exponent of two digits keeps every product finite.
+# Numbers. An exponent of two digits keeps every product finite.
 # ----------------------------------------------------------------------------
 
 _DIGITS = "[0-9]+(?:_[0-9]+)*"
-_EXPONENT = "(?:[eE][-+]?[0-9]{1,2})?"
-_UNSIGNED = rf"(?:{_DIGITS}(?:\.[0-9]*)?|\.[0-9]+)"
-_ABOVE_ZERO = r"(?:(?:0_?)*[1-9][0-9]*(?:_[0-9]+)*(?:\.[0-9]*)?|(?:0(?:_?0)*)?\.0*[1-9][0-9]*)"
-NUMBERS = {
-    "": f"[-+−]?{_UNSIGNED}{_EXPONENT}",
-    "from_0": rf"\+?{_UNSIGNED}{_EXPONENT}",
-    "above_0": rf"\+?{_ABOVE_ZERO}{_EXPONENT}",
-}
-#: what may stand before a unit whose zero is not that of the SI unit, where that is bounded
-_SHIFTED = {"K": ("(?:degC|°C)", rf"(?:{NUMBERS['from_0']}|[-−]1?[0-9]{{1,2}}(?:\.[0-9]*)?)")}
+_UNSIGNED = rf"(?:{_DIGITS}(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{{1,2}})?"
+NUMBER = f"[-+−]?{_UNSIGNED}"
+_ZERO = r"(?:0(?:_?0)*(?:\.0*)?|\.0+)(?:[^0-9._]|$)"
+#: how a text begins whose number is not from, or not above zero
+LESS = {"from_0": "^ *[-−]", "above_0": rf"^ *(?:[-−]|\+?{_ZERO})"}
+#: what stands before a unit whose zero is not that of the SI unit, and before the SI unit itself,
+#: where that is not below zero, or above it
+SHIFTED = {"K": ("(?:degC|°C)", rf"(?:\+?{_UNSIGNED}|[-−]1?[0-9]{{1,2}}(?:\.[0-9]*)?)")}
+_ABOVE_ZERO = (
+    r"(?:(?:0_?)*[1-9][0-9]*(?:_[0-9]+)*(?:\.[0-9]*)?|(?:0(?:_?0)*)?\.0*[1-9][0-9]*)"
+    "(?:[eE][-+]?[0-9]{1,2})?"
+)
+_BEFORE = {"": NUMBER, "from_0": rf"\+?{_UNSIGNED}", "above_0": rf"\+?{_ABOVE_ZERO}"}
 
 
 def text_pattern(unit: str, least: str = "") -> str:
-    """What a text may be that is read in this SI unit: its number is one of `NUMBERS`."""
-    text = f"{NUMBERS[least]}(?:{_units(unit)})?"
-    if unit in _SHIFTED:
-        shifted, above = _SHIFTED[unit]
-        text = f"(?:{text}|{above if least else NUMBERS[least]} *{shifted})"
+    """What a text may be that is read in this SI unit.
+
+    `least` says of a unit in `SHIFTED` that the number in SI is not below zero, or above it.
+    """
+    text = f"{_BEFORE[least]}(?:{_units(unit)})?"
+    if unit in SHIFTED:
+        shifted, above = SHIFTED[unit]
+        text = f"(?:{text}|{above if least else NUMBER} *{shifted})"
     return f"^ *{text} *$"
 
 
@@ -65,7 +71,7 @@ def _dimension(name: str) -> Dimension | None:
 @functools.cache
 def _names() -> dict[Dimension, str]:
     """What a single unit of a dimension may be called, as a regular expression."""
-    factors = {one for unit in (*TABLE, *WORDS) for one, _ in _factors(unit)}
+    factors = {one for unit in TABLE for one, _ in _factors(unit)}
     plain: dict[str, None] = {}
     for name in (*sorted(factors - {"%", "dB"}), *OTHER_NAMES, *_FURTHER):
         prefix, base, _ = registry().parse_unit_name(name)[0]
@@ -129,9 +135,9 @@ def _units(unit: str) -> str:
     if unit == "dB":
         return " *dB"
     beside = {name for name, _ in _factors(unit)} - {"rad"}
-    for way in [*ways] if beside and beside != {"s"} else ():  # else: turns or radians?
-        ways[tuple(factor for factor in way if factor[0] != _dimension("rad"))] = None
-    texts = [text for way in ways for text in _written(way)]
+    unwritten = _dimension("rad") if beside and beside != {"s"} else None  # turns or radians?
+    once = [way for way in ways if (*way, (unwritten, -1)) not in ways]
+    texts = [text for way in once for text in _written(way, unwritten)]
     apart = [text for text in texts if text.startswith("1")]  # else a digit of the number
     close = [text for text in texts if text not in apart]
     groups = ((" *", close), (" +", apart))
@@ -153,10 +159,14 @@ def _of_dimensions(factors: Factors) -> Way:
     return tuple((_dimension(name), power) for name, power in factors)
 
 
-def _written(way: Way) -> list[str]:
-    """How a product of dimensions is written: its factors in either order, and together."""
+def _written(way: Way, unwritten: Dimension | None) -> list[str]:
+    """How a product of dimensions is written: its factors in either order, and together.
+
+    What is `unwritten` need not stand below the line.
+    """
     above = [factor for factor in way if factor[1] > 0]
-    below = "".join(f"{_OVER}{_one(dimension, -power)}" for dimension, power in way if power < 0)
+    parts = [(one, f"{_OVER}{_one(one, -power)}") for one, power in way if power < 0]
+    below = "".join(f"(?:{text})?" if one == unwritten else text for one, text in parts)
     if not above:
         return [f"1{below}"]
     orders = [above, [above[1], above[0], *above[2:]]] if len(above) > 1 else [above]
@@ -178,8 +188,8 @@ def _together(above: list[tuple[Dimension | None, int]]) -> list[str]:
     names = [symbols.get(dimension, "") for dimension, _ in above]
     for order in _ORDERS:
         if len(names) > 1 and [name for name in order if name in names] == names:
-            parts = zip(names, above, strict=True)
-            return [
-                f"{_TIMES}?".join(_TOGETHER[name] + _power(power) for name, (_, power) in parts)
+            parts = [
+                _TOGETHER[one] + _power(power) for one, (_, power) in zip(names, above, strict=True)
             ]
+            return [f"{_TIMES}?".join(("".join(parts[:2]), *parts[2:]))]
     return []

@@ -14,7 +14,7 @@ import re
 from typing import Any
 
 from vibecalc.errors import UnitError
-from vibecalc.unit_table import MEANT, POWERS, TABLE, WORDS
+from vibecalc.unit_table import DIMENSIONS, MEANT, POWERS, TABLE
 
 _LONGEST_TEXT = 120
 _CELSIUS, _ICE = ("degC", "°C"), 273.15
@@ -38,8 +38,9 @@ def split_number(text: str) -> tuple[str, str]:
     stripped = text.strip().replace("−", "-")
     match = _NUMBER_AND_UNIT.match(stripped) if len(stripped) <= _LONGEST_TEXT else None
     if match is None:
+        word = stripped.lower().lstrip("+-").split(" ")[0]
         raise UnitError(
-            "not finite" if _means_no_number(stripped) else "not a number",
+            "not finite" if word in ("nan", "inf", "infinity") else "not a number",
             found=_quoted(text),
             allowed="a finite number, or a text of number and unit such as '200 mm'",
         )
@@ -58,7 +59,7 @@ def parse_quantity(text: str | float, unit: str, *, difference: bool = False) ->
     to zero, is refused. Temperatures may be in degC, but for a `difference` of them.
     """
     if not isinstance(text, str):
-        number, written = float(text), ""
+        number = as_double(text)
         if not math.isfinite(number):
             raise UnitError("not finite", found=repr(number), allowed=allowed_words(unit))
         return number
@@ -88,6 +89,14 @@ def parse_quantity(text: str | float, unit: str, *, difference: bool = False) ->
     return value
 
 
+def as_double(number: float) -> float:
+    """A number as a double; UnitError for a whole number that is too large for one."""
+    try:
+        return float(number)
+    except OverflowError:
+        raise UnitError("too large for a double", found="a huge whole number") from None
+
+
 def si_value(text: str | float) -> float:
     """Read a value of any dimension in SI base units (a text without a unit is in them already)."""
     if not isinstance(text, str):
@@ -103,20 +112,20 @@ def convert(value: float, from_unit: str, to_unit: str) -> float:
 
 def describe(unit: str) -> str:
     """Say the dimension of an SI unit in words: "m" is "a length"."""
-    return WORDS[unit][0] if unit in WORDS else f"a value in {unit}"
+    return DIMENSIONS[unit].words if unit in DIMENSIONS else f"a value in {unit}"
 
 
 def allowed_words(unit: str) -> str:
     """What may be written for an SI unit: "a length, e.g. '0.2 m' or '200 mm'"."""
-    return f"{describe(unit)}, e.g. {WORDS[unit][1]}" if unit in WORDS else describe(unit)
+    return (
+        f"{describe(unit)}, e.g. {DIMENSIONS[unit].examples}"
+        if unit in DIMENSIONS
+        else describe(unit)
+    )
 
 
 def _quoted(text: str) -> str:
     return repr(text if len(text) <= 40 else text[:37] + "...")
-
-
-def _means_no_number(text: str) -> bool:
-    return text.lower().lstrip("+-").split(" ")[0] in ("nan", "inf", "infinity")
 
 
 @functools.lru_cache(maxsize=512)
@@ -127,7 +136,9 @@ def _factor(unit: str, wanted: str) -> float:
     if meant:
         raise UnitError("unknown unit", found=_quoted(unit), hint=f"did you mean {meant}?")
     if {unit, wanted} & SHIFTED:
-        raise _shifted(unit if unit in SHIFTED else wanted)
+        name = unit if unit in SHIFTED else wanted
+        hint = "20 degC are 293.15 K"
+        raise UnitError("a scale with a zero of its own", found=name, hint=hint)
     if unit in TABLE and wanted in TABLE:
         (factor, si), (wanted_factor, wanted_si) = TABLE[unit], TABLE[wanted]
         same = si == wanted_si or si == wanted_si.removesuffix("/rad")
@@ -148,7 +159,7 @@ def _factor(unit: str, wanted: str) -> float:
                 hint=_turns_and_radians(wanted, factor),
             )
         return factor / wanted_factor
-    words = " or ".join(describe(si) for si in WORDS if read_unit(si)[1] == dimension)
+    words = " or ".join(describe(si) for si in DIMENSIONS if read_unit(si)[1] == dimension)
     terms = (
         f"{name}^{power:g}" if power != 1 else name for name, power in sorted(dimension.items())
     )
@@ -167,11 +178,6 @@ def _apart(unit: str) -> str:
     """A unit with signs between all its factors, which engineers leave out: "kN*m" for "kNm"."""
     apart = _TOGETHER.sub(lambda match: "*".join(part for part in match.groups() if part), unit)
     return re.sub(r"\b(m|mm|cm|s)([2-9])(?!\d)", r"\1^\2", apart) if apart != unit else unit
-
-
-def _shifted(name: str) -> UnitError:
-    hint = "20 degC are 293.15 K"
-    return UnitError("a scale with a zero of its own", found=name, hint=hint)
 
 
 def _mismatch(words: str, unit: str, wanted: str) -> UnitError:

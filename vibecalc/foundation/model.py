@@ -16,7 +16,7 @@ from vibecalc.foundation.tables import CURVES, Flexibility, Foundation
 from vibecalc.isolation.on_mounts import OnMounts
 from vibecalc.parts import body_tables as parts
 from vibecalc.parts.body import COORDINATES, DIRECTIONS, RigidBody, build_body, moment_problems
-from vibecalc.parts.mount_needs import foundation_kind, frequency_counts, loads_count
+from vibecalc.parts.mount_needs import foundation_kind
 from vibecalc.parts.mounts import Mounts, build_mounts, free_motions, mount_entries
 from vibecalc.schema import Case
 
@@ -108,15 +108,7 @@ def foundation_cautions(case: Case) -> list[str]:
 
 
 def _springs(springs: parts.Mounts) -> Iterator[Problem]:
-    if loads_count(springs) or frequency_counts(springs):
-        yield Problem(
-            path=(*FOUNDATION, "springs"),
-            message="the springs of a foundation have constant stiffness",
-            found="static, over_load or over_frequency",
-            allowed="stiffness, damping and loss_factor",
-            hint="[foundation] flexibilities take stiffness over frequency",
-        )
-    elif motions := free_motions(build_mounts(springs)):
+    if motions := free_motions(build_mounts(springs)):
         yield Problem(
             path=(*FOUNDATION, "springs"),
             message="the springs leave the foundation free",

@@ -15,7 +15,6 @@ from vibecalc.core.case.fields import (
     Table,
     Unit,
 )
-from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import (
     Row,
     ascending,
@@ -24,6 +23,7 @@ from vibecalc.core.case.rules import (
     refuse,
     same_length,
     wants,
+    without,
 )
 from vibecalc.parts.body_tables import TURNS, Body, Mounts, along_or_about, no_matrices
 
@@ -170,22 +170,27 @@ class Foundation(Table):
         ),
         wants("isolation", '[isolation] with model = "pitch", "rigid_body" or "planar"'),
         *no_matrices(),
-        refuse(
+        without(
             "body.mass_matrix",
             "the body of a foundation has a mass, and inertia or a box",
-            lambda t: "mass_matrix" in table_at(t.data, "body"),
-            "mass with inertia or box, or parts",
+            allowed="mass with inertia or box, or parts",
         ),
-        refuse(
+        without(
             "springs.stiffness_matrix",
             "the springs of a foundation have places",
-            lambda t: "stiffness_matrix" in table_at(t.data, "springs"),
-            "positions of equal springs, or individual ones",
+            allowed="positions of equal springs, or individual ones",
         ),
-        refuse(
+        without(
             "springs.modal_damping",
             "the springs of a foundation damp by dampers or a loss factor",
-            lambda t: table_at(t.data, "springs").get("modal_damping"),
-            "damping and loss_factor of the springs",
+            allowed="damping and loss_factor of the springs",
+        ),
+        without(
+            "springs.each.static springs.each.over_load springs.each.over_frequency "
+            "springs.individual.*.static springs.individual.*.over_load "
+            "springs.individual.*.over_frequency",
+            "the springs of a foundation have constant stiffness",
+            allowed="stiffness, damping and loss_factor",
+            hint="[foundation] flexibilities take stiffness over frequency",
         ),
     )

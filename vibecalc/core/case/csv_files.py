@@ -1,11 +1,11 @@
-"""A table in a CSV file next to a case: columns with names and units, cells as written."""
+"""A table in a CSV file next to a case: columns with names and units, cells as written and read."""
 
 import csv
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibecalc.core.case.inputs import see
 from vibecalc.core.case.raw import nearest
@@ -13,6 +13,9 @@ from vibecalc.core.results.steps import step
 from vibecalc.core.results.text_files import Missing, TooLarge, Unfit, content_of, text_of
 from vibecalc.errors import UnitError
 from vibecalc.units import convert, split_number
+
+if TYPE_CHECKING:
+    from vibecalc.core.case.walk import Shape
 
 # ----------------------------------------------------------------------------
 # A table in a CSV file: columns with names and units, cells as written.
@@ -61,6 +64,8 @@ _MARKED = re.compile(r"\A'(?='*[=+\-@])")
 _COMMA = re.compile(r"[-+−]?\d+,\d+(?![\d,.])")
 _WITH_COMMA = re.compile(r"[-+−]?\d+,\d+([eE][-+]?\d+)?\Z")
 _POINT = re.compile(r"[-+−]?\d*\.\d")
+_WHOLE = re.compile(r"[+-]?\d{1,18}\Z")
+_FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 #: what stands for no unit
 NO_UNIT = ("-", "–", "—")
 
@@ -229,6 +234,11 @@ def _similar(folder: Path, name: str, like: str) -> str:
         return ""
 
 
+# ----------------------------------------------------------------------------
+# Cells as a case would have them: numbers with units, whole numbers, names, lists of them.
+# ----------------------------------------------------------------------------
+
+
 def check_unit(name: str, column: Column, wanted: str) -> None:
     """Raise Unreadable where the unit of a column does not convert to the wanted one."""
     if not column.unit:
@@ -247,7 +257,40 @@ def check_unit(name: str, column: Column, wanted: str) -> None:
 
 def numbers_of(name: str, column: Column) -> list[str]:
     """The cells of a column with decimal points; Unreadable at the first that is no number."""
-    return [_number(name, column, place) for place in range(len(column.cells))]
+
+    def read(cell: str) -> str:
+        if column.decimal == "," and _POINT.match(cell):
+            raise Unreadable(
+                f"a point, where other numbers of the file have commas: {cell[:40]!r}",
+                "one sign of decimals in a file, and none of thousands",
+            )
+        written = with_point(cell, column)
+        try:
+            digits, unit = split_number(written)
+        except UnitError as error:
+            what = f"{error.message}: {written[:40]!r}" if cell else "no number"
+            raise Unreadable(what, "a finite number in every cell", error.hint) from None
+        if not math.isfinite(float(digits)):
+            what = f"too large for a double: {written[:40]!r}"
+            raise Unreadable(what, "a finite number in every cell")
+        if column.unit and unit:
+            what = f"the unit stands twice: {written[:40]!r}"
+            raise Unreadable(what, f"numbers alone in a column of [{column.unit}]")
+        return written
+
+    return _each(name, column, read)
+
+
+def _each(name: str, column: Column, read: Callable[[str], Any]) -> list[Any]:
+    """All cells of a column as read; what cannot be read is said with its line and column."""
+    values = []
+    for cell, line in zip(column.cells, column.lines, strict=True):
+        try:
+            values.append(read(cell))
+        except Unreadable as error:
+            where = f"line {line}, column {name}: {error}"
+            raise Unreadable(where, error.allowed, error.hint, line=line) from None
+    return values
 
 
 def with_point(cell: str, column: Column) -> str:
@@ -255,28 +298,50 @@ def with_point(cell: str, column: Column) -> str:
     return cell.replace(",", ".", 1) if "," in column.decimal and _COMMA.match(cell) else cell
 
 
-def _number(name: str, column: Column, place: int) -> str:
-    cell, line = column.cells[place], column.lines[place]
-    where, number = f"line {line}, column {name}: ", "a finite number in every cell"
-    if column.decimal == "," and _POINT.match(cell):
-        raise Unreadable(
-            f"{where}a point, where other numbers of the file have commas: {cell[:40]!r}",
-            "one sign of decimals in a file, and none of thousands",
-            line=line,
-        )
-    cell = with_point(cell, column)
+def label(cell: str) -> int | float | str:
+    """A cell as a whole number, a finite number or a text."""
+    if _WHOLE.match(cell):
+        return int(cell)
     try:
-        digits, unit = split_number(cell)
-        finite = math.isfinite(float(digits))
-    except UnitError as error:
-        what = f"{error.message}: {cell[:40]!r}" if cell else "no number"
-        raise Unreadable(f"{where}{what}", number, error.hint, line=line) from None
-    if not finite:
-        raise Unreadable(f"{where}too large for a double: {cell[:40]!r}", number, line=line)
-    if column.unit and unit:
+        number = float(cell)
+    except ValueError:
+        return cell
+    return number if math.isfinite(number) and "_" not in cell else cell
+
+
+def values_of(name: str, column: Column, shape: "Shape") -> list[Any]:
+    """The cells of a column as a case would write them at such a place. Raises Unreadable."""
+    if shape.kind == "list":
+        assert shape.item is not None
+        parts = [cell.split(";") for cell in column.cells]
+        flat = [part.strip() for cell in parts for part in cell]
+        lines = [line for line, cell in zip(column.lines, parts, strict=True) for _ in cell]
+        values = iter(values_of(name, column._replace(cells=flat, lines=lines), shape.item))
+        return [[next(values) for _ in cell] for cell in parts]
+    if shape.kind == "number":
+        check_unit(name, column, shape.unit or "")
+        numbers = numbers_of(name, column)
+        return [f"{one} {column.unit}" if column.unit else label(one) for one in numbers]
+    if column.unit:
         raise Unreadable(
-            f"{where}the unit stands twice: {cell[:40]!r}",
-            f"numbers alone in a column of [{column.unit}]",
-            line=line,
+            f"column {name} is not of numbers with a unit and has one: {column.unit[:40]!r}",
+            "its name alone",
+            line=column.head,
         )
-    return cell
+    if shape.kind == "whole":
+        return _each(name, column, lambda cell: _whole(with_point(cell, column)))
+    return _each(name, column, _flag) if shape.kind == "flag" else list(column.cells)
+
+
+def _whole(cell: str) -> int:
+    """A whole number, also as 40.0."""
+    digits = re.sub(r"\.0*\Z", "", cell)
+    if not _WHOLE.match(digits):
+        raise Unreadable(f"not a whole number: {cell[:40]!r}", "a whole number in every cell")
+    return int(digits)
+
+
+def _flag(cell: str) -> bool:
+    if cell.lower() not in _FLAGS:
+        raise Unreadable(f"found {cell[:40]!r}", "true or false")
+    return _FLAGS[cell.lower()]

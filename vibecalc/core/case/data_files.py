@@ -1,40 +1,40 @@
-"""Long tables in CSV files next to a case: read, checked, put where their file name stands."""
+"""Files next to a case: tables in CSV and catalogues, read and put where their names stand.
 
-import math
+A table of the schema whose keys are all lists of numbers may be given as the name of a CSV file:
+its columns become the keys of the table, a unit stands in brackets behind the name of its column.
+Some lists of tables may be a file as well, one line for each table (`row_files.py`). A coupling or
+a stock takes its values from a catalogue: a TOML file of tables by name. Everything after this sees
+the numbers only, so that hash, resolved case and studies need no file.
+"""
+
+import copy
 import re
-from collections.abc import Iterator
+import tomllib
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from vibecalc.core.case.catalogues import attach_catalogue, attach_stock, catalogued
 from vibecalc.core.case.csv_files import (
     Column,
-    Columns,
     Unreadable,
-    check_unit,
     excerpt,
+    label,
     numbers_of,
     read_columns,
+    read_text,
     some_cells,
+    values_of,
     with_point,
 )
+from vibecalc.core.case.fields import Table
 from vibecalc.core.case.raw import Data, listed, nearest, table_at, tables_at
 from vibecalc.core.case.row_files import LISTS, rows_of
 from vibecalc.core.results.named import named
 from vibecalc.errors import KeyPath, Problem
 
-# ----------------------------------------------------------------------------
-# Long tables in CSV files next to a case: read, and put where their file name stands.
-#
-# A table of the schema whose keys are all lists of numbers may be given as the name of a CSV file:
-# its columns become the keys of the table, a unit stands in brackets behind the name of its column.
-# Some lists of tables may be a file as well, one line for each table (`row_files.py`).
-# Everything after this sees the numbers only, so that hash, resolved case and studies need no file.
-# ----------------------------------------------------------------------------
-
 #: a text that may be meant as the name of a file
 _FILE_NAME = re.compile(r"[^\n]*\.(csv|tsv|txt|dat|xlsx?|ods)\Z", re.IGNORECASE)
-_WHOLE = re.compile(r"[+-]?\d{1,18}\Z")
 
 
 def attach_files(data: Data, folder: Path) -> list[Problem]:
@@ -43,52 +43,56 @@ def attach_files(data: Data, folder: Path) -> list[Problem]:
     Returns the problems of the files; their places keep the name, for the schema to pass over.
     """
     problems: list[Problem] = []
-    for path, place, key in _named_tables(data, ()):
+    for path, holder, attach in _names(data):
         try:
-            columns = read_columns(folder, place[key])
-            if path in LISTS:
-                place[key] = rows_of(columns, path, place[key])
-            else:
-                place[key] = _table(columns, path)
+            attach(holder, folder)
         except Unreadable as error:
-            problems.append(_problem(path, place[key], error, folder))
-    for path, place in catalogued(data):
-        try:
-            attach_catalogue(place, folder)
-        except Unreadable as error:
-            key = error.key or "catalogue"
-            problems.append(_problem((*path, key), str(place.get(key, "")), error, folder))
-    for index, stock in tables_at(data, "optimisation", "stock"):
-        if (
-            isinstance(stock.get("catalogue"), str)
-            and stock["catalogue"]
-            and not stock.get("items")
-        ):
-            try:
-                attach_stock(stock, folder)
-            except Unreadable as error:
-                path = ("optimisation", "stock", index, "catalogue")
-                problems.append(_problem(path, stock["catalogue"], error, folder))
-    problems += _of_subjects(data, folder)
-    rows = data.get("reference_table")
-    for index, row in enumerate(rows if isinstance(rows, list) else ()):
-        if isinstance(row, dict) and isinstance(row.get("file"), str) and row["file"]:
-            try:
-                _attach_reference(row, folder)
-            except Unreadable as error:
-                path = ("reference_table", index, error.key or "file")
-                problems.append(_problem(path, str(row.get(path[-1], "")), error, folder))
-    return problems
+            key = error.key or path[-1]
+            name = str(holder.get(key, "") if isinstance(holder, dict) else holder[key])
+            problems.append(_problem((*path[:-1], key), name, error, folder))
+    return problems + _of_subjects(data, folder)
+
+
+def _problem(path: KeyPath, name: str, error: Unreadable, folder: Path) -> Problem:
+    line = f", line {error.line}: {excerpt(folder, name, error.line)}" if error.line else ""
+    return Problem(
+        path,
+        f"{path[-1]}: {error}",
+        repr(name[:80]) + line,
+        error.allowed or "the name of a CSV file next to the case",
+        error.hint,
+    )
+
+
+def _names(data: Data) -> Iterator[tuple[KeyPath, Any, Callable[[Any, Path], None]]]:
+    """Places of the names of files, with the table that holds each and what fills that."""
+    for path, holder in _named_tables(data, ()):
+        yield path, holder, partial(_attach_table, path=path)
+    shafts = ("machine", "shaft_line", "shafts")
+    for place, shaft in tables_at(data, *shafts):
+        coupling = table_at(shaft, "coupling")
+        if _is_name(coupling.get("catalogue")) and _is_name(coupling.get("type")):
+            yield (*shafts, place, "coupling", "catalogue"), coupling, _attach_catalogue
+    for place, stock in tables_at(data, "optimisation", "stock"):
+        if _is_name(stock.get("catalogue")) and not stock.get("items"):
+            yield ("optimisation", "stock", place, "catalogue"), stock, _attach_stock
+    for place, row in tables_at(data, "reference_table"):
+        if _is_name(row.get("file")):
+            yield ("reference_table", place, "file"), row, _attach_reference
+
+
+def _is_name(value: Any) -> bool:
+    return isinstance(value, str) and bool(value)
 
 
 def _of_subjects(data: Data, folder: Path) -> list[Problem]:
     """Problems of files that only a subject can read; the subjects are asked where one is named."""
     named_here = any(
-        isinstance(row, dict) and isinstance(row.get("file"), str)
+        isinstance(row.get("file"), str)
         for name, table in data.items()
         if name != "machine" and isinstance(table, dict)
-        for rows in table.values()
-        for row in (rows if isinstance(rows, list) else ())
+        for rows in table
+        for _, row in tables_at(table, rows)
     )
     if not named_here:
         return []
@@ -103,59 +107,128 @@ def _of_subjects(data: Data, folder: Path) -> list[Problem]:
     return [problem for reader in readers for problem in named(reader)(data, folder)]
 
 
-def _named_tables(data: Any, above: KeyPath) -> Iterator[tuple[KeyPath, Any, Any]]:
-    """Places of texts where the schema has a table of columns: path, what holds it, its key."""
+# ----------------------------------------------------------------------------
+# Tables of columns, and lists of tables.
+# ----------------------------------------------------------------------------
+
+
+def _named_tables(data: Any, above: KeyPath) -> Iterator[tuple[KeyPath, Any]]:
+    """Places of texts where the schema has a table of columns, and what holds each."""
     if not isinstance(data, dict | list):
         return
     entries = data.items() if isinstance(data, dict) else enumerate(data)
     for key, value in list(entries):
         path = (*above, key)
-        if isinstance(value, str):
-            if _FILE_NAME.match(value) and (path in LISTS or _columns_of(path)):
-                yield path, data, key
-        else:
+        if isinstance(value, dict | list):
             yield from _named_tables(value, path)
+        elif (
+            isinstance(value, str)
+            and _FILE_NAME.match(value)
+            and (path in LISTS or _columns_at(path))
+        ):
+            yield path, data
 
 
-def _columns_of(path: KeyPath) -> dict[str, Any]:
-    """Column -> shape of its numbers, if the schema has a table of nothing but columns there."""
-    from vibecalc.core.case.walk import keys_of, shape_at, shape_of
+def columns_of(table: type[Table]) -> dict[str, Any]:
+    """Column -> shape of its numbers, if the table has nothing but columns of numbers."""
+    from vibecalc.core.case.walk import keys_of, shape_of
 
-    shape = shape_at(path)
-    if shape is None or shape.table is None or shape.kind != "table":
-        return {}
-    columns = {name: shape_of(field).item for name, field in keys_of(shape.table).items()}
-    numbers = all(
-        item is not None and item.kind in ("number", "whole") for item in columns.values()
-    )
+    columns = {name: shape_of(field).item for name, field in keys_of(table).items()}
+    numbers = all(one is not None and one.kind in ("number", "whole") for one in columns.values())
     return columns if numbers else {}
 
 
-def _table(columns: Columns, path: KeyPath) -> dict[str, list[Any]]:
-    """The columns as a case would write them, each number with its unit."""
-    shapes, table = _columns_of(path), {}
-    for name, column in columns.items():
-        shape, unit, cells = shapes.get(name), column.unit, column.cells
-        if shape is not None:  # a column that the schema does not know is shown by the schema
-            if shape.kind == "whole":
-                _check_whole(name, column)
-            else:
-                check_unit(name, column, shape.unit or "")
-                cells = numbers_of(name, column)
-        table[name] = [f"{cell} {unit}" if unit else _label(cell) for cell in cells]
-    return table
+def _columns_at(path: KeyPath) -> dict[str, Any]:
+    from vibecalc.core.case.walk import shape_at
+
+    shape = shape_at(path)
+    return columns_of(shape.table) if shape is not None and shape.table is not None else {}
 
 
-def _check_whole(name: str, column: Column) -> None:
+def _attach_table(holder: Any, folder: Path, path: KeyPath) -> None:
+    """Put what a file holds in place of its name, as a case would write it."""
+    columns = read_columns(folder, holder[path[-1]])
+    if path in LISTS:
+        holder[path[-1]] = rows_of(columns, path, holder[path[-1]])
+    else:
+        shapes = _columns_at(path)  # a column that the schema does not know is shown by the schema
+        holder[path[-1]] = {
+            name: values_of(name, column, shapes[name]) if name in shapes else column.cells
+            for name, column in columns.items()
+        }
+
+
+# ----------------------------------------------------------------------------
+# Catalogues: TOML files of tables by name, one of which a table takes over, and stocks.
+# ----------------------------------------------------------------------------
+
+
+def _tables(folder: Path, name: str, like: str) -> Data:
+    """The tables of a catalogue by their names."""
+    text = read_text(folder, name, like, "*.toml")
+    try:
+        entries = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise Unreadable(f"the file is no TOML: {error}") from None
+    entries = {name: one for name, one in entries.items() if isinstance(one, dict)}
+    if not entries:
+        raise Unreadable("the catalogue has no tables", "a table for each type, as ['type 1']")
+    return entries
+
+
+def _attach_catalogue(table: Data, folder: Path) -> None:
+    """Fill in what the catalogue says and the table does not; takes away the name of the file."""
+    entries = _tables(folder, table["catalogue"], "a name like couplings.toml")
+    found = entries.get(table["type"])
+    if found is None:
+        names = list(entries)
+        raise Unreadable(
+            f"the catalogue has no such type, but {listed(names)}",
+            "the name of one of its tables",
+            nearest(table["type"], names),
+            key="type",
+        )
+    nested = next((key for key in ("catalogue", "type") if key in found), None)
+    if nested is not None:
+        raise Unreadable(f"the entry of the catalogue has a {nested} of its own", "its values")
+    del table["catalogue"]
+    for key, value in found.items():
+        table.setdefault(key, copy.deepcopy(value))
+
+
+def _attach_stock(stock: Data, folder: Path) -> None:
+    """Put what a catalogue offers in place of its name: tables of TOML, or lines of a CSV file.
+
+    The first column has the names of the items, each further one a key that they settle.
+    """
+    name = stock["catalogue"]
+    if name.lower().endswith(".toml"):
+        values = _tables(folder, name, "a name like mounts.toml or mounts.csv")
+        items = [{"name": one, "values": table} for one, table in values.items()]
+    else:
+        columns = read_columns(folder, name)
+        first, *keys = columns
+        if not keys:
+            raise Unreadable("there is one column only", "a column of names, then one for each key")
+        cells = {key: _with_unit(key, columns[key]) for key in keys}
+        items = [
+            {"name": item, "values": {key: cells[key][place] for key in keys}}
+            for place, item in enumerate(columns[first].cells)
+        ]
+    stock["items"] = items
+    del stock["catalogue"]
+
+
+def _with_unit(name: str, column: Column) -> list[str]:
+    """The cells of a column with the unit of it; names and numbers without one as they are."""
     if column.unit:
-        raise Unreadable(f"column {name} is of whole numbers and has no unit", f"{name} alone")
-    for cell, line in zip(column.cells, column.lines, strict=True):
-        if not _WHOLE.match(cell):
-            raise Unreadable(
-                f"line {line}, column {name}: not a whole number: {cell[:40]!r}",
-                "a whole number in every cell",
-                line=line,
-            )
+        return [f"{cell} {column.unit}" for cell in numbers_of(name, column)]
+    return [with_point(cell, column) for cell in column.cells]
+
+
+# ----------------------------------------------------------------------------
+# Reference tables: entries in the first column, values in another one.
+# ----------------------------------------------------------------------------
 
 
 def _attach_reference(row: Data, folder: Path) -> None:
@@ -166,75 +239,48 @@ def _attach_reference(row: Data, folder: Path) -> None:
     first, *others = columns
     if not others:
         raise Unreadable("there is one column only", "a column of entries, then values")
-    chosen = row.get("column", others[0] if len(others) == 1 else None)
-    if chosen is None:
+    if len(others) > 1 and "column" not in row:
         raise Unreadable("which column of the file?", f"column = one of {listed(others)}")
-    if chosen not in others:
-        raise Unreadable(
-            f"the file has no such column of values, but {listed(others)}",
-            "the name of one of them, without its unit",
-            nearest(str(chosen), others),
-            key="column",
-        )
+    chosen = _chosen(row, "column", "values", others) if "column" in row else others[0]
     column, entries = columns[chosen], columns[first]
     given = [place for place, value in enumerate(column.cells) if value]
     if not given:
         raise Unreadable(f"column {chosen} has no values", "a number in one line at least")
-    cells = numbers_of(chosen, some_cells(column, given))
     if column.unit and row.get("unit", column.unit) != column.unit:
         raise Unreadable(
             f"column {chosen} is in {column.unit[:40]}, and unit = {str(row['unit'])[:40]!r}",
             "the unit in one of the two places",
         )
+    made = {
+        "value": numbers_of(chosen, some_cells(column, given)),
+        "entry": [_entry(entries.cells[place], entries) for place in given],
+    }
     if "uncertainty_column" in row:
-        row["uncertainties"] = _uncertainties(row, columns, column, given)
-    row["entry"] = [_entry(entries.cells[place], entries) for place in given]
-    row["value"] = cells
+        name = _chosen(row, "uncertainty_column", "uncertainties", list(columns))
+        unit = "" if columns[name].unit == column.unit else columns[name].unit
+        cells = numbers_of(name, some_cells(columns[name], given))
+        made["uncertainties"] = [f"{cell} {unit}".strip() for cell in cells]
+    row |= made
     if column.unit:
         row["unit"] = column.unit
-    row.pop("file")
-    row.pop("column", None)
-    row.pop("uncertainty_column", None)
+    for key in ("file", "column", "uncertainty_column"):
+        row.pop(key, None)
 
 
-def _uncertainties(row: Data, columns: Columns, values: Column, given: list[int]) -> list[str]:
-    """What a column has next to the values, each with its unit where that is not theirs."""
-    name = str(row["uncertainty_column"])
-    if name not in columns:
+def _chosen(row: Data, key: str, what: str, known: list[str]) -> str:
+    """The name of a column that a key of the row says."""
+    name = str(row[key])
+    if name not in known:
         raise Unreadable(
-            f"the file has no such column of uncertainties, but {listed(list(columns))}",
+            f"the file has no such column of {what}, but {listed(known)}",
             "the name of one of them, without its unit",
-            nearest(name, list(columns)),
-            key="uncertainty_column",
+            nearest(name, known),
+            key=key,
         )
-    column = columns[name]
-    unit = "" if column.unit == values.unit else column.unit
-    return [f"{cell} {unit}".strip() for cell in numbers_of(name, some_cells(column, given))]
+    return name
 
 
 def _entry(cell: str, column: Column) -> int | float | str:
     """A cell of entries: a number, also with a decimal comma, or the text as it stands."""
-    found = _label(with_point(cell, column))
+    found = label(with_point(cell, column))
     return cell if isinstance(found, str) else found
-
-
-def _label(cell: str) -> int | float | str:
-    """A cell as a whole number, a finite number or a text."""
-    if _WHOLE.match(cell):
-        return int(cell)
-    try:
-        number = float(cell)
-    except ValueError:
-        return cell
-    return number if math.isfinite(number) and "_" not in cell else cell
-
-
-def _problem(path: KeyPath, name: str, error: Unreadable, folder: Path) -> Problem:
-    line = f", line {error.line}: {excerpt(folder, name, error.line)}" if error.line else ""
-    return Problem(
-        path=path,
-        message=f"{path[-1]}: {error}",
-        found=repr(name[:80]) + line,
-        allowed=error.allowed or "the name of a CSV file next to the case",
-        hint=error.hint,
-    )

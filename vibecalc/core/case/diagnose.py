@@ -2,7 +2,7 @@
 
 import datetime
 import difflib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from typing import Any
 
@@ -10,17 +10,18 @@ from vibecalc.core.case.fields import UNION_TAGS, Table
 from vibecalc.core.case.raw import key_text
 from vibecalc.core.case.walk import (
     Shape,
-    allowed_of,
     bound_words,
     keys_of,
     shape_at,
     shape_of,
+    unit_problem,
     words,
 )
 from vibecalc.core.results.named import named
 from vibecalc.errors import KeyPath, Problem, UnitError
 
 Error = Mapping[str, Any]
+Explainer = Callable[[KeyPath, Error], Problem]
 
 #: pydantic's word for a key that the table does not have
 _UNKNOWN = "extra_forbidden"
@@ -82,154 +83,99 @@ def _path(location: tuple[str | int, ...]) -> KeyPath:
     return tuple(part for part in location if part not in UNION_TAGS)
 
 
+def _said(
+    path: KeyPath,
+    message: str,
+    found: str = "",
+    allowed: str | None = None,
+    hint: str = "",
+) -> Problem:
+    """What is wrong with the value at a place; what is allowed is what the schema has there."""
+    if allowed is None:
+        shape = shape_at(path)
+        allowed = words(shape) if shape else ""
+    return Problem(path, message, found, allowed, hint)
+
+
 def _missing(path: KeyPath, error: Error) -> Problem:
     if path and isinstance(path[-1], int):
         whole = shape_at(path[:-1])
-        values = error["input"]
-        return Problem(
-            path=path[:-1],
-            message=f"{name_of(path[:-1])} is too short",
-            found=shown(values),
-            allowed="three numbers" if whole is None or whole.or_three else words(whole),
-        )
+        allowed = "three numbers" if whole is None or whole.or_three else words(whole)
+        found = shown(error["input"])
+        return _said(path[:-1], f"{name_of(path[:-1])} is too short", found, allowed)
     return missing_key(path)
 
 
 def missing_key(path: KeyPath) -> Problem:
     """The problem of a key that has to be there and is not."""
-    shape = shape_at(path)
-    place = f" in [{key_text(path[:-1])}]" if len(path) > 1 else ""
-    return Problem(
-        path=path,
-        message=f"missing key {path[-1]!r}{place}",
-        allowed=words(shape) if shape else "",
-        hint=_description(path),
-    )
+    return _said(path, f"missing key {path[-1]!r}{_in_table(path)}", hint=_description(path))
+
+
+def _in_table(path: KeyPath) -> str:
+    return f" in [{key_text(path[:-1])}]" if len(path) > 1 else ""
 
 
 def _unknown(path: KeyPath, near: str) -> Problem:
-    key = str(path[-1])
-    parent = shape_at(path[:-1])
-    elsewhere = () if near else _tables_with(key)
-    hint = ""
-    if near:
-        hint = f"did you mean {near!r}?"
-    elif elsewhere:
+    key, parent = str(path[-1]), shape_at(path[:-1])
+    elsewhere = [] if near else _tables_with(key)
+    hint = f"did you mean {near!r}?" if near else ""
+    if elsewhere:
         hint = f"{key} belongs to {', '.join(f'[{name}]' for name in elsewhere[:3])}"
     keys = ", ".join(keys_of(parent.table)) if parent and parent.table and not near else ""
-    place = f" in [{key_text(path[:-1])}]" if len(path) > 1 else ""
-    return Problem(path=path, message=f"unknown key {shown(key)}{place}", allowed=keys, hint=hint)
+    return _said(path, f"unknown key {shown(key)}{_in_table(path)}", "", keys, hint)
 
 
 def _quantity(path: KeyPath, error: Error) -> Problem:
     cause = error.get("ctx", {}).get("error")
-    shape = shape_at(path)
     if not isinstance(cause, UnitError):
         return _other(path, error)
-    return Problem(
-        path=path,
-        message=f"{name_of(path)}: {cause.message}",
-        found=cause.found,
-        allowed=allowed_of(cause, shape),
-        hint=cause.hint,
-    )
+    return unit_problem(cause, path, shape_at(path), f"{name_of(path)}: ")
 
 
 def _bound(path: KeyPath, error: Error) -> Problem:
-    shape = shape_at(path) or Shape(kind="number")
-    return Problem(
-        path=path,
-        message=f"{name_of(path)} is out of range",
-        found=_with_unit(error["input"], shape),
-        allowed=bound_words(shape),
-        hint=_description(path),
-    )
+    shape, value = shape_at(path) or Shape(kind="number"), error["input"]
+    found = shown(value) + (f" {shape.unit}" if shape.unit and not isinstance(value, str) else "")
+    message = f"{name_of(path)} is out of range"
+    return _said(path, message, found, bound_words(shape), _description(path))
 
 
 def _wrong_type(path: KeyPath, error: Error) -> Problem:
-    shape = shape_at(path)
-    return Problem(
-        path=path,
-        message=f"{name_of(path)} cannot be {_type_words(error['input'])}",
-        found=shown(error["input"]),
-        allowed=words(shape) if shape else "",
-    )
+    value = error["input"]
+    return _said(path, f"{name_of(path)} cannot be {_type_words(value)}", shown(value))
 
 
 def _choice(path: KeyPath, error: Error) -> Problem:
-    shape = shape_at(path)
+    shape, found = shape_at(path), shown(error["input"])
     choices = [str(choice) for choice in shape.choices] if shape else []
     near = difflib.get_close_matches(str(error["input"])[:60], choices, n=1)
     hint = f"did you mean {near[0]!r}?" if near else ""
     if path == ("schema",):
         hint = "this version of vibecalc reads cases of schema 1"
-    return Problem(
-        path=path,
-        message=f"unknown {name_of(path)} {shown(error['input'])}",
-        found=shown(error["input"]),
-        allowed=words(shape) if shape else "",
-        hint=hint,
-    )
-
-
-def _not_finite(path: KeyPath, error: Error) -> Problem:
-    shape = shape_at(path)
-    return Problem(
-        path=path,
-        message=f"{name_of(path)} is not finite",
-        found=shown(error["input"]),
-        allowed=words(shape) if shape else "",
-    )
+    return _said(path, f"unknown {name_of(path)} {found}", found, hint=hint)
 
 
 def _size(path: KeyPath, error: Error) -> Problem:
-    size = "long" if error["type"].endswith("too_long") else "short"
-    shape = shape_at(path)
-    empty = size == "short" and not error["input"]
-    if shape is not None and shape.or_three:
-        allowed = "one number, or a list of three"
-    else:
-        allowed = words(shape) if shape else ""
-    return Problem(
-        path=path,
-        message=f"{name_of(path)} is empty" if empty else f"{name_of(path)} is too {size}",
-        found=shown(error["input"]),
-        allowed=allowed,
-        hint=_description(path),
-    )
+    shape, value = shape_at(path), error["input"]
+    size = "too long" if error["type"].endswith("too_long") else "too short" if value else "empty"
+    allowed = "one number, or a list of three" if shape and shape.or_three else None
+    message = f"{name_of(path)} is {size}"
+    return _said(path, message, shown(value), allowed, _description(path))
 
 
-def _other(path: KeyPath, error: Error) -> Problem:
-    shape = shape_at(path)
-    return Problem(
-        path=path,
-        message=f"{name_of(path)} cannot be read",
-        found=shown(error["input"]),
-        allowed=words(shape) if shape else "",
-    )
+def _what(words: str) -> Explainer:
+    return lambda path, error: _said(path, f"{name_of(path)} {words}", shown(error["input"]))
 
 
-_EXPLAINERS = {
+_other = _what("cannot be read")
+_EXPLAINERS: dict[str, Explainer] = {
     "missing": _missing,
     "value_error": _quantity,
-    "greater_than": _bound,
-    "greater_than_equal": _bound,
-    "less_than": _bound,
-    "less_than_equal": _bound,
-    "finite_number": _not_finite,
+    "finite_number": _what("is not finite"),
     "literal_error": _choice,
-    "too_short": _size,
-    "too_long": _size,
-    "string_too_short": _size,
-    "string_too_long": _size,
-    "float_type": _wrong_type,
-    "bool_type": _wrong_type,
-    "int_type": _wrong_type,
-    "int_from_float": _wrong_type,
-    "string_type": _wrong_type,
-    "tuple_type": _wrong_type,
-    "dict_type": _wrong_type,
-    "model_type": _wrong_type,
+    **dict.fromkeys(("greater_than", "greater_than_equal", "less_than", "less_than_equal"), _bound),
+    **dict.fromkeys(("too_short", "too_long", "string_too_short", "string_too_long"), _size),
+    **dict.fromkeys(("float_type", "bool_type", "int_type", "int_from_float"), _wrong_type),
+    **dict.fromkeys(("string_type", "tuple_type", "dict_type", "model_type"), _wrong_type),
 }
 
 
@@ -244,8 +190,8 @@ def _nearest_key(path: KeyPath) -> str:
     return keys[near[0]] if near else ""
 
 
-def _tables_with(key: str) -> tuple[str, ...]:
-    return tuple(_tables_by_key().get(key, ()))
+def _tables_with(key: str) -> list[str]:
+    return _tables_by_key().get(key, [])
 
 
 @cache
@@ -274,11 +220,6 @@ def _description(path: KeyPath) -> str:
         return ""
     field = keys_of(parent.table).get(str(path[-1]))
     return f"{path[-1]}: {field.description}" if field and field.description else ""
-
-
-def _with_unit(value: Any, shape: Shape) -> str:
-    unit = f" {shape.unit}" if shape.unit and not isinstance(value, str) else ""
-    return shown(value) + unit
 
 
 def _type_words(value: Any) -> str:

@@ -21,7 +21,7 @@ from pydantic_core import core_schema
 from vibecalc.core.results.named import named
 from vibecalc.core.results.renamed import current_path
 from vibecalc.errors import UnitError
-from vibecalc.units import parse_quantity, split_number
+from vibecalc.units import as_double, parse_quantity, split_number
 
 # ----------------------------------------------------------------------------
 # The kinds of field a case is made of: a number with a unit, a point, a name.
@@ -57,7 +57,7 @@ class Unit:
     def _read(self, value: Any) -> Any:
         if isinstance(value, str):
             return parse_quantity(value, self.symbol, difference=self.difference)
-        return as_double(value)
+        return _double(value)
 
 
 @dataclass(frozen=True)
@@ -154,14 +154,9 @@ def later(names: dict[str, str]) -> dict[str, Any]:
     }
 
 
-def as_double(value: Any) -> Any:
-    """Turn a whole number into a double; UnitError where it is too large for one."""
-    if isinstance(value, int) and not isinstance(value, bool):
-        try:
-            return float(value)
-        except OverflowError:
-            raise UnitError("too large for a double", found="a huge whole number") from None
-    return value
+def _double(value: Any) -> Any:
+    """A whole number as a double; UnitError where it is too large for one."""
+    return as_double(value) if type(value) is int else value
 
 
 def _read_value(value: Any) -> Any:
@@ -170,7 +165,7 @@ def _read_value(value: Any) -> Any:
         if not math.isfinite(float(number)):
             raise UnitError("too large for a double", found=repr(value))
         return value
-    return as_double(value)
+    return _double(value)
 
 
 def _read_whole(value: Any) -> Any:
@@ -180,28 +175,26 @@ def _read_whole(value: Any) -> Any:
     return value
 
 
+def _read_label(value: Any) -> None:
+    small = isinstance(value, int | float) and abs(value) < 1e300  # false for nan, inf
+    if isinstance(value, bool) or not (isinstance(value, str) or small):
+        raise UnitError("not a label", found=str(value).lower()[:40])
+
+
 def read_labels(value: Any) -> Any:
-    for label in value.values() if isinstance(value, dict) else ():
-        small = isinstance(label, int | float) and abs(label) < 1e300  # false for nan, inf
-        if isinstance(label, bool) or not (isinstance(label, str) or small):
-            raise UnitError("not a label", found=str(label).lower()[:40])
-    return value
-
-
-def _read_label_list(value: Any) -> Any:
-    if isinstance(value, list | tuple):
-        read_labels(dict(enumerate(value)))
+    rows = value.values() if isinstance(value, dict) else value
+    for one in rows if isinstance(value, dict | list | tuple) else ():
+        _read_label(one)
     return value
 
 
 def _read_swept(value: Any) -> Any:
-    for one in value if isinstance(value, list | tuple) else ():
-        if isinstance(one, list | tuple):
+    rows = value.values() if isinstance(value, dict) else value
+    for one in rows if isinstance(value, dict | list | tuple) else ():
+        if isinstance(one, dict | list | tuple):
             _read_swept(one)
-        elif isinstance(one, dict):
-            _read_swept(list(one.values()))
         elif not isinstance(one, bool):
-            read_labels({"": one})
+            _read_label(one)
     return value
 
 
@@ -251,7 +244,7 @@ Where = Annotated[
 Labels = Annotated[
     tuple[int | float | str, ...],
     Field(max_length=20_000),
-    BeforeValidator(_read_label_list),
+    BeforeValidator(read_labels),
     Kind("labels"),
 ]
 #: as a list of labels, and true or false, lists and tables in it

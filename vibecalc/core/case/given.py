@@ -22,42 +22,45 @@ _PLAIN = (bool, int, float, str)
 
 def plain(value: Any, path: KeyPath = ()) -> Any:
     """A value in the types of TOML; CaseError for one that has no such form, with its key."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(one, (*path, str(key))) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(one, (*path, place)) for place, one in enumerate(value)]
-    if value is None or type(value) in _PLAIN:
-        return value
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    try:
-        return _measured(value)
-    except (UnitError, UsageError) as error:
-        raise _refused(value, path, str(error)) from None
+    return _checked(value, path, of_toml=False)
 
 
 def table(value: Mapping[str, Any]) -> dict[str, Any]:
     """A case given as its tables; CaseError with all keys whose values no case can hold."""
-    problems: list[Problem] = []
-    made = _tables(value, (), problems)
-    if problems:
-        raise CaseError(problems, "\n".join(_said(one) for one in problems))
-    found: dict[str, Any] = made
+    found: dict[str, Any] = _checked(value, (), of_toml=True)
     return found
 
 
-def _tables(value: Any, path: KeyPath, problems: list[Problem]) -> Any:
+def _checked(value: Any, path: KeyPath, of_toml: bool) -> Any:
+    problems: list[Problem] = []
+    made = _made(value, path, of_toml, problems)
+    if problems:
+        said = (
+            f"error: {one.message}\n  found {one.found}"
+            + (f"; allowed: {one.allowed}" if one.allowed else "")
+            for one in problems
+        )
+        raise CaseError(problems, "\n".join(said))
+    return made
+
+
+def _made(value: Any, path: KeyPath, of_toml: bool, problems: list[Problem]) -> Any:
+    """A value in the types of TOML; others are left for the schema to refuse, or not `of_toml`."""
     if isinstance(value, Mapping):
-        return {str(key): _tables(one, (*path, str(key)), problems) for key, one in value.items()}
+        rows = {str(key): one for key, one in value.items()}
+        return {key: _made(one, (*path, key), of_toml, problems) for key, one in rows.items()}
     if isinstance(value, list | tuple):
-        return [_tables(one, (*path, place), problems) for place, one in enumerate(value)]
+        return [_made(one, (*path, n), of_toml, problems) for n, one in enumerate(value)]
+    made, why = value, ""
     try:
-        made = plain(value, path)
-        if made is None or not _is_toml(made):
-            raise _refused(value, path, "")
-    except CaseError as error:
-        problems += error.problems
-        return None
+        if isinstance(value, os.PathLike):
+            made = os.fspath(value)
+        elif value is not None and type(value) not in _PLAIN:
+            made = _measured(value)
+    except UsageError as error:
+        why = str(error)
+    if why or (of_toml and not _is_toml(made)):
+        problems.append(_problem(value, path, why))
     return made
 
 
@@ -69,24 +72,14 @@ def _is_toml(value: Any) -> bool:
     return isinstance(value, (*_PLAIN, datetime.date, datetime.time))
 
 
-def _refused(value: Any, path: KeyPath, why: str) -> CaseError:
+def _problem(value: Any, path: KeyPath, why: str) -> Problem:
     from vibecalc.core.case.raw import key_text
     from vibecalc.core.case.walk import shape_at, words
 
     shape = shape_at(path) if path else None
-    name = key_text(path) or "the value"
     kind = "none" if value is None else f"of the type {type(value).__name__}"
-    message = f"{name} cannot be {kind}{f' ({why})' if why else ''}"
-    found = repr(value)[:60]
-    problem = Problem(
-        path=path, message=message, found=found, allowed=words(shape) if shape else "", hint=""
-    )
-    return CaseError([problem], _said(problem))
-
-
-def _said(problem: Problem) -> str:
-    allowed = f"; allowed: {problem.allowed}" if problem.allowed else ""
-    return f"error: {problem.message}\n  found {problem.found}{allowed}"
+    message = f"{key_text(path) or 'the value'} cannot be {kind}{f' ({why})' if why else ''}"
+    return Problem(path, message, repr(value)[:60], words(shape) if shape else "")
 
 
 # ----------------------------------------------------------------------------
@@ -121,26 +114,25 @@ def _measured(value: Any) -> Any:
     return listed if unit is None else _with_unit(listed, str(unit).strip())
 
 
-def _with_unit(numbers: Any, unit: str) -> Any:
+def _with_unit(numbers: Any, unit: str, factor: float = 1.0) -> Any:
     if isinstance(numbers, list):
-        return [_with_unit(one, unit) for one in numbers]
-    if unit in ("", "1", "dimensionless", "None") or not isinstance(numbers, int | float):
+        return [_with_unit(one, unit, factor) for one in numbers]
+    if not isinstance(numbers, int | float):
         return numbers
-    return f"{numbers!r} {unit}"
+    scaled = numbers if factor == 1.0 else numbers * factor
+    return scaled if unit in ("", "1", "dimensionless", "None") else f"{scaled!r} {unit}"
 
 
 def _of_pint(quantity: Any) -> Any:
     """The texts of a quantity: in its unit if that means the same here, else in base units."""
-    numbers = getattr(quantity.magnitude, "tolist", lambda: quantity.magnitude)()
-    given = dict(quantity.unit_items())
+    numbers, given = _listed(quantity.magnitude), dict(quantity.unit_items())
     names = "*".join(f"{name}^{power:g}" for name, power in given.items())
     if not given:
         return numbers
     if set(given) == {"decibel"}:
         return _with_unit(numbers, "dB")
     if any("degree_" in name for name in given):  # a scale with a zero of its own
-        base = quantity.to_root_units()
-        return _with_unit(getattr(base.magnitude, "tolist", lambda: base.magnitude)(), "K")
+        return _with_unit(_listed(quantity.to_root_units().magnitude), "K")
     factor, powers = _of_root(type(quantity)(1.0, quantity.units).to_root_units(), given)
     for unit in (f"{quantity.units:~C}", names):
         try:
@@ -149,8 +141,13 @@ def _of_pint(quantity: Any) -> Any:
             continue
         if dimension == powers and abs(here - factor) <= _CLOSE * abs(factor):
             return _with_unit(numbers, unit)
-    base = "*".join(f"{name}^{power:g}" for name, power in powers.items())
-    return _scaled(numbers, factor, base)
+    return _with_unit(
+        numbers, "*".join(f"{name}^{power:g}" for name, power in powers.items()), factor
+    )
+
+
+def _listed(magnitude: Any) -> Any:
+    return magnitude.tolist() if hasattr(magnitude, "tolist") else magnitude
 
 
 def _of_root(root: Any, given: Mapping[str, float]) -> tuple[float, dict[str, float]]:
@@ -165,9 +162,3 @@ def _of_root(root: Any, given: Mapping[str, float]) -> tuple[float, dict[str, fl
         factor *= _TURN**turns
         powers["radian"] = powers.get("radian", 0.0) + float(turns)
     return factor, {name: power for name, power in powers.items() if power}
-
-
-def _scaled(numbers: Any, factor: float, unit: str) -> Any:
-    if isinstance(numbers, list):
-        return [_scaled(one, factor, unit) for one in numbers]
-    return _with_unit(numbers * factor, unit)

@@ -6,13 +6,13 @@ import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from pydantic import ValidationError
 
 from vibecalc.core.case.data_files import attach_files
 from vibecalc.core.case.inputs import files_seen, inputs
-from vibecalc.core.case.locate import Location, Overridden, at_line
+from vibecalc.core.case.locate import Overridden, at_line, refused, unreadable
 from vibecalc.core.case.raw import Setting, apply_overrides
 from vibecalc.core.case.row_files import Rows, files_of_rows, with_line
 from vibecalc.core.case.rules import cross_check
@@ -35,30 +35,18 @@ def expand_references(case: Case) -> tuple[Case, dict[KeyPath, KeyPath]]:
     """
     if not case.reference_table:
         return case, {}
-    from vibecalc.core.case.tables import Reference
+    from vibecalc.core.case.tables import Printed, Reference
 
     rows = list(case.reference)
     origins: dict[KeyPath, KeyPath] = {}
     for number, table in enumerate(case.reference_table):
+        same = {key: getattr(table, key) for key in Printed.model_fields}
         stated = table.uncertainties or (table.uncertainty,) * len(table.value)
         for entry, value, uncertainty in zip(table.entry, table.value, stated, strict=True):
             origins["reference", len(rows)] = ("reference_table", number)
-            rows.append(
-                Reference(
-                    quantity=table.quantity,
-                    where={**table.where, table.axis: entry},
-                    value=value,
-                    unit=table.unit,
-                    rtol=table.rtol,
-                    digits=table.digits,
-                    source=table.source,
-                    kind=table.kind,
-                    known_difference=table.known_difference,
-                    shown_by=table.shown_by,
-                    at=table.at,
-                    uncertainty=uncertainty,
-                )
-            )
+            where = {**table.where, table.axis: entry}
+            of_row = {"where": where, "value": value, "uncertainty": uncertainty}
+            rows.append(Reference(**same | of_row))
     return case.model_copy(update={"reference": tuple(rows), "reference_table": ()}), origins
 
 
@@ -134,8 +122,6 @@ def load_case(
     try:
         case, origins = expand_references(validate(data, files))
     except CaseError as error:
-        from vibecalc.core.case.locate import refused
-
         taken = {problem.path for problem in error.problems}
         later = [found for found in early(data) if found.path not in taken] if early else []
         problems = [with_line(found, lists) for found in (*error.problems, *later)]
@@ -191,8 +177,6 @@ def raise_with_location(loaded: LoadedCase, problems: Sequence[Problem]) -> None
     """Raise a CaseError that shows problems of a later floor at their places; none: do nothing."""
     if not problems:
         return
-    from vibecalc.core.case.locate import refused
-
     placed = [
         with_line(problem, loaded.files)._replace(
             path=(*loaded.origins.get(problem.path[:2], problem.path[:2]), *problem.path[2:]),
@@ -211,88 +195,67 @@ def _read(source: CaseSource) -> tuple[Path, str]:
         try:
             return Path("<case>"), tomli_w.dumps(source)
         except (TypeError, ValueError) as error:
-            _refuse(Path("<case>"), f"holds what TOML cannot: {error}")
-    path = Path("<stdin>") if str(source) == "-" else Path(source)
+            raise unreadable("<case>", f"<case> holds what TOML cannot: {error}", "") from None
+    piped = str(source) == "-"
+    path = Path("<stdin>") if piped else Path(source)
     try:
-        if str(source) == "-":
+        if piped:
             raw = checked(sys.stdin.buffer.read(LARGEST + 1), LARGEST)
         else:
             raw = content_of(path, LARGEST, streams=True)
         text = text_of(raw)
-    except Missing as error:
-        near = _similar_files(path)
-        _refuse(path, str(error), f"did you mean {near}?" if near else "")
+        step(f"read {path}: {len(raw)} bytes")
+        if not text.strip():
+            raise Unfit("is empty", "`vibecalc new generator` writes a case to start from")
     except Unfit as error:
-        _refuse(path, str(error), error.hint)
-    step(f"read {path}: {len(raw)} bytes")
-    if not text.strip():
-        _refuse(path, "is empty", "`vibecalc new generator` writes a case to start from")
+        hint = _similar_files(path) if isinstance(error, Missing) else error.hint
+        raise unreadable(str(path), f"{path} {error}", hint) from None
     return path, text
 
 
 def _parse(text: str, file_name: str) -> dict[str, Any]:
+    line, column = 1, 1
     dotted = _MANY_DOTS.search(text)
-    if dotted is not None:
-        line = text.count("\n", 0, dotted.start()) + 1
-        _refuse_text(text, file_name, "not TOML: a key of more than 40 parts", line, 1)
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        _refuse_text(text, file_name, "not TOML: lists or tables nested beyond reason", 1, 1)
-    except ValueError as error:
-        reason = str(error)
-        place = _AT_LINE.search(reason)
-        line, column = (int(place[1]), int(place[2])) if place else (len(text.split("\n")), 1)
-        if "integer string conversion" in reason:
-            reason, line = "a whole number of thousands of digits", 1
-        reason = _AT_LINE.sub("", reason).removesuffix(" (at end of document)")
-        reported = next((words for part, words in _TOML_WORDS.items() if part in reason), reason)
-        _refuse_text(
-            text, file_name, f"not TOML: {reported[0].lower()}{reported[1:]}", line, column
-        )
+    if dotted is None:
+        try:
+            return tomllib.loads(text)
+        except RecursionError:
+            reason = "lists or tables nested beyond reason"
+        except ValueError as error:
+            reason = str(error).removesuffix(" (at end of document)")
+            place = _AT_LINE.search(reason)
+            line, column = map(int, place.groups()) if place else (len(text.split("\n")), 1)
+            if "integer string conversion" in reason:
+                reason, line = "a whole number of thousands of digits", 1
+            reason = _AT_LINE.sub("", reason)
+            reason = next((said for part, said in _TOML_WORDS.items() if part in reason), reason)
+    else:
+        reason, line = "a key of more than 40 parts", text.count("\n", 0, dotted.start()) + 1
+    unquoted = "cannot be read" in reason or "xpected newline" in reason
+    hint = 'a text needs quotes, as in "4900 rpm"' if unquoted else ""
+    message = f"not TOML: {reason[0].lower()}{reason[1:]}"
+    raise unreadable(file_name, message, hint, at_line(text, line, column))
 
 
 #: what tomllib says (a part of it) -> what a person understands
 _TOML_WORDS = {
-    "Cannot overwrite": "a key that stands twice in its table",
-    "Duplicate inline table key": "a key that stands twice in its table",
-    "Cannot declare": "a table that stands twice",
-    "Cannot mutate immutable": "a table that stands twice",
+    **dict.fromkeys(
+        ("Cannot overwrite", "Duplicate inline table key"), "a key that stands twice in its table"
+    ),
+    **dict.fromkeys(("Cannot declare", "Cannot mutate immutable"), "a table that stands twice"),
     "Invalid value": "a value that cannot be read",
 }
 
 
-def _refuse_text(text: str, file_name: str, message: str, line: int, column: int) -> NoReturn:
-    from vibecalc.core.case.locate import closing_line, render_problem
-
-    unquoted = "cannot be read" in message or "expected newline" in message
-    hint = 'a text needs quotes, as in "4900 rpm"' if unquoted else ""
-    at = f"{file_name}:{line}:{column}"
-    problem = Problem(path=(), message=message, hint=hint, place=at, file=file_name, line=line)
-    place: Location = at_line(text, line, column)
-    rendered = render_problem(problem, place, file_name)
-    raise CaseError([problem], f"{rendered}\n{closing_line(1, file_name)}")
-
-
-def _refuse(path: Path, what: str, hint: str = "") -> NoReturn:
-    from vibecalc.core.case.locate import closing_line
-
-    message = f"{path} {what}"
-    name = str(path)
-    problem = Problem(path=(), message=message, hint=hint, place=name, file=name)
-    help_line = f"\n  help: {hint}" if hint else ""
-    raise CaseError([problem], f"error: {message}{help_line}\n{closing_line(1, str(path))}")
-
-
 def _similar_files(path: Path) -> str:
+    """A hint at the case next to this place that may be meant."""
     from difflib import get_close_matches
 
     try:
-        names = [entry.name for entry in path.parent.glob("*.toml")]
+        near = get_close_matches(path.name, [one.name for one in path.parent.glob("*.toml")], n=1)
     except OSError:
-        return ""
-    near = get_close_matches(path.name, names, n=1)
-    return str(path.with_name(near[0])) if near else ""
+        near = []
+    return f"did you mean {path.with_name(near[0])}?" if near else ""
 
 
 #: lists that say something by being empty: no weights for any throw

@@ -60,7 +60,7 @@ def locate(
     """
     written = source(path, overrides, find_spans(text) if spans is None else spans)
     if isinstance(written, Overridden):
-        return _on_command_line(written)
+        return Location(0, 0, 0, written.text, written.text)
     return at_offset(text, written.start, written.stop - written.start)
 
 
@@ -83,13 +83,10 @@ def source(
 
 def at_offset(text: str, offset: int, length: int = 1) -> Location:
     """Line, column and excerpt of an offset into a text (newlines as tomllib sees them)."""
-    text = text.replace("\r\n", "\n")
-    line_start = text.rfind("\n", 0, offset) + 1
-    line_stop = text.find("\n", offset)
-    excerpt = text[line_start : len(text) if line_stop < 0 else line_stop]
-    column = offset - line_start
-    length = max(1, min(length, len(excerpt) - column))
-    return Location(text.count("\n", 0, offset) + 1, column + 1, length, excerpt)
+    before = text.replace("\r\n", "\n")[:offset]
+    column = offset - (before.rfind("\n") + 1)
+    place = at_line(text, before.count("\n") + 1, column + 1)
+    return place._replace(length=max(1, min(length, len(place.excerpt) - column)))
 
 
 def at_line(text: str, line: int, column: int) -> Location:
@@ -107,10 +104,6 @@ def find_spans(text: str) -> dict[KeyPath, Span]:
     with contextlib.suppress(ValueError, RecursionError):
         scanner.document()
     return scanner.spans
-
-
-def _on_command_line(override: Overridden) -> Location:
-    return Location(0, 0, 0, override.text, override.text)
 
 
 class _Unreadable(ValueError):
@@ -244,77 +237,62 @@ _MOST_SHOWN = 100
 _WIDEST = 100
 
 
-def render_problems(
-    problems: Sequence[Problem],
-    text: str,
-    file_name: str,
-    overrides: Sequence[Overridden] = (),
-) -> str:
-    """Say all problems of one case in the order of its lines, and that nothing was run.
-
-    `text` is the TOML as read; places that come from `--set` are shown as such.
-    """
-    spans = find_spans(text) if text else {}
-
-    def offset(problem: Problem) -> int:
-        written = source(problem.path, overrides, spans)
-        return -1 if isinstance(written, Overridden) else written.start
-
-    shown = [
-        render_problem(
-            problem,
-            locate(problem.path, text, overrides, spans),
-            file_name,
-            _second(problem.also, text, overrides, spans),
-        )
-        for problem in sorted(problems, key=offset)[:_MOST_SHOWN]
-    ]
-    if len(problems) > _MOST_SHOWN:
-        shown.append(f"... and {len(problems) - _MOST_SHOWN} more")
-    return "\n".join([*shown, closing_line(len(problems), file_name)])
-
-
 def refused(
     problems: Sequence[Problem],
     text: str,
     file_name: str,
     overrides: Sequence[Overridden] = (),
 ) -> CaseError:
-    """The error that says all problems of one case; those that can be shown have their place."""
-    spans = find_spans(text) if text else {}
-    placed = []
-    for number, problem in enumerate(problems):
-        if number < _MOST_SHOWN:  # each takes a look at the whole text
+    """The error that says all problems of one case in the order of its lines.
+
+    `text` is the TOML as read; places that come from `--set` are shown as such. Each problem that
+    is shown takes a look at the whole text; the others stay without a place.
+    """
+    spans = find_spans(text)
+
+    def offset(problem: Problem) -> int:
+        written = source(problem.path, overrides, spans)
+        return -1 if isinstance(written, Overridden) else written.start
+
+    placed, shown = list[Problem](), list[str]()
+    for problem in sorted(problems, key=offset):
+        if len(shown) < _MOST_SHOWN:
             place = locate(problem.path, text, overrides, spans)
+            also = locate(problem.also, text, overrides, spans) if problem.also else None
+            shown.append(_rendered(problem, file_name, place, also))
             words = place.override or f"{file_name}:{place.line}:{place.column}"
             problem = problem._replace(place=words, line=place.line)
         placed.append(problem._replace(file=file_name))
-    return CaseError(placed, render_problems(problems, text, file_name, overrides))
+    if len(problems) > _MOST_SHOWN:
+        shown.append(f"... and {len(problems) - _MOST_SHOWN} more")
+    return CaseError(placed, "\n".join([*shown, _closing_line(len(problems), file_name)]))
 
 
-def closing_line(count: int, file_name: str) -> str:
-    """Return the last line of a message about a case."""
+def unreadable(file_name: str, message: str, hint: str, at: Location | None = None) -> CaseError:
+    """The error of a file that cannot be read as a case, at a place or as a whole."""
+    where = f"{file_name}:{at.line}:{at.column}" if at else file_name
+    line = at.line if at else 0
+    problem = Problem((), message, hint=hint, place=where, file=file_name, line=line)
+    rendered = _rendered(problem, file_name, at)
+    return CaseError([problem], f"{rendered}\n{_closing_line(1, file_name)}")
+
+
+def _closing_line(count: int, file_name: str) -> str:
     return f"{count} error{'' if count == 1 else 's'} in {file_name}, nothing was run"
 
 
-def render_problem(
-    problem: Problem, place: Location, file_name: str, also: Location | None = None
+def _rendered(
+    problem: Problem, file_name: str, place: Location | None, also: Location | None = None
 ) -> str:
-    """Say one problem at its place."""
-    label = "; ".join(
-        part
-        for part in (
-            f"found {problem.found}" if problem.found else "",
-            f"allowed: {problem.allowed}" if problem.allowed else "",
-        )
-        if part
-    )
+    """A problem with its place."""
+    parts = {"found ": problem.found, "allowed: ": problem.allowed}
+    label = "; ".join(word + said for word, said in parts.items() if said)
     lines = [f"error: {_printable(problem.message)}"]
-    if place.override:
+    if place and place.override:
         lines.append(f"  --> {_printable(place.override)}")
         lines += [f"  {label}"] if label else []
         lines += ["     |", *_excerpt(also)] if also else []
-    else:
+    elif place:
         lines.append(f"  --> {file_name}:{place.line}:{place.column}")
         first = _excerpt(place, label)
         second = _excerpt(also) if also and also.line != place.line else []
@@ -323,15 +301,6 @@ def render_problem(
     if problem.hint:
         lines.append(f"  help: {_printable(problem.hint)}")
     return "\n".join(lines)
-
-
-def _second(
-    path: KeyPath | None,
-    text: str,
-    overrides: Sequence[Overridden],
-    spans: dict[KeyPath, Span],
-) -> Location | None:
-    return None if path is None else locate(path, text, overrides, spans)
 
 
 def _excerpt(place: Location, label: str | None = None) -> list[str]:

@@ -11,17 +11,9 @@ LARGEST = 1e20
 SMALLEST = 1e-20
 LARGEST_ANGLE = 1e6
 ANGLES = frozenset(
-    {
-        "crank_phase",
-        "bank_angle",
-        "knuckle_angle",
-        "phase",
-        "orientation",
-        "crank_angle",
-        "skew_angle",
-    }
+    {"crank_phase", "bank_angle", "knuckle_angle", "phase", "orientation", "crank_angle"}
     | {"firing_angle", "firing_intervals", "overlap", "inlet_closes", "exhaust_opens"}
-    | {"combustion_starts", "combustion_ends", "injection_ends"}
+    | {"skew_angle", "combustion_starts", "combustion_ends", "injection_ends"}
 )
 #: Keys whose value may be as small as it likes: coordinates, shares and differences.
 MAY_VANISH = frozenset(
@@ -30,16 +22,28 @@ MAY_VANISH = frozenset(
     | {"slip", "torque", "force", "time", "factor", "acceleration_feedback", "feedbacks", "delay"}
     | {"lower", "upper", "between", "density", "real", "imaginary"}
 )
+#: what is said of a number that is out of range: message, unit, what is allowed, a hint
+_TOO_LARGE_ANGLE = (
+    "the angle is too large to mean anything in double precision",
+    "rad",
+    f"magnitude up to {LARGEST_ANGLE:.0e} rad",
+    "angles are in radians unless they carry a unit, as in '120 deg'",
+)
+_TOO_LARGE = (
+    "the number is too large to compute with",
+    "in SI units",
+    f"magnitude up to {LARGEST:.0e} in SI units",
+    "",
+)
+_TOO_SMALL = (
+    "the number is too small to compute with",
+    "in SI units",
+    f"zero where that is allowed, or a magnitude from {SMALLEST:.0e}",
+    "",
+)
 TABLES = (
-    "excitation",
-    "balance",
-    "isolation",
-    "response",
-    "damper_design",
-    "measurement",
-    "base_motion",
-    "bearing_loads",
-    "foundation",
+    *("excitation", "balance", "isolation", "response", "damper_design"),
+    *("measurement", "base_motion", "bearing_loads", "foundation"),
 )
 
 
@@ -65,47 +69,23 @@ def _numbers(value: Any, path: KeyPath) -> Iterator[tuple[KeyPath, float]]:
         yield path, value
 
 
-def _at(value: Any, place: KeyPath) -> Any:
+def _at(part: Any, place: KeyPath) -> Any:
     for name in place:
-        value = value[name] if isinstance(value, dict) else getattr(value, str(name))
-    return value
+        part = getattr(part, str(name))
+    return part
 
 
 def range_problems(case: Case, places: Sequence[KeyPath] | None = None) -> list[Problem]:
     """One problem for each number at some places of a case (None: at all) that is out of range."""
     problems = []
-    whole = case.model_dump(by_alias=True, exclude_none=True) if places is None else case
     places = present(case) if places is None else places
-    for path, value in (entry for place in places for entry in _numbers(_at(whole, place), place)):
+    for path, value in (entry for place in places for entry in _numbers(_at(case, place), place)):
         key = next(str(part) for part in reversed(path) if isinstance(part, str))
-        size = abs(value)
-        if key in ANGLES:
-            if size > LARGEST_ANGLE:
-                problems.append(
-                    Problem(
-                        path=path,
-                        message="the angle is too large to mean anything in double precision",
-                        found=f"{value:.6g} rad",
-                        allowed=f"magnitude up to {LARGEST_ANGLE:.0e} rad",
-                        hint="angles are in radians unless they carry a unit, as in '120 deg'",
-                    )
-                )
-        elif size > LARGEST:
-            problems.append(
-                Problem(
-                    path=path,
-                    message="the number is too large to compute with",
-                    found=f"{value:.6g} in SI units",
-                    allowed=f"magnitude up to {LARGEST:.0e} in SI units",
-                )
-            )
-        elif 0.0 < size < SMALLEST and key not in MAY_VANISH:
-            problems.append(
-                Problem(
-                    path=path,
-                    message="the number is too small to compute with",
-                    found=f"{value:.6g} in SI units",
-                    allowed=f"zero where that is allowed, or a magnitude from {SMALLEST:.0e}",
-                )
-            )
+        words = _TOO_LARGE_ANGLE if key in ANGLES else _TOO_LARGE
+        if abs(value) <= (LARGEST_ANGLE if key in ANGLES else LARGEST):
+            if key in ANGLES or key in MAY_VANISH or not 0.0 < abs(value) < SMALLEST:
+                continue
+            words = _TOO_SMALL
+        message, unit, allowed, hint = words
+        problems.append(Problem(path, message, f"{value:.6g} {unit}", allowed, hint))
     return problems

@@ -3,7 +3,7 @@
 import difflib
 import re
 import tomllib
-from collections.abc import Collection, Mapping, MutableMapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, MutableMapping, Sequence
 from typing import Any
 
 from vibecalc.core.case.locate import Overridden
@@ -36,13 +36,31 @@ def tables_at(data: Any, *path: str) -> list[tuple[int, Data]]:
     return [(position, entry) for position, entry in enumerate(entries) if isinstance(entry, dict)]
 
 
+#: in a path: every entry of the list
+EACH = "*"
+
+
+def entries_at(data: Data, place: KeyPath) -> Iterator[tuple[KeyPath, Any]]:
+    """The place with what stands there, or every entry of a list that has it."""
+    rows: list[tuple[KeyPath, Data]] = [(place[:-1], table_at(data, *place[:-1]))]
+    if EACH in place:
+        above = place[: place.index(EACH)]
+        rows = [((*above, n), row) for n, row in tables_at(data, *map(str, above))]
+    for path, row in rows:
+        if place[-1] in row:
+            yield (*path, place[-1]), row[place[-1]]
+
+
+def is_value(value: Any) -> bool:
+    """Tell whether something is a number or a text, and so may be read as a number."""
+    return isinstance(value, str | int | float) and not isinstance(value, bool)
+
+
 def read_number(value: Any, unit: str, *, difference: bool = False) -> float | None:
     """Return a value in an SI unit, or None if it is no such number."""
-    if value is None or isinstance(value, bool) or not isinstance(value, str | int | float):
-        return None
     try:
-        return parse_quantity(value, unit, difference=difference)
-    except (UnitError, OverflowError):
+        return parse_quantity(value, unit, difference=difference) if is_value(value) else None
+    except UnitError:
         return None
 
 
@@ -79,28 +97,23 @@ def listed(names: list[str]) -> str:
 #: `key=value` as a command line has it, or a key and its value
 Setting = str | tuple[str, Any]
 
-_PART = re.compile(r"\.?([A-Za-z0-9_-]+)|\[(\d{1,6})\]")
+_PART = re.compile(r"([A-Za-z0-9_-]+)|\[(\d{1,6})\]")
+_KEY = re.compile(r"[A-Za-z0-9_-]*(?:(?<=.)\.[A-Za-z0-9_-]+|\[\d{1,6}\])*\Z")
 _BARE_TEXT = re.compile(r"[^\"'\[\]{}=#\n\r]+\Z")
 _LONGEST = 20_000
 
 
 def parse_key(key: str) -> KeyPath:
     """Read `machine.crank_train.cylinders[0].position` as a key path; UsageError if it is none."""
-    path: list[str | int] = []
-    place = 0
-    while place < len(key):
-        match = _PART.match(key, place)
-        dotted = key.startswith(".", place)
-        if match is None or (match[1] is not None and dotted != bool(path)) or len(path) >= 32:
-            raise UsageError(
-                f"not a key: {_short(key)!r}; keys look like machine.speed or "
-                "machine.crank_train.cylinders[0].position"
-            )
-        path.append(match[1] if match[1] is not None else int(match[2]))
-        place = match.end()
+    path = tuple(int(number) if number else name for name, number in _PART.findall(key))
+    if not _KEY.match(key) or len(path) > 32:
+        raise UsageError(
+            f"not a key: {_short(key)!r}; keys look like machine.speed or "
+            "machine.crank_train.cylinders[0].position"
+        )
     if not path or isinstance(path[0], int):
         raise UsageError(f"a key has to start with the name of a table: {_short(key)!r}")
-    return tuple(path)
+    return path
 
 
 def key_text(path: KeyPath) -> str:
@@ -127,11 +140,6 @@ def parse_override(text: str) -> tuple[Overridden, Any]:
     return Overridden(path, _short(f"--set {text}")), value
 
 
-def _given(key: str, value: Any) -> tuple[Overridden, Any]:
-    """A key and its value as the place that problems name, and the value."""
-    return Overridden(parse_key(key.strip()), _short(f"{key} = {value!r}")), value
-
-
 def apply_overrides(
     data: MutableMapping[str, Any], settings: Sequence[Setting], unset: Sequence[str] = ()
 ) -> tuple[Overridden, ...]:
@@ -146,7 +154,11 @@ def apply_overrides(
         del get_key(data, path[:-1])[path[-1]]
         overrides.append(Overridden(path, _short(f"--unset {key}")))
     for setting in settings:
-        override, value = parse_override(setting) if isinstance(setting, str) else _given(*setting)
+        if isinstance(setting, str):
+            override, value = parse_override(setting)
+        else:
+            key, value = setting
+            override = Overridden(parse_key(key.strip()), _short(f"{key} = {value!r}"))
         set_key(data, override.path, value)
         overrides.append(override)
     return tuple(overrides)
@@ -216,11 +228,8 @@ def _step(place: Any, part: str | int, above: KeyPath, create: bool) -> Any:
     if part not in place and create:
         place[part] = {}
     if part not in place:
-        import difflib
-
-        near = difflib.get_close_matches(part, place, n=1)
-        hint = f", did you mean {near[0]!r}?" if near else ""
-        raise UsageError(f"{here} has no key {part!r}{hint}")
+        said = (f"{here} has no key {part!r}", nearest(part, list(place)))
+        raise UsageError(", ".join(filter(None, said)))
     return place[part]
 
 
@@ -276,9 +285,6 @@ def _replaced(place: Any, path: KeyPath, value: Any) -> Any:
 
 def unknown(path: KeyPath, what: str, name: str, known: Sequence[str]) -> Problem:
     """The problem of a name at `path` that no `what` (a station, a cylinder) has."""
-    return Problem(
-        path=path,
-        message=f"no {what} is named {name[:60]!r}",
-        allowed=listed(list(known)),
-        hint=nearest(name, list(known)),
-    )
+    names = list(known)
+    message = f"no {what} is named {name[:60]!r}"
+    return Problem(path, message, allowed=listed(names), hint=nearest(name, names))

@@ -11,11 +11,9 @@ from vibecalc.core.case.csv_files import (
     Column,
     Columns,
     Unreadable,
-    check_unit,
     columns_of,
-    numbers_of,
     some_cells,
-    with_point,
+    values_of,
 )
 from vibecalc.core.case.raw import Data, listed, nearest, table_at
 from vibecalc.core.results.visible import text_cell
@@ -42,8 +40,6 @@ LISTS: tuple[KeyPath, ...] = (
 #: columns of lists of two
 PAIRS = {"between": ("from", "to"), "teeth": ("teeth_from", "teeth_to")}
 _UNIT_BEHIND = re.compile(r"([^()]+)\((.{1,80})\)\Z")
-_WHOLE = re.compile(r"[+-]?\d{1,18}\Z")
-_FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 
 
 class Place(NamedTuple):
@@ -62,20 +58,20 @@ def columns_of_rows(path: KeyPath) -> dict[str, Place]:
     shape = shape_at(path)
     assert shape is not None and shape.item is not None and shape.item.table is not None
     found: dict[str, Place] = {}
-    below: list[tuple[str, str, Shape]] = []
+    below: dict[str, Place] = {}
     for key, field in keys_of(shape.item.table).items():
         one = shape_of(field)
-        if one.table is not None:
-            inner = {name: shape_of(field) for name, field in keys_of(one.table).items()}
-            below += [(key, name, part) for name, part in inner.items() if _plain(part)]
-        elif _plain(one):
+        for name, inner in keys_of(one.table).items() if one.table else ():
+            if _plain(shape_of(inner)):
+                below[f"{key}.{name}"] = Place((key, name), shape_of(inner))
+        if _plain(one):
             found[key] = Place((key,), one)
         for place, name in enumerate(PAIRS.get(key, ())):
             assert one.item is not None
             found[name] = Place((key, place), one.item)
-    for key, name, part in below:  # of two tables with such a key, that of the first
-        found.setdefault(name, Place((key, name), part))
-    return found | {f"{key}.{name}": Place((key, name), part) for key, name, part in below}
+    for place_of in below.values():  # of two tables with such a key, that of the first
+        found.setdefault(str(place_of.keys[1]), place_of)
+    return found | below
 
 
 def _plain(shape: "Shape") -> bool:
@@ -137,7 +133,7 @@ def rows_of(columns: Columns, path: KeyPath, file: str) -> Rows:
     for name, column in placed:
         place_of = known[_key(name)]
         filled = [place for place, cell in enumerate(column.cells) if cell]
-        cells = _values(name, some_cells(column, filled), place_of.shape)
+        cells = values_of(name, some_cells(column, filled), place_of.shape)
         for place, cell in zip(filled, cells, strict=True):
             _put(rows[place], place_of.keys, cell)
     return Rows(rows, file, next(iter(columns.values())).lines)
@@ -177,45 +173,6 @@ def _check_pairs(columns: Columns, known: dict[str, Place]) -> None:
                 raise Unreadable(
                     f"line {line}, column {empty}: an empty cell", f"{key} is of two", line=line
                 )
-
-
-def _values(name: str, column: Column, shape: "Shape") -> list[Any]:
-    """The cells of a column as a case would write them. Raises Unreadable."""
-    if shape.kind == "list":
-        assert shape.item is not None
-        parts = [cell.split(";") for cell in column.cells]
-        flat = [part.strip() for cell in parts for part in cell]
-        lines = [line for line, cell in zip(column.lines, parts, strict=True) for _ in cell]
-        values = iter(_values(name, column._replace(cells=flat, lines=lines), shape.item))
-        return [[next(values) for _ in cell] for cell in parts]
-    if shape.kind == "number":
-        check_unit(name, column, shape.unit or "")
-        return [f"{cell} {column.unit}".strip() for cell in numbers_of(name, column)]
-    if column.unit:
-        raise Unreadable(
-            f"column {name} is not of numbers with a unit and has one: {column.unit[:40]!r}",
-            "its name alone",
-            line=column.head,
-        )
-    if shape.kind == "whole":
-        return _each(name, column, _whole, "a whole number in every cell")
-    if shape.kind == "flag":
-        return _each(name, column, lambda cell: _FLAGS.get(cell.lower()), "true or false")
-    return list(column.cells)
-
-
-def _whole(cell: str) -> int | None:
-    """A whole number, also as 40.0."""
-    digits = re.sub(r"\.0*\Z", "", cell)
-    return int(digits) if _WHOLE.match(digits) else None
-
-
-def _each(name: str, column: Column, read: Any, allowed: str) -> list[Any]:
-    values = [read(with_point(cell, column)) for cell in column.cells]
-    for value, cell, line in zip(values, column.cells, column.lines, strict=True):
-        if value is None:
-            raise Unreadable(f"line {line}, column {name}: found {cell[:40]!r}", allowed, line=line)
-    return values
 
 
 def _put(row: dict[str, Any], keys: KeyPath, value: Any) -> None:
@@ -284,16 +241,12 @@ def _leaves(row: Mapping[str, Any]) -> Iterator[tuple[KeyPath, Any]]:
 def _cell(value: Any, shape: "Shape") -> tuple[str, Any] | None:
     """A value as the text of a cell and as it is read back; None for what is no cell."""
     if shape.kind == "list" and shape.item is not None and isinstance(value, Sequence):
-        parts = [_cell(one, shape.item) for one in value]
-        told = [part for part in parts if part is not None]
-        alike = len(told) == len(parts)
-        return ("; ".join(part[0] for part in told), [part[1] for part in told]) if alike else None
-    if isinstance(value, bool):
-        return ("true" if value else "false"), value
-    if isinstance(value, str):
-        return value, value
-    if isinstance(value, int) and shape.kind == "whole":
-        return str(value), value
+        parts = [part for one in value if (part := _cell(one, shape.item)) is not None]
+        texts, read = [part[0] for part in parts], [part[1] for part in parts]
+        return ("; ".join(texts), read) if len(parts) == len(value) else None
+    if isinstance(value, str | bool) or (isinstance(value, int) and shape.kind == "whole"):
+        return str(value).lower() if isinstance(value, bool) else str(value), value
     if isinstance(value, int | float):
-        return repr(float(value)), f"{float(value)!r} {shape.unit or ''}".strip()
+        text, number = repr(float(value)), float(value)
+        return text, f"{text} {shape.unit}" if shape.unit else number
     return None

@@ -7,21 +7,22 @@ yields problems; those that an editor can follow also say themselves in the JSON
 
 import functools
 import unicodedata
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 from typing import Any
 
 from vibecalc.core.case.fields import Table
 from vibecalc.core.case.raw import (
+    EACH,
     Data,
+    entries_at,
     key_text,
-    listed,
     misspelt,
-    nearest,
     read_number,
     table_at,
     tables_at,
+    unknown,
 )
 from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
 from vibecalc.core.results.named import named
@@ -130,28 +131,12 @@ class Row:
         """The key path of a place."""
         return (*self.path, *filter(None, at.split("."))) if isinstance(at, str) else at
 
-    def problem(
-        self,
-        at: At,
-        message: str,
-        *,
-        also: At = (),
-        found: str = "",
-        allowed: str = "",
-        hint: str = "",
-    ) -> Problem:
-        """A problem at a place; also at another one, if anything stands there."""
+    def problem(self, at: At, message: str, *, also: At = (), **words: Any) -> Problem:
+        """A problem at a place with `found`, `allowed` and `hint`; also at another place, if
+        anything stands there."""
         *above, key = self.place(also) or ("",)
         there = isinstance(key, int) or key in table_at(self.case, *above)
-        other = (*above, key) if there else None
-        return Problem(
-            path=self.place(at),
-            message=message,
-            also=other,
-            found=found,
-            allowed=allowed,
-            hint=hint,
-        )
+        return Problem(self.place(at), message, also=(*above, key) if there else None, **words)
 
 
 Rule = Callable[[Row], Iterator[Problem]]
@@ -215,18 +200,26 @@ def _says(model: type[Table], *keys: str) -> Schema:
     return {"required": list(keys)} | ({"properties": others} if others else {})
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class OneOf:
-    """One of some alternatives, or at most one; each is one key, or several that go together."""
+    """One of some alternatives, each of names of keys; or none where `when` says no."""
 
-    alternatives: tuple[tuple[str, ...], ...]
-    needed: bool | Callable[[Row], Any]
-    allowed: str
-    hint: str
+    def __init__(
+        self,
+        *alternatives: str,
+        when: bool | Callable[[Row], Any] = True,
+        allowed: str = "",
+        hint: str = "",
+    ) -> None:
+        self.alternatives = tuple(tuple(one.split()) for one in alternatives)
+        self.needed, self.allowed, self.hint = when, allowed, hint
+
+    def given(self, row: Row) -> list[str]:
+        """A key of each alternative that a table has."""
+        return [said[0] for one in self.alternatives if (said := row.said(*one))]
 
     def __call__(self, row: Row) -> Iterator[Problem]:
         """Yield each alternative beyond the first, or that there is none."""
-        given = [said[0] for alternative in self.alternatives if (said := row.said(*alternative))]
+        given = self.given(row)
         allowed = self.allowed or ", or ".join(map(both, self.alternatives))
         for key in given[1:]:
             message = f"{key} and {given[0]} exclude each other"
@@ -251,13 +244,7 @@ class OneOf:
         return [*schemas, {"anyOf": every}] if self.needed is True else schemas
 
 
-def one_of(
-    *alternatives: str, when: bool | Callable[[Row], Any] = True, allowed: str = "", hint: str = ""
-) -> OneOf:
-    """Exactly one of these alternatives, each of names of keys; or none where `when` says no."""
-    return OneOf(
-        tuple(tuple(alternative.split()) for alternative in alternatives), when, allowed, hint
-    )
+one_of = OneOf
 
 
 def at_most_one(*alternatives: str, allowed: str = "") -> OneOf:
@@ -265,51 +252,61 @@ def at_most_one(*alternatives: str, allowed: str = "") -> OneOf:
     return one_of(*alternatives, when=False, allowed=allowed)
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class Needs:
-    """Where `key` is, one of `others` has to be; without a key: wherever the table is."""
+    """Where `key` is, one of `others` has to be; without a key: wherever the table is.
 
-    key: str
-    others: tuple[str, ...]
-    why: str
-    allowed: str
-    when: Callable[[Row], Any] | None
+    `why` ends the sentence.
+    """
+
+    def __init__(
+        self,
+        key: str,
+        others: str,
+        why: str = "",
+        allowed: str = "",
+        when: Callable[[Row], Any] | None = None,
+    ) -> None:
+        self.key, self.others, self.when = key, tuple(others.split()), when
+        self.why = f": {why}" if why else ""
+        self.allowed = allowed or f"{self.others[0]} with it"
 
     def __call__(self, row: Row) -> Iterator[Problem]:
         """Yield that what is needed is not there."""
         asked = (not self.key or row.said(self.key)) and (not self.when or self.when(row))
         if asked and row.lacks(*self.others):
             message = f"{self.key or row.header()} needs {both(self.others, 'or')}{self.why}"
-            yield row.problem(
-                self.key, message, allowed=self.allowed or f"{self.others[0]} with it"
-            )
+            yield row.problem(self.key, message, allowed=self.allowed)
 
     def schema(self, model: type[Table]) -> list[Schema]:
         """What an editor can hold such a table to."""
-        others = {"anyOf": [{"required": [other]} for other in self.others]}
-        dependent = {"dependentSchemas": {self.key: others}} if self.key else others
-        return [] if self.when else [dependent]
+        others: Schema = {"anyOf": [{"required": [other]} for other in self.others]}
+        if self.key:
+            others = {"if": _says(model, self.key), "then": others}
+        return [] if self.when else [others]
 
 
-def needs(
-    key: str,
-    others: str,
-    why: str = "",
-    allowed: str = "",
-    when: Callable[[Row], Any] | None = None,
-) -> Needs:
-    """`key` goes with one of `others`; `why` ends the sentence."""
-    return Needs(key, tuple(others.split()), f": {why}" if why else "", allowed, when)
+needs = Needs
 
 
-@dataclass(frozen=True, repr=False, eq=False)
 class ByKind:
-    """Keys that a table of each kind needs, and those that it may have besides."""
+    """The keys of a table of each kind of `what`: `needed ones | others`.
 
-    what: str
-    kinds: dict[str, tuple[tuple[str, ...], tuple[str, ...]]]
-    key: str = "kind"
-    kind_of: Callable[[Row], Any] | None = None
+    `kind_of` tells the kind of a table that need not say it; the first kind is then the usual one.
+    """
+
+    def __init__(
+        self,
+        what: str,
+        kind_of: Callable[[Row], Any] | None = None,
+        key: str = "kind",
+        **kinds: str,
+    ) -> None:
+        self.what, self.kind_of, self.key = what, kind_of, key
+        rows = {kind: keys.partition("|") for kind, keys in kinds.items()}
+        self.kinds = {
+            kind: (tuple(needed.split()), tuple(others.split()))
+            for kind, (needed, _, others) in rows.items()
+        }
 
     def __call__(self, row: Row) -> Iterator[Problem]:
         """Yield what the table lacks for its kind, and what belongs to another one."""
@@ -338,49 +335,78 @@ class ByKind:
             yield row.problem("", message, allowed=has, hint=hint, also=self.key)
         for key in row.said(*(key for key in row.data if key in self._known())):
             if key not in (*needed, *other):
-                owners = [name for name, keys in self.kinds.items() if key in (*keys[0], *keys[1])]
                 message = f"{self._named(kind)} has no {key}"
-                hint = f"{key} belongs to {self._named(*owners)}"
+                hint = f"{key} belongs to {self._named(*self._owners(key))}"
                 yield row.problem(key, message, allowed=has, hint=hint, also=self.key)
 
     def _named(self, *kinds: str) -> str:
         listed = both([*map(repr, kinds)], "or")
         return f"a {self.what} of kind {listed}" if self.what else f"{self.key} = {listed}"
 
+    def _owners(self, key: str) -> tuple[str, ...]:
+        return tuple(kind for kind, keys in self.kinds.items() if key in (*keys[0], *keys[1]))
+
     def _known(self) -> set[str]:
         return {key for row in self.kinds.values() for keys in row for key in keys}
 
     def schema(self, model: type[Table]) -> list[Schema]:
         """What an editor can hold such a table to."""
-        schemas: list[Schema] = []
-        for kind, (needed, other) in self.kinds.items():
-            defaults = {key: _default(model, key) for key in sorted(self._known())}
-            foreign = {
-                key: False if default is None else {"const": default}
-                for key, default in defaults.items()
-                if key not in (*needed, *other)
+        usual = next(iter(self.kinds)) if self.kind_of else _default(model, self.key)
+
+        def of(*kinds: str, said: bool) -> Schema:
+            required = {"required": [self.key]} if said and usual not in kinds else {}
+            return {"properties": {self.key: {"enum": [*kinds]}}, **required}
+
+        groups: dict[tuple[str, ...], list[Schema]] = {}
+        for key in sorted(self._known()):
+            groups.setdefault(self._owners(key), []).append(_says(model, key))
+        schemas: list[Schema] = [
+            {
+                "if": {"anyOf": keys} if len(keys) > 1 else keys[0],
+                "then": of(*owners, said=usual in self.kinds),
             }
-            said: Schema = {"properties": {self.key: {"const": kind}}}
-            if kind != next(iter(self.kinds)) or not self.kind_of:  # the first one is not said
-                said["required"] = [self.key]
-            then = {"required": list(needed), "properties": foreign}
-            schemas.append({"if": said, "then": then})
-        return schemas
+            for owners, keys in groups.items()
+            if len(owners) < len(self.kinds)
+        ]
+        needs = {kind: [*needed] for kind, (needed, _) in self.kinds.items() if needed}
+        rows = ((of(kind, said=True), {"required": keys}) for kind, keys in needs.items())
+        return [*schemas, *({"if": given, "then": then} for given, then in rows)]
 
 
-def by_kind(
-    what: str, kind_of: Callable[[Row], Any] | None = None, key: str = "kind", **kinds: str
-) -> ByKind:
-    """The keys of each kind of `what`: `needed ones | others`.
+by_kind = ByKind
 
-    `kind_of` tells the kind of a table that need not say it; the first kind is then the usual one.
-    """
-    rows = {}
-    for kind, keys in kinds.items():
-        needed, _, other = keys.partition("|")
-        rows[kind] = (tuple(needed.split()), tuple(other.split()))
-    return ByKind(what, rows, key, kind_of)
 
+def barred(places: Iterable[KeyPath]) -> Schema:
+    """What an editor is told of places that are not there."""
+    schema: Schema = {}
+    for path in places:
+        at = schema
+        for part in path[:-1]:
+            below = at.setdefault("properties", {}) if part != EACH else at
+            at = below.setdefault("items" if part == EACH else str(part), {})
+        at.setdefault("properties", {})[path[-1]] = False
+    return schema
+
+
+class Without:
+    """None of these places below the table, as `springs.individual.*.static`, is there."""
+
+    def __init__(self, places: str, message: str, **words: str) -> None:
+        self.places = tuple(tuple(one.split(".")) for one in places.split())
+        self.message, self.words = message, words
+
+    def __call__(self, row: Row) -> Iterator[Problem]:
+        """Yield each of the keys that is there."""
+        for place in self.places:
+            for path, _ in entries_at(row.data, place):
+                yield row.problem((*row.path, *path), self.message, **self.words)
+
+    def schema(self, model: type[Table]) -> list[Schema]:
+        """What an editor can hold such a table to."""
+        return [barred(self.places)]
+
+
+without = Without
 
 # ----------------------------------------------------------------------------
 # Names, columns, numbers in their order; and what no other rule says.
@@ -556,12 +582,10 @@ def refers(key: str, to: str, what: str) -> Rule:
             asked: Sequence[Any] = said if isinstance(said, list) else [said]
             for number, name in enumerate(asked):
                 if isinstance(name, str) and name and name not in names:
-                    yield row.problem(
-                        (*path, number) if isinstance(said, list) else path,
-                        f"no {what} is named {name[:60]!r}",
-                        allowed=listed(names) or f"{entries} = [{{ name = {name[:60]!r}, ... }}]",
-                        hint=nearest(name, names),
-                    )
+                    at = (*path, number) if isinstance(said, list) else path
+                    wrong = unknown(at, what, name, names)
+                    example = f"{entries} = [{{ name = {name[:60]!r}, ... }}]"
+                    yield wrong if names else wrong._replace(allowed=example)
 
     return rule
 

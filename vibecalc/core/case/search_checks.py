@@ -1,148 +1,42 @@
-"""Checks of form of what a search may change and of what it looks for."""
+"""Checks of what a search may change, pick and scatter: keys of this case, values they may have."""
 
-import copy
-import difflib
 import math
 from collections.abc import Generator, Iterator
 from typing import Any
 
-from vibecalc.core.case.raw import Data, get_key, key_text, parse_key, read_number, tables_at
-from vibecalc.core.case.rules import OneOf, Row
-from vibecalc.core.case.walk import Shape, allowed_of, bound_words, keys_of, shape_at, words
+from vibecalc.core.case.raw import (
+    Data,
+    get_key,
+    is_value,
+    key_text,
+    nearest,
+    parse_key,
+    read_number,
+)
+from vibecalc.core.case.rules import At, OneOf, Row
+from vibecalc.core.case.walk import Shape, bound_words, keys_of, shape_at, unit_problem, words
 from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
+from vibecalc.units import parse_quantity
 
 # ----------------------------------------------------------------------------
-# Checks of what a search may change: a number of this case, between two readable bounds.
+# Keys of this case that may be changed.
 # ----------------------------------------------------------------------------
 
 CHANGEABLE = ("machine", "excitation", "isolation")
 #: kinds of keys that a search may move, and those that it may pick from a list
 _CONTINUOUS, PICKED = ("number",), ("number", "whole", "choice")
-_WHO: dict[str | int, str] = {"optimisation": "the optimiser", "fit": "a fit"}
+#: keys that were met, with the place that changes them
+Seen = dict[str, KeyPath]
 
 
-def check_variables(row: Row) -> Iterator[Problem]:
-    """Yield the problems of the variables of a search: keys, bounds, units, doubled keys, ties."""
-    data = row.case
-    seen: dict[str, KeyPath] = {}
-    for position, variable in tables_at(row.data, "variables"):
-        path: KeyPath = (*row.path, "variables", position)
-        key = variable.get("key")
-        if not isinstance(key, str) or not key:
-            continue
-        picked = variable.get("choices") or variable.get("integer") is True
-        kinds = PICKED if picked else _CONTINUOUS
-        shape = yield from _shape(data, key, (*path, "key"), seen, kinds)
-        if shape is None:
-            continue
-        if not variable.get("choices"):
-            yield from bound_problems(variable, path, shape)
-        ties = variable.get("with")
-        for place, tie in enumerate(ties if isinstance(ties, list) else ()):
-            if isinstance(tie, dict) and isinstance(tie.get("key"), str) and tie["key"]:
-                yield from _tie(data, variable, shape, tie, (*path, "with", place), seen)
-
-
-def _shape(
-    data: dict[str, Any],
-    key: str,
-    path: KeyPath,
-    seen: dict[str, KeyPath],
-    kinds: tuple[str, ...] = _CONTINUOUS,
-) -> Generator[Problem, None, Shape | None]:
-    """Yield the problems of a key that is changed; returns its shape, None where it has none."""
-    try:
-        shape = changeable(data, key, CHANGEABLE, kinds)
-    except UsageError as error:
-        yield Problem(
-            path=path,
-            message=f"{_WHO.get(path[0], 'a search')} cannot change this key",
-            found=key[:80],
-            allowed="the key of a number of this case, as in machine.mounts.each.stiffness",
-            hint=str(error),
-        )
-        return None
-    if key in seen:
-        yield Problem(path=path, message=f"two variables change {key}", also=seen[key])
-    seen.setdefault(key, path)
-    return shape
-
-
-def _tie(
-    data: dict[str, Any],
-    variable: dict[str, Any],
-    leads: Shape,
-    tie: dict[str, Any],
-    path: KeyPath,
-    seen: dict[str, KeyPath],
-) -> Iterator[Problem]:
-    """Problems of a key that follows a variable: its unit, and values it would take."""
-    shape = yield from _shape(data, tie["key"], (*path, "key"), seen)
-    if shape is None:
-        return
-    unit = shape.unit or ""
-    if unit != (leads.unit or ""):
-        yield Problem(
-            path=(*path, "key"),
-            message=f"{tie['key']} cannot follow {variable['key']}: they have other units",
-            found=f"{unit or 'no unit'} and {leads.unit or 'no unit'}",
-        )
-        return
-    factor, added = tie.get("factor", 1.0), tie.get("offset", 0.0)
-    offset = read_number(added, unit, difference=True)
-    if offset is None:
-        yield Problem(
-            path=(*path, "offset"),
-            message="no offset in the unit of the key",
-            found=str(tie["offset"])[:60],
-            allowed=unit or "a number",
-        )
-    elif isinstance(factor, int | float) and not isinstance(factor, bool):
-        bounds = (read_number(variable.get(side), unit) for side in ("lower", "upper"))
-        taken = [factor * bound + offset for bound in bounds if bound is not None]
-        wrong = [value for value in taken if not inside(value, shape)]
-        if wrong:
-            yield Problem(
-                path=path,
-                message=f"between the bounds {tie['key']} would take a value that it must not have",
-                found=f"{wrong[0]:.6g} {unit}".rstrip(),
-                allowed=bound_words(shape),
-            )
-
-
-def changeable(
-    data: dict[str, Any], key: str, tables: tuple[str, ...], kinds: tuple[str, ...] = _CONTINUOUS
-) -> Shape:
+def changeable(case: Data, key: str, tables: tuple[str, ...], kinds: tuple[str, ...]) -> Shape:
     """Shape of a key of this case that a search may set; UsageError, with a hint, if it may not.
 
-    The key has to be one of these kinds below one of `tables`, a number as a rule; a key that may
-    be left out need not be there, unless one stands there that excludes it.
+    The key has to be one of these kinds below one of `tables`; a key that may be left out need not
+    be there, unless one stands there that excludes it.
     """
     target = parse_key(key)
-    shape = _number_at(target, tables, kinds)
-    if _has_default(data, target):
-        _fits_beside(data, target)
-    else:
-        get_key(data, target)
-    return shape
-
-
-def _fits_beside(data: dict[str, Any], target: KeyPath) -> None:
-    """Raises UsageError where a key that is left out excludes one that the case has beside it."""
-    table, parent = get_key(data, target[:-1]), shape_at(target[:-1])
-    if parent is None or parent.table is None or target[-1] in table:
-        return
-    whole = copy.deepcopy(data)
-    get_key(whole, target[:-1])[target[-1]] = math.nan
-    with_key = Row(get_key(whole, target[:-1]), target[:-1], whole, parent.table)
-    for rule in parent.table.RULES:
-        for problem in rule(with_key) if isinstance(rule, OneOf) else ():
-            if problem.also:
-                raise UsageError(problem.message)
-
-
-def _number_at(target: KeyPath, tables: tuple[str, ...], kinds: tuple[str, ...]) -> Shape:
-    shape = shape_at(target)
+    shape, last = shape_at(target), str(target[-1])
     if target[0] not in tables:
         raise UsageError(f"only keys below {', '.join(tables)} can be changed")
     if shape is None:
@@ -150,81 +44,328 @@ def _number_at(target: KeyPath, tables: tuple[str, ...], kinds: tuple[str, ...])
     if shape.kind not in kinds:
         what = "a continuous number" if kinds == _CONTINUOUS else "a number or a name"
         raise UsageError(f"{key_text(target)} is not {what}, but {words(shape)}")
+    row = _table_of(case, target)
+    if row is None or keys_of(row.model)[last].is_required():
+        get_key(case, target)
+    elif last not in row:
+        with_key = Row({**row.data, last: math.nan}, row.path, case, row.model)
+        for rule in row.model.RULES:
+            given = rule.given(with_key) if isinstance(rule, OneOf) else []
+            if len(given) > 1:
+                raise UsageError(f"{given[1]} and {given[0]} exclude each other")
     return shape
 
 
+def _table_of(case: Data, target: KeyPath) -> Row | None:
+    """The table of the case that may have such a key; None for an entry of a list."""
+    table, parent = get_key(case, target[:-1]), shape_at(target[:-1])
+    if not isinstance(table, dict) or parent is None or parent.table is None:
+        return None
+    return Row(table, target[:-1], case, parent.table)
+
+
 def _nearest(target: KeyPath) -> str:
-    for size in range(len(target)):
-        shape = shape_at(target[: size + 1])
-        if shape is None:
-            parent = shape_at(target[:size])
-            keys = list(keys_of(parent.table)) if parent and parent.table else []
-            near = difflib.get_close_matches(str(target[size]), keys, n=1)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
-            return f"{key_text(target[:size]) or 'a case'} has no key {target[size]!r}{hint}"
-    return ""
+    size = next(size for size in range(len(target)) if shape_at(target[: size + 1]) is None)
+    parent = shape_at(target[:size])
+    known = list(keys_of(parent.table)) if parent and parent.table else []
+    hint = nearest(str(target[size]), known)
+    where = key_text(target[:size]) or "a case"
+    return "; ".join(filter(None, (f"{where} has no key {target[size]!r}", hint)))
 
 
-def _has_default(data: dict[str, Any], target: KeyPath) -> bool:
-    """Tell whether the table is written, so that its key may be left out: it need not be there."""
-    last = target[-1]
-    table = get_key(data, target[:-1])
-    parent = shape_at(target[:-1])
-    if isinstance(last, int) or not isinstance(table, dict) or parent is None:
-        return False
-    field = keys_of(parent.table).get(last) if parent.table else None
-    return field is not None and not field.is_required()
-
-
-def bound_problems(variable: dict[str, Any], path: KeyPath, shape: Shape) -> Iterator[Problem]:
-    """Problems of `lower` and `upper` of a table that changes `key`: unit, range, order."""
-    values: dict[str, float] = {}
-    for side in ("lower", "upper"):
-        written = variable.get(side)
-        if isinstance(written, bool) or not isinstance(written, str | int | float):
-            continue
-        try:
-            values[side] = shape.number(written)
-        except (UnitError, OverflowError) as error:
-            unit_error = error if isinstance(error, UnitError) else UnitError("too large")
-            yield Problem(
-                path=(*path, side),
-                message=f"{side}: {unit_error.message}",
-                found=unit_error.found,
-                allowed=allowed_of(unit_error, shape),
-                hint=unit_error.hint,
-            )
-            continue
-        if not inside(values[side], shape):
-            yield Problem(
-                path=(*path, side),
-                message=f"{side} is a value that {variable['key']} must not have",
-                found=str(written)[:60],
-                allowed=bound_words(shape),
-            )
-    if len(values) == 2 and not values["lower"] < values["upper"]:
-        yield Problem(
-            path=(*path, "lower"),
-            message="the lower bound has to be below the upper one",
-            found=f"lower {variable['lower']} and upper {variable['upper']}",
-            allowed="lower < upper",
-            also=(*path, "upper"),
-        )
-
-
-def inside(value: float, shape: Shape) -> bool:
-    """Tell whether a number keeps the bounds of its key."""
-    tests = {
-        "gt": lambda bound: value > bound,
-        "ge": lambda bound: value >= bound,
-        "lt": lambda bound: value < bound,
-        "le": lambda bound: value <= bound,
-    }
-    return all(tests[name](bound) for name, bound in shape.bounds)
+def _changed(
+    row: Row,
+    at: At,
+    key: Any,
+    seen: Seen,
+    kinds: tuple[str, ...] = _CONTINUOUS,
+    tables: tuple[str, ...] = CHANGEABLE,
+    refusal: str = "a search cannot change this key",
+    twice: str = "{key} is changed twice",
+) -> Generator[Problem, None, Shape | None]:
+    """Yield what is wrong with a key that is changed; returns its shape, None where it has none."""
+    if not isinstance(key, str) or not key:
+        return None
+    try:
+        shape = changeable(row.case, key, tables, kinds)
+    except UsageError as error:
+        allowed = "the key of a number of this case, as in machine.mounts.each.stiffness"
+        yield row.problem(at, refusal, found=key[:80], allowed=allowed, hint=str(error))
+        return None
+    if key in seen:
+        yield row.problem(at, twice.format(key=key), also=seen[key])
+    seen.setdefault(key, row.place(at))
+    return shape
 
 
 # ----------------------------------------------------------------------------
-# Checks of [[find]]: keys of this case, bounds.
+# Values that a key may have: bounds, what follows from them, entries of a list.
+# ----------------------------------------------------------------------------
+
+#: most whole numbers between two bounds
+MOST_WHOLE = 10_000
+
+
+def _bounds(row: Row, shape: Shape) -> Generator[Problem, None, list[float]]:
+    """Problems of `lower` and `upper`: unit, range, order; returns those that can be read."""
+    values: list[float] = []
+    for side in ("lower", "upper"):
+        if not is_value(row[side]):
+            continue
+        try:
+            values.append(shape.number(row[side]))
+        except UnitError as error:
+            yield unit_problem(error, row.place(side), shape, f"{side}: ")
+            continue
+        if not shape.allows(values[-1]):
+            message = f"{side} is a value that {row['key']} must not have"
+            yield row.problem(side, message, found=str(row[side])[:60], allowed=bound_words(shape))
+    if len(values) == 2 and not values[0] < values[1]:
+        yield row.problem(
+            "lower",
+            "the lower bound has to be below the upper one",
+            found=f"lower {row['lower']} and upper {row['upper']}",
+            allowed="lower < upper",
+            also="upper",
+        )
+    return values
+
+
+def _taken(row: Row, at: At, key: str, shape: Shape, values: list[float]) -> Iterator[Problem]:
+    """That a key which follows would take a value that it must not have."""
+    wrong = [value for value in values if not shape.allows(value)]
+    if wrong:
+        message = f"between the bounds {key} would take a value that it must not have"
+        found = f"{wrong[0]:.6g} {shape.unit or ''}".rstrip()
+        yield row.problem(at, message, found=found, allowed=bound_words(shape))
+
+
+def read_choice(value: Any, shape: Shape) -> float | int | str:
+    """A value of a list as the case holds it, in SI; UnitError for what its key cannot be."""
+    found = str(value)[:60]
+    if shape.kind == "choice":
+        if value not in shape.choices:
+            raise UnitError("no value of this key", found=repr(value)[:60])
+        return str(value)
+    number = shape.number(value)
+    if not shape.allows(number):
+        raise UnitError("a value that the key must not have", found=found)
+    if shape.kind == "whole" and number != int(number):
+        raise UnitError("not a whole number", found=found)
+    return int(number) if shape.kind == "whole" else number
+
+
+def _read(value: Any, shape: Shape, path: KeyPath) -> Generator[Problem, None, Any]:
+    if not is_value(value):
+        return None
+    try:
+        return read_choice(value, shape)
+    except UnitError as error:
+        yield unit_problem(error, path, shape, "")
+        return None
+
+
+# ----------------------------------------------------------------------------
+# [optimisation] and [fit]: variables with what follows them, stocks, keys that scatter.
+# ----------------------------------------------------------------------------
+
+_WHO: dict[str | int, str] = {"optimisation": "the optimiser", "fit": "a fit"}
+
+
+def check_search(row: Row) -> Iterator[Problem]:
+    """Yield the problems of what a search changes, of what it picks and of what scatters."""
+    seen: Seen = {}
+    refusal = f"{_WHO.get(row.path[0], 'a search')} cannot change this key"
+    twice = "two variables change {key}"
+    for variable in row.each("variables"):
+        picked = variable.data.get("choices") or variable["integer"] is True
+        kinds, key = PICKED if picked else _CONTINUOUS, variable["key"]
+        shape = yield from _changed(variable, "key", key, seen, kinds, refusal=refusal, twice=twice)
+        if shape is None:
+            continue
+        if variable.data.get("choices"):
+            yield from _choices(variable, shape)
+        else:
+            yield from _bounds(variable, shape)
+            if picked:
+                yield from _whole_ones(variable, shape)
+        for tie in variable.each("with"):
+            of = yield from _changed(tie, "key", tie["key"], seen, refusal=refusal, twice=twice)
+            if of is not None:
+                yield from _tie(variable, shape, tie, of)
+    for stock in row.each("stock"):
+        yield from _stock(stock, seen)
+    robust, scattered = row.below("robust"), Seen()
+    for tolerance in robust.each("tolerances") if robust else ():
+        shape = yield from _changed(
+            tolerance,
+            "key",
+            tolerance["key"],
+            scattered,
+            tables=(*CHANGEABLE, "response"),
+            refusal="this key cannot scatter",
+            twice="{key} scatters twice",
+        )
+        for side in ("half_width", "deviation") if shape else ():
+            yield from _size(tolerance, side, shape.unit or "" if shape else "")
+
+
+def _tie(variable: Row, leads: Shape, tie: Row, shape: Shape) -> Iterator[Problem]:
+    """Problems of a key that follows a variable: its unit, and values it would take."""
+    unit, factor = shape.unit or "", tie["factor"]
+    if unit != (leads.unit or ""):
+        message = f"{tie['key']} cannot follow {variable['key']}: they have other units"
+        found = f"{unit or 'no unit'} and {leads.unit or 'no unit'}"
+        yield tie.problem("key", message, found=found)
+        return
+    offset = read_number(tie.data.get("offset", 0.0), unit, difference=True)
+    if offset is None:
+        found = str(tie["offset"])[:60]
+        message = "no offset in the unit of the key"
+        yield tie.problem("offset", message, found=found, allowed=unit or "a number")
+    elif isinstance(factor, int | float) and not isinstance(factor, bool):
+        bounds = (read_number(variable[side], unit) for side in ("lower", "upper"))
+        values = [factor * bound + offset for bound in bounds if bound is not None]
+        yield from _taken(tie, "", tie["key"], shape, values)
+
+
+def _choices(variable: Row, shape: Shape) -> Iterator[Problem]:
+    """Problems of `choices` of a variable: values of its key, each once."""
+    taken: dict[Any, int] = {}
+    for place, value in enumerate(variable.entries("choices")):
+        path = (*variable.path, "choices", place)
+        read = yield from _read(value, shape, path)
+        if read is not None and taken.setdefault(read, place) != place:
+            also = (*path[:-1], taken[read])
+            yield variable.problem(path, f"{str(value)[:40]} stands twice", also=also)
+    if shape.kind == "choice" and variable["with"]:
+        yield variable.problem("with", "no key can follow one that holds names")
+
+
+def whole_numbers(lower: float, upper: float) -> range:
+    """The whole numbers between two bounds."""
+    return range(math.ceil(lower), math.floor(upper) + 1)
+
+
+def _whole_ones(variable: Row, shape: Shape) -> Iterator[Problem]:
+    """Problems of a variable of whole numbers: its unit, and that there are some."""
+    if shape.unit:
+        yield variable.problem(
+            "integer",
+            f"{variable['key']} has units, and no whole numbers",
+            found=shape.unit,
+            allowed="a list of values",
+            hint='choices = ["1 mm", "2 mm"]',
+        )
+        return
+    low, high = (read_number(variable[side], "") for side in ("lower", "upper"))
+    if low is None or high is None or not low < high:
+        return
+    count = len(whole_numbers(low, high)) if max(abs(low), abs(high)) < 1e15 else 0
+    if not 1 <= count <= MOST_WHOLE:
+        yield variable.problem(
+            "lower",
+            "no whole number between the bounds" if not count else "too many whole numbers",
+            found=f"{variable['lower']} to {variable['upper']}",
+            allowed=f"1 to {MOST_WHOLE} of them",
+            also="upper",
+        )
+
+
+def _stock(stock: Row, seen: Seen) -> Iterator[Problem]:
+    """Problems of a stock: the tables that take over what is picked, and what its items settle."""
+    places: list[tuple[KeyPath, Any]] = [(stock.place("table"), stock["table"])]
+    places += [((*stock.path, "also", n), one) for n, one in enumerate(stock.entries("also"))]
+    tables = []
+    for path, table in places:
+        if isinstance(table, str) and table:
+            try:
+                _check_table(stock.case, table)
+                tables.append(table)
+            except UsageError as error:
+                yield stock.problem(
+                    path,
+                    "nothing can be put there",
+                    found=table[:80],
+                    allowed="a table of this case, as machine.mounts.each",
+                    hint=str(error),
+                )
+    items = stock.each("items")
+    first = items[0]["values"] if items else None
+    for item in items:
+        values = item["values"]
+        if not isinstance(values, dict) or not isinstance(first, dict):
+            continue
+        if values.keys() != first.keys():
+            yield item.problem(
+                "values",
+                "all items of a stock settle the same keys",
+                found=", ".join(values) or "no key",
+                allowed=", ".join(first),
+                also=items[0].place("values"),
+            )
+            continue
+        for table in tables:
+            for key in values:
+                yield from _item(item, table, key, seen, item is items[0])
+
+
+def _check_table(case: Data, table: str) -> None:
+    """Raises UsageError where the case has no such table that may be changed."""
+    target = parse_key(table)
+    shape = shape_at(target)
+    if target[0] not in CHANGEABLE:
+        raise UsageError(f"only tables below {', '.join(CHANGEABLE)} can be changed")
+    if shape is None or shape.table is None:
+        raise UsageError(f"a case has no table at {table}")
+    get_key(case, target)
+
+
+def _item(item: Row, table: str, last: str, seen: Seen, first: bool) -> Iterator[Problem]:
+    """Problems of one value of an item of a stock; those of its key are said of the first item."""
+    key, path = f"{table}.{last}", (*item.path, "values", last)
+    try:
+        shape = changeable(item.case, key, CHANGEABLE, PICKED)
+    except UsageError as error:
+        if first:
+            parent = shape_at(parse_key(table))
+            known = list(keys_of(parent.table)) if parent and parent.table else []
+            yield item.problem(
+                path,
+                "a stock cannot settle this key",
+                found=key[:80],
+                allowed="keys of the table that hold a number or a name",
+                hint=nearest(last, known) or str(error),
+            )
+        return
+    if seen.setdefault(key, path)[: len(path) - 3] != path[:-3]:
+        yield item.problem(path, f"{key} is changed twice", also=seen[key])
+    yield from _read(item["values"][last], shape, path)
+
+
+def _size(row: Row, side: str, unit: str) -> Iterator[Problem]:
+    """Problems of how far a key scatters."""
+    if not is_value(row[side]):
+        return
+    found = str(row[side])[:60]
+    try:
+        size, _ = share_or_size(row[side], unit)
+    except UnitError as error:
+        allowed = f"a size{f' in {unit}' if unit else ''}, or a share as '15 %'"
+        yield row.problem(side, error.message, found=found, allowed=allowed)
+        return
+    if not 0.0 < size < math.inf:
+        yield row.problem(side, "a tolerance is above zero", found=found)
+
+
+def share_or_size(value: float | str, unit: str) -> tuple[float, bool]:
+    """A tolerance in SI, and whether it is a share of the value: what is given in percent."""
+    share = isinstance(value, str) and value.rstrip().endswith("%")
+    return parse_quantity(value, "" if share else unit, difference=True), share
+
+
+# ----------------------------------------------------------------------------
+# [[find]]: a key, its bounds, and the keys that change in its ratio.
 # ----------------------------------------------------------------------------
 
 _SEARCHABLE = ("machine", "excitation", "response", "isolation")
@@ -232,103 +373,47 @@ _SEARCHABLE = ("machine", "excitation", "response", "isolation")
 
 def check_find(row: Row) -> Iterator[Problem]:
     """Yield the problems of key, bounds, and of the keys that follow it, of one [[find]]."""
-    yield from _keys(row.case, row.data, row.path)
-
-
-def _keys(data: Data, row: Data, path: KeyPath) -> Iterator[Problem]:
-    """Problems of key, bounds, and of the keys that follow it."""
-    key, also = row.get("key"), row.get("also")
-    number = yield from _number(data, key, (*path, "key"))
-    if number is not None and math.isnan(number[1]) and also:
-        yield Problem(
-            path=(*path, "also"),
-            message=f"keys cannot change in the ratio of {key}, which the case leaves out",
-            hint=f"write {key} into the case",
-        )
-    ratios: list[float] = []
-    if number is not None:
-        shape, written = number
-        yield from bound_problems(row, path, shape)
-        bounds = [read_number(row.get(side), shape.unit or "") for side in ("lower", "upper")]
+    seen: Seen = {}
+    key, also, ratios = row["key"], row["also"], list[float]()
+    lead = yield from _number(row, "key", key, seen)
+    if lead is not None:
+        shape, written = lead
+        bounds = yield from _bounds(row, shape)
+        if written:
+            ratios = [bound / written for bound in bounds if not math.isnan(written)]
         if also and written == 0.0:
-            yield Problem(
-                path=(*path, "key"),
-                message="keys cannot change in the ratio of one that is zero as written",
-                found=f"{key} = 0",
-                also=(*path, "also"),
-            )
-        elif written and not math.isnan(written):
-            ratios = [bound / written for bound in bounds if bound is not None]
-    taken = [key]
-    for position, other in enumerate(also if isinstance(also, list) else ()):
-        place = (*path, "also", position)
-        if isinstance(other, str) and other in taken:
-            yield Problem(path=place, message=f"{other} is changed twice by this [[find]]")
-            continue
-        taken.append(other)
-        number = yield from _number(data, other, place)
+            message = "keys cannot change in the ratio of one that is zero as written"
+            yield row.problem("key", message, found=f"{key} = 0", also="also")
+        elif also and math.isnan(written):
+            message = f"keys cannot change in the ratio of {key}, which the case leaves out"
+            yield row.problem("also", message, hint=f"write {key} into the case")
+    for place, other in enumerate(row.entries("also")):
+        at = (*row.path, "also", place)
+        number = yield from _number(row, at, other, seen)
         if number is not None:
-            yield from _followed(str(other), *number, ratios, place)
+            shape, written = number
+            if written == 0.0:
+                message = "a key that is zero does not change in any ratio"
+                yield row.problem(at, message, found=f"{other} = 0")
+            yield from _taken(row, at, other, shape, [ratio * written for ratio in ratios])
 
 
 def _number(
-    data: Data, key: Any, place: KeyPath
+    row: Row, at: At, key: Any, seen: Seen
 ) -> Generator[Problem, None, tuple[Shape, float] | None]:
     """Yield the problems of a key; returns its shape and its value in SI, nan if left out."""
-    if not isinstance(key, str) or not key:
+    shape = yield from _changed(row, at, key, seen, tables=_SEARCHABLE)
+    if shape is None:
         return None
-    try:
-        shape = changeable(data, key, _SEARCHABLE)
-        written = _written(data, key)
-    except UsageError as error:
-        yield Problem(
-            path=place,
-            message="a search cannot change this key",
-            found=key[:80],
-            allowed="the key of a number of this case, as in machine.crank_train.rod_length",
-            hint=str(error),
-        )
-        return None
+    target = parse_key(key)
+    table = _table_of(row.case, target)
+    written = get_key(row.case, target) if table is None else table[str(target[-1])]
     if isinstance(written, list):
-        yield Problem(
-            path=place,
-            message=f"{key} is a list here",
-            found=f"a list of {len(written)} numbers",
-            allowed=f"one of them, as {key}[0]",
-        )
+        words = {
+            "found": f"a list of {len(written)} numbers",
+            "allowed": f"one of them, as {key}[0]",
+        }
+        yield row.problem(at, f"{key} is a list here", **words)
         return None
-    if written is None:
-        return shape, math.nan
-    number = read_number(written, shape.unit or "")
+    number = math.nan if written is None else read_number(written, shape.unit or "")
     return None if number is None else (shape, number)
-
-
-def _written(data: Data, key: str) -> Any:
-    """What stands at a key, or its default."""
-    path = parse_key(key)
-    table = get_key(data, path[:-1])
-    if isinstance(table, dict) and path[-1] not in table:
-        parent = shape_at(path[:-1])
-        assert parent is not None and parent.table is not None
-        return keys_of(parent.table)[str(path[-1])].default
-    return get_key(data, path)
-
-
-def _followed(
-    key: str, shape: Shape, written: float, ratios: list[float], place: KeyPath
-) -> Iterator[Problem]:
-    if written == 0.0:
-        yield Problem(
-            path=place,
-            message="a key that is zero does not change in any ratio",
-            found=f"{key} = 0",
-        )
-    wrong = [ratio * written for ratio in ratios if not inside(ratio * written, shape)]
-    if wrong:
-        unit = f" {shape.unit}" if shape.unit else ""
-        yield Problem(
-            path=place,
-            message=f"between the bounds {key} would take a value that it must not have",
-            found=f"{wrong[0]:.6g}{unit}",
-            allowed=bound_words(shape),
-        )

@@ -1,13 +1,123 @@
-"""Tables of a case that let it run many times: optimisation, searches, sweeps."""
+"""Tables of a case that let it run many times: optimisation, searches, fits, sweeps."""
 
 import re
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import BeforeValidator, ConfigDict, Field
 
-from vibecalc.core.case.choice_tables import Robust, Stock
-from vibecalc.core.case.fields import Labels, Name, Number, ResultPath, Swept, Table, Value, Where
-from vibecalc.core.case.rules import at_most_one, needs, no, one_of, refuse, unique
+from vibecalc.core.case.fields import (
+    Kind,
+    Labels,
+    Name,
+    Number,
+    ResultPath,
+    Swept,
+    Table,
+    Value,
+    Where,
+    read_labels,
+)
+from vibecalc.core.case.raw import tables_at
+from vibecalc.core.case.rules import Row, Rule, at_most_one, needs, no, one_of, refuse, unique
+from vibecalc.errors import Problem
+
+# ----------------------------------------------------------------------------
+# Names and keys; which searches do not go together.
+# ----------------------------------------------------------------------------
+
+Key = Annotated[str, Field(min_length=1, max_length=200)]
+#: a word of a result path
+ResultName = Annotated[
+    str,
+    Field(min_length=1, max_length=40, json_schema_extra={"pattern": "^[A-Za-z0-9_]+$"}),
+]
+_NAMED = refuse(
+    "name",
+    "a name that cannot stand in a result path",
+    lambda t: isinstance(t["name"], str) and re.search("[^A-Za-z0-9_]", t["name"]),
+    "letters, digits and _, as in front_mount",
+    found="{name!r}",
+)
+
+
+def _apart(other: str, this: str, hint: str) -> Rule:
+    """A case does not have both; of a list its first entry says so."""
+    key = other.strip("[]")
+    return refuse(
+        "",
+        f"a case with {other} cannot have {this}, too",
+        lambda t: key in t.case and t.path[1:] in ((), (0,)),
+        "one or the other",
+        hint=hint,
+        also=(key,),
+    )
+
+
+# ----------------------------------------------------------------------------
+# What [optimisation] may pick from a stock, and which keys scatter about the values found.
+# ----------------------------------------------------------------------------
+
+Settings = Annotated[
+    dict[str, int | float | str],
+    Field(min_length=1, max_length=32),
+    BeforeValidator(read_labels),
+    Kind("labels"),
+]
+
+
+class StockItem(Table):
+    """One thing that can be bought: the keys that it settles, together."""
+
+    name: Name = Field(description="as it is ordered: label in tables")
+    values: Settings = Field(description="key of the table -> its value, SI or with a unit")
+
+
+class Stock(Table):
+    """Things of which one is picked, as the mounts of a catalogue."""
+
+    name: ResultName = Field(description="names the results: letters, digits and _")
+    table: Key = Field(description="table of the case that takes over what is picked")
+    also: tuple[Key, ...] = Field(
+        (), max_length=32, description="further tables that take over the same"
+    )
+    items: tuple[StockItem, ...] = Field((), max_length=1000, description="what there is")
+    catalogue: str | None = Field(
+        None,
+        description="CSV with a line for each, or TOML with a table for each, instead of items",
+    )
+    RULES = (_NAMED, one_of("items", "catalogue"), unique("items", "items of a stock"))
+
+
+class Tolerance(Table):
+    """How far a key scatters about its value, from one machine built to the next."""
+
+    key: Key = Field(description="as in machine.mounts.each.stiffness")
+    half_width: Value | None = Field(
+        None, description="evenly within so much on both sides: a size, or a share as '15 %'; or"
+    )
+    deviation: Value | None = Field(
+        None, description="normally distributed with this deviation: a size, or a share as '5 %'"
+    )
+    RULES = (one_of("half_width", "deviation"),)
+
+
+class Robust(Table):
+    """Improve, and hold to the limits, the mean plus so many deviations over tolerances."""
+
+    tolerances: tuple[Tolerance, ...] = Field(
+        min_length=1, max_length=32, description="keys that scatter, each on its own"
+    )
+    sigmas: Number = Field(
+        2.0, ge=0, le=10, description="deviations added to the mean, to the worse side"
+    )
+    samples: Annotated[int, Field(strict=True, ge=8, le=65536)] = Field(
+        64, description="machines drawn, the same ones for all candidates: a power of two is best"
+    )
+    seed: Annotated[int, Field(strict=True, ge=0, le=2**31 - 1)] = Field(
+        1, description="another one draws other machines"
+    )
+
 
 # ----------------------------------------------------------------------------
 # A search over keys of the case for what is best within limits.
@@ -105,8 +215,7 @@ class Optimisation(Table):
         needs("further_objectives", "second_objective"),
         needs("", "variables stock", allowed="what to change: variables, stock, or both"),
         unique("stock", "stocks"),
-        "vibecalc.core.case.search_checks:check_variables",
-        "vibecalc.core.case.choice_checks:check_choices",
+        "vibecalc.core.case.search_checks:check_search",
     )
 
     @property
@@ -119,16 +228,11 @@ class Optimisation(Table):
 # A search along one key of the case for the value that brings a wanted result.
 # ----------------------------------------------------------------------------
 
-Key = Annotated[str, Field(min_length=1, max_length=200)]
-
 
 class Find(Table):
     """Change one key between bounds until a result has a wanted value, or is at its extreme."""
 
-    name: Annotated[str, Field(min_length=1, max_length=40)] = Field(
-        description="names the results find/<name>/...: letters, digits and _",
-        json_schema_extra={"pattern": "^[A-Za-z0-9_]+$"},
-    )
+    name: ResultName = Field(description="names the results find/<name>/...: letters, digits and _")
     key: Key = Field(description="the number that is changed, as in machine.crank_train.rod_length")
     also: tuple[Key, ...] = Field(
         (), max_length=32, description="further keys, changed in the same ratio as this one"
@@ -151,21 +255,12 @@ class Find(Table):
         33, description="values of the first look, spread over the bounds"
     )
     RULES = (
-        refuse(
-            "",
-            "a case with [optimisation] cannot have [[find]], too",
-            lambda t: "optimisation" in t.case and t.path[-1] == 0,
-            "one or the other",
-            hint="search in a case of its own, with the optimum written into it",
-            also=("optimisation",),
+        _apart(
+            "[optimisation]",
+            "[[find]]",
+            "search in a case of its own, with the optimum written into it",
         ),
-        refuse(
-            "name",
-            "a name that cannot stand in a result path",
-            lambda t: isinstance(t["name"], str) and re.search("[^A-Za-z0-9_]", t["name"]),
-            "letters, digits and _, as in rod_length_6_db",
-            found="{name!r}",
-        ),
+        _NAMED,
         one_of(
             "target",
             "change",
@@ -175,6 +270,65 @@ class Find(Table):
         ),
         "vibecalc.core.case.search_checks:check_find",
     )
+
+
+# ----------------------------------------------------------------------------
+# Keys of a case that are fitted to what was measured of the machine.
+# ----------------------------------------------------------------------------
+
+
+def _points(row: Row) -> Iterator[Problem]:
+    """A fit needs something measured."""
+    kinds = [
+        one.get("kind", "published")
+        for name in ("reference", "reference_table")
+        for _, one in tables_at(row.case, name)
+    ]
+    wanted = row["references"]
+    if kinds and (wanted == "all" or wanted in kinds):
+        return
+    yield row.problem(
+        "",
+        "there is nothing to fit to: the case has no "
+        + ("[[reference]]" if wanted == "all" else f"[[reference]] of kind {wanted!r}"),
+        allowed='[[reference]] or [[reference_table]] with kind = "measured"',
+        hint='references = "all" takes published ones, too' if kinds else "",
+    )
+
+
+_FIRST = "write the values of the fit into the case, then search"
+
+
+class Fit(Table):
+    """Change some keys within bounds until the results come closest to what was measured."""
+
+    variables: tuple[Variable, ...] = Field(min_length=1, max_length=32, description="what to fit")
+    references: Literal["measured", "all"] = Field(
+        "measured",
+        description="what it is fitted to: references of kind measured, or all of them; those with "
+        "a known_difference are left out",
+    )
+    starts: Annotated[int, Field(strict=True, ge=0, le=1000)] = Field(
+        4, description="starting points spread over the bounds, besides the case as written"
+    )
+    RULES = (
+        _apart("[optimisation]", "[fit]", _FIRST),
+        _apart("[[find]]", "[fit]", _FIRST),
+        refuse(
+            "variables",
+            "a fit moves numbers between bounds, it picks nothing from lists",
+            lambda t: any("choices" in one or "integer" in one for one in t.each("variables")),
+            "lower and upper",
+            hint="[optimisation] picks from lists",
+        ),
+        _points,
+        "vibecalc.core.case.search_checks:check_search",
+    )
+
+    @property
+    def moving(self) -> tuple[Variable, ...]:
+        """The variables, all of which lie between bounds."""
+        return self.variables
 
 
 # ----------------------------------------------------------------------------
@@ -202,7 +356,7 @@ class Along(Table):
 
     model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
 
-    key: Annotated[str, Field(min_length=1, max_length=200)] = Field(
+    key: Key = Field(
         description="as in machine.mounts.each.stiffness or ...cylinders[0].crank_phase"
     )
     values: Swept = Field(

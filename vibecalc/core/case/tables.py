@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from vibecalc.core.case.fields import Labels, Name, Number, ResultPath, Table, Value, Where
-from vibecalc.core.case.raw import get_key, tables_at
+from vibecalc.core.case.raw import get_key, is_value, tables_at
 from vibecalc.core.case.rules import Row, at_most_one, needs, refuse, same_length
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.units import si_value, split_number
@@ -15,14 +15,14 @@ from vibecalc.units import si_value, split_number
 def _unit_twice(row: Row) -> bool:
     """Whether the unit stands in a value and as a key of its own."""
     values = row.entries("value") or [row["value"]]
-    return bool(row["unit"]) and any(isinstance(one, str) and _unit_of(one) for one in values)
+    return bool(row["unit"]) and any(map(_has_unit, values))
 
 
-def _unit_of(value: str) -> str:
+def _has_unit(value: Any) -> bool:
     try:
-        return split_number(value)[1]
+        return isinstance(value, str) and bool(split_number(value)[1])
     except UnitError:
-        return ""
+        return False
 
 
 _UNIT_ONCE = refuse(
@@ -39,15 +39,13 @@ _AT_START = refuse(
 )
 
 
-class Reference(Table):
-    """A published or measured number for this machine, shown next to ours."""
+class Printed(Table):
+    """What a published or measured number and a table of such numbers have in common."""
 
     quantity: ResultPath = Field(description="result path")
     where: Where = Field(default_factory=dict, description="picks one entry along named axes")
-    value: Value = Field(description="as printed: its last digit sets the default tolerance")
-    unit: str = Field("", description="unit of the value, if the value does not carry it")
+    unit: str = Field("", description="unit of what is printed, if that does not carry it")
     rtol: Number | None = Field(None, gt=0, lt=1, description="relative tolerance")
-    atol: Value | None = Field(None, description="absolute tolerance, in the value's unit")
     digits: Literal["rounded", "truncated"] = Field(
         "rounded", description="truncated: within a whole unit of the last digit, not half of one"
     )
@@ -57,14 +55,21 @@ class Reference(Table):
     )
     known_difference: str = Field("", description="why the source differs; then it is not counted")
     shown_by: str = Field(
-        "", description="test that reproduces the printed value, or 'not reproducible: ...'"
+        "", description="test that reproduces what is printed, or 'not reproducible: ...'"
     )
     at: Literal["start", "optimum"] = Field("optimum", description="for cases with [optimisation]")
     uncertainty: Value | None = Field(
         None,
-        description="standard uncertainty for [fit], in the value's unit or in %; "
+        description="standard uncertainty for [fit], in the unit of what is printed or in %; "
         "default: the tolerance over sqrt 3",
     )
+
+
+class Reference(Printed):
+    """A published or measured number for this machine, shown next to ours."""
+
+    value: Value = Field(description="as printed: its last digit sets the default tolerance")
+    atol: Value | None = Field(None, description="absolute tolerance, in the value's unit")
     RULES = (at_most_one("rtol", "atol"), _UNIT_ONCE, _AT_START)
 
 
@@ -91,12 +96,10 @@ def _numbers(row: Row) -> Iterator[Problem]:
         )
 
 
-class ReferenceTable(Table):
+class ReferenceTable(Printed):
     """Published or measured numbers for many entries of one quantity, one row for each."""
 
-    quantity: ResultPath = Field(description="result path")
-    axis: Name = Field(description="axis that the rows pick entries of")
-    where: Where = Field(default_factory=dict, description="picks along the other axes")
+    axis: Name = Field(description="axis that the rows pick entries of; `where` is of the others")
     file: str = Field(
         "", description="CSV next to the case, its first column entries; instead of entry and value"
     )
@@ -104,21 +107,6 @@ class ReferenceTable(Table):
     entry: Labels = Field((), description="entries of the axis, one for each value")
     value: Annotated[tuple[Value, ...], Field(max_length=20_000)] = Field(
         (), description="as printed: last digits set the tolerance"
-    )
-    unit: str = Field("", description="unit of the values")
-    rtol: Number | None = Field(None, gt=0, lt=1, description="relative tolerance")
-    digits: Literal["rounded", "truncated"] = Field(
-        "rounded", description="truncated: within a whole unit of the last digit, not half of one"
-    )
-    source: Name = Field(description="table, figure or page")
-    kind: Literal["published", "measured"] = Field(
-        "published", description="measured numbers are shown and never counted"
-    )
-    known_difference: str = Field("", description="why the source differs; then it is not counted")
-    shown_by: str = Field("", description="test that reproduces the values, or why none can")
-    at: Literal["start", "optimum"] = Field("optimum", description="for cases with [optimisation]")
-    uncertainty: Value | None = Field(
-        None, description="standard uncertainty of each for [fit], in their unit or in %"
     )
     uncertainty_column: str = Field(
         "", description="name of the file's column that holds uncertainties, instead"
@@ -185,9 +173,7 @@ def contradictions(row: Row) -> Iterator[Problem]:
 
 
 def _si_value(value: Any) -> float | None:
-    if value is None or isinstance(value, bool) or not isinstance(value, str | int | float):
-        return None
     try:
-        return si_value(value)
-    except (UnitError, OverflowError):
+        return si_value(value) if is_value(value) else None
+    except UnitError:
         return None

@@ -14,12 +14,12 @@ from pydantic.fields import FieldInfo
 
 from vibecalc.core.case.fields import DeferredTable, Kind, Table, Unit
 from vibecalc.core.results.named import named
-from vibecalc.errors import KeyPath, UnitError
-from vibecalc.unit_table import WORDS
+from vibecalc.errors import KeyPath, Problem, UnitError
+from vibecalc.unit_table import DIMENSIONS
 from vibecalc.units import allowed_words, describe, parse_quantity
 
 BOUND_SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
-_COMPARE = {"gt": operator.gt, "ge": operator.ge, "lt": operator.lt, "le": operator.le}
+COMPARE = {"gt": operator.gt, "ge": operator.ge, "lt": operator.lt, "le": operator.le}
 
 
 class Shape(NamedTuple):
@@ -47,6 +47,10 @@ class Shape(NamedTuple):
     def number(self, written: float | str) -> float:
         """A value of such a place in SI, as its field reads it. Raises UnitError."""
         return parse_quantity(written, self.unit or "", difference=self.difference)
+
+    def allows(self, value: float) -> bool:
+        """Whether a number in SI keeps the bounds of this place."""
+        return all(COMPARE[name](value, bound) for name, bound in self.bounds)
 
 
 def keys_of(table: type[Table]) -> dict[str, FieldInfo]:
@@ -80,11 +84,10 @@ def shape_at(path: KeyPath) -> Shape | None:
 
 def with_names(shape: Shape | None, value: Any) -> Any:
     """A list of names, where a shell was given whole numbers for some: [1, 3, 2] of cylinders."""
-    if shape is None or shape.item is None or shape.item.kind != "text":
-        return value
-    if not isinstance(value, list | tuple):
-        return value
-    return [str(one) if type(one) is int else one for one in value]
+    of_texts = shape is not None and shape.item is not None and shape.item.kind == "text"
+    if of_texts and isinstance(value, list | tuple):
+        return [str(one) if type(one) is int else one for one in value]
+    return value
 
 
 def words(shape: Shape) -> str:
@@ -93,7 +96,7 @@ def words(shape: Shape) -> str:
     if shape.kind == "number":
         bounds = bound_words(shape)
         written = " or ".join(f"'{one}'" for one in examples_of(shape))
-        example = f", e.g. {written}" if shape.unit in WORDS else ""
+        example = f", e.g. {written}" if shape.unit in DIMENSIONS else ""
         three = ", or a list of three" if shape.or_three else ""
         return " ".join(part for part in (noun(shape), bounds) if part) + three + example
     if shape.kind == "whole":
@@ -116,13 +119,16 @@ def words(shape: Shape) -> str:
     return "a finite number, or a text with a unit such as '100 N'"
 
 
-def allowed_of(cause: UnitError, shape: Shape | None) -> str:
-    """What is allowed at a place whose value is none: what the place says, if the cause says no
-    more than the unit does."""
-    if shape is None or cause.allowed not in ("", allowed_words(shape.unit or "")):
-        bounds = f", {bound_words(shape)}" if shape and shape.bounds else ""
-        return cause.allowed + bounds
-    return words(shape)
+def unit_problem(error: UnitError, path: KeyPath, shape: Shape | None, of: str) -> Problem:
+    """What is wrong with the value at a place; `of` comes before the words of the error.
+
+    Where the error says no more than the unit does of what is allowed, the place says it.
+    """
+    bounds = f", {bound_words(shape)}" if shape and shape.bounds else ""
+    allowed = error.allowed + bounds
+    if shape is not None and error.allowed in ("", allowed_words(shape.unit or "")):
+        allowed = words(shape)
+    return Problem(path, of + error.message, error.found, allowed, error.hint)
 
 
 def noun(shape: Shape) -> str:
@@ -133,15 +139,13 @@ def noun(shape: Shape) -> str:
 def examples_of(shape: Shape) -> list[str]:
     """What may be written for a number: examples of its kind within its bounds, or one between."""
     unit = shape.unit or ""
-    written = re.findall("'([^']*)'", shape.examples or WORDS.get(unit, ("", ""))[1])
-    within = [one for one in written if _within(shape, parse_quantity(one, unit))]
+    known = DIMENSIONS[unit].examples if unit in DIMENSIONS else ""
+    written = re.findall("'([^']*)'", shape.examples or known)
+    within = [one for one in written if shape.allows(parse_quantity(one, unit))]
     if within:
         return within
     bounds = dict(shape.bounds)
-    low, high = (
-        max((bounds[name] for name in names if name in bounds), default=None)
-        for names in (("gt", "ge"), ("lt", "le"))
-    )
+    low, high = bounds.get("gt", bounds.get("ge")), bounds.get("lt", bounds.get("le"))
     if low is not None and high is not None:
         far = low > 0.0 and high > 1e3 * low
         between = math.sqrt(low * high) if far else 0.5 * (low + high) or 0.5 * high
@@ -150,10 +154,6 @@ def examples_of(shape: Shape) -> list[str]:
     else:
         between = min(1.0, 0.0 if high is None else high - 1.0)
     return [f"{between:.4g} {unit}".strip()]
-
-
-def _within(shape: Shape, value: float) -> bool:
-    return all(_COMPARE[name](value, bound) for name, bound in shape.bounds)
 
 
 def bound_words(shape: Shape) -> str:

@@ -56,7 +56,9 @@ def content_of(path: Path, largest: int, streams: bool = False) -> bytes:
 
 
 def checked(content: bytes, largest: int) -> bytes:
-    """The same bytes; Unfit where there are more of them, or where they are a text in UTF-16."""
+    """The same bytes; Unfit where there are more of them, and for a result or a text in UTF-16."""
+    if content.startswith(b"\x89HDF\r\n\x1a\n"):
+        raise Unfit("is a result file (HDF5), which `vibecalc report` reads")
     if len(content) > largest:
         raise TooLarge(f"is larger than {largest / 1e6:g} MB")
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):

@@ -1,6 +1,5 @@
 """Many points of a sweep as one run: numbers of the case and results with a leading axis."""
 
-import operator
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -8,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.case.number_range import ANGLES, LARGEST, LARGEST_ANGLE, SMALLEST
-from vibecalc.core.case.walk import Shape, shape_at
+from vibecalc.core.case.walk import COMPARE, Shape, shape_at
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Axis
 from vibecalc.core.run.reads import Reads, traced
@@ -90,14 +89,11 @@ def reads(check: "Callable[[Case], Any]", case: "Case") -> bool:
     return False
 
 
-_COMPARE = {"gt": operator.gt, "ge": operator.ge, "lt": operator.lt, "le": operator.le}
-
-
 def allowed_by(shape: Shape | None, values: np.ndarray) -> BoolArray:
     """Whether each value is finite and within the bounds of its place in a case."""
     allowed: BoolArray = np.isfinite(values)
     for name, bound in () if shape is None else shape.bounds:
-        allowed &= _COMPARE[name](values, bound)
+        allowed &= COMPARE[name](values, bound)
     return allowed
 
 

@@ -4,14 +4,13 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from vibecalc.core.case.choice_checks import read_choice, whole_numbers
 from vibecalc.core.case.raw import field_unit, parse_key
+from vibecalc.core.case.search_checks import read_choice, whole_numbers
 from vibecalc.core.case.walk import shape_at
 from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
-    from vibecalc.core.case.choice_tables import Stock
-    from vibecalc.core.case.study_tables import Optimisation, Variable
+    from vibecalc.core.case.study_tables import Optimisation, Stock, Variable
 
 # ----------------------------------------------------------------------------
 # Choices and combinations of their options.

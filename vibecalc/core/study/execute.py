@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 from vibecalc import __version__
 from vibecalc.core.case.load import CaseSource, LoadedCase, load_case, raise_with_location
-from vibecalc.core.case.raw import Setting
+from vibecalc.core.case.raw import Data, Setting, read_number, table_at, tables_at
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.results.steps import step
 from vibecalc.core.results.verdicts import judged
 from vibecalc.core.results.visible import visible
-from vibecalc.errors import CaseError, KeyPath, Problem, ResultError, UnitError
-from vibecalc.units import parse_quantity
+from vibecalc.errors import CaseError, KeyPath, Problem, ResultError
 
 if TYPE_CHECKING:
     from vibecalc.core.results.record import Entry
@@ -43,9 +42,11 @@ def early_problems(data: dict[str, Any]) -> list[Problem]:
 def _rod(data: dict[str, Any]) -> list[Problem]:
     from vibecalc.parts.crank_train import rod_problems
 
-    train = _table(_table(data, "machine"), "crank_train")
-    radius, rod_length = _length(train, "crank_radius"), _length(train, "rod_length")
-    offset = _length(train, "wrist_pin_offset") if "wrist_pin_offset" in train else 0.0
+    train = table_at(data, "machine", "crank_train")
+    radius, rod_length = (
+        read_number(train.get(key), "m") for key in ("crank_radius", "rod_length")
+    )
+    offset = read_number(train.get("wrist_pin_offset", 0.0), "m")
     if radius is None or rod_length is None or offset is None or min(radius, rod_length) <= 0.0:
         return []
     return rod_problems(radius, rod_length, abs(offset))
@@ -66,35 +67,14 @@ _OBJECTIVES = (
 )
 
 
-def _named(data: dict[str, Any]) -> Iterator[tuple[KeyPath, str]]:
-    for name in ("reference", "limit", "find"):
-        rows = data.get(name)
-        for index, row in enumerate(rows if isinstance(rows, list) else ()):
-            if isinstance(row, dict) and isinstance(row.get("quantity"), str):
-                yield (name, index), row["quantity"]
-    for place in _OBJECTIVES:
-        goal = _table(_table(data, place[0]), place[1]).get("quantity")
-        if isinstance(goal, str):
-            yield place, goal
-    further = _table(data, "optimisation").get("further_objectives")
-    for index, row in enumerate(further if isinstance(further, list) else ()):
-        if isinstance(row, dict) and isinstance(row.get("quantity"), str):
-            yield ("optimisation", "further_objectives", index), row["quantity"]
-
-
-def _table(data: dict[str, Any], key: str) -> dict[str, Any]:
-    found = data.get(key)
-    return found if isinstance(found, dict) else {}
-
-
-def _length(table: dict[str, Any], key: str) -> float | None:
-    value = table.get(key)
-    if isinstance(value, bool) or not isinstance(value, str | int | float):
-        return None
-    try:
-        return parse_quantity(value, "m")
-    except (UnitError, OverflowError):
-        return None
+def _named(data: Data) -> Iterator[tuple[KeyPath, str]]:
+    lists: tuple[tuple[str, ...], ...] = (("reference",), ("limit",), ("find",))
+    goals: list[tuple[KeyPath, Data]] = [(path, table_at(data, *path)) for path in _OBJECTIVES]
+    for path in (*lists, ("optimisation", "further_objectives")):
+        goals += [((*path, place), row) for place, row in tables_at(data, *path)]
+    for place, goal in goals:
+        if isinstance(goal.get("quantity"), str):
+            yield place, goal["quantity"]
 
 
 # ----------------------------------------------------------------------------

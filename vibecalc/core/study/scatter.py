@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.case.choice_checks import share_or_size
 from vibecalc.core.case.raw import field_unit, parse_key
+from vibecalc.core.case.search_checks import share_or_size
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Axis
 from vibecalc.core.results.select import Where, curving, select, uncertainty, worst
@@ -21,7 +21,7 @@ from vibecalc.core.study.sweep.sampling import deviation, drawn, mean
 from vibecalc.errors import NumericalFailure
 
 if TYPE_CHECKING:
-    from vibecalc.core.case.choice_tables import Robust
+    from vibecalc.core.case.study_tables import Robust
     from vibecalc.core.results.record import Record
     from vibecalc.schema import Case
 

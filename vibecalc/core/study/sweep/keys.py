@@ -10,7 +10,7 @@ import numpy as np
 from vibecalc.core.case.diagnose import shown
 from vibecalc.core.case.raw import get_key, key_text, nearest, parse_key
 from vibecalc.core.case.study_tables import Along, Distribution
-from vibecalc.core.case.walk import Shape, allowed_of, keys_of, shape_at, with_names, words
+from vibecalc.core.case.walk import Shape, keys_of, shape_at, unit_problem, with_names, words
 from vibecalc.core.study.sweep.values import (
     PARAMETERS,
     AxisValues,
@@ -128,16 +128,9 @@ class KeyTable(NamedTuple):
             raise self.refused(key, f"{name} cannot be true or false", allowed=words(shape))
         try:
             return shape._replace(difference=shape.difference or difference).number(written)
-        except (UnitError, OverflowError) as caught:
-            error = caught if isinstance(caught, UnitError) else UnitError("too large for a double")
-            allowed = allowed_of(error, shape)
-            raise self.refused(
-                key,
-                f"{name}: {error.message}",
-                found=error.found,
-                allowed=allowed,
-                hint=error.hint,
-            ) from None
+        except UnitError as error:
+            problem = unit_problem(error, (*self.place, key), shape, f"{name}: ")
+            raise CaseError([problem]) from None
 
 
 def read_values(key: KeyTable, sampled: bool, points: int | None) -> AxisValues:
