@@ -52,7 +52,7 @@ def take_orders(resolved: dict[str, Any], kept: dict[str, Any]) -> None:
     for row, other in rows:
         assert row["found"].keys() == other["found"].keys()
         for key, values in row["found"].items():
-            if isinstance(values, dict):  # the keys that these were made with
+            if isinstance(values, dict | str):  # the keys that these were made with, words
                 assert values == other["found"][key]
                 continue
             largest = np.max(np.abs(other["found"][key]))
