@@ -139,7 +139,7 @@ def test_many_combinations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         monkeypatch.setattr(module, "MOST_RUNS", 3000)
 
     def search(binding: Squares, further: np.ndarray):  # type: ignore[no-untyped-def]
-        return minimise(binding.evaluate, binding.lower, binding.upper, starts=further)
+        return minimise(binding.evaluate, binding.lower, binding.upper, starts=0, further=further)
 
     found = combine(Squares(), case, search, lambda binding: binding.evaluate)  # type: ignore
     grid = np.moveaxis(np.indices((16, 16, 16)), 0, -1).reshape(-1, 3)

@@ -49,7 +49,6 @@ def test_known_optimum_within_its_error(number):
 
 def test_multipliers_are_the_price_of_a_limit():
     found = minimise(rosen_suzuki, [-10] * 4, [10] * 4, starts=2)
-    assert found.active_margins == (0, 2)
     assert found.margin_multipliers == pytest.approx([1, 0, 2], abs=1e-9)
 
 

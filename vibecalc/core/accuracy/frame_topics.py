@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibecalc.core.accuracy.kinds import (
-    NEARLY_KEPT,
     Ask,
     Limited,
     optimum,
@@ -21,9 +20,7 @@ from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import StageCache, run_case
 from vibecalc.core.study.binding import Binding
 from vibecalc.core.study.find import Along, choose
-from vibecalc.core.study.optimise import STANDARD
-from vibecalc.core.study.search.methods import METHODS
-from vibecalc.core.study.search.minimise import find, minimise
+from vibecalc.core.study.search.minimise import minimise
 from vibecalc.core.study.search.problem import Box
 from vibecalc.errors import NumericalFailure
 from vibecalc.units import parse_quantity
@@ -152,11 +149,7 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
     # what is picked is no problem of a method, nor are bounds that leave a variable no room
     if first.choices or study.robust or not np.all(first.upper > first.lower):
         return []
-    box, goal, method = (
-        Box(first.lower, first.upper, first.period),
-        study.objective.quantity,
-        study.method,
-    )
+    box, goal = Box(first.lower, first.upper, first.period), study.objective.quantity
 
     asked, began = Binding(loaded), time.process_time()
     asked.evaluate(0.999 * first.first + 0.001 * first.upper)
@@ -169,7 +162,7 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
         binding, began = Binding(loaded), time.process_time()
         found = minimise(
             binding.evaluate, binding.lower, binding.upper, first=binding.first, starts=starts,
-            rtol=loaded.case.accuracy.rtol, method=method or STANDARD, period=binding.period,
+            rtol=loaded.case.accuracy.rtol, period=binding.period,
         )  # fmt: skip
         place, error = box.unit(found.variables), float(found.objective_error)
         seconds = time.process_time() - began
@@ -178,15 +171,6 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
     def own(starts: float) -> Answer:
         _, objective, _, work, seconds = run(int(starts))
         return Answer(np.array([first.sign * objective]), float(work), None, seconds)
-
-    def bare(name: str, budget: float) -> Answer:
-        binding = Binding(loaded)
-        found = find(name, binding.evaluate, binding.lower, binding.upper, first=binding.first,
-                     budget=int(budget), period=binding.period)  # fmt: skip
-        violation = found.history[0].violation
-        if violation > NEARLY_KEPT:
-            raise NumericalFailure(f"the point reached breaks a limit by {violation:.2g} of it")
-        return Answer(np.array([first.sign * found.objective]), float(found.evaluations))
 
     def problem() -> Limited:
         binding = Binding(loaded)
@@ -197,20 +181,13 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
               "optimisation/objective", planned_quantities(loaded.case)[goal].unit,
               1.5 * (1.0 + study.starts),
               "the global optimum rests on all its starts, whose best ends are proven")  # fmt: skip
-    solvers = [
-        ours(f"{METHODS[method or STANDARD].words}, refined", "as the case is run", own, "starts",
-             [one for one in (1, 2, 4) if one <= study.starts], study.starts,
-             citation=METHODS[method or STANDARD].citation),
-        *(
-            ours(one.words, "from the case as written, not refined",
-                 lambda budget, name=name: bare(name, budget),  # type: ignore[misc]
-                 "evaluations", budgets, None, citation=one.citation)
-            for name, one in METHODS.items()
-        ),
-    ]  # fmt: skip
+    starts = [one for one in (1, 2, 4) if one <= study.starts]
+    solver = ours("sequential quadratic programming, refined", "as the case is run", own, "starts",
+                  starts, study.starts, citation="Kraft 1988, DFVLR-FB 88-28; Nocedal and Wright, "
+                  "Numerical Optimization, 2nd ed. 2006, ch. 12 and 18")  # fmt: skip
     begin = box.unit(first.first)
     return [optimum(
-        ask, solvers, problem, [(0.0, 1.0)] * len(begin), begin, lambda value: first.sign * value,
+        ask, [solver], problem, [(0.0, 1.0)] * len(begin), begin, lambda value: first.sign * value,
         lambda: run(study.starts)[:3], budgets, ("SLSQP", "COBYLA", "differential evolution"),
         "evaluations of the case",
     )]  # fmt: skip

@@ -107,14 +107,25 @@ def missing_key(path: KeyPath) -> Problem:
     )
 
 
+_ONE_SEARCH = (
+    "[optimisation] has one search, with nothing to choose: leave out method and compare; "
+    "`vibecalc accuracy` holds it against other methods"
+)
+#: keys that cases from before still have -> what to do about them
+GONE: dict[KeyPath, str] = {
+    ("optimisation", "method"): _ONE_SEARCH,
+    ("optimisation", "compare"): _ONE_SEARCH,
+}
+
+
 def _unknown(path: KeyPath, near: str) -> Problem:
     key = str(path[-1])
     parent = shape_at(path[:-1])
     elsewhere = () if near else _tables_with(key)
-    hint = ""
-    if near:
+    hint = GONE.get(path, "")
+    if near and not hint:
         hint = f"did you mean {near!r}?"
-    elif elsewhere:
+    elif elsewhere and not hint:
         hint = f"{key} belongs to {', '.join(f'[{name}]' for name in elsewhere[:3])}"
     keys = ", ".join(keys_of(parent.table)) if parent and parent.table and not near else ""
     place = f" in [{key_text(path[:-1])}]" if len(path) > 1 else ""

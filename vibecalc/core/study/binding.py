@@ -1,6 +1,7 @@
 """A case with some of its keys set to numbers, as a function that a search can call."""
 
 import copy
+from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Union
@@ -8,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Union
 import numpy as np
 
 from vibecalc.core.case.load import validate
-from vibecalc.core.case.raw import NOT_COMPUTED, case_at, field_unit, number_at
+from vibecalc.core.case.raw import NOT_COMPUTED, case_at, field_unit, number_at, parse_key
 from vibecalc.core.case.study_tables import Objective, Variable
 from vibecalc.core.case.tables import Limit
 from vibecalc.core.results.catalogue import CATALOGUE
@@ -16,8 +17,8 @@ from vibecalc.core.results.record import Record
 from vibecalc.core.results.select import Side, Where, parts_of, worst
 from vibecalc.core.results.verdicts import Bound, bounds_of
 from vibecalc.core.run.run import StageCache, check_again, run_case
-from vibecalc.core.study.ahead import Foreseen
 from vibecalc.core.study.choices import choices_of, in_words
+from vibecalc.core.study.sweep.at_once import Plan, compute, planned, unsupported
 from vibecalc.core.study.variables import period_of, shown_as
 from vibecalc.errors import CaseError, NumericalFailure
 from vibecalc.units import parse_quantity
@@ -120,7 +121,9 @@ class Binding(Varied):
             self.scatter = scatter_of(study.robust)
         self.goal = study.objective
         self.sign = sign_of(study.objective)
-        self.limits = tuple(limit for limit in loaded.case.limit if _counts(limit))
+        self.limits = tuple(
+            one for one in loaded.case.limit if one.at == "optimum" and one.expect == "kept"
+        )
         self._wanted = frozenset({self.goal.quantity, *(limit.quantity for limit in self.limits)})
         self._foreseen = Foreseen()
         self._others: dict[tuple[int, ...], Binding] = {}
@@ -139,14 +142,6 @@ class Binding(Varied):
             settings |= choice.options[place].settings
         return settings | super().settings(variables)
 
-    def apart(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """The difference of two points, (n,) in SI, along angles the shorter one around."""
-        difference = np.asarray(other - one)
-        period = np.where(self.period > 0.0, self.period, 1.0)
-        return np.where(
-            self.period > 0.0, difference - period * np.round(difference / period), difference
-        )
-
     def evaluate(self, variables: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
         """The objective, as its parts (p,) to be made small, and the margins of each limit.
 
@@ -160,9 +155,16 @@ class Binding(Varied):
         self, variables: np.ndarray, goals: tuple[Objective, ...]
     ) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Some objectives (all to be made small) and the margins."""
-        found = self._results_at(variables, self._wanted | {goal.quantity for goal in goals})
-        values = [sign_of(goal) * self._goal(found, goal)[0] for goal in goals]
-        return values, [margins for margins, _ in self._margins(found)]
+        values, margins = self._found(variables, goals)
+        signed = [sign_of(goal) * one for goal, (one, _) in zip(goals, values, strict=True)]
+        return signed, [one for one, _ in margins]
+
+    def errors(
+        self, variables: np.ndarray, goals: tuple[Objective, ...] | None = None
+    ) -> np.ndarray:
+        """Absolute errors of the objectives, then of the margins."""
+        values, margins = self._found(variables, goals or (self.goal,))
+        return np.array([*(np.max(off) for _, off in values), *(off for _, off in margins)])
 
     def worst(self, variables: np.ndarray) -> tuple[float, np.ndarray]:
         """The objective, and the smallest margin of each limit."""
@@ -203,24 +205,18 @@ class Binding(Varied):
             return self.results(variables, wanted) if known is None else known
         return self.machines_at(variables, self.scatter, wanted)
 
-    def errors(
-        self, variables: np.ndarray, goals: tuple[Objective, ...] | None = None
-    ) -> np.ndarray:
-        """Absolute errors of the objectives, then of the margins."""
-        goals = goals or (self.goal,)
+    def _found(
+        self, variables: np.ndarray, goals: tuple[Objective, ...]
+    ) -> tuple[list[tuple[np.ndarray, np.ndarray]], list[tuple[np.ndarray, float]]]:
+        """Entries of objectives with their errors; of each limit margins, and the error of all."""
         found = self._results_at(variables, self._wanted | {goal.quantity for goal in goals})
-        off = [np.max(self._goal(found, goal)[1]) for goal in goals]
-        return np.array([*off, *(error for _, error in self._margins(found))])
-
-    def _goal(self, found: Found, goal: Objective) -> tuple[np.ndarray, np.ndarray]:
-        side: Side = "max" if goal.sense == "min" else "min"
-        return self._entries(found, goal.quantity, goal.where, side)
-
-    def _margins(self, found: Found) -> Iterator[tuple[np.ndarray, float]]:
-        """Of each limit the margins of its entries, and the error of these."""
+        values = [self._entries(found, one.quantity, one.where, worse_side(one)) for one in goals]
+        margins = []
         for limit, bound in self.held():
-            values, reach = self._entries(found, limit.quantity, limit.where, bound.side)
-            yield bound.scaled(bound.left(values) - reach), bound.scaled(float(np.max(reach)))
+            at, reach = self._entries(found, limit.quantity, limit.where, bound.side)
+            off = bound.scaled(float(np.max(reach)))
+            margins.append((bound.scaled(bound.left(at) - reach), off))
+        return values, margins
 
     def _entries(
         self, found: Found, path: str, where: Where, side: Side
@@ -232,7 +228,7 @@ class Binding(Varied):
         if isinstance(found, Record):
             return parts_of(found[path], where, side)
         assert self.scatter is not None
-        middle, apart, error = found.spread(path, where, side).moments()
+        middle, apart, error = found.moments(path, where, side)
         more = self.scatter.sigmas * apart * (1.0 if side == "max" else -1.0)
         return np.array([middle + more]), np.array([error * max(1.0, self.scatter.sigmas)])
 
@@ -297,5 +293,82 @@ def sign_of(goal: Objective) -> float:
     return 1.0 if goal.sense == "min" else -1.0
 
 
-def _counts(limit: Limit) -> bool:
-    return limit.at == "optimum" and limit.expect == "kept"
+def worse_side(goal: Objective) -> Side:
+    """The side of the entries of an objective that counts."""
+    return "max" if goal.sense == "min" else "min"
+
+
+# ----------------------------------------------------------------------------
+# Points that a search is about to ask for, computed at once by arrays.
+# ----------------------------------------------------------------------------
+
+#: points that are kept; a search comes back to those it has met last
+MOST = 4096
+#: what is picked, the variables (n,) and the paths that are wanted
+_Key = tuple[tuple[int, ...], bytes, frozenset[str]]
+
+
+class Foreseen:
+    """Results of points by what is picked, the variables (n,) and the paths that are wanted."""
+
+    def __init__(self) -> None:
+        self._known: OrderedDict[_Key, Record] = OrderedDict()
+        self._cache = StageCache()
+        #: what is picked, and wanted -> the case whose numbers become arrays; None: they cannot
+        self._plans: dict[tuple[tuple[int, ...], frozenset[str]], tuple[Case, Plan] | None] = {}
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+    def find(
+        self, binding: Binding, variables: np.ndarray, wanted: frozenset[str]
+    ) -> Record | None:
+        """The results at a point, or None where it needs a run of its own."""
+        key = (binding.picked, variables.tobytes(), wanted)
+        if key not in self._known:
+            self.add(binding, variables[None, :], wanted)
+        return self._known.get(key)
+
+    def add(self, binding: Binding, points: np.ndarray, wanted: frozenset[str]) -> None:
+        """Compute the results `wanted` at points (k, n), where arrays can."""
+        known = self._planned(binding, wanted)
+        if known is None:
+            return
+        case, plan = known
+        fresh = [(binding.picked, point.tobytes(), wanted) not in self._known for point in points]
+        points = points[fresh]
+        if not len(points):
+            return
+        settings = [binding.settings(point) for point in points]
+        varied = {
+            parse_key(key): np.array([one[key] for one in settings])
+            for key, value in settings[0].items()
+            if isinstance(value, float)
+        }
+        parts, _ = compute(case, varied, len(points), wanted, plan, self._cache)
+        for part in parts:
+            for row, place in enumerate(part.places.tolist()):
+                quantities = {
+                    path: CATALOGUE[path].quantity(
+                        one.values[row], float(one.errors[row]), one.axes
+                    )
+                    for path, one in part.columns.items()
+                }
+                key = (binding.picked, points[place].tobytes(), wanted)
+                self._known[key] = Record(quantities=quantities)
+        while len(self._known) > MOST:
+            self._known.popitem(last=False)
+
+    def _planned(self, binding: Binding, wanted: frozenset[str]) -> "tuple[Case, Plan] | None":
+        what = (binding.picked, wanted)
+        if what not in self._plans:
+            settings = binding.settings(binding.first)
+            keys = [parse_key(key) for key, value in settings.items() if isinstance(value, float)]
+            self._plans[what] = None
+            try:
+                case = binding.case_at(binding.first).model_copy(update={"optimisation": None})
+            except NumericalFailure:
+                return None
+            if keys and unsupported(case, keys, wanted) is None:
+                self._plans[what] = case, planned(case, wanted, keys, again=True)
+        return self._plans[what]

@@ -136,7 +136,7 @@ def physics_problems(loaded: LoadedCase) -> list[Problem]:
         from vibecalc.core.study.variables import study_problems
 
         extra = optimisation_entries(case)
-        problems = study_problems(case)
+        problems = list(study_problems(case))
     if case.find:
         from vibecalc.core.study.planned import find_entries
 

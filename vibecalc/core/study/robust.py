@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibecalc.core.results.record import Method
-from vibecalc.core.results.select import Side, worst
+from vibecalc.core.results.select import worst
+from vibecalc.core.study.binding import worse_side
 from vibecalc.core.study.record import Numbers, Studied
 from vibecalc.core.study.scatter import Scatter, scatter_of
 from vibecalc.errors import NumericalFailure
@@ -35,7 +36,7 @@ def add_robust(out: Studied, optimum: np.ndarray) -> None:
     assert robust is not None
     draws = [scatter_of(robust, draw) for draw in range(SCRAMBLINGS)]
     wanted = frozenset({goal.quantity})
-    side: Side = "max" if goal.sense == "min" else "min"
+    side = worse_side(goal)
     rows, names, off = [], [], 0.0
     start = out.as_written.first
     for name, at, variables in (
@@ -47,7 +48,7 @@ def add_robust(out: Studied, optimum: np.ndarray) -> None:
         except NumericalFailure as failure:
             out.warn(f"no mean over tolerances at the {name}: {failure}")
             continue
-        moments = [one.spread(goal.quantity, goal.where, side).moments() for one in found]
+        moments = [one.moments(goal.quantity, goal.where, side) for one in found]
         middles, aparts, errors = map(np.array, zip(*moments, strict=True))
         off = max(off, float(errors[0]))
         both = middles + robust.sigmas * aparts * (1.0 if side == "max" else -1.0)
@@ -82,7 +83,7 @@ def _of_limits(binding: "Binding", variables: np.ndarray, scatter: Scatter) -> N
     rows, off = [], 0.0
     for limit, bound in binding.held():
         value, _ = worst(nominal[limit.quantity], limit.where, bound.side)
-        middle, apart, error = found.spread(limit.quantity, limit.where, bound.side).moments()
+        middle, apart, error = found.moments(limit.quantity, limit.where, bound.side)
         margins = (bound.left(value), bound.left(middle), apart)
         rows.append([bound.scaled(one) for one in margins])
         off = max(off, bound.scaled(error))

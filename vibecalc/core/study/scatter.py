@@ -14,7 +14,7 @@ from vibecalc.core.case.choice_checks import share_or_size
 from vibecalc.core.case.raw import field_unit, parse_key
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Axis
-from vibecalc.core.results.select import Where, curving, select, uncertainty, worst
+from vibecalc.core.results.select import Side, Where, curving, select, uncertainty, worst
 from vibecalc.core.run.columns import Column
 from vibecalc.core.study.sweep.at_once import compute, unsupported
 from vibecalc.core.study.sweep.sampling import deviation, drawn, mean
@@ -79,18 +79,6 @@ def by_arrays(case: "Case", keys: tuple[str, ...], wanted: frozenset[str]) -> bo
 # ----------------------------------------------------------------------------
 
 
-class Spread(NamedTuple):
-    """Worst entries of a result, one for each machine: values and errors (samples,)."""
-
-    values: np.ndarray
-    errors: np.ndarray
-
-    def moments(self) -> tuple[float, float, float]:
-        """Mean, deviation, and the numerical error of the mean and of the deviation together."""
-        middle, apart = mean(self.values, self.errors), deviation(self.values, self.errors)
-        return float(middle.value), float(apart.value), float(middle.error + apart.error)
-
-
 class Machines(NamedTuple):
     """Some results of all machines about a candidate, as columns and as single runs."""
 
@@ -98,16 +86,17 @@ class Machines(NamedTuple):
     parts: list[tuple[np.ndarray, Mapping[str, Column]]]
     alone: list[tuple[int, "Record"]]
 
-    def spread(self, path: str, where: Where, side: str) -> Spread:
-        """The worst entries of one result: the largest ("max") or the smallest ("min")."""
+    def moments(self, path: str, where: Where, side: Side) -> tuple[float, float, float]:
+        """Mean and deviation of the worst entries of a result, one for each machine, and the
+        numerical error of both together."""
         values, errors = np.empty(self.size), np.empty(self.size)
         for places, columns in self.parts:
             values[places], errors[places] = _worst(path, columns[path], where, side)
         for place, record in self.alone:
-            quantity = record[path]
-            values[place], _ = worst(quantity, where, "max" if side == "max" else "min")
-            errors[place] = uncertainty(quantity, where)
-        return Spread(values, errors)
+            values[place], _ = worst(record[path], where, side)
+            errors[place] = uncertainty(record[path], where)
+        middle, apart = mean(values, errors), deviation(values, errors)
+        return float(middle.value), float(apart.value), float(middle.error + apart.error)
 
 
 def machines(

@@ -86,59 +86,34 @@ def left_words(done: int, likely: int, began: float, words: str) -> str:
 
 
 # ----------------------------------------------------------------------------
-# What is wrong with an [optimisation] as a whole: where it starts, the front and the methods.
+# What is wrong with an [optimisation] as a whole: where it starts, and its objectives.
 # ----------------------------------------------------------------------------
 
 #: of the distance between bounds, what rounding of units may miss one by
 _ROUNDING = 1e-9
 
 
-def study_problems(case: "Case") -> list[Problem]:
-    """Problems of start, second_objective, front_points, compare; none without [optimisation]."""
+def study_problems(case: "Case") -> Iterator[Problem]:
+    """Problems of where it starts, of its further objectives and of what is asked of variables."""
     study = case.optimisation
-    if study is None:
-        return []
-    problems = list(start_problems(case, "optimisation"))
-    second = study.second_objective
-    if second is None:
-        if study.front_points is not None:
-            problems.append(
-                Problem(
-                    path=("optimisation", "front_points"),
-                    message="a front needs a second objective",
-                    allowed="second_objective = { quantity = ... }",
-                )
-            )
-    else:
-        problems += _further(case, ("second_objective",), second, (study.objective,))
-        before: tuple[Objective, ...] = (study.objective, second)
-        for place, one in enumerate(study.further_objectives):
-            problems += _further(case, ("further_objectives", place), one, before)
-            before = (*before, one)
-    if not study.moving:
-        problems += [
-            Problem(
-                path=("optimisation", key),
-                message=f"{key} is about variables between bounds, and all of these are picked",
-                allowed="a variable with lower and upper",
-            )
-            for key in ("method", "compare", "sensitivity")
-            if getattr(study, key)
-        ]
-    doubled = [name for name in dict.fromkeys(study.compare) if study.compare.count(name) > 1]
-    problems += [
-        Problem(path=("optimisation", "compare"), message=f"{name} is compared twice")
-        for name in doubled
-    ]
-    return problems
+    assert study is not None
+    yield from start_problems(case, "optimisation")
+    second: KeyPath = ("second_objective",)
+    for place, one in enumerate(study.goals[1:]):
+        key = ("further_objectives", place - 1) if place else second
+        yield from _further(case, key, one, study.goals[: place + 1])
+    if study.sensitivity and not study.moving:
+        yield Problem(
+            path=("optimisation", "sensitivity"),
+            message="sensitivity is about variables between bounds, and all of these are picked",
+            allowed="a variable with lower and upper",
+        )
 
 
 def _further(
     case: "Case", key: KeyPath, goal: "Objective", before: tuple["Objective", ...]
 ) -> Iterator[Problem]:
     """Problems of a further objective, which is held to the checks of the first one."""
-    study = case.optimisation
-    assert study is not None
     if goal in before:
         order = ("first", "second", "third", "fourth")[before.index(goal)]
         which = "second" if len(before) == 1 else "further"
@@ -147,7 +122,8 @@ def _further(
             message=f"the {which} objective is the same as the {order} one",
             hint="a front shows what one costs in the other",
         )
-    swapped = study.model_copy(update={"objective": goal})
+    assert case.optimisation is not None
+    swapped = case.optimisation.model_copy(update={"objective": goal})
     alone = case.model_copy(update={"optimisation": swapped, "reference": (), "limit": ()})
     for problem in check_targets(alone):
         if problem.path[:2] == ("optimisation", "objective"):

@@ -206,18 +206,3 @@ def identify(values: Values, unit: np.ndarray, first: np.ndarray, closeness: flo
     pull = float(np.linalg.norm(np.abs(weights) @ np.abs(first)))
     residual = float(np.linalg.norm(total[sides == 0])) / max(1.0, pull)
     return Held(weights, sides, total, residual, float(np.abs(weights) @ steep))
-
-
-def stationarity(values: Values, unit: np.ndarray) -> float:
-    """How far a point (k,) is from a stationary one: what is left of the gradients to balance.
-
-    0 where the first-order conditions hold, 1 or so far from any; infinity where they cannot be
-    formed, as on a kink or next to points that cannot be evaluated.
-    """
-    try:
-        slopes = gradient(values, unit, measured_noise(values, unit))
-    except NumericalFailure:
-        return np.inf
-    found = (identify(values, unit, slopes.first, closeness) for closeness in CLOSENESS)
-    smooth = (one for one in found if not np.any(slopes.kinked[one.weights != 0]))
-    return min((one.residual for one in smooth), default=np.inf)

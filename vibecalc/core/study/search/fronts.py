@@ -38,7 +38,7 @@ class FrontPoints(NamedTuple):
     variables: np.ndarray
     variables_error: np.ndarray
     evaluations: int
-    notes: tuple[str, ...]
+    notes: list[str]
 
 
 def undominated(values: np.ndarray) -> np.ndarray:
@@ -356,5 +356,5 @@ def front(
     if len(kept) < len(values):
         notes.append(f"{len(values) - len(kept)} points were as good as others or dominated")
     return FrontPoints(
-        values[kept], off[kept], variables[kept], away[kept], len(tracer.known), tuple(notes)
+        values[kept], off[kept], variables[kept], away[kept], len(tracer.known), notes
     )

@@ -4,7 +4,7 @@ import numpy as np
 
 from vibecalc.core.study.search.derivatives import measured_noise
 from vibecalc.core.study.search.newton import Refined, walls
-from vibecalc.core.study.search.problem import KNOWN, BudgetSpent, Values, spread
+from vibecalc.core.study.search.problem import KNOWN, Values, spread
 
 FIRST_RADIUS = 3e-3
 LARGEST_RADIUS = 5e-2
@@ -189,10 +189,7 @@ def reach(values: Values, unit: np.ndarray, bias: np.ndarray, gradients: np.ndar
         return np.zeros(size)
 
     def within(step: np.ndarray) -> bool:
-        try:
-            there = values(unit + step)
-        except BudgetSpent:
-            there = None
+        there = values(unit + step)
         if there is None or np.any(there[1:] < np.minimum(base[1:], 0.0) - 2.0 * bias[1:] - MARGIN):
             return False
         # of an objective without error the limits alone tell
