@@ -144,7 +144,7 @@ def physics_problems(loaded: LoadedCase) -> list[Problem]:
     if case.fit is not None:
         from vibecalc.core.study.measured_points import fit_entries, fit_problems
 
-        extra, problems = fit_entries(case), fit_problems(case)
+        extra, problems = fit_entries(case), list(fit_problems(case))
     if case.sweep is not None and case.sweep.axes:
         from vibecalc.core.study.sweep.checks import sweep_problems
 

@@ -118,7 +118,10 @@ def choose(along: Along, as_written: tuple[float, float], unit: str) -> ChosenSo
         raise NumericalFailure(
             f"none of {len(curve.samples)} points could be computed: {_reasons(curve)}"
         )
-    if _constant(computed):
+    # three at least mean something; an error by what is left out of a result may hide a change
+    values = [one.value for one in computed]
+    rounding = min(_SAME * max(map(abs, values)), *(one.error for one in computed))
+    if len(computed) > 2 and max(values) - min(values) <= 2.0 * rounding:
         raise NumericalFailure(
             f"{search.quantity} does not change between the bounds of {search.key}: it is "
             f"{_shown(computed[0].value, unit)} at all of {len(computed)} points"
@@ -161,15 +164,12 @@ def _around(along: Along, solutions: list[Solution]) -> list[Solution]:
 
 
 def _level(along: Along, as_written: tuple[float, float], unit: str) -> Level:
-    search = along.search
+    search, (value, error) = along.search, as_written
     if search.target is not None:
         return Level(parse_quantity(search.target, unit), 0.0)
-    if search.change is None:
-        raise ValueError("the search does not say what is wanted")
-    value, error = as_written
     if not math.isfinite(value):
         raise NumericalFailure(f"{search.quantity} of the case as written is no finite number")
-    return Level(value + parse_quantity(search.change, unit), error)
+    return Level(value + parse_quantity(str(search.change), unit), error)
 
 
 def _distance(along: Along, sample: Sample) -> float:
@@ -180,16 +180,6 @@ def _distance(along: Along, sample: Sample) -> float:
 
 #: relative change of a result along a key that is none where its error does not tell it, either
 _SAME = 1e-8
-
-
-def _constant(computed: list[Sample]) -> bool:
-    """Whether all samples are the same but for rounding: three at least, to mean something.
-
-    An error by what is left out of a result may hide a change, and tells of none.
-    """
-    values = [sample.value for sample in computed]
-    rounding = min(_SAME * max(map(abs, values)), *(one.error for one in computed))
-    return len(computed) > 2 and max(values) - min(values) <= 2.0 * rounding
 
 
 def _beyond(
@@ -215,25 +205,24 @@ def _place(along: Along, curve: SampledCurve, sample: Sample) -> str:
 def _nothing(
     along: Along, curve: SampledCurve, level: Level | None, unit: str, notes: list[str]
 ) -> str:
-    search = along.search
-    computed = curve.computed()
+    search, computed = along.search, curve.computed()
     low, high = (pick(computed, key=lambda one: one.value) for pick in (min, max))
     bounds = f"{_shown(along.lower, along.unit)} and {_shown(along.upper, along.unit)}"
     if level is None:
-        best = low if search.seek == "minimum" else high
+        best, how = (low, "lowest") if search.seek == "minimum" else (high, "highest")
         words = (
             f"no {search.seek} of {search.quantity} for {search.key} between {bounds}: "
-            f"its {'lowest' if best is low else 'highest'} value, {_shown(best.value, unit)}, is "
-            f"{_place(along, curve, best)}"
+            f"its {how} value, {_shown(best.value, unit)}, is {_place(along, curve, best)}"
         )
     else:
-        nearest = min(computed, key=lambda one: abs(level.off(one)))
+        nearest = min(computed, key=level.off)
+        from_low, to_high, near = (
+            (_shown(one.value, unit), _shown(one.key, along.unit)) for one in (low, high, nearest)
+        )
         words = (
             f"no {search.key} between {bounds} brings {search.quantity} to "
-            f"{_shown(level.wanted, unit)}: it goes from {_shown(low.value, unit)} at "
-            f"{_shown(low.key, along.unit)} to {_shown(high.value, unit)} at "
-            f"{_shown(high.key, along.unit)}, and is nearest at {_shown(nearest.key, along.unit)} "
-            f"with {_shown(nearest.value, unit)}"
+            f"{_shown(level.wanted, unit)}: it goes from {from_low[0]} at {from_low[1]} to "
+            f"{to_high[0]} at {to_high[1]}, and is nearest at {near[1]} with {near[0]}"
         )
     return "; ".join([words, *notes, *_skipped(along, curve)])
 
@@ -251,8 +240,8 @@ def _skipped(along: Along, curve: SampledCurve) -> Iterator[str]:
 
 def _reasons(curve: SampledCurve) -> str:
     reasons = list(dict.fromkeys(sample.failure for sample in curve.failed()))
-    more = f"; and {len(reasons) - _REASONS} more" if len(reasons) > _REASONS else ""
-    return "; ".join(reasons[:_REASONS]) + more
+    left = len(reasons) - _REASONS
+    return "; ".join(reasons[:_REASONS] + [f"and {left} more"] * (left > 0))
 
 
 def _shown(value: float, unit: str) -> str:
@@ -296,9 +285,10 @@ def add_solutions(
     entries = find_entries(loaded.case)
     for along, choice in chosen:
         name = along.search.name
+        axes = {"solution": np.arange(1, len(choice.others) + 1)}
         for path, (value, error) in _numbers(along, choice).items():
-            axes = {"solution": np.arange(1, len(choice.others) + 1)}
-            record.add(entries[f"{FIND}/{name}/{path}"].quantity(value, error, axes))
+            if entry := entries.get(f"{FIND}/{name}/{path}"):
+                record.add(entry.quantity(value, error, axes))
         _add_machine(record, along, choice, machine_paths(loaded.case, along.search))
         record.warnings += [f"find {name!r}: {note}" for note in choice.notes]
     seeks = [along.search.seek is not None for along, _ in chosen]
@@ -326,38 +316,35 @@ def _add_machine(
         record.warnings.append(f"{root} is left out: {failure}")
         return
     for path, quantity in results.items():
-        ends = float(quantity.values), float(nearby.get(path, quantity).values)
-        moved = abs(ends[1] - ends[0]) if all(map(math.isfinite, ends)) else 0.0
-        uncertainty = quantity.error_estimate + moved * abs(error / step)
+        moved = abs(float(nearby.get(path, quantity).values) - float(quantity.values))
+        off = moved * abs(error / step) if math.isfinite(moved) else 0.0
+        uncertainty = quantity.error_estimate + off
         record.add(replace(quantity, path=f"{root}/{path}", error_estimate=uncertainty))
 
 
 def _numbers(along: Along, choice: ChosenSolution) -> dict[str, tuple[Any, float]]:
-    """Names below `find/<name>/` with value and absolute error."""
+    """Names below `find/<name>/` with value and absolute error; NaN of what there is not."""
     (sample, error), others = choice.solution, choice.others
-    numbers: dict[str, tuple[Any, float]] = {"value": (sample.key, error)}
-    is_written = math.isfinite(along.written)
-    if is_written and along.written != 0.0:
-        numbers["ratio"] = (sample.key / along.written, error / abs(along.written))
-    numbers["reached"] = (sample.value, sample.error)
-    if choice.level is not None:
-        numbers["wanted"] = (choice.level.wanted, choice.level.uncertainty)
-    if is_written:
-        numbers["written"] = (along.written, 0.0)
-    numbers["others"] = (
-        np.array([other.sample.key for other in others], dtype=float),
-        max((other.error for other in others), default=0.0),
-    )
-    numbers["others_reached"] = (
-        np.array([other.sample.value for other in others], dtype=float),
-        max((other.sample.error for other in others), default=0.0),
-    )
-    for key, value in along.at.settings(np.array([sample.key])).items():
-        if key != along.search.key:
-            numbers[f"also/{key}"] = (value, error * abs(value / sample.key))
-    numbers["evaluations"] = (choice.curve.evaluations, 0.0)
-    numbers["failures"] = (len(choice.curve.failed()), 0.0)
-    return numbers
+    written = along.written or math.nan
+    level = choice.level or Level(math.nan, math.nan)
+    off = max((other.error for other in others), default=0.0)
+    reached_off = max((other.sample.error for other in others), default=0.0)
+    settings = along.at.settings(np.array([sample.key]))
+    return {
+        "value": (sample.key, error),
+        "ratio": (sample.key / written, error / abs(written)),
+        "reached": (sample.value, sample.error),
+        "wanted": level,
+        "written": (along.written, 0.0),
+        "others": (np.array([other.sample.key for other in others], dtype=float), off),
+        "others_reached": (
+            np.array([other.sample.value for other in others], dtype=float), reached_off
+        ),
+        **{f"also/{key}": (settings[key], error * abs(settings[key] / sample.key))
+           for key in along.search.also},
+        "evaluations": (choice.curve.evaluations, 0.0),
+        "failures": (len(choice.curve.failed()), 0.0),
+    }  # fmt: skip
 
 
 def _method(what: str, purpose: str, chapter: str) -> Method:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.case.rules import both
-from vibecalc.core.results.record import Method, Quantity, Record
+from vibecalc.core.results.record import Method, Record
 from vibecalc.core.results.select import curving, scalar
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.binding import Varied, rows_of
@@ -42,36 +42,36 @@ class Residuals:
 
     def __init__(self, binding: Varied, points: list[MeasuredPoint]):
         self.binding, self.points = binding, points
+        self.measured, self.uncertainty = (
+            np.array([getattr(point, name) for point in points])
+            for name in ("value", "uncertainty")
+        )
+        self._turns = np.array([point.cyclic for point in points])
         self._wanted = frozenset(point.quantity for point in points)
 
     def __call__(self, variables: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Of keys (n,) in SI; NumericalFailure where the case has no results."""
         computed, off, _ = self.computed(variables)
-        apart = computed - np.array([point.value for point in self.points])
-        turns = np.array([point.cyclic for point in self.points])
-        apart = np.where(turns, np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi, apart)
-        weight = 1.0 / np.array([point.uncertainty for point in self.points])
-        return apart * weight, off * weight
+        apart = computed - self.measured
+        around = np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi
+        return np.where(self._turns, around, apart) / self.uncertainty, off / self.uncertainty
 
     def computed(self, variables: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Results at the points (m,), each in its unit, their errors, and what the straight line
         between two samples of a curve adds to these."""
-        record = self.binding.results(variables, self._wanted)
-        rows = [_picked(record[point.quantity], point) for point in self.points]
-        values, errors, curved = (np.array(column) for column in zip(*rows, strict=True))
+        record, rows = self.binding.results(variables, self._wanted), []
+        for point in self.points:
+            quantity = record[point.quantity]
+            try:
+                value, curved = scalar(quantity, point.where), curving(quantity, point.where)
+            except ResultError as error:  # a speed that the curve does not reach with these keys
+                raise NumericalFailure(str(error)) from error
+            size = float(abs(value) if isinstance(value, complex) else value)
+            rows.append((size, float(quantity.error_estimate), curved))
+        values, errors, added = np.array(rows).T
         if not np.all(np.isfinite(values)):
             raise NumericalFailure("a result at a measured point is not finite")
-        return values, errors, curved
-
-
-def _picked(quantity: Quantity, point: MeasuredPoint) -> tuple[float, float, float]:
-    try:
-        value = scalar(quantity, point.where)
-        curved = curving(quantity, point.where)
-    except ResultError as error:  # a speed that the curve does not reach with these keys, say
-        raise NumericalFailure(str(error)) from error
-    size = float(abs(value) if isinstance(value, complex) else value)
-    return size, float(quantity.error_estimate), curved
+        return values, errors, added
 
 
 # ----------------------------------------------------------------------------
@@ -145,18 +145,19 @@ def _add(
     told: Determined,
     scatter: dict[str, float],
 ) -> None:
-    binding, points, growth = residuals.binding, residuals.points, scatter["growth"]
+    binding, points = residuals.binding, residuals.points
     scale = np.sqrt(np.diag(told.covariance))
     deviation, finite = scale * found.widths, np.isfinite(scale) & (scale > 0.0)
     scales = np.outer(np.where(finite, scale, 1.0), np.where(finite, scale, 1.0))
     correlation = np.where(np.outer(finite, finite), told.covariance / scales, np.eye(scale.size))
     # what slopes are off, of uncertainties and of what is made of them
     weakest = float(np.max(np.where(np.isfinite(told.deviations), told.deviations, 0.0)))
-    share = min(float(np.linalg.norm(found.slopes_error)) * weakest / growth, 1.0)
+    slopes_off = float(np.linalg.norm(found.slopes_error))
+    share = min(slopes_off * weakest / scatter["growth"], 1.0)
     computed, rounding, curved = residuals.computed(found.variables)
     now, _ = residuals(found.variables)
     off = rounding + curved
-    noise = off / np.array([point.uncertainty for point in points])
+    noise = off / residuals.uncertainty
     variables_error = found.variables_error + found.moved_by @ noise
     moved = np.abs(found.slopes) @ (variables_error / found.widths) + noise
     numbers: dict[str, tuple[Any, float]] = {
@@ -166,26 +167,26 @@ def _add(
         "combination": (told.combinations, share),
         "combination_uncertainty": (told.deviations, share * weakest),
         "combination_told": (told.told.astype(int), 0.0),
-        "search_chi_square": ([one.chi_square for one in found.searches], 1e-9 * found.chi_square),
+        "search_chi_square": (found.searches, 1e-9 * found.chi_square),
         "evaluations": (found.evaluations, 0.0),
         "failures": (len(found.failures), 0.0),
     }
     for name, value in scatter.items():
         numbers[name] = (value, 0.0 if isinstance(value, int) else 1e-9 * value)
-    for place, key in enumerate(binding.keys):
-        off_by = share * deviation[place] if np.isfinite(deviation[place]) else 0.0
-        numbers[f"value/{key}"] = (found.variables[place], float(variables_error[place]))
-        numbers[f"standard_error/{key}"] = (deviation[place], float(off_by))
-        numbers[f"start/{key}"] = (binding.first[place], 0.0)
-        numbers[f"active_bound/{key}"] = (int(found.active[place]), 0.0)
+    for i, key in enumerate(binding.keys):
+        off_by = share * float(deviation[i]) if np.isfinite(deviation[i]) else 0.0
+        numbers[f"value/{key}"] = (found.variables[i], float(variables_error[i]))
+        numbers[f"standard_error/{key}"] = (deviation[i], off_by)
+        numbers[f"start/{key}"] = (binding.first[i], 0.0)
+        numbers[f"active_bound/{key}"] = (int(found.active[i]), 0.0)
     columns = {
-        "measured": np.array([point.value for point in points]),
-        "uncertainty": np.array([point.uncertainty for point in points]),
-        "computed": computed,
+        "measured": (residuals.measured, np.zeros(len(points))),
+        "uncertainty": (residuals.uncertainty, np.zeros(len(points))),
+        "computed": (computed, off),
     }
     try:
         before, _ = residuals(binding.first)
-        columns["at_start"], _, _ = residuals.computed(binding.first)
+        columns["at_start"] = residuals.computed(binding.first)[0], off
         numbers["start_chi_square"] = (before @ before, 1e-9 * float(before @ before))
         numbers["start_residual"] = (before, float(np.max(noise)))
     except NumericalFailure as failure:
@@ -204,18 +205,15 @@ def _add(
     for path in dict.fromkeys(point.quantity for point in points):
         own = [place for place, point in enumerate(points) if point.quantity == path]
         labels["point"] = _unique([points[place].place or "-" for place in own])
-        for name, column in columns.items():
-            error = float(np.max(off[own])) if name in ("computed", "at_start") else 0.0
-            record.add(entries[f"{ROOT}/{name}/{path}"].quantity(column[own], error, labels))
+        for name, (column, errors) in columns.items():
+            entry = entries[f"{ROOT}/{name}/{path}"]
+            record.add(entry.quantity(column[own], float(np.max(errors[own])), labels))
 
 
 def _unique(names: list[str]) -> np.ndarray:
     """Names as entries of an axis; a second reading of one entry gets a number."""
-    seen: dict[str, int] = {}
-    entries = []
-    for name in names:
-        seen[name] = seen.get(name, 0) + 1
-        entries.append(name if seen[name] == 1 else f"{name} ({seen[name]})")
+    counts = [names[:place].count(name) + 1 for place, name in enumerate(names)]
+    entries = [f"{name} ({n})" if n > 1 else name for name, n in zip(names, counts, strict=True)]
     return np.array(entries, dtype=object)
 
 
