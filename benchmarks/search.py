@@ -21,6 +21,7 @@ from rows import Report, Row, reported, seconds
 from timing import best_of, cpu_of
 
 from vibecalc.core.study.search.minimise import minimise
+from vibecalc.core.study.search.problem import Problem
 
 FIRST = (3.0, 72.0, 80.0)
 LOWER, UPPER = (0.1, 0.0, 0.0), (6.2, 150.0, 150.0)
@@ -50,7 +51,7 @@ def by_scaling() -> tuple[int, float]:
 
 def by_refined_search() -> tuple[int, float]:
     """One start of the project's own search, refined, with an error bound."""
-    found = minimise(evaluate, LOWER, UPPER, first=FIRST, starts=0)
+    found = minimise(Problem(evaluate, LOWER, UPPER, first=FIRST), starts=0)
     return found.evaluations, found.objective
 
 

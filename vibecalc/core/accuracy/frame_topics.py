@@ -21,7 +21,6 @@ from vibecalc.core.run.run import StageCache, run_case
 from vibecalc.core.study.binding import Binding
 from vibecalc.core.study.find import Along, choose
 from vibecalc.core.study.search.minimise import minimise
-from vibecalc.core.study.search.problem import Box
 from vibecalc.errors import NumericalFailure
 from vibecalc.units import parse_quantity
 
@@ -149,7 +148,7 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
     # what is picked is no problem of a method, nor are bounds that leave a variable no room
     if first.choices or study.robust or not np.all(first.upper > first.lower):
         return []
-    box, goal = Box(first.lower, first.upper, first.period), study.objective.quantity
+    box, goal = first.problem().box, study.objective.quantity
 
     asked, began = Binding(loaded), time.process_time()
     asked.evaluate(0.999 * first.first + 0.001 * first.upper)
@@ -160,10 +159,7 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
     @cache
     def run(starts: int) -> tuple[np.ndarray, float, float, int, float]:
         binding, began = Binding(loaded), time.process_time()
-        found = minimise(
-            binding.evaluate, binding.lower, binding.upper, first=binding.first, starts=starts,
-            rtol=loaded.case.accuracy.rtol, period=binding.period,
-        )  # fmt: skip
+        found = minimise(binding.problem(), starts, rtol=loaded.case.accuracy.rtol)
         place, error = box.unit(found.variables), float(found.objective_error)
         seconds = time.process_time() - began
         return place, found.objective, error, found.evaluations, seconds

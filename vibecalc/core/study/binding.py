@@ -3,6 +3,7 @@
 import copy
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Union
 
@@ -18,6 +19,7 @@ from vibecalc.core.results.select import Side, Where, parts_of, worst
 from vibecalc.core.results.verdicts import Bound, bounds_of
 from vibecalc.core.run.run import StageCache, check_again, run_case
 from vibecalc.core.study.choices import choices_of, in_words
+from vibecalc.core.study.search.problem import Problem
 from vibecalc.core.study.sweep.at_once import Plan, compute, planned, unsupported
 from vibecalc.core.study.variables import period_of, shown_as
 from vibecalc.errors import CaseError, NumericalFailure
@@ -151,6 +153,13 @@ class Binding(Varied):
         (parts,), margins = self.evaluate_all(variables, (self.goal,))
         return parts, margins
 
+    def problem(self, goals: tuple[Objective, ...] | None = None) -> Problem:
+        """What a search takes: of the objective, or of several `goals`."""
+        evaluate = self.evaluate if goals is None else partial(self.evaluate_all, goals=goals)
+        errors, ahead = (partial(one, goals=goals) for one in (self.errors, self.ahead))
+        at = self.lower, self.upper, self.first, self.period
+        return Problem(evaluate, *at, errors, ahead)
+
     def evaluate_all(
         self, variables: np.ndarray, goals: tuple[Objective, ...]
     ) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -171,13 +180,13 @@ class Binding(Varied):
         parts, margins = self.evaluate(variables)
         return float(np.max(parts)), np.array([np.min(one) for one in margins])
 
-    def ahead(self, points: np.ndarray, goals: tuple[Objective, ...] = ()) -> None:
+    def ahead(self, points: np.ndarray, goals: tuple[Objective, ...] | None = None) -> None:
         """Compute objectives and limits at points (k, n) that are about to be asked for, at once.
 
         Does nothing where the stages of the case take no leading axis, and leaves out points that
         need a run of their own.
         """
-        wanted = self._wanted | {goal.quantity for goal in goals}
+        wanted = self._wanted | {goal.quantity for goal in goals or ()}
         if self.scatter is None:
             self._foreseen.add(self, points, wanted)
 

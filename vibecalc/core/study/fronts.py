@@ -1,5 +1,6 @@
 """What an optimisation adds to its record for several objectives: the front between them."""
 
+from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -32,19 +33,10 @@ def _of_one(out: Studied, binding: "Binding", first: np.ndarray) -> FrontPoints:
         values = np.array([[np.max(one) for one in parts]])
         error = binding.errors(first, goals)[None, : len(goals)]
         return FrontPoints(values, error, nothing, nothing, 1, [])
-    return front(
-        lambda variables: binding.evaluate_all(variables, goals),
-        binding.lower,
-        binding.upper,
-        len(goals),
-        first=first,
-        points=front_points(out.study),
-        starts=out.study.starts,
-        rtol=out.case.accuracy.rtol,
-        errors=lambda variables: binding.errors(variables, goals),
-        period=binding.period,
-        ahead=lambda points: binding.ahead(points, goals),
-    )
+    problem = replace(binding.problem(goals), first=first)
+    points, starts = front_points(out.study), out.study.starts
+    rtol = out.case.accuracy.rtol
+    return front(problem, len(goals), points=points, starts=starts, rtol=rtol)
 
 
 def _of_all(

@@ -113,18 +113,8 @@ def _searched(
 
     study = case.optimisation
     assert study is not None
-    return minimise(
-        shown(binding),
-        binding.lower,
-        binding.upper,
-        first=binding.first,
-        starts=study.starts,
-        further=further,
-        rtol=case.accuracy.rtol,
-        errors=binding.errors,
-        period=binding.period,
-        ahead=binding.ahead,
-    )
+    problem = replace(binding.problem(), evaluate=shown(binding))
+    return minimise(problem, study.starts, further=further, rtol=case.accuracy.rtol)
 
 
 def _say_nearest(out: Studied, nearest: Infeasible) -> None:

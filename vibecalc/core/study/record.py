@@ -187,7 +187,7 @@ def _add_slopes(out: Studied, places: dict[str, tuple["Binding", np.ndarray]]) -
     found = {}
     for name, (at, point) in places.items():
         try:
-            found[name] = slopes_at(at.evaluate, at.lower, at.upper, point, at.errors, at.ahead)
+            found[name] = slopes_at(at.problem(), point)
         except NumericalFailure as failure:
             out.warn(f"no slopes of the objective at the {name}: {failure}")
     for i, key in enumerate(out.binding.keys):
@@ -209,9 +209,7 @@ def _add_deviations(out: Studied, optimum: "Optimum") -> None:
     from vibecalc.core.study.search.sensitivity import cost_of_deviation
 
     at, numbers = out.binding, Numbers()
-    rows = cost_of_deviation(
-        at.evaluate, at.lower, at.upper, optimum.variables, errors=at.errors, period=at.period
-    )
+    rows = cost_of_deviation(at.problem(), optimum.variables)
     for i, (key, (size, loss, error, margin)) in enumerate(zip(at.keys, rows, strict=True)):
         if np.isnan(loss):
             out.warn(f"1 % more or less of {key} has no result at the optimum")

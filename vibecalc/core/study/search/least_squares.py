@@ -13,7 +13,7 @@ import numpy as np
 
 from vibecalc.core.study.search.derivatives import Slope, gradient
 from vibecalc.core.study.search.local_search import Stranded, forward_slopes
-from vibecalc.core.study.search.problem import Box, Sampler
+from vibecalc.core.study.search.problem import Problem, Sampler
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 
@@ -82,8 +82,8 @@ def least_squares_within(
     ------
     NumericalFailure : no search ends in a minimum.
     """
-    box = Box(lower, upper)
-    sampler = Sampler(lambda variables: (residuals(variables)[0], ()), box)
+    sampler = Sampler(Problem(lambda variables: (residuals(variables)[0], ()), lower, upper))
+    box = sampler.box
     places = np.vstack([box.unit(first)[None], starts])
     ends = [_searched(sampler, place) for place in places]
     costs = np.array([_cost(sampler, end) for end in ends])

@@ -1,6 +1,7 @@
 """Local searches by sequential quadratic programming, from many starts and on one scale."""
 
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 
@@ -86,25 +87,21 @@ def local_search(values: Values, start: np.ndarray, *, to_the_end: bool = False)
             return slopes[1:]
         return np.column_stack([np.where(is_part[:, None], -slopes, slopes), is_part])
 
-    whole = np.append(start, top) if several else start
     bounds = [(None, None) if around else (0.0, 1.0) for around in box.around]
-    try:
-        solution = minimize(
+    limited = {"type": "ineq", "fun": limits, "jac": limit_slopes}
+    with suppress(Stranded):
+        end = minimize(
             lambda place: float(place[size] if several else at(place)[0]),
-            whole,
+            np.append(start, top) if several else start,
             jac=lambda place: np.eye(size + 1)[size] if several else jacobian(place)[0],
             method="SLSQP",
             bounds=bounds + [(None, None)] * several,
-            constraints={"type": "ineq", "fun": limits, "jac": limit_slopes}
-            if first.size > 1
-            else (),
+            constraints=limited if first.size > 1 else (),
             options={"ftol": FINE_ACCURACY if to_the_end else ACCURACY, "maxiter": MOST_STEPS},
-        )
-    except Stranded:
-        return box.fold(best)
-    end = solution.x[:size]
-    usable = np.all(np.isfinite(end)) and values(end) is not None
-    return box.fold(end if usable else best)
+        ).x[:size]
+        if np.all(np.isfinite(end)) and values(end) is not None:
+            best = end
+    return box.fold(best)
 
 
 def _vanishing(values: Values, vector: np.ndarray) -> bool:
@@ -201,7 +198,7 @@ def _feasible_point(sampler: Sampler, ends: list[Search]) -> np.ndarray:
         def missing(vector: np.ndarray, most: float = end.violation) -> np.ndarray:
             return -vector[sampler.parts :] / most
 
-        unit = local_search(View(sampler, missing, sum(sampler.entries or [])), end.end)
+        unit = local_search(View(sampler, missing, sum(sampler.entries)), end.end)
         tried.append(unit)
         if sampler.violation(unit) == 0.0:
             return unit

@@ -7,12 +7,9 @@ from vibecalc.core.study.search.local_search import search_all
 from vibecalc.core.study.search.newton import BALANCED, Refined, walls
 from vibecalc.core.study.search.problem import (
     FEASIBLE_WITHIN,
-    Ahead,
-    Box,
-    ErrorsAt,
-    Evaluate,
     LocalOptimum,
     Optimum,
+    Problem,
     Sampler,
     Search,
     spread,
@@ -140,7 +137,7 @@ def _at_rest(sampler: Sampler, unit: np.ndarray, method: str = "") -> Refined:
         # the scale is the largest change seen, rounded to a power of two
         excess=2.0 if method == "flat" else EPSILON * abs(top),
         objective=top,
-        margins=np.zeros(sum(sampler.entries or [])),
+        margins=np.zeros(sum(sampler.entries)),
         bounds=nothing,
         sides=walls(sampler.box, unit),
         free_directions=unit.size,
@@ -224,54 +221,26 @@ def _summary(
 
 
 def minimise(
-    evaluate: Evaluate,
-    lower: ArrayLike,
-    upper: ArrayLike,
-    *,
-    first: ArrayLike | None = None,
-    starts: int = 8,
-    further: ArrayLike | None = None,
-    rtol: float = 1e-9,
-    errors: ErrorsAt | None = None,
-    period: ArrayLike = 0.0,
-    ahead: Ahead | None = None,
+    problem: Problem, starts: int = 8, *, further: ArrayLike | None = None, rtol: float = 1e-9
 ) -> Optimum:
     """Find the smallest objective within bounds whose margins are all at least zero.
 
     Parameters
     ----------
-    evaluate : callable
-        `evaluate(variables (n,)) -> (objective, margins (m,))`. The objective is a number, or
-        those of its parts (p,) of which the largest counts. A margin, made dimensionless by its
-        limit, is kept where it is >= 0; it is a number, or those of all entries of the limit. The
-        largest of smooth parts has kinks, so that parts and entries are better given each. A point
-        that raises NumericalFailure or gives NaN or an infinity is counted and the search goes
-        around it. Values have to be repeatable.
-    lower, upper : (n,) arrays
-        Bounds. A variable whose bounds are equal is held there.
-    first : (n,) array, optional
-        The first start; the middle of the bounds without it. Of equally good ends of
-        searches, the nearest to it is returned.
+    problem : Problem
     starts : int
-        How many further starts of a fixed low-discrepancy sequence.
+        How many starts of a fixed low-discrepancy sequence, besides the first.
     further : (k, n) array, optional
         Starts before these.
     rtol : float
         Error of the objective, relative to its magnitude or to its change over the bounds, above
         which a note says so.
-    errors : callable
-        `errors(variables (n,)) -> (1 + m,)`, absolute errors of objective and margins, where known;
-        round-off is always counted and noise is measured. An error of a variable is what they may
-        move the optimum by in its direction, at most to the farther of its bounds.
-    period : (n,) array
-        After how much a variable repeats itself, as an angle does; 0 where it does not. One whose
-        bounds hold a whole period has no bounds, and is counted from its lower bound on.
-    ahead : callable
-        Told of variables (k, n) before they are evaluated one by one.
 
     Returns
     -------
     optimum : Optimum
+        An error of a variable is what errors of the values may move the optimum by in its
+        direction, at most to the farther of its bounds.
 
     Raises
     ------
@@ -288,8 +257,8 @@ def minimise(
     the point to be a local optimum and how well it is known. That it is the global one rests on
     the starts.
     """
-    box = Box(lower, upper, period)
-    sampler = Sampler(evaluate, box, ahead, errors)
+    sampler = Sampler(problem)
+    box, first = sampler.box, problem.first
     count = box.lower.size
     # the first start is the middle of the cube where none is given
     begin = np.full(box.size, 0.5) if first is None else box.unit(np.asarray(first, dtype=float))

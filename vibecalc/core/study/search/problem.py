@@ -119,8 +119,50 @@ CHANGES = 4.0
 AMPLE_MARGIN = 1e6
 
 
+@dataclass(frozen=True)
+class Problem:
+    """A function of n variables, to be made small between bounds while margins are kept.
+
+    Attributes
+    ----------
+    evaluate : callable
+        `evaluate(variables (n,)) -> (objective, margins (m,))`. The objective is a number, or
+        those of its parts (p,) of which the largest counts. A margin, made dimensionless by its
+        limit, is kept where it is >= 0; it is a number, or those of all entries of the limit. The
+        largest of smooth parts has kinks, so that parts and entries are better given each. A point
+        that raises NumericalFailure or gives NaN or an infinity is counted and the search goes
+        around it. Values have to be repeatable.
+    lower, upper : (n,) arrays
+        Bounds. A variable whose bounds are equal is held there.
+    first : (n,) array, optional
+        The first start; the middle of the bounds without it. Of equally good ends of
+        searches, the nearest to it is returned.
+    period : (n,) array
+        After how much a variable repeats itself, as an angle does; 0 where it does not. One whose
+        bounds hold a whole period has no bounds, and is counted from its lower bound on.
+    errors : callable
+        `errors(variables (n,)) -> (1 + m,)`, absolute errors of objective and margins, where known;
+        round-off is always counted and noise is measured.
+    ahead : callable
+        Told of variables (k, n) before they are evaluated one by one.
+    """
+
+    evaluate: Evaluate
+    lower: ArrayLike
+    upper: ArrayLike
+    first: ArrayLike | None = None
+    period: ArrayLike = 0.0
+    errors: ErrorsAt | None = None
+    ahead: Ahead | None = None
+
+    @property
+    def box(self) -> Box:
+        """The bounds and the unit cube."""
+        return Box(self.lower, self.upper, self.period)
+
+
 class Sampler:
-    """The function that is searched, on the unit cube.
+    """The function of a problem, on the unit cube.
 
     A call gives the vector (parts of the objective / `scale`, margins), or None where the function
     raises NumericalFailure or gives NaN or an infinity. `count` counts true evaluations only: a
@@ -128,17 +170,14 @@ class Sampler:
     `flat` says that the objective does not change, `notes` what a search left out.
     """
 
-    def __init__(
-        self, evaluate: Evaluate, box: Box, ahead: Ahead | None = None,
-        errors: ErrorsAt | None = None,
-    ):  # fmt: skip
-        self.box, self.scale, self.count, self.flat = box, 1.0, 0, False
+    def __init__(self, problem: Problem):
+        self.box, self.scale, self.count, self.flat = problem.box, 1.0, 0, False
         self.notes: list[str] = []
         self.failures: dict[bytes, str] = {}
         self.smallest, self.largest = np.inf, 0.0
         self.parts = 1
-        self.entries: list[int] | None = None
-        self._evaluate, self._ahead, self._errors = evaluate, ahead, errors
+        self.entries: list[int] = []
+        self._problem = problem
         self._known: dict[bytes, np.ndarray | None] = {}
 
     def __call__(self, unit: np.ndarray) -> np.ndarray | None:
@@ -179,11 +218,10 @@ class Sampler:
 
     def bias(self, unit: np.ndarray) -> np.ndarray:
         """Errors (p + m,) of the values at a point that no comparison of values shows."""
-        entries = self.entries or []
-        if self._errors is None:
-            return np.zeros(self.parts + sum(entries))
-        off = np.asarray(self._errors(self.box.values(unit)), dtype=float)
-        of_margins = np.repeat(off[1 : 1 + len(entries)], entries)
+        if self._problem.errors is None:
+            return np.zeros(self.parts + sum(self.entries))
+        off = np.asarray(self._problem.errors(self.box.values(unit)), dtype=float)
+        of_margins = np.repeat(off[1 : 1 + len(self.entries)], self.entries)
         off = np.append(np.full(self.parts, off[0] / self.scale), of_margins)
         return np.where(np.isfinite(off), off, 0.0)
 
@@ -202,41 +240,42 @@ class Sampler:
 
     def ahead(self, units: Sequence[np.ndarray]) -> None:
         """Say which points (k,) are about to be asked for; nothing is counted yet."""
-        if self._ahead is None:
+        if self._problem.ahead is None:
             return
         fresh = {unit.tobytes(): unit for unit in map(self.box.fold, units)}
         left = [unit for key, unit in fresh.items() if key not in self._known]
         if len(left) > 1:
-            self._ahead(self.box.values(np.stack(left)))
+            self._problem.ahead(self.box.values(np.stack(left)))
 
     def of_limits(self, margins: np.ndarray, how: Callable[[np.ndarray], float]) -> np.ndarray:
         """One number for each limit of those (m,) of the margins of its entries."""
-        ends = np.cumsum(self.entries or [])
+        ends = np.cumsum(self.entries)
         return np.array([how(one) for one in np.split(margins, ends)[:-1]], dtype=float)
 
     def _fresh(self, key: bytes, unit: np.ndarray) -> np.ndarray | None:
         variables = self.box.values(unit)
         try:
-            objective, limits = self._evaluate(variables)
+            objective, limits = self._problem.evaluate(variables)
         except NumericalFailure as failure:
             self.failures[key] = str(failure)
             return None
-        parts = np.ravel(np.asarray(objective, dtype=float))
-        margins = [np.ravel(np.asarray(one, dtype=float)) for one in limits]
-        top = float(np.max(parts))
+        groups = [np.array(one, dtype=float).ravel() for one in (objective, *limits)]
+        parts, *entries = (one.size for one in groups)
+        vector = np.concatenate(groups)
+        vector[parts:][vector[parts:] == np.inf] = AMPLE_MARGIN
+        top = float(np.max(vector[:parts]))
         if top == -np.inf:
             raise NumericalFailure(
                 f"the objective is minus infinity at {variables.tolist()}: there is no smallest "
                 "value. Narrow the bounds of the variables or choose another objective."
             )
-        vector = np.concatenate([parts, *(np.where(m == np.inf, AMPLE_MARGIN, m) for m in margins)])
         if not np.all(np.isfinite(vector)):
-            what = "margin of a limit" if np.all(np.isfinite(parts)) else "objective"
+            what = "margin of a limit" if np.isfinite(vector[:parts]).all() else "objective"
             self.failures[key] = f"the {what} is not a finite number"
             return None
-        if self.entries is None:
-            self.parts, self.entries = parts.size, [one.size for one in margins]
-        if (self.parts, self.entries) != (parts.size, [one.size for one in margins]):
+        if self.smallest == np.inf:
+            self.parts, self.entries = parts, entries
+        if (self.parts, self.entries) != (parts, entries):
             raise ValueError("the number of margins changes between points")
         self.smallest = min(self.smallest, top)
         self.largest = max(self.largest, abs(top))

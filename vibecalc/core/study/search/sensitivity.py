@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.core.study.search.derivatives import measured_noise, slope
 from vibecalc.core.study.search.local_search import set_scale
-from vibecalc.core.study.search.problem import Ahead, Box, ErrorsAt, Evaluate, Sampler, largest_part
+from vibecalc.core.study.search.problem import Problem, Sampler, largest_part
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 
@@ -17,20 +17,13 @@ _TIE = 1e-6
 DEVIATION = 0.01
 
 
-def slopes_at(
-    evaluate: Evaluate,
-    lower: ArrayLike,
-    upper: ArrayLike,
-    at: ArrayLike,
-    errors: ErrorsAt | None = None,
-    ahead: Ahead | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
+def slopes_at(problem: Problem, at: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Differentiate the objective at a point within the bounds.
 
     Parameters
     ----------
-    evaluate, lower, upper, errors, ahead
-        As of `minimise.minimise`; lower < upper.
+    problem : Problem
+        With lower < upper.
     at : (n,) array
 
     Returns
@@ -47,11 +40,11 @@ def slopes_at(
     Notes
     -----
     Five-point differences with `derivatives.slope`; the error counts truncation, measured noise
-    and the slopes that `errors` of the values may have.
+    and the slopes that errors of the values may have.
     """
-    box = Box(lower, upper)
+    sampler = Sampler(problem)
+    box = sampler.box
     unit = box.unit(np.asarray(at, dtype=float))
-    sampler = Sampler(evaluate, box, ahead, errors)
     whole = largest_part(sampler)
     set_scale(sampler, unit[None, :])
     if sampler(unit) is None:
@@ -67,19 +60,11 @@ def slopes_at(
     return first * scale, (error + 8.0 * EPSILON * np.abs(first)) * scale
 
 
-def cost_of_deviation(
-    evaluate: Evaluate,
-    lower: ArrayLike,
-    upper: ArrayLike,
-    at: ArrayLike,
-    *,
-    errors: ErrorsAt | None = None,
-    period: ArrayLike = 0.0,
-) -> np.ndarray:
+def cost_of_deviation(problem: Problem, at: ArrayLike) -> np.ndarray:
     """Move each variable by a share of the distance between its bounds, both ways, and look.
 
     Evaluated, not extrapolated: limits that hold an optimum, kinks and curvature are all in it.
-    Parameters as of `minimise.minimise`; NumericalFailure if the point itself has no value.
+    NumericalFailure if the point `at` (n,) itself has no value.
 
     Returns
     -------
@@ -88,20 +73,20 @@ def cost_of_deviation(
         objective there, positive for worse, and its error; and the least margin of all limits in
         either. NaN where neither direction has a value.
     """
-    low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
-    around, point = Box(low, high, period).around, np.asarray(at, dtype=float)
-    here, rows = float(np.max(evaluate(point)[0])), np.full((point.size, 4), np.nan)
+    box, point = problem.box, np.asarray(at, dtype=float)
+    low, high = box.lower, box.upper
+    here, rows = float(np.max(problem.evaluate(point)[0])), np.full((point.size, 4), np.nan)
     for axis, step in enumerate(np.diag(DEVIATION * (high - low))):
         found = []
         for moved in (point + step, point - step):
-            if around[axis] or low[axis] <= moved[axis] <= high[axis]:
+            if box.around[axis] or low[axis] <= moved[axis] <= high[axis]:
                 with suppress(NumericalFailure):
-                    objective, margins = evaluate(moved)
+                    objective, margins = problem.evaluate(moved)
                     there = float(np.max(objective))
                     least = min((float(np.min(one)) for one in margins), default=np.inf)
                     error = 4.0 * EPSILON * (abs(there) + abs(here))
-                    if errors is not None:
-                        error += float(errors(moved)[0] + errors(point)[0])
+                    if problem.errors is not None:
+                        error += float(problem.errors(moved)[0] + problem.errors(point)[0])
                     if np.isfinite(there):
                         found.append((moved[axis] - point[axis], there - here, error, least))
         if found:
