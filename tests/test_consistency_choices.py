@@ -201,8 +201,8 @@ def test_the_page_of_the_docs_can_be_run(tmp_path: Path) -> None:
 
 def test_runs_to_come_and_the_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("time.monotonic", lambda: 30.0)
-    assert left_words(20, 100, 10.0, ", best 3") == "of some 100 runs, best 3, about 80 s left,"
-    assert left_words(1, 100, 10.0, "") == "of some 100 runs, about 33 min left,"
+    assert left_words(20, 100, 10.0, ", best 3") == "of some 100 runs, best 3, about 80 s left"
+    assert left_words(1, 100, 10.0, "") == "of some 100 runs, about 33 min left"
     assert left_words(120, 100, 10.0, ", best 3") == "runs, best 3"
 
 

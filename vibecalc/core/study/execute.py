@@ -4,10 +4,9 @@ import platform
 import shlex
 import socket
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -55,31 +54,19 @@ def _quantities(data: dict[str, Any]) -> Iterator[Problem]:
     from vibecalc.core.results.catalogue import CATALOGUE
     from vibecalc.core.run.targets import unknown_quantity
 
-    for path, quantity in _named(data):
-        if quantity and quantity not in CATALOGUE and not quantity.startswith(_OF_STUDIES):
-            yield unknown_quantity(path, quantity, CATALOGUE)
+    for table in ("reference", "limit", "find", "optimisation", "sweep"):
+        for path, quantity in _named(data.get(table), (table,)):
+            if quantity and quantity not in CATALOGUE and not quantity.startswith(_OF_STUDIES):
+                yield unknown_quantity(path, quantity, CATALOGUE)
 
 
-_OBJECTIVES = (
-    *(("optimisation", name) for name in ("objective", "second_objective")),
-    ("sweep", "objective"),
-)
-
-
-def _named(data: dict[str, Any]) -> Iterator[tuple[KeyPath, str]]:
-    for name in ("reference", "limit", "find"):
-        rows = data.get(name)
-        for index, row in enumerate(rows if isinstance(rows, list) else ()):
-            if isinstance(row, dict) and isinstance(row.get("quantity"), str):
-                yield (name, index), row["quantity"]
-    for place in _OBJECTIVES:
-        goal = _table(_table(data, place[0]), place[1]).get("quantity")
-        if isinstance(goal, str):
-            yield place, goal
-    further = _table(data, "optimisation").get("further_objectives")
-    for index, row in enumerate(further if isinstance(further, list) else ()):
-        if isinstance(row, dict) and isinstance(row.get("quantity"), str):
-            yield ("optimisation", "further_objectives", index), row["quantity"]
+def _named(data: object, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
+    """Results that are named as the `quantity` of a table or of one below it, and where."""
+    if isinstance(data, dict) and isinstance(data.get("quantity"), str):
+        yield path, data["quantity"]
+    below: Iterable[tuple[Any, Any]] = data.items() if isinstance(data, dict) else ()
+    for key, value in enumerate(data) if isinstance(data, list) else below:
+        yield from _named(value, (*path, key))
 
 
 def _table(data: dict[str, Any], key: str) -> dict[str, Any]:
@@ -153,52 +140,6 @@ def physics_problems(loaded: LoadedCase) -> list[Problem]:
 
 
 # ----------------------------------------------------------------------------
-# What a long run is busy with, on stderr while it lasts, on a terminal only.
-# ----------------------------------------------------------------------------
-
-#: seconds before anything is said, and between two changes of it
-_QUIET, _STEP = 2.0, 0.5
-_WIDTH = 78
-
-
-@contextmanager
-def telling(wanted: bool) -> Iterator[Callable[[str], None]]:
-    """Give a function that takes the name of each stage as it begins.
-
-    A run of less than two seconds says nothing; of a longer one the line names the stage and
-    counts its seconds, and is wiped out at the end. It needs no library, so that a short run is no
-    slower for it.
-    """
-    if not (wanted and sys.stderr.isatty()):
-        yield lambda stage: None
-        return
-    busy, done = [("", time.monotonic())], threading.Event()
-
-    def begin(stage: str) -> None:
-        busy[0] = (stage, time.monotonic())
-
-    def tell() -> None:
-        wait = _QUIET
-        while not done.wait(wait):
-            stage, since = busy[0]
-            words = f"computing: {stage}, {time.monotonic() - since:.0f} s"
-            sys.stderr.write(f"\r{words[:_WIDTH]:<{_WIDTH}}")
-            sys.stderr.flush()
-            wait = _STEP
-        if wait == _STEP:
-            sys.stderr.write(f"\r{'':<{_WIDTH}}\r")
-            sys.stderr.flush()
-
-    teller = threading.Thread(target=tell, daemon=True)
-    teller.start()
-    try:
-        yield begin
-    finally:
-        done.set()
-        teller.join()
-
-
-# ----------------------------------------------------------------------------
 # A checked case to a finished result: one run, a run to the optimum, or one with searches.
 # ----------------------------------------------------------------------------
 
@@ -222,6 +163,7 @@ def execute(loaded: LoadedCase, progress: bool = False) -> Result:
         record = fit(loaded, timings=timings, progress=progress)
     elif loaded.case.optimisation is None:
         from vibecalc.core.run.run import run_case
+        from vibecalc.core.study.variables import telling
 
         with telling(progress) as tell:
             record = run_case(loaded.case, timings=timings, tell=tell)

@@ -12,7 +12,7 @@ from vibecalc.core.study.choices import MOST_RUNS, in_words
 from vibecalc.core.study.planned import FRONT_NAMES, front_points, front_runs
 from vibecalc.core.study.record import Numbers, Studied
 from vibecalc.core.study.search.fronts import FrontPoints, front, knee, undominated
-from vibecalc.core.study.search.problem import FEASIBLE_WITHIN, Infeasible
+from vibecalc.core.study.search.problem import Infeasible
 from vibecalc.errors import NumericalFailure
 
 if TYPE_CHECKING:
@@ -25,14 +25,7 @@ if TYPE_CHECKING:
 
 def _of_one(out: Studied, binding: "Binding", first: np.ndarray) -> FrontPoints:
     """The front where nothing is left to pick."""
-    goals, nothing = out.study.goals, np.empty((1, 0))
-    if binding.lower.size == 0:
-        parts, margins = binding.evaluate_all(first, goals)
-        if any(np.any(one < -FEASIBLE_WITHIN) for one in margins):
-            raise Infeasible("breaks a limit", first, 1, 0.0)
-        values = np.array([[np.max(one) for one in parts]])
-        error = binding.errors(first, goals)[None, : len(goals)]
-        return FrontPoints(values, error, nothing, nothing, 1, [])
+    goals = out.study.goals
     problem = replace(binding.problem(goals), first=first)
     points, starts = front_points(out.study), out.study.starts
     rtol = out.case.accuracy.rtol

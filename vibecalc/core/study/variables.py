@@ -2,6 +2,7 @@
 
 import math
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -47,31 +48,63 @@ def period_of(key: str, machine: "Machine") -> float:
 
 
 # ----------------------------------------------------------------------------
-# Runs that a search spends, counted where somebody looks.
+# What a long run is busy with, on stderr while it lasts, on a terminal only.
 # ----------------------------------------------------------------------------
+
+#: seconds before anything is said, and between two changes of it
+_QUIET, _STEP = 2.0, 0.5
+_WIDTH = 78
+
+
+@contextmanager
+def telling(wanted: bool) -> Iterator[Callable[..., None]]:
+    """Give a function that takes the name of what begins, or words and when it began.
+
+    A run of less than two seconds says nothing; of a longer one a line shows the words and counts
+    the seconds, and is wiped out at the end. It needs no library, so that a short run is no slower.
+    """
+    if not (wanted and sys.stderr.isatty()):
+        yield lambda words, since=0.0: None
+        return
+    busy, done = [("", time.monotonic())], threading.Event()
+
+    def begin(words: str, since: float | None = None) -> None:
+        busy[0] = (f"computing: {words}", time.monotonic()) if since is None else (words, since)
+
+    def tell() -> None:
+        wait = _QUIET
+        while not done.wait(wait):
+            words, since = busy[0]
+            words += f", {time.monotonic() - since:.0f} s"
+            sys.stderr.write(f"\r{words[:_WIDTH]:<{_WIDTH}}")
+            sys.stderr.flush()
+            wait = _STEP
+        if wait == _STEP:
+            sys.stderr.write(f"\r{'':<{_WIDTH}}\r")
+            sys.stderr.flush()
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        yield begin
+    finally:
+        done.set()
+        teller.join()
 
 
 @contextmanager
 def counted(what: str, wanted: bool, likely: int = 0) -> Iterator[Callable[[str], None]]:
-    """What is to be called after each run, with words to show; on stderr, on a terminal only.
+    """What is to be called after each run of a search, with words to show.
 
     With the `likely` number of runs the time left is shown, too, as long as no more are spent.
     """
-    if not (wanted and sys.stderr.isatty()):
-        yield lambda words: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    text = TextColumn(f"{what}: {{task.completed:.0f}} {{task.fields[words]}}")
-    columns = (SpinnerColumn(), text, TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task, began, done = bar.add_task("", total=None, words=""), time.monotonic(), 0
+    done, began = 0, time.monotonic()
+    with telling(wanted) as tell:
 
         def advance(words: str) -> None:
             nonlocal done
             done += 1
-            bar.update(task, advance=1, words=left_words(done, likely, began, words))
+            tell(f"{what}: {done} {left_words(done, likely, began, words)}", began)
 
         yield advance
 
@@ -82,7 +115,7 @@ def left_words(done: int, likely: int, began: float, words: str) -> str:
         return f"runs{words}"
     left = (time.monotonic() - began) * (likely - done) / done
     shown = f"{left:.0f} s" if left < 90.0 else f"{left / 60.0:.0f} min"
-    return f"of some {likely} runs{words}, about {shown} left,"
+    return f"of some {likely} runs{words}, about {shown} left"
 
 
 # ----------------------------------------------------------------------------

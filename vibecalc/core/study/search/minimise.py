@@ -128,14 +128,13 @@ class _Choice:
         )
 
 
-def _at_rest(sampler: Sampler, unit: np.ndarray, method: str = "") -> Refined:
+def _at_rest(sampler: Sampler, unit: np.ndarray, method: str = "", off: float = 0.0) -> Refined:
     """A point that is not refined: an end, all variables held, or the same value everywhere."""
     top, nothing = sampler.top(unit), np.zeros(unit.size)
     return Refined(
         unit=unit,
         error=nothing + sampler.violation(unit),
-        # the scale is the largest change seen, rounded to a power of two
-        excess=2.0 if method == "flat" else EPSILON * abs(top),
+        excess=off + EPSILON * abs(top),
         objective=top,
         margins=np.zeros(sum(sampler.entries)),
         bounds=nothing,
@@ -271,7 +270,9 @@ def minimise(
         searches = search_all(sampler, points)
     if box.size == 0 or sampler.flat:
         kept = [one for one in searches if one.feasible]
-        best = _at_rest(sampler, kept[0].end, "flat" if box.size else "fixed")
+        # of a flat one the scale is the largest change seen, rounded to a power of two
+        off = (2.0 if box.size else 0.0) + float(np.max(sampler.bias(kept[0].end)[: sampler.parts]))
+        best = _at_rest(sampler, kept[0].end, "flat" if box.size else "fixed", off)
         optima = [best._replace(count=len(kept))]
     else:
         best, optima = _Choice(sampler, points[0]).of(searches)
