@@ -37,95 +37,89 @@ MOST_REFINED, MOST_LEVEL = 6, 3
 _BETWEEN = (0.137, 0.381, 0.529, 0.734)
 
 
-class _Choice:
-    """The optimum of all searches of a sampler, and of equally low ones that nearest to a point."""
+def _optima(
+    sampler: Sampler, begin: np.ndarray, searches: list[Search]
+) -> tuple[Refined, list[Refined]]:
+    """The lowest of the optima that the ends are refined to, and all of these, lowest first.
 
-    def __init__(self, sampler: Sampler, begin: np.ndarray):
-        self.sampler, self.begin = sampler, begin
+    Of equally low ones it is that nearest to the first start, `begin` (k,). What is not refined to
+    an optimum is none. Raises NumericalFailure where all are not.
+    """
 
-    def rank(self, end: Refined) -> tuple[float, ...]:
+    def rank(end: Refined) -> tuple[float, ...]:
         """Distance from the first start, then the place itself, to six digits."""
-        away = float(np.linalg.norm(self.sampler.box.apart(self.begin, end.unit)))
+        away = float(np.linalg.norm(sampler.box.apart(begin, end.unit)))
         return (round(away, 6), *np.round(end.unit, 6))
 
-    def of(self, searches: list[Search]) -> tuple[Refined, list[Refined]]:
-        """The lowest of the optima that the ends are refined to, and all of these, lowest first.
+    ends = [_at_rest(sampler, one.end) for one in searches if one.feasible]
+    lowest = min(one.objective for one in ends)
+    equal = EQUAL_ZERO if sampler.smallest >= 0 and lowest < EQUAL_ZERO else EQUAL
+    level = sorted((one for one in ends if one.objective <= lowest + equal), key=rank)
+    others = sorted(
+        (one for one in ends if one.objective > lowest + equal),
+        key=lambda one: (one.objective, *one.unit),
+    )
+    found: list[Refined] = []  # optima, and ends that lead to none
+    for end in level[:MOST_LEVEL] + others + level[MOST_LEVEL:]:
+        optima = [one for one in found if one.method]
+        home = _home(sampler, found, end)
+        if home is None and len(optima) < MOST_REFINED:
+            end = _refined(sampler, end, optima, end.objective <= lowest + RIVALS) or end
+            home = _home(sampler, found, end)
+            if home is None:
+                home = len(found)
+                found.append(end)
+        if home is not None:
+            same = found[home]
+            nearer = end.method and abs(end.objective - same.objective) <= EQUAL_REFINED
+            same = min(same, end, key=rank) if nearer else same
+            found[home] = same._replace(count=found[home].count + 1)
+    optima = sorted((one for one in found if one.method), key=lambda one: one.objective)
+    if not optima:
+        at = sampler.box.values(min(ends, key=lambda one: one.objective).unit)
+        raise NumericalFailure(
+            "no search ended in a point that can be shown to be an optimum; the lowest end is "
+            f"at {at.tolist()} with the objective {lowest * sampler.scale:.9g}. "
+            "Ask for more starts or narrow the bounds."
+        )
+    least = min(one.objective + one.excess for one in optima)
+    return min((one for one in optima if one.objective - one.excess <= least), key=rank), optima
 
-        What is not refined to an optimum is none. Raises NumericalFailure where all are not.
-        """
-        sampler = self.sampler
-        ends = self._joined([_at_rest(sampler, one.end) for one in searches if one.feasible])
-        lowest = ends[0].objective
-        equal = EQUAL_ZERO if sampler.smallest >= 0 and lowest < EQUAL_ZERO else EQUAL
-        level = sorted((one for one in ends if one.objective <= lowest + equal), key=self.rank)
-        optima: list[Refined] = []
-        for end in level[:MOST_LEVEL] + ends[len(level) :] + level[MOST_LEVEL:]:
-            self._refine(end, optima, end.objective <= lowest + RIVALS)
-            if len(optima) == MOST_REFINED:
-                break
-        if not optima:
-            raise NumericalFailure(
-                "no search ended in a point that can be shown to be an optimum; the lowest end is "
-                f"at {sampler.box.values(ends[0].unit).tolist()} with the objective "
-                f"{lowest * sampler.scale:.9g}. Ask for more starts or narrow the bounds."
-            )
-        least = min(one.objective + one.excess for one in optima)
-        low = [one for one in optima if one.objective - one.excess <= least]
-        return min(low, key=self.rank), self._joined(optima)
 
-    def _refine(self, end: Refined, optima: list[Refined], rival: bool) -> None:
-        """Add the optimum that an end leads to; one that stopped short of another counts there.
+def _refined(sampler: Sampler, end: Refined, optima: list[Refined], rival: bool) -> Refined | None:
+    """The optimum that an end leads to.
 
-        Only a rival of the lowest is searched further, and may be one of many that are as good. Of
-        others an optimum is one for certain: no direction is free, no bound holds without a pull. A
-        weight of zero has an angle that is free: at another it may have to grow.
-        """
-        for place, done in enumerate(optima):
-            apart = np.max(np.abs(self.sampler.box.apart(done.unit, end.unit)), initial=0.0)
-            if apart < SHORT_OF and done.objective <= end.objective:
-                optima[place] = done._replace(count=done.count + end.count)
-                return
-        below = min((one.objective for one in optima), default=np.inf)
-        how = refine(self.sampler, end.unit, below) if rival else by_newton(self.sampler, end.unit)
-        if how is not None:
-            certain = how.free_directions == 0 and np.all(
-                np.abs(how.bounds[how.sides != 0]) > BALANCED
-            )
-            if rival or certain:
-                optima.append(how._replace(count=end.count))
+    Only a rival of the lowest is searched further, and may be one of many that are as good. Of
+    others an optimum is one for certain: no direction is free, no bound holds without a pull. A
+    weight of zero has an angle that is free: at another it may have to grow.
+    """
+    if rival:
+        return refine(sampler, end.unit, min((one.objective for one in optima), default=np.inf))
+    found = by_newton(sampler, end.unit)
+    if found is None or found.free_directions:
+        return None
+    return found if np.all(np.abs(found.bounds[found.sides != 0]) > BALANCED) else None
 
-    def _joined(self, ends: list[Refined]) -> list[Refined]:
-        """Ends that are one, the lowest first: near, or as good with all between them as good.
 
-        A weight of zero has no angle: searches that end there with different angles found the same
-        thing. Of equally low ones the one nearest to the first start stands for all.
-        """
-        joined: list[list[Refined]] = []
-        for end in sorted(ends, key=lambda one: (one.objective, *one.unit)):
-            group = next((one for one in joined if self._one(one[0], end)), None)
-            if group is None:
-                joined.append([end])
-            else:
-                group.append(end)
-        found = []
-        for group in joined:
-            most = group[0].objective + EQUAL_REFINED
-            first = min((one for one in group if one.objective <= most), key=self.rank)
-            found.append(first._replace(count=sum(one.count for one in group)))
-        return found
+def _home(sampler: Sampler, found: list[Refined], end: Refined) -> int | None:
+    """The one of those found that an end is: near, as good with all between as good, or short of.
 
-    def _one(self, one: Refined, other: Refined) -> bool:
-        sampler = self.sampler
-        way = sampler.box.apart(one.unit, other.unit)
-        if np.max(np.abs(way), initial=0.0) < SAME:
-            return True
-        if abs(one.objective - other.objective) > EQUAL_REFINED:
-            return False
-        return all(
+    A weight of zero has no angle: searches that end there with different angles found the same
+    thing.
+    """
+    for place, one in enumerate(found):
+        way = sampler.box.apart(one.unit, end.unit)
+        far = float(np.max(np.abs(way), initial=0.0))
+        short = one.method and not end.method and one.objective <= end.objective
+        if far < SAME or (short and far < SHORT_OF):
+            return place
+        if abs(one.objective - end.objective) <= EQUAL_REFINED and all(
             abs(sampler.top(unit) - one.objective) <= EQUAL_REFINED
             and sampler.violation(unit) <= FEASIBLE_WITHIN
             for unit in (one.unit + share * way for share in _BETWEEN)
-        )
+        ):
+            return place
+    return None
 
 
 def _at_rest(sampler: Sampler, unit: np.ndarray, method: str = "", off: float = 0.0) -> Refined:
@@ -275,5 +269,5 @@ def minimise(
         best = _at_rest(sampler, kept[0].end, "flat" if box.size else "fixed", off)
         optima = [best._replace(count=len(kept))]
     else:
-        best, optima = _Choice(sampler, points[0]).of(searches)
+        best, optima = _optima(sampler, points[0], searches)
     return _summary(sampler, searches, best, optima, rtol)

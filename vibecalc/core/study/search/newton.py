@@ -45,7 +45,7 @@ class Refined(NamedTuple):
     free_directions: int = 0
     method: str = "newton"
     reach: np.ndarray | float = 0.0
-    count: int = 1
+    count: int = 0
 
 
 def walls(box: Box, unit: np.ndarray) -> np.ndarray:
