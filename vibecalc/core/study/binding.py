@@ -4,7 +4,6 @@ import copy
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
@@ -33,9 +32,6 @@ if TYPE_CHECKING:
 #: results of a candidate: of itself, or of the machines within its tolerances
 Found = Union[Record, "Machines"]
 
-
-#: no keys beside the variables
-NO_MORE: Mapping[str, Any] = MappingProxyType({})
 #: a key, its bounds as written, and the keys that follow it: each a factor times it and an offset
 Row = tuple[str, Any, Any, tuple[tuple[str, float, float], ...]]
 
@@ -72,15 +68,17 @@ class Varied:
             settings |= {tied: factor * value + offset for tied, factor, offset in ties}
         return settings
 
-    def case_at(self, variables: np.ndarray, more: Mapping[str, Any] = NO_MORE) -> "Case":
+    def case_at(self, variables: np.ndarray, more: Mapping[str, Any] | None = None) -> "Case":
         """The case with its variables and `more` keys set, checked again.
 
         NumericalFailure if it is not a case.
         """
-        return checked_case(self._resolved, self.settings(variables) | dict(more), self._cache)
+        return checked_case(
+            self._resolved, self.settings(variables) | dict(more or {}), self._cache
+        )
 
     def results(
-        self, variables: np.ndarray, wanted: frozenset[str], more: Mapping[str, Any] = NO_MORE
+        self, variables: np.ndarray, wanted: frozenset[str], more: Mapping[str, Any] | None = None
     ) -> Record:
         """Some results of the case with its variables set; NumericalFailure as in a run."""
         return run_case(self.case_at(variables, more), wanted=wanted, cache=self._cache)
@@ -191,22 +189,31 @@ class Binding(Varied):
             self._foreseen.add(self, points, wanted)
 
     def machines_at(
-        self, variables: np.ndarray, scatter: "Scatter", wanted: frozenset[str] | None = None
+        self, variables: np.ndarray, scatter: "Scatter", wanted: frozenset[str]
     ) -> "Machines":
-        """Some results (or those of objective and limits) of the machines within tolerances."""
-        from vibecalc.core.study.scatter import machines
+        """Some results of the machines within tolerances about a candidate.
 
-        settings = self.settings(variables)
-        written = {
+        Raises NumericalFailure where one of the machines has no result.
+        """
+        from vibecalc.core.study.scatter import Machines, by_arrays
+
+        case, settings = self.case_at(variables), self.settings(variables)
+        varied = scatter.values({
             key: float(settings.get(key, number_at(self._resolved, key, 0.0)))
             for key in scatter.keys
-        }
-        wanted = self._wanted if wanted is None else wanted
-
-        def single(more: Mapping[str, float]) -> Record:
-            return self.results(variables, wanted, more)
-
-        return machines(self.case_at(variables), scatter, written, wanted, single)
+        })  # fmt: skip
+        count = len(scatter.steps)
+        parts, alone, left = [], [], np.arange(count)
+        if by_arrays(case, scatter.keys, wanted):
+            at_paths = {parse_key(key): values for key, values in varied.items()}
+            parts, left = compute(case, at_paths, count, wanted)
+        for place in left.tolist():
+            more = {key: float(values[place]) for key, values in varied.items()}
+            try:
+                alone.append((place, self.results(variables, wanted, more)))
+            except NumericalFailure as failure:
+                raise NumericalFailure(f"a machine within the tolerances: {failure}") from failure
+        return Machines(count, parts, alone)
 
     def _results_at(self, variables: np.ndarray, wanted: frozenset[str]) -> Found:
         if self.scatter is None:
@@ -333,28 +340,24 @@ class Foreseen:
         self, binding: Binding, variables: np.ndarray, wanted: frozenset[str]
     ) -> Record | None:
         """The results at a point, or None where it needs a run of its own."""
-        key = (binding.picked, variables.tobytes(), wanted)
-        if key not in self._known:
-            self.add(binding, variables[None, :], wanted)
-        return self._known.get(key)
+        self.add(binding, variables[None, :], wanted)
+        return self._known.get((binding.picked, variables.tobytes(), wanted))
 
     def add(self, binding: Binding, points: np.ndarray, wanted: frozenset[str]) -> None:
         """Compute the results `wanted` at points (k, n), where arrays can."""
-        known = self._planned(binding, wanted)
+        keys = [(binding.picked, point.tobytes(), wanted) for point in points]
+        fresh = [place for place, key in enumerate(keys) if key not in self._known]
+        known = self._planned(binding, wanted) if fresh else None
         if known is None:
             return
         case, plan = known
-        fresh = [(binding.picked, point.tobytes(), wanted) not in self._known for point in points]
-        points = points[fresh]
-        if not len(points):
-            return
-        settings = [binding.settings(point) for point in points]
+        settings = [binding.settings(points[place]) for place in fresh]
         varied = {
             parse_key(key): np.array([one[key] for one in settings])
             for key, value in settings[0].items()
             if isinstance(value, float)
         }
-        parts, _ = compute(case, varied, len(points), wanted, plan, self._cache)
+        parts, _ = compute(case, varied, len(fresh), wanted, plan, self._cache)
         for part in parts:
             for row, place in enumerate(part.places.tolist()):
                 quantities = {
@@ -363,8 +366,7 @@ class Foreseen:
                     )
                     for path, one in part.columns.items()
                 }
-                key = (binding.picked, points[place].tobytes(), wanted)
-                self._known[key] = Record(quantities=quantities)
+                self._known[keys[fresh[place]]] = Record(quantities=quantities)
         while len(self._known) > MOST:
             self._known.popitem(last=False)
 
