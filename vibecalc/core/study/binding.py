@@ -19,7 +19,7 @@ from vibecalc.core.results.verdicts import Bound, bounds_of
 from vibecalc.core.run.run import StageCache, check_again, run_case
 from vibecalc.core.study.choices import choices_of, in_words
 from vibecalc.core.study.search.problem import Problem
-from vibecalc.core.study.sweep.at_once import Plan, compute, planned, unsupported
+from vibecalc.core.study.sweep.at_once import Part, Plan, compute, planned, unsupported
 from vibecalc.core.study.variables import period_of, shown_as
 from vibecalc.errors import CaseError, NumericalFailure
 from vibecalc.units import parse_quantity
@@ -154,7 +154,7 @@ class Binding(Varied):
     def problem(self, goals: tuple[Objective, ...] | None = None) -> Problem:
         """What a search takes: of the objective, or of several `goals`."""
         evaluate = self.evaluate if goals is None else partial(self.evaluate_all, goals=goals)
-        errors, ahead = (partial(one, goals=goals) for one in (self.errors, self.ahead))
+        errors, ahead = partial(self.errors, goals=goals), partial(self.ahead, goals=goals)
         at = self.lower, self.upper, self.first, self.period
         return Problem(evaluate, *at, errors, ahead)
 
@@ -203,7 +203,8 @@ class Binding(Varied):
             for key in scatter.keys
         })  # fmt: skip
         count = len(scatter.steps)
-        parts, alone, left = [], [], np.arange(count)
+        parts: list[Part] = []
+        alone, left = [], np.arange(count)
         if by_arrays(case, scatter.keys, wanted):
             at_paths = {parse_key(key): values for key, values in varied.items()}
             parts, left = compute(case, at_paths, count, wanted)

@@ -378,6 +378,10 @@ def _look_into_dips(curve: SampledCurve, level: Level) -> None:
     one is nearer to it than to its neighbours. Where nothing crosses, the nearest of all is looked
     into: it says how near the result comes.
     """
+
+    def towards(side: int) -> Height:
+        return lambda one: side * (one.value - level.wanted)
+
     look_next_to_ends(curve, level.off)
     dips = [
         (left, low, right)
@@ -389,9 +393,8 @@ def _look_into_dips(curve: SampledCurve, level: Level) -> None:
     for number, dip in enumerate(dips):
         left, low, right = map(level.off, dip)
         if low <= max(left, right) - low or (number == 0 and not crossed):
-            side = level.side(dip[0])
             with suppress(NumericalFailure):  # kept among the samples with its words
-                bottom(curve, lambda one, side=side: side * (one.value - level.wanted), dip)
+                bottom(curve, towards(level.side(dip[0])), dip)
 
 
 def _groups(stretch: list[Sample], level: Level) -> Iterator[list[Sample]]:

@@ -199,10 +199,12 @@ class _Tracer:
         def error(off: np.ndarray) -> float:
             return float(np.sum(off[others]))
 
-        asked = {"first": end.variables, "starts": 0 if alone is not None else 2}
+        starts = 0 if alone is not None else 2
         for slack in _SLACKS:
             with suppress(NumericalFailure):
-                return self.described(self.least(parts, error, (goal, slack), **asked), alone)
+                return self.described(
+                    self.least(parts, error, (goal, slack), end.variables, starts), alone
+                )
         self.notes.append(
             f"objective {goal + 1} is at its best at many points, one of them is taken"
         )

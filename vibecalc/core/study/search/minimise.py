@@ -73,7 +73,7 @@ def _optima(
             same = found[home]
             nearer = end.method and abs(end.objective - same.objective) <= EQUAL_REFINED
             same = min(same, end, key=rank) if nearer else same
-            found[home] = same._replace(count=found[home].count + 1)
+            found[home] = same._replace(found_by=found[home].found_by + 1)
     optima = sorted((one for one in found if one.method), key=lambda one: one.objective)
     if not optima:
         at = sampler.box.values(min(ends, key=lambda one: one.objective).unit)
@@ -202,7 +202,8 @@ def _summary(
             for one in searches
         ),
         optima=tuple(
-            LocalOptimum(box.values(one.unit), one.objective * scale, one.count) for one in optima
+            LocalOptimum(box.values(one.unit), one.objective * scale, one.found_by)
+            for one in optima
         ),
         notes=tuple(notes),
     )
@@ -267,7 +268,7 @@ def minimise(
         # of a flat one the scale is the largest change seen, rounded to a power of two
         off = (2.0 if box.size else 0.0) + float(np.max(sampler.bias(kept[0].end)[: sampler.parts]))
         best = _at_rest(sampler, kept[0].end, "flat" if box.size else "fixed", off)
-        optima = [best._replace(count=len(kept))]
+        optima = [best._replace(found_by=len(kept))]
     else:
         best, optima = _optima(sampler, points[0], searches)
     return _summary(sampler, searches, best, optima, rtol)

@@ -31,7 +31,7 @@ class Refined(NamedTuple):
     `unit` and its `error` (k,); `objective` and by how much it may be too high, `excess`; `margins`
     (m,) and `bounds` (k,) are multipliers, `sides` (k,) the bounds that hold; `reach` (k,) is the
     root of the diagonal of the inverse curvature: how far a coordinate moves where half a unit of
-    height is spent. `method` as of `problem.Optimum`; so many searches ended here: `count`.
+    height is spent. `method` as of `problem.Optimum`; so many searches ended here: `found_by`.
     """
 
     unit: np.ndarray
@@ -45,7 +45,7 @@ class Refined(NamedTuple):
     free_directions: int = 0
     method: str = "newton"
     reach: np.ndarray | float = 0.0
-    count: int = 0
+    found_by: int = 0
 
 
 def walls(box: Box, unit: np.ndarray) -> np.ndarray:
