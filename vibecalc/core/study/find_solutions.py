@@ -147,15 +147,12 @@ _NEXT = 1e-3
 def valleys(curve: SampledCurve, height: Height) -> Iterator[Valley]:
     """A lowest sample between the nearest ones that are certainly higher, on both sides."""
     for stretch in curve.stretches():
-        known: set[tuple[float, float]] = set()
         for position, low in enumerate(stretch):
             left = _wall(height, low, stretch[:position][::-1])
             right = _wall(height, low, stretch[position + 1 :])
-            if left is None or right is None or (left.place, right.place) in known:
-                continue
-            known.add((left.place, right.place))
-            inside = [one for one in stretch if left.place < one.place < right.place]
-            yield left, min(inside, key=height), right
+            if left is not None and right is not None:
+                inside = [one for one in stretch if left.place < one.place < right.place]
+                yield left, min(inside, key=height), right
 
 
 def bottom(curve: SampledCurve, height: Height, valley: Valley) -> None:
@@ -385,7 +382,7 @@ def _look_into_dips(curve: SampledCurve, level: Level) -> None:
     look_next_to_ends(curve, level.off)
     dips = [
         (left, low, right)
-        for left, low, right in valleys(curve, level.off)
+        for left, low, right in dict.fromkeys(valleys(curve, level.off))
         if level.side(left) == level.side(right) != 0 and level.side(low) != -level.side(left)
     ]
     dips.sort(key=lambda dip: level.off(dip[1]))

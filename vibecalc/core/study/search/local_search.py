@@ -226,8 +226,8 @@ def set_scale(sampler: Sampler, points: np.ndarray) -> None:
         return list(factor * np.abs(there[np.isfinite(there)] - tops[0]))
 
     apart = np.abs(tops - np.median(tops))
-    changes = [float(np.median(apart)), float(np.max(apart))]
-    changes += changes_to(centre + np.diag(np.where(centre < 0.5, 1e-2, -1e-2)), 1e2)
+    steps = np.diag(np.where(centre < 0.5, 1e-2, -1e-2))
+    changes = [float(np.median(apart)), float(np.max(apart)), *changes_to(centre + steps, 1e2)]
     least = UNRESOLVED * sampler.largest
     if max(changes) <= least:  # a start of high symmetry may hide all change
         changes += changes_to(spread(8, centre.size), 1.0)

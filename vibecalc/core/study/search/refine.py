@@ -74,11 +74,8 @@ def _lower_nearby(sampler: Sampler, unit: np.ndarray, optimum: Refined | None) -
         if optimum.method == "newton" and optimum.free_directions == 0:
             return None  # its curvature is known
         unit, margin = optimum.unit, 1e-9 + 2 * optimum.excess
-    directions = [
-        *np.eye(unit.size),
-        *-np.eye(unit.size),
-        *2 * spread(4 * unit.size, unit.size) - 1,
-    ]
+    axes = np.eye(unit.size)
+    directions = np.vstack([axes, -axes, 2 * spread(4 * unit.size, unit.size) - 1])
     near = [sampler.box.fold(unit + size * one) for one in directions for size in (1e-2, 1e-3)]
     kept = [one for one in near if sampler.violation(one) <= 0.0]
     lowest = min(kept, key=sampler.top, default=unit)
