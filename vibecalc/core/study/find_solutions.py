@@ -1,6 +1,5 @@
 """A result along one key: where it has a wanted value, and its extremes."""
 
-import bisect
 import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -52,7 +51,7 @@ class SampledCurve:
         self._ends = (lower, upper)
         self.log = lower > 0.0 and upper / lower > WIDE
         self.first, self.last = self.place_of(lower), self.place_of(upper)
-        self.samples: list[Sample] = []
+        self._known: dict[float, Sample] = {}
         self.evaluations = 0
 
     def place_of(self, key: float) -> float:
@@ -74,22 +73,26 @@ class SampledCurve:
     def know(self, key: float, value: float, error: float) -> None:
         """Take a result that is known already, if its key lies between the bounds."""
         if self._ends[0] <= key <= self._ends[1]:
-            bisect.insort(self.samples, Sample(self.place_of(key), key, value, error))
+            place = self.place_of(key)
+            self._known[place] = Sample(place, key, value, error)
+
+    @property
+    def samples(self) -> list[Sample]:
+        """All samples, in order."""
+        return [self._known[place] for place in sorted(self._known)]
 
     def look(self, place: float) -> Sample:
         """The sample at a place, with its words where there is no result."""
-        position = bisect.bisect_left(self.samples, (place,))
-        known = self.samples[position : position + 1]
-        if not known or known[0].place != place:
-            key, value, error, why = self.key_of(place), math.nan, math.inf, ""
+        if place not in self._known:
+            key, value, error = self.key_of(place), math.nan, math.inf
             self.evaluations += 1
             try:
                 value, error = self._evaluate(key)
                 why = "" if math.isfinite(value) else "the result is not a finite number there"
             except NumericalFailure as failure:
                 why = str(failure)
-            self.samples.insert(position, Sample(place, key, value, error, why))
-        return self.samples[position]
+            self._known[place] = Sample(place, key, value, error, why)
+        return self._known[place]
 
     def at(self, place: float) -> Sample:
         """The sample at a place; NumericalFailure where there is no result."""
@@ -101,10 +104,10 @@ class SampledCurve:
     def sample(self, points: int) -> None:
         """Sample evenly spread places, then close in on stretches without results."""
         step = (self.last - self.first) / (points - 1)
-        for place in (*(self.first + number * step for number in range(points - 1)), self.last):
-            self.look(place)
+        for number in range(points):
+            self.look(self.last if number == points - 1 else self.first + number * step)
         for _ in range(HALVINGS):
-            for one, other in list(pairwise(self.samples)):
+            for one, other in pairwise(self.samples):
                 if bool(one.failure) != bool(other.failure):
                     self.look(0.5 * (one.place + other.place))
 
