@@ -19,7 +19,7 @@ from vibecalc.core.accuracy.topic import Answer, Reference, Topic
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import StageCache, run_case
 from vibecalc.core.study.binding import Binding
-from vibecalc.core.study.find import Along, choose
+from vibecalc.core.study.find import Along
 from vibecalc.core.study.search.minimise import minimise
 from vibecalc.errors import NumericalFailure
 from vibecalc.units import parse_quantity
@@ -120,9 +120,9 @@ def find_topics(loaded: "LoadedCase") -> list[Topic]:
 
     def own(points: float) -> Answer:
         curve = along(search.model_copy(update={"points": int(points)}))
-        found = choose(curve, curve.evaluate(curve.written), goal)
-        key = found.solution.sample.key
-        return Answer(np.array([key]), float(found.curve.evaluations + 1))
+        curve.choose(curve.evaluate(curve.written))
+        key = curve.solutions[0].sample.key
+        return Answer(np.array([key]), float(curve.curve.evaluations + 1))
 
     def fresh() -> Callable[[float], float]:
         curve = along(search)
