@@ -119,7 +119,6 @@ LIGHTER: dict[Pattern, Any] = {
     ("optimisation", "robust", "samples"): 8,
     ("optimisation", "starts"): 1,
     ("optimisation", "front_points"): 3,
-    ("optimisation", "compare"): ["sequential_quadratic"],
     ("find", EACH, "points"): 5,
     ("sweep", "axes", EACH, "points"): 3,
     ("sweep", "axes", EACH, "with", EACH, "points"): 3,

@@ -11,6 +11,7 @@ from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Record
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.core.study.search.minimise import minimise
+from vibecalc.core.study.search.problem import Problem
 from vibecalc.errors import CaseError
 
 #: 90-degree V6 with split pins: its couple of order 1 needs weights on the crank and on a shaft
@@ -151,30 +152,32 @@ def test_keys_that_follow_a_variable_keep_to_it(tmp_path: Path) -> None:
 
 def test_an_optimum_at_the_ends_of_a_turn_is_on_no_bound() -> None:
     found = minimise(
-        lambda x: (2.0 - math.cos(x[0]), []),
-        [0.0],
-        [math.tau],
-        first=[5.0],
+        Problem(
+            lambda x: (2.0 - math.cos(x[0]), []), [0.0], [math.tau], first=[5.0], period=math.tau
+        ),
         starts=6,
-        period=math.tau,
     )
     assert abs(math.remainder(found.variables[0], 2.0 * math.pi)) <= 1e-7
     assert found.active_bounds[0] == 0
     assert len(found.optima) == 1
     assert found.optima[0].found_by == 7
     # between other ends it is the one at a bound
-    half = minimise(lambda x: (2.0 - math.cos(x[0]), []), [0.5], [3.0], starts=2, period=math.tau)
+    half = minimise(
+        Problem(lambda x: (2.0 - math.cos(x[0]), []), [0.5], [3.0], period=math.tau), starts=2
+    )
     assert half.active_bounds[0] == -1
 
 
 def test_two_angles_that_count_only_together_have_one_optimum() -> None:
     found = minimise(
-        lambda x: (2.0 - math.cos(x[0] - x[1]), []),
-        [-math.pi] * 2,
-        [math.pi] * 2,
-        first=[3.0, -3.0],
+        Problem(
+            lambda x: (2.0 - math.cos(x[0] - x[1]), []),
+            [-math.pi] * 2,
+            [math.pi] * 2,
+            first=[3.0, -3.0],
+            period=math.tau,
+        ),
         starts=8,
-        period=math.tau,
     )
     assert math.cos(found.variables[0] - found.variables[1]) == pytest.approx(1.0, abs=1e-12)
     assert found.free_directions == 1

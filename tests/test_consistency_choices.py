@@ -17,6 +17,7 @@ from vibecalc.core.study.combine import combine
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.core.study.planned import optimisation_entries
 from vibecalc.core.study.search.minimise import minimise
+from vibecalc.core.study.search.problem import Problem
 from vibecalc.core.study.variables import left_words
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -139,7 +140,9 @@ def test_many_combinations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         monkeypatch.setattr(module, "MOST_RUNS", 3000)
 
     def search(binding: Squares, further: np.ndarray):  # type: ignore[no-untyped-def]
-        return minimise(binding.evaluate, binding.lower, binding.upper, starts=further)
+        return minimise(
+            Problem(binding.evaluate, binding.lower, binding.upper), starts=0, further=further
+        )
 
     found = combine(Squares(), case, search, lambda binding: binding.evaluate)  # type: ignore
     grid = np.moveaxis(np.indices((16, 16, 16)), 0, -1).reshape(-1, 3)
@@ -198,8 +201,8 @@ def test_the_page_of_the_docs_can_be_run(tmp_path: Path) -> None:
 
 def test_runs_to_come_and_the_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("time.monotonic", lambda: 30.0)
-    assert left_words(20, 100, 10.0, ", best 3") == "of some 100 runs, best 3, about 80 s left,"
-    assert left_words(1, 100, 10.0, "") == "of some 100 runs, about 33 min left,"
+    assert left_words(20, 100, 10.0, ", best 3") == "of some 100 runs, best 3, about 80 s left"
+    assert left_words(1, 100, 10.0, "") == "of some 100 runs, about 33 min left"
     assert left_words(120, 100, 10.0, ", best 3") == "runs, best 3"
 
 

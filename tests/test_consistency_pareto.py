@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from vibecalc.core.study.search.fronts import front, knee, lattice
+from vibecalc.core.study.search.problem import Problem
 from vibecalc.errors import NumericalFailure
 
 
@@ -13,7 +14,7 @@ def two_bowls(x):
 
 
 def test_convex_front_in_closed_form():
-    found = front(two_bowls, [-2, -2], [2, 2], points=9, starts=2)
+    found = front(Problem(two_bowls, [-2, -2], [2, 2]), points=9, starts=2)
     assert found.values[:, 0].size == 9
     assert np.all(np.diff(found.values[:, 0]) > 0)
     assert np.all(np.diff(found.values[:, 1]) < 0)
@@ -33,7 +34,7 @@ def fonseca_fleming(x):
 
 
 def test_front_that_weighted_sums_miss():
-    found = front(fonseca_fleming, [-4, -4], [4, 4], points=5, starts=2)
+    found = front(Problem(fonseca_fleming, [-4, -4], [4, 4]), points=5, starts=2)
     assert found.values[:, 0].size == 5
     place = np.mean(found.variables, axis=1)
     exact = 1 - np.exp(-2 * (place - 1 / np.sqrt(2)) ** 2)
@@ -49,7 +50,7 @@ def with_a_jump(x):
 
 
 def test_jumps_are_left_out_and_said():
-    found = front(with_a_jump, [0], [1], points=15, starts=6)
+    found = front(Problem(with_a_jump, [0], [1]), points=15, starts=6)
     assert found.values[:, 0].size < 15
     assert any("dominated" in note for note in found.notes)
     # every point is the best of a fine grid for its bound on the second objective
@@ -67,14 +68,16 @@ def test_an_end_that_is_not_unique_takes_the_best_of_the_others():
     def edge(x):
         return ((x[0] - 0.3) ** 2 + (x[1] - 1) ** 2, x[1]), []
 
-    found = front(edge, [0, 0], [1, 1], points=4, starts=3)
+    found = front(Problem(edge, [0, 0], [1, 1]), points=4, starts=3)
     assert found.variables[:, 0] == pytest.approx(np.full(4, 0.3), abs=1e-4)
     # the last point gives a millionth of the front away to be well defined
     assert found.values[:, 1][-1] == pytest.approx(1e-6, rel=1e-9)
 
 
 def test_objectives_that_agree_have_one_best_point():
-    found = front(lambda x: (((x[0] - 0.2) ** 2, (x[0] - 0.2) ** 2), []), [0], [1], points=5)
+    found = front(
+        Problem(lambda x: (((x[0] - 0.2) ** 2, (x[0] - 0.2) ** 2), []), [0], [1]), points=5
+    )
     assert found.values[:, 0].shape == (1,)
     assert "one point is the best for both" in found.notes[0]
 
@@ -84,7 +87,7 @@ def test_a_front_without_a_feasible_point_fails():
         return two_bowls(x)[0], [-1.0 - x[0] ** 2]
 
     with pytest.raises(NumericalFailure, match="no point within the bounds keeps all limits"):
-        front(never, [-2, -2], [2, 2], points=3, starts=1)
+        front(Problem(never, [-2, -2], [2, 2]), points=3, starts=1)
 
 
 def test_errors_are_honest_where_the_values_are_inaccurate():
@@ -93,7 +96,7 @@ def test_errors_are_honest_where_the_values_are_inaccurate():
     def errors(x):
         return 1e-7 * np.abs(two_bowls(x)[0])
 
-    rough = front(two_bowls, [-2, -2], [2, 2], points=5, starts=1, errors=errors)
+    rough = front(Problem(two_bowls, [-2, -2], [2, 2], errors=errors), points=5, starts=1)
     inner = slice(1, -1)
     assert np.all(rough.errors[:, 0][inner] >= 1e-8 * rough.values[:, 0][inner])
     assert np.all(rough.errors[:, 1][inner] >= 1e-7 * rough.values[:, 1][inner])
@@ -109,7 +112,9 @@ CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 
 def test_three_distances_have_a_triangle_for_a_front():
     """Squared distances from three corners: the best are all points of the triangle."""
-    found = front(lambda x: (np.sum((x - CORNERS) ** 2, axis=1), []), [-1, -1], [2, 2], 3, starts=1)
+    found = front(
+        Problem(lambda x: (np.sum((x - CORNERS) ** 2, axis=1), []), [-1, -1], [2, 2]), 3, starts=1
+    )
     x = found.variables
     assert len(x) == 15 and not found.notes
     assert np.all(x > -1e-9) and np.all(x.sum(axis=1) < 1.0 + 1e-9)
@@ -128,7 +133,7 @@ def test_a_front_that_bulges_inwards():
         return np.array([c[0] * c[1], c[0] * s[1], s[0]]) * (1.0 + x[2]), []
 
     quarter = np.pi / 2.0
-    found = front(sphere, [0, 0, 0], [quarter, quarter, 1], 3, points=6, starts=1)
+    found = front(Problem(sphere, [0, 0, 0], [quarter, quarter, 1]), 3, points=6, starts=1)
     assert np.linalg.norm(found.values, axis=1) == pytest.approx(1.0, abs=1e-9)
     assert len(found.values) >= 5 and np.max(np.min(found.values, axis=1)) > 0.3
 

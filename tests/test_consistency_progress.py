@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from vibecalc.core.study import execute as progress
+from vibecalc.core.study import variables as progress
 
 
 class _Screen(io.StringIO):

@@ -10,6 +10,7 @@ from ong_search import SIGNS, TARGET, corrective_energy, grid, objective, search
 from ong_tables import MASS, ORDERS, SPEED, STIFFNESS
 
 from vibecalc.core.study.search.minimise import minimise
+from vibecalc.core.study.search.problem import Problem
 
 #: start -> angle in rad, force in lbf, torque in lbf in, Delta KE in lbf in, rank, as printed
 TABLE_8_2 = {
@@ -119,10 +120,12 @@ def test_energy_is_homogeneous_so_that_one_evaluation_finds_a_zero_at_any_angle(
 def test_the_search_of_this_project_says_that_the_optimum_is_not_unique() -> None:
     """One start is enough; angle and ratio of force and torque stay free."""
     found = minimise(
-        lambda x: (float(objective(x[:, None])[0]), []),
-        [0.1, 0.0, 0.0],
-        [6.2, 150.0, 150.0],
-        first=[3.0, 72.0, 80.0],
+        Problem(
+            lambda x: (float(objective(x[:, None])[0]), []),
+            [0.1, 0.0, 0.0],
+            [6.2, 150.0, 150.0],
+            first=[3.0, 72.0, 80.0],
+        ),
         starts=0,
     )
     assert found.objective <= found.objective_error < 1e-13

@@ -1,13 +1,12 @@
 """Questions of no subject: what a tolerance costs, searches of [[find]] and [optimisation]."""
 
 import time
-from functools import cache, partial
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibecalc.core.accuracy.kinds import (
-    NEARLY_KEPT,
     Counted,
     Limited,
     Optimal,
@@ -17,14 +16,10 @@ from vibecalc.core.accuracy.kinds import (
 )
 from vibecalc.core.accuracy.run import LONGEST
 from vibecalc.core.accuracy.topic import Answer, Ask, Reference, Solver, Topic
-from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import StageCache, run_case
 from vibecalc.core.study.binding import Binding
-from vibecalc.core.study.find import Along, ChosenSolution, choose
-from vibecalc.core.study.optimise import STANDARD
-from vibecalc.core.study.search.methods import METHODS
-from vibecalc.core.study.search.minimise import find, minimise
-from vibecalc.core.study.search.problem import Box
+from vibecalc.core.study.find import Along
+from vibecalc.core.study.search.minimise import minimise
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF
 
@@ -101,20 +96,20 @@ def find_topics(loaded: "LoadedCase") -> list[Topic]:
     if not searches:
         return []
     search = searches[0]
-    goal = planned_quantities(loaded.case)[search.quantity].unit
 
     def along(points: int = search.points) -> Along:
         """The case along the key, with nothing remembered."""
         asked = search.model_copy(update={"points": points})
         return Along(asked, loaded, StageCache(), lambda _: None)
 
-    def chosen(points: float) -> ChosenSolution:
+    def chosen(points: float) -> Along:
         curve = along(int(points))
-        return choose(curve, curve.evaluate(curve.written), goal)
+        curve.choose(curve.evaluate(curve.written))
+        return curve
 
     def own(points: float) -> Answer:
         found = chosen(points)
-        return Answer(found.solution.sample.key, float(found.curve.evaluations + 1))
+        return Answer(found.solutions[0].sample.key, float(found.curve.evaluations + 1))
 
     ours = cache(lambda: chosen(search.points))
     low, high = along().lower, along().upper
@@ -132,7 +127,7 @@ def find_topics(loaded: "LoadedCase") -> list[Topic]:
         return Answer(float(key), float(off.asked + 1))
 
     def reference() -> Reference:
-        key = ours().solution.sample.key
+        key = ours().solutions[0].sample.key
         again = brent(1e-14, max(key * (1.0 - 1e-3), low), min(key * (1.0 + 1e-3), high)).values
         words = "ours; Brent's method of scipy around it confirms it, not that there is no other"
         return Reference(key, max(abs(again / key - 1.0), UNIT_ROUNDOFF), words)
@@ -157,29 +152,18 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
     # what is picked is no problem of a method, nor are bounds that leave a variable no room
     if first.choices or study.robust or not np.all(first.upper > first.lower):
         return []
-    box, goal = Box(first.lower, first.upper, first.period), study.objective.quantity
+    box, goal = first.problem().box, study.objective.quantity
     begin, began = box.unit(first.first), time.process_time()
     Binding(loaded).evaluate(0.999 * first.first + 0.001 * first.upper)
     took = (time.process_time() - began) * _EVALUATIONS * (1.0 + study.starts)
     if took > LONGEST:
         raise NumericalFailure(f"the search would take about {took:.0f} s")
-    bounds, method = (first.lower, first.upper), study.method or STANDARD
 
     def search(starts: float) -> Optimal:
-        found = minimise(
-            Binding(loaded).evaluate, *bounds, first=first.first, starts=int(starts),
-            rtol=loaded.case.accuracy.rtol, method=method, period=first.period,
-        )  # fmt: skip
+        problem, rtol = Binding(loaded).problem(), loaded.case.accuracy.rtol
+        found = minimise(problem, int(starts), rtol=rtol)
         error, work = float(found.objective_error), float(found.evaluations)
         return Optimal(box.unit(found.variables), found.objective, error, work)
-
-    def bare(name: str, budget: float) -> Answer:
-        found = find(name, Binding(loaded).evaluate, *bounds, first=first.first,
-                     budget=int(budget), period=first.period)  # fmt: skip
-        violation = found.history[0].violation
-        if violation > NEARLY_KEPT:
-            raise NumericalFailure(f"the point reached breaks a limit by {violation:.2g} of it")
-        return Answer(first.sign * found.objective, float(found.evaluations))
 
     def problem() -> Limited:
         binding = Binding(loaded)
@@ -189,14 +173,11 @@ def optimisation_topics(loaded: "LoadedCase") -> list[Topic]:
     ask = Ask("optimum", f"{goal} at the best point that keeps the limits",
               "optimisation/objective", 1.5 * (1.0 + study.starts),
               "the global optimum rests on all its starts, whose best ends are proven")  # fmt: skip
-    more = [
-        plain_way(one.words, partial(bare, name), "evaluations", budgets)
-        for name, one in METHODS.items()
-    ]
     starts = [one for one in (1, 2, 4) if one <= study.starts]
-    ours = Solver(f"{METHODS[method].words}, refined", search, "starts", starts, study.starts)
+    words = "sequential quadratic programming, refined"
+    ours = Solver(words, search, "starts", starts, study.starts)
     return [optimum(
         ask, ours, problem, [(0.0, 1.0)] * len(begin), begin, budgets,
         ("SLSQP", "COBYLA", "differential evolution"), "evaluations of the case",
-        sign=first.sign, more=more,
+        sign=first.sign,
     )]  # fmt: skip

@@ -115,11 +115,24 @@ def _in_table(path: KeyPath) -> str:
     return f" in [{key_text(path[:-1])}]" if len(path) > 1 else ""
 
 
+_ONE_SEARCH = (
+    "[optimisation] has one search, with nothing to choose: leave out method and compare; "
+    "`vibecalc accuracy` holds it against other methods"
+)
+#: keys that cases from before still have -> what to do about them
+GONE: dict[KeyPath, str] = {
+    ("optimisation", "method"): _ONE_SEARCH,
+    ("optimisation", "compare"): _ONE_SEARCH,
+}
+
+
 def _unknown(path: KeyPath, near: str) -> Problem:
     key, parent = str(path[-1]), shape_at(path[:-1])
     elsewhere = [] if near else _tables_with(key)
-    hint = f"did you mean {near!r}?" if near else ""
-    if elsewhere:
+    hint = GONE.get(path, "")
+    if near and not hint:
+        hint = f"did you mean {near!r}?"
+    elif elsewhere and not hint:
         hint = f"{key} belongs to {', '.join(f'[{name}]' for name in elsewhere[:3])}"
     keys = ", ".join(keys_of(parent.table)) if parent and parent.table and not near else ""
     return _said(path, f"unknown key {shown(key)}{_in_table(path)}", "", keys, hint)

@@ -123,10 +123,6 @@ class Robust(Table):
 # A search over keys of the case for what is best within limits.
 # ----------------------------------------------------------------------------
 
-SearchMethod = Literal[
-    "sequential_quadratic", "hooke_jeeves", "nelder_mead", "differential_evolution"
-]
-
 
 class TiedKey(Table):
     """A key that follows a variable: factor times its value, plus an offset."""
@@ -189,16 +185,6 @@ class Optimisation(Table):
     starts: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
         8, description="starting points spread over the bounds, besides the case as written"
     )
-    method: SearchMethod | None = Field(
-        None,
-        description="what searches from each start, before the end is refined; "
-        "default: sequential_quadratic",
-    )
-    compare: tuple[SearchMethod, ...] = Field(
-        (),
-        max_length=8,
-        description="methods to run side by side, each alone from the case as written",
-    )
     sensitivity: Literal["start", "optimum", "both"] | None = Field(
         None, description="where to take slopes of the objective, for advice in the report"
     )
@@ -213,6 +199,7 @@ class Optimisation(Table):
     )
     RULES = (
         needs("further_objectives", "second_objective"),
+        needs("front_points", "second_objective", "a front needs a second objective"),
         needs("", "variables stock", allowed="what to change: variables, stock, or both"),
         unique("stock", "stocks"),
         "vibecalc.core.case.search_checks:check_search",
@@ -222,6 +209,12 @@ class Optimisation(Table):
     def moving(self) -> tuple[Variable, ...]:
         """Variables between bounds; the others are picked."""
         return tuple(variable for variable in self.variables if variable.moves)
+
+    @property
+    def goals(self) -> tuple[Objective, ...]:
+        """All objectives, in the order of the front."""
+        second = () if self.second_objective is None else (self.second_objective,)
+        return (self.objective, *second, *self.further_objectives)
 
 
 # ----------------------------------------------------------------------------

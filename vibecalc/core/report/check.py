@@ -101,11 +101,11 @@ def _studies(case: "Case", needs: Needs) -> Iterator[tuple[dict[str, Any], float
     """Rows of an optimisation and of searches, which run the stages many times; their seconds."""
     study = case.optimisation
     if study is not None:
-        from vibecalc.core.study.planned import describe_study, goals_of, runs_expected
+        from vibecalc.core.study.planned import describe_study, front_runs, search_runs
 
         limited = frozenset(limit.quantity for limit in case.limit)
-        wanted = limited | {goal.quantity for goal in goals_of(study)}
-        points, count = runs_expected(case), 1
+        wanted = limited | {goal.quantity for goal in study.goals}
+        points, count = search_runs(case) + front_runs(study), 1
         each = _each(case, needs, wanted)
         if study.robust is not None:
             from vibecalc.core.study.scatter import by_arrays

@@ -50,8 +50,7 @@ _REPORTED = tuple(
     PREFIX + name
     for name in (
         "variable/", "choice/", "combinations/", "robust/", "active_bound/", "history/", "optima/",
-        "margin", "multiplier", "objective", "sensitivity/", "deviation/", "gain", "methods/",
-        "front/",
+        "margin", "multiplier", "objective", "sensitivity/", "deviation/", "gain", "front/",
     )
 )  # fmt: skip
 #: Of vectors with these endings the largest entry stands for the whole.
@@ -73,9 +72,8 @@ def optimisation(result: Result) -> Section | None:
     blocks: list[Part] = [table(heads, picked) if picked else [], _variables(result)]
     blocks += [_objective(result), _combinations(result), _robust(result), advice(result)]
     blocks += [rows_of(record, HOLDING), _nearby(record), _front(result)]
-    details: dict[str, Part] = {"methods side by side": rows_of(record, _methods(result))}
     how = (rows_of(record, OPTIMA), rows_of(record, SEARCHES), grouped(left, PREFIX))
-    details["optima and searches"] = together(*how)
+    details: dict[str, Part] = {"optima and searches": together(*how)}
     return section("Optimisation", blocks, details, paths)
 
 
@@ -147,7 +145,7 @@ def _nearby(record: Record) -> list[str]:
 
 
 # ----------------------------------------------------------------------------
-# How an optimum was found: what holds it, distinct optima, a line for each search and method.
+# How an optimum was found: what holds it, distinct optima, a line for each search.
 # ----------------------------------------------------------------------------
 
 
@@ -192,33 +190,6 @@ SEARCHES = Rows(
     places=first(_ROWS),
     rest=_REST,
 )
-
-
-def _digits(digits: int) -> How:
-    return lambda value, error: show(value, error, digits)
-
-
-def _methods(result: Result) -> Rows:
-    """One line for each compared method; seconds from the timings, `-` where there are none."""
-
-    def seconds(record: Record) -> Quantity | None:
-        found = record.quantities.get("optimisation/methods/objective")
-        if found is None:
-            return None
-        times = [result.timings.get(f"method {name}") for name in labels(found.axes[0])]
-        told = ["-" if one is None else f"{one:.2f}" for one in times]
-        return part_of(found, np.array(told), *found.axes)
-
-    columns = (
-        Cells("objective", "objective {unit}"),
-        Cells("shortfall", "too high by {unit}", _digits(3)),
-        Cells("distance", "distance", _digits(3)),
-        Cells("kkt_residual", "residual", lambda r, _: "kink" if math.isinf(r) else f"{r:.1e}"),
-        Cells("evaluations", "points", whole),
-        Cells(seconds, "s"),
-        Cells("converged", "converged", _marked("yes", "NO")),
-    )
-    return Rows("method", "methods side by side", columns, root="optimisation/methods")
 
 
 # ----------------------------------------------------------------------------

@@ -39,7 +39,6 @@ DIAGNOSTICS = (
     "*/failures",
     "*/kkt_residual",
     "optimisation/history/*",
-    "optimisation/methods/*",
     "optimisation/optima/*",
     "fit/search_chi_square",
 )

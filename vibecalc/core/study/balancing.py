@@ -47,7 +47,7 @@ class BalancedWeights(NamedTuple):
 def balances(case: "Case") -> bool:
     """Whether [optimisation] seeks the least residual by weights that turn and by nothing else."""
     study = case.optimisation
-    if study is None or study.method is not None or study.robust is not None:
+    if study is None or study.robust is not None:
         return False
     if study.stock or len(study.moving) < len(study.variables):
         return False
@@ -61,13 +61,15 @@ def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
 
     Raises NumericalFailure where the case has no forces.
     """
-    problem = _Problem(binding, case)
-    constant, columns = problem.linear()
+    problem = _Weights(binding, case)
+    reach = problem.radius[problem.block]
+    constant, *turned = map(problem.forces, (np.zeros(reach.size), *np.diag(reach)))
+    columns = np.stack([one - constant for one in turned], axis=1) / reach
     length = np.linalg.norm(columns, axis=0)
-    size = float(np.linalg.norm(constant) + length @ problem.reach)
+    size = float(np.linalg.norm(constant) + length @ reach)
     for share in (0.5, 0.8):  # unknowns like no others
-        somewhere = share * problem.reach * np.cos(1.0 + 2.4 * np.arange(length.size)) / 1.5
-        off = problem.forces(problem.variables(somewhere)) - constant - columns @ somewhere
+        somewhere = share * reach * np.cos(1.0 + 2.4 * np.arange(length.size)) / 1.5
+        off = problem.forces(somewhere) - constant - columns @ somewhere
         if np.linalg.norm(off) > _LINEAR * size:
             return None
     solution = least_norm(constant, columns, problem.block, problem.radius)
@@ -83,48 +85,30 @@ def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
     slack = _INSIDE * (binding.upper - binding.lower)
     inside = (variables >= binding.lower - slack) & (variables <= binding.upper + slack)
     moved = np.where(inside, np.clip(variables, binding.lower, binding.upper), variables)
-    pulls = columns.T @ (constant + columns @ solution.unknowns) / (solution.value or 1.0)
-    held, price = problem.bounds(solution.held, solution.unknowns, pulls)
-    moved = np.where(held == 0, moved, np.where(held < 0, binding.lower, binding.upper))
-    end = Search(
-        start=binding.first,
-        end=moved,
-        objective=objective,
-        violation=float(np.max(-margins, initial=0.0)),
-        reason="solved as linear least squares within bounds",
-        evaluations=problem.evaluations,
+    sides = problem.sides(solution.held, solution.unknowns)
+    moved = np.where(sides == 0, moved, np.where(sides < 0, binding.lower, binding.upper))
+    broken, free = float(np.max(-margins, initial=0.0)), solution.free_directions
+    note = (
+        f"equally good weights form a continuum with {free} free direction"
+        f"{'s' if free > 1 else ''}; the smallest or most central are given"
     )
     optimum = Optimum(
         variables=moved,
-        variables_error=problem.errors(solution.unknowns, held, rounding / float(weakest) / unit),
+        variables_error=problem.errors(solution.unknowns, sides, rounding / float(weakest) / unit),
         objective=objective,
         objective_error=objective - lower_bound if objective > lower_bound else rounding,
         margins=margins,
-        active_margins=(),
         margin_multipliers=np.zeros(margins.size),
-        active_bounds=held,
-        bound_multipliers=price,
+        active_bounds=sides,
         kkt_residual=max(0.0, objective - lower_bound) / size if size else 0.0,
-        free_directions=solution.free_directions,
+        free_directions=free,
         method="convex",
         evaluations=problem.evaluations,
-        failures=0,
-        failure_messages=(),
-        history=(end,),
+        history=(Search(binding.first, moved, objective, broken, problem.evaluations),),
         optima=(LocalOptimum(moved, objective, 1),),
-        notes=_notes(solution.free_directions),
+        notes=(note,) if free else (),
     )
-    allowed = bool(np.all(inside) and np.all(margins >= 0.0))
-    return BalancedWeights(optimum, lower_bound, allowed)
-
-
-def _notes(free_directions: int) -> tuple[str, ...]:
-    if not free_directions:
-        return ()
-    return (
-        f"equally good weights form a continuum with {free_directions} free "
-        f"direction{'s' if free_directions > 1 else ''}; the smallest or most central are given",
-    )
+    return BalancedWeights(optimum, lower_bound, bool(np.all(inside)) and broken == 0.0)
 
 
 def _places(keys: tuple[str, ...]) -> np.ndarray | None:
@@ -143,11 +127,11 @@ def _places(keys: tuple[str, ...]) -> np.ndarray | None:
     return None if np.any(found[:, 0] < 0) else found
 
 
-class _Problem:
+class _Weights:
     """Unknowns x (n,) for the variables of a case: components of weights, or sizes about a middle.
 
-    `block` (n,) says which weight one belongs to, `radius` (m,) how large that may be, and `reach`
-    (n,) the same for each unknown.
+    `block` (n,) says which weight one belongs to, `radius` (m,) how large that may be; `_basis`
+    (m, n) makes complex weights of them.
     """
 
     def __init__(self, binding: "Binding", case: "Case"):
@@ -159,35 +143,24 @@ class _Problem:
         self._sizes, self._phases = places.T
         self._turns = self._phases >= 0
         self.block = np.repeat(np.arange(len(places)), 1 + self._turns)
+        second = np.diff(self.block, prepend=-1) == 0
+        self._basis = np.eye(len(places))[:, self.block] * np.where(second, 1j, 1.0)
         low, high = binding.lower[self._sizes], binding.upper[self._sizes]
         self._middle = np.where(self._turns, 0.0, 0.5 * (low + high))
         self.radius = high - self._middle
-        self.reach = self.radius[self.block]
 
-    def forces(self, variables: np.ndarray) -> np.ndarray:
+    def forces(self, unknowns: np.ndarray) -> np.ndarray:
         """What the residual is the norm of, as real numbers."""
         self.evaluations += 1
-        record = self._binding.results(variables, frozenset(_FORCES))
+        record = self._binding.results(self.variables(unknowns), frozenset(_FORCES))
         scaled = zip(self._scales, _FORCES, strict=True)
         parts = [scale * record[path].values.ravel() for scale, path in scaled]
         return np.concatenate([part for whole in parts for part in (whole.real, whole.imag)])
 
-    def linear(self) -> tuple[np.ndarray, np.ndarray]:
-        """Forces without the unknowns, (k,), and what a unit of each adds, (k, n)."""
-        unknowns = [np.zeros(self.block.size), *np.diag(self.reach)]
-        constant, *turned = (self.forces(self.variables(one)) for one in unknowns)
-        return constant, np.stack([one - constant for one in turned], axis=1) / self.reach
-
-    def _weights(self, parts: np.ndarray) -> np.ndarray:
-        """Numbers (n,) of the unknowns as one complex number for each weight (m,)."""
-        first = np.searchsorted(self.block, np.arange(self.radius.size))
-        other = np.append(parts, 0.0)[np.where(self._turns, first + 1, -1)]
-        return np.asarray(parts[first] + 1j * other)
-
     def variables(self, unknowns: np.ndarray) -> np.ndarray:
         """Sizes and angles; the angle of a weight of none is that of the case."""
         binding, found = self._binding, self._binding.first.copy()
-        weights = self._weights(unknowns)
+        weights = self._basis @ unknowns
         found[self._sizes] = np.where(self._turns, np.abs(weights), self._middle + weights.real)
         there = self._turns & (np.abs(weights) > EPSILON * self.radius)
         phases = self._phases[there]
@@ -196,24 +169,18 @@ class _Problem:
         found[phases] = low + np.where(period - turned < 16.0 * EPSILON * period, 0.0, turned)
         return found
 
-    def bounds(
-        self, held: np.ndarray, unknowns: np.ndarray, pulls: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """-1, 0 or 1 for each variable, and the derivative of the residual by that bound."""
-        count = len(self._binding.keys)
-        sides, price, weights = np.zeros(count, dtype=int), np.zeros(count), self._weights(unknowns)
-        outwards = (np.conj(self._weights(pulls)) * weights).real
-        size = np.where(weights != 0.0, np.abs(weights), 1.0)
-        upper = self._turns | (weights.real > 0.0)
-        sides[self._sizes] = np.where(held, np.where(upper, 1, -1), 0)
-        price[self._sizes] = sides[self._sizes] * outwards / size
-        return sides, price
+    def sides(self, held: np.ndarray, unknowns: np.ndarray) -> np.ndarray:
+        """-1, 0 or 1 for each variable where bounds of weights are `held` (m,)."""
+        upper = self._turns | ((self._basis @ unknowns).real > 0.0)
+        found = np.zeros(len(self._binding.keys), dtype=int)
+        found[self._sizes] = np.where(held, np.where(upper, 1, -1), 0)
+        return found
 
     def errors(self, unknowns: np.ndarray, sides: np.ndarray, each: np.ndarray) -> np.ndarray:
         """Absolute errors of the variables for those of `each` of the unknowns (n,)."""
-        found, size = np.zeros(sides.size), np.abs(self._weights(unknowns))
-        off = self._weights(each)
-        off = np.maximum(off.real, off.imag)
+        found, size = np.zeros(sides.size), np.abs(self._basis @ unknowns)
+        parts = self._basis @ each
+        off = np.maximum(parts.real, parts.imag)
         found[self._sizes] = np.where(sides[self._sizes] == 0, off, 0.0)
         there = self._turns & (size > 0.0)
         found[self._phases[there]] = np.arctan2(off, size)[there] + 8.0 * EPSILON

@@ -1,14 +1,15 @@
 """A case with some of its keys set to numbers, as a function that a search can call."""
 
 import copy
+from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
-from types import MappingProxyType
+from functools import partial
 from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 
 from vibecalc.core.case.load import validate
-from vibecalc.core.case.raw import NOT_COMPUTED, case_at, field_unit, number_at
+from vibecalc.core.case.raw import NOT_COMPUTED, case_at, field_unit, number_at, parse_key
 from vibecalc.core.case.study_tables import Objective, Variable
 from vibecalc.core.case.tables import Limit
 from vibecalc.core.results.catalogue import CATALOGUE
@@ -16,8 +17,9 @@ from vibecalc.core.results.record import Record
 from vibecalc.core.results.select import Side, Where, parts_of, worst
 from vibecalc.core.results.verdicts import Bound, bounds_of
 from vibecalc.core.run.run import StageCache, check_again, run_case
-from vibecalc.core.study.ahead import Foreseen
 from vibecalc.core.study.choices import choices_of, in_words
+from vibecalc.core.study.search.problem import Problem
+from vibecalc.core.study.sweep.at_once import Part, Plan, compute, planned, unsupported
 from vibecalc.core.study.variables import period_of, shown_as
 from vibecalc.errors import CaseError, NumericalFailure
 from vibecalc.units import parse_quantity
@@ -30,9 +32,6 @@ if TYPE_CHECKING:
 #: results of a candidate: of itself, or of the machines within its tolerances
 Found = Union[Record, "Machines"]
 
-
-#: no keys beside the variables
-NO_MORE: Mapping[str, Any] = MappingProxyType({})
 #: a key, its bounds as written, and the keys that follow it: each a factor times it and an offset
 Row = tuple[str, Any, Any, tuple[tuple[str, float, float], ...]]
 
@@ -69,15 +68,17 @@ class Varied:
             settings |= {tied: factor * value + offset for tied, factor, offset in ties}
         return settings
 
-    def case_at(self, variables: np.ndarray, more: Mapping[str, Any] = NO_MORE) -> "Case":
+    def case_at(self, variables: np.ndarray, more: Mapping[str, Any] | None = None) -> "Case":
         """The case with its variables and `more` keys set, checked again.
 
         NumericalFailure if it is not a case.
         """
-        return checked_case(self._resolved, self.settings(variables) | dict(more), self._cache)
+        return checked_case(
+            self._resolved, self.settings(variables) | dict(more or {}), self._cache
+        )
 
     def results(
-        self, variables: np.ndarray, wanted: frozenset[str], more: Mapping[str, Any] = NO_MORE
+        self, variables: np.ndarray, wanted: frozenset[str], more: Mapping[str, Any] | None = None
     ) -> Record:
         """Some results of the case with its variables set; NumericalFailure as in a run."""
         return run_case(self.case_at(variables, more), wanted=wanted, cache=self._cache)
@@ -120,7 +121,9 @@ class Binding(Varied):
             self.scatter = scatter_of(study.robust)
         self.goal = study.objective
         self.sign = sign_of(study.objective)
-        self.limits = tuple(limit for limit in loaded.case.limit if _counts(limit))
+        self.limits = tuple(
+            one for one in loaded.case.limit if one.at == "optimum" and one.expect == "kept"
+        )
         self._wanted = frozenset({self.goal.quantity, *(limit.quantity for limit in self.limits)})
         self._foreseen = Foreseen()
         self._others: dict[tuple[int, ...], Binding] = {}
@@ -139,14 +142,6 @@ class Binding(Varied):
             settings |= choice.options[place].settings
         return settings | super().settings(variables)
 
-    def apart(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """The difference of two points, (n,) in SI, along angles the shorter one around."""
-        difference = np.asarray(other - one)
-        period = np.where(self.period > 0.0, self.period, 1.0)
-        return np.where(
-            self.period > 0.0, difference - period * np.round(difference / period), difference
-        )
-
     def evaluate(self, variables: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
         """The objective, as its parts (p,) to be made small, and the margins of each limit.
 
@@ -156,46 +151,70 @@ class Binding(Varied):
         (parts,), margins = self.evaluate_all(variables, (self.goal,))
         return parts, margins
 
+    def problem(self, goals: tuple[Objective, ...] | None = None) -> Problem:
+        """What a search takes: of the objective, or of several `goals`."""
+        evaluate = self.evaluate if goals is None else partial(self.evaluate_all, goals=goals)
+        errors, ahead = partial(self.errors, goals=goals), partial(self.ahead, goals=goals)
+        at = self.lower, self.upper, self.first, self.period
+        return Problem(evaluate, *at, errors, ahead)
+
     def evaluate_all(
         self, variables: np.ndarray, goals: tuple[Objective, ...]
     ) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Some objectives (all to be made small) and the margins."""
-        found = self._results_at(variables, self._wanted | {goal.quantity for goal in goals})
-        values = [sign_of(goal) * self._goal(found, goal)[0] for goal in goals]
-        return values, [margins for margins, _ in self._margins(found)]
+        values, margins = self._found(variables, goals)
+        signed = [sign_of(goal) * one for goal, (one, _) in zip(goals, values, strict=True)]
+        return signed, [one for one, _ in margins]
+
+    def errors(
+        self, variables: np.ndarray, goals: tuple[Objective, ...] | None = None
+    ) -> np.ndarray:
+        """Absolute errors of the objectives, then of the margins."""
+        values, margins = self._found(variables, goals or (self.goal,))
+        return np.array([*(np.max(off) for _, off in values), *(off for _, off in margins)])
 
     def worst(self, variables: np.ndarray) -> tuple[float, np.ndarray]:
         """The objective, and the smallest margin of each limit."""
         parts, margins = self.evaluate(variables)
         return float(np.max(parts)), np.array([np.min(one) for one in margins])
 
-    def ahead(self, points: np.ndarray, goals: tuple[Objective, ...] = ()) -> None:
+    def ahead(self, points: np.ndarray, goals: tuple[Objective, ...] | None = None) -> None:
         """Compute objectives and limits at points (k, n) that are about to be asked for, at once.
 
         Does nothing where the stages of the case take no leading axis, and leaves out points that
         need a run of their own.
         """
-        wanted = self._wanted | {goal.quantity for goal in goals}
+        wanted = self._wanted | {goal.quantity for goal in goals or ()}
         if self.scatter is None:
             self._foreseen.add(self, points, wanted)
 
     def machines_at(
-        self, variables: np.ndarray, scatter: "Scatter", wanted: frozenset[str] | None = None
+        self, variables: np.ndarray, scatter: "Scatter", wanted: frozenset[str]
     ) -> "Machines":
-        """Some results (or those of objective and limits) of the machines within tolerances."""
-        from vibecalc.core.study.scatter import machines
+        """Some results of the machines within tolerances about a candidate.
 
-        settings = self.settings(variables)
-        written = {
+        Raises NumericalFailure where one of the machines has no result.
+        """
+        from vibecalc.core.study.scatter import Machines, by_arrays
+
+        case, settings = self.case_at(variables), self.settings(variables)
+        varied = scatter.values({
             key: float(settings.get(key, number_at(self._resolved, key, 0.0)))
             for key in scatter.keys
-        }
-        wanted = self._wanted if wanted is None else wanted
-
-        def single(more: Mapping[str, float]) -> Record:
-            return self.results(variables, wanted, more)
-
-        return machines(self.case_at(variables), scatter, written, wanted, single)
+        })  # fmt: skip
+        count = len(scatter.steps)
+        parts: list[Part] = []
+        alone, left = [], np.arange(count)
+        if by_arrays(case, scatter.keys, wanted):
+            at_paths = {parse_key(key): values for key, values in varied.items()}
+            parts, left = compute(case, at_paths, count, wanted)
+        for place in left.tolist():
+            more = {key: float(values[place]) for key, values in varied.items()}
+            try:
+                alone.append((place, self.results(variables, wanted, more)))
+            except NumericalFailure as failure:
+                raise NumericalFailure(f"a machine within the tolerances: {failure}") from failure
+        return Machines(count, parts, alone)
 
     def _results_at(self, variables: np.ndarray, wanted: frozenset[str]) -> Found:
         if self.scatter is None:
@@ -203,24 +222,18 @@ class Binding(Varied):
             return self.results(variables, wanted) if known is None else known
         return self.machines_at(variables, self.scatter, wanted)
 
-    def errors(
-        self, variables: np.ndarray, goals: tuple[Objective, ...] | None = None
-    ) -> np.ndarray:
-        """Absolute errors of the objectives, then of the margins."""
-        goals = goals or (self.goal,)
+    def _found(
+        self, variables: np.ndarray, goals: tuple[Objective, ...]
+    ) -> tuple[list[tuple[np.ndarray, np.ndarray]], list[tuple[np.ndarray, float]]]:
+        """Entries of objectives with their errors; of each limit margins, and the error of all."""
         found = self._results_at(variables, self._wanted | {goal.quantity for goal in goals})
-        off = [np.max(self._goal(found, goal)[1]) for goal in goals]
-        return np.array([*off, *(error for _, error in self._margins(found))])
-
-    def _goal(self, found: Found, goal: Objective) -> tuple[np.ndarray, np.ndarray]:
-        side: Side = "max" if goal.sense == "min" else "min"
-        return self._entries(found, goal.quantity, goal.where, side)
-
-    def _margins(self, found: Found) -> Iterator[tuple[np.ndarray, float]]:
-        """Of each limit the margins of its entries, and the error of these."""
+        values = [self._entries(found, one.quantity, one.where, worse_side(one)) for one in goals]
+        margins = []
         for limit, bound in self.held():
-            values, reach = self._entries(found, limit.quantity, limit.where, bound.side)
-            yield bound.scaled(bound.left(values) - reach), bound.scaled(float(np.max(reach)))
+            at, reach = self._entries(found, limit.quantity, limit.where, bound.side)
+            off = bound.scaled(float(np.max(reach)))
+            margins.append((bound.scaled(bound.left(at) - reach), off))
+        return values, margins
 
     def _entries(
         self, found: Found, path: str, where: Where, side: Side
@@ -232,7 +245,7 @@ class Binding(Varied):
         if isinstance(found, Record):
             return parts_of(found[path], where, side)
         assert self.scatter is not None
-        middle, apart, error = found.spread(path, where, side).moments()
+        middle, apart, error = found.moments(path, where, side)
         more = self.scatter.sigmas * apart * (1.0 if side == "max" else -1.0)
         return np.array([middle + more]), np.array([error * max(1.0, self.scatter.sigmas)])
 
@@ -297,5 +310,77 @@ def sign_of(goal: Objective) -> float:
     return 1.0 if goal.sense == "min" else -1.0
 
 
-def _counts(limit: Limit) -> bool:
-    return limit.at == "optimum" and limit.expect == "kept"
+def worse_side(goal: Objective) -> Side:
+    """The side of the entries of an objective that counts."""
+    return "max" if goal.sense == "min" else "min"
+
+
+# ----------------------------------------------------------------------------
+# Points that a search is about to ask for, computed at once by arrays.
+# ----------------------------------------------------------------------------
+
+#: points that are kept; a search comes back to those it has met last
+MOST = 4096
+#: what is picked, the variables (n,) and the paths that are wanted
+_Key = tuple[tuple[int, ...], bytes, frozenset[str]]
+
+
+class Foreseen:
+    """Results of points by what is picked, the variables (n,) and the paths that are wanted."""
+
+    def __init__(self) -> None:
+        self._known: OrderedDict[_Key, Record] = OrderedDict()
+        self._cache = StageCache()
+        #: what is picked, and wanted -> the case whose numbers become arrays; None: they cannot
+        self._plans: dict[tuple[tuple[int, ...], frozenset[str]], tuple[Case, Plan] | None] = {}
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+    def find(
+        self, binding: Binding, variables: np.ndarray, wanted: frozenset[str]
+    ) -> Record | None:
+        """The results at a point, or None where it needs a run of its own."""
+        self.add(binding, variables[None, :], wanted)
+        return self._known.get((binding.picked, variables.tobytes(), wanted))
+
+    def add(self, binding: Binding, points: np.ndarray, wanted: frozenset[str]) -> None:
+        """Compute the results `wanted` at points (k, n), where arrays can."""
+        keys = [(binding.picked, point.tobytes(), wanted) for point in points]
+        fresh = [place for place, key in enumerate(keys) if key not in self._known]
+        known = self._planned(binding, wanted) if fresh else None
+        if known is None:
+            return
+        case, plan = known
+        settings = [binding.settings(points[place]) for place in fresh]
+        varied = {
+            parse_key(key): np.array([one[key] for one in settings])
+            for key, value in settings[0].items()
+            if isinstance(value, float)
+        }
+        parts, _ = compute(case, varied, len(fresh), wanted, plan, self._cache)
+        for part in parts:
+            for row, place in enumerate(part.places.tolist()):
+                quantities = {
+                    path: CATALOGUE[path].quantity(
+                        one.values[row], float(one.errors[row]), one.axes
+                    )
+                    for path, one in part.columns.items()
+                }
+                self._known[keys[fresh[place]]] = Record(quantities=quantities)
+        while len(self._known) > MOST:
+            self._known.popitem(last=False)
+
+    def _planned(self, binding: Binding, wanted: frozenset[str]) -> "tuple[Case, Plan] | None":
+        what = (binding.picked, wanted)
+        if what not in self._plans:
+            settings = binding.settings(binding.first)
+            keys = [parse_key(key) for key, value in settings.items() if isinstance(value, float)]
+            self._plans[what] = None
+            try:
+                case = binding.case_at(binding.first).model_copy(update={"optimisation": None})
+            except NumericalFailure:
+                return None
+            if keys and unsupported(case, keys, wanted) is None:
+                self._plans[what] = case, planned(case, wanted, keys, again=True)
+        return self._plans[what]

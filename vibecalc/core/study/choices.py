@@ -76,13 +76,9 @@ def examines_all(study: "Optimisation", choices: tuple[Choice, ...]) -> bool:
 def _of_variable(variable: "Variable") -> Choice:
     shape = shape_at(parse_key(variable.key))
     assert shape is not None
-    values: list[tuple[str, Any]]
-    if variable.choices:
-        values = [(str(one), read_choice(one, shape)) for one in variable.choices]
-    else:
-        low, high = (parse_quantity(one or 0.0, "") for one in (variable.lower, variable.upper))
-        numbers = whole_numbers(low, high)
-        values = [(str(one), read_choice(one, shape)) for one in numbers]
+    low, high = (parse_quantity(one or 0.0, "") for one in (variable.lower, variable.upper))
+    given = variable.choices or whole_numbers(low, high)
+    values = [(str(one), read_choice(one, shape)) for one in given]
     is_name = shape.kind == "choice"
     if not is_name:
         values.sort(key=lambda one: float(one[1]))

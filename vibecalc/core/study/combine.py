@@ -20,8 +20,7 @@ from vibecalc.core.study.choices import (
     in_words,
     runs_of_one,
 )
-from vibecalc.core.study.search.methods import differential_evolution
-from vibecalc.core.study.search.problem import Box, Evaluate, Infeasible, Optimum, Sampler
+from vibecalc.core.study.search.problem import AMPLE_MARGIN, Box, Evaluate, Infeasible, Optimum
 from vibecalc.errors import NumericalFailure
 
 if TYPE_CHECKING:
@@ -34,28 +33,39 @@ Search = Callable[["Binding", np.ndarray], Optimum]
 
 #: combinations kept in a result, best first
 MOST_KEPT = 200
-#: population of differential evolution for each choice and variable
-_POPULATION = 10
+#: population of differential evolution for each choice and variable, and a seed that never changes
+_POPULATION, _SEED = 10, 20000301
 
 
 class Examined(NamedTuple):
-    """One combination: its optimum, or why it has none; `violation` of the nearest point."""
+    """One combination: its optimum, the point nearest to its limits, or why it has neither."""
 
     picked: Picked
-    optimum: Optimum | None
-    objective: float
-    violation: float
-    evaluations: int
-    why: str
+    optimum: Optimum | None = None
     nearest: Infeasible | None = None
+    why: str = ""
+
+    @property
+    def objective(self) -> float:
+        """That of the optimum, infinite without one."""
+        return np.inf if self.optimum is None else self.optimum.objective
+
+    @property
+    def evaluations(self) -> int:
+        """Points evaluated for it."""
+        ended = self.optimum or self.nearest
+        return 1 if ended is None else ended.evaluations
+
+    @property
+    def rank(self) -> tuple[bool, float, float]:
+        """Those that keep no limits after all that do, and those without a result last."""
+        violation = 0.0 if self.nearest is None else self.nearest.violation
+        return bool(self.why), violation, self.objective
 
 
 @dataclass
 class Combined:
-    """All combinations examined, the best with its binding and optimum (None: none keeps limits).
-
-    `proven` is True where no combination was left out and all could be searched.
-    """
+    """All combinations examined, of how many are possible, and points evaluated besides."""
 
     choices: tuple[Choice, ...]
     possible: int
@@ -64,13 +74,13 @@ class Combined:
 
     @property
     def ranked(self) -> list[Examined]:
-        """Best first; those that keep no limits after all that do, and those without a result."""
-        return sorted(self.examined, key=lambda one: (bool(one.why), one.violation, one.objective))
+        """Best first."""
+        return sorted(self.examined, key=lambda one: one.rank)
 
     @property
     def best(self) -> Examined:
         """The best combination."""
-        return self.ranked[0]
+        return min(self.examined, key=lambda one: one.rank)
 
     @property
     def evaluations(self) -> int:
@@ -87,7 +97,7 @@ class Combined:
                 "combination that differs from the one found in a single choice, by one step where "
                 "they are numbers, is better; that none of the others is better is not shown"
             )
-        lost = [one for one in self.examined if one.why and one.optimum is None]
+        lost = [one for one in self.examined if one.why]
         if lost:
             words = "; ".join(
                 f"{in_words(self.choices, one.picked)}: {one.why}" for one in lost[:3]
@@ -99,6 +109,22 @@ class Combined:
             )
         return tuple(notes)
 
+    def optimum(self) -> Optimum:
+        """The optimum of the best combination, with what all of them took.
+
+        Raises Infeasible where none keeps the limits, NumericalFailure where none has an optimum.
+        """
+        best = self.best
+        if best.nearest is not None:
+            best.nearest.evaluations = self.evaluations
+            raise best.nearest
+        if best.optimum is None:
+            raise NumericalFailure(
+                f"no combination has an optimum; {in_words(self.choices, best.picked)}: {best.why}"
+            )
+        notes = (*best.optimum.notes, *self.notes)
+        return replace(best.optimum, evaluations=self.evaluations, notes=notes)
+
 
 def combine(
     binding: "Binding", case: "Case", search: Search, evaluate: Callable[["Binding"], Evaluate]
@@ -108,39 +134,34 @@ def combine(
     `search` brings the optimum of one combination, from further starts (k, n) or as the case has
     it; `evaluate` gives the function of a binding that is shown as it runs.
     """
-    study = case.optimisation
+    study, choices = case.optimisation, binding.choices
     assert study is not None
-    found = Combined(binding.choices, combinations(binding.choices))
-    if examines_all(study, binding.choices):
+    found = Combined(choices, combinations(choices))
+    if examines_all(study, choices):
         warm = np.empty((0, binding.lower.size))
-        for picked in product(*(range(len(choice.options)) for choice in binding.choices)):
-            one = _examined(binding, picked, search, warm)
-            found.examined.append(one)
+        for picked in product(*(range(len(choice.options)) for choice in choices)):
+            found.examined.append(_examined(binding, picked, search, warm))
             if found.best.optimum is not None:
                 warm = found.best.optimum.variables[None, :]
         return found
     first, point, found.further_runs = _evolved(binding, runs_of_one(study), evaluate)
-    known = {first: _examined(binding, first, search, point[None, :])}
-    while True:
-        found.examined = list(known.values())
-        best = found.best
-        place = point if best.optimum is None else best.optimum.variables
-        fresh = [one for one in _next_to(binding.choices, best.picked) if one not in known]
-        if not fresh or found.evaluations > MOST_RUNS:
-            break
+    fresh = [first]
+    while fresh and found.evaluations <= MOST_RUNS:
         for near in fresh:
-            known[near] = _examined(binding, near, search, place[None, :])
+            found.examined.append(_examined(binding, near, search, point[None, :]))
+        best, known = found.best, {one.picked for one in found.examined}
+        point = point if best.optimum is None else best.optimum.variables
+        fresh = [one for one in _next_to(choices, best.picked) if one not in known]
     return found
 
 
 def _examined(binding: "Binding", picked: Picked, search: Search, warm: np.ndarray) -> Examined:
     try:
-        optimum = search(binding.with_picked(picked), warm)
+        return Examined(picked, search(binding.with_picked(picked), warm))
     except Infeasible as nearest:
-        return Examined(picked, None, np.inf, nearest.violation, nearest.evaluations, "", nearest)
+        return Examined(picked, nearest=nearest)
     except NumericalFailure as failure:
-        return Examined(picked, None, np.inf, np.inf, 1, str(failure))
-    return Examined(picked, optimum, optimum.objective, 0.0, optimum.evaluations, "")
+        return Examined(picked, why=str(failure))
 
 
 def _next_to(choices: tuple[Choice, ...], picked: Picked) -> Iterator[Picked]:
@@ -158,49 +179,45 @@ def _evolved(
 ) -> tuple[Picked, np.ndarray, int]:
     """A good combination, its variables, and the points evaluated.
 
-    R. Storn and K. Price, J. Global Optim. 11 (1997), 341-359, with whole numbers, as in scipy.
+    Points that break a limit lose against any that keep all of them, and among themselves by how
+    far they break it. R. Storn and K. Price, J. Global Optim. 11 (1997), 341-359, with whole
+    numbers, as in scipy.
     """
-    choices, count = binding.choices, len(binding.choices)
-    most = [len(choice.options) - 1.0 for choice in choices]
-    box = Box(
-        np.append(np.zeros(count), binding.lower),
-        np.append(most, binding.upper),
-        np.append(np.zeros(count), binding.period),
-    )
+    from scipy.optimize import NonlinearConstraint, differential_evolution
 
-    def picked(place: np.ndarray) -> Picked:
-        return tuple(round(float(one)) for one in place[:count])
+    count, box = len(binding.choices), Box(binding.lower, binding.upper, binding.period)
+    whole = np.arange(count + box.size) < count
+    known: dict[bytes, tuple[float, float]] = {}
 
-    sampler = Sampler(
-        lambda place: evaluate(binding.with_picked(picked(place)))(place[count:]), box
-    )
-    unit, _ = differential_evolution(
-        sampler,
-        None,
-        int(np.sum(box.moving[:count])),
+    def point(place: np.ndarray) -> tuple[Picked, np.ndarray]:
+        return tuple(np.rint(place[:count]).astype(int).tolist()), box.values(place[count:])
+
+    def at(place: np.ndarray) -> tuple[float, float]:
+        """The objective, infinite where there is none, and the least margin."""
+        if place.tobytes() not in known:
+            picked, variables = point(place)
+            found = np.inf, -AMPLE_MARGIN
+            try:
+                objective, margins = evaluate(binding.with_picked(picked))(variables)
+                least = min((float(np.min(one)) for one in margins), default=0.0)
+                if np.isfinite(np.max(objective)) and not np.isnan(least):
+                    found = float(np.max(objective)), float(np.clip(least, -AMPLE_MARGIN, 0.0))
+            except NumericalFailure:
+                pass
+            known[place.tobytes()] = found
+        return known[place.tobytes()]
+
+    solution = differential_evolution(
+        lambda place: at(place)[0],
+        [(0, len(one.options) - 1) for one in binding.choices] + [(0.0, 1.0)] * box.size,
+        integrality=whole,
+        constraints=(NonlinearConstraint(lambda place: at(place)[1], 0.0, np.inf),),
+        polish=False,
+        rng=np.random.default_rng(_SEED),
         popsize=_POPULATION,
-        maxiter=max(10, max(MOST_RUNS // 2, each) // (_POPULATION * box.size) - 1),
+        maxiter=max(10, max(MOST_RUNS // 2, each) // (_POPULATION * whole.size) - 1),
         tol=1e-6,
-        atol=0.0,
     )
-    if sampler(unit) is None:
+    if not np.isfinite(at(solution.x)[0]):
         raise NumericalFailure("no combination that was tried can be evaluated")
-    place = box.values(unit)
-    return picked(place), place[count:], sampler.count
-
-
-def of_all(found: Combined) -> Optimum:
-    """The optimum of the best combination, with what all of them took.
-
-    Raises Infeasible where none keeps the limits, NumericalFailure where none has an optimum.
-    """
-    best = found.best
-    if best.nearest is not None:
-        best.nearest.evaluations = found.evaluations
-        raise best.nearest
-    if best.optimum is None:
-        raise NumericalFailure(
-            f"no combination has an optimum; {in_words(found.choices, best.picked)}: {best.why}"
-        )
-    notes = (*best.optimum.notes, *found.notes)
-    return replace(best.optimum, evaluations=found.evaluations, notes=notes)
+    return *point(solution.x), len(known)

@@ -4,16 +4,15 @@ import platform
 import shlex
 import socket
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibecalc import __version__
 from vibecalc.core.case.load import CaseSource, LoadedCase, load_case, raise_with_location
-from vibecalc.core.case.raw import Data, Setting, read_number, table_at, tables_at
+from vibecalc.core.case.raw import Setting, read_number, table_at
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.results.steps import step
 from vibecalc.core.results.verdicts import judged
@@ -56,25 +55,19 @@ def _quantities(data: dict[str, Any]) -> Iterator[Problem]:
     from vibecalc.core.results.catalogue import CATALOGUE
     from vibecalc.core.run.targets import unknown_quantity
 
-    for path, quantity in _named(data):
-        if quantity and quantity not in CATALOGUE and not quantity.startswith(_OF_STUDIES):
-            yield unknown_quantity(path, quantity, CATALOGUE)
+    for table in ("reference", "limit", "find", "optimisation", "sweep"):
+        for path, quantity in _named(data.get(table), (table,)):
+            if quantity and quantity not in CATALOGUE and not quantity.startswith(_OF_STUDIES):
+                yield unknown_quantity(path, quantity, CATALOGUE)
 
 
-_OBJECTIVES = (
-    *(("optimisation", name) for name in ("objective", "second_objective")),
-    ("sweep", "objective"),
-)
-
-
-def _named(data: Data) -> Iterator[tuple[KeyPath, str]]:
-    lists: tuple[tuple[str, ...], ...] = (("reference",), ("limit",), ("find",))
-    goals: list[tuple[KeyPath, Data]] = [(path, table_at(data, *path)) for path in _OBJECTIVES]
-    for path in (*lists, ("optimisation", "further_objectives")):
-        goals += [((*path, place), row) for place, row in tables_at(data, *path)]
-    for place, goal in goals:
-        if isinstance(goal.get("quantity"), str):
-            yield place, goal["quantity"]
+def _named(data: object, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
+    """Results that are named as the `quantity` of a table or of one below it, and where."""
+    if isinstance(data, dict) and isinstance(data.get("quantity"), str):
+        yield path, data["quantity"]
+    below: Iterable[tuple[Any, Any]] = data.items() if isinstance(data, dict) else ()
+    for key, value in enumerate(data) if isinstance(data, list) else below:
+        yield from _named(value, (*path, key))
 
 
 # ----------------------------------------------------------------------------
@@ -116,7 +109,7 @@ def physics_problems(loaded: LoadedCase) -> list[Problem]:
         from vibecalc.core.study.variables import study_problems
 
         extra = optimisation_entries(case)
-        problems = study_problems(case)
+        problems = list(study_problems(case))
     if case.find:
         from vibecalc.core.study.planned import find_entries
 
@@ -124,58 +117,12 @@ def physics_problems(loaded: LoadedCase) -> list[Problem]:
     if case.fit is not None:
         from vibecalc.core.study.measured_points import fit_entries, fit_problems
 
-        extra, problems = fit_entries(case), fit_problems(case)
+        extra, problems = fit_entries(case), list(fit_problems(case))
     if case.sweep is not None and case.sweep.axes:
         from vibecalc.core.study.sweep.checks import sweep_problems
 
         problems = [*problems, *sweep_problems(loaded)]
     return check_machine(case) + check_targets(case, extra) + problems
-
-
-# ----------------------------------------------------------------------------
-# What a long run is busy with, on stderr while it lasts, on a terminal only.
-# ----------------------------------------------------------------------------
-
-#: seconds before anything is said, and between two changes of it
-_QUIET, _STEP = 2.0, 0.5
-_WIDTH = 78
-
-
-@contextmanager
-def telling(wanted: bool) -> Iterator[Callable[[str], None]]:
-    """Give a function that takes the name of each stage as it begins.
-
-    A run of less than two seconds says nothing; of a longer one the line names the stage and
-    counts its seconds, and is wiped out at the end. It needs no library, so that a short run is no
-    slower for it.
-    """
-    if not (wanted and sys.stderr.isatty()):
-        yield lambda stage: None
-        return
-    busy, done = [("", time.monotonic())], threading.Event()
-
-    def begin(stage: str) -> None:
-        busy[0] = (stage, time.monotonic())
-
-    def tell() -> None:
-        wait = _QUIET
-        while not done.wait(wait):
-            stage, since = busy[0]
-            words = f"computing: {stage}, {time.monotonic() - since:.0f} s"
-            sys.stderr.write(f"\r{words[:_WIDTH]:<{_WIDTH}}")
-            sys.stderr.flush()
-            wait = _STEP
-        if wait == _STEP:
-            sys.stderr.write(f"\r{'':<{_WIDTH}}\r")
-            sys.stderr.flush()
-
-    teller = threading.Thread(target=tell, daemon=True)
-    teller.start()
-    try:
-        yield begin
-    finally:
-        done.set()
-        teller.join()
 
 
 # ----------------------------------------------------------------------------
@@ -202,6 +149,7 @@ def execute(loaded: LoadedCase, progress: bool = False) -> Result:
         record = fit(loaded, timings=timings, progress=progress)
     elif loaded.case.optimisation is None:
         from vibecalc.core.run.run import run_case
+        from vibecalc.core.study.variables import telling
 
         with telling(progress) as tell:
             record = run_case(loaded.case, timings=timings, tell=tell)

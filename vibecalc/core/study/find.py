@@ -4,11 +4,12 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibecalc.core.case.raw import get_key, number_at
+from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Method, Record
 from vibecalc.core.results.select import worst
 from vibecalc.core.run.run import StageCache
@@ -31,8 +32,12 @@ if TYPE_CHECKING:
     from vibecalc.core.case.study_tables import Find
 
 # ----------------------------------------------------------------------------
-# A case along one of its keys, as a function that a search can call.
+# A case along one of its keys; of all solutions the one to name, and what has to be said with it.
 # ----------------------------------------------------------------------------
+
+#: relative change of a result along a key that is none where its error does not tell it, either
+_SAME = 1e-8
+_REASONS = 3
 
 
 class Along:
@@ -40,6 +45,8 @@ class Along:
 
     Keys of `also` keep their ratio to it. `written` is the value of the key in the case. `turn` is
     the whole turn in rad that the bounds of an angle hold, whose ends are then one; else 0.
+    `choose` finds `solutions`, of which the first is named, and `notes`; `level` is what was
+    wanted, None for an extreme.
     """
 
     def __init__(
@@ -52,11 +59,17 @@ class Along:
         ]
         row = (search.key, search.lower, search.upper, tuple(ties))
         self.search, self.at = search, Varied(loaded, [row], cache)
-        self.unit = self.at.units[0]
+        self.unit, self._goal_unit = self.at.units[0], CATALOGUE[search.quantity].unit
         self.lower, self.upper = float(self.at.lower[0]), float(self.at.upper[0])
         self.near, period = float(self.at.first[0]), float(self.at.period[0])
         whole = abs(self.upper - self.lower - period) <= 1e-9 * period and not search.also
         self.turn = period if whole else 0.0
+        # around a turn and two steps on, so that what lies where its ends meet has neighbours
+        step = self.turn / (search.points - 1)
+        self.curve = SampledCurve(self.evaluate, self.lower, self.upper + 2.0 * step)
+        self.level: Level | None = None
+        self.solutions: list[Solution] = []
+        self.notes: list[str] = []
         self._count = count
 
     def evaluate(self, value: float) -> tuple[float, float]:
@@ -78,185 +91,130 @@ class Along:
         value, _ = worst(quantity, self.search.where, "max")
         return value, quantity.error_estimate
 
+    def choose(self, as_written: tuple[float, float]) -> None:
+        """Search between the bounds; `as_written` is the result of the case and its error.
 
-# ----------------------------------------------------------------------------
-# Of all solutions along a key the one to name, and what has to be said next to it.
-# ----------------------------------------------------------------------------
+        A wanted value: the solution nearest to the key as written, by ratio where both are
+        positive. An extreme: the lowest minimum or the highest maximum. NumericalFailure, with what
+        was computed, where there is none.
+        """
+        search, curve = self.search, self.curve
+        if math.isfinite(as_written[0]) and math.isfinite(self.written):
+            curve.know(self.written, *as_written)
+        curve.sample(search.points + (2 if self.turn else 0))
+        computed = curve.computed()
+        if not computed:
+            raise NumericalFailure(
+                f"none of {len(curve.samples)} points could be computed: {self._reasons()}"
+            )
+        # three at least mean something; an error by what is left out of a result may hide a change
+        values = [one.value for one in computed]
+        rounding = min(_SAME * max(map(abs, values)), *(one.error for one in computed))
+        if len(computed) > 2 and max(values) - min(values) <= 2.0 * rounding:
+            raise NumericalFailure(
+                f"{search.quantity} does not change between the bounds of {search.key}: it is "
+                f"{self._result(values[0])} at all of {len(computed)} points"
+            )
+        if search.seek is not None:
+            sign = 1.0 if search.seek == "minimum" else -1.0
+            self.solutions = self._around(extremes(curve, sign))
+            self.notes = [] if self.turn else list(self._beyond(sign))
+        else:
+            self.level = self._level(*as_written)
+            solutions, jumps = roots(curve, self.level)
+            self.solutions = sorted(self._around(solutions), key=self._distance)
+            self.notes = [
+                f"{search.quantity} jumps past the wanted value at {self._key(one.key)}: "
+                "that is no solution"
+                for one in jumps
+            ]
+        self.notes += self._skipped()
+        if not self.solutions:
+            raise NumericalFailure("; ".join([self._nothing(), *self.notes]))
 
-_REASONS = 3
+    def _around(self, solutions: list[Solution]) -> list[Solution]:
+        """Solutions on a whole turn, from its lower end on; what both turns have counts once."""
+        if not self.turn:
+            return solutions
+        once: list[Solution] = []
+        for one in solutions:
+            on = (one.sample.key - self.lower) % self.turn
+            on -= self.turn if self.turn - on <= one.error else 0.0
+            moved = Solution(one.sample._replace(key=self.lower + max(on, 0.0)), one.error)
+            near = (abs(moved.sample.key - other.sample.key) - other.error for other in once)
+            if all(gap > one.error for gap in near):
+                once.append(moved)
+        return once
 
+    def _level(self, value: float, error: float) -> Level:
+        if self.search.target is not None:
+            return Level(parse_quantity(self.search.target, self._goal_unit), 0.0)
+        if not math.isfinite(value):
+            raise NumericalFailure(
+                f"{self.search.quantity} of the case as written is no finite number"
+            )
+        return Level(value + parse_quantity(str(self.search.change), self._goal_unit), error)
 
-class ChosenSolution(NamedTuple):
-    """The solution that is named, the others, and the curve they stand on.
+    def _distance(self, solution: Solution) -> float:
+        key = solution.sample.key
+        if self.near > 0.0 and key > 0.0:
+            return abs(math.log(key / self.near))
+        return abs(key - self.near)
 
-    `level` is what was wanted, None for an extreme.
-    """
+    def _beyond(self, sign: float) -> Iterator[str]:
+        """Say where a bound, or the end of what can be computed, is better than every extreme."""
+        ends = [one for stretch in self.curve.stretches() for one in (stretch[0], stretch[-1])]
+        best = min(ends, key=lambda one: sign * one.value)
+        if self.solutions and sign * (best.value - self.solutions[0].sample.value) < 0.0:
+            yield (
+                f"the {self.search.seek} is that between the bounds; {self.search.quantity} is "
+                f"{'lower' if sign > 0.0 else 'higher'} still, {self._result(best.value)}, "
+                f"{self._place(best)}"
+            )
 
-    solution: Solution
-    others: list[Solution]
-    curve: SampledCurve
-    level: Level | None
-    notes: list[str]
+    def _place(self, sample: Sample) -> str:
+        at_bound = sample.place in (self.curve.first, self.curve.last)
+        where = "at the bound" if at_bound else "next to what cannot be computed, at"
+        return f"{where} {self._key(sample.key)}"
 
-
-def choose(along: Along, as_written: tuple[float, float], unit: str) -> ChosenSolution:
-    """Search between the bounds; `as_written` is the result of the case and its error, in `unit`.
-
-    A wanted value: the solution nearest to the key as written, by ratio where both are positive.
-    An extreme: the lowest minimum or the highest maximum. NumericalFailure, with what was computed,
-    where there is none.
-    """
-    search = along.search
-    # around a turn and two steps on, so that what lies where its ends meet has neighbours
-    step = along.turn / (search.points - 1)
-    curve = SampledCurve(along.evaluate, along.lower, along.upper + 2.0 * step)
-    if math.isfinite(as_written[0]) and math.isfinite(along.written):
-        curve.know(along.written, *as_written)
-    curve.sample(search.points + (2 if along.turn else 0))
-    computed = curve.computed()
-    if not computed:
-        raise NumericalFailure(
-            f"none of {len(curve.samples)} points could be computed: {_reasons(curve)}"
-        )
-    if _constant(computed):
-        raise NumericalFailure(
-            f"{search.quantity} does not change between the bounds of {search.key}: it is "
-            f"{_shown(computed[0].value, unit)} at all of {len(computed)} points"
-        )
-    if search.seek is not None:
-        sign = 1.0 if search.seek == "minimum" else -1.0
-        solutions = _around(along, extremes(curve, sign))
-        notes = [] if along.turn else list(_beyond(along, curve, solutions, sign, unit))
-        level = None
-    else:
-        level = _level(along, as_written, unit)
-        solutions, jumps = roots(curve, level)
-        solutions = _around(along, solutions)
-        solutions.sort(key=lambda solution: _distance(along, solution.sample))
-        notes = [
-            f"{search.quantity} jumps past the wanted value at {_shown(one.key, along.unit)}: "
-            "that is no solution"
-            for one in jumps
-        ]
-    if not solutions:
-        raise NumericalFailure(_nothing(along, curve, level, unit, notes))
-    return ChosenSolution(
-        solutions[0], solutions[1:], curve, level, [*notes, *_skipped(along, curve)]
-    )
-
-
-def _around(along: Along, solutions: list[Solution]) -> list[Solution]:
-    """Solutions on a whole turn, from its lower end on; what was met on both turns counts once."""
-    if not along.turn:
-        return solutions
-    once: list[Solution] = []
-    for one in solutions:
-        on = (one.sample.key - along.lower) % along.turn
-        on -= along.turn if along.turn - on <= one.error else 0.0
-        moved = Solution(one.sample._replace(key=along.lower + max(on, 0.0)), one.error)
-        near = (abs(moved.sample.key - other.sample.key) - other.error for other in once)
-        if all(gap > one.error for gap in near):
-            once.append(moved)
-    return once
-
-
-def _level(along: Along, as_written: tuple[float, float], unit: str) -> Level:
-    search = along.search
-    if search.target is not None:
-        return Level(parse_quantity(search.target, unit), 0.0)
-    if search.change is None:
-        raise ValueError("the search does not say what is wanted")
-    value, error = as_written
-    if not math.isfinite(value):
-        raise NumericalFailure(f"{search.quantity} of the case as written is no finite number")
-    return Level(value + parse_quantity(search.change, unit), error)
-
-
-def _distance(along: Along, sample: Sample) -> float:
-    if along.near > 0.0 and sample.key > 0.0:
-        return abs(math.log(sample.key / along.near))
-    return abs(sample.key - along.near)
-
-
-#: relative change of a result along a key that is none where its error does not tell it, either
-_SAME = 1e-8
-
-
-def _constant(computed: list[Sample]) -> bool:
-    """Whether all samples are the same but for rounding: three at least, to mean something.
-
-    An error by what is left out of a result may hide a change, and tells of none.
-    """
-    values = [sample.value for sample in computed]
-    rounding = min(_SAME * max(map(abs, values)), *(one.error for one in computed))
-    return len(computed) > 2 and max(values) - min(values) <= 2.0 * rounding
-
-
-def _beyond(
-    along: Along, curve: SampledCurve, solutions: list[Solution], sign: float, unit: str
-) -> Iterator[str]:
-    """Say where a bound, or the end of what can be computed, is better than every extreme."""
-    ends = [one for stretch in curve.stretches() for one in (stretch[0], stretch[-1])]
-    best = min(ends, key=lambda one: sign * one.value)
-    if solutions and sign * (best.value - solutions[0].sample.value) < 0.0:
-        yield (
-            f"the {along.search.seek} is that between the bounds; {along.search.quantity} is "
-            f"{'lower' if sign > 0.0 else 'higher'} still, {_shown(best.value, unit)}, "
-            f"{_place(along, curve, best)}"
-        )
-
-
-def _place(along: Along, curve: SampledCurve, sample: Sample) -> str:
-    at_bound = sample.place in (curve.first, curve.last)
-    where = "at the bound" if at_bound else "next to what cannot be computed, at"
-    return f"{where} {_shown(sample.key, along.unit)}"
-
-
-def _nothing(
-    along: Along, curve: SampledCurve, level: Level | None, unit: str, notes: list[str]
-) -> str:
-    search = along.search
-    computed = curve.computed()
-    low, high = (pick(computed, key=lambda one: one.value) for pick in (min, max))
-    bounds = f"{_shown(along.lower, along.unit)} and {_shown(along.upper, along.unit)}"
-    if level is None:
-        best = low if search.seek == "minimum" else high
-        words = (
-            f"no {search.seek} of {search.quantity} for {search.key} between {bounds}: "
-            f"its {'lowest' if best is low else 'highest'} value, {_shown(best.value, unit)}, is "
-            f"{_place(along, curve, best)}"
-        )
-    else:
-        nearest = min(computed, key=lambda one: abs(level.off(one)))
-        words = (
+    def _nothing(self) -> str:
+        search, computed = self.search, self.curve.computed()
+        low, high = (pick(computed, key=lambda one: one.value) for pick in (min, max))
+        bounds = f"{self._key(self.lower)} and {self._key(self.upper)}"
+        if self.level is None:
+            best, how = (low, "lowest") if search.seek == "minimum" else (high, "highest")
+            return (
+                f"no {search.seek} of {search.quantity} for {search.key} between {bounds}: "
+                f"its {how} value, {self._result(best.value)}, is {self._place(best)}"
+            )
+        near = min(computed, key=self.level.off)
+        return (
             f"no {search.key} between {bounds} brings {search.quantity} to "
-            f"{_shown(level.wanted, unit)}: it goes from {_shown(low.value, unit)} at "
-            f"{_shown(low.key, along.unit)} to {_shown(high.value, unit)} at "
-            f"{_shown(high.key, along.unit)}, and is nearest at {_shown(nearest.key, along.unit)} "
-            f"with {_shown(nearest.value, unit)}"
-        )
-    return "; ".join([words, *notes, *_skipped(along, curve)])
-
-
-def _skipped(along: Along, curve: SampledCurve) -> Iterator[str]:
-    failed = curve.failed()
-    if failed:
-        first, last = (_shown(one.key, along.unit) for one in (failed[0], failed[-1]))
-        between = f"at {first}" if first == last else f"between {first} and {last}"
-        yield (
-            f"{len(failed)} of {len(curve.samples)} points could not be computed, {between}, "
-            f"and no solution next to or between them is claimed: {_reasons(curve)}"
+            f"{self._result(self.level.wanted)}: it goes from {self._result(low.value)} at "
+            f"{self._key(low.key)} to {self._result(high.value)} at {self._key(high.key)}, and is "
+            f"nearest at {self._key(near.key)} with {self._result(near.value)}"
         )
 
+    def _skipped(self) -> Iterator[str]:
+        failed = self.curve.failed()
+        if failed:
+            first, last = (self._key(one.key) for one in (failed[0], failed[-1]))
+            between = f"at {first}" if first == last else f"between {first} and {last}"
+            yield (
+                f"{len(failed)} of {len(self.curve.samples)} points could not be computed, "
+                f"{between}, and no solution next to or between them is claimed: {self._reasons()}"
+            )
 
-def _reasons(curve: SampledCurve) -> str:
-    reasons = list(dict.fromkeys(sample.failure for sample in curve.failed()))
-    more = f"; and {len(reasons) - _REASONS} more" if len(reasons) > _REASONS else ""
-    return "; ".join(reasons[:_REASONS]) + more
+    def _reasons(self) -> str:
+        reasons = list(dict.fromkeys(sample.failure for sample in self.curve.failed()))
+        left = len(reasons) - _REASONS
+        return "; ".join(reasons[:_REASONS] + [f"and {left} more"] * (left > 0))
 
+    def _key(self, value: float) -> str:
+        return f"{value:.6g} {self.unit}".rstrip()
 
-def _shown(value: float, unit: str) -> str:
-    return f"{value:.6g} {unit}".rstrip()
+    def _result(self, value: float) -> str:
+        return f"{value:.6g} {self._goal_unit}".rstrip()
 
 
 # ----------------------------------------------------------------------------
@@ -279,29 +237,29 @@ def add_solutions(
     """
     started = time.perf_counter()
     cache = StageCache()  # searches along different keys share the stages that these do not touch
-    chosen: list[tuple[Along, ChosenSolution]] = []
+    chosen: list[Along] = []
     failures: list[str] = []
     with counted("finding", progress) as advance:
         for search in loaded.case.find:
             along = Along(search, loaded, cache, advance)
             try:
-                choice = choose(along, along.read(record), record[search.quantity].unit)
+                along.choose(along.read(record))
+                chosen.append(along)
             except NumericalFailure as failure:
                 failures.append(f"find {search.name!r}: {failure}")
-            else:
-                chosen.append((along, choice))
     if not chosen:
         raise NumericalFailure("; ".join(failures))
     record.warnings += failures
     entries = find_entries(loaded.case)
-    for along, choice in chosen:
+    for along in chosen:
         name = along.search.name
-        for path, (value, error) in _numbers(along, choice).items():
-            axes = {"solution": np.arange(1, len(choice.others) + 1)}
-            record.add(entries[f"{FIND}/{name}/{path}"].quantity(value, error, axes))
-        _add_machine(record, along, choice, machine_paths(loaded.case, along.search))
-        record.warnings += [f"find {name!r}: {note}" for note in choice.notes]
-    seeks = [along.search.seek is not None for along, _ in chosen]
+        axes = {"solution": np.arange(1, len(along.solutions))}
+        for path, (value, error) in _numbers(along).items():
+            if entry := entries.get(f"{FIND}/{name}/{path}"):
+                record.add(entry.quantity(value, error, axes))
+        _add_machine(record, along, machine_paths(loaded.case, along.search))
+        record.warnings += [f"find {name!r}: {note}" for note in along.notes]
+    seeks = [along.search.seek is not None for along in chosen]
     if not all(seeks):
         record.methods.append(_method("root finding", "values that bring a wanted result", "4"))
     if any(seeks):
@@ -309,15 +267,13 @@ def add_solutions(
     timings[FIND] = time.perf_counter() - started
 
 
-def _add_machine(
-    record: Record, along: Along, choice: ChosenSolution, paths: tuple[str, ...]
-) -> None:
+def _add_machine(record: Record, along: Along, paths: tuple[str, ...]) -> None:
     """Results of the machine that was found, next to those of the case as written.
 
     Their errors count that of the key, by the slope towards the farther bound.
     """
     root, wanted = f"{FIND}/{along.search.name}/{MACHINE}", frozenset(paths)
-    key, error = choice.solution.sample.key, choice.solution.error
+    key, error = along.solutions[0].sample.key, along.solutions[0].error
     far = along.upper if along.upper - key > key - along.lower else along.lower
     step = _STEP * (far - key)
     try:
@@ -326,38 +282,32 @@ def _add_machine(
         record.warnings.append(f"{root} is left out: {failure}")
         return
     for path, quantity in results.items():
-        ends = float(quantity.values), float(nearby.get(path, quantity).values)
-        moved = abs(ends[1] - ends[0]) if all(map(math.isfinite, ends)) else 0.0
-        uncertainty = quantity.error_estimate + moved * abs(error / step)
+        moved = abs(float(nearby.get(path, quantity).values) - float(quantity.values))
+        off = moved * abs(error / step) if math.isfinite(moved) else 0.0
+        uncertainty = quantity.error_estimate + off
         record.add(replace(quantity, path=f"{root}/{path}", error_estimate=uncertainty))
 
 
-def _numbers(along: Along, choice: ChosenSolution) -> dict[str, tuple[Any, float]]:
-    """Names below `find/<name>/` with value and absolute error."""
-    (sample, error), others = choice.solution, choice.others
-    numbers: dict[str, tuple[Any, float]] = {"value": (sample.key, error)}
-    is_written = math.isfinite(along.written)
-    if is_written and along.written != 0.0:
-        numbers["ratio"] = (sample.key / along.written, error / abs(along.written))
-    numbers["reached"] = (sample.value, sample.error)
-    if choice.level is not None:
-        numbers["wanted"] = (choice.level.wanted, choice.level.uncertainty)
-    if is_written:
-        numbers["written"] = (along.written, 0.0)
-    numbers["others"] = (
-        np.array([other.sample.key for other in others], dtype=float),
-        max((other.error for other in others), default=0.0),
-    )
-    numbers["others_reached"] = (
-        np.array([other.sample.value for other in others], dtype=float),
-        max((other.sample.error for other in others), default=0.0),
-    )
-    for key, value in along.at.settings(np.array([sample.key])).items():
-        if key != along.search.key:
-            numbers[f"also/{key}"] = (value, error * abs(value / sample.key))
-    numbers["evaluations"] = (choice.curve.evaluations, 0.0)
-    numbers["failures"] = (len(choice.curve.failed()), 0.0)
-    return numbers
+def _numbers(along: Along) -> dict[str, tuple[Any, float]]:
+    """Names below `find/<name>/` with value and absolute error; NaN of what there is not."""
+    (sample, error), *others = along.solutions
+    written = along.written or math.nan
+    settings = along.at.settings(np.array([sample.key]))
+    keys = np.array([other.sample.key for other in others], dtype=float)
+    values = np.array([other.sample.value for other in others], dtype=float)
+    return {
+        "value": (sample.key, error),
+        "ratio": (sample.key / written, error / abs(written)),
+        "reached": (sample.value, sample.error),
+        "wanted": along.level or (math.nan, math.nan),
+        "written": (along.written, 0.0),
+        "others": (keys, max((other.error for other in others), default=0.0)),
+        "others_reached": (values, max((other.sample.error for other in others), default=0.0)),
+        **{f"also/{key}": (settings[key], error * abs(settings[key] / sample.key))
+           for key in along.search.also},
+        "evaluations": (along.curve.evaluations, 0.0),
+        "failures": (len(along.curve.failed()), 0.0),
+    }  # fmt: skip
 
 
 def _method(what: str, purpose: str, chapter: str) -> Method:

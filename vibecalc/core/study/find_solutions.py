@@ -1,10 +1,8 @@
 """A result along one key: where it has a wanted value, and its extremes."""
 
-import bisect
 import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from functools import partial
 from itertools import groupby, pairwise
 from typing import NamedTuple, TypeVar
 
@@ -34,6 +32,13 @@ class Sample(NamedTuple):
     failure: str = ""
 
 
+class Solution(NamedTuple):
+    """A sample that is what was sought, and the absolute error of its key."""
+
+    sample: Sample
+    error: float
+
+
 class SampledCurve:
     """Samples between two bounds, in order; no value of the key is evaluated twice.
 
@@ -46,7 +51,7 @@ class SampledCurve:
         self._ends = (lower, upper)
         self.log = lower > 0.0 and upper / lower > WIDE
         self.first, self.last = self.place_of(lower), self.place_of(upper)
-        self.samples: list[Sample] = []
+        self._known: dict[float, Sample] = {}
         self.evaluations = 0
 
     def place_of(self, key: float) -> float:
@@ -68,22 +73,26 @@ class SampledCurve:
     def know(self, key: float, value: float, error: float) -> None:
         """Take a result that is known already, if its key lies between the bounds."""
         if self._ends[0] <= key <= self._ends[1]:
-            bisect.insort(self.samples, Sample(self.place_of(key), key, value, error))
+            place = self.place_of(key)
+            self._known[place] = Sample(place, key, value, error)
+
+    @property
+    def samples(self) -> list[Sample]:
+        """All samples, in order."""
+        return [self._known[place] for place in sorted(self._known)]
 
     def look(self, place: float) -> Sample:
         """The sample at a place, with its words where there is no result."""
-        position = bisect.bisect_left(self.samples, (place,))
-        known = self.samples[position : position + 1]
-        if not known or known[0].place != place:
-            key, value, error, why = self.key_of(place), math.nan, math.inf, ""
+        if place not in self._known:
+            key, value, error = self.key_of(place), math.nan, math.inf
             self.evaluations += 1
             try:
                 value, error = self._evaluate(key)
                 why = "" if math.isfinite(value) else "the result is not a finite number there"
             except NumericalFailure as failure:
                 why = str(failure)
-            self.samples.insert(position, Sample(place, key, value, error, why))
-        return self.samples[position]
+            self._known[place] = Sample(place, key, value, error, why)
+        return self._known[place]
 
     def at(self, place: float) -> Sample:
         """The sample at a place; NumericalFailure where there is no result."""
@@ -95,10 +104,10 @@ class SampledCurve:
     def sample(self, points: int) -> None:
         """Sample evenly spread places, then close in on stretches without results."""
         step = (self.last - self.first) / (points - 1)
-        for place in (*(self.first + number * step for number in range(points - 1)), self.last):
-            self.look(place)
+        for number in range(points):
+            self.look(self.last if number == points - 1 else self.first + number * step)
         for _ in range(HALVINGS):
-            for one, other in list(pairwise(self.samples)):
+            for one, other in pairwise(self.samples):
                 if bool(one.failure) != bool(other.failure):
                     self.look(0.5 * (one.place + other.place))
 
@@ -120,18 +129,6 @@ class SampledCurve:
         """Samples with a result from one to another."""
         return [one for one in self.computed() if left.place <= one.place <= right.place]
 
-    def solution(self, best: Sample, *nearby: Sample) -> "Solution":
-        """A sample as far off as the largest distance from it to others, with its rounding."""
-        far = max((abs(one.key - best.key) for one in nearby), default=0.0)
-        return Solution(best, far + 4.0 * math.ulp(best.key))
-
-
-class Solution(NamedTuple):
-    """A sample that is what was sought, and the absolute error of its key."""
-
-    sample: Sample
-    error: float
-
 
 # ----------------------------------------------------------------------------
 # Valleys between samples, and what is certain about them.
@@ -139,6 +136,8 @@ class Solution(NamedTuple):
 
 Height = Callable[[Sample], float]
 Valley = tuple[Sample, Sample, Sample]
+#: first and last sample of what is looked into, and what else belongs to it
+Bracket = TypeVar("Bracket", Valley, tuple[Sample, Sample])
 
 #: a failure inside a valley cuts it, and what is left is examined again
 ROUNDS = 4
@@ -151,19 +150,16 @@ _NEXT = 1e-3
 def valleys(curve: SampledCurve, height: Height) -> Iterator[Valley]:
     """A lowest sample between the nearest ones that are certainly higher, on both sides."""
     for stretch in curve.stretches():
-        known: set[tuple[float, float]] = set()
         for position, low in enumerate(stretch):
             left = _wall(height, low, stretch[:position][::-1])
             right = _wall(height, low, stretch[position + 1 :])
-            if left is None or right is None or (left.place, right.place) in known:
-                continue
-            known.add((left.place, right.place))
-            inside = [one for one in stretch if left.place < one.place < right.place]
-            yield left, min(inside, key=height), right
+            if left is not None and right is not None:
+                inside = [one for one in stretch if left.place < one.place < right.place]
+                yield left, min(inside, key=height), right
 
 
-def bottom(curve: SampledCurve, height: Height, valley: Valley, enough: float = -math.inf) -> None:
-    """Close in on the bottom of a valley; ends early below `enough`. NumericalFailure inside it."""
+def bottom(curve: SampledCurve, height: Height, valley: Valley) -> None:
+    """Close in on the bottom of a valley. NumericalFailure inside it."""
     from scipy.optimize import minimize_scalar
 
     left, low, right = valley
@@ -171,31 +167,22 @@ def bottom(curve: SampledCurve, height: Height, valley: Valley, enough: float = 
     # places from 1 to 2, so that a relative tolerance counts along the valley
     middle = 1.0 + (low.place - left.place) / span
     known = {1.0: left, middle: low, 2.0: right}
-
-    def function(scaled: float) -> float:
-        at = known.get(scaled) or curve.at(left.place + (scaled - 1.0) * span)
-        if height(at) < enough:
-            raise _LowEnough
-        return height(at)
-
     depth = min(height(left), height(right)) - height(low)
-    tolerance = max(_FINEST, 0.02 * math.sqrt(min(1.0, _uncertainty(low, low) / depth)))
-    with suppress(_LowEnough):
-        minimize_scalar(function, bracket=(1.0, middle, 2.0), method="brent", tol=tolerance)
+    minimize_scalar(
+        lambda at: height(known.get(at) or curve.at(left.place + (at - 1.0) * span)),
+        bracket=(1.0, middle, 2.0),
+        method="brent",
+        tol=max(_FINEST, 0.02 * math.sqrt(min(1.0, _uncertainty(low, low) / depth))),
+    )
 
 
-class _LowEnough(Exception):
-    """Low enough."""
-
-
-def look_next_to_ends(curve: SampledCurve, height_of: Callable[[Sample], Height]) -> None:
+def look_next_to_ends(curve: SampledCurve, height: Height) -> None:
     """Sample where a curve falls from the end of a stretch on: the end is then a higher neighbour.
 
     Without it a valley between a bound and the next sample would have no wall on that side.
     """
     for stretch in list(curve.stretches()):
         for end, other in ((stretch[0], stretch[1:2]), (stretch[-1], stretch[-2:-1])):
-            height = height_of(end)
             if other and height(end) <= height(other[0]):
                 curve.look(end.place + _NEXT * (other[0].place - end.place))
 
@@ -216,37 +203,37 @@ def _uncertainty(one: Sample, other: Sample) -> float:
     return one.error + other.error + 4.0 * EPSILON * max(abs(one.value), abs(other.value))
 
 
-def _narrowed(
-    curve: SampledCurve,
-    centre: Sample,
-    beyond: Sample,
-    off: Height,
-    unsure: Height,
-    power: float = 1.0,
-) -> Sample:
-    """A sample nearer to `centre` than `beyond`, and `off` by certainly more than it is `unsure`.
+def _known(
+    curve: SampledCurve, best: Sample, ends: list[Sample], off: Height, unsure: Height, power: float
+) -> Solution:
+    """The sample least `off`, as uncertain as those on both sides that are certainly off are far.
 
-    Steps are a share of the way: as the slope has it, or a parabola, of which the `power` is 1/2.
+    From the `ends` steps go towards the `best`, as long as what they meet is `off` by certainly
+    more than it is `unsure`: shares of the way as the slope has it, or a parabola, of which the
+    `power` is 1/2.
     """
-    factor = 1.5
-    for _ in range(_NARROWINGS):
-        distance = beyond.place - centre.place
-        share = ((unsure(beyond) + abs(off(centre))) / off(beyond)) ** power
-        step = max(factor * share * abs(distance), curve.resolution(centre.place))
-        if step > 0.6 * abs(distance):
-            break
-        nearer = curve.look(centre.place + math.copysign(step, distance))
-        if nearer.failure:
-            break
-        if off(nearer) > unsure(nearer):
-            beyond = nearer
-        else:
-            factor *= 2.0
-    return beyond
-
-
-#: first and last sample of what is looked into, and what else belongs to it
-Bracket = TypeVar("Bracket", Valley, tuple[Sample, Sample])
+    walls = []
+    for wall in ends:
+        factor = 1.5
+        for _ in range(_NARROWINGS):
+            distance = wall.place - best.place
+            if off(wall) <= unsure(wall):
+                break
+            share = ((unsure(wall) + abs(off(best))) / off(wall)) ** power
+            step = max(factor * share * abs(distance), curve.resolution(best.place))
+            if step > 0.6 * abs(distance):
+                break
+            nearer = curve.look(best.place + math.copysign(step, distance))
+            if nearer.failure:
+                break
+            if off(nearer) > unsure(nearer):
+                wall = nearer
+            else:
+                factor *= 2.0
+        walls.append(wall)
+    best = min(curve.between(walls[0], walls[-1]), key=off)  # a better one may have turned up
+    far = max(abs(wall.key - best.key) for wall in walls)
+    return Solution(best, far + 4.0 * math.ulp(best.key))
 
 
 def _each(found: Callable[[], Iterator[Bracket]], work: Callable[[Bracket], None]) -> list[Bracket]:
@@ -279,30 +266,21 @@ def extremes(curve: SampledCurve, sign: float) -> list[Solution]:
     def height(sample: Sample) -> float:
         return sign * sample.value
 
-    look_next_to_ends(curve, lambda end: height)
+    def extreme(left: Sample, right: Sample) -> Solution:
+        inside = curve.between(left, right)
+        low = min(inside, key=height)
+        position = inside.index(low)
+        sides = (inside[:position][::-1], left), (inside[position + 1 :], right)
+        ends = [_wall(height, low, others) or end for others, end in sides]
+        return _known(
+            curve, low, ends, lambda one: height(one) - height(low),
+            lambda one: _uncertainty(low, one), 0.5,
+        )  # fmt: skip
+
+    look_next_to_ends(curve, height)
     done = _each(lambda: valleys(curve, height), lambda valley: bottom(curve, height, valley))
-    solutions = [_extreme(curve, height, left, right) for left, _, right in done]
-    return sorted(solutions, key=lambda solution: height(solution.sample))
-
-
-def _extreme(curve: SampledCurve, height: Height, left: Sample, right: Sample) -> Solution:
-    inside = curve.between(left, right)
-    low = min(inside, key=height)
-
-    def rise(sample: Sample) -> float:
-        return height(sample) - height(low)
-
-    def unsure(sample: Sample) -> float:
-        return _uncertainty(low, sample)
-
-    position = inside.index(low)
-    sides = (inside[:position][::-1], left), (inside[position + 1 :], right)
-    walls = [
-        _narrowed(curve, low, _wall(height, low, others) or end, rise, unsure, 0.5)
-        for others, end in sides
-    ]
-    best = min(curve.between(left, right), key=height)  # a lower one may have turned up
-    return curve.solution(best, *walls)
+    found = [extreme(left, right) for left, _, right in done]
+    return sorted(found, key=lambda solution: height(solution.sample))
 
 
 # ----------------------------------------------------------------------------
@@ -325,12 +303,8 @@ class Level(NamedTuple):
     uncertainty: float
 
     def off(self, sample: Sample) -> float:
-        """How far a result is above the wanted value."""
-        return sample.value - self.wanted
-
-    def off_to(self, side: int, sample: Sample) -> float:
-        """How far it is on one side of it."""
-        return side * self.off(sample)
+        """How far a result is from the wanted value."""
+        return abs(sample.value - self.wanted)
 
     def unsure(self, sample: Sample) -> float:
         """What that may be without being anything."""
@@ -339,8 +313,8 @@ class Level(NamedTuple):
 
     def side(self, sample: Sample) -> int:
         """1 where a result is certainly above the wanted value, -1 below, 0 where neither is."""
-        off = self.off(sample)
-        return 0 if abs(off) <= self.unsure(sample) else int(math.copysign(1.0, off))
+        certain = self.off(sample) > self.unsure(sample)
+        return int(math.copysign(certain, sample.value - self.wanted))
 
 
 class Roots(NamedTuple):
@@ -357,24 +331,36 @@ def roots(curve: SampledCurve, level: Level) -> Roots:
     lies next to or between failed samples is not claimed. NumericalFailure where all samples are
     solutions.
     """
-    if all(level.side(one) == 0 for stretch in curve.stretches() for one in stretch):
+    from scipy.optimize import brentq
+
+    if all(level.side(one) == 0 for one in curve.computed()):
         raise NumericalFailure("the result has the wanted value everywhere between the bounds")
     _look_into_dips(curve, level)
     groups: list[list[Sample]] = []
     jumps: list[Sample] = []
 
+    def height(place: float) -> float:
+        sample = curve.at(place)
+        return 0.0 if level.off(sample) <= 0.25 * level.unsure(sample) else (
+            sample.value - level.wanted
+        )  # fmt: skip
+
     def close_in(pair: tuple[Sample, Sample]) -> None:
-        end = _closed_in(curve, level, *pair)
-        size = _JUMP * sum(abs(level.off(one)) for one in pair)
-        if abs(level.off(end)) > max(size, 8.0 * level.unsure(end)):
+        (left, right), fine = (one.place for one in pair), curve.resolution(pair[0].place)
+        end = curve.at(float(brentq(height, left, right, xtol=fine, rtol=4.0 * EPSILON)))
+        if level.off(end) > max(_JUMP * sum(map(level.off, pair)), 8.0 * level.unsure(end)):
             jumps.append(end)
         elif level.side(end) != 0:  # else it is one of the samples that are solutions
             groups.extend(list(pair) for pair in _crossings(curve, level) if end in pair)
 
     _each(lambda: _crossings(curve, level), close_in)
     groups += [group for stretch in curve.stretches() for group in _groups(stretch, level)]
-    solutions = [_root(curve, level, group) for group in groups]
-    return Roots(_merged(sorted(solutions, key=lambda one: one.sample.place), level), jumps)
+    found = []
+    for group in groups:
+        best = min(group, key=level.off)
+        ends = [group[0], group[-1]]
+        found.append(_known(curve, best, ends, level.off, level.unsure, 1.0))
+    return Roots(_merged(sorted(found, key=lambda one: one.sample.place), level), jumps)
 
 
 def _crossings(curve: SampledCurve, level: Level) -> Iterator[tuple[Sample, Sample]]:
@@ -385,19 +371,6 @@ def _crossings(curve: SampledCurve, level: Level) -> Iterator[tuple[Sample, Samp
                 yield one, other
 
 
-def _closed_in(curve: SampledCurve, level: Level, one: Sample, other: Sample) -> Sample:
-    from scipy.optimize import brentq
-
-    def function(place: float) -> float:
-        sample = curve.at(place)
-        off = level.off(sample)
-        return 0.0 if abs(off) <= 0.25 * level.unsure(sample) else off
-
-    tolerance = curve.resolution(one.place)
-    place = brentq(function, one.place, other.place, xtol=tolerance, rtol=4.0 * EPSILON)
-    return curve.at(float(place))
-
-
 def _look_into_dips(curve: SampledCurve, level: Level) -> None:
     """Look between samples where the curve turns so near the wanted value that it may pass it.
 
@@ -406,23 +379,22 @@ def _look_into_dips(curve: SampledCurve, level: Level) -> None:
     into: it says how near the result comes.
     """
 
-    def towards(sample: Sample) -> Height:
-        side = level.side(sample) or 1
-        return lambda one: side * level.off(one)
+    def towards(side: int) -> Height:
+        return lambda one: side * (one.value - level.wanted)
 
-    look_next_to_ends(curve, towards)
+    look_next_to_ends(curve, level.off)
     dips = [
         (left, low, right)
-        for left, low, right in valleys(curve, lambda one: abs(level.off(one)))
+        for left, low, right in dict.fromkeys(valleys(curve, level.off))
         if level.side(left) == level.side(right) != 0 and level.side(low) != -level.side(left)
     ]
-    dips.sort(key=lambda dip: abs(level.off(dip[1])))
+    dips.sort(key=lambda dip: level.off(dip[1]))
     crossed = any(True for _ in _crossings(curve, level))
     for number, dip in enumerate(dips):
-        left, low, right = (abs(level.off(one)) for one in dip)
+        left, low, right = map(level.off, dip)
         if low <= max(left, right) - low or (number == 0 and not crossed):
             with suppress(NumericalFailure):  # kept among the samples with its words
-                bottom(curve, towards(dip[0]), dip, enough=-2.0 * level.unsure(dip[1]))
+                bottom(curve, towards(level.side(dip[0])), dip)
 
 
 def _groups(stretch: list[Sample], level: Level) -> Iterator[list[Sample]]:
@@ -435,18 +407,6 @@ def _groups(stretch: list[Sample], level: Level) -> Iterator[list[Sample]]:
         start = stop
 
 
-def _root(curve: SampledCurve, level: Level, group: list[Sample]) -> Solution:
-    best = min(group, key=lambda sample: abs(level.off(sample)))
-    nearby = []
-    for end in (group[0], group[-1]):
-        side = level.side(end)
-        if side and end is not best:
-            off = partial(level.off_to, side)
-            end = _narrowed(curve, best, end, off, level.unsure)
-        nearby.append(end)
-    return curve.solution(best, *nearby)
-
-
 def _merged(ends: list[Solution], level: Level) -> list[Solution]:
     """One solution where errors overlap, as they do where a curve touches the wanted value."""
     merged: list[Solution] = []
@@ -455,7 +415,7 @@ def _merged(ends: list[Solution], level: Level) -> list[Solution]:
         if last is not end and end.sample.key - last.sample.key <= end.error + last.error:
             low = min(one.sample.key - one.error for one in (last, end))
             high = max(one.sample.key + one.error for one in (last, end))
-            best = min((last, end), key=lambda one: abs(level.off(one.sample))).sample
+            best = min((last, end), key=lambda one: level.off(one.sample)).sample
             merged[-1] = Solution(best, max(high - best.key, best.key - low))
         else:
             merged.append(end)

@@ -73,64 +73,57 @@ def _point(one: "Reference", planned: Mapping[str, Entry]) -> MeasuredPoint:
     return MeasuredPoint(one.quantity, dict(one.where), value, abs(off), cyclic)
 
 
-def fit_problems(case: "Case") -> list[Problem]:
+def fit_problems(case: "Case") -> Iterator[Problem]:
     """Problems of [fit] as a whole: its starts, uncertainties, and whether the points suffice."""
-    if case.fit is None:
-        return []
-    problems = list(start_problems(case, "fit"))
-    planned, count = planned_quantities(case), 0
-    for place, one in chosen_references(case):
-        count += 1
-        path: KeyPath = ("reference", place, "uncertainty")
-        if one.quantity not in planned:
-            continue  # which is said of any reference
-        try:
-            point = _point(one, planned)
-        except UnitError as error:
-            if one.uncertainty is not None:
-                yield_unit = planned[one.quantity].unit or "plain numbers"
-                problems.append(
-                    Problem(
-                        path=path,
-                        message=f"an uncertainty that does not fit {one.quantity}",
-                        found=str(one.uncertainty)[:60],
-                        allowed=error.allowed or f"a value in {yield_unit}, or in %",
-                        hint=error.hint,
-                    )
-                )
-            continue
-        if not (point.uncertainty > 0.0 and math.isfinite(point.value / point.uncertainty)):
-            stated = one.uncertainty is not None
-            problems.append(
-                Problem(
-                    path=path if stated else path[:2],
-                    message=f"a measured {one.quantity} without uncertainty weighs without end",
-                    found=f"value = {one.value!r}"[:60]
-                    + (f", uncertainty = {one.uncertainty!r}"[:60] if stated else ""),
-                    allowed='uncertainty > 0, as in uncertainty = "2 %" (of a value that is not 0)',
-                )
-            )
-    keys = len(case.fit.variables)
+    assert case.fit is not None
+    yield from start_problems(case, "fit")
+    planned, chosen = planned_quantities(case), list(chosen_references(case))
+    for place, one in chosen:
+        if one.quantity in planned:  # else it is said as of any reference
+            yield from _uncertainty_problems(one, ("reference", place), planned)
+    keys, count = len(case.fit.variables), len(chosen)
     if 0 < count < keys:
-        problems.append(
-            Problem(
-                path=("fit", "variables"),
-                message=f"{count} measured point{'' if count == 1 else 's'} cannot tell "
-                f"{keys} keys",
-                allowed="at least as many points as keys",
-                hint="measure more, or write some of the keys into the case",
-            )
+        yield Problem(
+            path=("fit", "variables"),
+            message=f"{count} measured point{'' if count == 1 else 's'} cannot tell {keys} keys",
+            allowed="at least as many points as keys",
+            hint="measure more, or write some of the keys into the case",
         )
     if not count:
-        problems.append(
-            Problem(
-                path=("fit",),
-                message="there is nothing to fit to: the references are all of another kind, of "
-                "the start, or have a known_difference",
-                allowed="references that [fit] takes",
-            )
+        yield Problem(
+            path=("fit",),
+            message="there is nothing to fit to: the references are all of another kind, of the "
+            "start, or have a known_difference",
+            allowed="references that [fit] takes",
         )
-    return problems
+
+
+def _uncertainty_problems(
+    one: "Reference", path: KeyPath, planned: Mapping[str, Entry]
+) -> Iterator[Problem]:
+    """Problems of the uncertainty of a reference, stated or by its digits."""
+    stated = one.uncertainty is not None
+    found = f", uncertainty = {one.uncertainty!r}"[:60] if stated else ""
+    try:
+        point = _point(one, planned)
+    except UnitError as error:
+        if stated:  # else it is said of the value
+            unit = planned[one.quantity].unit or "plain numbers"
+            yield Problem(
+                path=(*path, "uncertainty"),
+                message=f"an uncertainty that does not fit {one.quantity}",
+                found=str(one.uncertainty)[:60],
+                allowed=error.allowed or f"a value in {unit}, or in %",
+                hint=error.hint,
+            )
+        return
+    if not (point.uncertainty > 0.0 and math.isfinite(point.value / point.uncertainty)):
+        yield Problem(
+            path=(*path, "uncertainty") if stated else path,
+            message=f"a measured {one.quantity} without uncertainty weighs without end",
+            found=f"value = {one.value!r}"[:60] + found,
+            allowed='uncertainty > 0, as in uncertainty = "2 %" (of a value that is not 0)',
+        )
 
 
 # ----------------------------------------------------------------------------

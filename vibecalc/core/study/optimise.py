@@ -11,9 +11,9 @@ import numpy as np
 
 from vibecalc.core.results.record import Method, Record
 from vibecalc.core.run.run import run_case
-from vibecalc.core.study.balancing import BalancedWeights, balance, balances
+from vibecalc.core.study.balancing import balance, balances
 from vibecalc.core.study.binding import Binding
-from vibecalc.core.study.combine import Combined, combine, of_all
+from vibecalc.core.study.combine import Combined, combine
 from vibecalc.core.study.planned import ROOT, search_runs
 from vibecalc.core.study.record import (
     Studied,
@@ -21,7 +21,6 @@ from vibecalc.core.study.record import (
     add_nearest,
     add_optimum,
     add_sensitivity,
-    compare_methods,
 )
 from vibecalc.core.study.search.problem import Evaluate, Infeasible
 from vibecalc.core.study.variables import counted
@@ -31,9 +30,6 @@ if TYPE_CHECKING:
     from vibecalc.core.case.load import LoadedCase
     from vibecalc.core.study.search.problem import Optimum
     from vibecalc.schema import Case
-
-#: the method of a case that names none
-STANDARD = "sequential_quadratic"
 
 #: what a search calls for a binding, counted where somebody looks
 Shown = Callable[[Binding], Evaluate]
@@ -46,24 +42,19 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
     limits it is that of the point that comes nearest, and says so as its `failure`. Raises
     NumericalFailure if no search ends in a point that can be shown to be an optimum.
     """
-    case, study = loaded.case, loaded.case.optimisation
-    if study is None:
-        raise ValueError("the case has no [optimisation]")
-    binding = as_written = Binding(loaded)
-    started = time.perf_counter()
-    balanced: BalancedWeights | None = None
+    case, binding = loaded.case, Binding(loaded)
+    as_written, started = binding, time.perf_counter()
     combined: Combined | None = None
     optimum: Optimum | None = None
     with _shown(case, progress) as shown:
-        if balances(case):
-            balanced = balance(binding, case)
+        balanced = balance(binding, case) if balances(case) else None
         try:
             if balanced is not None and balanced.allowed:
                 optimum = balanced.optimum
             elif binding.choices:
                 combined = combine(binding, case, partial(_searched, case, shown), shown)
                 binding = binding.with_picked(combined.best.picked)
-                optimum = of_all(combined)
+                optimum = combined.optimum()
             else:
                 # where the optimum without limits is known, also from there
                 further = None if balanced is None else balanced.optimum.variables[None, :]
@@ -72,7 +63,9 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
         except Infeasible as failure:
             nearest, variables = failure, failure.variables
         except NumericalFailure as error:
-            raise NumericalFailure(f"{error} {_legend(binding)}") from error
+            parts = [f"variables: {', '.join(binding.keys)} (SI)"]
+            parts += [f"margin {i}: {name}" for i, name in enumerate(binding.margin_names())]
+            raise NumericalFailure(f"{error} Here {'; '.join(parts)}.") from error
     seconds = time.perf_counter() - started
     record = run_case(binding.case_at(variables), timings=timings)
     timings["optimisation"] = seconds
@@ -98,18 +91,15 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
 
 def _add_further(out: Studied, optimum: "Optimum") -> None:
     """What the study asks for beside its optimum."""
-    study = out.study
-    if study.robust:
+    if out.study.robust:
         from vibecalc.core.study.robust import add_robust
 
         add_robust(out, optimum.variables)
-    out.record.methods.append(_CONVEX if optimum.method == "convex" else _method(study.method))
-    if study.compare:
-        compare_methods(out, optimum)
-    if study.sensitivity:
+    out.record.methods.append(_CONVEX if optimum.method == "convex" else _SEARCH)
+    if out.study.sensitivity:
         with out.timed("sensitivity"):
             add_sensitivity(out, optimum)
-    if study.second_objective:
+    if out.study.second_objective:
         from vibecalc.core.study.fronts import add_front
 
         add_front(out, optimum.variables)
@@ -120,37 +110,24 @@ def _searched(
 ) -> "Optimum":
     """The search from the case as written, `further` (k, n) and the starts of the case."""
     from vibecalc.core.study.search.minimise import minimise
-    from vibecalc.core.study.search.problem import Box, spread
 
     study = case.optimisation
     assert study is not None
-    box = Box(binding.lower, binding.upper, binding.period)
-    places = box.values(spread(study.starts, binding.lower.size)[:, box.moving])
-    return minimise(
-        shown(binding),
-        binding.lower,
-        binding.upper,
-        first=binding.first,
-        starts=places if further is None else np.vstack([further, places]),
-        rtol=case.accuracy.rtol,
-        errors=binding.errors,
-        period=binding.period,
-        method=study.method or STANDARD,
-        ahead=binding.ahead,
-    )
+    problem = replace(binding.problem(), evaluate=shown(binding))
+    return minimise(problem, study.starts, further=further, rtol=case.accuracy.rtol)
 
 
 def _say_nearest(out: Studied, nearest: Infeasible) -> None:
     """That all results are those of the point that comes nearest to keeping the limits."""
     words = out.binding.broken(nearest.variables)
     add_nearest(out, nearest)
+    out.record.failure = "no values of the variables between their bounds keep all limits"
     out.record.warnings.insert(
         0,
-        "no values of the variables between their bounds keep all limits; these come nearest, and "
-        f"all results are theirs: {out.binding.words(nearest.variables)}. {words}. Widen the "
-        "bounds of the variables or relax these limits.",
+        f"{out.record.failure}; these come nearest, and all results are theirs: "
+        f"{out.binding.words(nearest.variables)}. {words}. Widen the bounds of the variables or "
+        "relax these limits.",
     )
-    out.record.failure = "no values of the variables between their bounds keep all limits"
 
 
 _CONVEX = Method(
@@ -158,20 +135,11 @@ _CONVEX = Method(
     purpose="optimum, proven by its dual",
     citation="Boyd and Vandenberghe, Convex Optimization, 2004, ch. 5 and 11",
 )
-
-
-def _method(name: str | None) -> Method:
-    from vibecalc.core.study.search.methods import METHODS
-
-    method = METHODS[name or STANDARD]
-    starts = "" if method.everywhere else " from many starts"
-    refined = "" if name in (None, STANDARD) else "; refined: Nocedal and Wright 2006, ch. 12, 18"
-    citation = "Nocedal and Wright, Numerical Optimization, 2nd ed. 2006, ch. 12 and 18"
-    return Method(
-        name=f"{method.words}{starts}, refined by Newton's method",
-        purpose="constrained optimum",
-        citation=method.citation + refined if refined else citation,
-    )
+_SEARCH = Method(
+    name="sequential quadratic programming from many starts, refined by Newton's method",
+    purpose="constrained optimum",
+    citation="Nocedal and Wright, Numerical Optimization, 2nd ed. 2006, ch. 12 and 18",
+)
 
 
 def _add_start(record: Record, binding: Binding) -> None:
@@ -185,13 +153,6 @@ def _add_start(record: Record, binding: Binding) -> None:
         record.add(replace(quantity, path=f"{ROOT}/start/{path}"))
     warnings = [f"at the start: {text}" for text in start.warnings]
     record.warnings += [text for text in warnings if text not in record.warnings]
-
-
-def _legend(binding: Binding) -> str:
-    """What the numbers in a message of the search stand for."""
-    parts = [f"variables: {', '.join(binding.keys)} (SI)"]
-    parts += [f"margin {i}: {name}" for i, name in enumerate(binding.margin_names())]
-    return f"Here {'; '.join(parts)}."
 
 
 @contextmanager

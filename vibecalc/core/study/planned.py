@@ -21,7 +21,7 @@ from vibecalc.core.study.choices import (
 )
 
 if TYPE_CHECKING:
-    from vibecalc.core.case.study_tables import Find, Objective, Optimisation
+    from vibecalc.core.case.study_tables import Find, Optimisation
     from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
@@ -146,8 +146,6 @@ def row_of(
 # ----------------------------------------------------------------------------
 
 ROOT = "optimisation"
-#: most runs of the stages that one compared method may spend
-COMPARE_BUDGET = 5000
 #: runs of one point of a front, of weights solved for next to one for each variable
 FRONT_RUNS, _SOLVED = 100, 5
 _FRONT_POINTS = 15
@@ -198,14 +196,6 @@ robust/samples           |             |       | machines drawn for each candida
 robust/margin_nominal | limit |  | distance to a limit over the limit, without tolerances
 robust/margin_mean       | limit       |       | mean of that over the machines
 robust/margin_deviation  | limit       |       | deviation of that over the machines
-methods/objective        | method      | goal  | objective where the method ended
-methods/shortfall        | method      | loss  | how much worse it is than the optimum
-methods/distance | method |  | largest distance of a variable from the optimum, over its bounds
-methods/violation        | method      |       | most negative margin, as a positive number
-methods/kkt_residual     | method      |       | what is left of the gradients; infinite on a kink
-methods/converged        | method      |       | 1 where the method says that it has converged
-methods/evaluations      | method      |       | points evaluated
-methods/failures         | method      |       | points that could not be evaluated
 front/{goal}             | front_point | goal  | {words}
 front/knee               |             |       | number of the point at the knee of the front
 front/{choice}           | front_point | unit  | {name} there
@@ -219,19 +209,13 @@ def front_points(study: "Optimisation") -> int:
     return _FRONT_POINTS if study.front_points is None else study.front_points
 
 
-def goals_of(study: "Optimisation") -> tuple["Objective", ...]:
-    """All objectives, in the order of `FRONT_NAMES`."""
-    second = () if study.second_objective is None else (study.second_objective,)
-    return (study.objective, *second, *study.further_objectives)
-
-
 def optimisation_entries(case: "Case") -> dict[str, Entry]:
     """Catalogue entries of everything under `optimisation/` for a case that optimises."""
     study = case.optimisation
     if study is None:
         return {}
     planned, choices = planned_quantities(case), choices_of(study)
-    goals = dict(zip(FRONT_NAMES, goals_of(study), strict=False))
+    goals = dict(zip(FRONT_NAMES, study.goals, strict=False))
     units = {name: _unit_of(planned, one.quantity) for name, one in goals.items()}
     of_goal, _ = units["goal"] = units["objective"]
     units["loss"] = (of_goal, None)
@@ -259,7 +243,6 @@ def optimisation_entries(case: "Case") -> dict[str, Entry]:
         "lower_bound": balances(case),
         **dict.fromkeys(("gain", "sensitivity", "deviation"), study.sensitivity),
         "robust": study.robust,
-        "methods": study.compare,
         "front": study.second_objective,
     }
     found = tabled(ROOT, _OPTIMUM, units, each, asked)
@@ -279,75 +262,49 @@ def _over(unit: str, key_unit: str) -> str:
 def search_runs(case: "Case") -> int:
     """Points that the search of an optimisation is likely to evaluate, without what follows it."""
     study = case.optimisation
-    if study is None:
-        return 0
+    assert study is not None
+    choices = choices_of(study)
     if balances(case) and not case.limit:
         return len(study.variables) + _SOLVED
-    choices = choices_of(study)
     if not choices:
         return (study.starts + 1) * SEARCH_RUNS
     return combinations(choices) * runs_of_one(study) if examines_all(study, choices) else MOST_RUNS
 
 
-def runs_expected(case: "Case") -> int:
-    """Points that an optimisation is likely to evaluate in all; compared methods end half way."""
-    study = case.optimisation
-    if study is None:
-        return 0
-    if balances(case) and not case.limit:
-        return search_runs(case)
-    return search_runs(case) + len(study.compare) * COMPARE_BUDGET // 2 + front_runs(study)
-
-
-def front_runs(study: "Optimisation") -> int:
-    """Points that the front is likely to take: of all combinations, where these are not many."""
+def front_runs(study: "Optimisation", every: bool = False) -> int:
+    """Points that the front is likely to take: of `every` combination, or of those traced."""
     if study.second_objective is None:
         return 0
     each = front_points(study) * FRONT_RUNS if study.moving else 1
-    every = combinations(choices_of(study)) * each
-    return every if every <= MOST_RUNS else each
+    whole = combinations(choices_of(study)) * each
+    return whole if every or whole <= MOST_RUNS else each
 
 
 def describe_study(case: "Case") -> dict[str, str]:
     """The row of the plan that an optimisation adds."""
     study = case.optimisation
-    if study is None:
-        raise ValueError("the case has no [optimisation]")
+    assert study is not None
     keys = [variable.key for variable in study.variables]
     keys += [table for stock in study.stock for table in (stock.table, *stock.also)]
-    cost = _of_choices(study)
+    choices = choices_of(study)
+    possible, points = combinations(choices), front_points(study)
+    each = f"of some {runs_of_one(study)} runs each" if study.moving else "of one run each"
     if balances(case):
         cost = "solved as linear least squares within bounds"
-    elif not cost:
+    elif not choices:
         cost = f"{study.starts + 1} searches of some 50 runs each of the stages above"
-    paths = (one for one in optimisation_entries(case) if not one.startswith(f"{ROOT}/start/"))
-    why = "[optimisation] is in the case"
-    return row_of("optimisation", why, keys, cost + _further_cost(study), paths)
-
-
-def _of_choices(study: "Optimisation") -> str:
-    """How what is picked is searched, nothing where there is nothing to pick."""
-    choices = choices_of(study)
-    if not choices:
-        return ""
-    possible = combinations(choices)
-    each = f"of some {runs_of_one(study)} runs each" if study.moving else "of one run each"
-    if examines_all(study, choices):
-        return f"all {possible} combinations {each} of the stages above"
-    return (
-        f"differential evolution over {possible} combinations {each}, then all next to the best, "
-        f"within some {MOST_RUNS} runs of the stages above"
-    )
-
-
-def _further_cost(study: "Optimisation") -> str:
-    words = ""
+    elif examines_all(study, choices):
+        cost = f"all {possible} combinations {each} of the stages above"
+    else:
+        cost = (
+            f"differential evolution over {possible} combinations {each}, then all next to the "
+            f"best, within some {MOST_RUNS} runs of the stages above"
+        )
     if study.robust:
-        words += f", each run {study.robust.samples} machines within the tolerances"
-    if study.compare:
-        words += f", {len(study.compare)} further methods with up to {COMPARE_BUDGET} runs each"
+        cost += f", each run {study.robust.samples} machines within the tolerances"
     if study.second_objective and study.moving:
-        words += f", some 100 runs for each of {front_points(study)} points of the front"
-        count = front_runs(study) // (front_points(study) * FRONT_RUNS)
-        words += f" of each of {count} combinations" if count > 1 else ""
-    return words
+        cost += f", some 100 runs for each of {points} points of the front"
+        count = front_runs(study) // (points * FRONT_RUNS)
+        cost += f" of each of {count} combinations" if count > 1 else ""
+    paths = (one for one in optimisation_entries(case) if not one.startswith(f"{ROOT}/start/"))
+    return row_of("optimisation", "[optimisation] is in the case", keys, cost, paths)

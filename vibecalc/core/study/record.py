@@ -1,9 +1,8 @@
-"""What an optimisation puts into its record: optimum, methods side by side, front, slopes."""
+"""What an optimisation puts into its record: the optimum, what was picked, slopes, deviations."""
 
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,9 +10,8 @@ import numpy as np
 from vibecalc.core.results.record import Method, Record
 from vibecalc.core.study.choices import in_words
 from vibecalc.core.study.combine import MOST_KEPT
-from vibecalc.core.study.planned import COMPARE_BUDGET, ROOT, optimisation_entries
+from vibecalc.core.study.planned import ROOT, optimisation_entries
 from vibecalc.errors import NumericalFailure
-from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
     from vibecalc.core.case.study_tables import Optimisation
@@ -28,44 +26,37 @@ if TYPE_CHECKING:
 
 #: name below `optimisation/` -> value and absolute error
 Numbers = dict[str, tuple[Any, float]]
-#: names of shares of a bound, which are what is left of 1
-SHARES = ("margin",)
 
 
-@dataclass
 class Studied:
     """The record of an optimum, its case and timings, and the binding of what is picked there.
 
-    `as_written` is the binding of the case, which may have other options.
+    `as_written` is the binding of the case, which may have other options; `study` is what is asked.
     """
 
-    record: Record
-    case: "Case"
-    timings: dict[str, float]
-    binding: "Binding"
-    as_written: "Binding"
-
-    @property
-    def study(self) -> "Optimisation":
-        """What is asked for."""
-        assert self.case.optimisation is not None
-        return self.case.optimisation
+    def __init__(
+        self, record: Record, case: "Case", timings: dict[str, float], binding: "Binding",
+        as_written: "Binding",
+    ):  # fmt: skip
+        assert case.optimisation is not None
+        self.record, self.case, self.timings = record, case, timings
+        self.study: Optimisation = case.optimisation
+        self.binding, self.as_written = binding, as_written
+        self._entries = optimisation_entries(case)
+        # what cancels in a margin, which is what is left of 1, and in a variable next to zero
+        ends = np.maximum(np.abs(binding.lower), np.abs(binding.upper)).tolist()
+        named = (f"variable/{key}" for key in binding.keys)
+        self._terms = {"margin": 1.0, **dict(zip(named, ends, strict=True))}
 
     def add(self, numbers: Numbers, **axes: Any) -> None:
         """Add one quantity for each name; units, words and axes come from the catalogue."""
-        entries = optimisation_entries(self.case)
-        spans = {f"variable/{one.key}": one for one in self.study.moving}
-        goal = self.record.quantities.get(self.study.objective.quantity)
-        labels = {"limit": np.array(self.binding.margin_names(), dtype=object)}
+        goal = self.record.quantities.get(self.binding.goal.quantity)
+        labels = {"limit": np.array(self.binding.margin_names(), dtype=object)} | axes
         for name, (value, error) in numbers.items():
-            entry = entries[f"{ROOT}/{name}"]
-            terms = 1.0 if name in SHARES else 0.0
+            entry, terms = self._entries[f"{ROOT}/{name}"], self._terms.get(name, 0.0)
             if goal is not None and name.endswith("objective") and entry.unit == goal.unit:
                 terms = goal.terms
-            if name in spans:
-                ends = (spans[name].lower, spans[name].upper)
-                terms = max(abs(parse_quantity(str(end), entry.unit)) for end in ends)
-            self.record.add(entry.quantity(value, error, labels | axes, terms=terms))
+            self.record.add(entry.quantity(value, error, labels, terms=terms))
 
     def warn(self, words: str) -> None:
         """Say something of the study."""
@@ -99,7 +90,11 @@ def add_optimum(out: Studied, optimum: "Optimum") -> None:
     }
     if binding.limits:
         values["margin"] = (optimum.margins, _margin_error(binding, optimum.variables))
-        values["multiplier"] = (optimum.margin_multipliers, _price_error(optimum))
+        # slopes are known ten times worse, relatively, than the variables
+        size, prices = np.abs(optimum.variables), optimum.margin_multipliers
+        unsure = np.max(optimum.variables_error[size > 0.0] / size[size > 0.0], initial=0.0)
+        error = (optimum.kkt_residual + 10.0 * unsure) * np.max(prices, initial=0.0)
+        values["multiplier"] = (prices, float(error))
     for i, key in enumerate(binding.keys):
         values[f"variable/{key}"] = (optimum.variables[i], float(optimum.variables_error[i]))
         values[f"active_bound/{key}"] = (int(optimum.active_bounds[i]), 0.0)
@@ -113,12 +108,11 @@ def add_combinations(out: Studied, combined: "Combined") -> None:
     """What was picked, and the combinations examined, best first."""
     best, ranked = combined.best, combined.ranked[:MOST_KEPT]
     off = max((one.optimum.objective_error for one in ranked if one.optimum), default=0.0)
-    sign = out.binding.sign
     numbers: Numbers = {
         "combinations/possible": (combined.possible, 0.0),
         "combinations/examined": (len(combined.examined), 0.0),
         "combinations/kept": (sum(one.optimum is not None for one in combined.examined), 0.0),
-        "combinations/objective": ([_known(sign * one.objective) for one in ranked], off),
+        "combinations/objective": ([_known(out.binding.sign * o.objective) for o in ranked], off),
         "combinations/feasible": ([int(one.optimum is not None) for one in ranked], 0.0),
         "combinations/evaluations": ([one.evaluations for one in ranked], 0.0),
     }
@@ -129,13 +123,14 @@ def add_combinations(out: Studied, combined: "Combined") -> None:
     labels = [in_words(combined.choices, one.picked) for one in ranked]
     out.add(numbers, combination=np.array(labels, dtype=object))
     if len(combined.examined) < combined.possible:
-        out.record.methods.append(
-            Method(
-                name="differential evolution with whole numbers, then all combinations next to it",
-                purpose="what is picked",
-                citation="Storn and Price 1997, J. Global Optim. 11, 341-359",
-            )
-        )
+        out.record.methods.append(_EVOLUTION)
+
+
+_EVOLUTION = Method(
+    name="differential evolution with whole numbers, then all combinations next to it",
+    purpose="what is picked",
+    citation="Storn and Price 1997, J. Global Optim. 11, 341-359",
+)
 
 
 def add_nearest(out: Studied, nearest: "Infeasible") -> None:
@@ -151,93 +146,16 @@ def add_nearest(out: Studied, nearest: "Infeasible") -> None:
     out.add(values)
 
 
-def _errors(binding: "Binding", variables: np.ndarray) -> np.ndarray:
-    """Errors of objective and margins (1 + m,) at a point; none where it has no result."""
-    try:
-        return binding.errors(variables)
-    except NumericalFailure:
-        return np.zeros(1 + len(binding.margin_names()))
-
-
 def _margin_error(binding: "Binding", variables: np.ndarray) -> float:
-    return float(np.max(_errors(binding, variables)[1:], initial=0.0))
-
-
-def _price_error(optimum: "Optimum") -> float:
-    """Error of the multipliers: slopes known ten times worse, relatively, than the variables."""
-    size = np.abs(optimum.variables)
-    uncertainty = np.max(optimum.variables_error[size > 0.0] / size[size > 0.0], initial=0.0)
-    largest = np.max(np.abs(optimum.margin_multipliers), initial=0.0)
-    return float(largest * (optimum.kkt_residual + 10.0 * uncertainty))
+    """Error of the margins at a point; none where it has no result."""
+    with suppress(NumericalFailure):
+        return float(np.max(binding.errors(variables)[1:], initial=0.0))
+    return 0.0
 
 
 def _known(objective: float) -> float:
-    """A start that could not be evaluated has no objective: infinitely bad, never NaN."""
+    """A start that could not be evaluated has no objective: infinitely bad."""
     return objective if np.isfinite(objective) else np.inf
-
-
-# ----------------------------------------------------------------------------
-# Search methods side by side: each alone from the case as written, its end taken as it is.
-# ----------------------------------------------------------------------------
-
-#: name of the seconds of one method in the timings of a result
-TIMING = "method {}"
-
-
-def compare_methods(out: Studied, optimum: "Optimum") -> None:
-    """Run the methods that the case names and add `optimisation/methods/...`.
-
-    Nothing helps them: no further starts, no refinement. A method that does not converge is said
-    in a warning.
-    """
-    from vibecalc.core.study.search.methods import METHODS
-    from vibecalc.core.study.search.minimise import find
-
-    binding, names, ends = out.binding, list(out.study.compare), []
-    for name in names:
-        method = METHODS[name]
-        try:
-            with out.timed(TIMING.format(name)):
-                end = find(
-                    name,
-                    binding.evaluate,
-                    binding.lower,
-                    binding.upper,
-                    first=binding.first,
-                    budget=COMPARE_BUDGET,
-                    period=binding.period,
-                    ahead=binding.ahead,
-                )
-        except NumericalFailure as failure:
-            out.warn(f"no methods are compared: {failure}")
-            return
-        ends.append(end)
-        if not end.history[0].converged:
-            out.warn(f"{name} has not converged: {end.history[0].reason}")
-        out.record.methods.append(
-            Method(name=method.words, purpose="compared", citation=method.citation)
-        )
-    off = np.max([_errors(binding, end.variables) for end in ends], axis=0)
-    width, unsure = binding.upper - binding.lower, optimum.variables_error
-    apart = [np.abs(binding.apart(optimum.variables, end.variables)) / width for end in ends]
-    columns: Numbers = {
-        "objective": ([binding.sign * end.objective for end in ends], off[0]),
-        "shortfall": (
-            [end.objective - optimum.objective for end in ends],
-            off[0] + optimum.objective_error,
-        ),
-        "distance": ([np.max(one) for one in apart], float(np.max(unsure / width))),
-        "violation": (
-            [end.history[0].violation for end in ends],
-            float(np.max(off[1:], initial=0.0)),
-        ),
-        "kkt_residual": ([end.kkt_residual for end in ends], 0.0),
-        "converged": ([int(end.history[0].converged) for end in ends], 0.0),
-        "evaluations": ([end.evaluations for end in ends], 0.0),
-        "failures": ([end.failures for end in ends], 0.0),
-    }
-    numbers = {f"methods/{name}": column for name, column in columns.items()}
-    out.add(numbers, method=np.array(names, dtype=object))
 
 
 # ----------------------------------------------------------------------------
@@ -250,19 +168,16 @@ def add_sensitivity(out: Studied, optimum: "Optimum") -> None:
 
     What has no value, as a slope on a kink, is left out and said.
     """
-    as_written = out.as_written
-    places = {
-        "start": (as_written, as_written.first),
-        "optimum": (out.binding, optimum.variables),
-    }
+    written = out.as_written
+    places = {"start": (written, written.first), "optimum": (out.binding, optimum.variables)}
     if out.study.sensitivity in places:
         places = {out.study.sensitivity: places[out.study.sensitivity]}
     _add_slopes(out, places)
     if "optimum" in places:
         _add_deviations(out, optimum)
     with suppress(NumericalFailure):  # said with `optimisation/start`
-        start, _ = as_written.worst(as_written.first)
-        error = optimum.objective_error + float(as_written.errors(as_written.first)[0])
+        start, _ = written.worst(written.first)
+        error = optimum.objective_error + float(written.errors(written.first)[0])
         out.add({"gain": (start - optimum.objective, error)})
 
 
@@ -272,11 +187,12 @@ def _add_slopes(out: Studied, places: dict[str, tuple["Binding", np.ndarray]]) -
     found = {}
     for name, (at, point) in places.items():
         try:
-            found[name] = slopes_at(at.evaluate, at.lower, at.upper, point, at.errors, at.ahead)
+            found[name] = slopes_at(at.problem(), point)
         except NumericalFailure as failure:
             out.warn(f"no slopes of the objective at the {name}: {failure}")
     for i, key in enumerate(out.binding.keys):
-        known = {name: slopes for name, slopes in found.items() if slopes.known[i]}
+        known = {name: (slope[i], error[i]) for name, (slope, error) in found.items()
+                 if np.isfinite(slope[i])}  # fmt: skip
         lost = " and the ".join(name for name in found if name not in known)
         if lost:
             out.warn(
@@ -284,26 +200,23 @@ def _add_slopes(out: Studied, places: dict[str, tuple["Binding", np.ndarray]]) -
                 "values next to it"
             )
         if known:
-            values = [out.binding.sign * one.slope[i] for one in known.values()]
-            error = max(float(one.error[i]) for one in known.values())
-            out.add({f"sensitivity/{key}": (values, error)}, point=np.array([*known], dtype=object))
+            slopes, errors = np.array([*known.values()]).T
+            numbers: Numbers = {f"sensitivity/{key}": (out.binding.sign * slopes, max(errors))}
+            out.add(numbers, point=np.array([*known], dtype=object))
 
 
 def _add_deviations(out: Studied, optimum: "Optimum") -> None:
     from vibecalc.core.study.search.sensitivity import cost_of_deviation
 
     at, numbers = out.binding, Numbers()
-    cost = cost_of_deviation(
-        at.evaluate, at.lower, at.upper, optimum.variables, errors=at.errors, period=at.period
-    )
-    for i, key in enumerate(at.keys):
-        if not cost.known[i]:
+    rows = cost_of_deviation(at.problem(), optimum.variables)
+    for i, (key, (size, loss, error, margin)) in enumerate(zip(at.keys, rows, strict=True)):
+        if np.isnan(loss):
             out.warn(f"1 % more or less of {key} has no result at the optimum")
             continue
-        loss_error = float(cost.loss_error[i]) + optimum.objective_error
-        numbers[f"deviation/size/{key}"] = (cost.deviation[i], 0.0)
-        numbers[f"deviation/loss/{key}"] = (cost.loss[i], loss_error)
+        numbers[f"deviation/size/{key}"] = (size, 0.0)
+        numbers[f"deviation/loss/{key}"] = (loss, float(error) + optimum.objective_error)
         if at.limits:
-            moved = optimum.variables + np.eye(len(at.keys))[i] * cost.deviation[i]
-            numbers[f"deviation/margin/{key}"] = (cost.margin[i], _margin_error(at, moved))
+            moved = optimum.variables + np.eye(len(at.keys))[i] * size
+            numbers[f"deviation/margin/{key}"] = (margin, _margin_error(at, moved))
     out.add(numbers)

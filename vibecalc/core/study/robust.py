@@ -1,28 +1,21 @@
 """What an optimum over tolerances adds to its record: mean and deviation, and how well known."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from vibecalc.core.results.record import Method
-from vibecalc.core.results.select import Side, worst
+from vibecalc.core.results.select import worst
+from vibecalc.core.study.binding import worse_side
 from vibecalc.core.study.record import Numbers, Studied
-from vibecalc.core.study.scatter import Scatter, scatter_of
+from vibecalc.core.study.scatter import scatter_of
 from vibecalc.errors import NumericalFailure
-
-if TYPE_CHECKING:
-    from vibecalc.core.study.binding import Binding
 
 #: draws of the machines by which the error of mean and deviation is known
 SCRAMBLINGS = 8
-#: what is given of the objective at each point
+#: what is given of the objective at each point, and of each limit at the optimum
 OF_POINTS = (
     "nominal", "mean", "deviation", "value", "mean_error", "deviation_error", "value_error",
 )  # fmt: skip
-
-# ----------------------------------------------------------------------------
-# Mean and deviation at the start and at the optimum, and how well the machines drawn tell them.
-# ----------------------------------------------------------------------------
+OF_LIMITS = ("margin_nominal", "margin_mean", "margin_deviation")
 
 
 def add_robust(out: Studied, optimum: np.ndarray) -> None:
@@ -31,39 +24,45 @@ def add_robust(out: Studied, optimum: np.ndarray) -> None:
     The standard error of mean and deviation is how much they differ between independent
     scramblings of the points (A. B. Owen, SIAM J. Numer. Anal. 34 (1997), 1884-1910).
     """
-    robust, goal = out.study.robust, out.study.objective
+    robust, goal, limits = out.study.robust, out.study.objective, list(out.binding.held())
     assert robust is not None
     draws = [scatter_of(robust, draw) for draw in range(SCRAMBLINGS)]
-    wanted = frozenset({goal.quantity})
-    side: Side = "max" if goal.sense == "min" else "min"
-    rows, names, off = [], [], 0.0
-    start = out.as_written.first
-    for name, at, variables in (
-        ("start", out.as_written, start), ("optimum", out.binding, optimum)
-    ):  # fmt: skip
+    wanted = frozenset({goal.quantity, *(limit.quantity for limit, _ in limits)})
+    side = worse_side(goal)
+    more = robust.sigmas * (1.0 if side == "max" else -1.0)
+    names: list[str] = []
+    rows: list[tuple[float, ...]] = []
+    margins: list[tuple[float, ...]] = []
+    offs, margin_offs = [0.0], [0.0]
+    places = ("start", out.as_written, out.as_written.first), ("optimum", out.binding, optimum)
+    for name, at, variables in places:
         try:
-            nominal = at.results(variables, wanted)[goal.quantity]
+            nominal = at.results(variables, wanted)
             found = [at.machines_at(variables, draw, wanted) for draw in draws]
         except NumericalFailure as failure:
             out.warn(f"no mean over tolerances at the {name}: {failure}")
             continue
-        moments = [one.spread(goal.quantity, goal.where, side).moments() for one in found]
-        middles, aparts, errors = map(np.array, zip(*moments, strict=True))
-        off = max(off, float(errors[0]))
-        both = middles + robust.sigmas * aparts * (1.0 if side == "max" else -1.0)
-        value, _ = worst(nominal, goal.where, side)
-        scatter = [np.std(one, ddof=1) for one in (middles, aparts, both)]
-        rows.append([value, middles[0], aparts[0], both[0], *scatter])
+        table = np.array([one.moments(goal.quantity, goal.where, side) for one in found])
+        both = np.column_stack([table[:, :2], table[:, 0] + more * table[:, 1]])
+        value, _ = worst(nominal[goal.quantity], goal.where, side)
         names.append(name)
+        rows.append((value, *both[0], *np.std(both, axis=0, ddof=1)))
+        offs.append(float(table[0, 2]))
+        for limit, bound in limits if name == "optimum" else ():
+            value, _ = worst(nominal[limit.quantity], limit.where, bound.side)
+            middle, apart, off = found[0].moments(limit.quantity, limit.where, bound.side)
+            left = bound.left(value), bound.left(middle), apart
+            margins.append(tuple(bound.scaled(one) for one in left))
+            margin_offs.append(bound.scaled(off))
     if not names:
         return
     numbers: Numbers = {
-        f"robust/{key}": (list(column), 0.0 if key.endswith("_error") else off)
+        f"robust/{key}": (list(column), 0.0 if key.endswith("_error") else max(offs))
         for key, column in zip(OF_POINTS, zip(*rows, strict=True), strict=True)
     }
     numbers["robust/samples"] = (robust.samples, 0.0)
-    if out.binding.limits:
-        numbers |= _of_limits(out.binding, optimum, draws[0])
+    for key, column in zip(OF_LIMITS, zip(*margins, strict=True), strict=False):
+        numbers[f"robust/{key}"] = (list(column), max(margin_offs))
     out.add(numbers, point=np.array(names, dtype=object))
     out.record.methods.append(
         Method(
@@ -72,23 +71,3 @@ def add_robust(out: Studied, optimum: np.ndarray) -> None:
             citation="Owen 1997, SIAM J. Numer. Anal. 34, 1884-1910",
         )
     )
-
-
-def _of_limits(binding: "Binding", variables: np.ndarray, scatter: Scatter) -> Numbers:
-    """Margins without tolerances, their mean and their deviation over the machines."""
-    wanted = frozenset(limit.quantity for limit in binding.limits)
-    nominal = binding.results(variables, wanted)
-    found = binding.machines_at(variables, scatter, wanted)
-    rows, off = [], 0.0
-    for limit, bound in binding.held():
-        value, _ = worst(nominal[limit.quantity], limit.where, bound.side)
-        middle, apart, error = found.spread(limit.quantity, limit.where, bound.side).moments()
-        margins = (bound.left(value), bound.left(middle), apart)
-        rows.append([bound.scaled(one) for one in margins])
-        off = max(off, bound.scaled(error))
-    return {
-        f"robust/margin_{name}": (list(column), off)
-        for name, column in zip(
-            ("nominal", "mean", "deviation"), zip(*rows, strict=True), strict=True
-        )
-    }

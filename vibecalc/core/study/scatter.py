@@ -5,7 +5,7 @@ turned into deviations of the keys that scatter. What differs between two candid
 they are and not what was drawn, and mean plus deviations stays as smooth as the results are.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -14,11 +14,10 @@ from vibecalc.core.case.raw import field_unit, parse_key
 from vibecalc.core.case.search_checks import share_or_size
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Axis
-from vibecalc.core.results.select import Where, curving, select, uncertainty, worst
+from vibecalc.core.results.select import Side, Where, curving, select, uncertainty, worst
 from vibecalc.core.run.columns import Column
-from vibecalc.core.study.sweep.at_once import compute, unsupported
+from vibecalc.core.study.sweep.at_once import Part, unsupported
 from vibecalc.core.study.sweep.sampling import deviation, drawn, mean
-from vibecalc.errors import NumericalFailure
 
 if TYPE_CHECKING:
     from vibecalc.core.case.study_tables import Robust
@@ -79,64 +78,25 @@ def by_arrays(case: "Case", keys: tuple[str, ...], wanted: frozenset[str]) -> bo
 # ----------------------------------------------------------------------------
 
 
-class Spread(NamedTuple):
-    """Worst entries of a result, one for each machine: values and errors (samples,)."""
-
-    values: np.ndarray
-    errors: np.ndarray
-
-    def moments(self) -> tuple[float, float, float]:
-        """Mean, deviation, and the numerical error of the mean and of the deviation together."""
-        middle, apart = mean(self.values, self.errors), deviation(self.values, self.errors)
-        return float(middle.value), float(apart.value), float(middle.error + apart.error)
-
-
 class Machines(NamedTuple):
     """Some results of all machines about a candidate, as columns and as single runs."""
 
     size: int
-    parts: list[tuple[np.ndarray, Mapping[str, Column]]]
+    parts: list[Part]
     alone: list[tuple[int, "Record"]]
 
-    def spread(self, path: str, where: Where, side: str) -> Spread:
-        """The worst entries of one result: the largest ("max") or the smallest ("min")."""
+    def moments(self, path: str, where: Where, side: Side) -> tuple[float, float, float]:
+        """Mean and deviation of the worst entries of a result, one for each machine, and the
+        numerical error of both together."""
         values, errors = np.empty(self.size), np.empty(self.size)
-        for places, columns in self.parts:
-            values[places], errors[places] = _worst(path, columns[path], where, side)
+        for part in self.parts:
+            found = _worst(path, part.columns[path], where, side)
+            values[part.places], errors[part.places] = found
         for place, record in self.alone:
-            quantity = record[path]
-            values[place], _ = worst(quantity, where, "max" if side == "max" else "min")
-            errors[place] = uncertainty(quantity, where)
-        return Spread(values, errors)
-
-
-def machines(
-    case: "Case",
-    scatter: Scatter,
-    written: Mapping[str, float],
-    wanted: frozenset[str],
-    single: Callable[[Mapping[str, float]], "Record"],
-) -> Machines:
-    """Results `wanted` of the machines about a candidate `case`.
-
-    `written` are its keys that scatter; `single` runs one machine with keys of its own. Raises
-    NumericalFailure where one of the machines has no result.
-    """
-    varied = scatter.values(written)
-    count = len(scatter.steps)
-    parts, left = [], np.arange(count)
-    if by_arrays(case, scatter.keys, wanted):
-        at_paths = {parse_key(key): values for key, values in varied.items()}
-        found, left = compute(case, at_paths, count, wanted)
-        parts = [(one.places, one.columns) for one in found]
-    alone = []
-    for place in left.tolist():
-        settings = {key: float(values[place]) for key, values in varied.items()}
-        try:
-            alone.append((place, single(settings)))
-        except NumericalFailure as failure:
-            raise NumericalFailure(f"a machine within the tolerances: {failure}") from failure
-    return Machines(count, parts, alone)
+            values[place], _ = worst(record[path], where, side)
+            errors[place] = uncertainty(record[path], where)
+        middle, apart = mean(values, errors), deviation(values, errors)
+        return float(middle.value), float(apart.value), float(middle.error + apart.error)
 
 
 def _worst(path: str, column: Column, where: Where, side: str) -> tuple[np.ndarray, np.ndarray]:

@@ -2,6 +2,7 @@
 
 import math
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -47,31 +48,63 @@ def period_of(key: str, machine: "Machine") -> float:
 
 
 # ----------------------------------------------------------------------------
-# Runs that a search spends, counted where somebody looks.
+# What a long run is busy with, on stderr while it lasts, on a terminal only.
 # ----------------------------------------------------------------------------
+
+#: seconds before anything is said, and between two changes of it
+_QUIET, _STEP = 2.0, 0.5
+_WIDTH = 78
+
+
+@contextmanager
+def telling(wanted: bool) -> Iterator[Callable[..., None]]:
+    """Give a function that takes the name of what begins, or words and when it began.
+
+    A run of less than two seconds says nothing; of a longer one a line shows the words and counts
+    the seconds, and is wiped out at the end. It needs no library, so that a short run is no slower.
+    """
+    if not (wanted and sys.stderr.isatty()):
+        yield lambda words, since=0.0: None
+        return
+    busy, done = [("", time.monotonic())], threading.Event()
+
+    def begin(words: str, since: float | None = None) -> None:
+        busy[0] = (f"computing: {words}", time.monotonic()) if since is None else (words, since)
+
+    def tell() -> None:
+        wait = _QUIET
+        while not done.wait(wait):
+            words, since = busy[0]
+            words += f", {time.monotonic() - since:.0f} s"
+            sys.stderr.write(f"\r{words[:_WIDTH]:<{_WIDTH}}")
+            sys.stderr.flush()
+            wait = _STEP
+        if wait == _STEP:
+            sys.stderr.write(f"\r{'':<{_WIDTH}}\r")
+            sys.stderr.flush()
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        yield begin
+    finally:
+        done.set()
+        teller.join()
 
 
 @contextmanager
 def counted(what: str, wanted: bool, likely: int = 0) -> Iterator[Callable[[str], None]]:
-    """What is to be called after each run, with words to show; on stderr, on a terminal only.
+    """What is to be called after each run of a search, with words to show.
 
     With the `likely` number of runs the time left is shown, too, as long as no more are spent.
     """
-    if not (wanted and sys.stderr.isatty()):
-        yield lambda words: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    text = TextColumn(f"{what}: {{task.completed:.0f}} {{task.fields[words]}}")
-    columns = (SpinnerColumn(), text, TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task, began, done = bar.add_task("", total=None, words=""), time.monotonic(), 0
+    done, began = 0, time.monotonic()
+    with telling(wanted) as tell:
 
         def advance(words: str) -> None:
             nonlocal done
             done += 1
-            bar.update(task, advance=1, words=left_words(done, likely, began, words))
+            tell(f"{what}: {done} {left_words(done, likely, began, words)}", began)
 
         yield advance
 
@@ -82,63 +115,38 @@ def left_words(done: int, likely: int, began: float, words: str) -> str:
         return f"runs{words}"
     left = (time.monotonic() - began) * (likely - done) / done
     shown = f"{left:.0f} s" if left < 90.0 else f"{left / 60.0:.0f} min"
-    return f"of some {likely} runs{words}, about {shown} left,"
+    return f"of some {likely} runs{words}, about {shown} left"
 
 
 # ----------------------------------------------------------------------------
-# What is wrong with an [optimisation] as a whole: where it starts, the front and the methods.
+# What is wrong with an [optimisation] as a whole: where it starts, and its objectives.
 # ----------------------------------------------------------------------------
 
 #: of the distance between bounds, what rounding of units may miss one by
 _ROUNDING = 1e-9
 
 
-def study_problems(case: "Case") -> list[Problem]:
-    """Problems of start, second_objective, front_points, compare; none without [optimisation]."""
+def study_problems(case: "Case") -> Iterator[Problem]:
+    """Problems of where it starts, of its further objectives and of what is asked of variables."""
     study = case.optimisation
-    if study is None:
-        return []
-    problems = list(start_problems(case, "optimisation"))
-    second = study.second_objective
-    if second is None:
-        if study.front_points is not None:
-            problems.append(
-                Problem(
-                    path=("optimisation", "front_points"),
-                    message="a front needs a second objective",
-                    allowed="second_objective = { quantity = ... }",
-                )
-            )
-    else:
-        problems += _further(case, ("second_objective",), second, (study.objective,))
-        before: tuple[Objective, ...] = (study.objective, second)
-        for place, one in enumerate(study.further_objectives):
-            problems += _further(case, ("further_objectives", place), one, before)
-            before = (*before, one)
-    if not study.moving:
-        problems += [
-            Problem(
-                path=("optimisation", key),
-                message=f"{key} is about variables between bounds, and all of these are picked",
-                allowed="a variable with lower and upper",
-            )
-            for key in ("method", "compare", "sensitivity")
-            if getattr(study, key)
-        ]
-    doubled = [name for name in dict.fromkeys(study.compare) if study.compare.count(name) > 1]
-    problems += [
-        Problem(path=("optimisation", "compare"), message=f"{name} is compared twice")
-        for name in doubled
-    ]
-    return problems
+    assert study is not None
+    yield from start_problems(case, "optimisation")
+    second: KeyPath = ("second_objective",)
+    for place, one in enumerate(study.goals[1:]):
+        key = ("further_objectives", place - 1) if place else second
+        yield from _further(case, key, one, study.goals[: place + 1])
+    if study.sensitivity and not study.moving:
+        yield Problem(
+            path=("optimisation", "sensitivity"),
+            message="sensitivity is about variables between bounds, and all of these are picked",
+            allowed="a variable with lower and upper",
+        )
 
 
 def _further(
     case: "Case", key: KeyPath, goal: "Objective", before: tuple["Objective", ...]
 ) -> Iterator[Problem]:
     """Problems of a further objective, which is held to the checks of the first one."""
-    study = case.optimisation
-    assert study is not None
     if goal in before:
         order = ("first", "second", "third", "fourth")[before.index(goal)]
         which = "second" if len(before) == 1 else "further"
@@ -147,7 +155,8 @@ def _further(
             message=f"the {which} objective is the same as the {order} one",
             hint="a front shows what one costs in the other",
         )
-    swapped = study.model_copy(update={"objective": goal})
+    assert case.optimisation is not None
+    swapped = case.optimisation.model_copy(update={"objective": goal})
     alone = case.model_copy(update={"optimisation": swapped, "reference": (), "limit": ()})
     for problem in check_targets(alone):
         if problem.path[:2] == ("optimisation", "objective"):

@@ -56,17 +56,14 @@ def slope(values: Values, unit: np.ndarray, direction: np.ndarray, noise: np.nda
         rows = [row for row in map(values, points) if row is not None]
         if len(rows) < len(points):
             continue
-        candidate, truncation = _at_spacing(np.array(rows), nodes, noise, spacing)
-        if best is None:
-            best = candidate
-        else:
-            better = (best.kinked & ~candidate.kinked) | (
-                (best.kinked == candidate.kinked) & (candidate.error < best.error)
-            )
-            best = Slope(*(np.where(better, n, o) for n, o in zip(candidate, best, strict=True)))
-        if not np.any(best.kinked) and np.all(
-            truncation <= np.maximum(candidate.error - truncation, 1e-9)
-        ):
+        found, truncation = _at_spacing(np.array(rows), nodes, noise, spacing)
+        known = best or found
+        better = (known.kinked & ~found.kinked) | (
+            (known.kinked == found.kinked) & (found.error < known.error)
+        )
+        best = Slope(*(np.where(better, n, o) for n, o in zip(found, known, strict=True)))
+        settled = truncation <= np.maximum(found.error - truncation, 1e-9)
+        if np.all(settled & ~best.kinked):
             break
     if best is None:
         raise NumericalFailure(
@@ -188,36 +185,23 @@ def identify(values: Values, unit: np.ndarray, first: np.ndarray, closeness: flo
     near = np.flatnonzero(gap <= closeness * (steep + 1e-12 + is_part * steep[top]))
     sign = np.where(is_part, 1.0, -1.0)[near]
     lower, upper = (~values.box.around & (one <= closeness) for one in (unit, 1.0 - unit))
-    axes = np.eye(unit.size)
-    pulling = [sign[:, None] * first[near] / max(float(steep[top]), 1e-300)]
-    table = np.vstack([*pulling, -axes[lower], axes[upper]]).T
-    table = np.vstack([table, np.append(is_part[near], np.zeros(len(table.T) - near.size))])
+    walls = np.concatenate([np.flatnonzero(lower), np.flatnonzero(upper)])
+    side = np.repeat([-1, 1], [np.sum(lower), np.sum(upper)])
+    pulling = sign[:, None] * first[near] / max(float(steep[top]), 1e-300)
+    table = np.vstack([pulling, side[:, None] * np.eye(unit.size)[walls]])
+    table = np.column_stack([table, np.append(is_part[near], np.zeros(walls.size))]).T
     length = np.linalg.norm(table, axis=0)
-    table, wanted = table / np.where(length > 0, length, 1.0), np.eye(unit.size + 1)[-1]
-    chosen = nonnegative_least_squares(table, wanted) > 1e-9
+    length = np.where(length > 0, length, 1.0)
+    wanted = np.eye(unit.size + 1)[-1]
+    chosen = nonnegative_least_squares(table / length, wanted) > 1e-9
     pulls = np.zeros(length.size)
-    pulls[chosen] = np.linalg.lstsq(table[:, chosen], wanted, rcond=1e-10)[0]
+    pulls[chosen] = np.linalg.lstsq((table / length)[:, chosen], wanted, rcond=1e-10)[0]
     weights, sides = np.zeros(vector.size), np.zeros(unit.size, dtype=int)
-    weights[near] = (sign * pulls[: near.size]) / np.where(length > 0, length, 1.0)[: near.size]
+    weights[near] = sign * (pulls / length)[: near.size]
     weights /= np.sum(weights[:parts])
-    of_lower, of_upper = np.split(chosen[near.size :], [int(np.sum(lower))])
-    sides[np.flatnonzero(lower)[of_lower]], sides[np.flatnonzero(upper)[of_upper]] = -1, 1
+    held = chosen[near.size :]
+    sides[walls[held]] = side[held]
     total = weights @ first
     pull = float(np.linalg.norm(np.abs(weights) @ np.abs(first)))
     residual = float(np.linalg.norm(total[sides == 0])) / max(1.0, pull)
     return Held(weights, sides, total, residual, float(np.abs(weights) @ steep))
-
-
-def stationarity(values: Values, unit: np.ndarray) -> float:
-    """How far a point (k,) is from a stationary one: what is left of the gradients to balance.
-
-    0 where the first-order conditions hold, 1 or so far from any; infinity where they cannot be
-    formed, as on a kink or next to points that cannot be evaluated.
-    """
-    try:
-        slopes = gradient(values, unit, measured_noise(values, unit))
-    except NumericalFailure:
-        return np.inf
-    found = (identify(values, unit, slopes.first, closeness) for closeness in CLOSENESS)
-    smooth = (one for one in found if not np.any(slopes.kinked[one.weights != 0]))
-    return min((one.residual for one in smooth), default=np.inf)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from itertools import combinations
 from typing import Any, NamedTuple
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.core.study.search.minimise import minimise
-from vibecalc.core.study.search.problem import Ahead, ErrorsAt, Optimum
+from vibecalc.core.study.search.problem import Optimum, Problem
 from vibecalc.errors import NumericalFailure
 
 # ----------------------------------------------------------------------------
@@ -21,9 +22,6 @@ from vibecalc.errors import NumericalFailure
 SAME = 1e-9
 #: depth below the plane through the ends, as a share of the front, that makes a knee
 _KNEE = 1e-3
-
-#: variables (n,) -> objectives, each a number or its parts of which the largest counts, and margins
-Values = Callable[[np.ndarray], tuple[Any, Any]]
 
 
 class FrontPoints(NamedTuple):
@@ -38,7 +36,7 @@ class FrontPoints(NamedTuple):
     variables: np.ndarray
     variables_error: np.ndarray
     evaluations: int
-    notes: tuple[str, ...]
+    notes: list[str]
 
 
 def undominated(values: np.ndarray) -> np.ndarray:
@@ -110,22 +108,17 @@ _ErrorOf = Callable[[np.ndarray], float]
 class _Tracer:
     """Searches on shares of the front: of each objective from its best, 0, to its worst, 1."""
 
-    def __init__(
-        self, evaluate: Values, lower: ArrayLike, upper: ArrayLike, objectives: int,
-        errors: ErrorsAt | None, **asked: Any,
-    ):  # fmt: skip
-        self.low, self.high = (np.asarray(side, dtype=float) for side in (lower, upper))
+    def __init__(self, problem: Problem, objectives: int, rtol: float):
+        self.problem, self.rtol = problem, rtol
         self.best, self.span = np.zeros(objectives), np.ones(objectives)
         self.known: dict[bytes, tuple[list[np.ndarray], list[Any]]] = {}
         self.notes: list[str] = []
-        self._evaluate, self._errors = evaluate, errors
-        self._asked = {"lower": self.low, "upper": self.high, **asked}
 
     def at(self, variables: np.ndarray) -> tuple[list[np.ndarray], list[Any]]:
         """Parts of all objectives, and the margins."""
         key = (variables + 0.0).tobytes()
         if key not in self.known:
-            goals, margins = self._evaluate(variables)
+            goals, margins = self.problem.evaluate(variables)
             self.known[key] = [np.ravel(one) for one in goals], list(margins)
         return self.known[key]
 
@@ -134,7 +127,12 @@ class _Tracer:
         return np.array([np.max(parts) for parts in self.at(variables)[0]])
 
     def least(
-        self, parts: _Parts, error: _ErrorOf, bound: tuple[int, float] | None = None, **asked: Any
+        self,
+        parts: _Parts,
+        error: _ErrorOf,
+        bound: tuple[int, float] | None = None,
+        first: ArrayLike | None = None,
+        starts: int = 0,
     ) -> Optimum:
         """The optimum of parts of all objectives, one of which may be bounded by a share."""
         count = self.span.size
@@ -151,14 +149,15 @@ class _Tracer:
             return parts(shares), margins
 
         def errors(variables: np.ndarray) -> np.ndarray:
-            assert self._errors is not None
-            every = self._errors(variables)
+            assert self.problem.errors is not None
+            every = self.problem.errors(variables)
             shares = every[:count] / self.span
             more = [] if bound is None else [2.0 * shares[bound[0]]]
             return np.array([error(shares), *every[count:], *more])
 
-        known = None if self._errors is None else errors
-        return minimise(evaluate, errors=known, **self._asked, **asked)
+        known = None if self.problem.errors is None else errors
+        asked = replace(self.problem, evaluate=evaluate, errors=known, first=first)
+        return minimise(asked, starts, rtol=self.rtol)
 
     def goal(self, goal: int, **asked: Any) -> Optimum:
         """The optimum of one objective."""
@@ -171,13 +170,14 @@ class _Tracer:
         """
         place, away = optimum.variables, optimum.variables_error
         here, errors = self.values(place), np.zeros(self.span.size)
-        if self._errors is not None:
-            errors = np.array(self._errors(place)[: self.span.size])
+        if self.problem.errors is not None:
+            errors = np.array(self.problem.errors(place)[: self.span.size])
+        box = self.problem.box
         for axis in np.flatnonzero(away):
-            step = max(_STEP * (self.high[axis] - self.low[axis]), float(away[axis]))
+            step = max(_STEP * (box.upper[axis] - box.lower[axis]), float(away[axis]))
             slopes = [np.zeros_like(here)]
             for side in (-step, step):
-                near = np.clip(place + side * np.eye(place.size)[axis], self.low, self.high)
+                near = np.clip(place + side * np.eye(place.size)[axis], box.lower, box.upper)
                 with suppress(NumericalFailure):
                     moved = max(float(np.abs(near - place)[axis]), 1e-300)
                     slopes.append(np.abs(self.values(near) - here) / moved)
@@ -199,10 +199,12 @@ class _Tracer:
         def error(off: np.ndarray) -> float:
             return float(np.sum(off[others]))
 
-        asked = {"first": end.variables, "starts": 0 if alone is not None else 2}
+        starts = 0 if alone is not None else 2
         for slack in _SLACKS:
             with suppress(NumericalFailure):
-                return self.described(self.least(parts, error, (goal, slack), **asked), alone)
+                return self.described(
+                    self.least(parts, error, (goal, slack), end.variables, starts), alone
+                )
         self.notes.append(
             f"objective {goal + 1} is at its best at many points, one of them is taken"
         )
@@ -284,29 +286,17 @@ def lattice(objectives: int, points: int) -> np.ndarray:
 
 
 def front(
-    evaluate: Values,
-    lower: ArrayLike,
-    upper: ArrayLike,
-    objectives: int = 2,
-    *,
-    first: ArrayLike | None = None,
-    points: int = 15,
-    starts: int = 8,
-    rtol: float = 1e-9,
-    errors: ErrorsAt | None = None,
-    period: ArrayLike = 0.0,
-    ahead: Ahead | None = None,
+    problem: Problem, objectives: int = 2, *, points: int = 15, starts: int = 8, rtol: float = 1e-9
 ) -> FrontPoints:
     """Trace the points where no objective can become smaller without another growing.
 
     Parameters
     ----------
-    evaluate : callable
-        `evaluate(variables (n,)) -> (objectives (m,), margins)`, all objectives to be made small;
-        points that cannot be evaluated, parts and entries as in `minimise`.
-    lower, upper, first, starts, rtol, errors, period, ahead
-        As of `minimise`, with errors of all objectives, then of the margins; the ends of the front
-        are searched from all starts.
+    problem : Problem
+        Of which `evaluate` gives all objectives, each with its parts, and `errors` those of all
+        objectives, then of the margins.
+    starts, rtol
+        As of `minimise`; the ends of the front are searched from all starts.
     objectives, points : int
         How many objectives, and how many points at most, ends included; at least 2. Fewer come back
         where the front jumps.
@@ -332,10 +322,8 @@ def front(
     objective is reached on a continuum, that end bounds it a millionth of the front above, or more
     where a kink is in the way, which makes it unique. Dominated points are removed.
     """
-    tracer = _Tracer(
-        evaluate, lower, upper, objectives, errors, rtol=rtol, period=period, ahead=ahead
-    )
-    ends = [tracer.goal(goal, first=first, starts=starts) for goal in range(objectives)]
+    tracer = _Tracer(problem, objectives, rtol)
+    ends = [tracer.goal(goal, first=problem.first, starts=starts) for goal in range(objectives)]
     table = np.array([tracer.values(end.variables) for end in ends])
     span = np.ptp(table, axis=0)
     described = [tracer.described(end, goal) for goal, end in enumerate(ends)]
@@ -356,5 +344,5 @@ def front(
     if len(kept) < len(values):
         notes.append(f"{len(values) - len(kept)} points were as good as others or dominated")
     return FrontPoints(
-        values[kept], off[kept], variables[kept], away[kept], len(tracer.known), tuple(notes)
+        values[kept], off[kept], variables[kept], away[kept], len(tracer.known), notes
     )

@@ -4,7 +4,7 @@ import numpy as np
 
 from vibecalc.core.study.search.derivatives import measured_noise
 from vibecalc.core.study.search.newton import Refined, walls
-from vibecalc.core.study.search.problem import KNOWN, BudgetSpent, Values, spread
+from vibecalc.core.study.search.problem import KNOWN, Values, spread
 
 FIRST_RADIUS = 3e-3
 LARGEST_RADIUS = 5e-2
@@ -135,36 +135,30 @@ def _lowest(
 
     size = unit.size
     points, values, first = (np.array(part) for part in zip(*planes, strict=True))
-    count, rows = values.shape
     height = values + np.einsum("krn,kn->kr", first, unit - points)
-    tilt = first * radius
-    scale = max(float(np.max(np.abs(tilt[:, 0]))), 1e-300)
-    top = float(np.max(height[:, 0]))
+    is_goal = np.arange(height.shape[1]) == 0
+    sign, top = np.where(is_goal, 1.0, -1.0), float(np.max(height[:, 0]))
+    scale = max(float(np.max(np.abs(first[:, 0]))) * radius, 1e-300)
     # unknowns: step / radius (k), height above the top / scale, violation / scale
-    objective = np.hstack([tilt[:, 0] / scale, np.tile([-1.0, 0.0], (count, 1))])
-    limits = count * (rows - 1)
-    margin = np.hstack(
-        [-tilt[:, 1:].reshape(limits, size) / scale, np.tile([0.0, -1.0], (limits, 1))]
-    )
-    right = np.concatenate([top - height[:, 0], height[:, 1:].ravel()])
+    slopes = sign[:, None] * first * radius / scale
+    slack = np.broadcast_to(-1.0 * np.column_stack([is_goal, ~is_goal]), (*height.shape, 2))
     room = np.where(around, np.inf, np.stack([unit, 1.0 - unit]) / radius)
     least, most = np.maximum(-1.0, -room[0]), np.minimum(1.0, room[1])
-    bounds = [*zip(least.tolist(), most.tolist(), strict=True), (None, None), (0.0, None)]
     programme = linprog(
         np.append(np.zeros(size), [1.0, PRICE]),
-        A_ub=np.vstack([objective, margin]),
-        b_ub=right / scale,
-        bounds=bounds,
+        A_ub=np.concatenate([slopes, slack], axis=2).reshape(-1, size + 2),
+        b_ub=(is_goal * top - sign * height).ravel() / scale,
+        bounds=[*zip(least.tolist(), most.tolist(), strict=True), (None, None), (0.0, None)],
         method="highs-ds",
     )
     if programme.x is None:
         return None
-    duals = -np.asarray(programme.ineqlin.marginals)[count:]
-    margins = np.sum(duals.reshape(count, rows - 1), axis=0)
-    bounds_pull = np.where(least > -1.0, programme.lower.marginals[:size], 0.0)
-    bounds_pull = bounds_pull + np.where(most < 1.0, programme.upper.marginals[:size], 0.0)
+    duals = -np.asarray(programme.ineqlin.marginals).reshape(height.shape)
+    pulls = np.where(least > -1.0, programme.lower.marginals[:size], 0.0)
+    pulls = pulls + np.where(most < 1.0, programme.upper.marginals[:size], 0.0)
     merit = top + scale * float(programme.x[size] + PRICE * programme.x[size + 1])
-    return unit + radius * programme.x[:size], merit, margins, bounds_pull * scale / radius
+    margins = np.sum(duals[:, 1:], axis=0)
+    return unit + radius * programme.x[:size], merit, margins, pulls * scale / radius
 
 
 # ----------------------------------------------------------------------------
@@ -189,10 +183,7 @@ def reach(values: Values, unit: np.ndarray, bias: np.ndarray, gradients: np.ndar
         return np.zeros(size)
 
     def within(step: np.ndarray) -> bool:
-        try:
-            there = values(unit + step)
-        except BudgetSpent:
-            there = None
+        there = values(unit + step)
         if there is None or np.any(there[1:] < np.minimum(base[1:], 0.0) - 2.0 * bias[1:] - MARGIN):
             return False
         # of an objective without error the limits alone tell

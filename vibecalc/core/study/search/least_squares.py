@@ -13,7 +13,7 @@ import numpy as np
 
 from vibecalc.core.study.search.derivatives import Slope, gradient
 from vibecalc.core.study.search.local_search import Stranded, forward_slopes
-from vibecalc.core.study.search.problem import Box, Sampler
+from vibecalc.core.study.search.problem import Problem, Sampler
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 
@@ -36,22 +36,15 @@ _SETTLED = 1e-8
 _WEAK = 1e-8
 
 
-class SearchEnd(NamedTuple):
-    """Where one search began and ended, (n,) in SI; chi squared is infinite where it failed."""
-
-    start: FloatArray
-    end: FloatArray
-    chi_square: float
-
-
 class LeastSquares(NamedTuple):
     """The best end of all searches.
 
-    `variables` (n,) in SI with their numerical error; `residuals` (m,); `slopes` (m, n) of the
-    residuals over the coordinates of the unit cube, each from one bound to the other, with their
-    error; `widths` (n,) in SI is what one of a coordinate is at the end; `moved_by` (n, m) in SI is
-    how far the variables go with each residual, at most; `active` (n,) is -1 at the lower bound, 1
-    at the upper one.
+    `variables` (n,) in SI with their numerical error; `residuals` (m,) and the sum of their
+    squares; `slopes` (m, n) of the residuals over the coordinates of the unit cube, each from one
+    bound to the other, with their error; `widths` (n,) in SI is what one of a coordinate is at the
+    end; `moved_by` (n, m) in SI is how far the variables go with each residual, at most; `active`
+    (n,) is -1 at the lower bound, 1 at the upper one. `searches` (k,) are the sums of squares where
+    each search ended, infinite where it failed.
     """
 
     variables: FloatArray
@@ -63,7 +56,7 @@ class LeastSquares(NamedTuple):
     widths: FloatArray
     moved_by: FloatArray
     active: FloatArray
-    searches: tuple[SearchEnd, ...]
+    searches: FloatArray
     evaluations: int
     failures: tuple[str, ...]
 
@@ -89,11 +82,11 @@ def least_squares_within(
     ------
     NumericalFailure : no search ends in a minimum.
     """
-    box = Box(lower, upper)
-    sampler = Sampler(lambda variables: (residuals(variables)[0], ()), box)
+    sampler = Sampler(Problem(lambda variables: (residuals(variables)[0], ()), lower, upper))
+    box = sampler.box
     places = np.vstack([box.unit(first)[None], starts])
     ends = [_searched(sampler, place) for place in places]
-    costs = np.array([_cost(sampler, end) if end is not None else np.inf for end in ends])
+    costs = np.array([_cost(sampler, end) for end in ends])
     best = ends[int(np.argmax(costs <= np.min(costs) * (1.0 + _SAME)))]
     if best is None:
         reasons = "; ".join(dict.fromkeys([*sampler.failures.values()][:3]))
@@ -112,13 +105,12 @@ def least_squares_within(
     assert at_end is not None
     widths = np.abs(box.slope(values))
     strongest = max(float(np.linalg.norm(slopes.first, 2)), 1e-300)
-    weak = max(_WEAK, float(np.linalg.norm(slopes.error)) / strongest)
-    moved_by = np.abs(np.linalg.pinv(slopes.first, rcond=min(weak, 1.0))) * widths[:, None]
+    weak = float(np.clip(np.linalg.norm(slopes.error) / strongest, _WEAK, 1.0))
+    moved_by = np.abs(np.linalg.pinv(slopes.first, rcond=weak)) * widths[:, None]
+    rounding = 64.0 * EPSILON * (np.abs(values) + widths)
     return LeastSquares(
         variables=values,
-        variables_error=moved * widths
-        + moved_by @ noise
-        + 64.0 * EPSILON * (np.abs(values) + widths),
+        variables_error=moved * widths + moved_by @ noise + rounding,
         residuals=at_end,
         chi_square=float(at_end @ at_end),
         slopes=slopes.first,
@@ -126,10 +118,7 @@ def least_squares_within(
         widths=widths,
         moved_by=moved_by,
         active=np.where(place <= 0.0, -1.0, np.where(place >= 1.0, 1.0, 0.0)),
-        searches=tuple(
-            SearchEnd(box.values(start), box.values(start if end is None else end), float(cost))
-            for start, end, cost in zip(places, ends, costs, strict=True)
-        ),
+        searches=costs,
         evaluations=sampler.count,
         failures=tuple(sampler.failures.values()),
     )
@@ -187,8 +176,8 @@ def _mended(
     return place, moved, slopes
 
 
-def _cost(sampler: Sampler, place: FloatArray) -> float:
-    vector = sampler(place)
+def _cost(sampler: Sampler, place: FloatArray | None) -> float:
+    vector = None if place is None else sampler(place)
     return np.inf if vector is None else float(vector @ vector)
 
 

@@ -1,11 +1,11 @@
 """Local searches by sequential quadratic programming, from many starts and on one scale."""
 
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 
 from vibecalc.core.study.search.problem import (
-    CONVERGED,
     Sampler,
     Search,
     Values,
@@ -26,20 +26,13 @@ MOST_STEPS = 60
 #: a norm below this, in scaled units, is left to the method for zeros
 VANISHING = 1e-3
 
-#: a search from a start (k,): where it stopped, and in words why
-Searcher = Callable[[Sampler, np.ndarray], tuple[np.ndarray, str]]
-
-_STRANDED = "stopped next to points that cannot be evaluated"
-
 
 class Stranded(Exception):
-    """Nothing is left for this search to do, its words say why."""
+    """A search cannot go on next to points that cannot be evaluated, or has nothing to gain."""
 
 
-def local_search(
-    values: Values, start: np.ndarray, *, to_the_end: bool = False
-) -> tuple[np.ndarray, str]:
-    """Search downhill from a start with SLSQP until it stops, whatever the reason.
+def local_search(values: Values, start: np.ndarray, *, to_the_end: bool = False) -> np.ndarray:
+    """Where a search downhill from a start with SLSQP ends (k,), whatever the reason.
 
     Parameters
     ----------
@@ -78,10 +71,10 @@ def local_search(
         unit = box.inside(place[:size])
         centre = values(unit)
         if centre is None:
-            raise Stranded(_STRANDED)
+            raise Stranded
         best = unit
         if not to_the_end and _vanishing(values, centre):
-            raise Stranded("near zero")
+            raise Stranded
         return forward_slopes(values, unit)
 
     def limits(place: np.ndarray) -> np.ndarray:
@@ -94,46 +87,27 @@ def local_search(
             return slopes[1:]
         return np.column_stack([np.where(is_part[:, None], -slopes, slopes), is_part])
 
-    whole = np.append(start, top) if several else start
     bounds = [(None, None) if around else (0.0, 1.0) for around in box.around]
-    try:
-        solution = minimize(
+    limited = {"type": "ineq", "fun": limits, "jac": limit_slopes}
+    with suppress(Stranded):
+        end = minimize(
             lambda place: float(place[size] if several else at(place)[0]),
-            whole,
+            np.append(start, top) if several else start,
             jac=lambda place: np.eye(size + 1)[size] if several else jacobian(place)[0],
             method="SLSQP",
             bounds=bounds + [(None, None)] * several,
-            constraints={"type": "ineq", "fun": limits, "jac": limit_slopes}
-            if first.size > 1
-            else (),
+            constraints=limited if first.size > 1 else (),
             options={"ftol": FINE_ACCURACY if to_the_end else ACCURACY, "maxiter": MOST_STEPS},
-        )
-    except Stranded as stop:
-        return box.fold(best), str(stop)
-    end = solution.x[:size]
-    if not np.all(np.isfinite(end)) or values(end) is None:
-        return box.fold(best), _STRANDED
-    return box.fold(end), REASONS.get(int(solution.status), str(solution.message).lower())
+        ).x[:size]
+        if np.all(np.isfinite(end)) and values(end) is not None:
+            best = end
+    return box.fold(best)
 
 
 def _vanishing(values: Values, vector: np.ndarray) -> bool:
     """Whether an objective that was never negative is almost zero, with all margins kept."""
     one = values.parts == 1 and values.smallest >= 0
     return one and 0 <= vector[0] < VANISHING and bool(np.all(vector[1:] >= 0))
-
-
-#: scipy's status of SLSQP in our words
-REASONS = {
-    0: CONVERGED,
-    2: "more equations than variables",
-    3: "the inner problem took too long",
-    4: "the limits contradict each other here",
-    5: "the inner problem is singular",
-    6: "the inner problem is singular",
-    7: "the inner problem is rank deficient",
-    8: "no descent along the last direction",
-    9: f"stopped after {MOST_STEPS} steps",
-}
 
 
 def _sides(unit: np.ndarray) -> np.ndarray:
@@ -150,7 +124,7 @@ def forward_slopes(values: Values, unit: np.ndarray) -> np.ndarray:
                 columns.append((value - centre) / np.sum(nearby - unit))
                 break
         else:
-            raise Stranded(_STRANDED)
+            raise Stranded
     return np.stack(columns, axis=1)
 
 
@@ -160,9 +134,11 @@ def forward_slopes(values: Values, unit: np.ndarray) -> np.ndarray:
 
 #: an objective whose change is a smaller share of it than this counts as constant
 UNRESOLVED = 2e-11
+#: evaluations after which no further start is searched from
+MOST_EVALUATIONS = 20_000
 
 
-def search_all(sampler: Sampler, points: np.ndarray, searcher: Searcher, most: int) -> list[Search]:
+def search_all(sampler: Sampler, points: np.ndarray) -> list[Search]:
     """Search from every start that can be evaluated; `sampler.scale` is set on the way.
 
     Parameters
@@ -170,10 +146,6 @@ def search_all(sampler: Sampler, points: np.ndarray, searcher: Searcher, most: i
     sampler : Sampler
     points : (j, k) array
         Starts on the unit cube.
-    searcher : callable
-        The search from one start.
-    most : int
-        Most searches, where fewer than j do.
 
     Raises
     ------
@@ -187,35 +159,28 @@ def search_all(sampler: Sampler, points: np.ndarray, searcher: Searcher, most: i
             f"says: {next(iter(sampler.failures.values()))}"
         )
     ends: list[Search] = []
-    walks = 0
     for point in points:
-        if walks == most:
-            break
-        if sampler(point) is None:
-            reason = f"cannot be evaluated: {sampler.failure(point)}"
-            ends.append(Search(point, point, np.nan, np.inf, reason, 0))
-        elif sampler.left < sampler.reserve and walks:
+        if ends and sampler.count > MOST_EVALUATIONS:
             sampler.notes.append(
-                f"the budget ended the search after {len(ends)} of {len(points)} starts"
+                f"{sampler.count} points ended the search after {len(ends)} of {len(points)} starts"
             )
             break
-        else:
-            walks += 1
-            ends.append(_searched(sampler, point, searcher))
+        ends.append(_searched(sampler, point, local_search))
     if not any(end.feasible for end in ends):
         start = _feasible_point(sampler, [end for end in ends if np.isfinite(end.violation)])
         ends.append(_searched(sampler, start, local_search))
-        if not ends[-1].feasible:
-            keep = "keeps the limits, not improved"
-            ends.append(_searched(sampler, start, lambda values, unit: (unit, keep)))
+        if not ends[-1].feasible:  # that point keeps the limits, as it is
+            ends.append(_searched(sampler, start, lambda values, unit: unit))
     return ends
 
 
-def _searched(sampler: Sampler, start: np.ndarray, searcher: Searcher) -> Search:
+def _searched(
+    sampler: Sampler, start: np.ndarray, search: Callable[[Sampler, np.ndarray], np.ndarray]
+) -> Search:
     before = sampler.count
-    unit, reason = searcher(sampler, start)
+    unit = start if sampler(start) is None else search(sampler, start)
     spent = sampler.count - before
-    return Search(start, unit, sampler.top(unit), sampler.violation(unit), reason, spent)
+    return Search(start, unit, sampler.top(unit), sampler.violation(unit), spent)
 
 
 #: ends of searches from which a point that keeps all limits is sought
@@ -233,7 +198,7 @@ def _feasible_point(sampler: Sampler, ends: list[Search]) -> np.ndarray:
         def missing(vector: np.ndarray, most: float = end.violation) -> np.ndarray:
             return -vector[sampler.parts :] / most
 
-        unit, _ = local_search(View(sampler, missing, sum(sampler.entries or [])), end.end)
+        unit = local_search(View(sampler, missing, sum(sampler.entries)), end.end)
         tried.append(unit)
         if sampler.violation(unit) == 0.0:
             return unit
@@ -261,8 +226,8 @@ def set_scale(sampler: Sampler, points: np.ndarray) -> None:
         return list(factor * np.abs(there[np.isfinite(there)] - tops[0]))
 
     apart = np.abs(tops - np.median(tops))
-    changes = [float(np.median(apart)), float(np.max(apart))]
-    changes += changes_to(centre + np.diag(np.where(centre < 0.5, 1e-2, -1e-2)), 1e2)
+    steps = np.diag(np.where(centre < 0.5, 1e-2, -1e-2))
+    changes = [float(np.median(apart)), float(np.max(apart)), *changes_to(centre + steps, 1e2)]
     least = UNRESOLVED * sampler.largest
     if max(changes) <= least:  # a start of high symmetry may hide all change
         changes += changes_to(spread(8, centre.size), 1.0)

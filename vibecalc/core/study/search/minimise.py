@@ -1,24 +1,15 @@
 """Minimise a function of bounded variables while margins are kept, from many starts."""
 
-from contextlib import suppress
-from dataclasses import dataclass, replace
-
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.core.study.search.derivatives import stationarity
-from vibecalc.core.study.search.local_search import local_search, search_all, set_scale
-from vibecalc.core.study.search.methods import METHODS
+from vibecalc.core.study.search.local_search import search_all
 from vibecalc.core.study.search.newton import BALANCED, Refined, walls
 from vibecalc.core.study.search.problem import (
     FEASIBLE_WITHIN,
-    Ahead,
-    Box,
-    BudgetSpent,
-    ErrorsAt,
-    Evaluate,
     LocalOptimum,
     Optimum,
+    Problem,
     Sampler,
     Search,
     spread,
@@ -46,120 +37,100 @@ MOST_REFINED, MOST_LEVEL = 6, 3
 _BETWEEN = (0.137, 0.381, 0.529, 0.734)
 
 
-@dataclass
-class _End:
-    """A point of the cube where so many searches ended, refined or as it was."""
+def _optima(
+    sampler: Sampler, begin: np.ndarray, searches: list[Search]
+) -> tuple[Refined, list[Refined]]:
+    """The lowest of the optima that the ends are refined to, and all of these, lowest first.
 
-    at: Refined
-    count: int = 1
+    Of equally low ones it is that nearest to the first start, `begin` (k,). What is not refined to
+    an optimum is none. Raises NumericalFailure where all are not.
+    """
 
-
-class _Choice:
-    """The optimum of all searches of a sampler, and of equally low ones that nearest to a point."""
-
-    def __init__(self, sampler: Sampler, begin: np.ndarray):
-        self.sampler, self.begin = sampler, begin
-
-    def rank(self, end: _End) -> tuple[float, ...]:
+    def rank(end: Refined) -> tuple[float, ...]:
         """Distance from the first start, then the place itself, to six digits."""
-        away = float(np.linalg.norm(self.sampler.box.apart(self.begin, end.at.unit)))
-        return (round(away, 6), *np.round(end.at.unit, 6))
+        away = float(np.linalg.norm(sampler.box.apart(begin, end.unit)))
+        return (round(away, 6), *np.round(end.unit, 6))
 
-    def of(self, searches: list[Search]) -> tuple[Refined, list[_End]]:
-        """The lowest of the optima that the ends are refined to, and all of these, lowest first.
-
-        What is not refined to an optimum is none. Raises NumericalFailure where all are not.
-        """
-        sampler = self.sampler
-        ends = self._joined([_End(_at_rest(sampler, one.end)) for one in searches if one.feasible])
-        lowest = ends[0].at.objective
-        equal = EQUAL_ZERO if sampler.smallest >= 0 and lowest < EQUAL_ZERO else EQUAL
-        level = sorted((one for one in ends if one.at.objective <= lowest + equal), key=self.rank)
-        optima: list[_End] = []
-        for end in level[:MOST_LEVEL] + ends[len(level) :] + level[MOST_LEVEL:]:
-            self._refine(end, optima, end.at.objective <= lowest + RIVALS)
-            if len(optima) == MOST_REFINED:
-                break
-        if not optima:
-            raise NumericalFailure(
-                "no search ended in a point that can be shown to be an optimum; the lowest end is "
-                f"at {sampler.box.values(ends[0].at.unit).tolist()} with the objective "
-                f"{lowest * sampler.scale:.9g}. Ask for more starts or narrow the bounds."
-            )
-        least = min(one.at.objective + one.at.excess for one in optima)
-        low = [one for one in optima if one.at.objective - one.at.excess <= least]
-        return min(low, key=self.rank).at, self._joined(optima)
-
-    def _refine(self, end: _End, optima: list[_End], rival: bool) -> None:
-        """Add the optimum that an end leads to; one that stopped short of another counts there.
-
-        Only a rival of the lowest is searched further, and may be one of many that are as good. Of
-        others an optimum is one for certain: no direction is free, no bound holds without a pull. A
-        weight of zero has an angle that is free: at another it may have to grow.
-        """
-        unit, objective = end.at.unit, end.at.objective
-        for done in optima:
-            apart = np.max(np.abs(self.sampler.box.apart(done.at.unit, unit)), initial=0.0)
-            if apart < SHORT_OF and done.at.objective <= objective:
-                done.count += end.count
-                return
-        if rival:
-            below = min((one.at.objective for one in optima), default=np.inf)
-            refined = refine(self.sampler, unit, below)
-        else:
-            refined = by_newton(self.sampler, unit)
-        if refined is not None:
-            pulls = np.abs(refined.bounds[refined.sides != 0])
-            if rival or (refined.free_directions == 0 and np.all(pulls > BALANCED)):
-                optima.append(_End(refined, end.count))
-
-    def _joined(self, ends: list[_End]) -> list[_End]:
-        """Ends that are one, the lowest first: near, or as good with all between them as good.
-
-        A weight of zero has no angle: searches that end there with different angles found the same
-        thing. Of equally low ones the one nearest to the first start stands for all.
-        """
-        joined: list[list[_End]] = []
-        for end in sorted(ends, key=lambda one: (one.at.objective, *one.at.unit)):
-            group = next((one for one in joined if self._one(one[0].at, end.at)), None)
-            if group is None:
-                joined.append([end])
-            else:
-                group.append(end)
-        found = []
-        for group in joined:
-            most = group[0].at.objective + EQUAL_REFINED
-            first = min((one for one in group if one.at.objective <= most), key=self.rank)
-            found.append(_End(first.at, sum(one.count for one in group)))
-        return found
-
-    def _one(self, one: Refined, other: Refined) -> bool:
-        sampler = self.sampler
-        way = sampler.box.apart(one.unit, other.unit)
-        if np.max(np.abs(way), initial=0.0) < SAME:
-            return True
-        if abs(one.objective - other.objective) > EQUAL_REFINED:
-            return False
-        with suppress(BudgetSpent):
-            between = [one.unit + share * way for share in _BETWEEN]
-            return all(
-                abs(sampler.top(unit) - one.objective) <= EQUAL_REFINED
-                and sampler.violation(unit) <= FEASIBLE_WITHIN
-                for unit in between
-            )
-        return False
+    ends = [_at_rest(sampler, one.end) for one in searches if one.feasible]
+    lowest = min(one.objective for one in ends)
+    equal = EQUAL_ZERO if sampler.smallest >= 0 and lowest < EQUAL_ZERO else EQUAL
+    level = sorted((one for one in ends if one.objective <= lowest + equal), key=rank)
+    others = sorted(
+        (one for one in ends if one.objective > lowest + equal),
+        key=lambda one: (one.objective, *one.unit),
+    )
+    found: list[Refined] = []  # optima, and ends that lead to none
+    for end in level[:MOST_LEVEL] + others + level[MOST_LEVEL:]:
+        optima = [one for one in found if one.method]
+        home = _home(sampler, found, end)
+        if home is None and len(optima) < MOST_REFINED:
+            end = _refined(sampler, end, optima, end.objective <= lowest + RIVALS) or end
+            home = _home(sampler, found, end)
+            if home is None:
+                home = len(found)
+                found.append(end)
+        if home is not None:
+            same = found[home]
+            nearer = end.method and abs(end.objective - same.objective) <= EQUAL_REFINED
+            same = min(same, end, key=rank) if nearer else same
+            found[home] = same._replace(found_by=found[home].found_by + 1)
+    optima = sorted((one for one in found if one.method), key=lambda one: one.objective)
+    if not optima:
+        at = sampler.box.values(min(ends, key=lambda one: one.objective).unit)
+        raise NumericalFailure(
+            "no search ended in a point that can be shown to be an optimum; the lowest end is "
+            f"at {at.tolist()} with the objective {lowest * sampler.scale:.9g}. "
+            "Ask for more starts or narrow the bounds."
+        )
+    least = min(one.objective + one.excess for one in optima)
+    return min((one for one in optima if one.objective - one.excess <= least), key=rank), optima
 
 
-def _at_rest(sampler: Sampler, unit: np.ndarray, method: str = "") -> Refined:
+def _refined(sampler: Sampler, end: Refined, optima: list[Refined], rival: bool) -> Refined | None:
+    """The optimum that an end leads to.
+
+    Only a rival of the lowest is searched further, and may be one of many that are as good. Of
+    others an optimum is one for certain: no direction is free, no bound holds without a pull. A
+    weight of zero has an angle that is free: at another it may have to grow.
+    """
+    if rival:
+        return refine(sampler, end.unit, min((one.objective for one in optima), default=np.inf))
+    found = by_newton(sampler, end.unit)
+    if found is None or found.free_directions:
+        return None
+    return found if np.all(np.abs(found.bounds[found.sides != 0]) > BALANCED) else None
+
+
+def _home(sampler: Sampler, found: list[Refined], end: Refined) -> int | None:
+    """The one of those found that an end is: near, as good with all between as good, or short of.
+
+    A weight of zero has no angle: searches that end there with different angles found the same
+    thing.
+    """
+    for place, one in enumerate(found):
+        way = sampler.box.apart(one.unit, end.unit)
+        far = float(np.max(np.abs(way), initial=0.0))
+        short = one.method and not end.method and one.objective <= end.objective
+        if far < SAME or (short and far < SHORT_OF):
+            return place
+        if abs(one.objective - end.objective) <= EQUAL_REFINED and all(
+            abs(sampler.top(unit) - one.objective) <= EQUAL_REFINED
+            and sampler.violation(unit) <= FEASIBLE_WITHIN
+            for unit in (one.unit + share * way for share in _BETWEEN)
+        ):
+            return place
+    return None
+
+
+def _at_rest(sampler: Sampler, unit: np.ndarray, method: str = "", off: float = 0.0) -> Refined:
     """A point that is not refined: an end, all variables held, or the same value everywhere."""
     top, nothing = sampler.top(unit), np.zeros(unit.size)
     return Refined(
         unit=unit,
         error=nothing + sampler.violation(unit),
-        # the scale is the largest change seen, rounded to a power of two
-        excess=2.0 if method == "flat" else EPSILON * abs(top),
+        excess=off + EPSILON * abs(top),
         objective=top,
-        margins=np.zeros(sum(sampler.entries or [])),
+        margins=np.zeros(sum(sampler.entries)),
         bounds=nothing,
         sides=walls(sampler.box, unit),
         free_directions=unit.size,
@@ -177,7 +148,7 @@ def _only_point(sampler: Sampler, held: str) -> list[Search]:
         raise NumericalFailure(f"{held}cannot be evaluated: {sampler.failure(nowhere)}")
     if sampler.violation(nowhere) > 0.0:
         raise sampler.infeasible(nowhere, f"{held}breaks a limit: {{worst}}")
-    return [Search(nowhere, nowhere, sampler.top(nowhere), 0.0, "all variables are held", 1)]
+    return [Search(nowhere, nowhere, sampler.top(nowhere), 0.0, 1)]
 
 
 # ----------------------------------------------------------------------------
@@ -186,65 +157,56 @@ def _only_point(sampler: Sampler, held: str) -> list[Search]:
 
 
 def _summary(
-    sampler: Sampler, searches: list[Search], best: Refined, optima: list[_End], rtol: float
+    sampler: Sampler, searches: list[Search], best: Refined, optima: list[Refined], rtol: float
 ) -> Optimum:
     """Put what was found into the units of the caller; `rtol` as in `minimise`."""
     scale, box = sampler.scale, sampler.box
     vector = sampler(best.unit)
     assert vector is not None
     optimum, nothing = box.values(best.unit), np.zeros(box.lower.size)
-    inner = box.slope(optimum)
     objective = best.objective * scale
     error = best.excess * scale + 2 * EPSILON * abs(objective)
     rounding = np.where(best.sides == 0, 2 * EPSILON, 0.0) * np.abs(optimum[box.moving])
-    prices = sampler.of_limits(best.margins, np.sum)
+    off = np.minimum(box.slope(optimum) * best.error + rounding, box.farthest(optimum))
+    notes, free = list(sampler.notes), best.free_directions
+    if free and free == box.size:
+        notes.append("the objective does not change with the variables here")
+    elif free:
+        notes.append(
+            f"equally good optima form a continuum with {free} free direction"
+            f"{'s' if free > 1 else ''}; one of them is given"
+        )
+    tolerance = rtol * max(abs(objective), scale)
+    if error > tolerance:
+        notes.append(f"the objective is known to {error:.2g} only, {tolerance:.2g} was asked for")
     return Optimum(
         variables=optimum,
-        variables_error=box.whole(
-            np.minimum(inner * best.error + rounding, box.farthest(optimum)), nothing
-        ),
+        variables_error=box.whole(off, nothing),
         objective=objective,
         objective_error=error,
         margins=sampler.of_limits(vector[sampler.parts :], np.min),
-        active_margins=tuple(np.flatnonzero(prices).tolist()),
-        margin_multipliers=prices * scale,
+        margin_multipliers=sampler.of_limits(best.margins, np.sum) * scale,
         active_bounds=box.whole(best.sides, np.zeros(box.lower.size, dtype=int)),
-        bound_multipliers=box.whole(best.bounds * scale / inner, nothing),
         kkt_residual=best.residual,
-        free_directions=best.free_directions,
+        free_directions=free,
         method=best.method,
         evaluations=sampler.count,
         failures=len(sampler.failures),
         failure_messages=tuple(dict.fromkeys(sampler.failures.values())),
         history=tuple(
-            end._replace(
-                start=box.values(end.start),
-                end=box.values(end.end),
-                objective=end.objective * scale,
+            one._replace(
+                start=box.values(one.start),
+                end=box.values(one.end),
+                objective=one.objective * scale,
             )
-            for end in searches
+            for one in searches
         ),
         optima=tuple(
-            LocalOptimum(box.values(one.at.unit), one.at.objective * scale, one.count)
+            LocalOptimum(box.values(one.unit), one.objective * scale, one.found_by)
             for one in optima
         ),
-        notes=tuple(sampler.notes)
-        + _notes(best.free_directions, box.size, error, rtol * max(abs(objective), scale)),
+        notes=tuple(notes),
     )
-
-
-def _notes(free_directions: int, size: int, error: float, tolerance: float) -> tuple[str, ...]:
-    notes = []
-    if size and free_directions == size:
-        notes.append("the objective does not change with the variables here")
-    elif free_directions:
-        notes.append(
-            f"equally good optima form a continuum with {free_directions} free direction"
-            f"{'s' if free_directions > 1 else ''}; one of them is given"
-        )
-    if error > tolerance:
-        notes.append(f"the objective is known to {error:.2g} only, {tolerance:.2g} was asked for")
-    return tuple(notes)
 
 
 # ----------------------------------------------------------------------------
@@ -253,58 +215,26 @@ def _notes(free_directions: int, size: int, error: float, tolerance: float) -> t
 
 
 def minimise(
-    evaluate: Evaluate,
-    lower: ArrayLike,
-    upper: ArrayLike,
-    *,
-    first: ArrayLike | None = None,
-    starts: int | np.ndarray = 8,
-    rtol: float = 1e-9,
-    budget: int = 20000,
-    errors: ErrorsAt | None = None,
-    method: str = "sequential_quadratic",
-    period: ArrayLike = 0.0,
-    ahead: Ahead | None = None,
+    problem: Problem, starts: int = 8, *, further: ArrayLike | None = None, rtol: float = 1e-9
 ) -> Optimum:
     """Find the smallest objective within bounds whose margins are all at least zero.
 
     Parameters
     ----------
-    evaluate : callable
-        `evaluate(variables (n,)) -> (objective, margins (m,))`. The objective is a number, or
-        those of its parts (p,) of which the largest counts. A margin, made dimensionless by its
-        limit, is kept where it is >= 0; it is a number, or those of all entries of the limit. The
-        largest of smooth parts has kinks, so that parts and entries are better given each. A point
-        that raises NumericalFailure or gives NaN or an infinity is counted and the search goes
-        around it. Values have to be repeatable.
-    lower, upper : (n,) arrays
-        Bounds. A variable whose bounds are equal is held there.
-    first : (n,) array, optional
-        The first start; the middle of the bounds without it. Of equally good ends of
-        searches, the nearest to it is returned.
-    starts : int or (k, n) array
-        How many further starts of a fixed low-discrepancy sequence, or the starts themselves.
+    problem : Problem
+    starts : int
+        How many starts of a fixed low-discrepancy sequence, besides the first.
+    further : (k, n) array, optional
+        Starts before these.
     rtol : float
         Error of the objective, relative to its magnitude or to its change over the bounds, above
         which a note says so.
-    budget : int
-        Most evaluations.
-    errors : callable
-        `errors(variables (n,)) -> (1 + m,)`, absolute errors of objective and margins, where known;
-        round-off is always counted and noise is measured. An error of a variable is what they may
-        move the optimum by in its direction, at most to the farther of its bounds.
-    method : str
-        Key of `methods.METHODS`: what searches from each start. The end is refined the same way
-        whatever it is.
-    period : (n,) array
-        After how much a variable repeats itself, as an angle does; 0 where it does not. One whose
-        bounds hold a whole period has no bounds, and is counted from its lower bound on.
-    ahead : callable
-        Told of variables (k, n) before they are evaluated one by one.
 
     Returns
     -------
     optimum : Optimum
+        An error of a variable is what errors of the values may move the optimum by in its
+        direction, at most to the farther of its bounds.
 
     Raises
     ------
@@ -321,92 +251,24 @@ def minimise(
     the point to be a local optimum and how well it is known. That it is the global one rests on
     the starts.
     """
-    box = Box(lower, upper, period)
-    sampler = Sampler(evaluate, box, budget, ahead, errors)
+    sampler = Sampler(problem)
+    box, first = sampler.box, problem.first
     count = box.lower.size
-    further = spread(starts, count)[:, box.moving] if isinstance(starts, int) else box.unit(starts)
-    points = np.vstack([_begin(box, first), further])
-    chosen = METHODS[method]
-    searcher = local_search if method == "sequential_quadratic" else chosen.search
-    try:
-        if box.size == 0:
-            held = "all variables are held by equal bounds, and that point "
-            searches = _only_point(sampler, held if count else "what is picked ")
-        else:
-            most = 1 if chosen.everywhere else len(points)
-            searches = search_all(sampler, points, searcher, most)
-        if box.size == 0 or sampler.flat:
-            kept = [one for one in searches if one.feasible]
-            best = _at_rest(sampler, kept[0].end, "flat" if box.size else "fixed")
-            optima = [_End(best, len(kept))]
-        else:
-            best, optima = _Choice(sampler, points[0]).of(searches)
-    except BudgetSpent:
-        raise NumericalFailure(
-            f"the search had spent its {budget} evaluations before an optimum was pinned down; "
-            f"{sampler.lowest_feasible()}. Allow more evaluations or ask for fewer starts."
-        ) from None
+    # the first start is the middle of the cube where none is given
+    begin = np.full(box.size, 0.5) if first is None else box.unit(np.asarray(first, dtype=float))
+    given = np.empty((0, box.size)) if further is None else box.unit(np.asarray(further, float))
+    points = np.vstack([begin, given, spread(starts, count)[:, box.moving]])
+    if box.size == 0:
+        held = "all variables are held by equal bounds, and that point " if count else ""
+        searches = _only_point(sampler, held or "what is picked ")
+    else:
+        searches = search_all(sampler, points)
+    if box.size == 0 or sampler.flat:
+        kept = [one for one in searches if one.feasible]
+        # of a flat one the scale is the largest change seen, rounded to a power of two
+        off = (2.0 if box.size else 0.0) + float(np.max(sampler.bias(kept[0].end)[: sampler.parts]))
+        best = _at_rest(sampler, kept[0].end, "flat" if box.size else "fixed", off)
+        optima = [best._replace(found_by=len(kept))]
+    else:
+        best, optima = _optima(sampler, points[0], searches)
     return _summary(sampler, searches, best, optima, rtol)
-
-
-#: evaluations kept back for the residual at the end, for each variable
-_RESERVE = 40
-
-
-def find(
-    name: str,
-    evaluate: Evaluate,
-    lower: ArrayLike,
-    upper: ArrayLike,
-    *,
-    first: ArrayLike | None = None,
-    budget: int = 20000,
-    period: ArrayLike = 0.0,
-    ahead: Ahead | None = None,
-) -> Optimum:
-    """Search with one method of `METHODS` from one start, and take its end as it is.
-
-    Parameters
-    ----------
-    name : str
-        Key of `METHODS`.
-    evaluate, lower, upper, first, period, ahead
-        As of `minimise`; lower < upper.
-    budget : int
-        Most evaluations; a method that spends them gives its best point and has not converged.
-
-    Returns
-    -------
-    end : Optimum
-        The end and the `history` of its one search. Nothing is refined: `kkt_residual` is how far
-        it is from a stationary point (`stationarity`), which takes no part in the evaluations.
-
-    Raises
-    ------
-    NumericalFailure
-        If the start cannot be evaluated.
-    """
-    box = Box(lower, upper, period)
-    sampler, start = Sampler(evaluate, box, budget, ahead), _begin(box, first)
-    set_scale(sampler, start[None, :])
-    if sampler(start) is None:
-        raise NumericalFailure(
-            f"the start of the search cannot be evaluated: {sampler.failure(start)}"
-        )
-    try:
-        unit, reason = METHODS[name].search(sampler, start)
-    except BudgetSpent:
-        unit, reason = sampler.best, f"spent its {budget} evaluations"
-    top, broken = sampler.top(unit), sampler.violation(unit)
-    end = Search(start, unit, top, broken, reason, sampler.count)
-    found = _summary(sampler, [end], _at_rest(sampler, unit), [], np.inf)
-    sampler.budget += _RESERVE * (box.size + 1)
-    residual = np.inf
-    with suppress(BudgetSpent):
-        residual = stationarity(sampler, unit)
-    return replace(found, kkt_residual=residual)
-
-
-def _begin(box: Box, first: ArrayLike | None) -> np.ndarray:
-    """The first start on the cube, its middle where none is given."""
-    return np.full(box.size, 0.5) if first is None else box.unit(np.asarray(first, dtype=float))

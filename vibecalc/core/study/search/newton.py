@@ -31,7 +31,7 @@ class Refined(NamedTuple):
     `unit` and its `error` (k,); `objective` and by how much it may be too high, `excess`; `margins`
     (m,) and `bounds` (k,) are multipliers, `sides` (k,) the bounds that hold; `reach` (k,) is the
     root of the diagonal of the inverse curvature: how far a coordinate moves where half a unit of
-    height is spent. `method` as of `problem.Optimum`.
+    height is spent. `method` as of `problem.Optimum`; so many searches ended here: `found_by`.
     """
 
     unit: np.ndarray
@@ -45,6 +45,7 @@ class Refined(NamedTuple):
     free_directions: int = 0
     method: str = "newton"
     reach: np.ndarray | float = 0.0
+    found_by: int = 0
 
 
 def walls(box: Box, unit: np.ndarray) -> np.ndarray:
@@ -75,75 +76,137 @@ def polish(
     holds is asked anew in each round, among what is close; if that leads nowhere, among more.
     """
     with suppress(NumericalFailure):
-        noise = measured_noise(values, start)
+        newton = _Newton(values, start, bias, leaning)
         for closeness in CLOSENESS:
-            refined = _newton(values, start, noise, bias, leaning, closeness)
+            refined = newton.refined(closeness)
             if refined is not None:
                 return refined
     return None
 
 
-def _newton(
-    values: Values,
-    start: np.ndarray,
-    noise: np.ndarray,
-    bias: np.ndarray,
-    leaning: np.ndarray,
-    closeness: float,
-) -> Refined | None:
-    box, parts, unit, last = values.box, values.parts, start, np.inf
-    for turn in range(ROUNDS):
-        slopes = gradient(values, unit, noise)
-        held = identify(values, unit, slopes.first, closeness)
-        weights, free = np.abs(held.weights), held.sides == 0
-        if (turn == 0 and held.residual > 0.3) or np.any(slopes.kinked[weights > 0]):
+class _Newton:
+    """Newton's method from a start near an optimum."""
+
+    def __init__(self, values: Values, start: np.ndarray, bias: np.ndarray, leaning: np.ndarray):
+        self.values, self.start, self.bias, self.leaning = values, start, bias, leaning
+        self.noise = measured_noise(values, start)
+
+    def refined(self, closeness: float) -> Refined | None:
+        """The optimum, with what is so close as what may hold it."""
+        values, noise, bias = self.values, self.noise, self.bias
+        box, parts, unit, last = values.box, values.parts, self.start, np.inf
+        for turn in range(ROUNDS):
+            slopes = gradient(values, unit, noise)
+            held = identify(values, unit, slopes.first, closeness)
+            weights, free = np.abs(held.weights), held.sides == 0
+            if (turn == 0 and held.residual > 0.3) or np.any(slopes.kinked[weights > 0]):
+                return None
+            lead = int(np.argmax(held.weights[:parts]))
+            rows = np.flatnonzero(weights)
+            rows = rows[rows != lead]
+            among = np.eye(noise.size)[
+                rows
+            ]  # what is held at zero: less the leading part, of parts
+            among[:, lead] -= rows < parts
+            inverse, along = _split(among @ slopes.first, free)
+            blur = weights @ slopes.error
+            tangent = self._tangent(unit, along, held, blur + weights @ self.leaning)
+            if tangent is None:
+                return None
+            step, error, excess, free_directions, reach = tangent
+            fixed = np.where(free, unit, np.where(held.sides < 0, 0.0, 1.0))
+            moved = self._onto(box.fold(fixed + step), among, inverse)
+            vector = None if moved is None else values(moved)
+            if (
+                moved is None
+                or vector is None
+                or np.max(np.abs(box.apart(self.start, moved))) > 0.1
+            ):
+                return None
+            length = float(np.max(np.abs(box.apart(unit, moved)), initial=0.0))
+            left = np.abs(among) @ (noise + bias) + np.abs(among @ vector)
+            error = error + np.abs(inverse) @ left
+            unit, ratio = moved, min(0.95, length / last)  # of steps near zero, but where singular
+            if length >= 1e-4 or not (_SLACK * length <= np.max(error) or ratio > 0.3):
+                last = length if length < 1e-4 else np.inf
+                continue
+            off = np.append(vector[:parts] - vector[lead], -vector[parts:]) - 10 * noise
+            unbalanced = held.residual > BALANCED or np.max(blur) > 1e2 * BALANCED
+            if unbalanced or np.max(np.where(weights > 0, 0.0, off)) > 1e-12:
+                return None
+            pulls = np.where(free, 0.0, held.total)
+            # a bound that hardly pulls may be a little off the exact optimum
+            weak = ~free & (np.abs(pulls) <= 10 * blur)
+            far = np.where(free, max(_SLACK, ratio / (1 - ratio)) * length, 0.0)
+            excess += float(weights[rows] @ left + noise[lead] + bias[lead])
+            return Refined(
+                unit=unit,
+                error=error + far + np.where(weak, 10 * blur, 0.0),
+                excess=excess + float(np.abs(held.total) @ far),
+                objective=float(np.max(vector[:parts])),
+                margins=-held.weights[parts:],
+                bounds=pulls,
+                sides=held.sides,
+                residual=held.residual,
+                free_directions=free_directions,
+                reach=reach,
+            )
+        return None
+
+    def _onto(self, unit: np.ndarray, among: np.ndarray, inverse: np.ndarray) -> np.ndarray | None:
+        """A point where all conditions are zero: chords, whose inverse stays, one value each."""
+        vector, noise = self.values(unit), np.abs(among) @ self.noise
+        for _ in range(6):
+            if vector is None or np.all(np.abs(among @ vector) <= noise):
+                break
+            trial = self.values.box.fold(unit - inverse @ (among @ vector))
+            there = self.values(trial)
+            if there is None:
+                return None
+            if np.max(np.abs(among @ there)) >= 0.9 * np.max(np.abs(among @ vector)):
+                break
+            unit, vector = trial, there
+        return unit
+
+    def _tangent(
+        self, unit: np.ndarray, along: np.ndarray, held: Held, blur: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, float, int, np.ndarray] | None:
+        """The step down the curvature of the Lagrangian along columns (k, d), gradients `blur`red.
+
+        Step (k,) and its error, by how much the objective may be too high, free directions and
+        `reach`. None at a saddle and on a slope without curvature.
+        """
+        count = along.shape[1]
+        if not count:
+            return np.zeros(unit.size), np.zeros(unit.size), 0.0, 0, np.zeros(unit.size)
+        table, unsure = np.zeros((count, count)), 0.0
+        for row in range(count):
+            for column in range(row + 1):  # mixed ones by polarisation, from the direction between
+                between = along[:, row] + along[:, column]
+                second = slope(self.values, unit, between / np.linalg.norm(between), self.noise)
+                table[row, column] = table[column, row] = held.weights @ second.second
+                unsure = max(unsure, float(np.abs(held.weights) @ second.second_error))
+        diagonal = np.diag(table)
+        mixed = table - 0.5 * (diagonal[:, None] + diagonal[None, :])
+        curvature = np.where(np.eye(count, dtype=bool), table, mixed)
+        steepness, blur = along.T @ held.total, np.abs(along).T @ blur
+        bends, vectors = np.linalg.eigh(curvature)
+        scale = max(float(np.max(np.abs(bends))), held.steepest)
+        bent = bends > FLAT * scale + 2 * unsure
+        falling = np.max(np.abs(vectors[:, ~bent].T @ steepness), initial=0.0)
+        saddle = np.any(bends < -(1e-4 * scale + 2 * unsure))
+        if saddle or falling > 1e-5 * scale + 4 * float(np.max(blur)):
             return None
-        lead = int(np.argmax(held.weights[:parts]))
-        rows = np.flatnonzero(weights)
-        rows = rows[rows != lead]
-        among = np.eye(noise.size)[rows]  # what is held at zero: less the leading part, of parts
-        among[:, lead] -= rows < parts
-        inverse, along = _split(among @ slopes.first, free)
-        blur = weights @ slopes.error
-        tangent = _tangent(values, unit, along, held, noise, blur + weights @ leaning)
-        if tangent is None:
-            return None
-        step, error, excess, free_directions, reach = tangent
-        fixed = np.where(free, unit, np.where(held.sides < 0, 0.0, 1.0))
-        moved = _onto(values, box.fold(fixed + step), among, inverse, np.abs(among) @ noise)
-        vector = None if moved is None else values(moved)
-        if moved is None or vector is None or np.max(np.abs(box.apart(start, moved))) > 0.1:
-            return None
-        length = float(np.max(np.abs(box.apart(unit, moved)), initial=0.0))
-        left = np.abs(among) @ (noise + bias) + np.abs(among @ vector)
-        error = error + np.abs(inverse) @ left
-        unit, ratio = moved, min(0.95, length / last)  # of steps near zero, but where singular
-        if length >= 1e-4 or not (_SLACK * length <= np.max(error) or ratio > 0.3):
-            last = length if length < 1e-4 else np.inf
-            continue
-        off = np.append(vector[:parts] - vector[lead], -vector[parts:]) - 10 * noise
-        if np.max(np.where(weights > 0, 0.0, off)) > 1e-12:
-            return None
-        if held.residual > BALANCED or np.max(blur) > 1e2 * BALANCED:
-            return None
-        pulls = np.where(free, 0.0, held.total)
-        # a bound that hardly pulls may be a little off the exact optimum
-        weak = ~free & (np.abs(pulls) <= 10 * blur)
-        far = np.where(free, max(_SLACK, ratio / (1 - ratio)) * length, 0.0)
-        excess += float(weights[rows] @ left + noise[lead] + bias[lead])
-        return Refined(
-            unit=unit,
-            error=error + far + np.where(weak, 10 * blur, 0.0),
-            excess=excess + float(np.abs(held.total) @ far),
-            objective=float(np.max(vector[:parts])),
-            margins=-held.weights[parts:],
-            bounds=pulls,
-            sides=held.sides,
-            residual=held.residual,
-            free_directions=free_directions,
-            reach=reach,
+        soft = vectors[:, bent] / bends[bent]
+        move = -soft @ (vectors[:, bent].T @ steepness)
+        spread = np.abs(soft) @ (np.abs(vectors[:, bent]).T @ blur)
+        return (
+            along @ (move * (0.1 / max(0.1, float(np.max(np.abs(move)))))),
+            np.abs(along) @ spread,
+            float(spread @ np.abs(curvature) @ spread),
+            int(np.sum(~bent)),
+            np.linalg.norm(along @ (vectors[:, bent] / np.sqrt(bends[bent])), axis=1),
         )
-    return None
 
 
 def _split(rows: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -154,71 +217,3 @@ def _split(rows: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     inverse[free] = right[:rank].T @ (left[:, :rank] / singular[:rank]).T
     along[free] = right[rank:].T
     return inverse, along
-
-
-def _onto(
-    values: Values, unit: np.ndarray, among: np.ndarray, inverse: np.ndarray, noise: np.ndarray
-) -> np.ndarray | None:
-    """A point where all conditions are zero: chords, whose inverse stays, one evaluation each."""
-    vector = values(unit)
-    for _ in range(6):
-        if vector is None or np.all(np.abs(among @ vector) <= noise):
-            break
-        trial = values.box.fold(unit - inverse @ (among @ vector))
-        there = values(trial)
-        if there is None:
-            return None
-        if np.max(np.abs(among @ there)) >= 0.9 * np.max(np.abs(among @ vector)):
-            break
-        unit, vector = trial, there
-    return unit
-
-
-#: step (k,) and its error, by how much the objective may be too high, free directions and `reach`
-_Tangent = tuple[np.ndarray, np.ndarray, float, int, np.ndarray]
-
-
-def _tangent(
-    values: Values,
-    unit: np.ndarray,
-    along: np.ndarray,
-    held: Held,
-    noise: np.ndarray,
-    blur: np.ndarray,
-) -> _Tangent | None:
-    """The step down the curvature of the Lagrangian along columns (k, d), with gradients `blur`red.
-
-    None at a saddle and on a slope without curvature.
-    """
-    count = along.shape[1]
-    if not count:
-        return np.zeros(unit.size), np.zeros(unit.size), 0.0, 0, np.zeros(unit.size)
-    table, unsure = np.zeros((count, count)), 0.0
-    for row in range(count):
-        for column in range(row + 1):  # mixed ones by polarisation, from the direction between
-            between = along[:, row] + along[:, column]
-            second = slope(values, unit, between / np.linalg.norm(between), noise)
-            table[row, column] = table[column, row] = held.weights @ second.second
-            unsure = max(unsure, float(np.abs(held.weights) @ second.second_error))
-    diagonal = np.diag(table)
-    mixed = table - 0.5 * (diagonal[:, None] + diagonal[None, :])
-    curvature = np.where(np.eye(count, dtype=bool), table, mixed)
-    steepness, blur = along.T @ held.total, np.abs(along).T @ blur
-    bends, vectors = np.linalg.eigh(curvature)
-    scale = max(float(np.max(np.abs(bends))), held.steepest)
-    bent = bends > FLAT * scale + 2 * unsure
-    falling = np.max(np.abs(vectors[:, ~bent].T @ steepness), initial=0.0)
-    if np.any(bends < -(1e-4 * scale + 2 * unsure)) or (
-        falling > 1e-5 * scale + 4 * float(np.max(blur))
-    ):
-        return None
-    soft = vectors[:, bent] / bends[bent]
-    move = -soft @ (vectors[:, bent].T @ steepness)
-    spread = np.abs(soft) @ (np.abs(vectors[:, bent]).T @ blur)
-    return (
-        along @ (move * (0.1 / max(0.1, float(np.max(np.abs(move)))))),
-        np.abs(along) @ spread,
-        float(spread @ np.abs(curvature) @ spread),
-        int(np.sum(~bent)),
-        np.linalg.norm(along @ (vectors[:, bent] / np.sqrt(bends[bent])), axis=1),
-    )

@@ -119,42 +119,71 @@ CHANGES = 4.0
 AMPLE_MARGIN = 1e6
 
 
-class BudgetSpent(Exception):
-    """No evaluations are left; whoever catches it works with what has been found."""
+@dataclass(frozen=True)
+class Problem:
+    """A function of n variables, to be made small between bounds while margins are kept.
+
+    Attributes
+    ----------
+    evaluate : callable
+        `evaluate(variables (n,)) -> (objective, margins (m,))`. The objective is a number, or
+        those of its parts (p,) of which the largest counts. A margin, made dimensionless by its
+        limit, is kept where it is >= 0; it is a number, or those of all entries of the limit. The
+        largest of smooth parts has kinks, so that parts and entries are better given each. A point
+        that raises NumericalFailure or gives NaN or an infinity is counted and the search goes
+        around it. Values have to be repeatable.
+    lower, upper : (n,) arrays
+        Bounds. A variable whose bounds are equal is held there.
+    first : (n,) array, optional
+        The first start; the middle of the bounds without it. Of equally good ends of
+        searches, the nearest to it is returned.
+    period : (n,) array
+        After how much a variable repeats itself, as an angle does; 0 where it does not. One whose
+        bounds hold a whole period has no bounds, and is counted from its lower bound on.
+    errors : callable
+        `errors(variables (n,)) -> (1 + m,)`, absolute errors of objective and margins, where known;
+        round-off is always counted and noise is measured.
+    ahead : callable
+        Told of variables (k, n) before they are evaluated one by one.
+    """
+
+    evaluate: Evaluate
+    lower: ArrayLike
+    upper: ArrayLike
+    first: ArrayLike | None = None
+    period: ArrayLike = 0.0
+    errors: ErrorsAt | None = None
+    ahead: Ahead | None = None
+
+    @property
+    def box(self) -> Box:
+        """The bounds and the unit cube."""
+        return Box(self.lower, self.upper, self.period)
 
 
 class Sampler:
-    """The function that is searched, on the unit cube.
+    """The function of a problem, on the unit cube.
 
     A call gives the vector (parts of the objective / `scale`, margins), or None where the function
     raises NumericalFailure or gives NaN or an infinity. `count` counts true evaluations only: a
-    point met again is looked up. `best` (k,) is the lowest point met, of those that break limits
-    least. `parts` counts the parts, `entries` the margins of each limit. `flat` says that the
-    objective does not change, `notes` what a search left out.
+    point met again is looked up. `parts` counts the parts, `entries` the margins of each limit.
+    `flat` says that the objective does not change, `notes` what a search left out.
     """
 
-    def __init__(
-        self, evaluate: Evaluate, box: Box, budget: int = 10**9, ahead: Ahead | None = None,
-        errors: ErrorsAt | None = None,
-    ):  # fmt: skip
-        self.box, self.budget = box, budget
-        self.scale, self.count, self.flat = 1.0, 0, False
+    def __init__(self, problem: Problem):
+        self.box, self.scale, self.count, self.flat = problem.box, 1.0, 0, False
         self.notes: list[str] = []
         self.failures: dict[bytes, str] = {}
         self.smallest, self.largest = np.inf, 0.0
         self.parts = 1
-        self.entries: list[int] | None = None
-        self.best = np.empty(0)
-        self._evaluate, self._ahead, self._errors = evaluate, ahead, errors
-        self._rank = (np.inf, np.inf)
+        self.entries: list[int] = []
+        self._problem = problem
         self._known: dict[bytes, np.ndarray | None] = {}
 
     def __call__(self, unit: np.ndarray) -> np.ndarray | None:
         unit = self.box.fold(unit)
         key = unit.tobytes()
         if key not in self._known:
-            if self.count >= self.budget:
-                raise BudgetSpent
             self.count += 1
             self._known[key] = self._fresh(key, unit)
         raw = self._known[key]
@@ -189,11 +218,10 @@ class Sampler:
 
     def bias(self, unit: np.ndarray) -> np.ndarray:
         """Errors (p + m,) of the values at a point that no comparison of values shows."""
-        entries = self.entries or []
-        if self._errors is None:
-            return np.zeros(self.parts + sum(entries))
-        off = np.asarray(self._errors(self.box.values(unit)), dtype=float)
-        of_margins = np.repeat(off[1 : 1 + len(entries)], entries)
+        if self._problem.errors is None:
+            return np.zeros(self.parts + sum(self.entries))
+        off = np.asarray(self._problem.errors(self.box.values(unit)), dtype=float)
+        of_margins = np.repeat(off[1 : 1 + len(self.entries)], self.entries)
         off = np.append(np.full(self.parts, off[0] / self.scale), of_margins)
         return np.where(np.isfinite(off), off, 0.0)
 
@@ -212,63 +240,43 @@ class Sampler:
 
     def ahead(self, units: Sequence[np.ndarray]) -> None:
         """Say which points (k,) are about to be asked for; nothing is counted yet."""
-        if self._ahead is None:
+        if self._problem.ahead is None:
             return
         fresh = {unit.tobytes(): unit for unit in map(self.box.fold, units)}
-        left = [unit for key, unit in fresh.items() if key not in self._known][: self.left]
+        left = [unit for key, unit in fresh.items() if key not in self._known]
         if len(left) > 1:
-            self._ahead(self.box.values(np.stack(left)))
-
-    def lowest_feasible(self) -> str:
-        """In words, the lowest point met that keeps all limits."""
-        broken, lowest = self._rank
-        if broken:
-            return "no point that keeps all limits was met"
-        where = self.box.values(self.best).tolist()
-        return f"the lowest point met is {where} with the objective {lowest:.9g}"
-
-    @property
-    def left(self) -> int:
-        """Evaluations that may still be made."""
-        return self.budget - self.count
-
-    @property
-    def reserve(self) -> int:
-        """Evaluations that are kept back for refining what the searches find."""
-        return min(self.budget // 3, 100 + 50 * self.box.size)
+            self._problem.ahead(self.box.values(np.stack(left)))
 
     def of_limits(self, margins: np.ndarray, how: Callable[[np.ndarray], float]) -> np.ndarray:
         """One number for each limit of those (m,) of the margins of its entries."""
-        ends = np.cumsum(self.entries or [])
+        ends = np.cumsum(self.entries)
         return np.array([how(one) for one in np.split(margins, ends)[:-1]], dtype=float)
 
     def _fresh(self, key: bytes, unit: np.ndarray) -> np.ndarray | None:
         variables = self.box.values(unit)
         try:
-            objective, limits = self._evaluate(variables)
+            objective, limits = self._problem.evaluate(variables)
         except NumericalFailure as failure:
             self.failures[key] = str(failure)
             return None
-        parts = np.ravel(np.asarray(objective, dtype=float))
-        margins = [np.ravel(np.asarray(one, dtype=float)) for one in limits]
-        top = float(np.max(parts))
+        groups = [np.array(one, dtype=float).ravel() for one in (objective, *limits)]
+        parts, *entries = (one.size for one in groups)
+        vector = np.concatenate(groups)
+        vector[parts:][vector[parts:] == np.inf] = AMPLE_MARGIN
+        top = float(np.max(vector[:parts]))
         if top == -np.inf:
             raise NumericalFailure(
                 f"the objective is minus infinity at {variables.tolist()}: there is no smallest "
                 "value. Narrow the bounds of the variables or choose another objective."
             )
-        vector = np.concatenate([parts, *(np.where(m == np.inf, AMPLE_MARGIN, m) for m in margins)])
         if not np.all(np.isfinite(vector)):
-            what = "margin of a limit" if np.all(np.isfinite(parts)) else "objective"
+            what = "margin of a limit" if np.isfinite(vector[:parts]).all() else "objective"
             self.failures[key] = f"the {what} is not a finite number"
             return None
-        if self.entries is None:
-            self.parts, self.entries = parts.size, [one.size for one in margins]
-        if (self.parts, self.entries) != (parts.size, [one.size for one in margins]):
+        if self.smallest == np.inf:
+            self.parts, self.entries = parts, entries
+        if (self.parts, self.entries) != (parts, entries):
             raise ValueError("the number of margins changes between points")
-        broken = max(0.0, float(np.max(-vector[parts.size :], initial=0.0)) - FEASIBLE_WITHIN)
-        if (broken, top) < self._rank:
-            self.best, self._rank = unit.copy(), (broken, top)
         self.smallest = min(self.smallest, top)
         self.largest = max(self.largest, abs(top))
         return vector
@@ -339,9 +347,6 @@ def spread(count: int, dimension: int) -> np.ndarray:
 # ----------------------------------------------------------------------------
 
 
-CONVERGED = "converged"
-
-
 class Infeasible(NumericalFailure):
     """No point within the bounds keeps all limits; `variables` (n,) come nearest, of those met.
 
@@ -354,28 +359,22 @@ class Infeasible(NumericalFailure):
 
 
 class Search(NamedTuple):
-    """One local search: where it began, where it ended and why it stopped there.
+    """One local search: where it began and where it ended.
 
-    `objective` is NaN only where the start itself could not be evaluated, and `end` then is the
-    start. `violation` is the most negative margin at the end, as a positive number, or 0.
+    `objective` is infinite only where the start itself could not be evaluated, and `end` then is
+    the start. `violation` is the most negative margin at the end, as a positive number, or 0.
     """
 
     start: np.ndarray
     end: np.ndarray
     objective: float
     violation: float
-    reason: str
     evaluations: int
 
     @property
     def feasible(self) -> bool:
         """Whether the end keeps all limits, as far as a search gets without being refined."""
         return self.violation <= FEASIBLE_WITHIN
-
-    @property
-    def converged(self) -> bool:
-        """Whether it ended because nothing was left to gain."""
-        return self.reason == CONVERGED
 
 
 class LocalOptimum(NamedTuple):
@@ -402,15 +401,11 @@ class Optimum:
         The objective and its absolute error.
     margins : (m,) array
         Of each limit, the smallest of its entries; those of active limits are zero to round-off.
-    active_margins : tuple of int
-        Limits that hold the optimum where it is.
     margin_multipliers : (m,) array
-        Rise of the objective for each unit by which a margin is asked to be larger, >= 0.
+        Rise of the objective for each unit by which a margin is asked to be larger: > 0 of limits
+        that hold the optimum where it is, 0 of others.
     active_bounds : (n,) array
         -1 at its lower bound, +1 at its upper bound, 0 in between.
-    bound_multipliers : (n,) array
-        Derivative of the objective by that bound, in the units of objective and variable; 0 in
-        between. It is >= 0 at a lower and <= 0 at an upper bound.
     kkt_residual : float
         What is left of the sum of gradients that should vanish, relative to their magnitudes.
     free_directions : int
@@ -429,16 +424,14 @@ class Optimum:
     objective: float
     objective_error: float
     margins: np.ndarray
-    active_margins: tuple[int, ...]
     margin_multipliers: np.ndarray
     active_bounds: np.ndarray
-    bound_multipliers: np.ndarray
     kkt_residual: float
     free_directions: int
     method: str
     evaluations: int
-    failures: int
-    failure_messages: tuple[str, ...]
     history: tuple[Search, ...]
     optima: tuple[LocalOptimum, ...]
+    failures: int = 0
+    failure_messages: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()

@@ -28,7 +28,7 @@ def refine(sampler: Sampler, unit: np.ndarray, below: float = np.inf) -> Refined
     for _ in range(MOST_RESTARTS):
         optimum = _zero(sampler, unit) or by_newton(sampler, unit)
         if optimum is None:
-            unit, _ = local_search(sampler, unit, to_the_end=True)
+            unit = local_search(sampler, unit, to_the_end=True)
             if sampler.top(unit) >= below:
                 return None
             optimum = _zero(sampler, unit) or by_newton(sampler, unit) or _planes(sampler, unit)
@@ -37,7 +37,7 @@ def refine(sampler: Sampler, unit: np.ndarray, below: float = np.inf) -> Refined
         lower = _lower_nearby(sampler, unit, optimum)
         if lower is None:
             return optimum
-        unit, _ = local_search(sampler, lower)
+        unit = local_search(sampler, lower)
     return None
 
 
@@ -74,11 +74,8 @@ def _lower_nearby(sampler: Sampler, unit: np.ndarray, optimum: Refined | None) -
         if optimum.method == "newton" and optimum.free_directions == 0:
             return None  # its curvature is known
         unit, margin = optimum.unit, 1e-9 + 2 * optimum.excess
-    directions = [
-        *np.eye(unit.size),
-        *-np.eye(unit.size),
-        *2 * spread(4 * unit.size, unit.size) - 1,
-    ]
+    axes = np.eye(unit.size)
+    directions = np.vstack([axes, -axes, 2 * spread(4 * unit.size, unit.size) - 1])
     near = [sampler.box.fold(unit + size * one) for one in directions for size in (1e-2, 1e-3)]
     kept = [one for one in near if sampler.violation(one) <= 0.0]
     lowest = min(kept, key=sampler.top, default=unit)
@@ -98,7 +95,7 @@ def _zero(sampler: Sampler, unit: np.ndarray) -> Refined | None:
     bias[0], leaning[0] = 0.0, 0.0
     minimum = polish(squared, unit, bias, leaning)
     if minimum is None:
-        nearer, _ = local_search(squared, unit, to_the_end=True)
+        nearer = local_search(squared, unit, to_the_end=True)
         minimum = polish(squared, nearer, bias, leaning)
     if minimum is None or not _keeps(sampler, minimum.unit):
         return None

@@ -1,14 +1,13 @@
 """What each variable does to the objective at a point, and what a small error in it costs."""
 
 from contextlib import suppress
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.core.study.search.derivatives import measured_noise, slope
 from vibecalc.core.study.search.local_search import set_scale
-from vibecalc.core.study.search.problem import Ahead, Box, ErrorsAt, Evaluate, Sampler, largest_part
+from vibecalc.core.study.search.problem import Problem, Sampler, largest_part
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 
@@ -18,47 +17,20 @@ _TIE = 1e-6
 DEVIATION = 0.01
 
 
-class ObjectiveSlopes(NamedTuple):
-    """Derivatives of the objective by each variable, in the units of both, with their errors.
-
-    `known` (n,) is False where there is none: on a kink or next to points without a value.
-    """
-
-    slope: np.ndarray
-    error: np.ndarray
-    known: np.ndarray
-
-
-class Cost(NamedTuple):
-    """What a deviation of a variable costs, the worse of both directions inside the bounds.
-
-    `deviation` (n,) is how far the variable was moved, with its sign; `loss` (n,) the change of
-    the objective there, positive for worse, and `loss_error` its error; `margin` (n,) the least
-    margin of all limits there. `known` (n,) is False where neither direction has a value.
-    """
-
-    deviation: np.ndarray
-    loss: np.ndarray
-    loss_error: np.ndarray
-    margin: np.ndarray
-    known: np.ndarray
-
-
-def slopes_at(
-    evaluate: Evaluate,
-    lower: ArrayLike,
-    upper: ArrayLike,
-    at: ArrayLike,
-    errors: ErrorsAt | None = None,
-    ahead: Ahead | None = None,
-) -> ObjectiveSlopes:
+def slopes_at(problem: Problem, at: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Differentiate the objective at a point within the bounds.
 
     Parameters
     ----------
-    evaluate, lower, upper, errors, ahead
-        As of `minimise.minimise`; lower < upper.
+    problem : Problem
+        With lower < upper.
     at : (n,) array
+
+    Returns
+    -------
+    slopes, errors : (n,) arrays
+        Derivatives by each variable, in the units of both; NaN where there is none: on a kink or
+        next to points without a value.
 
     Raises
     ------
@@ -68,62 +40,58 @@ def slopes_at(
     Notes
     -----
     Five-point differences with `derivatives.slope`; the error counts truncation, measured noise
-    and the slopes that `errors` of the values may have.
+    and the slopes that errors of the values may have.
     """
-    box = Box(lower, upper)
+    sampler = Sampler(problem)
+    box = sampler.box
     unit = box.unit(np.asarray(at, dtype=float))
-    sampler = Sampler(evaluate, box, ahead=ahead, errors=errors)
     whole = largest_part(sampler)
     set_scale(sampler, unit[None, :])
     if sampler(unit) is None:
         raise NumericalFailure(sampler.failure(unit))
     noise, leaning = measured_noise(whole, unit), sampler.leaning(unit)
-    first, error, known = np.zeros(unit.size), np.zeros(unit.size), np.zeros(unit.size, dtype=bool)
+    first, error = np.full((2, unit.size), np.nan)
     for axis, direction in enumerate(np.eye(unit.size)):
         with suppress(NumericalFailure):
             one = slope(whole, unit, direction, noise)
             if not one.kinked[0]:
-                known[axis], first[axis] = True, one.first[0]
-                error[axis] = one.error[0] + leaning[0, axis]
+                first[axis], error[axis] = one.first[0], one.error[0] + leaning[0, axis]
     scale = sampler.scale / box.slope(box.values(unit))
-    return ObjectiveSlopes(first * scale, (error + 8.0 * EPSILON * np.abs(first)) * scale, known)
+    return first * scale, (error + 8.0 * EPSILON * np.abs(first)) * scale
 
 
-def cost_of_deviation(
-    evaluate: Evaluate,
-    lower: ArrayLike,
-    upper: ArrayLike,
-    at: ArrayLike,
-    *,
-    share: float = DEVIATION,
-    errors: ErrorsAt | None = None,
-    period: ArrayLike = 0.0,
-) -> Cost:
-    """Move each variable by `share` of the distance between its bounds, both ways, and look.
+def cost_of_deviation(problem: Problem, at: ArrayLike) -> np.ndarray:
+    """Move each variable by a share of the distance between its bounds, both ways, and look.
 
     Evaluated, not extrapolated: limits that hold an optimum, kinks and curvature are all in it.
-    Parameters as of `slopes_at`, which also says what is raised; `period` as of
-    `minimise.minimise`.
+    NumericalFailure if the point `at` (n,) itself has no value.
+
+    Returns
+    -------
+    rows : (n, 4) array
+        Of the worse direction how far the variable was moved, with its sign, the change of the
+        objective there, positive for worse, and its error; and the least margin of all limits in
+        either. NaN where neither direction has a value.
     """
-    low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
-    around, point = Box(low, high, period).around, np.asarray(at, dtype=float)
-    here, rows = float(np.max(evaluate(point)[0])), []
-    for axis, step in enumerate(np.diag(share * (high - low))):
+    box, point = problem.box, np.asarray(at, dtype=float)
+    low, high = box.lower, box.upper
+    here, rows = float(np.max(problem.evaluate(point)[0])), np.full((point.size, 4), np.nan)
+    for axis, step in enumerate(np.diag(DEVIATION * (high - low))):
         found = []
         for moved in (point + step, point - step):
-            if around[axis] or low[axis] <= moved[axis] <= high[axis]:
+            if box.around[axis] or low[axis] <= moved[axis] <= high[axis]:
                 with suppress(NumericalFailure):
-                    objective, margins = evaluate(moved)
+                    objective, margins = problem.evaluate(moved)
                     there = float(np.max(objective))
                     least = min((float(np.min(one)) for one in margins), default=np.inf)
                     error = 4.0 * EPSILON * (abs(there) + abs(here))
-                    if errors is not None:
-                        error += float(errors(moved)[0] + errors(point)[0])
+                    if problem.errors is not None:
+                        error += float(problem.errors(moved)[0] + problem.errors(point)[0])
                     if np.isfinite(there):
                         found.append((moved[axis] - point[axis], there - here, error, least))
-        # where both directions cost the same, rounding would choose: the first counts
-        worse = max(found, key=lambda one: one[1], default=(0.0, 0.0, 0.0, np.inf))
-        if found and worse[1] <= found[0][1] + found[0][2] + _TIE * abs(found[0][1]):
-            worse = found[0]
-        rows.append((*worse[:3], min((one[3] for one in found), default=np.inf), bool(found)))
-    return Cost(*map(np.array, zip(*rows, strict=True)))
+        if found:
+            # where both directions cost the same, rounding would choose: the first counts
+            first, worse = found[0], max(found, key=lambda one: one[1])
+            tied = worse[1] <= first[1] + first[2] + _TIE * abs(first[1])
+            rows[axis] = (*(first if tied else worse)[:3], min(one[3] for one in found))
+    return rows

@@ -7,6 +7,7 @@ import pytest
 from long_but import long_but
 
 from vibecalc.core.study.search.minimise import minimise
+from vibecalc.core.study.search.problem import Problem
 
 BOX3 = ([-2.0] * 3, [2.0] * 3)
 
@@ -50,7 +51,7 @@ CASES = {
 @pytest.mark.parametrize("name", long_but(CASES, *list(CASES)[::3]))
 def test_zero_is_reached_and_its_freedom_counted(name, starts):
     evaluate, lower, upper, first, free = CASES[name]
-    found = minimise(evaluate, lower, upper, first=first, starts=starts)
+    found = minimise(Problem(evaluate, lower, upper, first=first), starts=starts)
     corners = itertools.product(*zip(lower, upper, strict=True))
     largest = max(evaluate(np.array(corner, dtype=float))[0] for corner in corners)
     assert found.method == "zero"
@@ -62,19 +63,19 @@ def test_zero_is_reached_and_its_freedom_counted(name, starts):
 
 
 def test_error_of_the_variables_is_the_distance_to_the_nearest_zero():
-    found = minimise(sphere, *BOX3, first=[0.3, 0.2, 0.9], starts=0)
+    found = minimise(Problem(sphere, *BOX3, first=[0.3, 0.2, 0.9]), starts=0)
     distance = abs(np.linalg.norm(found.variables) - 1.0)
     assert distance <= np.linalg.norm(found.variables_error) < 1e-11
 
 
 def test_limits_are_kept_on_the_way_to_zero():
-    found = minimise(lambda x: (sphere(x)[0], [x[0] - 0.9, x[1] - 0.1]), *BOX3, starts=3)
+    found = minimise(Problem(lambda x: (sphere(x)[0], [x[0] - 0.9, x[1] - 0.1]), *BOX3), starts=3)
     assert found.objective <= found.objective_error < 1e-12
     assert np.all(found.margins >= -1e-12)
 
 
 def test_a_smooth_zero_is_not_taken_for_a_kink():
-    found = minimise(lambda x: (x @ x, []), [-1] * 2, [1] * 2, first=[0.5, 0.2], starts=0)
+    found = minimise(Problem(lambda x: (x @ x, []), [-1] * 2, [1] * 2, first=[0.5, 0.2]), starts=0)
     assert found.method == "newton"
     assert found.free_directions == 0
     assert np.all(np.abs(found.variables) <= found.variables_error + 1e-15)
@@ -82,11 +83,15 @@ def test_a_smooth_zero_is_not_taken_for_a_kink():
 
 def test_a_kink_above_zero_has_an_honest_error():
     """1 + |r^2 - 1|: no norm that vanishes, yet a surface of kinks; its height is known."""
-    found = minimise(lambda x: (1.0 + sphere(x)[0], []), *BOX3, first=[0.3, 0.2, 0.9], starts=0)
+    found = minimise(
+        Problem(lambda x: (1.0 + sphere(x)[0], []), *BOX3, first=[0.3, 0.2, 0.9]), starts=0
+    )
     assert abs(found.objective - 1.0) <= found.objective_error < 1e-8
 
 
 def test_a_difference_that_cannot_vanish_has_a_smooth_optimum():
-    found = minimise(lambda x: (abs(x @ x + 1.0 - 0.5), []), *BOX3, first=[1, 1, 1], starts=0)
+    found = minimise(
+        Problem(lambda x: (abs(x @ x + 1.0 - 0.5), []), *BOX3, first=[1, 1, 1]), starts=0
+    )
     assert found.method == "newton"
     assert abs(found.objective - 0.5) <= found.objective_error < 1e-13
