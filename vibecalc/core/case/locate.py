@@ -273,7 +273,8 @@ def unreadable(file_name: str, message: str, hint: str, at: Location | None = No
     where = f"{file_name}:{at.line}:{at.column}" if at else file_name
     line = at.line if at else 0
     problem = Problem((), message, hint=hint, place=where, file=file_name, line=line)
-    rendered = _rendered(problem, file_name, at)
+    help_line = f"\n  help: {hint}" if hint else ""  # a name in another encoding is shown escaped
+    rendered = _rendered(problem, file_name, at) if at else f"error: {message}{help_line}"
     return CaseError([problem], f"{rendered}\n{_closing_line(1, file_name)}")
 
 
@@ -282,17 +283,17 @@ def _closing_line(count: int, file_name: str) -> str:
 
 
 def _rendered(
-    problem: Problem, file_name: str, place: Location | None, also: Location | None = None
+    problem: Problem, file_name: str, place: Location, also: Location | None = None
 ) -> str:
     """A problem with its place."""
     parts = {"found ": problem.found, "allowed: ": problem.allowed}
     label = "; ".join(word + said for word, said in parts.items() if said)
     lines = [f"error: {_printable(problem.message)}"]
-    if place and place.override:
+    if place.override:
         lines.append(f"  --> {_printable(place.override)}")
         lines += [f"  {label}"] if label else []
         lines += ["     |", *_excerpt(also)] if also else []
-    elif place:
+    else:
         lines.append(f"  --> {file_name}:{place.line}:{place.column}")
         first = _excerpt(place, label)
         second = _excerpt(also) if also and also.line != place.line else []
