@@ -377,12 +377,11 @@ def diff(
             say_json({"written": made})
         return
     from vibecalc.core.report.differences import differences_object, render_files, render_junit
-    from vibecalc.core.results.compare import compare_files
     from vibecalc.core.results.compare_rules import Rules, read_rules
 
     try:
         tolerances = Rules() if rules is None else read_rules(rules)
-        compared = compare_files(pairs, tolerances)
+        compared = [pair.compared(tolerances) for pair in pairs]
     except UsageError as error:  # of the rules: nothing is compared
         if junit is not None:
             _write_junit(render_junit([pair.refused(str(error)) for pair in pairs]), junit)

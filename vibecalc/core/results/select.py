@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -77,33 +78,28 @@ def _picked(quantity: Quantity, where: Where) -> tuple[Selection, float]:
     if unknown:
         raise ResultError(_no_axis(quantity, unknown[0]))
     index: list[int | slice] = []
-    texts: list[list[str]] = []
+    left: list[Axis] = []
     crossed: tuple[int, Axis, float] | None = None
     for axis in quantity.axes:
+        place: int | slice = slice(None)
         between = _between(quantity, axis, where.get(axis.name))
         if between is not None:
             crossed = sum(isinstance(one, slice) for one in index), axis, between
-            index.append(slice(None))
-            texts.append([f"{axis.name}={between:.9g} {axis.unit}"])
-            continue
-        if axis.name in where:
-            position = _position(quantity, axis, where[axis.name])
-            positions = [position]
-            index.append(position)
-        else:
-            positions = list(range(len(axis.values)))
-            index.append(slice(None))
-        texts.append([f"{axis.name}={entry_text(axis, position)}" for position in positions])
-    labels = tuple(", ".join(parts) for parts in itertools.product(*texts))
+            axis = replace(axis, values=np.array([between]))
+        elif axis.name in where:
+            place = _position(quantity, axis, where[axis.name])
+            axis = replace(axis, values=np.asarray(axis.values)[[place]])
+        index.append(place)
+        left.append(axis)
     values, off = np.asarray(quantity.values)[tuple(index)], 0.0
     errors = np.broadcast_to(float(quantity.error_estimate), values.shape)
     if quantity.errors is not None and crossed is None:
         errors = np.asarray(quantity.errors[tuple(index)])
     if crossed is not None:
-        place, axis, between = crossed
-        values, off = _on_the_line(np.moveaxis(values, place, 0), axis, between)
+        along, axis, between = crossed
+        values, off = _on_the_line(np.moveaxis(values, along, 0), axis, between)
         errors = np.broadcast_to(float(quantity.error_estimate), values.shape)
-    return Selection(values, labels, errors), off
+    return Selection(values, labels(left), errors), off
 
 
 def _between(quantity: Quantity, axis: Axis, key: Key | None) -> float | None:
@@ -211,6 +207,16 @@ def scalar(quantity: Quantity, where: Where) -> float | complex:
         raise ResultError(f"{quantity.path} holds names, a number is needed")
     only = values.ravel()[0]
     return complex(only) if np.iscomplexobj(values) else float(only)
+
+
+def labels(axes: Sequence[Axis], prefix: str = "") -> tuple[str, ...]:
+    """One label per entry of an array over `axes`, in C order: `mount=2, order=1`."""
+    texts = [
+        [f"{axis.name}={entry_text(axis, position)}" for position in range(len(axis.values))]
+        for axis in axes
+    ]
+    start = [prefix] if prefix else []
+    return tuple(", ".join([*start, *parts]) for parts in itertools.product(*texts))
 
 
 def entry_text(axis: Axis, position: int) -> str:
