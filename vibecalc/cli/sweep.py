@@ -114,7 +114,7 @@ def sweep(
 
 def merge(
     parts: list[Path] = typer.Argument(metavar="PART", help="Files of parts of one sweep."),
-    output: Path = typer.Option("--output", "-o", help="File to write."),
+    output: Path = typer.Option(..., "--output", "-o", help="File to write."),
 ) -> None:
     """Put the parts of a sweep together; exit 4 if points failed or are still missing."""
     from vibecalc.cli.outputs import check_suffix
