@@ -33,7 +33,7 @@ def get(
     unit: str = typer.Option("", metavar="UNIT", help="Unit of the values; default: SI."),
 ) -> None:
     """Print one quantity: a number alone, or comma-separated rows with a column for each axis."""
-    from vibecalc.core.results.plain import comma_separated, picked, quantity_at
+    from vibecalc.core.results.plain import comma_separated, picked
     from vibecalc.core.results.store import read_result
 
     entries: dict[str, int | float | str] = {}
@@ -42,7 +42,7 @@ def get(
         if not (axis and sign and entry):
             raise UsageError(f"--where needs AXIS=ENTRY, as in --where mount=1; found {given!r}")
         entries[axis] = _entry(entry)
-    quantity = picked(quantity_at(read_result(result), path), entries, unit)
+    quantity = picked(read_result(result)[path], entries, unit)
     if asked.json:
         from vibecalc.core.report.text import quantity_object
 
