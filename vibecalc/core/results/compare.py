@@ -281,7 +281,7 @@ def _curve_axis(quantity: Quantity) -> str:
 
 def _structure(one: Quantity, other: Quantity) -> tuple[str, ...]:
     sides = (one, other)
-    pairs = {
+    pairs: dict[str, list[Any]] = {
         "unit": [side.unit for side in sides],
         "amplitude": [side.amplitude for side in sides],
         "axes": [[axis.name for axis in side.axes] for side in sides],

@@ -282,7 +282,7 @@ def by_curve(pair: Pair, name: str) -> tuple[Entries, tuple[str, ...]]:
         names = labels((replace(axis, values=np.asarray(axis.values)[within]), *pair.axes))
         parts.append(Entries(names, one, other, difference, limit))
     ends = [(side.min(), side.max()) for side in (x_left, x_right)]
-    if np.abs(np.subtract(*ends)).max() <= shift:
+    if all(abs(one - other) <= shift for one, other in zip(*ends, strict=True)):
         return joined(parts), ()
     ranges = " against ".join(f"{low:.9g} to {high:.9g}" for low, high in ends)
     return joined(parts), (f"{name} covers {ranges} {axes[0].unit}".rstrip(),)

@@ -218,8 +218,9 @@ class Entries(NamedTuple):
 def joined(parts: Sequence[Entries]) -> Entries:
     """The entries of all parts."""
     names = tuple(name for part in parts for name in part.labels)
-    columns = [np.concatenate([part[k].ravel() for part in parts] or [[]]) for k in range(1, 5)]
-    return Entries(names, *columns)
+    rows = [(part.reference, part.value, part.difference, part.allowed) for part in parts]
+    columns = zip(*(rows or [(np.empty(0),) * 4]), strict=True)
+    return Entries(names, *(np.concatenate([one.ravel() for one in column]) for column in columns))
 
 
 class Pair(NamedTuple):

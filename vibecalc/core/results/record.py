@@ -122,18 +122,10 @@ def entry(
     unit: str,
     long_name: str,
     amplitude: str | None = None,
-    *,
-    headline: Headline | None = None,
-    exempt: str = "",
-    part_of: str = "",
-    name: str = "",
-    curve: str = "",
-    diagnostic: bool = False,
-    circle: str = "",
+    **more: Any,
 ) -> Entry:
     """An entry whose axes are written as one text with blanks between."""
-    known = (path, tuple(axes.split()), unit, long_name, amplitude, headline, exempt)
-    return Entry(*known, part_of, name, curve, diagnostic, circle)
+    return Entry(path, tuple(axes.split()), unit, long_name, amplitude, **more)
 
 
 def exempt(reason: str, entries: Iterable[Entry]) -> Iterator[Entry]:

@@ -295,16 +295,9 @@ def check_again(case: "Case", cache: StageCache) -> list[Problem]:
 # ----------------------------------------------------------------------------
 
 
-def run_case(
-    case: "Case",
-    *,
-    timings: dict[str, float] | None = None,
-    wanted: frozenset[str] | None = None,
-    cache: StageCache | None = None,
-    tell: Callable[[str], None] | None = None,
-) -> Record:
+def run_case(case: "Case", **options: Any) -> Record:
     """Run the stages that `case` asks for and keep their results; see `run_scene`."""
-    return run_scene(case, timings=timings, wanted=wanted, cache=cache, tell=tell).record
+    return run_scene(case, **options).record
 
 
 def run_scene(
