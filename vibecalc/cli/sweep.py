@@ -10,7 +10,7 @@ from vibecalc.cli.saying import answer, asked, note, say, say_json
 from vibecalc.errors import EXIT_FINE, EXIT_POINTS_FAILED
 
 if TYPE_CHECKING:
-    from vibecalc.core.study.sweep.prepare import Options, Outcome, PreparedSweep
+    from vibecalc.core.study.sweep.prepare import Options, PreparedSweep
 
 Texts = list[str] | None
 SETTINGS = typer.Option(
@@ -67,6 +67,7 @@ def sweep(
     unset: Texts = UNSET,
 ) -> None:
     """Run a case at many points into one file; chunks are kept, and --resume goes on."""
+    from vibecalc.cli.outputs import check_suffix
     from vibecalc.core.study.execute import load_checked
     from vibecalc.core.study.sweep.prepare import (
         Options,
@@ -82,7 +83,9 @@ def sweep(
         seconds_allowed(timeout)
     texts = sweep_settings(grid or (), zipped or (), sample, keep or ())
     changes = [*(settings or ()), *texts], unset or ()
-    target = _output(output, case.stem, part)
+    suffix = f".{part[0]}of{part[1]}" if part[1] > 1 else ""
+    target = output or Path("outputs") / f"{case.stem}.sweep{suffix}.h5"
+    check_suffix(target)
     if if_needed:
         from vibecalc.core.case.inputs import is_up_to_date
         from vibecalc.errors import UsageError
@@ -109,7 +112,12 @@ def sweep(
     if dry_run:
         _forecast(prepared, options)
         return
-    raise typer.Exit(_run(prepared, options))
+    from vibecalc.core.study.sweep.run import sweep as compute
+
+    made = compute(prepared, options)
+    line = "" if made.unlucky else loaded.inputs
+    _report(target, made.counts, made.taken_up, made.seconds, line)
+    raise typer.Exit(EXIT_POINTS_FAILED if made.failed else EXIT_FINE)
 
 
 def merge(
@@ -141,15 +149,6 @@ def _forecast(prepared: "PreparedSweep", options: "Options") -> None:
         lambda: forecast_object(prepared, found, chunks),
         lambda: render_forecast(prepared, found, chunks, options.output),
     )
-
-
-def _run(prepared: "PreparedSweep", options: "Options") -> int:
-    from vibecalc.core.study.sweep.run import sweep as compute
-
-    made: Outcome = compute(prepared, options)
-    line = "" if made.unlucky else prepared.loaded.inputs
-    _report(options.output, made.counts, made.taken_up, made.seconds, line)
-    return EXIT_POINTS_FAILED if made.failed else EXIT_FINE
 
 
 def _kept(output: Path) -> int:
@@ -193,13 +192,3 @@ def _report(output: Path, counts: Any, taken_up: int, seconds: float, made_from:
         say_json(outcome | {"written": [str(output), str(beside)]})
     say(text)
     say(f"wrote {output} and {beside.name}")
-
-
-def _output(given: Path | None, name: str, shard: tuple[int, int]) -> Path:
-    if given is None:
-        part = f".{shard[0]}of{shard[1]}" if shard[1] > 1 else ""
-        return Path("outputs") / f"{name}.sweep{part}.h5"
-    from vibecalc.cli.outputs import check_suffix
-
-    check_suffix(given)
-    return given
