@@ -52,7 +52,7 @@ def listing(check: Callable[[Any], Iterator[Problem]]) -> Callable[[Any], list[P
     return wraps(check)(lambda case: list(check(case)))
 
 
-def _dotted(path: KeyPath) -> str:
+def dotted(path: KeyPath) -> str:
     """`machine.crank_train.cylinders[0].position`, as `--set` takes it."""
     text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
     return text.removeprefix(".")
@@ -73,7 +73,7 @@ class VibecalcError(Exception):
         shown = ("place", "message", "found", "allowed", "hint")
         problems = [
             {
-                "key": _dotted(problem.path),
+                "key": dotted(problem.path),
                 "file": problem.file or None,
                 "line": problem.line or None,
                 **{name: getattr(problem, name) for name in shown},

@@ -8,6 +8,7 @@ import typer
 from vibecalc.cli.completion import quantities
 from vibecalc.cli.saying import answer, asked, note, say, say_json, say_written
 from vibecalc.cli.sweep import SETTINGS, UNSET, Texts
+from vibecalc.core.results.files import SUFFIXES
 from vibecalc.errors import UsageError
 
 FILE = typer.Argument(metavar="RESULT", help="Result file (HDF5).")
@@ -77,7 +78,7 @@ def export(
     unset: Texts = UNSET,
 ) -> None:
     """Write the quantities of a result, or the shaft line of a case, for other programs."""
-    if file.suffix not in (".h5", ".hdf5"):
+    if file.suffix not in SUFFIXES:
         if wanted or csv or mat or netcdf or orders:
             raise UsageError(f"{file} is no result: quantities and forms are those of a .h5 file")
         _export_line(file, output, settings or (), unset or ())

@@ -29,6 +29,7 @@ from vibecalc.core.results.compare_rules import (
     last_digits,
     match_labels,
 )
+from vibecalc.core.results.files import SUFFIXES
 from vibecalc.core.results.layout import STATUS, STATUS_WORDS
 from vibecalc.core.results.record import (
     CYCLE,
@@ -42,7 +43,15 @@ from vibecalc.core.results.record import (
 from vibecalc.core.results.store import read_result, write_result
 from vibecalc.core.results.tolerance import circle_of, is_diagnostic
 from vibecalc.core.results.verdicts import VERDICTS, name_of, verdicts_of
-from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, EXIT_USAGE, ResultError, UsageError
+from vibecalc.errors import (
+    EXIT_DIFFERS,
+    EXIT_FINE,
+    EXIT_USAGE,
+    KeyPath,
+    ResultError,
+    UsageError,
+    dotted,
+)
 
 _PLAIN = {"value": by_value, "vector": by_vector}
 #: points of sweeps named where they ended otherwise
@@ -340,26 +349,20 @@ def _changes(reference: Result, value: Result) -> tuple[Change, ...]:
     return tuple(changes)
 
 
-def _flat(content: object, key: str = "") -> dict[str, str]:
+def _flat(content: object, path: KeyPath = ()) -> dict[str, str]:
     """Key paths of a case and their values as text: `machine.mounts.positions[0][1]`."""
-    if isinstance(content, Mapping):
-        pairs = [(f"{key}.{name}" if key else str(name), item) for name, item in content.items()]
-    elif isinstance(content, list | tuple):
-        pairs = [(f"{key}[{position}]", item) for position, item in enumerate(content)]
-    else:
-        return {key: repr(content)}
+    if not isinstance(content, Mapping | list | tuple):
+        return {dotted(path): repr(content)}
+    pairs = content.items() if isinstance(content, Mapping) else enumerate(content)
     flat: dict[str, str] = {}
     for name, item in pairs:
-        flat |= _flat(item, name)
+        flat |= _flat(item, (*path, name))
     return flat
 
 
 # ----------------------------------------------------------------------------
 # Files and folders of results held against golden files: each for itself, whatever the others are.
 # ----------------------------------------------------------------------------
-
-#: how names of result files end
-_RESULTS = (".h5", ".hdf5")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -442,7 +445,7 @@ def file_pairs(
 
 
 def _results_in(folder: Path) -> list[Path]:
-    return sorted(file for file in folder.iterdir() if file.suffix in _RESULTS)
+    return sorted(file for file in folder.iterdir() if file.suffix in SUFFIXES)
 
 
 # ----------------------------------------------------------------------------

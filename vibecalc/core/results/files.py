@@ -12,6 +12,9 @@ from typing import Any
 from vibecalc.core.results.steps import step
 from vibecalc.errors import UsageError
 
+#: how names of result files end
+SUFFIXES = (".h5", ".hdf5")
+
 
 def fresh_output(path: Path | str) -> Path:
     """Make sure that a file can be put at `path`: missing parent folders are made.

@@ -73,13 +73,7 @@ def data_frame(result: Mapping[str, Quantity]) -> "DataFrame":
 
 
 def _array(quantity: Quantity, dimensions: tuple[str, ...]) -> "DataArray":
-    attributes = {
-        "units": quantity.unit,
-        "long_name": quantity.long_name,
-        "amplitude": quantity.amplitude,
-        "error_estimate": float(quantity.error_estimate),
-        "standard_error": quantity.standard_error,
-    }
+    attributes = {name: one for name, one in quantity.attributes.items() if name != "errors"}
     coordinates = {
         name: (name, _entries(axis), {"units": axis.unit, "long_name": axis.long_name})
         for name, axis in zip(dimensions, quantity.axes, strict=True)
@@ -89,7 +83,7 @@ def _array(quantity: Quantity, dimensions: tuple[str, ...]) -> "DataArray":
         coords=coordinates,
         dims=dimensions,
         name=quantity.path,
-        attrs={name: value for name, value in attributes.items() if value is not None},
+        attrs=attributes,
     )
     return array
 

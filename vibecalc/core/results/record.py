@@ -345,6 +345,20 @@ class Quantity(np.lib.mixins.NDArrayOperatorsMixin):
         return column
 
     @property
+    def attributes(self) -> dict[str, Any]:
+        """What stands next to the values in a file, by its names there."""
+        known = {
+            "units": self.unit,
+            "long_name": self.long_name,
+            "amplitude": self.amplitude,
+            "error_estimate": float(self.error_estimate),
+            "errors": self.errors,
+            "standard_error": self.standard_error,
+            "terms": self.terms or None,
+        }
+        return {name: one for name, one in known.items() if one is not None}
+
+    @property
     def estimate(self) -> Estimate:
         """`error_estimate` as what it is."""
         return cast(Estimate, self.error_estimate)

@@ -12,7 +12,6 @@ from vibecalc.core.results.case_hash import WRITTEN, text_hash
 from vibecalc.core.results.dimensions import dimension_names, stage_of
 from vibecalc.core.results.files import fresh_output, write_atomically
 from vibecalc.core.results.layout import (
-    ENTRY_ERRORS,
     PROVENANCE,
     RESULT_SCHEMA_VERSION,
     TEXT_CHECKSUM,
@@ -136,16 +135,7 @@ class _Writer:
         """The attributes of a quantity and its axes, from position `first` on."""
         from h5py import h5ds
 
-        described = {
-            "units": quantity.unit,
-            "long_name": quantity.long_name,
-            "amplitude": quantity.amplitude,
-            "error_estimate": float(quantity.error_estimate),
-            ENTRY_ERRORS: quantity.errors,
-            "standard_error": quantity.standard_error,
-            "terms": quantity.terms or None,
-        }
-        self.attributes(dataset, described)
+        self.attributes(dataset, quantity.attributes)
         names = self.dimensions[quantity.path]
         for position, (axis, name) in enumerate(zip(quantity.axes, names, strict=True), first):
             h5ds.attach_scale(dataset, self.scale(quantity.path, axis, name), position)
@@ -190,8 +180,9 @@ class _Writer:
         if key not in self.scales:
             dataset = self.dataset(self.group(folder), name, np.asarray(axis.values))
             h5ds.set_scale(dataset, _encoded(axis.name))
-            about = {"units": axis.unit, "long_name": axis.long_name}
-            self.attributes(dataset, {**about, "run_samples": axis.run_samples or None})
+            self.attributes(dataset, {"units": axis.unit, "long_name": axis.long_name})
+            if axis.run_samples:
+                self.attribute(dataset, "run_samples", axis.run_samples)
             self.scales[key] = dataset
         elif place not in self.linked:
             shared = h5i.get_name(self.scales[key])
@@ -227,10 +218,9 @@ class _Writer:
         return stored, kind, kind
 
     def attributes(self, place: Any, given: Mapping[str, Any]) -> None:
-        """Attributes by their names; None is none."""
+        """Attributes by their names."""
         for name, value in given.items():
-            if value is not None:
-                self.attribute(place, name, value)
+            self.attribute(place, name, value)
 
     def attribute(self, place: Any, name: str, value: str | int | float | np.ndarray) -> None:
         """A text, a number or an array of numbers as an attribute."""
