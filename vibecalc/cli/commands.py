@@ -57,15 +57,10 @@ def accuracy(
 
     (loaded,) = load_checked([case], settings or (), unset or ())
     path = output or Path("outputs") / f"{loaded.name}.accuracy.h5"
-    measured = measure_case(
+    result = measure_case(
         loaded, stage or (), topic or (), longest=longest, progress=not asked.silent,
         threads=threads,
     )  # fmt: skip
-    _write_measured(measured, path)
-
-
-def _write_measured(result: "Result", path: Path) -> None:
-    """Write the file, the table and, with matplotlib, the picture; print what is asked for."""
     from vibecalc.cli.outputs import write_text
     from vibecalc.core.report.accuracy import accuracy_object, render_answer
     from vibecalc.core.report.defects import reporting
@@ -145,11 +140,16 @@ def run(
     full: bool = FULL,
 ) -> None:
     """Run cases: write outputs/<case>.h5 and outputs/<case>.txt and print a summary."""
-    from vibecalc.cli.outputs import result_paths, up_to_date, write_outputs
+    from vibecalc.cli.outputs import result_paths, write_outputs
+    from vibecalc.core.case.inputs import is_up_to_date
     from vibecalc.core.report.defects import reporting
 
     changes = (settings or (), unset or ())
-    kept = up_to_date(cases, output, *changes) if if_needed else {}
+    kept: dict[Path, Path] = {}
+    if if_needed:
+        targets = result_paths([case.stem for case in cases], output)
+        pairs = zip(cases, targets, strict=True)
+        kept = {case: path for case, path in pairs if is_up_to_date(path, case, *changes)}
     left = [case for case in cases if case not in kept]
     loaded = _load(left, *changes) if left else []
     names = [*(case.name for case in loaded), *(path.stem for path in kept)]

@@ -45,17 +45,6 @@ def result_paths(names: Sequence[str], output: str | None) -> list[Path]:
     return [target]
 
 
-def up_to_date(
-    cases: Sequence[Path], output: str | None, settings: Sequence[str], unset: Sequence[str]
-) -> dict[Path, Path]:
-    """The cases whose results, at these paths, a run would make as they are."""
-    from vibecalc.core.case.inputs import is_up_to_date
-
-    paths = result_paths([case.stem for case in cases], output)
-    pairs = zip(cases, paths, strict=True)
-    return {case: path for case, path in pairs if is_up_to_date(path, case, settings, unset)}
-
-
 def write_outputs(result: "Result", path: Path, made_from: str = "") -> list[Path]:
     """Write the result file, then the text report next to it.
 

@@ -1,16 +1,13 @@
 """The commands for sweeps: parse, call, print, exit code. Heavy imports stand inside them."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import typer
 
 from vibecalc.cli.completion import keys, names_of_keys
 from vibecalc.cli.saying import answer, asked, note, say, say_json
 from vibecalc.errors import EXIT_FINE, EXIT_POINTS_FAILED
-
-if TYPE_CHECKING:
-    from vibecalc.core.study.sweep.prepare import Options, PreparedSweep
 
 Texts = list[str] | None
 SETTINGS = typer.Option(
@@ -110,7 +107,15 @@ def sweep(
     )
     prepared = prepare(loaded, jobs or processors())
     if dry_run:
-        _forecast(prepared, options)
+        from vibecalc.core.report.sweep.text import forecast_object, render_forecast
+        from vibecalc.core.study.sweep.prepare import forecast, shard_chunks
+
+        chunks = len(shard_chunks(prepared.journal(target).chunks, part))
+        found = forecast(prepared, jobs)
+        answer(
+            lambda: forecast_object(prepared, found, chunks),
+            lambda: render_forecast(prepared, found, chunks, target),
+        )
         return
     from vibecalc.core.study.sweep.run import sweep as compute
 
@@ -137,18 +142,6 @@ def merge(
         note(f"no part has the points {missing_words(made.missing)}")
     _report(output, {**made.counts}, 0, 0.0, "")
     raise typer.Exit(EXIT_FINE if made.counts.keys() <= {DONE} else EXIT_POINTS_FAILED)
-
-
-def _forecast(prepared: "PreparedSweep", options: "Options") -> None:
-    from vibecalc.core.report.sweep.text import forecast_object, render_forecast
-    from vibecalc.core.study.sweep.prepare import forecast, shard_chunks
-
-    chunks = len(shard_chunks(prepared.journal(options.output).chunks, options.shard))
-    found = forecast(prepared, options.jobs)
-    answer(
-        lambda: forecast_object(prepared, found, chunks),
-        lambda: render_forecast(prepared, found, chunks, options.output),
-    )
 
 
 def _kept(output: Path) -> int:

@@ -325,8 +325,7 @@ class Quantity(np.lib.mixins.NDArrayOperatorsMixin):
 
     def _repr_html_(self) -> str:
         """Name, unit, axes and values in a notebook, in the unit that people read."""
-        html: str = named("vibecalc.core.report.notebook:quantity_html")(self)
-        return html
+        return str(named("vibecalc.core.report.notebook:quantity_html")(self))
 
     def to(self, unit: str) -> np.ndarray:
         """The values in another unit; UnitError if it has another dimension."""
@@ -336,13 +335,11 @@ class Quantity(np.lib.mixins.NDArrayOperatorsMixin):
 
     def to_xarray(self) -> "DataArray":
         """The values with coordinates; unit, amplitude and error stand in `attrs`."""
-        array: DataArray = named(f"{_LABELLED}:data_array")(self)
-        return array
+        return cast("DataArray", named(f"{_LABELLED}:data_array")(self))
 
     def to_pandas(self) -> "Series[Any]":
         """The values as a column, its index the axes; of one number, a column of one."""
-        column: Series[Any] = named(f"{_LABELLED}:series")(self)
-        return column
+        return cast("Series[Any]", named(f"{_LABELLED}:series")(self))
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -508,10 +505,8 @@ class Result(Mapping[str, Quantity]):
 
     def to_xarray(self) -> "DataTree":
         """All quantities as a tree of their paths, with coordinates."""
-        tree: DataTree = named(f"{_LABELLED}:data_tree")(self)
-        return tree
+        return cast("DataTree", named(f"{_LABELLED}:data_tree")(self))
 
     def to_pandas(self) -> "DataFrame":
         """A row for each quantity: unit, axes, value of one number, largest magnitude, error."""
-        table: DataFrame = named(f"{_LABELLED}:data_frame")(self)
-        return table
+        return cast("DataFrame", named(f"{_LABELLED}:data_frame")(self))
