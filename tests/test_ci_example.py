@@ -139,7 +139,7 @@ def test_the_pipeline_does_what_the_page_says(run: Run, tmp_path: Path) -> None:
 def test_the_page_names_what_there_is() -> None:
     page = PAGE.read_text(encoding="utf-8")
     keys = set(re.findall(r"^\| `(\w+)` \|", page, re.M))
-    assert keys == set(compare_rules._RULE_KEYS)
+    assert keys == set(compare_rules.KEYS)
     for kind in compare_rules.KINDS:
         assert f"`{kind}`" in page
     rules = compare_rules.read_rules(EXAMPLE / "rules.toml")

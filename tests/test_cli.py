@@ -113,6 +113,8 @@ def test_two_cases_of_one_name_are_refused(tmp_path: Path) -> None:
     assert outcome.code == 2
     assert "two cases are named 'generator'" in outcome.err
     assert not Path("outputs").exists()
+    outcome = command("run", GENERATOR, "-q", "-o", "result.json")
+    assert outcome.code == 2 and "ends in .h5" in outcome.err
 
 
 def test_set_changes_a_key_and_is_never_evaluated() -> None:
@@ -319,12 +321,6 @@ def test_starter_cases_pass_check_and_run(running: tuple[str, ...], tmp_path: Pa
     assert "generator" in outcome.err
 
 
-def test_a_file_name_that_is_no_result_is_refused() -> None:
-    outcome = command("run", GENERATOR, "-q", "-o", "result.json")
-    assert outcome.code == 2
-    assert "ends in .h5" in outcome.err
-
-
 @pytest.mark.parametrize("verb", ["report", "plot", "diff"])
 def test_a_damaged_or_foreign_result_is_said(verb: str, result: Path, tmp_path: Path) -> None:
     short = tmp_path / "short.h5"
@@ -377,17 +373,6 @@ def test_an_order_on_an_undamped_natural_frequency_exits_3(tmp_path: Path) -> No
     assert outcome.code == 3
     assert "order 1" in outcome.err and "mode 1" in outcome.err
     assert not Path("outputs").exists()
-
-
-def test_undamped_resonances_in_the_run_up_are_masked_and_unbounded(tmp_path: Path) -> None:
-    case = changed_case(tmp_path, ', damping = "50 N*s/m"', "")
-    outcome = command("run", str(case), "-q", "-o", "undamped.h5")
-    assert outcome.code == 0
-    with h5py.File("undamped.h5") as file:
-        assert file["isolation/lever_force/run_up_peak"][()] == float("inf")
-        assert list(file["isolation/masked/order"][()]) == [2, 1]
-    report = Path("undamped.txt").read_text(encoding="utf-8")
-    assert "unbounded" in report and "undamped resonance" in report
 
 
 def start(*arguments: str, **options: object) -> subprocess.Popen[str]:

@@ -20,7 +20,7 @@ from vibecalc.core.results.catalogue import OWNER
 from vibecalc.core.results.record import AT_START, Result
 from vibecalc.core.results.store import read_result
 from vibecalc.core.run.plan import Needs, StageNeeds, needs_of, plan_case
-from vibecalc.core.run.targets import entries_of
+from vibecalc.core.run.targets import KnownEntries
 from vibecalc.subjects import SUBJECTS
 
 GOLDEN = ROOT / "tests" / "golden"
@@ -82,7 +82,7 @@ FOUND_BY_RUNS = {
 def test_names_of_every_golden_result_are_those_known_before(name: str) -> None:
     case = case_of(table_of(name))
     assert case is not None
-    entries = entries_of(case)
+    entries = KnownEntries(case)
     for path, quantity in read_result(GOLDEN / f"{name}.h5").record.items():
         for axis in quantity.axes if path.removeprefix(AT_START) in OWNER else ():
             texts = [one for one in axis.values.tolist() if isinstance(one, str)]

@@ -23,7 +23,8 @@ def test_a_result_opens_in_plain_h5py(tmp_path: Path) -> None:
     with h5py.File(path, "r") as file:
         assert np.array_equal(file["isolation/run_up"][()], made.record["isolation/run_up"].values)
         assert file["isolation/speed"].attrs["units"] == "rad/s"
-    assert _is_as_written(path)  # the checksum of the texts is that of the finished file
+        # the checksum of the texts is that of the finished file
+        assert _is_as_written(file, path)
     assert set(read_result(path).record) == set(made.record)
 
 

@@ -28,7 +28,7 @@ def test_every_entry_is_found_by_its_labels(mount: int, direction: int, order: i
 
 
 def test_axes_left_free_keep_their_place_and_labels() -> None:
-    values, labels, _ = select(FORCE, {"direction": "z"})
+    values, labels, *_ = select(FORCE, {"direction": "z"})
     assert np.array_equal(values, FORCE.values[:, 2, :])
     assert len(labels) == values.size
     assert labels[0] == "mount=left front, direction=z, order=1"

@@ -80,33 +80,7 @@ def results(draw: Any) -> Result:
 
 
 def assert_same(one: Result, other: Result) -> None:
-    for field in ("name", "case", "case_toml", "case_toml_resolved", "case_sha256", "version"):
-        assert getattr(one, field) == getattr(other, field)
-    assert one.plan == other.plan
-    assert dict(one.provenance) == dict(other.provenance)
-    assert dict(one.timings) == dict(other.timings)
-    assert one.record.warnings == other.record.warnings
-    assert one.record.methods == other.record.methods
-    assert list(one.record) == list(other.record)
-    for path, left in one.record.items():
-        right = other.record[path]
-        for field in ("unit", "long_name", "amplitude", "error_estimate", "standard_error"):
-            assert getattr(left, field) == getattr(right, field), f"{path}: {field}"
-        assert_same_array(left.values, right.values)
-        for before, after in zip(left.axes, right.axes, strict=True):
-            assert (before.name, before.unit, before.long_name) == (
-                after.name, after.unit, after.long_name,
-            )  # fmt: skip
-            assert_same_array(before.values, after.values)
-
-
-def assert_same_array(left: np.ndarray, right: np.ndarray) -> None:
-    assert left.shape == right.shape
-    if left.dtype.kind == "U":
-        assert left.tolist() == right.tolist()
-    else:
-        assert left.dtype == right.dtype
-        assert left.tobytes() == right.tobytes()
+    assert one == other and file_image(one) == file_image(other)
 
 
 @settings(max_examples=10, deadline=None, suppress_health_check=list(HealthCheck))

@@ -99,64 +99,26 @@ SPEED = {"machine.speed": "4900 rmp"}
 @pytest.mark.parametrize(
     ("call", "kind", "said"),
     [
-        (lambda: vibecalc.run("none.toml"), vibecalc.CaseError, "none.toml does not exist"),
-        (lambda: vibecalc.run({}), vibecalc.CaseError, "missing key 'title'"),
-        (lambda: vibecalc.run(GENERATOR, set=SPEED), vibecalc.CaseError, "speed: unknown unit"),
-        (
-            lambda: vibecalc.check(GENERATOR, set={"speed": 3}),
-            vibecalc.CaseError,
-            "unknown key 'speed'",
-        ),
-        (
-            lambda: vibecalc.run(GENERATOR, set={"machine.speed": None}),
-            vibecalc.CaseError,
-            "cannot",
-        ),
-        (lambda: vibecalc.run(GENERATOR, unset="x.y"), vibecalc.UsageError, "the case has no key"),
-        (lambda: vibecalc.sweep(GENERATOR, "s.h5"), vibecalc.UsageError, "not what to vary"),
-        (
-            lambda: vibecalc.sweep(GENERATOR, "s.txt", grid={"machine.speed": [300, 400]}),
-            vibecalc.UsageError,
-            "a result file ends in .h5",
-        ),
-        (
-            lambda: vibecalc.sweep(GENERATOR, "s.h5", grid={"machine.speed": [3, 4]}, jobs=0),
-            vibecalc.UsageError,
-            "one process or more, found jobs=0",
-        ),
-        (
-            lambda: vibecalc.accuracy(GENERATOR, stages="torsion"),
-            vibecalc.UsageError,
-            "no stage 'torsion'",
-        ),
-        (
-            lambda: vibecalc.accuracy(GENERATOR, longest=0.0),
-            vibecalc.UsageError,
-            "a number of seconds above 0",
-        ),
-        (lambda: vibecalc.read("none.h5"), vibecalc.ResultError, "there is no result file"),
-        (lambda: vibecalc.write(optimum(), "x.txt"), vibecalc.UsageError, "ends in .h5"),
-        (lambda: vibecalc.report("none.h5"), vibecalc.ResultError, "there is no result file"),
-        (lambda: vibecalc.plot(optimum(), formats="bmp"), vibecalc.UsageError, "found 'bmp'"),
-        (lambda: vibecalc.plot(optimum(), only="x"), vibecalc.UsageError, "no picture of this"),
-        (lambda: vibecalc.diff("a.h5", "b.h5"), vibecalc.ResultError, "there is no result file"),
-        (lambda: optimum()["isolation/pitch"], vibecalc.MissingQuantity, "is a group"),
-        (
-            lambda: optimum()["isolation/pitch/inertia"].to("kg"),
-            vibecalc.UnitError,
-            "wrong dimension",
-        ),
-        (
-            lambda: vibecalc.run(CASES["roll"], set={"response.roll.stored_energy": "x"}),
-            vibecalc.CaseError,
-            "unknown key",
-        ),
+        (lambda: vibecalc.run("none.toml"), "CaseError", "none.toml does not exist"),
+        (lambda: vibecalc.run({}), "CaseError", "missing key 'title'"),
+        (lambda: vibecalc.run(GENERATOR, set=SPEED), "CaseError", "speed: unknown unit"),
+        (lambda: vibecalc.check(GENERATOR, set={"speed": 3}), "CaseError", "unknown key 'speed'"),
+        (lambda: vibecalc.run(GENERATOR, unset="x.y"), "UsageError", "the case has no key"),
+        (lambda: vibecalc.sweep(GENERATOR, "s.h5"), "UsageError", "not what to vary"),
+        (lambda: vibecalc.accuracy(GENERATOR, stages="x"), "UsageError", "no stage 'x'"),
+        (lambda: vibecalc.accuracy(GENERATOR, longest=0.0), "UsageError", "seconds above 0"),
+        (lambda: vibecalc.write(optimum(), "x.txt"), "UsageError", "ends in .h5"),
+        (lambda: vibecalc.report("none.h5"), "ResultError", "there is no result file"),
+        (lambda: vibecalc.plot(optimum(), formats="bmp"), "UsageError", "found 'bmp'"),
+        (lambda: vibecalc.plot(optimum(), only="x"), "UsageError", "no picture of this"),
+        (lambda: optimum()["isolation/pitch"], "MissingQuantity", "is a group"),
+        (lambda: optimum()["isolation/pitch/inertia"].to("kg"), "UnitError", "wrong dimension"),
     ],
 )
-def test_what_is_wrong_is_said_in_a_list(call: Any, kind: type[Exception], said: str) -> None:
+def test_what_is_wrong_is_said_in_a_list(call: Any, kind: str, said: str) -> None:
     with pytest.raises(vibecalc.VibecalcError) as caught:
         call()
-    assert type(caught.value) is kind and said in str(caught.value)
+    assert type(caught.value).__name__ == kind and said in str(caught.value)
     problems = caught.value.problems
     assert problems and all(one.message for one in problems)
     assert not problems[0].place or problems[0].file
@@ -237,12 +199,9 @@ loose: Any = vibecalc
     ("call", "said"),
     [
         (lambda: loose.run(None), "needs its file, or its tables as a dict; found None"),
-        (lambda: loose.check([GENERATOR]), "found [PosixPath"),
         (lambda: loose.run(optimum()), "run(result.case)"),
-        (lambda: loose.run(GENERATOR, set=["machine.speed=3"]), "set: needs keys with"),
         (lambda: loose.run(GENERATOR, set={1: 3}), "set: needs keys with their values"),
         (lambda: loose.run(GENERATOR, unset=3), "needs a text, or a list of texts; found 3"),
-        (lambda: loose.run(GENERATOR, unset=[3]), "needs a text, or a list of texts"),
         (lambda: loose.sweep(GENERATOR, "s.h5", grid=["machine.speed=1:2:3"]), "grid: needs"),
         (
             lambda: loose.sweep(GENERATOR, "s.h5", grid={"machine.speed": 300}),
@@ -257,9 +216,7 @@ loose: Any = vibecalc
         (lambda: loose.read(optimum()), "needs the name of a result file; found <vibecalc"),
         (lambda: loose.write("x.h5", "y.h5"), "what is written: needs a result; found 'x.h5'"),
         (lambda: loose.report({}), "needs the name of a result file, or a result; found {}"),
-        (lambda: loose.plot(None), "needs the name of a result file, or a result; found None"),
         (lambda: loose.plot(optimum(), dpi="x"), "dpi: needs a number; found 'x', a str"),
-        (lambda: loose.diff(optimum(), None), "needs the name of a result file, or a result"),
         (lambda: loose.diff(optimum(), optimum(), rules={}), "needs the name of a file of rul"),
     ],
 )  # fmt: skip
@@ -427,7 +384,7 @@ def one_hertz(result: vibecalc.Result) -> Any:
 def test_verify_and_parts_of_a_sweep_are_as_on_the_command_line() -> None:
     verdicts = vibecalc.verify(GENERATOR)
     said = command("verify", str(GENERATOR))
-    assert verdicts.kept and not verdicts.misses and str(verdicts) == said.out.removesuffix("\n")
+    assert verdicts.kept and not verdicts.misses and str(verdicts) == said.out
     missed = vibecalc.verify(GENERATOR, set={"limit[0].max": "1 mN"})
     assert not missed.kept and missed.misses == 1 and "1 missed" in repr(missed)
     axes = {SPEED_KEY: "2000 rpm:4900 rpm:4", "machine.mounts.each.damping": [10, 20, 30, 40]}

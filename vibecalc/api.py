@@ -377,9 +377,7 @@ def _axis(key: str, values: Any, option: str) -> dict[str, Any]:
         from vibecalc.core.study.sweep.prepare import axis_table
 
         return axis_table(f"{key}={values}", option)
-    if not isinstance(values, Iterable):
-        raise _misfit(f"the axis {key}", values, "a list of values, or a text `start:stop:n`")
-    listed = _value(key, values)
+    listed = _value(key, values) if isinstance(values, Iterable) else None
     if not isinstance(listed, list):
         raise _misfit(f"the axis {key}", values, "a list of values, or a text `start:stop:n`")
     return {"key": key, "values": listed}

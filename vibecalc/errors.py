@@ -52,7 +52,7 @@ def listing(check: Callable[[Any], Iterator[Problem]]) -> Callable[[Any], list[P
     return wraps(check)(lambda case: list(check(case)))
 
 
-def _dotted(path: KeyPath) -> str:
+def dotted(path: KeyPath) -> str:
     """`machine.crank_train.cylinders[0].position`, as `--set` takes it."""
     text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
     return text.removeprefix(".")
@@ -70,16 +70,13 @@ class VibecalcError(Exception):
 
     def as_object(self) -> dict[str, object]:
         """What `--json` prints of it: message, exit code, and each problem of a case."""
+        shown = ("place", "message", "found", "allowed", "hint")
         problems = [
             {
-                "key": _dotted(problem.path),
-                "place": problem.place,
+                "key": dotted(problem.path),
                 "file": problem.file or None,
                 "line": problem.line or None,
-                "message": problem.message,
-                "found": problem.found,
-                "allowed": problem.allowed,
-                "hint": problem.hint,
+                **{name: getattr(problem, name) for name in shown},
             }
             for problem in self.problems
         ]
@@ -107,14 +104,7 @@ class UnitError(UsageError, ValueError):
     @property
     def problems(self) -> tuple[Problem, ...]:
         """The same in parts."""
-        parts = Problem(
-            path=(),
-            message=self.message,
-            found=self.found,
-            allowed=self.allowed,
-            hint=self.hint,
-        )
-        return (parts,)
+        return (Problem((), self.message, self.found, self.allowed, self.hint),)
 
 
 class CaseError(UsageError):

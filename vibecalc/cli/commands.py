@@ -1,15 +1,15 @@
 """The command line: parse, call, print, exit code. Heavy imports stand inside the commands."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from vibecalc.cli.completion import beginnings, completion, names_of_pictures
 from vibecalc.cli.help_page import Command, Group
 from vibecalc.cli.results import EXCHANGE, export, get, info
-from vibecalc.cli.saying import asked, note, say, say_json, say_written, spoken
-from vibecalc.cli.sweep import Settings, Unset, merge, sweep
+from vibecalc.cli.saying import answer, asked, note, say, say_json, say_written, spoken
+from vibecalc.cli.sweep import SETTINGS, UNSET, Texts, merge, sweep
 from vibecalc.core.results.visible import put
 from vibecalc.errors import (
     EXIT_BUG,
@@ -27,31 +27,23 @@ if TYPE_CHECKING:
     from vibecalc.core.case.load import LoadedCase
     from vibecalc.core.results.record import Result
 
-# ----------------------------------------------------------------------------
-# The command `accuracy`: parse, call, print, exit code. Heavy imports stand inside it.
-# ----------------------------------------------------------------------------
-
 
 def accuracy(
-    case: Annotated[Path, typer.Argument(metavar="CASE", help="Case file (TOML).")],
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="File; default: outputs/<case>.accuracy.h5."),
-    ] = None,
-    stage: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME", help="Only this stage; may be repeated."),
-    ] = None,
-    topic: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME", help="Only this topic of it; may be repeated."),
-    ] = None,
-    longest: Annotated[
-        float,
-        typer.Option(metavar="S", help="Seconds for the whole case, shared between its questions."),
-    ] = 30.0,
-    settings: Settings = None,
-    unset: Unset = None,
+    case: Path = typer.Argument(metavar="CASE", help="Case file (TOML)."),
+    output: Path | None = typer.Option(
+        None, "--output", "-o", help="File; default: outputs/<case>.accuracy.h5."
+    ),
+    stage: list[str] | None = typer.Option(
+        None, metavar="NAME", help="Only this stage; may be repeated."
+    ),
+    topic: list[str] | None = typer.Option(
+        None, metavar="NAME", help="Only this topic of it; may be repeated."
+    ),
+    longest: float = typer.Option(
+        30.0, metavar="S", help="Seconds for the whole case, shared between its questions."
+    ),
+    settings: Texts = SETTINGS,
+    unset: Texts = UNSET,
 ) -> None:
     """Measure every method of a case: seconds against error over a series of settings."""
     from vibecalc.cli.outputs import check_suffix
@@ -65,45 +57,31 @@ def accuracy(
 
     (loaded,) = load_checked([case], settings or (), unset or ())
     path = output or Path("outputs") / f"{loaded.name}.accuracy.h5"
-    measured = measure_case(
+    result = measure_case(
         loaded, stage or (), topic or (), longest=longest, progress=not asked.silent,
         threads=threads,
     )  # fmt: skip
-    _write_measured(measured, path)
-
-
-def _write_measured(result: "Result", path: Path) -> None:
-    """Write the file, the table and, with matplotlib, the picture; print what is asked for."""
     from vibecalc.cli.outputs import write_text
-    from vibecalc.core.report.accuracy import render_answer
-    from vibecalc.core.report.defects import as_defect, defects
+    from vibecalc.core.report.accuracy import accuracy_object, render_answer
+    from vibecalc.core.report.defects import reporting
     from vibecalc.core.report.plots import draw_file
     from vibecalc.core.report.sweep.text import report_file
     from vibecalc.core.results.store import write_result
 
     write_result(result, path)
-    written = [path]
-    with defects("the report") as met:
-        write_text(report_file(result), path.with_suffix(".txt"))
-        written.append(path.with_suffix(".txt"))
+    written = [path, path.with_suffix(".txt")]
+    with reporting("the report", path):
+        write_text(report_file(result), written[1])
         try:
             written += draw_file(path, path.parent)
         except UsageError as error:
             note(f"no picture: {error}")
-        if asked.json:
-            from vibecalc.core.report.accuracy import accuracy_object
+        names = " and ".join(one.name for one in written[1:])
+        answer(
+            lambda: accuracy_object(result, path) | {"written": [str(one) for one in written]},
+            lambda: f"{render_answer(result)}wrote {path}, {names}",
+        )
 
-            say_json(accuracy_object(result, path) | {"written": [str(one) for one in written]})
-        else:
-            say(render_answer(result), nl=False)
-            say(f"wrote {path}, {' and '.join(one.name for one in written[1:])}")
-    if met:
-        raise as_defect(met, path)
-
-
-# ----------------------------------------------------------------------------
-# The command line: parse, call, print, exit code. Heavy imports stand inside the commands.
-# ----------------------------------------------------------------------------
 
 HELP = "Vibration of machines with pistons: a TOML case in, an HDF5 result and a report out."
 
@@ -117,16 +95,10 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-Cases = Annotated[list[Path], typer.Argument(metavar="CASE", help="Case files (TOML).")]
-Results = Annotated[list[Path], typer.Argument(metavar="RESULT", help="Result files (HDF5).")]
-Full = Annotated[bool, typer.Option("--full", help="With --json: print the arrays, too.")]
-Output = Annotated[
-    Path | None, typer.Option("--output", "-o", help="New file to write, instead of stdout.")
-]
-Force = Annotated[bool, typer.Option("--force", help="Write over files that exist.")]
-Folder = Annotated[
-    Path | None, typer.Option("--output", "-o", help="Folder for the pictures; made if missing.")
-]
+CASES = typer.Argument(metavar="CASE", help="Case files (TOML).")
+RESULTS = typer.Argument(metavar="RESULT", help="Result files (HDF5).")
+FULL = typer.Option(False, "--full", help="With --json: print the arrays, too.")
+FORCE = typer.Option(False, "--force", help="Write over files that exist.")
 
 
 def _show_version(asked: bool) -> None:
@@ -139,10 +111,9 @@ def _show_version(asked: bool) -> None:
 
 @app.callback()
 def _options(
-    version: Annotated[
-        bool,
-        typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
-    ] = False,
+    version: bool = typer.Option(
+        False, "--version", callback=_show_version, is_eager=True, help="Show the version."
+    ),
 ) -> None:
     pass
 
@@ -155,27 +126,30 @@ def command(function: "Callable[..., None]") -> "Callable[..., None]":
 
 @command
 def run(
-    cases: Cases,
-    output: Annotated[
-        str | None,
-        typer.Option("--output", "-o", help="File, or folder when it exists or ends with '/'."),
-    ] = None,
-    settings: Settings = None,
-    unset: Unset = None,
-    if_needed: Annotated[
-        bool,
-        typer.Option(
-            "--if-needed", help="Skip results that are up to date: case, files, settings, versions."
-        ),
-    ] = False,
-    full: Full = False,
+    cases: list[Path] = CASES,
+    output: str | None = typer.Option(
+        None, "--output", "-o", help="File, or folder when it exists or ends with '/'."
+    ),
+    settings: Texts = SETTINGS,
+    unset: Texts = UNSET,
+    if_needed: bool = typer.Option(
+        False,
+        "--if-needed",
+        help="Skip results that are up to date: case, files, settings, versions.",
+    ),
+    full: bool = FULL,
 ) -> None:
     """Run cases: write outputs/<case>.h5 and outputs/<case>.txt and print a summary."""
-    from vibecalc.cli.outputs import result_paths, up_to_date, write_outputs
-    from vibecalc.core.report.defects import as_defect, defects
+    from vibecalc.cli.outputs import result_paths, write_outputs
+    from vibecalc.core.case.inputs import is_up_to_date
+    from vibecalc.core.report.defects import reporting
 
     changes = (settings or (), unset or ())
-    kept = up_to_date(cases, output, *changes) if if_needed else {}
+    kept: dict[Path, Path] = {}
+    if if_needed:
+        targets = result_paths([case.stem for case in cases], output)
+        pairs = zip(cases, targets, strict=True)
+        kept = {case: path for case, path in pairs if is_up_to_date(path, case, *changes)}
     left = [case for case in cases if case not in kept]
     loaded = _load(left, *changes) if left else []
     names = [*(case.name for case in loaded), *(path.stem for path in kept)]
@@ -183,45 +157,39 @@ def run(
     objects: list[dict[str, Any]] = []
     for path in kept.values():
         if asked.json:
-            from vibecalc.core.report.text import as_json
             from vibecalc.core.results.store import read_result
 
-            objects.append(as_json(read_result(path), path, full=full) | {"written": []})
+            objects.append(_object(read_result(path), path, full) | {"written": []})
         say(f"{path} is up to date")
 
-    def run_one(case: "LoadedCase") -> str:
+    def run_one(case: "LoadedCase") -> Done:
         result, path = _execute(case), paths[case.name]
-        failed = result.record.failure
+        failed, told = result.record.failure, {}
         written = write_outputs(result, path, "" if failed else case.inputs)  # tried again
-        with defects("the summary") as met:
+        with reporting("the summary", path):
             if asked.json:
-                from vibecalc.core.report.text import as_json
-
                 files = {"written": [str(one) for one in written]}
-                objects.append(as_json(result, path, full=full) | files)
+                told = _object(result, path, full) | files
             elif not asked.quiet:
                 from vibecalc.core.report.terminal import print_summary
 
                 print_summary(result, path)
-        if met:
-            raise as_defect(met, path)
-        return failed
+        return told, failed
 
     raise typer.Exit(_for_each(loaded, run_one, objects))
 
 
 @command
 def check(
-    cases: Cases,
-    settings: Settings = None,
-    unset: Unset = None,
-    depfile: Annotated[
-        Path | None,
-        typer.Option(metavar="NAME.d", help="Write for make: which files NAME is made from."),
-    ] = None,
+    cases: list[Path] = CASES,
+    settings: Texts = SETTINGS,
+    unset: Texts = UNSET,
+    depfile: Path | None = typer.Option(
+        None, metavar="NAME.d", help="Write for make: which files NAME is made from."
+    ),
 ) -> None:
     """Validate cases and show what a run would do and why. Nothing is computed."""
-    from vibecalc.core.report.check import check_rows
+    from vibecalc.core.report.check import check_rows, plan_object, render_plan
 
     if depfile is not None and (len(cases) > 1 or depfile.suffix != ".d"):
         raise UsageError(
@@ -238,122 +206,109 @@ def check(
         if not case.inputs:
             raise UsageError(f"--depfile needs a case that is a file, not {case.path}")
         write_text(dependencies(depfile.with_suffix(""), case.path, case.inputs), depfile)
-    if asked.json:
-        from vibecalc.core.report.check import plan_object
-
-        say_json([plan_object(case, rows, total) for case, rows, total in plans])
-        return
-    from vibecalc.core.report.check import render_plan
-
-    shown = (render_plan(str(case.path), case.case, rows, total) for case, rows, total in plans)
-    say("\n\n".join(shown))
+    answer(
+        lambda: [plan_object(*plan) for plan in plans],
+        lambda: "\n\n".join(
+            render_plan(str(case.path), case.case, rows, total) for case, rows, total in plans
+        ),
+    )
 
 
 @command
 def verify(
-    cases: Cases,
-    settings: Settings = None,
-    unset: Unset = None,
-    full: Full = False,
+    cases: list[Path] = CASES,
+    settings: Texts = SETTINGS,
+    unset: Texts = UNSET,
+    full: bool = FULL,
 ) -> None:
     """Run cases, exit 1 if a counted reference or limit is missed or undecided; no files."""
+    from vibecalc.core.report.text import render_verdicts
     from vibecalc.core.report.verdicts import counted_misses
 
-    objects: list[dict[str, Any]] = []
-    misses: list[int] = []
-    loaded = _load(cases, settings, unset)
+    codes: list[int] = []
 
-    def verify_one(case: "LoadedCase") -> str:
+    def verify_one(case: "LoadedCase") -> Done:
         result = _execute(case)
-        misses.append(counted_misses(result))
-        if asked.json:
-            from vibecalc.core.report.text import as_json
+        codes.append(EXIT_DIFFERS if counted_misses(result) else EXIT_FINE)
+        say(render_verdicts(result))
+        told = _object(result, None, full) | {"exit_code": codes[-1]} if asked.json else {}
+        return told, result.record.failure
 
-            objects.append(as_json(result, None, full=full))
-        else:
-            from vibecalc.core.report.text import render_verdicts
-
-            say(render_verdicts(result))
-        missed = EXIT_DIFFERS if misses[-1] else EXIT_FINE
-        if asked.json:
-            objects[-1]["exit_code"] = missed
-        return result.record.failure
-
-    worst = _for_each(loaded, verify_one, objects)
-    raise typer.Exit(max(worst, EXIT_DIFFERS if any(misses) else EXIT_FINE))
+    worst = _for_each(_load(cases, settings, unset), verify_one, [])
+    raise typer.Exit(max([worst, *codes]))
 
 
 @command
 def report(
-    results: Results,
-    full: Annotated[bool, typer.Option("--full", help="List every quantity.")] = False,
-    html: Annotated[
-        bool, typer.Option("--html", help="Write a page with pictures next to each file.")
-    ] = False,
+    results: list[Path] = RESULTS,
+    full: bool = typer.Option(False, "--full", help="List every quantity."),
+    html: bool = typer.Option(
+        False, "--html", help="Write a page with pictures next to each file."
+    ),
 ) -> None:
     """Print the text report of result files; nothing is recomputed."""
-    if html:
-        from vibecalc.cli.outputs import write_text
-        from vibecalc.core.report.page import html_page
+    from vibecalc.core.report.sweep.text import file_object, report_file
 
-        def write_page(path: Path) -> None:
+    told: list[Any] = []
+
+    def show(path: Path) -> None:
+        if html:
+            from vibecalc.cli.outputs import write_text
+            from vibecalc.core.report.page import html_page
+
             page = path.with_suffix(".html")
             write_text(html_page(path, full=full), page)
-            written.append(str(page))
+            told.append(str(page))
             say(str(page))
+        elif asked.json:
+            told.append(file_object(path, full=full))
+        else:
+            say(report_file(path, full=full))
 
-        written: list[str] = []
-        failed = _each_result(results, write_page)
-        if asked.json:
-            say_json({"written": written})
-    elif asked.json:
-        from vibecalc.core.report.sweep.text import file_object
-
-        objects: list[dict[str, Any]] = []
-        failed = _each_result(results, lambda path: objects.append(file_object(path, full=full)))
-        say_json(objects)
-    else:
-        from vibecalc.core.report.sweep.text import report_file
-
-        failed = _each_result(results, lambda path: say(report_file(path, full=full), nl=False))
-    if failed:
-        raise typer.Exit(failed)
+    _each_result(results, show, lambda: {"written": told} if html else told)
 
 
-def _each_result(results: "Sequence[Path]", work: "Callable[[Path], None]") -> int:
-    """Words or pictures of every result; what fails by a fault of ours stops none of the others."""
-    from vibecalc.core.report.defects import as_defect, defects
+def _each_result(
+    results: "Sequence[Path]", work: "Callable[[Path], None]", told: "Callable[[], object]"
+) -> None:
+    """Words or pictures of every result; what fails by a fault of ours stops none of the others.
+
+    `told` is the object of `--json` in the end.
+    """
+    from vibecalc.core.report.defects import reporting
 
     worst = EXIT_FINE
     for path in results:
-        with defects("the whole") as met:
-            work(path)
-        if met:
-            note(f"error: {as_defect(met, path)}")
+        try:
+            with reporting("the whole", path):
+                work(path)
+        except Defect as defect:
+            note(f"error: {defect}")
             worst = EXIT_BUG
-    return worst
+    if asked.json:
+        say_json(told())
+    if worst:
+        raise typer.Exit(worst)
 
 
 @command
 def diff(
-    reference: Annotated[
-        Path, typer.Argument(metavar="REFERENCE", help="Golden result file, or folder of them.")
-    ],
-    candidates: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="RESULT",
-            help="Files, or folders, held against it or the golden file of a name.",
-        ),
-    ],
-    rules: Annotated[Path | None, typer.Option(help="Tolerances per quantity (TOML).")] = None,
-    junit: Annotated[Path | None, typer.Option(help="Also write a JUnit XML file.")] = None,
-    partial: Annotated[
-        bool, typer.Option("--partial", help="Golden files of other results are not missed.")
-    ] = False,
-    accept: Annotated[
-        bool, typer.Option("--accept", help="Make the candidate's numbers the golden ones.")
-    ] = False,
+    reference: Path = typer.Argument(
+        metavar="REFERENCE", help="Golden result file, or folder of them."
+    ),
+    candidates: list[Path] = typer.Argument(
+        ...,
+        metavar="RESULT",
+        help="Files, or folders, held against it or the golden file of a name.",
+    ),
+    rules: Path | None = typer.Option(None, help="Tolerances per quantity (TOML)."),
+    junit: Path | None = typer.Option(None, help="Also write a JUnit XML file."),
+    partial: bool = typer.Option(
+        False, "--partial", help="Golden files of other results are not missed."
+    ),
+    accept: bool = typer.Option(
+        False, "--accept", help="Make the candidate's numbers the golden ones."
+    ),
 ) -> None:
     """Compare results with tolerances that know physics: exit 0 same, 1 differ, 2 unusable."""
     from vibecalc.core.results.compare import file_pairs
@@ -376,59 +331,50 @@ def diff(
         if asked.json:
             say_json({"written": made})
         return
+    from vibecalc.cli.outputs import write_text
     from vibecalc.core.report.differences import differences_object, render_files, render_junit
-    from vibecalc.core.results.compare import compare_files
     from vibecalc.core.results.compare_rules import Rules, read_rules
 
+    error = None
     try:
         tolerances = Rules() if rules is None else read_rules(rules)
-        compared = compare_files(pairs, tolerances)
-    except UsageError as error:  # of the rules: nothing is compared
-        if junit is not None:
-            _write_junit(render_junit([pair.refused(str(error)) for pair in pairs]), junit)
-        raise
+        compared = [pair.compared(tolerances) for pair in pairs]
+    except UsageError as met:  # of the rules: nothing is compared
+        error, compared = met, [pair.refused(str(met)) for pair in pairs]
     if junit is not None:
-        _write_junit(render_junit(compared), junit)
+        write_text(render_junit(compared), junit)
+    if error is not None:
+        raise error
     unused = [] if partial else tolerances.unused(path for one in compared for path in one.paths)
     for pattern in unused:
         note(f"warning: the rule for {pattern!r} in {rules} fits no quantity")
     for one in compared:
         if one.problem:
             note(f"error: {one.problem}")
-    if asked.json:
-        say_json(differences_object(compared, unused))
-    else:
-        say(render_files(compared, by_name=reference.is_dir()), nl=False)
+    answer(
+        lambda: differences_object(compared, unused),
+        lambda: render_files(compared, by_name=reference.is_dir()),
+    )
     raise typer.Exit(max(one.exit_code for one in compared))
-
-
-def _write_junit(text: str, path: Path) -> None:
-    from vibecalc.cli.outputs import write_text
-
-    write_text(text, path)
 
 
 @command
 def plot(
-    results: Results,
-    output: Folder = None,
-    formats: Annotated[
-        str, typer.Option("--format", metavar="NAMES", help="svg, pdf, png, by commas.")
-    ] = "png",
-    dpi: Annotated[
-        int | None, typer.Option(metavar="N", help="Dots in an inch of a png, 50 to 1200.")
-    ] = None,
-    only: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help="Only these pictures, by commas or repeated.",
-            autocompletion=names_of_pictures,
-        ),
-    ] = None,
-    no_title: Annotated[
-        bool, typer.Option("--no-title", help="Leave out the title of the figures.")
-    ] = False,
+    results: list[Path] = RESULTS,
+    output: Path | None = typer.Option(
+        None, "--output", "-o", help="Folder for the pictures; made if missing."
+    ),
+    formats: str = typer.Option(
+        "png", "--format", metavar="NAMES", help="svg, pdf, png, by commas."
+    ),
+    dpi: int | None = typer.Option(None, metavar="N", help="Dots in an inch of a png, 50 to 1200."),
+    only: list[str] | None = typer.Option(
+        None,
+        metavar="NAME",
+        help="Only these pictures, by commas or repeated.",
+        autocompletion=names_of_pictures,
+    ),
+    no_title: bool = typer.Option(False, "--no-title", help="Leave out the title of the figures."),
 ) -> None:
     """Draw the pictures of result files next to them, or into a folder, 160 mm wide."""
     from vibecalc.core.report.defects import failed_parts
@@ -446,36 +392,27 @@ def plot(
         if not pictures and not failed_parts():
             note(f"{path}: nothing to draw, it holds no curve or map")
 
-    failed = _each_result(results, draw)
-    if asked.json:
-        say_json({"written": [str(picture) for picture in drawn]})
-    if failed:
-        raise typer.Exit(failed)
+    _each_result(results, draw, lambda: {"written": [str(picture) for picture in drawn]})
 
 
 @command
 def new(
-    scene: Annotated[
-        str,
-        typer.Argument(
-            metavar="NAME", help="Kind of scene; `list` names them.", autocompletion=beginnings
-        ),
-    ] = "list",
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="File to write; of an example, it or a folder."),
-    ] = None,
-    example: Annotated[
-        bool, typer.Option("--example", help="Copy a shipped case of this NAME and its files.")
-    ] = False,
-    assembly: Annotated[
-        Path | None,
-        typer.Option("--from", metavar="JSON", help="Instead: the line of an openTorsion file."),
-    ] = None,
-    force: Force = False,
-    schema: Annotated[
-        bool, typer.Option("--schema", help="With -o: also the JSON schema that editors read.")
-    ] = False,
+    scene: str = typer.Argument(
+        "list", metavar="NAME", help="Kind of scene; `list` names them.", autocompletion=beginnings
+    ),
+    output: Path | None = typer.Option(
+        None, "--output", "-o", help="File to write; of an example, it or a folder."
+    ),
+    example: bool = typer.Option(
+        False, "--example", help="Copy a shipped case of this NAME and its files."
+    ),
+    assembly: Path | None = typer.Option(
+        None, "--from", metavar="JSON", help="Instead: the line of an openTorsion file."
+    ),
+    force: bool = FORCE,
+    schema: bool = typer.Option(
+        False, "--schema", help="With -o: also the JSON schema that editors read."
+    ),
 ) -> None:
     """Write a commented starter case to stdout or to a file, or a shipped case with its files."""
     from vibecalc.cli import starters
@@ -492,25 +429,14 @@ def new(
     elif example:
         if schema:
             raise UsageError("--schema goes with a starter; `vibecalc schema -o FOLDER` writes one")
-        if scene == "list":
-            if asked.json:
-                say_json(starters.examples())
-            say(starters.example_table())
-            return
-        copied = starters.files_of_example(scene)
-        file = output is not None and output.suffix == ".toml"
-        folder = output.parent if output and file else output or Path()
-        files = {folder / name: data for name, data in copied.items()}
-        if output and file:  # the case comes first
-            files = {output: files.pop(next(iter(files)))} | files
-        _write_new(files, force)
-        say_written(*files)
+        _example(scene, output, force)
         return
     elif scene == "list":
-        if asked.json:
-            say_json(starters.scenes())
-        for name, about in starters.scenes().items():
-            say(f"{name:<13}  {about}")
+        scenes = starters.scenes()
+        answer(
+            lambda: scenes,
+            lambda: "\n".join(f"{name:<13}  {about}" for name, about in scenes.items()),
+        )
         return
     else:
         text = starters.starter(scene)
@@ -524,16 +450,30 @@ def new(
         _write_text(text, output, force)
 
 
+def _example(name: str, output: Path | None, force: bool) -> None:
+    """A shipped case with its files, into a folder or with a name of its own; or the list."""
+    from vibecalc.cli import starters
+
+    if name == "list":
+        answer(starters.examples, starters.example_table)
+        return
+    copied = starters.files_of_example(name)
+    own = output if output is not None and output.suffix == ".toml" else None
+    folder = own.parent if own else output or Path()
+    files = {folder / name: data for name, data in copied.items()}
+    if own:  # the case comes first
+        files = {own: files.pop(next(iter(files)))} | files
+    _write_new(files, force)
+    say_written(*files)
+
+
 @command
 def schema(
-    kind: Annotated[
-        str, typer.Option(metavar="KIND", help="Of cases of one kind of machine alone.")
-    ] = "",
-    output: Annotated[
-        str | None,
-        typer.Option("--output", "-o", help="New file, or folder when it exists or ends with '/'."),
-    ] = None,
-    force: Force = False,
+    kind: str = typer.Option("", metavar="KIND", help="Of cases of one kind of machine alone."),
+    output: str | None = typer.Option(
+        None, "--output", "-o", help="New file, or folder when it exists or ends with '/'."
+    ),
+    force: bool = FORCE,
 ) -> None:
     """Print the JSON schema of case files, for editors."""
     from vibecalc.cli.editors import schema_text, write_schema
@@ -548,10 +488,9 @@ def schema(
 
 def help_(
     ctx: typer.Context,
-    command: Annotated[
-        str | None,
-        typer.Argument(metavar="COMMAND", help="Name of a command, or `start`; default: all."),
-    ] = None,
+    command: str | None = typer.Argument(
+        None, metavar="COMMAND", help="Name of a command, or `start`; default: all."
+    ),
 ) -> None:
     """Show the help page of a command, or how to start."""
     program = ctx.parent
@@ -561,7 +500,7 @@ def help_(
     if command == "start":
         from vibecalc.cli.starters import carried
 
-        say((carried("docs") / "start.md").read_text(encoding="utf-8"), nl=False)
+        say((carried("docs") / "start.md").read_text(encoding="utf-8"))
         return
     if command is None:
         program.get_help()
@@ -582,42 +521,51 @@ def _load(paths: list[Path], *changes: "Sequence[str] | None") -> "list[LoadedCa
     return load_checked(paths, *(change or () for change in changes))
 
 
+#: what `--json` prints of a case that was worked on, and why it failed, empty if it did not
+Done = tuple[dict[str, Any], str]
+
+
 def _for_each(
     cases: "list[LoadedCase]",
-    work: "Callable[[LoadedCase], str]",
+    work: "Callable[[LoadedCase], Done]",
     objects: list[dict[str, Any]],
 ) -> int:
-    """Work on every case, which says why it failed; the worst exit code. Prints `objects`."""
+    """Work on every case; the worst exit code. Prints what comes after `objects`, with them."""
     worst = EXIT_FINE
     for case in cases:
+        told: dict[str, Any] = {"case": case.name}
+        alone = len(cases) == 1 and not asked.json
+        error: VibecalcError | None = None
         try:
-            failure, code = work(case), NumericalFailure.exit_code
-        except VibecalcError as error:
-            if asked.json:
-                objects.append({"case": case.name, "error": error.as_object()})
-            elif len(cases) == 1:
+            told, failure = work(case)
+            error = NumericalFailure(failure) if failure else None
+        except VibecalcError as met:
+            if alone:
                 raise
-            failure, code = str(error), error.exit_code
-        except Exception as error:
-            if len(cases) == 1 and not asked.json:
+            error = met
+        except Exception as met:
+            if alone:
                 raise
             import traceback
 
             from vibecalc.core.report.defects import described
 
             traceback.print_exc()
-            defect = Defect(f"a bug in vibecalc, please report it: {described(error)}")
-            objects += [{"case": case.name, "error": defect.as_object()}] if asked.json else []
-            failure, code = str(defect), defect.exit_code
-        if failure:
-            if asked.json:
-                objects[-1].setdefault("error", NumericalFailure(failure).as_object())
-                objects[-1]["exit_code"] = code
-            note(f"error: {case.path}: {failure}")
-            worst = max(worst, code)
+            error = Defect(f"a bug in vibecalc, please report it: {described(met)}")
+        if error is not None:
+            told = {**told, "error": error.as_object(), "exit_code": error.exit_code}
+            note(f"error: {case.path}: {error}")
+            worst = max(worst, error.exit_code)
+        objects.append(told)
     if asked.json:
-        say_json([{**one, "exit_code": one.get("exit_code", EXIT_FINE)} for one in objects])
+        say_json([{"exit_code": EXIT_FINE} | one for one in objects])
     return worst
+
+
+def _object(result: "Result", path: Path | None, full: bool) -> dict[str, Any]:
+    from vibecalc.core.report.text import as_json
+
+    return as_json(result, path, full=full)
 
 
 def _execute(case: "LoadedCase") -> "Result":
@@ -630,7 +578,7 @@ def _write_text(text: str, output: Path | None, force: bool) -> None:
     if output is None:
         if asked.json:
             say_json({"text": text})
-        say(text, nl=False)
+        say(text)
     else:
         _write_new({output: text.encode("utf-8")}, force)
         say_written(output)

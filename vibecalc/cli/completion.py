@@ -5,7 +5,7 @@ import shlex
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
@@ -18,7 +18,7 @@ VARIABLE = "_VIBECALC_COMPLETE"
 
 
 def completion(
-    shell: Annotated[str, typer.Argument(metavar="SHELL", help=f"{', '.join(SHELLS)}.")],
+    shell: str = typer.Argument(metavar="SHELL", help=f"{', '.join(SHELLS)}."),
 ) -> None:
     """Print the script that lets a shell complete commands, options, keys and quantities."""
     from typer.completion import get_completion_script  # type: ignore[attr-defined]

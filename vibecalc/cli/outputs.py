@@ -6,6 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vibecalc.core.results.files import SUFFIXES, write_atomically
 from vibecalc.core.results.visible import visible
 from vibecalc.errors import ResultError, UsageError
 
@@ -13,7 +14,6 @@ if TYPE_CHECKING:
     from vibecalc.core.results.record import Result
 
 DEFAULT_FOLDER = "outputs"
-_SUFFIXES = (".h5", ".hdf5")
 
 
 def result_paths(names: Sequence[str], output: str | None) -> list[Path]:
@@ -34,26 +34,15 @@ def result_paths(names: Sequence[str], output: str | None) -> list[Path]:
         raise UsageError("-o needs the name of a file or folder, found ''")
     target = Path(output)
     is_folder = output.endswith(("/", "\\")) or target.is_dir()
-    if len(names) > 1 and target.suffix in _SUFFIXES and not is_folder:
+    if len(names) > 1 and target.suffix in SUFFIXES and not is_folder:
         raise UsageError(
             f"-o {output} is one result file, for {len(names)} cases name a folder: -o {output}/"
         )
     if is_folder or len(names) > 1:
         return [target / f"{name}.h5" for name in names]
-    if target.suffix not in _SUFFIXES:
+    if target.suffix not in SUFFIXES:
         raise UsageError(f"-o {output}: a result file ends in .h5; a folder ends in '/'")
     return [target]
-
-
-def up_to_date(
-    cases: Sequence[Path], output: str | None, settings: Sequence[str], unset: Sequence[str]
-) -> dict[Path, Path]:
-    """The cases whose results, at these paths, a run would make as they are."""
-    from vibecalc.core.case.inputs import is_up_to_date
-
-    paths = result_paths([case.stem for case in cases], output)
-    pairs = zip(cases, paths, strict=True)
-    return {case: path for case, path in pairs if is_up_to_date(path, case, settings, unset)}
 
 
 def write_outputs(result: "Result", path: Path, made_from: str = "") -> list[Path]:
@@ -72,7 +61,6 @@ def write_outputs(result: "Result", path: Path, made_from: str = "") -> list[Pat
     """
     from vibecalc.core.case.inputs import last_lines
     from vibecalc.core.report.defects import as_defect, defects
-    from vibecalc.core.results.files import write_atomically
     from vibecalc.core.results.store import write_result
 
     beside, text = path.with_suffix(".txt"), b""
@@ -115,12 +103,10 @@ def _report(result: "Result") -> str:
 
 def check_suffix(path: Path) -> None:
     """UsageError unless a name is that of a result file."""
-    if path.suffix not in _SUFFIXES:
+    if path.suffix not in SUFFIXES:
         raise UsageError(f"-o {path}: a result file ends in .h5")
 
 
 def write_text(text: str, path: Path) -> None:
     """Write a text file so that a reader sees the old one or the new one, never half."""
-    from vibecalc.core.results.files import write_atomically
-
     write_atomically(path, visible(text).encode("utf-8"))

@@ -2,48 +2,39 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
 from vibecalc.cli.completion import quantities
-from vibecalc.cli.saying import asked, note, say, say_json, say_written
-from vibecalc.cli.sweep import Settings, Unset
+from vibecalc.cli.saying import answer, asked, note, say, say_json, say_written
+from vibecalc.cli.sweep import SETTINGS, UNSET, Texts
+from vibecalc.core.results.files import SUFFIXES
 from vibecalc.errors import UsageError
 
-File = Annotated[Path, typer.Argument(metavar="RESULT", help="Result file (HDF5).")]
+FILE = typer.Argument(metavar="RESULT", help="Result file (HDF5).")
 
 
-def info(result: File) -> None:
+def info(result: Path = FILE) -> None:
     """Say what a result file holds: its case, and each quantity with unit, axes and size."""
     from vibecalc.core.report.contents import contents_object, render_contents
     from vibecalc.core.results.store import read_result
 
     read = read_result(result)
-    if asked.json:
-        say_json(contents_object(read))
-        return
-    say(render_contents(read), nl=False)
+    answer(lambda: contents_object(read), lambda: render_contents(read))
 
 
 def get(
-    result: File,
-    path: Annotated[
-        str,
-        typer.Argument(
-            metavar="PATH", help="Quantity, as `info` lists it.", autocompletion=quantities
-        ),
-    ],
-    where: Annotated[
-        list[str] | None,
-        typer.Option(metavar="AXIS=ENTRY", help="Only this entry of an axis; may be repeated."),
-    ] = None,
-    unit: Annotated[
-        str, typer.Option(metavar="UNIT", help="Unit of the values; default: SI.")
-    ] = "",
+    result: Path = FILE,
+    path: str = typer.Argument(
+        metavar="PATH", help="Quantity, as `info` lists it.", autocompletion=quantities
+    ),
+    where: list[str] | None = typer.Option(
+        None, metavar="AXIS=ENTRY", help="Only this entry of an axis; may be repeated."
+    ),
+    unit: str = typer.Option("", metavar="UNIT", help="Unit of the values; default: SI."),
 ) -> None:
     """Print one quantity: a number alone, or comma-separated rows with a column for each axis."""
-    from vibecalc.core.results.plain import comma_separated, picked, quantity_at
+    from vibecalc.core.results.plain import comma_separated, picked
     from vibecalc.core.results.store import read_result
 
     entries: dict[str, int | float | str] = {}
@@ -52,13 +43,12 @@ def get(
         if not (axis and sign and entry):
             raise UsageError(f"--where needs AXIS=ENTRY, as in --where mount=1; found {given!r}")
         entries[axis] = _entry(entry)
-    quantity = picked(quantity_at(read_result(result), path), entries, unit)
+    quantity = picked(read_result(result)[path], entries, unit)
     if asked.json:
         from vibecalc.core.report.text import quantity_object
 
         say_json(quantity_object(quantity))
-        return
-    say(comma_separated(quantity), nl=False)
+    say(comma_separated(quantity))
 
 
 #: what reads and writes shaft lines
@@ -68,30 +58,27 @@ _ORDERS = "vibecalc.measurement.export"
 
 
 def export(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Result (HDF5) or case (TOML).")],
-    wanted: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="QUANTITY",
-            help="Of a result: only these, or groups of them.",
-            autocompletion=quantities,
-        ),
-    ] = None,
-    output: Annotated[
-        Path, typer.Option("--output", "-o", help="Folder; for a case also a file named .json.")
-    ] = Path("outputs"),
-    csv: Annotated[bool, typer.Option("--csv", help="Of a result: CSV files (default).")] = False,
-    mat: Annotated[bool, typer.Option("--mat", help="Of a result: a MATLAB file.")] = False,
-    netcdf: Annotated[bool, typer.Option("--netcdf", help="Of a result: a netCDF file.")] = False,
-    orders: Annotated[
-        bool,
-        typer.Option("--orders", help="Of a result: measured orders, for [[reference_table]]."),
-    ] = False,
-    settings: Settings = None,
-    unset: Unset = None,
+    file: Path = typer.Argument(metavar="FILE", help="Result (HDF5) or case (TOML)."),
+    wanted: list[str] | None = typer.Argument(
+        None,
+        metavar="QUANTITY",
+        help="Of a result: only these, or groups of them.",
+        autocompletion=quantities,
+    ),
+    output: Path = typer.Option(
+        Path("outputs"), "--output", "-o", help="Folder; for a case also a file named .json."
+    ),
+    csv: bool = typer.Option(False, "--csv", help="Of a result: CSV files (default)."),
+    mat: bool = typer.Option(False, "--mat", help="Of a result: a MATLAB file."),
+    netcdf: bool = typer.Option(False, "--netcdf", help="Of a result: a netCDF file."),
+    orders: bool = typer.Option(
+        False, "--orders", help="Of a result: measured orders, for [[reference_table]]."
+    ),
+    settings: Texts = SETTINGS,
+    unset: Texts = UNSET,
 ) -> None:
     """Write the quantities of a result, or the shaft line of a case, for other programs."""
-    if file.suffix not in (".h5", ".hdf5"):
+    if file.suffix not in SUFFIXES:
         if wanted or csv or mat or netcdf or orders:
             raise UsageError(f"{file} is no result: quantities and forms are those of a .h5 file")
         _export_line(file, output, settings or (), unset or ())

@@ -7,21 +7,22 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
 from vibecalc.core.results.steps import listen, step
 from vibecalc.core.results.visible import put, visible
 
-Quiet = Annotated[
-    bool, typer.Option("--quiet", "-q", help="Print nothing but problems, and JSON if asked for.")
-]
-Verbose = Annotated[
-    bool, typer.Option("--verbose", "-v", help="Tell each step with its time, on stderr.")
-]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON on stdout and nothing else.")]
-_COMMON = {"json": Json, "quiet": Quiet, "verbose": Verbose}
+_COMMON = {
+    "json": typer.Option(False, "--json", help="Print JSON on stdout and nothing else."),
+    "quiet": typer.Option(
+        False, "--quiet", "-q", help="Print nothing but problems, and JSON if asked for."
+    ),
+    "verbose": typer.Option(
+        False, "--verbose", "-v", help="Tell each step with its time, on stderr."
+    ),
+}
 
 
 class _Asked:
@@ -40,7 +41,7 @@ asked = _Asked()
 
 def spoken(function: Callable[..., None], *, json: bool = True) -> Callable[..., None]:
     """A command with the common options; `json` is False where its words are its result."""
-    common = {name: kind for name, kind in _COMMON.items() if json or name != "json"}
+    common = {name: option for name, option in _COMMON.items() if json or name != "json"}
 
     @wraps(function)
     def command(**given: Any) -> None:
@@ -58,20 +59,28 @@ def spoken(function: Callable[..., None], *, json: bool = True) -> Callable[...,
 
     keyword = inspect.Parameter.KEYWORD_ONLY
     extra = [
-        inspect.Parameter(name, keyword, default=False, annotation=kind)
-        for name, kind in common.items()
+        inspect.Parameter(name, keyword, default=option, annotation=bool)
+        for name, option in common.items()
     ]
     own = inspect.signature(function)
     made: Any = command
     made.__signature__ = own.replace(parameters=[*own.parameters.values(), *extra])
-    made.__annotations__ = {**function.__annotations__, **common}
+    made.__annotations__ = {**function.__annotations__, **dict.fromkeys(common, bool)}
     return command
 
 
-def say(text: str, *, nl: bool = True) -> None:
-    """Words on stdout, unless nobody wants them."""
+def say(text: str) -> None:
+    """Words on stdout with a line end behind them, unless nobody wants them."""
     if not asked.silent:
-        put(visible(text) + "\n" * nl)
+        put(visible(text) + "\n" * (not text.endswith("\n")) * bool(text))
+
+
+def answer(data: Callable[[], Any], words: Callable[[], str]) -> None:
+    """The object of `--json`, or words for people: what is asked for is made."""
+    if asked.json:
+        say_json(data())
+    elif not asked.quiet:
+        say(words())
 
 
 def say_json(data: Any) -> None:

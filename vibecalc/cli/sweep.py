@@ -1,91 +1,70 @@
 """The commands for sweeps: parse, call, print, exit code. Heavy imports stand inside them."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Any
 
 import typer
 
 from vibecalc.cli.completion import keys, names_of_keys
-from vibecalc.cli.saying import asked, note, say, say_json
+from vibecalc.cli.saying import answer, asked, note, say, say_json
 from vibecalc.errors import EXIT_FINE, EXIT_POINTS_FAILED
 
-if TYPE_CHECKING:
-    from vibecalc.core.study.sweep.prepare import Options, Outcome, PreparedSweep
-
-Settings = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE",
-        help="Change a key, the value read as TOML.",
-        autocompletion=keys,
-    ),
-]
-Unset = Annotated[
-    list[str] | None,
-    typer.Option(metavar="KEY", help="Take a key out of the case.", autocompletion=names_of_keys),
-]
+Texts = list[str] | None
+SETTINGS = typer.Option(
+    None,
+    "--set",
+    metavar="KEY=VALUE",
+    help="Change a key, the value read as TOML.",
+    autocompletion=keys,
+)
+UNSET = typer.Option(
+    None, metavar="KEY", help="Take a key out of the case.", autocompletion=names_of_keys
+)
 
 
 def sweep(
-    case: Annotated[Path, typer.Argument(metavar="CASE", help="Case file (TOML).")],
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="File; default: outputs/<case>.sweep.h5."),
-    ] = None,
-    grid: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="KEY=SPEC",
-            help="An axis: start:stop:n, start:stop:nlog or a,b,c.",
-            autocompletion=keys,
-        ),
-    ] = None,
-    zipped: Annotated[
-        list[str] | None,
-        typer.Option("--zip", metavar="KEY=SPEC", help="Keys that vary together, as one axis."),
-    ] = None,
-    sample: Annotated[
-        str | None,
-        typer.Option(
-            metavar="METHOD:N[:SEED]", help="latin_hypercube, sobol or monte_carlo, N points."
-        ),
-    ] = None,
-    keep: Annotated[
-        list[str] | None, typer.Option(metavar="PATH", help="A result to keep; may be repeated.")
-    ] = None,
-    jobs: Annotated[
-        int | None, typer.Option("--jobs", "-j", metavar="N", min=1, help="Processes.")
-    ] = None,
-    timeout: Annotated[
-        float | None, typer.Option(metavar="S", help="Seconds that one point may take.")
-    ] = None,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Take up the chunks that are there.")
-    ] = False,
-    if_needed: Annotated[
-        bool,
-        typer.Option(
-            "--if-needed",
-            help="Skip a complete file that is up to date: case, files, settings, versions.",
-        ),
-    ] = False,
-    fresh: Annotated[
-        bool, typer.Option("--fresh", help="Throw away what is there and does not fit.")
-    ] = False,
-    shard: Annotated[
-        str | None, typer.Option(metavar="I/N", help="Only the I-th of N parts, from 1.")
-    ] = None,
-    cluster: Annotated[
-        str | None, typer.Option(metavar="ADDRESS", help="Scheduler of dask, address or file.")
-    ] = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Say what would be done, and how long it takes.")
-    ] = False,
-    settings: Settings = None,
-    unset: Unset = None,
+    case: Path = typer.Argument(metavar="CASE", help="Case file (TOML)."),
+    output: Path | None = typer.Option(
+        None, "--output", "-o", help="File; default: outputs/<case>.sweep.h5."
+    ),
+    grid: list[str] | None = typer.Option(
+        None,
+        metavar="KEY=SPEC",
+        help="An axis: start:stop:n, start:stop:nlog or a,b,c.",
+        autocompletion=keys,
+    ),
+    zipped: list[str] | None = typer.Option(
+        None, "--zip", metavar="KEY=SPEC", help="Keys that vary together, as one axis."
+    ),
+    sample: str | None = typer.Option(
+        None, metavar="METHOD:N[:SEED]", help="latin_hypercube, sobol or monte_carlo, N points."
+    ),
+    keep: list[str] | None = typer.Option(
+        None, metavar="PATH", help="A result to keep; may be repeated."
+    ),
+    jobs: int | None = typer.Option(None, "--jobs", "-j", metavar="N", min=1, help="Processes."),
+    timeout: float | None = typer.Option(
+        None, metavar="S", help="Seconds that one point may take."
+    ),
+    resume: bool = typer.Option(False, "--resume", help="Take up the chunks that are there."),
+    if_needed: bool = typer.Option(
+        False,
+        "--if-needed",
+        help="Skip a complete file that is up to date: case, files, settings, versions.",
+    ),
+    fresh: bool = typer.Option(False, "--fresh", help="Throw away what is there and does not fit."),
+    shard: str | None = typer.Option(None, metavar="I/N", help="Only the I-th of N parts, from 1."),
+    cluster: str | None = typer.Option(
+        None, metavar="ADDRESS", help="Scheduler of dask, address or file."
+    ),
+    dry_run: bool = typer.Option(
+        False, "--dry-run", help="Say what would be done, and how long it takes."
+    ),
+    settings: Texts = SETTINGS,
+    unset: Texts = UNSET,
 ) -> None:
     """Run a case at many points into one file; chunks are kept, and --resume goes on."""
+    from vibecalc.cli.outputs import check_suffix
     from vibecalc.core.study.execute import load_checked
     from vibecalc.core.study.sweep.prepare import (
         Options,
@@ -101,7 +80,9 @@ def sweep(
         seconds_allowed(timeout)
     texts = sweep_settings(grid or (), zipped or (), sample, keep or ())
     changes = [*(settings or ()), *texts], unset or ()
-    target = _output(output, case.stem, part)
+    suffix = f".{part[0]}of{part[1]}" if part[1] > 1 else ""
+    target = output or Path("outputs") / f"{case.stem}.sweep{suffix}.h5"
+    check_suffix(target)
     if if_needed:
         from vibecalc.core.case.inputs import is_up_to_date
         from vibecalc.errors import UsageError
@@ -126,16 +107,27 @@ def sweep(
     )
     prepared = prepare(loaded, jobs or processors())
     if dry_run:
-        _forecast(prepared, options)
+        from vibecalc.core.report.sweep.text import forecast_object, render_forecast
+        from vibecalc.core.study.sweep.prepare import forecast, shard_chunks
+
+        chunks = len(shard_chunks(prepared.journal(target).chunks, part))
+        found = forecast(prepared, jobs)
+        answer(
+            lambda: forecast_object(prepared, found, chunks),
+            lambda: render_forecast(prepared, found, chunks, target),
+        )
         return
-    raise typer.Exit(_run(prepared, options))
+    from vibecalc.core.study.sweep.run import sweep as compute
+
+    made = compute(prepared, options)
+    line = "" if made.unlucky else loaded.inputs
+    _report(target, made.counts, made.taken_up, made.seconds, line)
+    raise typer.Exit(EXIT_POINTS_FAILED if made.failed else EXIT_FINE)
 
 
 def merge(
-    parts: Annotated[
-        list[Path], typer.Argument(metavar="PART", help="Files of parts of one sweep.")
-    ],
-    output: Annotated[Path, typer.Option("--output", "-o", help="File to write.")],
+    parts: list[Path] = typer.Argument(metavar="PART", help="Files of parts of one sweep."),
+    output: Path = typer.Option(..., "--output", "-o", help="File to write."),
 ) -> None:
     """Put the parts of a sweep together; exit 4 if points failed or are still missing."""
     from vibecalc.cli.outputs import check_suffix
@@ -150,27 +142,6 @@ def merge(
         note(f"no part has the points {missing_words(made.missing)}")
     _report(output, {**made.counts}, 0, 0.0, "")
     raise typer.Exit(EXIT_FINE if made.counts.keys() <= {DONE} else EXIT_POINTS_FAILED)
-
-
-def _forecast(prepared: "PreparedSweep", options: "Options") -> None:
-    from vibecalc.core.report.sweep.text import forecast_object, render_forecast
-    from vibecalc.core.study.sweep.prepare import forecast, shard_chunks
-
-    chunks = len(shard_chunks(prepared.journal(options.output).chunks, options.shard))
-    found = forecast(prepared, options.jobs)
-    if asked.json:
-        say_json(forecast_object(prepared, found, chunks))
-    else:
-        say(render_forecast(prepared, found, chunks, options.output))
-
-
-def _run(prepared: "PreparedSweep", options: "Options") -> int:
-    from vibecalc.core.study.sweep.run import sweep as compute
-
-    made: Outcome = compute(prepared, options)
-    line = "" if made.unlucky else prepared.loaded.inputs
-    _report(options.output, made.counts, made.taken_up, made.seconds, line)
-    return EXIT_POINTS_FAILED if made.failed else EXIT_FINE
 
 
 def _kept(output: Path) -> int:
@@ -188,31 +159,23 @@ def _kept(output: Path) -> int:
     return EXIT_FINE if counts.keys() <= {DONE} else EXIT_POINTS_FAILED
 
 
-def _report(
-    output: Path,
-    counts: dict[int, int] | Any,
-    taken_up: int,
-    seconds: float,
-    made_from: str,
-) -> None:
+def _report(output: Path, counts: Any, taken_up: int, seconds: float, made_from: str) -> None:
     """Write the report next to the file, print it or the object, and say on stderr what failed.
 
     `made_from` is the line by which `--if-needed` knows both again.
     """
     from vibecalc.cli.outputs import write_text
     from vibecalc.core.case.inputs import mark
-    from vibecalc.core.report.defects import as_defect, defects
+    from vibecalc.core.report.defects import reporting
     from vibecalc.core.report.sweep.text import failure_words, outcome_object, render_sweep
     from vibecalc.core.report.sweep.view import view_of
     from vibecalc.core.results.sweep_file import open_sweep
 
-    with defects("the text report") as met, open_sweep(output) as opened:
+    with reporting("the text report", output), open_sweep(output) as opened:
         view = view_of(opened)
         text = render_sweep(view)
         failed = failure_words(view)
         outcome = outcome_object(view, output, counts, taken_up, seconds) if asked.json else {}
-    if met:
-        raise as_defect(met, output)
     beside = output.with_suffix(".txt")
     write_text(text, beside)
     mark(output, made_from, text.encode("utf-8"))
@@ -220,16 +183,5 @@ def _report(
         note(line)
     if asked.json:
         say_json(outcome | {"written": [str(output), str(beside)]})
-        return
-    say(text, nl=False)
+    say(text)
     say(f"wrote {output} and {beside.name}")
-
-
-def _output(given: Path | None, name: str, shard: tuple[int, int]) -> Path:
-    if given is None:
-        part = f".{shard[0]}of{shard[1]}" if shard[1] > 1 else ""
-        return Path("outputs") / f"{name}.sweep{part}.h5"
-    from vibecalc.cli.outputs import check_suffix
-
-    check_suffix(given)
-    return given

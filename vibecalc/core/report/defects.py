@@ -67,3 +67,12 @@ def as_defect(met: Sequence[str], result: Path | str) -> Defect:
         f"{result}: the result is whole, but its report or pictures are not. This failed:\n"
         f"{failed}\nThis is a bug in vibecalc, please report it with these lines and the case file."
     )
+
+
+@contextmanager
+def reporting(whole: str, result: Path | str) -> Iterator[None]:
+    """The same, and a `Defect` of the result in the end where anything has failed."""
+    with defects(whole) as met:
+        yield
+    if met:
+        raise as_defect(met, result)

@@ -1,8 +1,9 @@
 """Golden comparison of two results, aware of what the numbers mean."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from vibecalc.core.results.compare_matched import (
     by_curve,
     by_mode_shape,
     by_spectrum,
-    match_modes,
+    match_folder,
 )
 from vibecalc.core.results.compare_rules import (
     Entries,
@@ -24,11 +25,11 @@ from vibecalc.core.results.compare_rules import (
     by_value,
     by_vector,
     completed,
-    grown,
+    is_number,
     last_digits,
     match_labels,
-    uncertainty,
 )
+from vibecalc.core.results.files import SUFFIXES
 from vibecalc.core.results.layout import STATUS, STATUS_WORDS
 from vibecalc.core.results.record import (
     CYCLE,
@@ -42,7 +43,15 @@ from vibecalc.core.results.record import (
 from vibecalc.core.results.store import read_result, write_result
 from vibecalc.core.results.tolerance import circle_of, is_diagnostic
 from vibecalc.core.results.verdicts import VERDICTS, name_of, verdicts_of
-from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, EXIT_USAGE, ResultError, UsageError
+from vibecalc.errors import (
+    EXIT_DIFFERS,
+    EXIT_FINE,
+    EXIT_USAGE,
+    KeyPath,
+    ResultError,
+    UsageError,
+    dotted,
+)
 
 _PLAIN = {"value": by_value, "vector": by_vector}
 #: points of sweeps named where they ended otherwise
@@ -129,7 +138,7 @@ def compare(reference: Result, value: Result, rules: Rules | None = None) -> Com
     rows: list[ComparedRow] = []
     ignored: list[str] = []
     lost = last_digits(reference.record)
-    matches: dict[tuple[str, float], ModeMatch | None] = {}
+    match = cache(partial(match_folder, reference.record, value.record))
     extra = [path for path in value.record if path not in reference.record]
     for path in [*reference.record, *extra]:
         rule = chosen.given(path)
@@ -140,7 +149,11 @@ def compare(reference: Result, value: Result, rules: Rules | None = None) -> Com
         elif path not in reference.record:
             rows.append(ComparedRow(path=path, kind="extra", problems=("is not in the reference",)))
         else:
-            rows.append(_compared(reference, value, path, rule, lost, matches))
+            # what is left of terms that cancel has no scale of its own
+            one = reference.record[path]
+            one = replace(one, error_estimate=one.error_estimate + lost * one.terms)
+            other = _at_samples_of(one, value.record[path])
+            rows.append(_compared(one, other, rule, match, _turns(reference)))
     rows += _status(reference, value)
     if chosen.given(VERDICTS).compare != "ignore":
         rows += _verdicts(reference, value)
@@ -148,46 +161,35 @@ def compare(reference: Result, value: Result, rules: Rules | None = None) -> Com
 
 
 def _compared(
-    golden: Result,
-    result: Result,
-    path: str,
+    one: Quantity,
+    other: Quantity,
     rule: Rule,
-    lost: float,
-    matches: dict[tuple[str, float], ModeMatch | None],
+    match: Callable[[str, float], ModeMatch | None],
+    turns: float,
 ) -> ComparedRow:
-    reference, value = golden.record, result.record
-    one, other = reference[path], _at_samples_of(reference[path], value[path])
-    # what is left of terms that cancel has no scale of its own
-    one = replace(one, error_estimate=one.error_estimate + lost * one.terms)
     kind = rule.compare or _natural_kind(one)
-    problems = _structure(one, other)
-    if problems:
-        return ComparedRow(path=path, kind=kind, unit=one.unit, problems=problems)
+    if problems := _structure(one, other):
+        return ComparedRow(path=one.path, kind=kind, unit=one.unit, problems=problems)
     full = completed(rule, kind)
-    worse = (said,) if (said := grown(one, other, full)) else ()
-    if kind == "curve":
-        axis = _curve_axis(one)
-        aligned = align(one, other, free=axis)
-        entries, more = by_curve(aligned, one, other, full, axis)
-        return _row(one, kind, entries, worse + aligned.problems + more)
+    modes = None
     if kind in _OVER_MODES:
-        axes = {axis.name: axis for axis in one.axes}
-        if "mode" not in axes or (kind == "mode_shape" and len(axes) < 2):
-            raise UsageError(f"compare = {kind!r} does not fit {path}: it needs an axis `mode`")
-        match = _mode_match(reference, value, path, full, matches)
-        if match is not None:
-            aligned = align(one, other, free="mode")
-            entries = _OVER_MODES[kind](aligned, one, other, full, match, axes["mode"])
-            problems = worse + aligned.problems + _alone(one, other, match)
-            return _row(one, kind, entries, problems + _moved(one, other, match))
-        kind = "value"
-    aligned = align(one, other)
-    if kind == "phase":
-        turns = _turns(golden) if circle_of(one) == CYCLE else 1.0
-        entries = by_phase(aligned, one, other, full, 2.0 * math.pi * turns)
+        names = [axis.name for axis in one.axes]
+        if "mode" not in names or (kind == "mode_shape" and len(names) < 2):
+            raise UsageError(f"compare = {kind!r} does not fit {one.path}: it needs an axis `mode`")
+        modes = match(one.path.rpartition("/")[0], full.repeated or 0.0)
+        kind = kind if modes else "value"
+    axis = _curve_axis(one) if kind == "curve" else "mode" if modes else ""
+    pair = align(one, other, full, free=axis)
+    more: tuple[str, ...] = ()
+    if modes is not None:
+        entries, more = _OVER_MODES[kind](pair, modes), modes.problems(one, other)
+    elif kind == "curve":
+        entries, more = by_curve(pair, axis)
+    elif kind == "phase":
+        entries = by_phase(pair, 2.0 * math.pi * (turns if circle_of(one) == CYCLE else 1.0))
     else:
-        entries = _PLAIN[kind](aligned, one, other, full)
-    return _row(one, kind, entries, worse + aligned.problems)
+        entries = _PLAIN[kind](pair)
+    return _row(one, kind, entries, pair.grown() + pair.problems + more)
 
 
 def _turns(result: Result) -> float:
@@ -204,18 +206,17 @@ def _status(reference: Result, value: Result) -> list[ComparedRow]:
     from vibecalc.core.results.sweep_file import open_sweep
 
     with open_sweep(reference.swept) as one, open_sweep(value.swept) as other:
-        if one.count != other.count:
-            return []
-        left, right = (np.ravel(sweep.status()) for sweep in (one, other))
-    points = np.flatnonzero(left != right)
-    problems = tuple(
-        f"point {point + 1}: {STATUS_WORDS[int(left[point])]!r} became "
-        f"{STATUS_WORDS[int(right[point])]!r}"
-        for point in points[:_MOST_POINTS]
-    )
-    if len(points) > _MOST_POINTS:
-        problems += (f"and {len(points) - _MOST_POINTS} points more",)
-    return [ComparedRow(path=STATUS, kind="value", problems=problems)]
+        left, right = (np.ravel(sweep.status()).tolist() for sweep in (one, other))
+    if len(left) != len(right):
+        return []
+    problems = [
+        f"point {number}: {STATUS_WORDS[was]!r} became {STATUS_WORDS[now]!r}"
+        for number, (was, now) in enumerate(zip(left, right, strict=True), start=1)
+        if was != now
+    ]
+    if len(problems) > _MOST_POINTS:
+        problems[_MOST_POINTS:] = [f"and {len(problems) - _MOST_POINTS} points more"]
+    return [ComparedRow(path=STATUS, kind="value", problems=tuple(problems))]
 
 
 def _verdicts(reference: Result, value: Result) -> list[ComparedRow]:
@@ -270,7 +271,7 @@ def _at(quantity: Quantity, position: int, places: np.ndarray, run_samples: int)
 def _natural_kind(quantity: Quantity) -> str:
     """How a quantity is compared if no rule says so."""
     names = [axis.name for axis in quantity.axes]
-    if quantity.values.dtype.kind not in "biufc":
+    if not is_number(quantity):
         return "value"
     if quantity.unit == "rad" and circle_of(quantity):
         return "phase"
@@ -282,97 +283,24 @@ def _natural_kind(quantity: Quantity) -> str:
 
 def _curve_axis(quantity: Quantity) -> str:
     numeric = [axis.name for axis in quantity.axes if axis.values.dtype.kind in "biuf"]
-    if not numeric or quantity.values.dtype.kind not in "biufc":
+    if not numeric or not is_number(quantity):
         raise UsageError(f"compare = 'curve' does not fit {quantity.path}: it needs a numeric axis")
     return "speed" if "speed" in numeric else numeric[-1]
 
 
 def _structure(one: Quantity, other: Quantity) -> tuple[str, ...]:
-    pairs = {
-        "unit": (one.unit, other.unit),
-        "amplitude": (one.amplitude, other.amplitude),
-        "axes": ([axis.name for axis in one.axes], [axis.name for axis in other.axes]),
-        "values": (_sort(one), _sort(other)),
+    sides = (one, other)
+    pairs: dict[str, list[Any]] = {
+        "unit": [side.unit for side in sides],
+        "amplitude": [side.amplitude for side in sides],
+        "axes": [[axis.name for axis in side.axes] for side in sides],
+        "values": ["numbers" if is_number(side) else "names" for side in sides],
     }
-    found = [f"{name}: {was!r} became {now!r}" for name, (was, now) in pairs.items() if was != now]
-    if not found:
-        found = [
-            f"unit of axis {first.name}: {first.unit!r} became {second.unit!r}"
-            for first, second in zip(one.axes, other.axes, strict=True)
-            if first.unit != second.unit
-        ]
-    return tuple(found)
-
-
-def _sort(quantity: Quantity) -> str:
-    return "numbers" if quantity.values.dtype.kind in "biufc" else "names"
-
-
-def _mode_match(
-    reference: Record,
-    value: Record,
-    path: str,
-    rule: Rule,
-    matches: dict[tuple[str, float], ModeMatch | None],
-) -> ModeMatch | None:
-    """The matching of modes for all quantities of one folder; None without frequencies there."""
-    folder = path.rpartition("/")[0]
-    repeated = rule.repeated or 0.0
-    if (folder, repeated) not in matches:
-        frequencies = [_over_modes(record, f"{folder}/natural_frequency") for record in
-                       (reference, value)]  # fmt: skip
-        shapes = [_over_modes(record, f"{folder}/shape") for record in (reference, value)]
-        match = None
-        if frequencies[0] is not None and frequencies[1] is not None:
-            left, right = _usable(shapes[0], shapes[1])
-            known, other = (record[f"{folder}/natural_frequency"].error_estimate for record in
-                            (reference, value))  # fmt: skip
-            error = float(uncertainty(known, other, 0.0))
-            match = match_modes(
-                frequencies[0].ravel(), frequencies[1].ravel(), left, right, repeated, error
-            )
-        matches[folder, repeated] = match
-    return matches[folder, repeated]
-
-
-def _over_modes(record: Record, path: str) -> np.ndarray | None:
-    """Values (modes, entries) of a quantity whose axes begin with `mode`."""
-    if path not in record or [axis.name for axis in record[path].axes][:1] != ["mode"]:
-        return None
-    values = record[path].values
-    return np.asarray(values).reshape(values.shape[0], -1) if values.size else None
-
-
-def _usable(
-    left: np.ndarray | None, right: np.ndarray | None
-) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Shapes of both sides, if they can be compared for matching at all."""
-    if left is None or right is None or left.shape[1] != right.shape[1]:
-        return None, None
-    if not (np.isfinite(left).all() and np.isfinite(right).all()):
-        return None, None
-    return left, right
-
-
-def _alone(one: Quantity, other: Quantity, match: ModeMatch) -> tuple[str, ...]:
-    found = []
-    for quantity, positions, words in (
-        (one, match.missing, "is missing"),
-        (other, match.extra, "is not in the reference"),
-    ):
-        axis = next(axis for axis in quantity.axes if axis.name == "mode")
-        found += [f"mode={axis.values[position]} {words}" for position in positions]
-    return tuple(found)
-
-
-def _moved(one: Quantity, other: Quantity, match: ModeMatch) -> tuple[str, ...]:
-    left, right = (
-        next(axis.values for axis in quantity.axes if axis.name == "mode")
-        for quantity in (one, other)
-    )
+    for axes in zip(one.axes, other.axes, strict=False):
+        if axes[0].name == axes[1].name:
+            pairs[f"unit of axis {axes[0].name}"] = [axis.unit for axis in axes]
     return tuple(
-        f"mode={left[was]} has become mode={right[now]}: the modes stand in another order"
-        for was, now in match.moved
+        f"{name}: {was!r} became {now!r}" for name, (was, now) in pairs.items() if was != now
     )
 
 
@@ -421,26 +349,20 @@ def _changes(reference: Result, value: Result) -> tuple[Change, ...]:
     return tuple(changes)
 
 
-def _flat(content: object, key: str = "") -> dict[str, str]:
+def _flat(content: object, path: KeyPath = ()) -> dict[str, str]:
     """Key paths of a case and their values as text: `machine.mounts.positions[0][1]`."""
-    if isinstance(content, Mapping):
-        pairs = [(f"{key}.{name}" if key else str(name), item) for name, item in content.items()]
-    elif isinstance(content, list | tuple):
-        pairs = [(f"{key}[{position}]", item) for position, item in enumerate(content)]
-    else:
-        return {key: repr(content)}
+    if not isinstance(content, Mapping | list | tuple):
+        return {dotted(path): repr(content)}
+    pairs = content.items() if isinstance(content, Mapping) else enumerate(content)
     flat: dict[str, str] = {}
     for name, item in pairs:
-        flat |= _flat(item, name)
+        flat |= _flat(item, (*path, name))
     return flat
 
 
 # ----------------------------------------------------------------------------
 # Files and folders of results held against golden files: each for itself, whatever the others are.
 # ----------------------------------------------------------------------------
-
-#: how names of result files end
-_RESULTS = (".h5", ".hdf5")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -471,7 +393,24 @@ class FilePair:
 
     def refused(self, problem: str) -> "FilePair":
         """The same, not compared for that reason."""
-        return replace(self, comparison=None, problem=problem)
+        return replace(self, problem=problem)
+
+    def compared(self, rules: Rules) -> "FilePair":
+        """The same, compared; what is missing or cannot be read says so.
+
+        Raises UsageError where a rule does not fit a quantity.
+        """
+        if self.result is None:
+            return self.refused(f"the golden file {self.golden} has no result")
+        if not self.golden.exists():
+            return self.refused(
+                f"there is no golden file {self.golden}; --accept makes one of {self.result}"
+            )
+        try:
+            golden, result = read_result(self.golden), read_result(self.result)
+            return replace(self, comparison=compare(golden, result, rules))
+        except ResultError as error:
+            return self.refused(str(error))
 
 
 def file_pairs(
@@ -484,16 +423,14 @@ def file_pairs(
     come last, unless `partial`. UsageError where there is nothing to compare, or two results have
     one name.
     """
-    if not reference.is_dir():
-        if len(candidates) > 1:
-            raise UsageError("several results need a folder of golden files, and a name for each")
-        return [FilePair(name=candidates[0].name, golden=reference, result=candidates[0])]
     found = [
         file for given in candidates for file in (_results_in(given) if given.is_dir() else [given])
     ]
     results = {file.name: file for file in found}
-    if len(found) > len(results):
+    if len(found) > (len(results) if reference.is_dir() else 1):
         raise UsageError("several results need a folder of golden files, and a name for each")
+    if not reference.is_dir():
+        return [FilePair(name=candidates[0].name, golden=reference, result=candidates[0])]
     pairs = [
         FilePair(name=name, golden=reference / name, result=file) for name, file in results.items()
     ]
@@ -508,29 +445,7 @@ def file_pairs(
 
 
 def _results_in(folder: Path) -> list[Path]:
-    return sorted(file for file in folder.iterdir() if file.suffix in _RESULTS)
-
-
-def compare_files(pairs: Sequence[FilePair], rules: Rules) -> list[FilePair]:
-    """The pairs compared; what is missing or cannot be read says so and holds up no other.
-
-    Raises UsageError where a rule does not fit a quantity.
-    """
-    return [_compared_files(pair, rules) for pair in pairs]
-
-
-def _compared_files(pair: FilePair, rules: Rules) -> FilePair:
-    if pair.result is None:
-        return pair.refused(f"the golden file {pair.golden} has no result")
-    if not pair.golden.exists():
-        return pair.refused(
-            f"there is no golden file {pair.golden}; --accept makes one of {pair.result}"
-        )
-    try:
-        golden, result = read_result(pair.golden), read_result(pair.result)
-        return replace(pair, comparison=compare(golden, result, rules))
-    except ResultError as error:
-        return pair.refused(str(error))
+    return sorted(file for file in folder.iterdir() if file.suffix in SUFFIXES)
 
 
 # ----------------------------------------------------------------------------

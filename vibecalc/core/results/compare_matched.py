@@ -1,21 +1,14 @@
 """Comparisons that need a matching: modes by frequency and shape, curves by place."""
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.compare_rules import (
-    AlignedArrays,
-    Entries,
-    Rule,
-    apart,
-    labels,
-    scale_of,
-    tolerance,
-    uncertainty,
-)
-from vibecalc.core.results.record import Axis, Quantity
+from vibecalc.core.results.compare_rules import Entries, Pair, joined, scale_of, uncertainty
+from vibecalc.core.results.record import Axis, Quantity, Record
+from vibecalc.core.results.select import labels
 
 # ----------------------------------------------------------------------------
 # Modes of two results matched by frequency and shape, and what is compared over them.
@@ -47,6 +40,39 @@ class ModeMatch(NamedTuple):
     extra: tuple[int, ...]
     moved: tuple[tuple[int, int], ...]
 
+    def problems(self, one: Quantity, other: Quantity) -> tuple[str, ...]:
+        """Modes of two quantities that have no partner, or stand in another order."""
+        left, right = axis_of(one, "mode").values, axis_of(other, "mode").values
+        return (
+            *(f"mode={left[place]} is missing" for place in self.missing),
+            *(f"mode={right[place]} is not in the reference" for place in self.extra),
+            *(
+                f"mode={left[was]} has become mode={right[now]}: the modes stand in another order"
+                for was, now in self.moved
+            ),
+        )
+
+
+def match_folder(
+    reference: Record, value: Record, folder: str, repeated: float
+) -> ModeMatch | None:
+    """The matching of modes for all quantities of one folder; None without frequencies there."""
+    paths = f"{folder}/natural_frequency", f"{folder}/shape"
+    frequencies, shapes = ([_over_modes(one, path) for one in (reference, value)] for path in paths)
+    left, right = frequencies
+    if left is None or right is None:
+        return None
+    error = uncertainty(reference[paths[0]].error_estimate, value[paths[0]].error_estimate, 0.0)
+    return match_modes(left.ravel(), right.ravel(), shapes[0], shapes[1], repeated, float(error))
+
+
+def _over_modes(record: Record, path: str) -> np.ndarray | None:
+    """Values (modes, entries) of a quantity whose axes begin with `mode`."""
+    if path not in record or [axis.name for axis in record[path].axes][:1] != ["mode"]:
+        return None
+    values = np.asarray(record[path].values)
+    return values.reshape(len(values), -1) if values.size else None
+
 
 def match_modes(
     left: np.ndarray,
@@ -61,8 +87,12 @@ def match_modes(
     Frequencies coincide that are within `repeated` of each other, relative, or within `error`.
 
     The cheapest pair is taken first; its cost is the relative distance of the frequencies and
-    what the shape lacks of lying in the space of the reference's coinciding modes.
+    what the shape lacks of lying in the space of the reference's coinciding modes. Shapes count
+    where all are finite and of the same coordinates.
     """
+    shapes = (left_shapes, right_shapes)
+    usable = all(one is not None and np.isfinite(one).all() for one in shapes)
+    usable = usable and len({one.shape[1] for one in shapes if one is not None}) == 1
     groups = _coinciding(left, repeated, error)
     cost = np.empty((len(left), len(right)))
     for group in groups:
@@ -71,7 +101,7 @@ def match_modes(
         far = np.abs(left[members, None] - right[None, :]) / np.maximum(larger, 1e-300)
         near_zero = larger <= _ZERO * max(scale_of(np.abs(left)), scale_of(np.abs(right)))
         cost[members] = np.where(near_zero | ~np.isfinite(far), 0.0, far)
-        if left_shapes is not None and right_shapes is not None:
+        if usable and left_shapes is not None and right_shapes is not None:
             cost[members] += outside(left_shapes[members], right_shapes)[None, :] ** 2
     partner: dict[int, int] = {}
     for place in np.argsort(cost, axis=None, kind="stable"):
@@ -101,45 +131,22 @@ def match_modes(
     )
 
 
-def by_spectrum(
-    aligned: AlignedArrays,
-    reference: Quantity,
-    value: Quantity,
-    rule: Rule,
-    match: ModeMatch,
-    axis: Axis,
-) -> Entries:
+def by_spectrum(pair: Pair, match: ModeMatch) -> Entries:
     """Entries over matched modes; sums over coinciding ones, except frequencies themselves."""
-    single = reference.path.rpartition("/")[2] == "natural_frequency"
-    left: list[np.ndarray] = []
-    right: list[np.ndarray] = []
-    allowed: list[np.ndarray] = []
-    names: list[str] = []
-    for group in match.groups:
-        pairs = [((i,), (j,)) for i, j in zip(*group, strict=True)] if single else [group]
-        for members, others in pairs:
-            summed = aligned.reference[list(members)].sum(axis=0)
-            left.append(summed.ravel())
-            right.append(aligned.value[list(others)].sum(axis=0).ravel())
-            names += labels(aligned.axes, _mode_label(axis, members))
-            count = float(len(members))
-            allowed.append(
-                tolerance(np.abs(summed), aligned.axes, reference, value, rule, count).ravel()
-            )
-    if not left:
-        return Entries((), np.empty(0), np.empty(0), np.empty(0), np.empty(0))
-    one, other = np.concatenate(left), np.concatenate(right)
-    return Entries(tuple(names), one, other, apart(one, other, rule), np.concatenate(allowed))
+    axis, groups = axis_of(pair.reference, "mode"), match.groups
+    if pair.reference.path.rpartition("/")[2] == "natural_frequency":
+        groups = tuple(((i,), (j,)) for group in groups for i, j in zip(*group, strict=True))
+    parts = []
+    for members, others in groups:
+        left = pair.left[list(members)].sum(axis=0)
+        right = pair.right[list(others)].sum(axis=0)
+        allowed = pair.allowed(np.abs(left), pair.axes, spread=float(len(members)))
+        names = labels(pair.axes, _mode_label(axis, members))
+        parts.append(Entries(names, left, right, pair.apart(left, right), allowed))
+    return joined(parts)
 
 
-def by_mode_shape(
-    aligned: AlignedArrays,
-    reference: Quantity,
-    value: Quantity,
-    rule: Rule,
-    match: ModeMatch,
-    axis: Axis,
-) -> Entries:
+def by_mode_shape(pair: Pair, match: ModeMatch) -> Entries:
     """Sine of the angle between a shape and the space of the reference's shapes, and its scale.
 
     The sine is sqrt(1 - MAC), computed without that cancellation; to it comes, at a right angle, by
@@ -147,34 +154,30 @@ def by_mode_shape(
     unit modal mass, for then a turned basis has the same lengths. A shape turns by what changed
     over the relative gap to the next frequency, so the tolerance is divided by twice the gap.
     """
-    left = aligned.reference.reshape(aligned.reference.shape[0], -1)
-    right = aligned.value.reshape(aligned.value.shape[0], -1)
-    names: list[str] = []
-    sines: list[float] = []
-    scales: list[float] = []
-    allowed: list[float] = []
+    left, right = (side.reshape(len(side), -1) for side in (pair.left, pair.right))
+    sizes = [
+        math.sqrt(left.shape[1]) / np.maximum(np.linalg.norm(side, axis=1), 1e-300)
+        for side in (left, right)
+    ]
+    axis, names, rows = axis_of(pair.reference, "mode"), [], []
     for (members, others), gap in zip(match.groups, match.gaps, strict=True):
-        sines_outside = outside(left[list(members)], right[list(others)])
-        promised = len(members) == 1 or _UNIT_MASS in reference.long_name
-        lengths_in = _lengths(left[list(members)], right[list(others)], sines_outside)
-        for position, other in enumerate(others):
-            names.append(_mode_label(axis, members[position : position + 1]))
-            sines.append(float(sines_outside[position]))
-            scales.append(float(lengths_in[position]) if promised else 1.0)
-            lengths = np.linalg.norm(left[members[position]]), np.linalg.norm(right[other])
-            reference_error, value_error = (
-                quantity.error_estimate * math.sqrt(left.shape[1]) / max(float(length), 1e-300)
-                for quantity, length in zip((reference, value), lengths, strict=True)
+        sines = outside(left[list(members)], right[list(others)])
+        lengths = _lengths(left[list(members)], right[list(others)], sines)
+        if len(members) > 1 and _UNIT_MASS not in pair.reference.long_name:
+            lengths = np.ones(len(members))
+        turns = min(1.0, 2.0 * max(gap, pair.rule.repeated or 0.0, 1e-15))
+        for place, (one, other) in enumerate(zip(members, others, strict=True)):
+            known = pair.reference.error_estimate * sizes[0][one]
+            margin = pair.rtol + uncertainty(
+                known, pair.value.error_estimate * sizes[1][other], pair.rtol
             )
-            rtol = rule.rtol or 0.0
-            margin = rtol + uncertainty(reference_error, value_error, rtol)
-            allowed.append(margin / min(1.0, 2.0 * max(gap, rule.repeated or 0.0, 1e-15)))
-    sine, scale = np.array(sines), np.array(scales)
+            names.append(_mode_label(axis, (one,)))
+            rows.append((sines[place], lengths[place], margin / turns))
+    sine, scale, allowed = np.array(rows).reshape(-1, 3).T
     with np.errstate(invalid="ignore"):
         met = scale * np.sqrt(np.maximum(1.0 - sine**2, 0.0))
         difference = np.where(np.isfinite(sine), np.hypot(sine, scale - 1.0), math.inf)
-    most = np.minimum(np.array(allowed), 0.5)
-    return Entries(tuple(names), np.ones(len(names)), met, difference, most)
+    return Entries(tuple(names), np.ones(len(names)), met, difference, np.minimum(allowed, 0.5))
 
 
 def _lengths(basis: np.ndarray, shapes: np.ndarray, sines: np.ndarray) -> np.ndarray:
@@ -240,51 +243,53 @@ def _mode_label(axis: Axis, members: tuple[int, ...]) -> str:
 # ----------------------------------------------------------------------------
 
 
-def by_curve(
-    aligned: AlignedArrays, reference: Quantity, value: Quantity, rule: Rule, name: str
-) -> tuple[Entries, tuple[str, ...]]:
+def by_curve(pair: Pair, name: str) -> tuple[Entries, tuple[str, ...]]:
     """Compare at the samples of both curves, straight between samples, within a tube.
 
-    `aligned` has the axis `name` first. A sample may be off by `rule.shift` times the highest
+    `pair` has the axis `name` first. A sample may be off by `rule.shift` times the highest
     abscissa along the axis, and by the tolerance across it; so a resonance that one run sampled
     a little next to another one's sample is no difference. Samples that are not finite have to
     meet an equal one within the shift.
 
     Returns the entries, samples of the reference first, and words on ranges that do not agree.
     """
-    axis_left, axis_right = _axis(reference, name), _axis(value, name)
-    x_left, x_right = _abscissa(axis_left), _abscissa(axis_right)
-    y_left, y_right = _columns(aligned.reference), _columns(aligned.value)
+    axes = axis_of(pair.reference, name), axis_of(pair.value, name)
+    x_left, x_right = (np.asarray(axis.values, dtype=float) for axis in axes)
+    # samples by curves; always complex, so that real curves take the same way
+    y_left, y_right = (
+        side.reshape(len(side), math.prod(side.shape[1:])).astype(complex)
+        for side in (pair.left, pair.right)
+    )
     if not x_left.size or not x_right.size:
         problem = f"{name} has {x_left.size} samples in the reference, {x_right.size} in the value"
-        none = Entries((), np.empty(0), np.empty(0), np.empty(0), np.empty(0))
-        return none, () if x_left.size == x_right.size else (problem,)
-    shift = (rule.shift or 0.0) * max(np.abs(x_left).max(), np.abs(x_right).max())
-    ends = (max(x_left.min(), x_right.min()) - shift, min(x_left.max(), x_right.max()) + shift)
-    axes = (axis_left, *aligned.axes)
-    allowed = tolerance(np.abs(aligned.reference), axes, reference, value, rule)
-    allowed = allowed.reshape(y_left.shape)
-    names: list[str] = []
-    parts: list[tuple[np.ndarray, ...]] = []
-    for x, y, other_x, other_y, axis in (
-        (x_left, y_left, x_right, y_right, axis_left),
-        (x_right, y_right, x_left, y_left, axis_right),
+        return joined([]), (problem,) * (x_left.size != x_right.size)
+    shift = (pair.rule.shift or 0.0) * max(np.abs(x_left).max(), np.abs(x_right).max())
+    first = max(x_left.min(), x_right.min()) - shift
+    last = min(x_left.max(), x_right.max()) + shift
+    allowed = pair.allowed(np.abs(pair.left), (axes[0], *pair.axes)).reshape(y_left.shape)
+    real = not np.iscomplexobj(pair.left) and not np.iscomplexobj(pair.right)
+    parts = []
+    for axis, x, y, other_x, other_y in (
+        (axes[0], x_left, y_left, x_right, y_right),
+        (axes[1], x_right, y_right, x_left, y_left),
     ):
-        within = np.flatnonzero((x >= ends[0]) & (x <= ends[1]))
+        within = np.flatnonzero((x >= first) & (x <= last))
         limit = _interpolated(x[within], x_left, allowed).real
         met = _interpolated(x[within], other_x, other_y)
-        difference = _distances(x[within], y[within], other_x, other_y, shift, limit, met, rule)
-        shown = (y[within], met) if axis is axis_left else (met, y[within])
-        names += _names(axis, within, aligned.axes)
-        parts.append((*shown, difference, limit))
-    real = not np.iscomplexobj(aligned.reference) and not np.iscomplexobj(aligned.value)
-    flat = [np.concatenate([part[i].ravel() for part in parts]) for i in range(4)]
-    one, other = (flat[0].real, flat[1].real) if real else (flat[0], flat[1])
-    problems = _range_problems(name, axis_left.unit, x_left, x_right, shift)
-    return Entries(tuple(names), one, other, flat[2], flat[3]), problems
+        difference = _distances(pair, x[within], y[within], other_x, other_y, shift, limit, met)
+        shown = (y[within], met) if axis is axes[0] else (met, y[within])
+        one, other = (side.real if real else side for side in shown)
+        names = labels((replace(axis, values=np.asarray(axis.values)[within]), *pair.axes))
+        parts.append(Entries(names, one, other, difference, limit))
+    ends = [(side.min(), side.max()) for side in (x_left, x_right)]
+    if all(abs(one - other) <= shift for one, other in zip(*ends, strict=True)):
+        return joined(parts), ()
+    ranges = " against ".join(f"{low:.9g} to {high:.9g}" for low, high in ends)
+    return joined(parts), (f"{name} covers {ranges} {axes[0].unit}".rstrip(),)
 
 
 def _distances(
+    pair: Pair,
     x: np.ndarray,
     y: np.ndarray,
     other_x: np.ndarray,
@@ -292,7 +297,6 @@ def _distances(
     shift: float,
     limit: np.ndarray,
     met: np.ndarray,
-    rule: Rule,
 ) -> np.ndarray:
     """Distance of samples (n, m) from the other curve within the tube.
 
@@ -304,7 +308,7 @@ def _distances(
     order = np.argsort(other_x, kind="stable")
     sorted_x, sorted_y = other_x[order], other_y[order]
     for row in np.flatnonzero((difference > limit).any(axis=1)):
-        near = _from_polyline(x[row], y[row], sorted_x, sorted_y, shift, bool(rule.nan_equal))
+        near = _from_polyline(x[row], y[row], sorted_x, sorted_y, shift, bool(pair.rule.nan_equal))
         difference[row] = np.minimum(difference[row], near)
     return difference
 
@@ -345,29 +349,6 @@ def _interpolated(x: np.ndarray, other_x: np.ndarray, other_y: np.ndarray) -> np
     return found
 
 
-def _axis(quantity: Quantity, name: str) -> Axis:
+def axis_of(quantity: Quantity, name: str) -> Axis:
+    """The axis of that name."""
     return next(axis for axis in quantity.axes if axis.name == name)
-
-
-def _abscissa(axis: Axis) -> np.ndarray:
-    return np.asarray(axis.values, dtype=float)
-
-
-def _columns(values: np.ndarray) -> np.ndarray:
-    """Samples by curves; always complex, so that real curves take the same way."""
-    return values.reshape(len(values), math.prod(values.shape[1:])).astype(complex)
-
-
-def _names(axis: Axis, within: np.ndarray, others: tuple[Axis, ...]) -> tuple[str, ...]:
-    values = np.asarray(axis.values)[within]
-    shown = Axis(name=axis.name, values=values, unit=axis.unit)
-    return labels((shown, *others))
-
-
-def _range_problems(
-    name: str, unit: str, left: np.ndarray, right: np.ndarray, shift: float
-) -> tuple[str, ...]:
-    if abs(left.min() - right.min()) <= shift and abs(left.max() - right.max()) <= shift:
-        return ()
-    ranges = " against ".join(f"{x.min():.9g} to {x.max():.9g}" for x in (left, right))
-    return (f"{name} covers {ranges} {unit}".rstrip(),)

@@ -1,19 +1,18 @@
 """Which quantities are compared how, how closely, and entry by entry on the same labels."""
 
 import fnmatch
-import itertools
 import math
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibecalc.core.results.record import Axis, Quantity, Record
-from vibecalc.core.results.select import LABEL_RTOL, entry_text, nearest
+from vibecalc.core.results.select import LABEL_RTOL, STANDARD_ERRORS, entry_text, labels, nearest
 from vibecalc.core.results.text_files import LARGEST, text_file
 from vibecalc.errors import UnitError, UsageError
 
@@ -94,7 +93,6 @@ class Rules:
 
     default: Rule = Rule()
     rules: tuple[Rule, ...] = ()
-    source: str = "built in"
 
     def unused(self, paths: Iterable[str]) -> list[str]:
         """Patterns that fit none of the quantities."""
@@ -107,27 +105,19 @@ class Rules:
         for rule in self.rules:
             if fnmatch.fnmatchcase(path, rule.quantity):
                 merged |= _said(rule)
-        return Rule(**{**merged, "quantity": path})
+        return Rule(**merged, quantity=path)
 
 
 def completed(rule: Rule, compare: str) -> Rule:
     """`rule` with the built-in defaults for a comparison of kind `compare` in its gaps."""
-    standard = _said(DEFAULT)
-    if compare == "curve":
-        standard["rtol"] = CURVE_RTOL
-    return Rule(**{**standard, **_said(rule), "quantity": rule.quantity, "compare": compare})
+    standard = _said(DEFAULT) | ({"rtol": CURVE_RTOL} if compare == "curve" else {})
+    return Rule(quantity=rule.quantity, **standard | _said(rule) | {"compare": compare})
 
 
-def absolute_tolerance(rule: Rule, unit: str) -> float:
-    """`rule.atol` in `unit`; UsageError names the rule where the dimensions do not agree."""
-    if not isinstance(rule.atol, str):
-        return float(rule.atol or 0.0)
-    from vibecalc.units import parse_quantity
-
-    try:
-        return parse_quantity(rule.atol, unit, difference=True)
-    except UnitError as error:
-        raise UsageError(f"atol = {rule.atol!r} does not fit {rule.quantity}: {error}") from error
+def _said(rule: Rule) -> dict[str, Any]:
+    """The keys of a rule that say something."""
+    said = vars(rule).items()
+    return {name: value for name, value in said if value is not None and name != "quantity"}
 
 
 def read_rules(path: Path | str) -> Rules:
@@ -141,101 +131,78 @@ def read_rules(path: Path | str) -> Rules:
         for name in content
         if name not in ("default", "rule")
     ]
-    tables = content.get("rule", [])
+    default, tables = content.get("default", {}), content.get("rule", [])
     if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
         problems.append("`rule` has to be a list of tables: write [[rule]]")
         tables = []
-    default = content.get("default", {})
     if not isinstance(default, dict):
         problems.append("`default` has to be a table: write [default]")
         default = {}
-    problems += _problems("[default]", default, _DEFAULT_KEYS)
+    problems += _problems("[default]", default, KEYS.keys() - {"quantity", "compare"})
     for number, table in enumerate(tables, start=1):
         name = f"[[rule]] {number}"
         if "quantity" not in table:
             problems.append(f'{name}: `quantity` is missing, as in quantity = "isolation/*"')
-        problems += _problems(name, table, _RULE_KEYS)
+        problems += _problems(name, table, KEYS)
     if problems:
         count = f"{len(problems)} problem{'s' if len(problems) > 1 else ''}"
         raise UsageError("\n  ".join([f"{count} in the rules file {path}:", *problems]))
-    return Rules(
-        default=Rule(**default), rules=tuple(Rule(**table) for table in tables), source=str(path)
-    )
+    return Rules(default=Rule(**default), rules=tuple(Rule(**table) for table in tables))
 
 
-def _problems(where: str, table: dict[str, Any], known: tuple[str, ...]) -> list[str]:
+def _problems(where: str, table: dict[str, Any], known: Collection[str]) -> list[str]:
     problems = []
     for key, value in table.items():
         if key not in known:
-            problems.append(
-                f"{where}: unknown key `{key}`; known are {', '.join(nearest(key, known))}"
-            )
-        elif (wrong := _CHECKS[key](value)) is not None:
-            problems.append(f"{where}: {key} = {value!r}: {wrong}")
+            names = nearest(key, [name for name in KEYS if name in known])
+            problems.append(f"{where}: unknown key `{key}`; known are {', '.join(names)}")
+        elif not KEYS[key][0](value):
+            problems.append(f"{where}: {key} = {value!r}: has to be {KEYS[key][1]}")
     return problems
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+def _is_size(value: Any) -> bool:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return number and 0.0 <= value < math.inf
 
 
-def _tolerance(value: Any) -> str | None:
-    return None if _is_number(value) and value >= 0 else "has to be a number, zero or more"
+def _is_amount(value: Any) -> bool:
+    from vibecalc.units import split_number
+
+    try:
+        digits = split_number(value)[0] if isinstance(value, str) else ""
+        return _is_size(float(digits.replace("_", "")) if digits else value)
+    except ValueError:
+        return False
 
 
-def _absolute(value: Any) -> str | None:
-    if isinstance(value, str):
-        from vibecalc.units import split_number
-
-        try:
-            value = float(split_number(value)[0].replace("_", ""))
-        except ValueError:
-            return 'has to begin with a number, as in "1e-6 N"'
-    return _tolerance(value)
-
-
-def _one_of(words: tuple[str, ...]) -> Callable[[Any], str | None]:
-    def check(value: Any) -> str | None:
-        if value in words:
-            return None
-        return f"has to be one of {', '.join(nearest(str(value), words))}"
-
-    return check
-
-
-def _pattern(value: Any) -> str | None:
-    return None if isinstance(value, str) and value else "has to be a path or pattern"
-
-
-def _flag(value: Any) -> str | None:
-    return None if isinstance(value, bool) else "has to be true or false"
-
-
-_CHECKS: dict[str, Callable[[Any], str | None]] = {
-    "quantity": _pattern,
-    "rtol": _tolerance,
-    "atol": _absolute,
-    "compare": _one_of(tuple(KINDS)),
-    "relative_to": _one_of(("whole", "entry")),
-    "floor": _tolerance,
-    "shift": _tolerance,
-    "repeated": _tolerance,
-    "nan_equal": _flag,
+_SIZE = (_is_size, "a number, zero or more")
+_WORDS = ("whole", "entry")
+#: key of a rule -> whether a value is fit for it, and what it has to be
+KEYS: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "quantity": (lambda value: isinstance(value, str) and value != "", "a path or pattern"),
+    "rtol": _SIZE,
+    "atol": (_is_amount, 'a number, zero or more, also with a unit as in "1e-6 N"'),
+    "compare": ([*KINDS].__contains__, f"one of {', '.join(KINDS)}"),
+    "relative_to": (_WORDS.__contains__, "one of whole, entry"),
+    "floor": _SIZE,
+    "shift": _SIZE,
+    "repeated": _SIZE,
+    "nan_equal": (lambda value: isinstance(value, bool), "true or false"),
 }
-_RULE_KEYS = tuple(_CHECKS)
-_DEFAULT_KEYS = tuple(key for key in _CHECKS if key not in ("quantity", "compare"))
-
-
-def _said(rule: Rule) -> dict[str, Any]:
-    """The keys of a rule that say something."""
-    pairs = {field.name: getattr(rule, field.name) for field in fields(rule)}
-    del pairs["quantity"]
-    return {name: value for name, value in pairs.items() if value is not None}
 
 
 # ----------------------------------------------------------------------------
-# Brings two quantities onto the same entries, by the labels on their axes.
+# Two quantities on the same entries, by the labels on their axes, and what these may differ by.
 # ----------------------------------------------------------------------------
+
+#: axes along which each row is measured by its own size, and so is each point of a sweep
+_ROWS = re.compile(r"(?:.*_)?(?:mode|order|condition|operation|harmonic)|sample|.*\..*")
+#: how much larger an error estimate may be than that of the reference and still count
+_GROWTH = 10.0
+#: of the terms that cancel: what the last bits of sums and of their inputs may leave of them
+_LAST_DIGITS = 1e-13
+_OPTIMISED = "optimisation/variable/"
 
 
 class Entries(NamedTuple):
@@ -248,24 +215,103 @@ class Entries(NamedTuple):
     allowed: np.ndarray
 
 
-class AlignedArrays(NamedTuple):
-    """Two arrays over the same axes, and what had to be left out of either."""
+def joined(parts: Sequence[Entries]) -> Entries:
+    """The entries of all parts."""
+    names = tuple(name for part in parts for name in part.labels)
+    rows = [(part.reference, part.value, part.difference, part.allowed) for part in parts]
+    columns = zip(*(rows or [(np.empty(0),) * 4]), strict=True)
+    return Entries(names, *(np.concatenate([one.ravel() for one in column]) for column in columns))
 
-    reference: np.ndarray
-    value: np.ndarray
+
+class Pair(NamedTuple):
+    """Two quantities under a rule, and the entries that both have.
+
+    `left` of the reference and `right` of the value are over the same `axes`, in the order of the
+    reference; before these comes an axis `free` to be unlike in both, if there is one. `problems`
+    says what had to be left out.
+    """
+
+    reference: Quantity
+    value: Quantity
+    rule: Rule
+    left: np.ndarray
+    right: np.ndarray
     axes: tuple[Axis, ...]
     problems: tuple[str, ...]
 
+    @property
+    def rtol(self) -> float:
+        """That of the rule."""
+        return self.rule.rtol or 0.0
 
-def align(reference: Quantity, value: Quantity, free: str | None = None) -> AlignedArrays:
-    """Entries that both have, in the order of the reference; axis names are the same in both.
+    def atol(self, unit: str) -> float:
+        """That of the rule in `unit`; UsageError names it where the dimensions do not agree."""
+        given = self.rule.atol
+        if not isinstance(given, str):
+            return float(given or 0.0)
+        from vibecalc.units import parse_quantity
 
-    The axis named `free` is put first and left as it is in either array (it is not in `axes`).
-    """
+        try:
+            return parse_quantity(given, unit, difference=True)
+        except UnitError as error:
+            raise UsageError(
+                f"atol = {given!r} does not fit {self.rule.quantity}: {error}"
+            ) from error
+
+    def apart(self, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+        """|left - right|; infinities of one sign are equal, NaN is only if the rule says so."""
+        kind = np.result_type(left, right, float)
+        with np.errstate(invalid="ignore", over="ignore"):
+            difference = np.abs(np.subtract(left, right, dtype=kind))
+        same = (left == right) | (np.isnan(left) & np.isnan(right) & bool(self.rule.nan_equal))
+        return np.where(same, 0.0, np.where(np.isnan(difference), math.inf, difference))
+
+    def allowed(
+        self, magnitude: np.ndarray, axes: Sequence[Axis], spread: float = 1.0
+    ) -> np.ndarray:
+        """What entries may differ by: atol + rtol * max(entry, scale) and both error estimates.
+
+        `magnitude` are the sizes of the compared entries, over `axes`; `spread` multiplies the
+        error estimates, for entries made of several. Statistics may be four standard errors apart
+        instead.
+        """
+        size = np.where(np.isfinite(magnitude), magnitude, 0.0)
+        if self.rule.relative_to == "whole":
+            within = tuple(i for i, axis in enumerate(axes) if not _ROWS.fullmatch(axis.name))
+            size = np.broadcast_to(size.max(axis=within, keepdims=True, initial=0.0), size.shape)
+        margin = self.rtol * size
+        allowed = self.atol(self.reference.unit) + spread * self.uncertainty(margin)
+        statistics = [one.standard_error for one in (self.reference, self.value)]
+        if statistics != [None, None]:
+            both = math.hypot(*(one or 0.0 for one in statistics))
+            return np.asarray(allowed + STANDARD_ERRORS * spread * both)
+        return np.asarray(allowed + margin)
+
+    def uncertainty(self, margin: Any) -> Any:
+        """What both error estimates allow together, see `uncertainty`."""
+        return uncertainty(self.reference.error_estimate, self.value.error_estimate, margin)
+
+    def grown(self) -> tuple[str, ...]:
+        """Words on an error estimate that has grown beyond what the numbers may differ by, if so.
+
+        Such a number is not known as well as the reference, and may be the same by chance.
+        """
+        one, other = self.reference, self.value
+        statistic = one.standard_error is not None or other.standard_error is not None
+        size = scale_of(np.abs(one.values)) if is_number(one) else 0.0
+        most = self.atol(one.unit) + self.rtol * size
+        was, now = float(one.error_estimate), float(other.error_estimate)
+        if statistic or now <= _GROWTH * was + most:
+            return ()
+        return (f"error estimate {was:.1e} became {now:.1e} {one.unit}".rstrip(),)
+
+
+def align(reference: Quantity, value: Quantity, rule: Rule, free: str = "") -> Pair:
+    """The entries that both have; axis names are the same in both, but one may be `free`."""
     left, right = np.asarray(reference.values), np.asarray(value.values)
     axes: list[Axis] = []
     problems: list[str] = []
-    first = None
+    first = 0
     for position, (one, other) in enumerate(zip(reference.axes, value.axes, strict=True)):
         if one.name == free:
             first = position
@@ -275,11 +321,10 @@ def align(reference: Quantity, value: Quantity, free: str | None = None) -> Alig
         problems += _left_out(other, from_right, "is not in the reference")
         left = left.take(from_left, axis=position)
         right = right.take(from_right, axis=position)
-        shared = np.asarray(one.values)[from_left]
-        axes.append(Axis(name=one.name, values=shared, unit=one.unit, long_name=one.long_name))
-    if first is not None:
+        axes.append(Axis(name=one.name, values=np.asarray(one.values)[from_left], unit=one.unit))
+    if free:
         left, right = np.moveaxis(left, first, 0), np.moveaxis(right, first, 0)
-    return AlignedArrays(left, right, tuple(axes), tuple(problems))
+    return Pair(reference, value, rule, left, right, tuple(axes), tuple(problems))
 
 
 def match_labels(left: np.ndarray, right: np.ndarray) -> tuple[list[int], list[int]]:
@@ -287,41 +332,27 @@ def match_labels(left: np.ndarray, right: np.ndarray) -> tuple[list[int], list[i
 
     A label that occurs twice is matched in order of occurrence.
     """
-    if left.dtype.kind not in "biuf" or right.dtype.kind not in "biuf":
-        return _match_names([str(name) for name in left], [str(name) for name in right])
-    order_left, order_right = np.argsort(left, kind="stable"), np.argsort(right, kind="stable")
     pairs: list[tuple[int, int]] = []
-    i = j = 0
-    while i < len(left) and j < len(right):
-        x, y = float(left[order_left[i]]), float(right[order_right[j]])
-        if abs(x - y) <= LABEL_RTOL * max(abs(x), abs(y)):
-            pairs.append((int(order_left[i]), int(order_right[j])))
-            i, j = i + 1, j + 1
-        elif x < y:
-            i += 1
-        else:
-            j += 1
+    if left.dtype.kind not in "biuf" or right.dtype.kind not in "biuf":
+        places: dict[str, list[int]] = {}
+        for position, name in enumerate(right):
+            places.setdefault(str(name), []).append(position)
+        for position, name in enumerate(left):
+            if places.get(str(name)):
+                pairs.append((position, places[str(name)].pop(0)))
+    else:
+        order_left, order_right = np.argsort(left, kind="stable"), np.argsort(right, kind="stable")
+        i = j = 0
+        while i < len(left) and j < len(right):
+            x, y = float(left[order_left[i]]), float(right[order_right[j]])
+            if abs(x - y) <= LABEL_RTOL * max(abs(x), abs(y)):
+                pairs.append((int(order_left[i]), int(order_right[j])))
+                i, j = i + 1, j + 1
+            elif x < y:
+                i += 1
+            else:
+                j += 1
     pairs.sort()
-    return [one for one, _ in pairs], [other for _, other in pairs]
-
-
-def labels(axes: tuple[Axis, ...], prefix: str = "") -> tuple[str, ...]:
-    """One label per entry of an array over `axes`, in C order."""
-    texts = [
-        [f"{axis.name}={entry_text(axis, position)}" for position in range(len(axis.values))]
-        for axis in axes
-    ]
-    start = [prefix] if prefix else []
-    return tuple(", ".join([*start, *parts]) for parts in itertools.product(*texts))
-
-
-def _match_names(left: list[str], right: list[str]) -> tuple[list[int], list[int]]:
-    places: dict[str, list[int]] = {}
-    for position, name in enumerate(right):
-        places.setdefault(name, []).append(position)
-    pairs = [
-        (position, places[name].pop(0)) for position, name in enumerate(left) if places.get(name)
-    ]
     return [one for one, _ in pairs], [other for _, other in pairs]
 
 
@@ -331,122 +362,6 @@ def _left_out(axis: Axis, shared: list[int], words: str) -> list[str]:
         return []
     more = f" (and {len(lost) - 1} more)" if len(lost) > 1 else ""
     return [f"{axis.name}={entry_text(axis, lost[0])}{more} {words}"]
-
-
-# ----------------------------------------------------------------------------
-# Entry by entry, as vectors, and by phase: the comparisons that need no matching.
-# ----------------------------------------------------------------------------
-
-#: axes along which each row is measured by its own size, and so is each point of a sweep
-_ROWS = re.compile(r"(?:.*_)?(?:mode|order|condition|operation|harmonic)|sample|.*\..*")
-#: standard errors that two statistics may be apart
-_STANDARD_ERRORS = 4.0
-#: how much larger an error estimate may be than that of the reference and still count
-_GROWTH = 10.0
-#: of the terms that cancel: what the last bits of sums and of their inputs may leave of them
-_LAST_DIGITS = 1e-13
-_OPTIMISED = "optimisation/variable/"
-
-
-def by_value(aligned: AlignedArrays, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
-    """Each entry for itself; complex entries are points in the plane, names equal or not."""
-    left, right = aligned.reference.ravel(), aligned.value.ravel()
-    names = labels(aligned.axes)
-    if left.dtype.kind not in "biufc":
-        difference = np.where(left.astype(str) == right.astype(str), 0.0, math.inf)
-        return Entries(names, left, right, difference, np.zeros(left.shape))
-    allowed = tolerance(np.abs(aligned.reference), aligned.axes, reference, value, rule).ravel()
-    return Entries(names, left, right, apart(left, right, rule), allowed)
-
-
-def by_vector(aligned: AlignedArrays, reference: Quantity, value: Quantity, rule: Rule) -> Entries:
-    """The entries along the last axis as one vector: length of the difference."""
-    if not aligned.axes or aligned.reference.dtype.kind not in "biufc":
-        return by_value(aligned, reference, value, rule)
-    count = math.sqrt(aligned.reference.shape[-1])
-    difference = np.linalg.norm(apart(aligned.reference, aligned.value, rule), axis=-1).ravel()
-    left = np.linalg.norm(np.abs(aligned.reference), axis=-1)
-    right = np.linalg.norm(np.abs(aligned.value), axis=-1).ravel()
-    axes = aligned.axes[:-1]
-    allowed = tolerance(left, axes, reference, value, rule, spread=count).ravel()
-    return Entries(labels(axes), left.ravel(), right, difference, allowed)
-
-
-def by_phase(
-    aligned: AlignedArrays,
-    reference: Quantity,
-    value: Quantity,
-    rule: Rule,
-    period: float = 2.0 * math.pi,
-) -> Entries:
-    """Angles modulo one turn, or another period, in rad; `rtol` and `atol` are in rad.
-
-    Of complex entries the angle counts, where the reference is above the amplitude floor; the
-    error estimates turn a phase by themselves over the amplitude.
-    """
-    names = labels(aligned.axes)
-    left, right = aligned.reference.ravel(), aligned.value.ravel()
-    margin = absolute_tolerance(rule, "rad") + (rule.rtol or 0.0)
-    size = scale_of(np.abs(left)) if np.iscomplexobj(left) else 1.0
-    known, other = reference.error_estimate, value.error_estimate
-    errors = uncertainty(known, other, (rule.rtol or 0.0) * size)
-    if np.iscomplexobj(left) and np.iscomplexobj(right):
-        amplitude = np.abs(left)
-        significant = np.flatnonzero(amplitude > (rule.floor or 0.0) * size)
-        left, right = left[significant], right[significant]
-        names = tuple(names[position] for position in significant)
-        # A value of zero has no phase: as far off as can be.
-        turned = np.where(right == 0, math.pi, np.abs(np.angle(right * np.conj(left))))
-        allowed = margin + errors / np.abs(left)
-        left, right = np.angle(left), np.angle(right)
-    elif reference.unit == "rad":
-        turned = np.abs(np.remainder(left - right + period / 2.0, period) - period / 2.0)
-        allowed = np.full(left.shape, margin + errors)
-    else:
-        raise UsageError(
-            f"compare = 'phase' does not fit {reference.path}: "
-            "it needs complex numbers or angles in rad"
-        )
-    same = (left == right) | (np.isnan(left) & np.isnan(right) & bool(rule.nan_equal))
-    difference = np.where(same, 0.0, np.where(np.isfinite(turned), turned, math.inf))
-    return Entries(names, left, right, difference, allowed)
-
-
-def apart(left: np.ndarray, right: np.ndarray, rule: Rule) -> np.ndarray:
-    """|left - right|; infinities of one sign are equal, NaN is only if the rule says so."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        difference = np.abs(np.subtract(left, right, dtype=_common(left, right)))
-    same = left == right
-    if rule.nan_equal:
-        same = same | (np.isnan(left) & np.isnan(right))
-    return np.where(same, 0.0, np.where(np.isnan(difference), math.inf, difference))
-
-
-def tolerance(
-    magnitude: np.ndarray,
-    axes: Sequence[Axis],
-    reference: Quantity,
-    value: Quantity,
-    rule: Rule,
-    spread: float = 1.0,
-) -> np.ndarray:
-    """What entries may differ by: atol + rtol * max(entry, scale) and both error estimates.
-
-    `magnitude` are the sizes of the compared entries, over `axes`; `spread` multiplies the error
-    estimates, for entries made of several. Statistics may be four standard errors apart instead.
-    """
-    size = np.where(np.isfinite(magnitude), magnitude, 0.0)
-    if rule.relative_to == "whole":
-        within = tuple(i for i, axis in enumerate(axes) if not _ROWS.fullmatch(axis.name))
-        largest = size.max(axis=within, keepdims=True, initial=0.0)
-        size = np.broadcast_to(largest, size.shape)
-    margin = (rule.rtol or 0.0) * size
-    errors = spread * uncertainty(reference.error_estimate, value.error_estimate, margin)
-    allowed = absolute_tolerance(rule, reference.unit) + errors
-    if reference.standard_error is not None or value.standard_error is not None:
-        both = math.hypot(reference.standard_error or 0.0, value.standard_error or 0.0)
-        return np.asarray(allowed + _STANDARD_ERRORS * spread * both)
-    return np.asarray(allowed + margin)
 
 
 def uncertainty(known: float, other: float, margin: Any) -> Any:
@@ -459,22 +374,6 @@ def uncertainty(known: float, other: float, margin: Any) -> Any:
     known = known if math.isfinite(known) else 0.0
     most = _GROWTH * known + margin
     return known + (np.minimum(other, most) if math.isfinite(other) else 0.0 * most)
-
-
-def grown(reference: Quantity, value: Quantity, rule: Rule) -> str:
-    """Words on an error estimate that has grown beyond what the numbers may differ by, or empty.
-
-    Such a number is not known as well as the reference, and may be the same by chance.
-    """
-    if reference.standard_error is not None or value.standard_error is not None:
-        return ""
-    numbers = reference.values.dtype.kind in "biufc"
-    size = scale_of(np.abs(reference.values)) if numbers else 0.0
-    most = absolute_tolerance(rule, reference.unit) + (rule.rtol or 0.0) * size
-    was, now = float(reference.error_estimate), float(value.error_estimate)
-    if now <= _GROWTH * was + most:
-        return ""
-    return f"error estimate {was:.1e} became {now:.1e} {reference.unit}".rstrip()
 
 
 def last_digits(reference: Record) -> float:
@@ -494,9 +393,66 @@ def last_digits(reference: Record) -> float:
 
 def scale_of(magnitude: np.ndarray) -> float:
     """Largest finite entry, zero if there is none."""
-    finite = magnitude[np.isfinite(magnitude)]
-    return float(finite.max()) if finite.size else 0.0
+    return float(np.max(magnitude, initial=0.0, where=np.isfinite(magnitude)))
 
 
-def _common(left: np.ndarray, right: np.ndarray) -> type:
-    return complex if np.iscomplexobj(left) or np.iscomplexobj(right) else float
+def is_number(quantity: Quantity) -> bool:
+    """Whether a quantity holds numbers, and not names."""
+    return quantity.values.dtype.kind in "biufc"
+
+
+# ----------------------------------------------------------------------------
+# Entry by entry, as vectors, and by phase: the comparisons that need no matching.
+# ----------------------------------------------------------------------------
+
+
+def by_value(pair: Pair) -> Entries:
+    """Each entry for itself; complex entries are points in the plane, names equal or not."""
+    left, right, names = pair.left.ravel(), pair.right.ravel(), labels(pair.axes)
+    if not is_number(pair.reference):
+        difference = np.where(left.astype(str) == right.astype(str), 0.0, math.inf)
+        return Entries(names, left, right, difference, np.zeros(left.shape))
+    allowed = pair.allowed(np.abs(pair.left), pair.axes).ravel()
+    return Entries(names, left, right, pair.apart(left, right), allowed)
+
+
+def by_vector(pair: Pair) -> Entries:
+    """The entries along the last axis as one vector: length of the difference."""
+    if not pair.axes or not is_number(pair.reference):
+        return by_value(pair)
+    sides = (pair.left, pair.right, pair.apart(pair.left, pair.right))
+    left, right, difference = (np.linalg.norm(np.abs(side), axis=-1) for side in sides)
+    axes = pair.axes[:-1]
+    allowed = pair.allowed(left, axes, spread=math.sqrt(pair.left.shape[-1]))
+    return Entries(labels(axes), *(one.ravel() for one in (left, right, difference, allowed)))
+
+
+def by_phase(pair: Pair, period: float) -> Entries:
+    """Angles modulo one turn, or another period, in rad; `rtol` and `atol` are in rad.
+
+    Of complex entries the angle counts, where the reference is above the amplitude floor; the
+    error estimates turn a phase by themselves over the amplitude.
+    """
+    names, left, right = labels(pair.axes), pair.left.ravel(), pair.right.ravel()
+    margin = pair.atol("rad") + pair.rtol
+    size = scale_of(np.abs(left)) if np.iscomplexobj(left) else 1.0
+    errors = pair.uncertainty(pair.rtol * size)
+    if np.iscomplexobj(left) and np.iscomplexobj(right):
+        significant = np.flatnonzero(np.abs(left) > (pair.rule.floor or 0.0) * size)
+        left, right = left[significant], right[significant]
+        names = tuple(names[position] for position in significant)
+        # A value of zero has no phase: as far off as can be.
+        turned = np.where(right == 0, math.pi, np.abs(np.angle(right * np.conj(left))))
+        allowed = margin + errors / np.abs(left)
+        left, right = np.angle(left), np.angle(right)
+    elif pair.reference.unit == "rad":
+        turned = np.abs(np.remainder(left - right + period / 2.0, period) - period / 2.0)
+        allowed = np.full(left.shape, margin + errors)
+    else:
+        raise UsageError(
+            f"compare = 'phase' does not fit {pair.reference.path}: "
+            "it needs complex numbers or angles in rad"
+        )
+    same = (left == right) | (np.isnan(left) & np.isnan(right) & bool(pair.rule.nan_equal))
+    difference = np.where(same, 0.0, np.where(np.isfinite(turned), turned, math.inf))
+    return Entries(names, left, right, difference, allowed)

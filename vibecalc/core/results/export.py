@@ -10,11 +10,8 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.results.files import write_together
-from vibecalc.core.results.plain import comma_separated, quantity_at
+from vibecalc.core.results.plain import comma_separated
 from vibecalc.core.results.record import Quantity, Result
-from vibecalc.errors import UsageError
-
-FORMATS = ("csv", "mat", "netcdf")
 
 
 def export_result(
@@ -48,7 +45,7 @@ def _chosen(result: Result, wanted: Sequence[str]) -> dict[str, Quantity]:
     for given in wanted:
         name = given.strip("/")
         group = {path: one for path, one in result.items() if path.startswith(f"{name}/")}
-        chosen |= group or {name: quantity_at(result, name)}
+        chosen |= group or {name: result[name]}
     return chosen
 
 
@@ -61,17 +58,16 @@ def _csv(chosen: Mapping[str, Quantity], folder: Path, stem: str) -> Files:
     numbers = csv.writer(stream, lineterminator="\n")
     numbers.writerow(["quantity", "value", "unit", "error"])
     for path, quantity in chosen.items():
+        text = comma_separated(quantity)
         if quantity.axes or np.iscomplexobj(quantity.values):
             name = f"{stem}_{_plain(path.replace('/', '__'))}.csv"
-            files.append((folder / name, comma_separated(quantity).encode()))
+            files.append((folder / name, text.encode()))
         else:
-            value = comma_separated(quantity).strip()
             error = repr(float(quantity.error_estimate))
-            numbers.writerow([path, value, quantity.unit, error])
-    content = stream.getvalue()
-    return (
-        [(folder / f"{stem}.csv", content.encode()), *files] if content.count("\n") > 1 else files
-    )
+            numbers.writerow([path, text.strip(), quantity.unit, error])
+    if len(files) < len(chosen):
+        files.insert(0, (folder / f"{stem}.csv", stream.getvalue().encode()))
+    return files
 
 
 def _mat(chosen: Mapping[str, Quantity], folder: Path, stem: str) -> Files:
@@ -98,19 +94,13 @@ def _mat(chosen: Mapping[str, Quantity], folder: Path, stem: str) -> Files:
 
 
 def _netcdf(chosen: Mapping[str, Quantity], folder: Path, stem: str) -> Files:
-    from vibecalc.core.results.labelled import data_tree
+    from vibecalc.core.results.labelled import data_tree, library
 
     parts: dict[str, Quantity] = {}
     for path, quantity in chosen.items():
         parts |= _pair(path, quantity)
-    tree = data_tree(parts)
-    try:
-        content = tree.to_netcdf(engine="h5netcdf")
-    except ImportError as error:
-        raise UsageError(
-            "netCDF files need h5netcdf, which is not installed; "
-            "install it with: pip install 'vibecalc[tables]'"
-        ) from error
+    library("h5netcdf")
+    content = data_tree(parts).to_netcdf(engine="h5netcdf")
     return [(folder / f"{stem}.nc", bytes(content))]
 
 

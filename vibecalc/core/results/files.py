@@ -5,12 +5,15 @@ import os
 import stat
 import zlib
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from vibecalc.core.results.steps import step
 from vibecalc.errors import UsageError
+
+#: how names of result files end
+SUFFIXES = (".h5", ".hdf5")
 
 
 def fresh_output(path: Path | str) -> Path:
@@ -49,45 +52,24 @@ def write_atomically(path: Path | str, content: bytes) -> Path:
 
 
 def write_together(files: Sequence[tuple[Path | str, bytes]]) -> list[Path]:
-    """Put each content at its path in one step, and return where they are.
+    """Put each content at its path in one step, all or none, and return where they are.
 
-    The bytes go to temporary files in the same folders, reach the disk, and are renamed onto the
-    targets one right after the other, so a reader sees the old files or the new ones. Whatever goes
-    wrong on the way (full disk, Ctrl-C), the temporary files are removed and the old files stay as
-    they were; what a killed process has left of its own is removed now. Raises UsageError with the
-    reason; the files before the one that it is about are written all the same.
+    See `written_aside`: all are on the disk before the first has its place. Raises UsageError with
+    the reason.
     """
-    aside: list[tuple[Path, Path]] = []
-    failure: UsageError | None = None
-    try:
+    targets = []
+    with ExitStack() as stack:
         for path, content in files:
-            try:
-                aside.append(_written_aside(path, content))
-            except UsageError as error:
-                failure = error
-                break
-        for temporary, target in aside:
-            try:
-                os.replace(temporary, target)
-            except OSError as error:
-                raise _cannot(target, error) from error
-            step(f"wrote {target}")
-    finally:
-        for temporary, _ in aside:
-            _discard(temporary)
-    if failure is not None:
-        raise failure
-    return [target for _, target in aside]
+            targets.append(fresh_output(path))
+            with suppress(OSError):  # a folder that cannot be listed can be written
+                clear_leftovers(targets[-1].parent)
+            stack.enter_context(written_aside(targets[-1])).write_bytes(content)
+    return targets
 
 
 def temporary_name() -> str:
     """A name nobody else takes; short, for file systems that end at 255 characters."""
     return f".vibecalc-{_host()}-{os.getpid()}-{os.urandom(4).hex()}.tmp"
-
-
-def is_temporary(path: Path) -> bool:
-    """Whether this is a file that somebody has not finished writing."""
-    return path.name.startswith(".vibecalc-") and path.suffix == ".tmp"
 
 
 def clear_leftovers(folder: Path) -> None:
@@ -98,31 +80,6 @@ def clear_leftovers(folder: Path) -> None:
             number = name.removeprefix(begin).partition("-")[0]
             if number.isdigit() and not _is_there(int(number)):
                 _discard(folder / name)
-
-
-def _written_aside(path: Path | str, content: bytes) -> tuple[Path, Path]:
-    """A temporary file with the content, and where it is to go."""
-    target = fresh_output(path)
-    with suppress(OSError):  # a folder that cannot be listed can be written
-        clear_leftovers(target.parent)
-    temporary = target.parent / temporary_name()
-    try:
-        with open(temporary, "xb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-    except OSError as error:
-        _discard(temporary)
-        raise _cannot(target, error) from error
-    except BaseException:
-        _discard(temporary)
-        raise
-    return temporary, target
-
-
-def _cannot(target: Path, error: OSError) -> UsageError:
-    untouched = ", the old one is untouched" if os.path.isfile(target) else ""
-    return UsageError(f"cannot write {target}: {_why(error)}{untouched}")
 
 
 def _host() -> str:
@@ -146,23 +103,14 @@ def _discard(temporary: Path) -> None:
         return  # the first error says what is wrong with this folder
 
 
-def _why(error: OSError) -> str:
-    return (error.strerror or str(error)).lower()
-
-
-# ----------------------------------------------------------------------------
-# Large files, written piece by piece next to their place and put there when they are whole.
-# ----------------------------------------------------------------------------
-
-
 @contextmanager
 def written_aside(target: Path, check: Callable[[Path], None] | None = None) -> Iterator[Path]:
     """Give the name of a temporary file in the folder of `target`, and rename it in the end.
 
     On leaving, the file reaches the disk, `check` examines it (and raises if it is not what it
-    should be), and it replaces `target` in one step. Whatever goes wrong before, the temporary
-    file is removed and an old `target` stays as it was. OSErrors, of the caller too, become
-    UsageError with the reason.
+    should be), and it replaces `target` in one step, so a reader sees the old file or the new one.
+    Whatever goes wrong before (full disk, Ctrl-C), the temporary file is removed and an old
+    `target` stays as it was. OSErrors, of the caller too, become UsageError with the reason.
     """
     temporary = target.parent / temporary_name()
     try:
@@ -175,12 +123,10 @@ def written_aside(target: Path, check: Callable[[Path], None] | None = None) -> 
             _to_disk(target.parent)
         step(f"wrote {target}")
     except OSError as error:
+        untouched = ", the old one is untouched" if os.path.isfile(target) else ""
+        raise UsageError(f"cannot write {target}: {_why(error, target)}{untouched}") from error
+    finally:
         _discard(temporary)
-        with in_words("cannot write", target):
-            raise error
-    except BaseException:
-        _discard(temporary)
-        raise
 
 
 @contextmanager
@@ -189,7 +135,7 @@ def in_words(what: str, path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise UsageError(f"{what} {path}: {_reason(error, path)}") from error
+        raise UsageError(f"{what} {path}: {_why(error, path)}") from error
 
 
 def _to_disk(path: Path) -> None:
@@ -201,9 +147,9 @@ def _to_disk(path: Path) -> None:
         os.close(number)
 
 
-def _reason(error: OSError, target: Path) -> str:
+def _why(error: OSError, target: Path | None = None) -> str:
     """Why, in the words of the system; HDF5 hides them in a long text of its own."""
-    if not target.parent.is_dir():
+    if target is not None and not target.parent.is_dir():
         return f"the folder {target.parent} is not there any more"
     if error.errno is not None:
         return os.strerror(error.errno).lower()
@@ -221,12 +167,12 @@ def _reason(error: OSError, target: Path) -> str:
 # ----------------------------------------------------------------------------
 
 
-class PatientFile(io.RawIOBase):
+class PatientFile(io.FileIO):
     """A new file, for reading and writing; once a write has failed, nothing more goes to disk."""
 
     def __init__(self, path: Path) -> None:
-        self._number = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
-        self._position = self._size = 0
+        super().__init__(path, "x+")
+        self._size = 0
         self._pending: list[tuple[int, bytes]] = []
         self._failure: OSError | None = None
 
@@ -235,74 +181,47 @@ class PatientFile(io.RawIOBase):
         if self._failure is not None:
             raise self._failure
 
-    def close(self) -> None:
-        """Close the file; it may be closed twice."""
-        if not self.closed:
-            os.close(self._number)
-        super().close()
-
-    def readable(self) -> bool:
-        """Yes."""
-        return True
-
-    def writable(self) -> bool:
-        """Yes."""
-        return True
-
-    def seekable(self) -> bool:
-        """Yes."""
-        return True
-
-    def tell(self) -> int:
-        """Where the next byte is read or written."""
-        return self._position
-
     def seek(self, offset: int, whence: int = os.SEEK_SET, /) -> int:
-        """Go to a place in the file, and return it."""
-        origin = {os.SEEK_SET: 0, os.SEEK_CUR: self._position, os.SEEK_END: self._size}
-        self._position = origin[whence] + offset
-        return self._position
+        """Go to a place in the file, and return it; the end is that of what was written."""
+        if whence == os.SEEK_END:
+            return super().seek(self._size + offset)
+        return super().seek(offset, whence)
 
     def readinto(self, buffer: Any, /) -> int:
         """Read what was written, on disk or not; returns how many bytes there were."""
-        view = memoryview(buffer).cast("B")
-        start = self._position
-        wanted = max(0, min(len(view), self._size - start))
-        read = b""
-        while len(read) < wanted:
-            part = os.pread(self._number, wanted - len(read), start + len(read))
-            if not part:  # written, but not to the disk
-                break
-            read += part
-        view[:wanted] = read.ljust(wanted, b"\0")
+        start = self.tell()
+        view = memoryview(buffer).cast("B")[: max(0, self._size - start)]
+        done = 0
+        while part := super().readinto(view[done:]):
+            done += part
+        view[done:] = bytes(len(view) - done)  # written, but not to the disk
+        last = start + len(view)
         for place, content in self._pending:
-            first, last = max(start, place), min(start + wanted, place + len(content))
-            if first < last:
-                view[first - start : last - start] = content[first - place : last - place]
-        self._position += wanted
-        return wanted
+            first, end = max(start, place), min(last, place + len(content))
+            if first < end:
+                view[first - start : end - start] = content[first - place : end - place]
+        self.seek(last)
+        return len(view)
 
     def write(self, buffer: Any, /) -> int:
         """Write everything, and return how much that was; never raises OSError."""
-        view = memoryview(buffer).cast("B")
-        done = 0
+        view, start, done = memoryview(buffer).cast("B"), self.tell(), 0
         try:
             while self._failure is None and done < len(view):
-                done += os.pwrite(self._number, view[done:], self._position + done)
+                done += super().write(view[done:])
         except OSError as error:
             self._failure = error
         if done < len(view):
-            self._pending.append((self._position + done, bytes(view[done:])))
-        self._position += len(view)
-        self._size = max(self._size, self._position)
+            self._pending.append((start + done, bytes(view[done:])))
+        self._size = max(self._size, self.seek(start + len(view)))
         return len(view)
 
     def truncate(self, size: int | None = None, /) -> int:
         """Set the size of the file, and return it; never raises OSError."""
-        self._size = self._position if size is None else size
+        self._size = self.tell() if size is None else size
         try:
             if self._failure is None:
-                os.ftruncate(self._number, self._size)
+                super().truncate(self._size)
         except OSError as error:
             self._failure = error
         return self._size

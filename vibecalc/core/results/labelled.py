@@ -1,6 +1,7 @@
 """Quantities with names on their axes, as xarray and pandas have them."""
 
 from collections.abc import Mapping
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,20 +26,19 @@ def data_tree(result: Mapping[str, Quantity]) -> "DataTree":
     An axis is `order_2` and so on where `order` is another axis of its stage, or a quantity or
     group at or below its place, as in the file.
     """
-    xarray = _xarray()
     names = dimension_names({path: quantity.axes for path, quantity in result.items()})
     groups: dict[str, dict[str, DataArray]] = {}
     for path, quantity in result.items():
         folder, _, name = path.rpartition("/")
         groups.setdefault(f"/{folder}", {})[name] = _array(quantity, names[path])
-    datasets = {path: xarray.Dataset(one) for path, one in groups.items()}
-    tree: DataTree = xarray.DataTree.from_dict(datasets)
+    datasets = {path: library("xarray").Dataset(one) for path, one in groups.items()}
+    tree: DataTree = library("xarray").DataTree.from_dict(datasets)
     return tree
 
 
 def series(quantity: Quantity) -> "Series[Any]":
     """The entries of a quantity in one column, its index the axes."""
-    pandas = _pandas()
+    pandas = library("pandas")
     values = np.asarray(quantity.values)
     if not quantity.axes:
         return pandas.Series([values.item()], name=quantity.path)
@@ -52,7 +52,7 @@ def series(quantity: Quantity) -> "Series[Any]":
 
 def data_frame(result: Mapping[str, Quantity]) -> "DataFrame":
     """A row for each quantity; `value` is that of one number, `largest` the largest magnitude."""
-    pandas = _pandas()
+    pandas = library("pandas")
     rows = []
     for quantity in result.values():
         values = np.asarray(quantity.values)
@@ -73,24 +73,17 @@ def data_frame(result: Mapping[str, Quantity]) -> "DataFrame":
 
 
 def _array(quantity: Quantity, dimensions: tuple[str, ...]) -> "DataArray":
-    xarray = _xarray()
-    attributes = {
-        "units": quantity.unit,
-        "long_name": quantity.long_name,
-        "amplitude": quantity.amplitude,
-        "error_estimate": float(quantity.error_estimate),
-        "standard_error": quantity.standard_error,
-    }
+    attributes = {name: one for name, one in quantity.attributes.items() if name != "errors"}
     coordinates = {
         name: (name, _entries(axis), {"units": axis.unit, "long_name": axis.long_name})
         for name, axis in zip(dimensions, quantity.axes, strict=True)
     }
-    array: DataArray = xarray.DataArray(
+    array: DataArray = library("xarray").DataArray(
         quantity.values,
         coords=coordinates,
         dims=dimensions,
         name=quantity.path,
-        attrs={name: value for name, value in attributes.items() if value is not None},
+        attrs=attributes,
     )
     return array
 
@@ -100,24 +93,12 @@ def _entries(axis: Axis) -> np.ndarray:
     return values.astype(np.str_) if values.dtype.kind == "O" else values
 
 
-def _xarray() -> Any:
+def library(name: str) -> Any:
+    """A library that only tables need; UsageError where it is not installed."""
     try:
-        import xarray
+        return import_module(name)
     except ImportError as error:
-        raise _missing("xarray") from error
-    return xarray
-
-
-def _pandas() -> Any:
-    try:
-        import pandas
-    except ImportError as error:
-        raise _missing("pandas") from error
-    return pandas
-
-
-def _missing(library: str) -> UsageError:
-    return UsageError(
-        f"this needs {library}, which is not installed; "
-        "install it with: pip install 'vibecalc[tables]'"
-    )
+        raise UsageError(
+            f"this needs {name}, which is not installed; "
+            "install it with: pip install 'vibecalc[tables]'"
+        ) from error

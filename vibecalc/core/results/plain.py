@@ -3,24 +3,17 @@
 import csv
 import io
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from vibecalc.core.results.record import Axis, Quantity
+from vibecalc.core.results.record import Quantity
 from vibecalc.core.results.select import Key, nearest, select
 from vibecalc.core.results.visible import text_cell
 from vibecalc.errors import MissingQuantity
 from vibecalc.units import convert
-
-
-def quantity_at(result: Mapping[str, Quantity], path: str) -> Quantity:
-    """The quantity at a path; ResultError, with the paths most like it, if there is none."""
-    if path in result:
-        return result[path]
-    raise missing(result, path)
 
 
 def missing(result: Mapping[str, Quantity], given: object) -> MissingQuantity:
@@ -61,27 +54,19 @@ def comma_separated(quantity: Quantity) -> str:
     Numbers have all their digits; of what is complex the real and the imaginary part have a column
     each. The first line names axes and quantity with their units.
     """
-    values = np.asarray(quantity.values)
-    if not quantity.axes and not np.iscomplexobj(values):
+    values, axes = np.asarray(quantity.values), quantity.axes
+    if not axes and not np.iscomplexobj(values):
         return f"{_text(values.item())}\n"
-    name = quantity.path.rpartition("/")[2]
-    return _table(quantity.axes, _columns(name, quantity.unit, values))
-
-
-def _columns(name: str, unit: str, values: np.ndarray) -> list[tuple[str, np.ndarray]]:
-    if not np.iscomplexobj(values):
-        return [(_titled(name, unit), values)]
-    parts = (("real", values.real), ("imaginary", values.imag))
-    return [(_titled(f"{name} {part}", unit), numbers) for part, numbers in parts]
-
-
-def _table(axes: Sequence[Axis], columns: Sequence[tuple[str, np.ndarray]]) -> str:
+    name, parts = quantity.path.rpartition("/")[2], {"": values}
+    if np.iscomplexobj(values):
+        parts = {" real": values.real, " imaginary": values.imag}
+    titles = [(axis.name, axis.unit) for axis in axes]
+    titles += [(f"{name}{part}", quantity.unit) for part in parts]
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow([*(_titled(axis.name, axis.unit) for axis in axes), *(t for t, _ in columns)])
+    writer.writerow([_titled(*one) for one in titles])
     places = itertools.product(*(axis.values for axis in axes))
-    numbers = [np.ravel(values) for _, values in columns]
-    for place, *row in zip(places, *numbers, strict=True):
+    for place, *row in zip(places, *(np.ravel(part) for part in parts.values()), strict=True):
         writer.writerow([_text(one) for one in (*place, *row)])
     return stream.getvalue()
 

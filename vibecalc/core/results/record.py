@@ -122,18 +122,10 @@ def entry(
     unit: str,
     long_name: str,
     amplitude: str | None = None,
-    *,
-    headline: Headline | None = None,
-    exempt: str = "",
-    part_of: str = "",
-    name: str = "",
-    curve: str = "",
-    diagnostic: bool = False,
-    circle: str = "",
+    **more: Any,
 ) -> Entry:
     """An entry whose axes are written as one text with blanks between."""
-    known = (path, tuple(axes.split()), unit, long_name, amplitude, headline, exempt)
-    return Entry(*known, part_of, name, curve, diagnostic, circle)
+    return Entry(path, tuple(axes.split()), unit, long_name, amplitude, **more)
 
 
 def exempt(reason: str, entries: Iterable[Entry]) -> Iterator[Entry]:
@@ -333,8 +325,7 @@ class Quantity(np.lib.mixins.NDArrayOperatorsMixin):
 
     def _repr_html_(self) -> str:
         """Name, unit, axes and values in a notebook, in the unit that people read."""
-        html: str = named("vibecalc.core.report.notebook:quantity_html")(self)
-        return html
+        return str(named("vibecalc.core.report.notebook:quantity_html")(self))
 
     def to(self, unit: str) -> np.ndarray:
         """The values in another unit; UnitError if it has another dimension."""
@@ -344,13 +335,25 @@ class Quantity(np.lib.mixins.NDArrayOperatorsMixin):
 
     def to_xarray(self) -> "DataArray":
         """The values with coordinates; unit, amplitude and error stand in `attrs`."""
-        array: DataArray = named(f"{_LABELLED}:data_array")(self)
-        return array
+        return cast("DataArray", named(f"{_LABELLED}:data_array")(self))
 
     def to_pandas(self) -> "Series[Any]":
         """The values as a column, its index the axes; of one number, a column of one."""
-        column: Series[Any] = named(f"{_LABELLED}:series")(self)
-        return column
+        return cast("Series[Any]", named(f"{_LABELLED}:series")(self))
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """What stands next to the values in a file, by its names there."""
+        known = {
+            "units": self.unit,
+            "long_name": self.long_name,
+            "amplitude": self.amplitude,
+            "error_estimate": float(self.error_estimate),
+            "errors": self.errors,
+            "standard_error": self.standard_error,
+            "terms": self.terms or None,
+        }
+        return {name: one for name, one in known.items() if one is not None}
 
     @property
     def estimate(self) -> Estimate:
@@ -502,10 +505,8 @@ class Result(Mapping[str, Quantity]):
 
     def to_xarray(self) -> "DataTree":
         """All quantities as a tree of their paths, with coordinates."""
-        tree: DataTree = named(f"{_LABELLED}:data_tree")(self)
-        return tree
+        return cast("DataTree", named(f"{_LABELLED}:data_tree")(self))
 
     def to_pandas(self) -> "DataFrame":
         """A row for each quantity: unit, axes, value of one number, largest magnitude, error."""
-        table: DataFrame = named(f"{_LABELLED}:data_frame")(self)
-        return table
+        return cast("DataFrame", named(f"{_LABELLED}:data_frame")(self))

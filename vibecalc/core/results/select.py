@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -30,12 +31,16 @@ class Selection(NamedTuple):
 
     `values` has one dimension for each axis that `where` does not name, in the quantity's order;
     `labels` holds one text per entry of `values`, in C order, naming all axes
-    ("mount=2, order=1"), `errors` what each of the values may be off by.
+    ("mount=2, order=1"), `errors` what each of the values may be off by. `curving` is what they may
+    be off on top where they lie between two samples of a curve, in the unit of the quantity: how
+    far a polynomial through one more sample on each side leaves the straight line, and all of a
+    value that stands next to one without bound; 0 at a sample.
     """
 
     values: np.ndarray
     labels: tuple[str, ...]
     errors: np.ndarray
+    curving: float
 
 
 def select(quantity: Quantity, where: Where) -> Selection:
@@ -60,50 +65,37 @@ def select(quantity: Quantity, where: Where) -> Selection:
     ResultError
         An axis or entry does not exist; the message lists what does.
     """
-    return _picked(quantity, where)[0]
-
-
-def curving(quantity: Quantity, where: Where) -> float:
-    """What the values that `where` picks between two samples of a curve may be off, at most.
-
-    In the unit of the quantity: how far a polynomial through one more sample on each side leaves
-    the straight line, and all of a value that stands next to one without bound; 0 at a sample.
-    """
-    return _picked(quantity, where)[1]
-
-
-def _picked(quantity: Quantity, where: Where) -> tuple[Selection, float]:
     unknown = [name for name in where if name not in {axis.name for axis in quantity.axes}]
     if unknown:
         raise ResultError(_no_axis(quantity, unknown[0]))
     index: list[int | slice] = []
-    texts: list[list[str]] = []
+    left: list[Axis] = []
     crossed: tuple[int, Axis, float] | None = None
     for axis in quantity.axes:
+        place: int | slice = slice(None)
         between = _between(quantity, axis, where.get(axis.name))
         if between is not None:
             crossed = sum(isinstance(one, slice) for one in index), axis, between
-            index.append(slice(None))
-            texts.append([f"{axis.name}={between:.9g} {axis.unit}"])
-            continue
-        if axis.name in where:
-            position = _position(quantity, axis, where[axis.name])
-            positions = [position]
-            index.append(position)
-        else:
-            positions = list(range(len(axis.values)))
-            index.append(slice(None))
-        texts.append([f"{axis.name}={entry_text(axis, position)}" for position in positions])
-    labels = tuple(", ".join(parts) for parts in itertools.product(*texts))
+            axis = replace(axis, values=np.array([between]))
+        elif axis.name in where:
+            place = _position(quantity, axis, where[axis.name])
+            axis = replace(axis, values=np.asarray(axis.values)[[place]])
+        index.append(place)
+        left.append(axis)
     values, off = np.asarray(quantity.values)[tuple(index)], 0.0
     errors = np.broadcast_to(float(quantity.error_estimate), values.shape)
     if quantity.errors is not None and crossed is None:
         errors = np.asarray(quantity.errors[tuple(index)])
     if crossed is not None:
-        place, axis, between = crossed
-        values, off = _on_the_line(np.moveaxis(values, place, 0), axis, between)
+        along, axis, between = crossed
+        values, off = _on_the_line(np.moveaxis(values, along, 0), axis, between)
         errors = np.broadcast_to(float(quantity.error_estimate), values.shape)
-    return Selection(values, labels, errors), off
+    return Selection(values, labels(left), errors, off)
+
+
+def curving(quantity: Quantity, where: Where) -> float:
+    """That of what `where` picks."""
+    return select(quantity, where).curving
 
 
 def _between(quantity: Quantity, axis: Axis, key: Key | None) -> float | None:
@@ -136,13 +128,13 @@ def _on_the_line(rows: np.ndarray, axis: Axis, wanted: float) -> tuple[np.ndarra
 
 def numbers(quantity: Quantity, where: Where) -> Selection:
     """The entries that `where` leaves, (n,) real ones, complex ones by their magnitude."""
-    values, labels, errors = select(quantity, where)
-    if values.size == 0:
+    picked = select(quantity, where)
+    if picked.values.size == 0:
         raise ResultError(f"{quantity.path} has no entries to pick the worst of")
-    if values.dtype.kind not in "biufc":
+    if picked.values.dtype.kind not in "biufc":
         raise ResultError(f"{quantity.path} holds names, there is no worst of them")
-    flat = (np.abs(values) if np.iscomplexobj(values) else values).astype(float).ravel()
-    return Selection(flat, labels, errors.ravel())
+    size = np.abs(picked.values) if np.iscomplexobj(picked.values) else picked.values
+    return picked._replace(values=size.astype(float).ravel(), errors=picked.errors.ravel())
 
 
 def worst(quantity: Quantity, where: Where, sense: Side) -> tuple[float, str]:
@@ -150,7 +142,7 @@ def worst(quantity: Quantity, where: Where, sense: Side) -> tuple[float, str]:
 
     Complex entries count by magnitude, and NaN is worse than any number.
     """
-    flat, labels, _ = numbers(quantity, where)
+    flat, labels, *_ = numbers(quantity, where)
     missing = np.isnan(flat)
     if missing.any():
         return float("nan"), labels[int(np.argmax(missing))]
@@ -168,7 +160,7 @@ def parts_of(quantity: Quantity, where: Where, sense: Side) -> tuple[np.ndarray,
 
     Of entries along axes that are no parts of the machine, as of a curve, the worst counts.
     """
-    flat, _, errors = numbers(quantity, where)
+    flat, _, errors, _ = numbers(quantity, where)
     free = [axis for axis in quantity.axes if axis.name not in where]
     shape = tuple(len(axis.values) for axis in free)
     along = tuple(place for place, axis in enumerate(free) if axis.name not in PARTS)
@@ -211,6 +203,16 @@ def scalar(quantity: Quantity, where: Where) -> float | complex:
         raise ResultError(f"{quantity.path} holds names, a number is needed")
     only = values.ravel()[0]
     return complex(only) if np.iscomplexobj(values) else float(only)
+
+
+def labels(axes: Sequence[Axis], prefix: str = "") -> tuple[str, ...]:
+    """One label per entry of an array over `axes`, in C order: `mount=2, order=1`."""
+    texts = [
+        [f"{axis.name}={entry_text(axis, position)}" for position in range(len(axis.values))]
+        for axis in axes
+    ]
+    start = [prefix] if prefix else []
+    return tuple(", ".join([*start, *parts]) for parts in itertools.product(*texts))
 
 
 def entry_text(axis: Axis, position: int) -> str:

@@ -12,7 +12,6 @@ from vibecalc.core.results.case_hash import WRITTEN, text_hash
 from vibecalc.core.results.dimensions import dimension_names, stage_of
 from vibecalc.core.results.files import fresh_output, write_atomically
 from vibecalc.core.results.layout import (
-    ENTRY_ERRORS,
     PROVENANCE,
     RESULT_SCHEMA_VERSION,
     TEXT_CHECKSUM,
@@ -101,23 +100,24 @@ class _Writer:
 
     def identity(self, result: Result) -> None:
         """Root attributes: who wrote the file, for which case, what was done."""
-        self.number(self.root, "schema_version", RESULT_SCHEMA_VERSION)
-        self.text(self.root, "vibecalc_version", result.version)
-        self.text(self.root, "name", result.name)
-        self.text(self.root, "case_sha256", result.case_sha256)
-        self.text(self.root, "case_toml", result.case_toml)
-        self.text(self.root, WRITTEN, text_hash(result.case_toml))
-        self.text(self.root, "case_toml_resolved", result.case_toml_resolved)
-        methods = [
-            {"name": method.name, "purpose": method.purpose, "citation": method.citation}
-            for method in result.record.methods
-        ]
-        self.text(self.root, "quantities", _json(list(result.record)))
-        self.text(self.root, "plan", _json([dict(stage) for stage in result.plan]))
-        self.text(self.root, "warnings", _json(result.record.warnings))
-        self.text(self.root, "methods", _json(methods))
+        self.attributes(
+            self.root,
+            {
+                "schema_version": RESULT_SCHEMA_VERSION,
+                "vibecalc_version": result.version,
+                "name": result.name,
+                "case_sha256": result.case_sha256,
+                "case_toml": result.case_toml,
+                WRITTEN: text_hash(result.case_toml),
+                "case_toml_resolved": result.case_toml_resolved,
+                "quantities": _json(list(result.record)),
+                "plan": _json([dict(stage) for stage in result.plan]),
+                "warnings": _json(result.record.warnings),
+                "methods": _json([method._asdict() for method in result.record.methods]),
+            },
+        )
         if result.verdicts is not None:
-            self.text(self.root, VERDICTS, _json(as_objects(result.verdicts)))
+            self.attribute(self.root, VERDICTS, _json(as_objects(result.verdicts)))
 
     def name_axes(self, axes: Mapping[str, Sequence[Axis]], outer: Sequence[str] = ()) -> None:
         """Choose names for the axes of all quantities; `outer` are those of groups and sweeps."""
@@ -135,17 +135,7 @@ class _Writer:
         """The attributes of a quantity and its axes, from position `first` on."""
         from h5py import h5ds
 
-        self.text(dataset, "units", quantity.unit)
-        self.text(dataset, "long_name", quantity.long_name)
-        if quantity.amplitude is not None:
-            self.text(dataset, "amplitude", quantity.amplitude)
-        self.number(dataset, "error_estimate", float(quantity.error_estimate))
-        if quantity.errors is not None:
-            self.numbers(dataset, ENTRY_ERRORS, quantity.errors)
-        if quantity.standard_error is not None:
-            self.number(dataset, "standard_error", float(quantity.standard_error))
-        if quantity.terms:
-            self.number(dataset, "terms", float(quantity.terms))
+        self.attributes(dataset, quantity.attributes)
         names = self.dimensions[quantity.path]
         for position, (axis, name) in enumerate(zip(quantity.axes, names, strict=True), first):
             h5ds.attach_scale(dataset, self.scale(quantity.path, axis, name), position)
@@ -158,16 +148,11 @@ class _Writer:
         """
         from h5py import h5a
 
-        group, times = self.group(PROVENANCE), result.timings
-        for name, value in result.provenance.items():
-            if isinstance(value, str):
-                self.text(group, name, value)
-            else:
-                self.number(group, name, value)
-        timings = self.group(f"{PROVENANCE}/{TIMINGS}") if times else None
-        for name, seconds in times.items():
-            self.number(timings, name, float(seconds))
-        self.number(group, TEXT_CHECKSUM, 0)
+        group = self.group(PROVENANCE)
+        self.attributes(group, result.provenance)
+        if result.timings:
+            self.attributes(self.group(f"{PROVENANCE}/{TIMINGS}"), result.timings)
+        self.attribute(group, TEXT_CHECKSUM, 0)
         file.flush()
         h5a.open(group, TEXT_CHECKSUM.encode()).write(np.array(checksum()))
 
@@ -195,10 +180,9 @@ class _Writer:
         if key not in self.scales:
             dataset = self.dataset(self.group(folder), name, np.asarray(axis.values))
             h5ds.set_scale(dataset, _encoded(axis.name))
-            self.text(dataset, "units", axis.unit)
-            self.text(dataset, "long_name", axis.long_name)
+            self.attributes(dataset, {"units": axis.unit, "long_name": axis.long_name})
             if axis.run_samples:
-                self.number(dataset, "run_samples", axis.run_samples)
+                self.attribute(dataset, "run_samples", axis.run_samples)
             self.scales[key] = dataset
         elif place not in self.linked:
             shared = h5i.get_name(self.scales[key])
@@ -211,15 +195,9 @@ class _Writer:
 
         Small ones live in their object header, which has a checksum.
         """
-        from h5py import h5d, h5s, h5t
+        from h5py import h5d, h5s
 
-        if _is_text(values):
-            stored = np.array([_plain(str(text)) for text in values.ravel()], dtype=self.text_dtype)
-            stored = stored.reshape(values.shape)
-            in_file, in_memory = self.text_in_file, self.text_in_memory
-        else:
-            stored = np.array(values, dtype=_STORED[values.dtype.kind], order="C")
-            in_file = in_memory = h5t.py_create(stored.dtype, logical=True)
+        stored, in_file, in_memory = self.typed(values)
         space = h5s.create_simple(stored.shape) if stored.ndim else self.scalar
         options = self.compact if 0 < stored.size <= _COMPACT_ENTRIES else self.contiguous
         dataset = h5d.create(group, _encoded(name), in_file, space, options)
@@ -227,41 +205,40 @@ class _Writer:
             dataset.write(h5s.ALL, h5s.ALL, stored, mtype=in_memory)
         return dataset
 
-    def text(self, place: Any, name: str, text: str) -> None:
-        """A text attribute."""
-        from h5py import h5a
+    def typed(self, values: np.ndarray) -> tuple[np.ndarray, Any, Any]:
+        """Values as they are stored, with their type in the file and in memory."""
+        from h5py import h5t
 
-        value = np.array(_plain(text), dtype=self.text_dtype)
-        attribute = h5a.create(place, _encoded(name), self.text_in_file, self.scalar)
-        attribute.write(value, mtype=self.text_in_memory)
+        if _is_text(values):
+            texts = [_plain(str(text)) for text in values.ravel()]
+            stored = np.array(texts, dtype=self.text_dtype).reshape(values.shape)
+            return stored, self.text_in_file, self.text_in_memory
+        stored = np.array(values, dtype=_STORED[values.dtype.kind], order="C")
+        kind = h5t.py_create(stored.dtype, logical=True)
+        return stored, kind, kind
 
-    def number(self, place: Any, name: str, number: int | float) -> None:
-        """A number attribute: int64 or float64."""
-        from h5py import h5a, h5t
+    def attributes(self, place: Any, given: Mapping[str, Any]) -> None:
+        """Attributes by their names."""
+        for name, value in given.items():
+            self.attribute(place, name, value)
 
-        kind = h5t.STD_I64LE if isinstance(number, int) else h5t.IEEE_F64LE
-        value = np.array(number, dtype=np.int64 if isinstance(number, int) else np.float64)
-        h5a.create(place, _encoded(name), kind, self.scalar).write(value)
+    def attribute(self, place: Any, name: str, value: str | int | float | np.ndarray) -> None:
+        """A text, a number or an array of numbers as an attribute."""
+        from h5py import h5a, h5s
 
-    def numbers(self, place: Any, name: str, numbers: np.ndarray) -> None:
-        """An attribute of float64 numbers."""
-        from h5py import h5a, h5s, h5t
+        # a text as it is: an array of texts loses zero characters at their end
+        values = np.array(value, dtype=object) if isinstance(value, str) else np.asarray(value)
+        stored, in_file, in_memory = self.typed(values)
+        space = h5s.create_simple(stored.shape) if stored.ndim else self.scalar
+        h5a.create(place, _encoded(name), in_file, space).write(stored, mtype=in_memory)
 
-        space = h5s.create_simple(numbers.shape)
-        attribute = h5a.create(place, _encoded(name), h5t.IEEE_F64LE, space)
-        attribute.write(np.array(numbers, dtype="<f8", order="C"))
+    text = number = attribute
 
 
 #: 32 kB of complex numbers or texts; an object header takes 64 kB
 _COMPACT_ENTRIES = 2000
 
-_STORED = {
-    "f": np.dtype("<f8"),
-    "c": np.dtype("<c16"),
-    "i": np.dtype("<i8"),
-    "u": np.dtype("<i8"),
-    "b": np.dtype("<i8"),
-}
+_STORED = {"f": "<f8", "c": "<c16", "i": "<i8", "u": "<i8", "b": "<i8"}
 
 
 def _check(quantity: Quantity, values: np.ndarray) -> None:
@@ -311,8 +288,8 @@ def write_result(result: Result, path: Path | str) -> Path:
     `/provenance` is the same. A reader sees the old file or the whole new one. Raises UsageError
     with the reason where the file cannot be written; an old result is then untouched.
     """
-    target = fresh_output(path)
-    return write_atomically(target, file_image(result))
+    fresh_output(path)  # what is wrong with the place is said before any work
+    return write_atomically(path, file_image(result))
 
 
 def read_result(path: Path | str) -> Result:

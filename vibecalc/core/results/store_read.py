@@ -3,7 +3,6 @@
 import json
 import stat
 import tomllib
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -42,42 +41,30 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 def read_file(path: Path) -> Result:
     """Read a result file; everything that can be wrong with it becomes a ResultError."""
+    import h5py
+
     size = _checked_size(path)
-    if not _is_as_written(path):
-        check_heaps(path)
-    result = _read_here(path, size)
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            if not _is_as_written(file, path):
+                check_heaps(path)
+            result = _result(file, path, size)
+    except ResultError:
+        raise
+    except Exception as error:
+        raise _damaged(path, error) from error
     step(f"read {path}: {len(result)} quantities")
     return result
 
 
-def _is_as_written(path: Path) -> bool:
+def _is_as_written(file: Any, path: Path) -> bool:
     """Whether the texts are those that vibecalc wrote; raises ResultError for foreign files."""
-    import h5py
-
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            if not {"vibecalc_version", "schema_version"} & set(file.attrs):
-                raise ResultError(f"{path} is an HDF5 file, but not a result of vibecalc")
-            place = file.get(PROVENANCE)
-            if not isinstance(place, h5py.Group) or TEXT_CHECKSUM not in place.attrs:
-                return False
-            return _integer(place, path, TEXT_CHECKSUM) == text_checksum(path)
-    except ResultError:
-        raise
-    except Exception as error:
-        raise _damaged(path, error) from error
-
-
-def _read_here(path: Path, size: int) -> Result:
-    import h5py
-
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            return _result(file, path, size)
-    except ResultError:
-        raise
-    except Exception as error:
-        raise _damaged(path, error) from error
+    if not {"vibecalc_version", "schema_version"} & set(file.attrs):
+        raise ResultError(f"{path} is an HDF5 file, but not a result of vibecalc")
+    attributes = getattr(file.get(PROVENANCE), "attrs", {})
+    return TEXT_CHECKSUM in attributes and (
+        _integer(file[PROVENANCE], path, TEXT_CHECKSUM) == text_checksum(path)
+    )
 
 
 def _checked_size(path: Path) -> int:
@@ -118,19 +105,30 @@ def _result(file: Any, path: Path, size: int) -> Result:
 
 
 def bare_result(file: Any, path: Path) -> Result:
-    """What a file says of its run, without the quantities."""
-    text = texts_of(file, path)
+    """What a file says of its run, without the quantities.
+
+    ResultError where the case, resolved or as written, is not the one that was run by its hash.
+    """
+    text = {name: raw_text(file, path, name) for name in TEXT_ATTRIBUTES}
+    case = tomllib.loads(text["case_toml_resolved"])
+    same = case_hash(case, text["vibecalc_version"]) == text["case_sha256"]
+    if WRITTEN in file.attrs:
+        same = same and text_hash(text["case_toml"]) == raw_text(file, path, WRITTEN)
+    if not same:
+        raise ResultError(
+            f"{path} was changed since it was written: the case in it is not the one that was run"
+        )
     record = Record(warnings=[str(warning) for warning in _json_list(file, path, "warnings")])
     record.methods.extend(Method(**method) for method in _json_list(file, path, "methods"))
     provenance, timings = _provenance(file)
     return Result(
-        name=text["name"],
-        case=stored_case(file, text, path),
+        name=visible(text["name"]),
+        case=shown(case),
         case_toml=text["case_toml"],
         case_toml_resolved=text["case_toml_resolved"],
-        case_sha256=text["case_sha256"],
+        case_sha256=visible(text["case_sha256"]),
         record=record,
-        version=text["vibecalc_version"],
+        version=visible(text["vibecalc_version"]),
         plan=tuple(
             {str(key): str(value) for key, value in stage.items()}
             for stage in _json_list(file, path, "plan")
@@ -153,12 +151,15 @@ def _quantity(
     dataset = file.get(quantity_path)
     if not isinstance(dataset, h5py.Dataset):
         raise ResultError(f"{path} is damaged: it lists {quantity_path} but does not have it")
-    amplitude = _text(dataset, path, "amplitude") if "amplitude" in dataset.attrs else None
+    there = set(dataset.attrs)
+    amplitude = _text(dataset, path, "amplitude") if "amplitude" in there else None
     if amplitude not in (None, *AMPLITUDES):
         raise ResultError(f"{path} is damaged: {quantity_path} has amplitude {amplitude!r}")
-    error_estimate = _real(dataset, path, "error_estimate")
-    if not error_estimate >= 0.0:
-        raise ResultError(f"{path} is damaged: {quantity_path} has error {error_estimate}")
+    sizes = {"error_estimate": _real(dataset, path, "error_estimate")}
+    optional = {"standard_error", "terms"} & there
+    sizes |= {name: _real(dataset, path, name) for name in optional}
+    if not sizes["error_estimate"] >= 0.0:
+        raise ResultError(f"{path} is damaged: {quantity_path} has error {sizes['error_estimate']}")
     return Quantity(
         path=quantity_path,
         values=np.empty(0) if over else _values(dataset, path, size),
@@ -168,19 +169,13 @@ def _quantity(
             _axis(dataset, path, size, position, known) for position in range(over, dataset.ndim)
         ),
         amplitude=amplitude,
-        error_estimate=error_estimate,
-        standard_error=(
-            _real(dataset, path, "standard_error") if "standard_error" in dataset.attrs else None
-        ),
-        terms=_real(dataset, path, "terms") if "terms" in dataset.attrs else 0.0,
-        errors=_errors(dataset, path),
+        errors=_errors(dataset, path) if ENTRY_ERRORS in there else None,
+        **sizes,
     )
 
 
-def _errors(dataset: Any, path: Path) -> np.ndarray | None:
-    """The errors of single entries, where the file has them."""
-    if ENTRY_ERRORS not in dataset.attrs:
-        return None
+def _errors(dataset: Any, path: Path) -> np.ndarray:
+    """The errors of single entries."""
     errors = np.asarray(dataset.attrs[ENTRY_ERRORS])
     if errors.dtype.kind != "f" or errors.shape != dataset.shape or not np.all(errors >= 0.0):
         raise ResultError(f"{path} is damaged: {dataset.name[1:]} has errors of other entries")
@@ -267,43 +262,18 @@ def raw_text(place: Any, path: Path, name: str) -> str:
 
 
 def _real(place: Any, path: Path, name: str) -> float:
-    value = _attribute(place, path, name)
-    if np.ndim(value) or np.asarray(value).dtype.kind not in "fiu":
-        raise ResultError(f"{path} is damaged: {name} of {place.name} is not a number")
-    return float(value)
+    return float(_number(place, path, name, "fiu", "a number"))
 
 
 def _integer(place: Any, path: Path, name: str) -> int:
+    return int(_number(place, path, name, "iu", "a whole number"))
+
+
+def _number(place: Any, path: Path, name: str, kinds: str, what: str) -> Any:
     value = _attribute(place, path, name)
-    if np.ndim(value) or np.asarray(value).dtype.kind not in "iu":
-        raise ResultError(f"{path} is damaged: {name} of {place.name} is not a whole number")
-    return int(value)
-
-
-def texts_of(file: Any, path: Path) -> dict[str, str]:
-    """Who wrote a file, and for which case; the case stays as it was written."""
-    texts = {name: raw_text(file, path, name) for name in TEXT_ATTRIBUTES}
-    return {
-        name: text if name.startswith("case_toml") else visible(text)
-        for name, text in texts.items()
-    }
-
-
-def stored_case(file: Any, text: Mapping[str, str], path: Path) -> dict[str, Any]:
-    """The resolved case in the texts of a file, as it may be printed.
-
-    ResultError where it, or the case as written, is not the one that was run by its hash.
-    """
-    resolved = tomllib.loads(text["case_toml_resolved"])
-    hashes = {text["case_sha256"]: case_hash(resolved, text["vibecalc_version"])}
-    if WRITTEN in file.attrs:
-        hashes[raw_text(file, path, WRITTEN)] = text_hash(text["case_toml"])
-    if any(kept != now for kept, now in hashes.items()):
-        raise ResultError(
-            f"{path} was changed since it was written: the case in it is not the one that was run"
-        )
-    case: dict[str, Any] = shown(resolved)
-    return case
+    if np.ndim(value) or np.asarray(value).dtype.kind not in kinds:
+        raise ResultError(f"{path} is damaged: {name} of {place.name} is not {what}")
+    return value
 
 
 def shown(content: Any) -> Any:

@@ -137,10 +137,12 @@ def tolerance_warning(record: Record, rtol: float) -> str | None:
     worst = sorted(missed, key=lambda path: -missed[path])
     shares = {path: f"{share:.1e}" if share < 1.0 else UNRESOLVED for path, share in missed.items()}
     named = ", ".join(f"{path} ({shares[path]})" for path in worst[:MOST_NAMES])
+    # each thing that helps is said once
+    advice = "; ".join(dict.fromkeys(words for path in worst for words in helps(path)))
     more = f" and {len(worst) - MOST_NAMES} more" if len(worst) > MOST_NAMES else ""
     return (
         f"not within rtol = {rtol:g} of their largest magnitude, by their error estimates: "
-        f"{named}{more}; {_advice(worst)}"
+        f"{named}{more}; {advice}"
     )
 
 
@@ -156,11 +158,6 @@ def remedy(quantity: Quantity, case: Mapping[str, Any]) -> str:
         return "nothing but another bound (the value lies on it to rounding)"
     rtol = (case.get("accuracy") or {}).get("rtol")
     return "a smaller [accuracy] rtol" + ("" if rtol is None else f" than {rtol:g}")
-
-
-def _advice(paths: list[str]) -> str:
-    """What helps these results, each thing said once."""
-    return "; ".join(dict.fromkeys(words for path in paths for words in helps(path)))
 
 
 def helps(path: str) -> tuple[str, ...]:
@@ -198,7 +195,7 @@ def summarised(record: Record, rtol: float) -> ToleranceSummary:
     worst, share, held, met = "", -1.0, 0, 0
     exempt: Counter[str] = Counter()
     for path, quantity in record.items():
-        if not _has_error(quantity):
+        if not quantity.values.size or quantity.values.dtype.kind not in "fc":
             continue
         share_reached = reached(quantity, record)
         if share_reached is None:
@@ -209,7 +206,3 @@ def summarised(record: Record, rtol: float) -> ToleranceSummary:
             worst, share = path, share_reached
     ranked = sorted(exempt.items(), key=lambda one: (-one[1], one[0]))
     return ToleranceSummary(rtol, held, met, worst, max(share, 0.0), tuple(ranked))
-
-
-def _has_error(quantity: Quantity) -> bool:
-    return quantity.values.size > 0 and quantity.values.dtype.kind in "fc"

@@ -187,7 +187,7 @@ def _nearest(
     quantity: Quantity, where: Mapping[str, Any], bound: Bound
 ) -> tuple[int, float, float, float, str]:
     """State of a bound as of `held`, its margin; value, error and label of the deciding entry."""
-    values, labels, errors = numbers(quantity, where)
+    values, labels, errors, _ = numbers(quantity, where)
     zero = quantity.zeros(values, errors)
     values = np.where(zero, 0.0, values)
     errors = np.where(zero, 0.0, errors + beside_error(quantity, where))

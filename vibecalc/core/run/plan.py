@@ -114,11 +114,13 @@ def needs_of(case: "Case") -> Needs:
     stages = []
     for plan in plan_case(case):
         work = work_of(case, plan)
-        fresh = libraries_of(work) - loaded
+        known = [(number, units()[unit]) for number, unit in work]
+        held = 1.0 + sum(number * unit.megabytes + unit.holds for number, unit in known)
+        fresh = {unit.library for _, unit in known} - {"", *loaded}
         loaded |= fresh
         importing = max((LIBRARIES[name][0] for name in fresh), default=0.0)
         seconds = SETTING_UP + importing + work_seconds(work)
-        stages.append(StageNeeds(plan, harmonics_of(case, plan), work, seconds, _held(work)))
+        stages.append(StageNeeds(plan, harmonics_of(case, plan), work, seconds, held))
     held = max((LIBRARIES[name][1] for name in loaded), default=0.0)
     held += max((stage.megabytes for stage in stages), default=0.0)
     return Needs(
@@ -131,13 +133,3 @@ def needs_of(case: "Case") -> Needs:
 def work_seconds(work: Work) -> float:
     """Seconds of counted work."""
     return sum(number * units()[unit].seconds for number, unit in work)
-
-
-def libraries_of(work: Work) -> set[str]:
-    """Heavy libraries that some work is done with."""
-    return {units()[unit].library for _, unit in work} - {""}
-
-
-def _held(work: Work) -> float:
-    known = [(number, units()[unit]) for number, unit in work]
-    return 1.0 + sum(number * unit.megabytes + unit.holds for number, unit in known)

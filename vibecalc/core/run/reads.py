@@ -45,8 +45,9 @@ class Reads:
         A table within `left` may be read later, by others: all of it counts as read now. Any other
         table can no longer be read, since nobody would know.
         """
-        for table in held(left):
-            table._release()
+        for one in walked(left):
+            if type(one) is TracedTable:
+                one._release()
         self.is_open = False
         tables: list[str] = []
         plain: list[str] = []
@@ -183,17 +184,18 @@ class TracedEntries(dict[str, Any]):
         super().__setitem__(name, value)
 
 
-def held(left: Any) -> Iterator[TracedTable]:
-    """The stand-ins for tables in tuples, lists, dicts and objects."""
+def walked(left: Any) -> Iterator[Any]:
+    """An object and all in it: in tuples, lists, dicts and objects, but not in stand-ins."""
     waiting, visited = [left], set[int]()
     while waiting:
         one = waiting.pop()
         if id(one) in visited:
             continue
         visited.add(id(one))
+        yield one
         if type(one) is TracedTable:
-            yield one
-        elif isinstance(one, tuple | list | set | frozenset):
+            continue
+        if isinstance(one, tuple | list | set | frozenset):
             waiting += one
         elif isinstance(one, dict):
             waiting += one.values()

@@ -4,7 +4,7 @@ import hashlib
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
@@ -18,7 +18,7 @@ from vibecalc.core.results.steps import step
 from vibecalc.core.results.tolerance import tolerance_warning
 from vibecalc.core.run.machine_checks import check_machine, checks_of, machine_warnings
 from vibecalc.core.run.plan import needed_stages
-from vibecalc.core.run.reads import Reads, TracedEntries, traced, written
+from vibecalc.core.run.reads import Reads, TracedEntries, traced, walked, written
 from vibecalc.core.run.stage import Scene, Stage
 from vibecalc.errors import NumericalFailure, Problem
 from vibecalc.parts.machine import PARTS, MachineParts, build_machine
@@ -90,9 +90,10 @@ class StageCache:
     def keep(self, key: bytes, value: Any) -> None:
         """Keep a value, its arrays closed to writing; forget the oldest beyond `most_bytes`."""
         size = OVERHEAD
-        for array in _arrays(value):
-            array.flags.writeable = False
-            size += array.nbytes
+        for one in walked(value):
+            if isinstance(one, np.ndarray):
+                one.flags.writeable = False
+                size += one.nbytes
         self._size += size - self._stored.pop(key, (None, 0))[1]
         self._stored[key] = (value, size)
         while self._size > self.most_bytes and len(self._stored) > 1:
@@ -253,22 +254,6 @@ class _Parts:
         return self.__dict__[name]
 
 
-def _arrays(value: Any) -> list[np.ndarray]:
-    """All arrays in tuples, lists, dicts and dataclasses."""
-    found, left = [], [value]
-    while left:
-        one = left.pop()
-        if isinstance(one, np.ndarray):
-            found.append(one)
-        elif isinstance(one, tuple | list):
-            left += one
-        elif isinstance(one, dict):
-            left += one.values()
-        elif is_dataclass(one):
-            left += [getattr(one, part.name) for part in fields(one)]
-    return found
-
-
 # ----------------------------------------------------------------------------
 # The checks of physics for studies that change a case thousands of times, a little each time.
 #
@@ -295,16 +280,9 @@ def check_again(case: "Case", cache: StageCache) -> list[Problem]:
 # ----------------------------------------------------------------------------
 
 
-def run_case(
-    case: "Case",
-    *,
-    timings: dict[str, float] | None = None,
-    wanted: frozenset[str] | None = None,
-    cache: StageCache | None = None,
-    tell: Callable[[str], None] | None = None,
-) -> Record:
+def run_case(case: "Case", **options: Any) -> Record:
     """Run the stages that `case` asks for and keep their results; see `run_scene`."""
-    return run_scene(case, timings=timings, wanted=wanted, cache=cache, tell=tell).record
+    return run_scene(case, **options).record
 
 
 def run_scene(

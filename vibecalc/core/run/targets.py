@@ -2,8 +2,8 @@
 
 import difflib
 import functools
-from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
 from vibecalc.core.results.catalogue import AXES, CATALOGUE, NAMES, OWNER
 from vibecalc.core.results.record import AT_START, Entry
@@ -30,57 +30,48 @@ _NUMBERED = (
 )
 
 
-class KnownEntries(NamedTuple):
-    """What a case says of the entries of axes: names by the result, numbers by result and axis.
+class KnownEntries:
+    """What a case says of the entries of axes before its run.
 
     `varies`: a sweep may change the numbers. References are of the case as it is written: `run`
     holds them against its result, a sweep does not.
     """
 
-    names: Callable[[str], Mapping[str, tuple[str, ...]]]
-    numbers: Callable[[str, str], Entries | None]
-    varies: bool
+    def __init__(self, case: "Case"):
+        self._case = case
+        self._names: dict[str, dict[str, tuple[str, ...]]] = {"": _names(case)}
+        self.varies = case.sweep is not None
+        self.numbers = functools.cache(self._numbers)
 
+    def names(self, quantity: str) -> Mapping[str, tuple[str, ...]]:
+        """Names of the entries of axes of a result."""
+        owner = OWNER.get(quantity.removeprefix(AT_START), "")
+        if owner not in self._names:
+            self._names[owner] = self._names[""] | subjects()[owner].names(self._case)
+        return self._names[owner]
 
-def entries_of(case: "Case") -> KnownEntries:
-    """What a case says of the entries of axes before its run."""
-    everywhere = _names(case)
-
-    @functools.cache
-    def of_subject(name: str) -> dict[str, tuple[str, ...]]:
-        return everywhere | subjects()[name].names(case)
-
-    def names(quantity: str) -> dict[str, tuple[str, ...]]:
-        owner = OWNER.get(quantity.removeprefix(AT_START))
-        return everywhere if owner is None else of_subject(owner)
-
-    @functools.cache
-    def numbers(quantity: str, axis: str) -> Entries | None:
+    def _numbers(self, quantity: str, axis: str) -> Entries | None:
         path = quantity.removeprefix(AT_START)
-        return subjects()[OWNER[path]].entries(case, path, axis) if path in OWNER else None
-
-    return KnownEntries(names, numbers, case.sweep is not None)
+        return subjects()[OWNER[path]].entries(self._case, path, axis) if path in OWNER else None
 
 
 def _missing_entries(
     path: KeyPath, quantity: str, where: Mapping[str, int | float | str], entries: KnownEntries
 ) -> Iterator[Problem]:
     """Problems of a `where` that picks a clearance, an order or a mode that no run will have."""
+    from vibecalc.units import parse_quantity
+
     for axis, wanted in where.items():
         known = entries.numbers(quantity, axis)
         numbered = axis in _NUMBERED and quantity.removeprefix(AT_START) in OWNER  # else texts
         if known is None and not numbered:
             continue
+        problem = Problem(path=(*path, "where"), message="", found=f"{axis} = {wanted!r}")
         try:
-            value = _number(wanted, AXES[axis][0])
+            value = parse_quantity(wanted, AXES[axis][0])
         except UnitError as error:
-            yield Problem(
-                path=(*path, "where"),
-                message=f"{axis} of {quantity} cannot be read: {error.message}",
-                found=f"{axis} = {wanted!r}",
-                allowed=error.allowed,
-                hint=error.hint,
-            )
+            message = f"{axis} of {quantity} cannot be read: {error.message}"
+            yield problem._replace(message=message, allowed=error.allowed, hint=error.hint)
             continue
         if known is None:
             there = value >= 1.0 and abs(value - round(value)) <= _SAME * value
@@ -94,24 +85,10 @@ def _missing_entries(
             allowed = _listed(values, wanted, axis)
             allowed = allowed.replace(", ", " to ") if between else allowed
         if not there:
+            row = f"[[{path[0]}]]" if isinstance(path[1], int) else path[1]
             article = "an" if axis[0] in "aeiou" else "a"
-            yield Problem(
-                path=(*path, "where"),
-                message=f"this {_row(path)} asks for {article} {axis} that {quantity} lacks",
-                found=f"{axis} = {wanted!r}",
-                allowed=allowed,
-                hint=because,
-            )
-
-
-def _row(path: KeyPath) -> str:
-    return f"[[{path[0]}]]" if isinstance(path[1], int) else str(path[1])
-
-
-def _number(wanted: int | float | str, unit: str) -> float:
-    from vibecalc.units import parse_quantity
-
-    return parse_quantity(wanted, unit)
+            message = f"this {row} asks for {article} {axis} that {quantity} lacks"
+            yield problem._replace(message=message, allowed=allowed, hint=because)
 
 
 def _listed(entries: tuple[float, ...], wanted: int | float | str, axis: str) -> str:
@@ -138,84 +115,68 @@ def check_targets(case: "Case", extra: Mapping[str, Entry] | None = None) -> lis
 
     `extra` holds paths next to the stages' own (what a study adds).
     """
-    planned, entries = planned_quantities(case), entries_of(case)
+    planned, entries = planned_quantities(case), KnownEntries(case)
     known = {**planned, **(extra or {})}
+    goals = (("optimisation", case.optimisation), ("sweep", case.sweep))
+    rows: list[tuple[KeyPath, Any, Mapping[str, Entry], tuple[str, ...]]] = [
+        *(
+            (("reference", k), one, known, ("value", "atol"))
+            for k, one in enumerate(case.reference)
+        ),
+        *((("limit", k), one, known, ("max", "min")) for k, one in enumerate(case.limit)),
+        *((("find", k), one, planned, ("target", "change")) for k, one in enumerate(case.find)),
+        *(((name, "objective"), table.objective, known, ()) for name, table in goals if table),
+    ]
     problems: list[Problem] = []
-    for index, reference in enumerate(case.reference):
-        path: KeyPath = ("reference", index)
-        problems += _check_name(path, reference.quantity, reference.where, known, entries)
-        problems += _several(path, reference.quantity, reference.where, known, entries)
-        for key, value in (("value", reference.value), ("atol", reference.atol)):
-            problems += _check_unit((*path, key), value, reference.quantity, known, reference.unit)
-    for index, limit in enumerate(case.limit):
-        path = ("limit", index)
-        problems += _check_name(path, limit.quantity, limit.where, known, entries)
-        for key, value in (("max", limit.max), ("min", limit.min)):
-            problems += _check_unit((*path, key), value, limit.quantity, known)
-    for index, search in enumerate(case.find):
-        path = ("find", index)
-        problems += _check_name(path, search.quantity, search.where, planned, entries)
-        for key, value in (("target", search.target), ("change", search.change)):
-            problems += _check_unit((*path, key), value, search.quantity, planned)
-    for name, table in (("optimisation", case.optimisation), ("sweep", case.sweep)):
-        goal = None if table is None else table.objective
-        if goal is not None:
-            path = (name, "objective")
-            problems += _check_name(path, goal.quantity, goal.where, known, entries)
+    for path, row, there, keys in rows:
+        if row is None:
+            continue
+        entry, is_reference = there.get(row.quantity), path[0] == "reference"
+        if entry is None:
+            problems.append(unknown_quantity(path, row.quantity, there))
+            continue
+        problems += _check_where(path, row, entry, entries)
+        if is_reference:
+            problems += _several(path, row, entry, entries)
+        for key in keys:
+            unit = row.unit if is_reference else ""
+            problems += _check_unit((*path, key), getattr(row, key), row.quantity, entry, unit)
     return problems
 
 
-def _check_name(
-    path: KeyPath,
-    quantity: str,
-    where: Mapping[str, int | float | str],
-    known: Mapping[str, Entry],
-    entries: KnownEntries,
-) -> Iterator[Problem]:
-    entry = known.get(quantity)
-    if entry is None:
-        yield unknown_quantity(path, quantity, known)
-        return
-    names = entries.names(quantity)
-    for axis, value in where.items():
+def _check_where(path: KeyPath, row: Any, entry: Entry, entries: KnownEntries) -> Iterator[Problem]:
+    names = entries.names(row.quantity)
+    problem = Problem(path=(*path, "where"), message="")
+    for axis, value in row.where.items():
         if axis not in entry.axes:
-            allowed = ", ".join(entry.axes) or "no axes: it is one number"
-            yield Problem(
-                path=(*path, "where"),
-                message=f"{quantity} has no axis {axis!r}",
+            yield problem._replace(
+                message=f"{row.quantity} has no axis {axis!r}",
                 found=axis,
-                allowed=allowed,
+                allowed=", ".join(entry.axes) or "no axes: it is one number",
                 hint=_nearest(axis, entry.axes),
             )
         elif axis in names and str(value) not in names[axis]:  # a CSV file has 3 for "3"
-            yield Problem(
-                path=(*path, "where"),
+            yield problem._replace(
                 message=f"there is no {axis} named {value!r}",
                 found=repr(value),
                 allowed=", ".join(repr(name) for name in names[axis]),
                 hint=_nearest(str(value), names[axis]),
             )
     if not entries.varies or path[0] == "reference":
-        named = {axis: value for axis, value in where.items() if axis in entry.axes}
-        yield from _missing_entries(path, quantity, named, entries)
+        named = {axis: value for axis, value in row.where.items() if axis in entry.axes}
+        yield from _missing_entries(path, row.quantity, named, entries)
 
 
-def _several(
-    path: KeyPath,
-    quantity: str,
-    where: Mapping[str, int | float | str],
-    known: Mapping[str, Entry],
-    entries: KnownEntries,
-) -> Iterator[Problem]:
+def _several(path: KeyPath, row: Any, entry: Entry, entries: KnownEntries) -> Iterator[Problem]:
     """A reference is held against one entry: each axis with several has to be named."""
-    for axis in known[quantity].axes if quantity in known else ():
-        numbers = entries.numbers(quantity, axis)
-        found = entries.names(quantity).get(axis) or (numbers[0] if numbers else ())
-        if axis not in where and len(found) > 1:
+    for axis in entry.axes:
+        numbers = entries.numbers(row.quantity, axis)
+        found = entries.names(row.quantity).get(axis) or (numbers[0] if numbers else ())
+        if axis not in row.where and len(found) > 1:
             shown = ", ".join(map(str, found[:_SHOWN]))
             yield Problem(
-                path=(*path, "where") if where else path,
-                message=f"this [[reference]] is of one {axis}, and {quantity} has {len(found)}",
+                path=(*path, "where") if row.where else path,
+                message=f"this [[reference]] is of one {axis}, and {row.quantity} has {len(found)}",
                 allowed=f"where = {{ {axis} = ... }} with one of {shown}",
             )
 
@@ -238,42 +199,34 @@ def unknown_quantity(path: KeyPath, quantity: str, known: Mapping[str, Entry]) -
 
 
 def _check_unit(
-    path: KeyPath,
-    value: float | str | None,
-    quantity: str,
-    known: Mapping[str, Entry],
-    unit: str = "",
+    path: KeyPath, value: float | str | None, quantity: str, entry: Entry, unit: str
 ) -> Iterator[Problem]:
     from vibecalc.units import parse_quantity
 
-    entry = known.get(quantity)
-    if entry is None or value is None:
-        return
+    written = f"{value} {unit}".strip()
     try:
-        written = f"{value} {unit}" if unit else str(value)
-        parse_quantity(written, entry.unit, difference=path[-1] in ("change", "atol"))
+        if value is not None:
+            parse_quantity(written, entry.unit, difference=path[-1] in ("change", "atol"))
     except UnitError as error:
         yield Problem(
             path=path,
             message=f"does not fit {quantity}",
-            found=f"{value} {unit}".strip(),
+            found=written,
             allowed=error.allowed or f"a value in {entry.unit or 'plain numbers'}",
             hint=error.hint,
         )
 
 
 def _names(case: "Case") -> dict[str, tuple[str, ...]]:
-    mounts = case.machine.mounts
-    turns = has_crank_train(case.machine)
-    train = case.machine.crank_train
     """Entries of the axes of several subjects, and of those that are the same in every case."""
+    train = case.machine.crank_train if has_crank_train(case.machine) else None
     names = NAMES | {
-        "cylinder": tuple(cylinder.name for cylinder in train.cylinders) if turns else (),
-        "counterweight": tuple(w.name for w in train.counterweights) if turns else (),
+        "cylinder": tuple(cylinder.name for cylinder in train.cylinders) if train else (),
+        "counterweight": tuple(w.name for w in train.counterweights) if train else (),
         "direction": ("x", "y", "z"),
         "coordinate": ("x", "y", "z", "rx", "ry", "rz"),
     }
-    if mounts is not None:
+    if (mounts := case.machine.mounts) is not None:
         named = tuple(mount.name for mount in mounts.individual or ())
         names["mount"] = named or tuple(str(i + 1) for i in range(len(mounts.positions or ())))
     return names
