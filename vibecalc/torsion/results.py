@@ -158,6 +158,27 @@ TORSION_ENTRIES = (*EXCITATION, *MODES, *DAMPING, *STEADY)
 # ----------------------------------------------------------------------------
 
 _CURVE = "section speed"
+#: curve over the speeds -> axis of what it is of: the largest, or least, of each at any speed
+FOLLOWED = {
+    "angle_half_range": "station",
+    "twist_peak": "section",
+    "torque_peak": "section",
+    "travel": "damper",
+    "heat": "damper",
+    "gear_torque": "gear",
+    "gear_minimum_torque": "gear",
+}
+
+
+def _extremes(name: str, axis: str, unit: str, words: str, headline: str = "") -> tuple[Entry, ...]:
+    path, read = f"{ROOT}/largest/{name}", {"W": "W"}.get(unit, "N*m")
+    pick = "least" if "minimum" in name else "largest"
+    leads = Headline(headline, read, pick, at=f"{path}_speed") if headline else None
+    return (
+        entry(path, axis, unit, f"{words}, at any speed of the range", headline=leads),
+        entry(f"{path}_speed", axis, "rad/s", "where that is", exempt=PLACE),
+    )
+
 
 TORSION_SPEEDS_ENTRIES = (
     entry(f"{ROOT}/critical/speed", "mode half_order", "rad/s",
@@ -213,8 +234,17 @@ TORSION_SPEEDS_ENTRIES = (
     entry(f"{ROOT}/largest/mode", "section", "", "mode that resonates there; 0: none"),
     entry(f"{ROOT}/largest/half_order", "section", "", "and order; 0: none"),
     entry(f"{ROOT}/speeds/heat", "damper speed", "W", "mean power",
-          headline=Headline("heat in a damper over the speeds, largest", "W")),
+          headline=Headline("heat in a damper over the speeds, largest", "W",
+                            unless="response/torsion/largest/heat")),
     entry(f"{ROOT}/speeds/travel", "damper speed", "rad", "ring on station, largest magnitude"),
+    *_extremes("angle_half_range", "station", "rad", "half range of all orders"),
+    *_extremes("twist_peak", "section", "rad", "largest magnitude"),
+    *_extremes("torque_peak", "section", "N*m", "largest magnitude, mean torque in it"),
+    *_extremes("heat", "damper", "W", "mean power", "heat in a damper over the speeds, largest"),
+    *_extremes("travel", "damper", "rad", "ring on station, largest magnitude"),
+    *_extremes("gear_torque", "gear", "N*m", "on the first wheel, half range"),
+    *_extremes("gear_minimum_torque", "gear", "N*m",
+               "over the cycle, in the sense of its mean; below 0 the teeth leave each other"),
     entry(f"{ROOT}/peak/speed", "peak", "rad/s", "maximum of a section's curve"),
     entry(f"{ROOT}/peak/torque_half_range", "peak", "N*m", "there, in that section"),
     entry(f"{ROOT}/peak/section", "peak", "",
@@ -691,3 +721,25 @@ ENTRIES = (
 )
 JUDGE = "vibecalc.torsion.report.verdicts:limit_verdicts"
 HELPS = {f"{ROOT}/": (CANCELS, RESONANCE), DESIGN: (CANCELS,)}
+
+#: curves over the speeds and the results that a bound on all of one is held against
+EXTREMES = {
+    **{
+        (f"{ROOT}/speeds/{name}", "min" if "minimum" in name else "max"): f"{ROOT}/largest/{name}"
+        for name in FOLLOWED
+    },
+    **{
+        (f"{ROOT}/{of}speeds/{name}_half_range", "max"): f"{ROOT}/{of}largest/{name}_half_range"
+        for of, names in (
+            *((of, ("torque", "stress")) for of in ("", "bare/", "healthy/")),
+            ("conditions/", ("torque", "stress", "angle")),
+        )
+        for name in names
+    },
+    **{
+        (f"{curve_results.CURVES}/{name}/order", "max"): f"{curve_results.CURVES}/{name}/largest"
+        for name in curve_results.QUANTITIES
+    },
+    (f"{ROOT}/irregularity/speeds/degree", "max"): f"{ROOT}/irregularity/largest/degree",
+    (f"{ROOT}/coupling/speeds/use", "max"): f"{ROOT}/coupling/largest_use",
+}

@@ -141,8 +141,10 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "/damper/": bool(line.dampers),
         "/bare/": bool(line.dampers),
         "/reduction": bool(line.dampers),
-        "/speeds/heat": bool(line.dampers),
-        "/speeds/travel": bool(line.dampers),
+        **dict.fromkeys(
+            (f"/{over}/{name}" for over in ("speeds", "largest") for name in ("heat", "travel")),
+            bool(line.dampers),
+        ),
         "gear": bool(line.gears),
         "/hammering/": bool(line.gears),
         "/campbell/": torsion.campbell and modes_follow_speed(case),

@@ -23,6 +23,7 @@ from vibecalc.torsion.adapters.curves import (
     section_uncertainty,
     sweep,
 )
+from vibecalc.torsion.adapters.extremes import emit_extremes
 from vibecalc.torsion.adapters.largest_alone import HEAT, highest_torques, little_asked
 from vibecalc.torsion.adapters.limits import (
     emit_limits,
@@ -33,7 +34,6 @@ from vibecalc.torsion.adapters.limits import (
 from vibecalc.torsion.adapters.maxima import DenseSweep, added, torque_value, with_narrow_resonances
 from vibecalc.torsion.adapters.modes import emit_campbell
 from vibecalc.torsion.adapters.readings import (
-    OVER_SPEEDS,
     emit_curves,
     emit_half_ranges,
     least_gear_torque,
@@ -89,7 +89,7 @@ def run_torsion_speeds(scene: Scene) -> None:
         setup, speed, telling_speeds(speed, curves.torque, undamped.speed)
     )
     mean, axes = mean_torques(setup, speed), {"speed": speed}
-    emit_curves(scene, SPEEDS, OVER_SPEEDS, setup, curves, uncertainty, mean, axes)
+    _, known = emit_curves(scene, SPEEDS, setup, curves, uncertainty, mean, axes)
     if setup.drive.firing.names:
         total = setup.drive.mean_torque(speed).sum()
         scene.emit(f"{SPEEDS}/mean_torque", total, axes=axes)
@@ -104,6 +104,7 @@ def run_torsion_speeds(scene: Scene) -> None:
         emit_damping_curves(scene, setup, speed)
     _masked(scene, undamped)
     torque = _largest(scene, setup, speed, top)
+    emit_extremes(scene, setup, speed, dense.speed, known, undamped)
     if scene.wants(*PEAK):
         high = [
             peaks(make, sections, dense.speed, section, undamped.speed)

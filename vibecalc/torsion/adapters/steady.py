@@ -21,7 +21,7 @@ from vibecalc.torsion.adapters.curves import (
 )
 from vibecalc.torsion.adapters.excitation import emit_excitation
 from vibecalc.torsion.adapters.modes import emit_modes
-from vibecalc.torsion.adapters.readings import AT_SPEED, emit_curves
+from vibecalc.torsion.adapters.readings import emit_curves
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_setup, placed
 from vibecalc.torsion.adapters.variants import emit_healthy
 from vibecalc.torsion.results import ROOT
@@ -121,8 +121,8 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
     scene.emit(f"{ROOT}/torque_mean", mean.section[0] / shaft.section_ratio, axes=names)
     curves = sweep(setup.model, setup.drive, at, shaft)
     uncertainty = curve_uncertainty(setup, at, np.zeros(0))
-    half_range = emit_curves(
-        scene, ROOT, AT_SPEED, setup, Curves(*(one[0] for one in curves)), uncertainty,
+    half_range, _ = emit_curves(
+        scene, ROOT, setup, Curves(*(one[0] for one in curves)), uncertainty,
         MeanTorques(*(one[0] for one in mean)), {},
     )  # fmt: skip
     if setup.torsion.limits:
