@@ -158,6 +158,10 @@ TORSION_ENTRIES = (*EXCITATION, *MODES, *DAMPING, *STEADY)
 # ----------------------------------------------------------------------------
 
 _CURVE = "section speed"
+_MAY_BE_BARRED = (
+    "1: it may be barred; 0: it holds the operating speed, or the rule lets none be barred there, "
+    "from lambda = 0.8 on"
+)
 #: curve over the speeds -> axis of what it is of: the largest, or least, of each at any speed
 FOLLOWED = {
     "angle_half_range": "station",
@@ -275,11 +279,11 @@ TORSION_SPEEDS_ENTRIES = (
     entry(f"{ROOT}/barred/from", "barred", "rad/s",
           "barred for lasting operation from here: by the formula of a rule where that is wider "
           "than the range above the limit; ranges that overlap are one",
-          headline=Headline("barred from", "rpm", pick="each")),
+          headline=Headline("no lasting operation from", "rpm", pick="each")),
     entry(f"{ROOT}/barred/to", "barred", "rad/s", "to here",
-          headline=Headline("barred to", "rpm", pick="each")),
-    entry(f"{ROOT}/barred/permitted", "barred", "",
-          "0: the rule lets no range be barred there, from lambda = 0.8 on; 1: it does"),
+          headline=Headline("no lasting operation to", "rpm", pick="each",
+                            words="vibecalc.torsion.report.limits:acceptable")),
+    entry(f"{ROOT}/barred/permitted", "barred", "", _MAY_BE_BARRED),
     entry(f"{ROOT}/exceeded/from", "exceeded", "rad/s",
           "more than allowed for lasting from here"),
     entry(f"{ROOT}/exceeded/to", "exceeded", "rad/s", "to here"),
@@ -349,8 +353,7 @@ TORSION_LIMITS_ENTRIES = (
           "16 n_c / (18 - lambda) of the rule, n_c the peak; 0: a limit without such a formula"),
     entry(f"{ROOT}/exceeded/formula_to", "exceeded", "rad/s",
           "(18 - lambda) n_c / 16 of the rule"),
-    entry(f"{ROOT}/exceeded/permitted", "exceeded", "",
-          "0: the rule lets no range be barred there, from lambda = 0.8 on; 1: it does"),
+    entry(f"{ROOT}/exceeded/permitted", "exceeded", "", _MAY_BE_BARRED),
 )  # fmt: skip
 
 # ----------------------------------------------------------------------------
@@ -378,6 +381,27 @@ def _half_ranges(place: str, words: str) -> tuple[Entry, ...]:
     )
 
 
+def limit_uses(place: str, axes: str, words: str, **headline: Headline) -> tuple[Entry, ...]:
+    """Uses of limits in a condition, with the load that has the largest one."""
+    use = f"stress or torque over allowed{words}"
+    load = "section, counted from 1, gears behind them; 0: the limit says nothing"
+    return (
+        entry(f"{place}/operating_use", axes, "", f"{use}, {_HERE}"),
+        entry(f"{place}/largest_use", axes, "", f"{use}, largest at any speed", **headline),
+        entry(f"{place}/speed", axes, "rad/s", "where that is"),
+        entry(f"{place}/unbarred_use", axes, "",
+              "largest at speeds that no barred range may hold: the operating one, and for a rule "
+              "those from lambda = 0.8 on"),
+        *(one for start, at in (("", "at the largest use"), ("operating_", _HERE)) for one in (
+            entry(f"{place}/{start}element", axes, "", f"{load}, {at}"),
+            entry(f"{place}/{start}allowed", axes, "Pa",
+                  f"stress for lasting in it, {at}; infinite for limits of the torque"),
+            entry(f"{place}/{start}torque_allowed", axes, "N*m",
+                  f"torque for lasting in it, {at}; infinite for limits of the stress"),
+        )),
+    )  # fmt: skip
+
+
 TORSION_VARIANTS_ENTRIES = (
     *_half_ranges(f"{ROOT}/bare", _BARE),
     entry(f"{ROOT}/bare/natural_frequency", "bare_mode", "rad/s", "without its dampers"),
@@ -387,10 +411,10 @@ TORSION_VARIANTS_ENTRIES = (
     entry(f"{ROOT}/healthy/mean_torque", "", "N*m", "of all cylinders, all firing"),
     entry(f"{ROOT}/healthy/damper/heat", "damper", "W", f"mean power, {_HEALTHY}"),
     entry(f"{ROOT}/healthy/damper/travel", "damper", "rad", f"largest magnitude, {_HEALTHY}"),
-    entry(f"{ROOT}/healthy/limit/operating_use", "limit", "",
-          f"stress or torque over allowed at the operating speed, {_HEALTHY}"),
-    entry(f"{ROOT}/healthy/limit/largest_use", "limit", "",
-          f"largest stress or torque over allowed, at any speed, {_HEALTHY}"),
+    *limit_uses(f"{ROOT}/healthy/limit", "limit", f", {_HEALTHY}"),
+    *limit_uses(f"{ROOT}/conditions/limit", "condition limit", "",
+                headline=Headline("use of a limit, worst condition",
+                                  at=f"{ROOT}/conditions/limit/speed")),
 )  # fmt: skip
 
 # ----------------------------------------------------------------------------

@@ -69,16 +69,19 @@ _STEADY = (
         "/limit/crank/",
         "/healthy/mean_torque",
         "/healthy/damper/",
-        "/healthy/limit/operating_use",
+        "/healthy/limit/operating_",
     ),
     *(f"/healthy/{name}_half_range" for name in ("torque", "twist", "stress")),
     *("/coupling/", "/healthy/coupling/use"),
 )
+#: of limits in other conditions, what is found over the range
+OVER_RANGE = ("largest_use", "speed", "unbarred_use", "element", "allowed", "torque_allowed")
 _RANGE = (
     *("/speeds/", "/masked/", "/largest/", "/peak/", "/limit/", "/bare/"),
     *("/barred/", "/exceeded/"),
     *("/reduction", "/hammering/", "/campbell/", "/separation/range/"),
-    *("/healthy/speeds/", "/healthy/largest/", "/healthy/limit/largest_use"),
+    *("/healthy/speeds/", "/healthy/largest/"),
+    *(f"/healthy/limit/{name}" for name in OVER_RANGE),
     *("/coupling/speeds/", "/coupling/largest_use", "/healthy/coupling/largest_use"),
 )
 #: what only a line with cylinders has
@@ -168,6 +171,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "/barred/": bool(torsion.limits),
         "/exceeded/": bool(torsion.limits),
         "/damping/": torsion.damping_model is None and has_laws(line),
+        **dict.fromkeys(_not_allowed(torsion), False),
     }
     for name, does in what_follows(line).items():
         there[f"/speeds/{name}"] = torsion.damping_model is None and does
@@ -185,6 +189,18 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
             else path in there_are and (torsion.limits or "/limit/" not in path)
         )
     )
+
+
+def _not_allowed(torsion: "Torsion") -> list[str]:
+    """What limits of stress or of torque allow in conditions, of the kind that the case has not."""
+    of_torque = [bool(one.torque or one.alternating_share) for one in torsion.limits]
+    kinds = {"torque_": any(of_torque), "": not all(of_torque)}
+    return [
+        f"limit/{start}{kind}allowed"
+        for kind, there in kinds.items()
+        if not there
+        for start in ("", "operating_")
+    ]
 
 
 def _of_limits(torsion: "Torsion", name: str, steady: bool) -> bool:
@@ -256,7 +272,9 @@ def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
     from vibecalc.torsion.curve_tables import curves_of, stressed
 
     torsion, line = torsion_of(case), shaft_line_of(case)
-    left_out = [] if torsion.speeds is not None else ["/speeds/", "/largest", "/limit/speed"]
+    left_out = _not_allowed(torsion)
+    if torsion.speeds is None:
+        left_out += ["/speeds/", "/largest", *(f"/limit/{one}" for one in OVER_RANGE)]
     if name == "curves":
         of = curves_of(line, torsion.curves)
         every = {path.split("/")[3] for path in below(f"{ROOT}/curves/")}

@@ -1,7 +1,7 @@
 """Stresses and torques of a shaft line against the limits of a case, over speeds and at one."""
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.crank_strength import PLACES
 from vibecalc.torsion.critical_speeds import Maxima, Value, largest
 from vibecalc.torsion.results import ROOT
+from vibecalc.torsion.stress_limits import NO_BARRED_RANGE
 
 # ----------------------------------------------------------------------------
 # Adapter: stresses and torques of a shaft line against the limits of a case, ranges to be barred.
@@ -142,7 +143,7 @@ def emit_limits(
         exceeded_of(setup, bound, one.curve, one.top, one.make, dense.speed, undamped.speed)
         for bound, one in zip(asked, uses, strict=True)
     ]
-    emit_barred(scene, ranges)
+    emit_barred(scene, ranges, setup.speed)
 
 
 class LargestUse(NamedTuple):
@@ -239,6 +240,50 @@ def _worst(
     if limits_gears(setup):
         scene.emit(f"{PLACE}/gear", np.maximum(number - sections, 0), 0.0, axes)
     scene.emit(f"{PLACE}/transient_use", through, axes=axes)
+
+
+def unbarred_use(
+    operating: float, bound: Bound, uses: Uses, dense: DenseSweep, undamped: UndampedResonances
+) -> float:
+    """Largest use of a limit at speeds that no barred range may hold.
+
+    That is the operating one, and those from a share of the rated speed of a rule on.
+    """
+    row, last = np.arange(len(bound.load)), NO_BARRED_RANGE * bound.basis.rated_speed
+    high = dense.speed >= last
+    at = [operating, *([last] if last > dense.speed[0] and np.any(high) else [])]
+    most = np.max(uses.make(row)(np.broadcast_to(at, (len(row), len(at)))), initial=0.0)
+    if not bound.basis.rated_speed or not np.any(high):
+        return float(most)
+    none = np.full(len(row), np.nan)
+    top = largest(uses.make, uses.curve[high], dense.speed[high], undamped.speed, none)
+    endless = uses.top.value[uses.top.speed >= last]
+    return float(max(most, np.max(top.value), np.max(endless, initial=0.0)))
+
+
+def emit_element(
+    scene: Scene,
+    stem: str,
+    asked: list[Bound],
+    load: IntArray,
+    share: FloatArray,
+    axes: Mapping[str, Any],
+) -> None:
+    """Of limits (..., l) the load of largest use, and what is allowed in it there.
+
+    `share` is the use per own torque in 1/(N m), 0 where the limit says nothing.
+    """
+    says, modulus = share > 0.0, np.ones((len(asked), int(load.max(initial=0)) + 1))
+    for row, bound in zip(modulus, asked, strict=True):
+        held = bound.load < len(row)
+        row[bound.load[held]] = bound.modulus[held]
+    per = np.where(says, share * modulus[np.arange(len(asked)), load], 1.0)
+    scene.emit(f"{stem}element", np.where(says, load + 1, 0), 0.0, axes)
+    for quantity, prefix in QUANTITIES.items():
+        chosen = np.array([one.quantity == quantity for one in asked])
+        if np.any(chosen):
+            value = known(np.where(says & chosen, 1.0 / per, np.inf))
+            scene.emit(f"{stem}{prefix}allowed", value, axes=axes)
 
 
 def _inside(bound: Bound, endless: FloatArray) -> FloatArray:

@@ -1,6 +1,7 @@
 """Comparison variants of a shaft line: without its dampers, with all cylinders firing."""
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,12 +20,14 @@ from vibecalc.torsion.adapters.curves import (
 )
 from vibecalc.torsion.adapters.largest_alone import what_drives
 from vibecalc.torsion.adapters.limits import (
+    emit_element,
     largest_of_loads,
     largest_uses,
     limit_corners,
     limit_levels,
     limited_loads,
     operating_uses,
+    unbarred_use,
     uses_of,
 )
 from vibecalc.torsion.adapters.maxima import DenseSweep, added, torque_value, with_narrow_resonances
@@ -209,9 +212,12 @@ def emit_healthy(scene: Scene, setup: Setup) -> None:
     torque = emit_operating(scene, _state(healthy))
     scene.emit(f"{HEALTHY}/mean_torque", healthy.drive.mean_torque(at).sum()[0])
     if setup.torsion.limits:
-        use = largest_uses(operating_uses(setup, torque))
+        uses = operating_uses(healthy, torque)
+        use = largest_uses(uses)
         axes = {"limit": np.arange(1, len(use.value) + 1)}
         scene.emit(f"{HEALTHY}/limit/operating_use", use, axes=axes)
+        _emit_element(scene, healthy, "operating_", [int(np.argmax(one.value)) for one in uses],
+                      np.full(len(uses), setup.speed), axes)  # fmt: skip
     if setup.shaft.couplings:
         from vibecalc.torsion.adapters.couplings import emit_use
 
@@ -230,14 +236,43 @@ def emit_healthy_range(scene: Scene, setup: Setup, speed: FloatArray) -> None:
         emit_largest_use(scene, healthy, speed, found.dense.speed, f"{HEALTHY}/coupling")
     if not setup.torsion.limits:
         return
-    seen = (found.dense, found.undamped)
+    seen, asked = (found.dense, found.undamped), bounds(healthy)
+    uses = [uses_of(healthy, bound, *seen) for bound in asked]
     every = [
-        largest_of_loads(healthy, bound, uses_of(healthy, bound, *seen), *seen)
-        for bound in bounds(healthy)
+        largest_of_loads(healthy, bound, one, *seen) for bound, one in zip(asked, uses, strict=True)
     ]
-    use = stack([one.use[int(np.argmax(one.use.value))] for one in every], axis=0)
+    worst = [int(np.argmax(one.use.value)) for one in every]
+    use, at = (
+        stack([getattr(one, name)[k] for one, k in zip(every, worst, strict=True)], axis=0)
+        for name in ("use", "speed")
+    )
     axes = {"limit": np.arange(1, len(every) + 1)}
     scene.emit(f"{HEALTHY}/limit/largest_use", use, axes=axes)
+    scene.emit(f"{HEALTHY}/limit/speed", at, axes=axes)
+    _emit_element(scene, healthy, "", worst, at.value, axes)
+    unbarred = [
+        unbarred_use(setup.speed, bound, one, found.dense, found.undamped)
+        for bound, one in zip(asked, uses, strict=True)
+    ]
+    scene.emit(f"{HEALTHY}/limit/unbarred_use", np.array(unbarred), use.error, axes)
+
+
+def _emit_element(
+    scene: Scene,
+    setup: Setup,
+    start: str,
+    worst: list[int],
+    speed: FloatArray,
+    axes: Mapping[str, Any],
+) -> None:
+    """Of each limit the load of largest use, by its place among those of the limit, at a speed."""
+    asked = bounds(setup)
+    each = list(zip(asked, worst, speed, strict=True))
+    load = np.array([bound.load[k] for bound, k, _ in each])
+    share = np.array([
+        1.0 / (bound.modulus[k] * bound.continuous(np.array(at))[k]) for bound, k, at in each
+    ])  # fmt: skip
+    emit_element(scene, f"{HEALTHY}/limit/{start}", asked, load, share, axes)
 
 
 def _dampers(scene: Scene, setup: Setup) -> None:
