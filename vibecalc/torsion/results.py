@@ -1,5 +1,9 @@
 """Every result of a shaft line: path, unit, axes, long name."""
 
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from vibecalc.core.results.described import entries_of, lead, named, q
 from vibecalc.core.results.record import (
     CANCELS,
     CHECK,
@@ -140,6 +144,30 @@ STEADY = (
           "1: as far from every order as the rule of the case asks; 0: not"),
 )  # fmt: skip
 
+
+@dataclass(frozen=True)
+class PowerBalance:
+    """Mean torques on their own shafts and mean powers at the operating speed."""
+
+    ROOT: ClassVar[str] = f"{ROOT}/power_balance"
+    source_torque: Any = named("station", "N*m", "mean torque of cylinders")
+    source_power: Any = named("station", "W", "mean power of cylinders")
+    load_torque: Any = named("station", "N*m", "mean torque that a load takes")
+    load_power: Any = named("station", "W", "mean power that a load takes")
+    rest_torque: Any = q(
+        "", "N*m", "mean torque that the load station takes on top to balance the line; below 0 it "
+        "gives", name="mean torque left for the load station",
+    )  # fmt: skip
+    rest_power: Any = q("", "W", "of that torque", name="mean power left for the load station")
+    brake_power: Any = lead("", "W", "power, brake", about="what the loads of the case take")
+    mechanical_efficiency: Any = lead(
+        "",
+        "",
+        "mechanical efficiency",
+        about="brake over indicated power; infinite where the cylinders give none",
+    )
+
+
 #: where dampings follow the speed, a load or a mode
 DAMPING = (
     entry(f"{ROOT}/damping/station", "station", "N*m*s/rad",
@@ -149,7 +177,7 @@ DAMPING = (
     entry(f"{ROOT}/damping/loss_factor", "section", "", "of its stiffness, at the operating speed"),
 )  # fmt: skip
 
-TORSION_ENTRIES = (*EXCITATION, *MODES, *DAMPING, *STEADY)
+TORSION_ENTRIES = (*EXCITATION, *entries_of(PowerBalance), *MODES, *DAMPING, *STEADY)
 
 # ----------------------------------------------------------------------------
 # Results of a shaft line over a range of crank speeds: curves, criticals, limits, barred ranges.

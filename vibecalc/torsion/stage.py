@@ -62,7 +62,7 @@ if TYPE_CHECKING:
 _STEADY = (
     *("/modes/", "/excitation/"),
     *("/angle", "/twist", "/torque", "/stress", "/section_heat", "/station_heat", "/modal_heat"),
-    *("/damper/", "/damping/"),
+    *("/damper/", "/damping/", "/power_balance/"),
     *("/gear/", "/margin/", "/separation/operating/", "/critical/", "/limit/operating"),
     *(
         "/limit/basis/",
@@ -156,6 +156,13 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "undamped_frequency": has_damped_rings(case),
         "/sufficient": torsion.separation is not None,
         **dict.fromkeys(_OF_CYLINDERS, train is not None),
+        "/power_balance/source": train is not None,
+        "/power_balance/load": bool(line.loads),
+        "/power_balance/rest": train is not None or bool(line.loads),
+        **dict.fromkeys(
+            ("brake_power", "mechanical_efficiency"),
+            bool(line.loads) and case.machine.kind == "engine",
+        ),
         "bank_factor": train is not None and len({c.bank_angle for c in train.cylinders}) > 1,
         "modal_heat": has_modal_damping(case),
         "stress": any(has_stress(shaft) for shaft in line.shafts),

@@ -1,9 +1,14 @@
 """Vibration of a shaft line at the operating speed and over the range of speeds."""
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
+from vibecalc.core.report.rows import Cells, Found, Rows, rows_of
 from vibecalc.core.report.sections import Section, having, labels, speed_of
-from vibecalc.core.report.writing import Column, number, paragraph, show_phase, table
+from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import (
     DEGREES,
@@ -14,6 +19,7 @@ from vibecalc.torsion.report.line import (
     cell,
     first_firing,
     joined,
+    line_of,
     meeting,
     mode_names,
     order_text,
@@ -25,6 +31,7 @@ from vibecalc.torsion.report.line import (
     vector,
     worst_section,
 )
+from vibecalc.torsion.results import PowerBalance
 
 # ----------------------------------------------------------------------------
 # Vibration of a shaft line at the operating speed: sections, stations, dampers, gears, orders.
@@ -39,7 +46,7 @@ def torsion_steady(result: Result) -> Section | None:
     if having(record, TORSION + "torque_half_range", "section") is None:
         return None
     lines = _sections(record)
-    for block in (_dampers(record), _gears(record)):
+    for block in (_dampers(record), _gears(record), _balance(result)):
         lines += ["", *block] if block else []
     speed = speed_of(result)
     at = f", {turns(speed)} rpm" if speed is not None else ""
@@ -114,14 +121,15 @@ def _stations(result: Result) -> list[str]:
 
 
 def _dampers(record: Record) -> list[str]:
-    hottest = having(record, TORSION + "speeds/heat", "damper", "speed")
-    more = []
-    if hottest is not None:
-        tops = np.argmax(hottest.values, axis=1)
-        more = [
-            (number("largest heat\nover speeds, W"), lambda i: cell(hottest, (i, tops[i]))),
-            (number("at\nrpm"), lambda i: turns(float(hottest.axes[1].values[tops[i]]))),
-        ]
+    more: list[tuple[Column, Callable[[int], str]]] = []
+    for name, factor, title in (("heat", 1.0, "heat"), ("travel", MILLI, "travel")):
+        top = having(record, f"{TORSION}largest/{name}", "damper")
+        at = vector(record, f"largest/{name}_speed", "damper")
+        if top is not None and at is not None:
+            unit = "W" if name == "heat" else "mrad"
+            head = number(f"largest {title}\nover speeds, {unit}")
+            more += [(head, partial(cell, top, factor=factor)),
+                     (number("at\nrpm"), lambda i, at=at: turns(float(at[i])))]  # fmt: skip
     return rows_by(record, "damper", 24, (
         ("damper/heat", 1.0, "heat, mean\nW", 11),
         ("damper/travel", MILLI, "travel, peak\nmrad", 13),
@@ -142,6 +150,36 @@ def _gears(record: Record) -> list[str]:
     ), more)  # fmt: skip
     words = "Torque on the first wheel; minimum: in the sense of the mean, negative: teeth part."
     return [*lines, *paragraph(words)] if lines else []
+
+
+def _balance(result: Result) -> list[str]:
+    """Mean torque and power of sources and loads, and what the load station does on top."""
+    record, line = result.record, line_of(result)
+    rest = record.quantities.get(f"{PowerBalance.ROOT}/rest_torque")
+    if rest is None or line is None:
+        return []
+    factor, unit = torque_unit(record)
+    torque, power = factor * float(rest.values), record[f"{PowerBalance.ROOT}/rest_power"].values
+    does = "takes" if torque >= 0.0 else "has to GIVE"
+    words = f"Own shafts. Station '{line.station_names[line.load_station]}' {does} what is left: "
+    words += f"{show(abs(torque), digits=4)} {unit}, {show(1e-3 * abs(float(power)), digits=4)} kW."
+    share = record.quantities.get(f"{PowerBalance.ROOT}/mechanical_efficiency")
+    if share is not None and np.isfinite(share.values):
+        words += f" Brake over indicated power: {show(100.0 * float(share.values), digits=4)} %"
+        words += ", MORE THAN ALL: the loads do not fit the engine." if share.values > 1.0 else "."
+    columns = [
+        Cells(path, f"{name}\n{{unit}}", how)
+        for path, name, how in zip(
+            paths_of(PowerBalance), ("cylinders", "cylinders", "loads", "loads"),
+            2 * (unit.replace(" ", "*"), "kW"), strict=False,
+        )
+    ]  # fmt: skip
+    rows = Rows("station", "mean torque and power", columns, digits=4, places=_not_zero)
+    return [*rows_of(record, rows)[0], *paragraph(words)]
+
+
+def _not_zero(found: Found) -> np.ndarray:
+    return np.flatnonzero(np.any([one.values != 0.0 for one in found], axis=0))
 
 
 # ----------------------------------------------------------------------------
