@@ -245,9 +245,8 @@ def test_what_is_broken_or_undecided_is_said() -> None:
     row = next(one for one in verdicts_of(broken) if one.quantity == path)
     assert (row.element, row.state, row.use) == ("intermediate shaft", BROKEN, 1.2)
     assert (row.max, row.unit, np.isnan(row.speed)) == (1.0, "", True)  # not those of this use
-    assert "intermediate shaft, stress, passing through: 120.0 % of what is allowed" in in_one_sentence(
-        broken
-    )
+    said = "intermediate shaft, stress, passing through: 120.0 % of what is allowed"
+    assert said in in_one_sentence(broken)
     near = changed(result, path, [[0.99, 0.0], [0.0, 0.3]], error=0.02)
     assert next(one for one in verdicts_of(near) if one.quantity == path).state == UNDECIDED
     assert "intermediate shaft, stress, passing through is undecided: " in in_one_sentence(near)

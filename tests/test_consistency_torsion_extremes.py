@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from vibecalc import run
 from vibecalc.core.results.record import Result
 from vibecalc.torsion.results import FOLLOWED, ROOT

@@ -39,14 +39,14 @@ from vibecalc.torsion.asked import (
     solves,
     torsion_of,
 )
-from vibecalc.torsion.results import (
+from vibecalc.torsion.results import ROOT
+from vibecalc.torsion.study_results import (
     DESIGN,
     OBJECTIVES,
     OF_PASSAGES,
     OF_STEPS,
     PASSAGES,
     PUBLISHED,
-    ROOT,
     TRANSIENT,
     VARIABLE,
 )
@@ -392,8 +392,8 @@ def _transient(case: "Case") -> Stage:
 
 def _not_of_change(case: "Case", change: "Transient") -> tuple[str, ...]:
     """Beginnings of what there is not of a change."""
-    from vibecalc.torsion.results import PASSAGES
     from vibecalc.torsion.shaft_line_tables import has_stress
+    from vibecalc.torsion.study_results import PASSAGES
 
     shafts = shaft_line_of(case).shafts
     stressed = any(has_stress(shaft) for shaft in shafts)
