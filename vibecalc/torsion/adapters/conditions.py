@@ -20,7 +20,6 @@ from vibecalc.torsion.adapters.couplings import largest_use, uses_of
 from vibecalc.torsion.adapters.critical import undamped_speeds
 from vibecalc.torsion.adapters.curves import (
     ROWS,
-    SAMPLES,
     bounded_orders,
     of_finite,
     solved,
@@ -37,7 +36,14 @@ from vibecalc.torsion.adapters.setup import (
     motored_torque,
     placed,
 )
-from vibecalc.torsion.adapters.signals import Signal, blocks, tops, with_narrow
+from vibecalc.torsion.adapters.signals import (
+    Signal,
+    blocks,
+    some_speeds,
+    stations_of,
+    tops,
+    with_narrow,
+)
 from vibecalc.torsion.adapters.steady import setup_of
 from vibecalc.torsion.critical_speeds import RIVAL, Maxima, Value
 from vibecalc.torsion.curve_results import CONDITIONS
@@ -216,15 +222,12 @@ def run_torsion_conditions(scene: Scene) -> None:
 
 def _irregularity(scene: Scene, setup: Setup, drives: list[Drive], names: dict[str, Any]) -> None:
     """Degrees of unevenness of the stations that the case asks them of, at the operating speed."""
-    shaft, at = setup.shaft, np.array([setup.speed])
-    asked = tuple(one.on for one in setup.torsion.irregularity)
-    place = np.array([shaft.station_names.index(name) for name in asked])
-    signals, every = [Signal("angular_speed", place)], np.ones(len(place), dtype=bool)
-    half = half_ranges(setup, drives, signals, at, every)[..., 0]
+    asked, at = tuple(one.on for one in setup.torsion.irregularity), np.array([setup.speed])
+    signals = [Signal("unevenness", stations_of(setup, asked))]
+    half = half_ranges(setup, drives, signals, at, np.ones(len(asked), dtype=bool))[..., 0]
     error = np.array([uncertainty(setup, one, signals, at) for one in drives])
-    mean = np.abs(shaft.station_ratio[place]) * setup.speed
-    degree = of_finite(Bounded(half, error), lambda one: one * (2.0 / mean))
-    scene.emit(f"{CONDITIONS}/irregularity", degree, axes={**names, "station": asked})
+    axes = {**names, "station": asked}
+    scene.emit(f"{CONDITIONS}/irregularity", Bounded(half, error), axes=axes)
 
 
 def _couplings(scene: Scene, setup: Setup, drives: list[Drive], names: dict[str, Any]) -> None:
@@ -359,7 +362,7 @@ def _range(scene: Scene, search: "Search", names: dict[str, Any]) -> None:
     some = np.flatnonzero(modulus > 0.0)
     axes = {**names, "speed": speed}
     stressed = {**axes, "section": tuple(setup.shaft.section_names[e] for e in some)}
-    telling = speed[np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)]
+    telling = some_speeds(speed)
     most = int(np.argmax(np.bincount(top.condition[:count])))
     off = np.maximum(uncertainty(setup, drives[most], signals, telling), top.value.error)
     worst = Bounded(search.worst, np.broadcast_to(off[:, None], search.worst.shape))

@@ -10,7 +10,6 @@ from vibecalc.numerics.bounded import Bounded, bounded, concatenate, reshaped, s
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.curves import (
     ROWS,
-    SAMPLES,
     OrderSolution,
     bounded_orders,
     mean_torques,
@@ -18,9 +17,10 @@ from vibecalc.torsion.adapters.curves import (
     solved,
 )
 from vibecalc.torsion.adapters.setup import Setup
+from vibecalc.torsion.adapters.signals import some_rows, some_speeds
 from vibecalc.torsion.coupling_results import COUPLING
 from vibecalc.torsion.couplings import LIMITS, Borne, borne, has_limit, uses
-from vibecalc.torsion.critical_speeds import Value, largest
+from vibecalc.torsion.critical_speeds import largest
 
 # ----------------------------------------------------------------------------
 # What each coupling bears at some speeds, with the errors or, for curves, without.
@@ -161,18 +161,15 @@ def emit_use(scene: Scene, setup: Setup, place: str) -> None:
 def emit_coupling_speeds(scene: Scene, setup: Setup, speed: FloatArray, dense: FloatArray) -> None:
     """Curves over the speeds (s,); the largest uses are looked for among `dense` as well."""
     axes = {**uses_of(setup).axes, "speed": speed}
-    found, some = _borne(setup, speed, _unbounded), _borne(setup, _some(speed), bounded_orders)
+    found, some = (
+        _borne(setup, speed, _unbounded),
+        _borne(setup, some_speeds(speed), bounded_orders),
+    )
     for name, key in _VALUES.items():
         value = np.array([getattr(one, key).value for one in found])
         error = max(float(_error(getattr(one, key)).max()) for one in some)
         scene.emit(f"{COUPLING}/speeds/{name}", value, error, axes)
     emit_largest_use(scene, setup, speed, dense, COUPLING)
-
-
-def _some(speed: FloatArray) -> FloatArray:
-    """Speeds at equal steps, at which errors of curves are read."""
-    place = np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)
-    return np.asarray(speed[place])
 
 
 def _error(value: Bounded) -> FloatArray:
@@ -194,7 +191,7 @@ def emit_largest_use(
     at = distinct(np.concatenate([speed, dense]))
     values, most, where = largest_use(setup, at)
     if place == COUPLING:
-        error = _error(every.at(_some(speed), bounded_orders)).max()
+        error = _error(every.at(some_speeds(speed), bounded_orders)).max()
         curve = values[..., np.searchsorted(at, speed)]
         scene.emit(f"{place}/speeds/use", curve, error, {**every.axes, "speed": speed})
     scene.emit(f"{place}/largest_use", most, axes=every.axes)
@@ -207,15 +204,7 @@ def largest_use(setup: Setup, at: FloatArray) -> tuple[FloatArray, Bounded, Boun
     shape = (len(setup.shaft.couplings), len(every.kept))
     values = every.at(at, _unbounded).value
 
-    def make(row: IntArray) -> Value:
-        def value(where: FloatArray) -> FloatArray:
-            flat, back = np.unique(where, return_inverse=True)
-            found = every.at(flat, _unbounded).value.reshape(-1, len(flat))
-            chosen = np.take_along_axis(found[row], back.reshape(where.shape), axis=1)
-            return np.asarray(chosen)
-
-        return value
-
+    make = some_rows(lambda one: every.at(one, _unbounded).value.reshape(-1, len(one)))
     curves = values.reshape(-1, len(at)).T
     none, count = np.zeros(0), curves.shape[1]
     top = largest(make, curves, at, none, np.full(count, np.nan))
