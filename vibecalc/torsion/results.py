@@ -16,7 +16,7 @@ from vibecalc.core.results.record import (
     entry,
 )
 from vibecalc.torsion import curve_results, study_results
-from vibecalc.torsion.coupling_results import COUPLING_AXES, COUPLING_ENTRIES
+from vibecalc.torsion.coupling_results import COUPLING, COUPLING_AXES, COUPLING_ENTRIES, LARGEST
 
 # ----------------------------------------------------------------------------
 # Results of a shaft line: modes, what the cylinders do to it, and its vibration at one speed.
@@ -508,4 +508,5 @@ EXTREMES = {
     },
     (f"{ROOT}/irregularity/speeds/degree", "max"): f"{ROOT}/irregularity/largest/degree",
     (f"{ROOT}/coupling/speeds/use", "max"): f"{ROOT}/coupling/largest_use",
+    **{(f"{COUPLING}/speeds/{name}", "max"): f"{COUPLING}/largest/{name}" for name in LARGEST},
 }

@@ -82,7 +82,12 @@ _RANGE = (
     *("/reduction", "/hammering/", "/campbell/", "/separation/range/"),
     *("/healthy/speeds/", "/healthy/largest/"),
     *(f"/healthy/limit/{name}" for name in OVER_RANGE),
-    *("/coupling/speeds/", "/coupling/largest_use", "/healthy/coupling/largest_use"),
+    *(
+        "/coupling/speeds/",
+        "/coupling/largest/",
+        "/coupling/largest_use",
+        "/healthy/coupling/largest_use",
+    ),
 )
 #: what only a line with cylinders has
 _OF_CYLINDERS = (
@@ -171,6 +176,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "mean_indicated_pressure": train is not None and bool(train.bore),
         "/coupling/": bool(named_couplings(case)),
         "/coupling/speeds/": starts is _RANGE,
+        "/coupling/largest/": starts is _RANGE,
         "/coupling/largest_use": starts is _RANGE and bool(coupling_limits(case)),
         "/coupling/use": bool(coupling_limits(case)),
         "/coupling/speeds/use": bool(coupling_limits(case)),
