@@ -406,7 +406,8 @@ def limit_uses(place: str, axes: str, words: str, **headline: Headline) -> tuple
     use = f"stress or torque over allowed{words}"
     load = "section, counted from 1, gears behind them; 0: the limit says nothing"
     return (
-        entry(f"{place}/operating_use", axes, "", f"{use}, {_HERE}"),
+        entry(f"{place}/operating_use", axes, "", f"{use}, {_HERE}",
+              name="use of a limit at speed, worst condition"),
         entry(f"{place}/largest_use", axes, "", f"{use}, largest at any speed", **headline),
         entry(f"{place}/speed", axes, "rad/s", "where that is"),
         entry(f"{place}/unbarred_use", axes, "",

@@ -82,12 +82,7 @@ _RANGE = (
     *("/reduction", "/hammering/", "/campbell/", "/separation/range/"),
     *("/healthy/speeds/", "/healthy/largest/"),
     *(f"/healthy/limit/{name}" for name in OVER_RANGE),
-    *(
-        "/coupling/speeds/",
-        "/coupling/largest/",
-        "/coupling/largest_use",
-        "/healthy/coupling/largest_use",
-    ),
+    *("/coupling/speeds/", "/coupling/largest", "/healthy/coupling/largest_use"),
 )
 #: what only a line with cylinders has
 _OF_CYLINDERS = (

@@ -66,7 +66,14 @@ _ELSEWHERE = tuple(
     for name in (
         *("modes/", "excitation/", "critical/", "damping/", "healthy/", "speeds/", "largest/"),
         *("masked/", "peak/", "bare/", "reduction", "barred/", "exceeded/", "hammering/"),
-        *("campbell/", "separation/range/", "limit/largest", "coupling/speeds/", "curves/"),
+        *(
+            "campbell/",
+            "separation/range/",
+            "limit/largest",
+            "coupling/speeds/",
+            "coupling/largest",
+            "curves/",
+        ),
         *("irregularity/", "conditions/", "transient/", "variable_inertia/", "as_published/"),
     )
 )
