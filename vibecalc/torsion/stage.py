@@ -14,7 +14,6 @@ from vibecalc.core.run.stage import (
     below,
     harmonics_of,
 )
-from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.schema import Case
 from vibecalc.torsion.asked import (
@@ -30,6 +29,7 @@ from vibecalc.torsion.asked import (
     has_loss,
     has_modal_damping,
     leading,
+    least_steps,
     line_orders,
     modes_follow_speed,
     named_couplings,
@@ -394,7 +394,6 @@ def _transient(case: "Case") -> Stage:
 def _not_of_change(case: "Case", change: "Transient") -> tuple[str, ...]:
     """Beginnings of what there is not of a change."""
     from vibecalc.torsion.shaft_line_tables import has_stress
-    from vibecalc.torsion.study_results import PASSAGES
 
     shafts = shaft_line_of(case).shafts
     stressed = any(has_stress(shaft) for shaft in shafts)
@@ -414,68 +413,6 @@ def _not_of_change(case: "Case", change: "Transient") -> tuple[str, ...]:
 def _all_orders(speeds: int) -> str:
     over = f"{speeds} solves of all orders at once, and " if speeds else ""
     return f"{over}Newton's method with all orders at the operating speed"
-
-
-# ----------------------------------------------------------------------------
-# Does a change in time of a shaft line end within the steps that a run may take?
-# ----------------------------------------------------------------------------
-
-TRANSIENT_TABLE: KeyPath = ("response", "torsion", "transient")
-
-
-def transient_problems(case: Case) -> list[Problem]:
-    """The problem of a change that takes longer than the march in time goes."""
-    torsion = asked(case)
-    if torsion is None or torsion.transient is None or case.machine.shaft_line is None:
-        return []
-    from vibecalc.torsion.transient.march import MOST_STEPS
-
-    change = torsion.transient
-    steps = least_steps(case)
-    if steps <= MOST_STEPS:
-        return []
-    spans = _angles(case, change)
-    longest = max(spans, key=lambda key: spans[key])
-    key = longest
-    if longest == "change":
-        key = "acceleration" if change.acceleration is not None else "duration"
-    problem = Problem(
-        path=(*TRANSIENT_TABLE, key) if key in change.model_fields_set else TRANSIENT_TABLE,
-        message="the change takes too many steps in time",
-        found=f"{steps:.3g} steps or more, for {sum(spans.values()) / 6.283185307:.3g} turns of "
-        "the crank",
-        allowed=f"{MOST_STEPS:.3g} steps",
-        hint="a faster change, less time before and after it, or fewer orders",
-    )
-    return [problem]
-
-
-def least_steps(case: Case) -> float:
-    """Steps in time that the highest order alone needs; the modes of the line may need more."""
-    from vibecalc.torsion.transient.march import ORDER_STEP
-
-    change = torsion_of(case).transient
-    assert change is not None
-    highest = max(excited_orders(case), default=0.0)
-    return highest * sum(_angles(case, change).values()) / ORDER_STEP
-
-
-def _angles(case: Case, change: "Transient") -> dict[str, float]:
-    """Angle in rad that the crank turns through before, during and after the change."""
-    if change.kind not in PASSAGES:
-        speed = case.machine.speed
-        return {"before": change.before * speed, "after": change.after * speed}
-    begin = 0.0 if change.kind == "start" else change.start or 0.0
-    end = change.stop or 0.0
-    duration = change.duration
-    if duration is None:
-        assert change.acceleration is not None  # one of the two, says the form
-        duration = abs(end - begin) / change.acceleration
-    return {
-        "before": change.before * begin,
-        "change": duration * (begin + end) / 2.0,
-        "after": change.after * end,
-    }
 
 
 # ----------------------------------------------------------------------------
@@ -676,7 +613,7 @@ SUBJECT = Subject(
     },
     checks=(
         "vibecalc.torsion.shaft_line_checks:shaft_line_problems",
-        "vibecalc.torsion.stage:transient_problems",
+        "vibecalc.torsion.transient_checks:transient_problems",
         "vibecalc.torsion.checks:torsion_problems",
         "vibecalc.torsion.curve_checks:curve_problems",
         "vibecalc.torsion.damping_checks:damping_problems",
