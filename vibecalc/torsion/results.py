@@ -401,14 +401,16 @@ def _half_ranges(place: str, words: str) -> tuple[Entry, ...]:
     )
 
 
-def limit_uses(place: str, axes: str, words: str, **headline: Headline) -> tuple[Entry, ...]:
+def limit_uses(
+    place: str, axes: str, words: str, headline: Headline | None = None
+) -> tuple[Entry, ...]:
     """Uses of limits in a condition, with the load that has the largest one."""
     use = f"stress or torque over allowed{words}"
     load = "section, counted from 1, gears behind them; 0: the limit says nothing"
     return (
         entry(f"{place}/operating_use", axes, "", f"{use}, {_HERE}",
               name="use of a limit at speed, worst condition"),
-        entry(f"{place}/largest_use", axes, "", f"{use}, largest at any speed", **headline),
+        entry(f"{place}/largest_use", axes, "", f"{use}, largest at any speed", headline=headline),
         entry(f"{place}/speed", axes, "rad/s", "where that is"),
         entry(f"{place}/unbarred_use", axes, "",
               "largest at speeds that no barred range may hold: the operating one, and for a rule "

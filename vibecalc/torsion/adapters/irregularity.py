@@ -52,7 +52,7 @@ def run_torsion_irregularity(scene: Scene) -> None:
 def _half_ranges(setup: Setup, signals: list[Signal], speed: FloatArray) -> FloatArray:
     """Of all places of the signals (r, s)."""
     every = np.ones(sum(len(one.place) for one in signals), dtype=bool)
-    return half_ranges(setup, [setup.drive], signals, speed, every)[0]
+    return np.asarray(half_ranges(setup, [setup.drive], signals, speed, every)[0])
 
 
 def _emit(scene: Scene, setup: Setup, stem: str, both: Bounded, axes: dict[str, Any]) -> None:

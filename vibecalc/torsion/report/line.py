@@ -184,18 +184,17 @@ def cell(
 def rows_by(
     record: Record,
     axis: str,
-    width: int,
-    columns: Iterable[tuple[str, float, str, int]],
+    columns: Iterable[tuple[str, float, str]],
     more: Iterable[tuple[Column, Callable[[int], str]]] = (),
 ) -> list[str]:
     """Lines of a table with a row for each name of an axis, none where nothing is there.
 
-    Columns: path under `TORSION`, factor from SI, title and width, left out where all is zero;
+    Columns: path under `TORSION`, factor from SI and title, left out where all is zero;
     `more` are made of the place.
     """
     shown = [
         (quantity, factor, number(title))
-        for path, factor, title, wide in columns
+        for path, factor, title in columns
         if (quantity := having(record, TORSION + path, axis)) and np.any(quantity.values)
     ]
     if not shown:

@@ -133,24 +133,24 @@ def _station(record: Record, place: float | None) -> str:
 def _table(record: Record) -> list[str]:
     """A row for each section; a lag shows the digits that its error leaves."""
     torque, unit = torque_unit(record)
-    columns: list[tuple[str, float, str, int]] = [
-        ("peak", torque, f"peak\n{unit}", 10), ("peak_time", 1.0, "at\ns", 8),
-        ("peak_without_acceleration", torque, f"without ac-\nceleration\n{unit}", 11),
-        ("steady_before", torque, f"steady before\n{unit}", 14),
-        ("steady_after", torque, f"steady after\n{unit}", 14),
-        ("dynamic_factor", 1.0, "factor", 10),
+    columns: list[tuple[str, float, str]] = [
+        ("peak", torque, f"peak\n{unit}"), ("peak_time", 1.0, "at\ns"),
+        ("peak_without_acceleration", torque, f"without ac-\nceleration\n{unit}"),
+        ("steady_before", torque, f"steady before\n{unit}"),
+        ("steady_after", torque, f"steady after\n{unit}"),
+        ("dynamic_factor", 1.0, "factor"),
     ]  # fmt: skip
     over, lag = (having(record, TRANSIENT + name, "section") for name in ("overshoot", "lag"))
     more: list[tuple[Column, Callable[[int], str]]] = []
     if having(record, TRANSIENT + "steady_half_range", "section") is not None:
-        columns += [("peak_half_range", torque, f"half range\n{unit}", 11),
-                    ("steady_half_range", torque, f"steady\n{unit}", 11)]  # fmt: skip
+        columns += [("peak_half_range", torque, f"half range\n{unit}"),
+                    ("steady_half_range", torque, f"steady\n{unit}")]  # fmt: skip
         if over is not None:
             more.append((number("to steady\n%"), lambda i: _over(float(over.values[i]))))
         if lag is not None:
             more.append((number("later by\nrpm"), lambda i: _lag(lag, i)))
-    paths = [(f"transient/{path}", by, title, wide) for path, by, title, wide in columns]
-    lines = rows_by(record, "section", 17, paths, more)
+    paths = [(f"transient/{path}", by, title) for path, by, title in columns]
+    lines = rows_by(record, "section", paths, more)
     words = "Peaks have the mean in them"
     words += "; half range: of one cycle, steady: largest at these speeds." if more else "."
     return [*lines, *paragraph(words)] if lines else []

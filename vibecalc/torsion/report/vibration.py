@@ -62,10 +62,10 @@ def torsion_steady(result: Result) -> Section | None:
 def _sections(record: Record) -> list[str]:
     factor, unit = torque_unit(record)
     torques = ("half_range", "torque"), ("mean", "mean"), ("peak", "peak"), ("bound", "bound")
-    lines = rows_by(record, "section", 24, (
-        *((f"torque_{name}", factor, f"{words}\n{unit}", 10) for name, words in torques),
-        ("stress_half_range", MEGA, "stress\nN/mm^2", 9),
-        ("twist_half_range", MILLI, "twist\nmrad", 9), ("section_heat", 1.0, "heat\nW", 9),
+    lines = rows_by(record, "section", (
+        *((f"torque_{name}", factor, f"{words}\n{unit}") for name, words in torques),
+        ("stress_half_range", MEGA, "stress\nN/mm^2"),
+        ("twist_half_range", MILLI, "twist\nmrad"), ("section_heat", 1.0, "heat\nW"),
     ))  # fmt: skip
     words = "Torque, stress, twist: half ranges. Peak: with the mean. Bound: sum of all orders' "
     words += "amplitudes."
@@ -110,11 +110,11 @@ def _stress_of(stress: Quantity | None, name: str, order: int) -> str:
 
 
 def _stations(result: Result) -> list[str]:
-    lines = rows_by(result.record, "station", 28, (
-        ("angle_half_range", MILLI, "half range\nmrad", 12),
-        ("angle_half_range", DEGREES, "half range\ndeg", 12),
-        ("angle_peak", MILLI, "peak\nmrad", 12), ("angle_peak", DEGREES, "peak\ndeg", 12),
-        ("station_heat", 1.0, "heat\nW", 12),
+    lines = rows_by(result.record, "station", (
+        ("angle_half_range", MILLI, "half range\nmrad"),
+        ("angle_half_range", DEGREES, "half range\ndeg"),
+        ("angle_peak", MILLI, "peak\nmrad"), ("angle_peak", DEGREES, "peak\ndeg"),
+        ("station_heat", 1.0, "heat\nW"),
     ))  # fmt: skip
     words = "Angles of the stations against steady rotation, all orders together:"
     return [*paragraph(words), *lines] if lines else []
@@ -129,12 +129,16 @@ def _dampers(record: Record) -> list[str]:
             unit = "W" if name == "heat" else "mrad"
             head = number(f"largest {title}\nover speeds, {unit}")
             more += [(head, partial(cell, top, factor=factor)),
-                     (number("at\nrpm"), lambda i, at=at: turns(float(at[i])))]  # fmt: skip
-    return rows_by(record, "damper", 24, (
-        ("damper/heat", 1.0, "heat, mean\nW", 11),
-        ("damper/travel", MILLI, "travel, peak\nmrad", 13),
-        ("damper/travel", DEGREES, "travel, peak\ndeg", 13),
+                     (number("at\nrpm"), partial(_turns, at))]  # fmt: skip
+    return rows_by(record, "damper", (
+        ("damper/heat", 1.0, "heat, mean\nW"),
+        ("damper/travel", MILLI, "travel, peak\nmrad"),
+        ("damper/travel", DEGREES, "travel, peak\ndeg"),
     ), more)  # fmt: skip
+
+
+def _turns(speed: np.ndarray, place: int) -> str:
+    return turns(float(speed[place]))
 
 
 def _gears(record: Record) -> list[str]:
@@ -143,10 +147,10 @@ def _gears(record: Record) -> list[str]:
     teeth = ("  stay in contact", "  HAMMER: torque reverses")
     more = [] if hammers is None else [
         (Column("  teeth"), lambda i: teeth[int(hammers[i])])]  # fmt: skip
-    lines = rows_by(record, "gear", 24, (
-        ("gear/mean_torque", factor, f"mean torque\n{unit}", 12),
-        ("gear/alternating_torque", factor, f"half range\n{unit}", 11),
-        ("gear/minimum_torque", factor, f"minimum\n{unit}", 10),
+    lines = rows_by(record, "gear", (
+        ("gear/mean_torque", factor, f"mean torque\n{unit}"),
+        ("gear/alternating_torque", factor, f"half range\n{unit}"),
+        ("gear/minimum_torque", factor, f"minimum\n{unit}"),
     ), more)  # fmt: skip
     words = "Torque on the first wheel; minimum: in the sense of the mean, negative: teeth part."
     return [*lines, *paragraph(words)] if lines else []
@@ -217,12 +221,12 @@ def _worst(result: Result) -> list[str]:
     more = [] if speed is None else [(number("at\nrpm"), lambda i: turns(float(speed[i])))]
     if mode is not None and order is not None:
         more.append((Column("mode, order"), lambda i: meeting(names, mode[i], order[i])))
-    lines = rows_by(record, "section", 20, (
-        ("largest/torque_half_range", factor, f"torque\n{unit}", 9),
-        ("largest/stress_half_range", MEGA, "stress\nN/mm^2", 9),
-        ("largest/twist_half_range", MILLI, "twist\nmrad", 9),
-        ("bare/largest/torque_half_range", factor, f"no dampers\n{unit}", 10),
-        ("reduction", 1.0, "ratio", 6),
+    lines = rows_by(record, "section", (
+        ("largest/torque_half_range", factor, f"torque\n{unit}"),
+        ("largest/stress_half_range", MEGA, "stress\nN/mm^2"),
+        ("largest/twist_half_range", MILLI, "twist\nmrad"),
+        ("bare/largest/torque_half_range", factor, f"no dampers\n{unit}"),
+        ("reduction", 1.0, "ratio"),
     ), more)  # fmt: skip
     words = "Largest half ranges; no mode and order: at an end of the range, or of several orders."
     return [*lines, *paragraph(words)] if lines else []
