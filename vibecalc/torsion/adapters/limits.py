@@ -1,6 +1,7 @@
 """Stresses and torques of a shaft line against the limits of a case, over speeds and at one."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,8 +10,14 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.bounded import Bounded, bounded, rounded, stack, where
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, IntArray
 from vibecalc.torsion.adapters.bounds import ROUNDINGS, Bound, bounds
-from vibecalc.torsion.adapters.critical import UndampedResonances
-from vibecalc.torsion.adapters.curves import Curves, of_finite
+from vibecalc.torsion.adapters.critical import UndampedResonances, undamped_speeds
+from vibecalc.torsion.adapters.curves import (
+    Curves,
+    CurveUncertainty,
+    curve_uncertainty,
+    of_finite,
+    sweep,
+)
 from vibecalc.torsion.adapters.exceeded import emit_barred, exceeded_of
 from vibecalc.torsion.adapters.loads import (
     endless_loads,
@@ -18,10 +25,16 @@ from vibecalc.torsion.adapters.loads import (
     load_uncertainty,
     own_loads,
 )
-from vibecalc.torsion.adapters.maxima import DenseSweep, torque_value
+from vibecalc.torsion.adapters.maxima import (
+    DenseSweep,
+    added,
+    torque_value,
+    with_narrow_resonances,
+)
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.crank_strength import PLACES
-from vibecalc.torsion.critical_speeds import Maxima, Value, largest
+from vibecalc.torsion.critical_speeds import Maxima, Value, by_machine, largest, telling_speeds
+from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.stress_limits import NO_BARRED_RANGE
 
@@ -73,6 +86,53 @@ def limit_corners(setup: Setup, speed: FloatArray) -> FloatArray:
     """Speeds inside a range at which the course of a limit has a corner or an end."""
     every = np.concatenate([bound.corners for bound in bounds(setup)])
     return np.asarray(every[(every > speed[0]) & (every < speed[-1])])
+
+
+class Range(NamedTuple):
+    """A line over speeds (s,): its curves with their errors, and what a search starts from.
+
+    `top` are the largest referred torques of its sections at any speed.
+    """
+
+    curves: Curves
+    uncertainty: CurveUncertainty
+    undamped: UndampedResonances
+    dense: DenseSweep
+    top: Maxima
+
+    @property
+    def torques(self) -> FloatArray:
+        """Of sections alone (r, e), at the speeds of the search."""
+        return self.dense.torque[:, : self.curves.torque.shape[1]]
+
+
+def over_range(
+    setup: Setup,
+    speed: FloatArray,
+    limited: bool,
+    shaft: ShaftLineModel | None,
+    angles: bool = False,
+    reported: Callable[[FloatArray], FloatArray] | None = None,
+) -> Range:
+    """The line over speeds (s,), with gears if a `shaft` is given.
+
+    What it has limits for is examined as closely as its largest values where it is `limited`, and
+    so is what reaches the levels (e,) `reported` of its largest torques (s, e).
+    """
+    curves = sweep(setup.model, setup.drive, speed, shaft, angles)
+    undamped = undamped_speeds(setup, speed[0], speed[-1])
+    torque = limited_loads(setup, curves) if limited else curves.torque
+    levels = limit_levels(setup, speed, torque) if limited else ()
+    if reported is not None:
+        levels = (*levels, reported(torque))
+    dense = with_narrow_resonances(setup, speed, torque, undamped, levels)
+    if limited:
+        dense = added(setup, dense, by_machine(0, limit_corners(setup, speed)))
+    sections = dense.torque[:, : curves.torque.shape[1]]
+    make = partial(torque_value, setup.model, setup.drive)
+    top = largest(make, sections, dense.speed, undamped.speed, undamped.endless)
+    telling = telling_speeds(speed, curves.torque, undamped.speed)
+    return Range(curves, curve_uncertainty(setup, speed, telling), undamped, dense, top)
 
 
 def uses_of(setup: Setup, bound: Bound, dense: DenseSweep, undamped: UndampedResonances) -> Uses:

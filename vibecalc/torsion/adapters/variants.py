@@ -10,7 +10,7 @@ from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.numerics.synthesis import over_cycle
 from vibecalc.torsion.adapters.bounds import bounds
-from vibecalc.torsion.adapters.critical import UndampedResonances, undamped_speeds
+from vibecalc.torsion.adapters.critical import UndampedResonances
 from vibecalc.torsion.adapters.curves import (
     at_largest,
     bounded_orders,
@@ -23,14 +23,12 @@ from vibecalc.torsion.adapters.limits import (
     emit_element,
     largest_of_loads,
     largest_uses,
-    limit_corners,
-    limit_levels,
-    limited_loads,
     operating_uses,
+    over_range,
     unbarred_use,
     uses_of,
 )
-from vibecalc.torsion.adapters.maxima import DenseSweep, added, torque_value, with_narrow_resonances
+from vibecalc.torsion.adapters.maxima import DenseSweep
 from vibecalc.torsion.adapters.readings import emit_half_ranges
 from vibecalc.torsion.adapters.setup import (
     Setup,
@@ -38,7 +36,6 @@ from vibecalc.torsion.adapters.setup import (
     build_model,
     natural_of,
 )
-from vibecalc.torsion.critical_speeds import by_machine, largest, telling_speeds
 from vibecalc.torsion.line import mapped
 from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.results import ROOT
@@ -82,27 +79,21 @@ def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = Fa
 
     `limited`: what the line has limits for is examined as closely as its largest values.
     """
-    setup, (model, drive) = state.setup, (state.setup.model, state.setup.drive)
-    curves = sweep(model, drive, speed, setup.shaft if limited else None, angles=False)
-    undamped = undamped_speeds(setup, speed[0], speed[-1])
-    loads = limited_loads(setup, curves) if limited else curves.torque
-    levels = limit_levels(setup, speed, loads) if limited else ()
-    dense = with_narrow_resonances(setup, speed, loads, undamped, levels)
-    if limited:
-        dense = added(setup, dense, by_machine(0, limit_corners(setup, speed)))
-    off = curve_uncertainty(setup, speed, telling_speeds(speed, curves.torque, undamped.speed))
-    torque, twist = Bounded(curves.torque, off.torque), Bounded(curves.twist, off.twist)
+    setup = state.setup
+    found = over_range(setup, speed, limited, setup.shaft if limited else None)
+    torque, twist = (
+        Bounded(getattr(found.curves, name), getattr(found.uncertainty, name))
+        for name in ("torque", "twist")
+    )
     whole = (scene, f"{state.place}/speeds", setup.shaft, state.section)
     emit_half_ranges(*whole, torque, twist, {"speed": speed})
-    make = lambda section: torque_value(model, drive, section)  # noqa: E731
-    sections = dense.torque[:, : len(model.line.first)]
-    top = largest(make, sections, dense.speed, undamped.speed, undamped.endless)
+    top = found.top
     place = f"{state.place}/largest"
     torque, twist = at_largest(setup, top, speed[-1], scene.wants(f"{place}/twist_half_range"))
     emit_half_ranges(scene, place, setup.shaft, state.section, torque, twist, {})
     names = tuple(setup.shaft.section_names[e] for e in state.section)
     scene.emit(f"{place}/speed", top.speed, top.speed_error, {"section": names})
-    return NearbyRange(undamped, dense, torque)
+    return NearbyRange(found.undamped, found.dense, torque)
 
 
 # ----------------------------------------------------------------------------
