@@ -402,12 +402,16 @@ def of_finite(value: Bounded, change: Callable[[Bounded], Bounded]) -> Bounded:
 
 
 def section_heat(setup: Setup, speed: FloatArray, state: OrderSolution) -> Bounded:
-    """Mean power (s, e) of dashpots and loss factors in W, all orders of bounded twists."""
+    """Mean power (s, e) of dashpots and loss factors in W, all orders of bounded twists.
+
+    Of twists without errors, as of a curve, it has none.
+    """
     line = setup.model.at(speed[:, None], state.frequency)
     power = heat(line, state.frequency, state.twist).sum(axis=-2)
-    if setup.model.couplings is None or setup.model.couplings.moved is None:
+    couplings = setup.model.couplings
+    if couplings is None or couplings.moved is None or not np.any(state.twist.error):
         return power
-    return Bounded(power.value, power.error + setup.model.couplings.moved(speed).heat)
+    return Bounded(power.value, power.error + couplings.moved(speed).heat)
 
 
 # ----------------------------------------------------------------------------

@@ -125,7 +125,9 @@ def _picked(
     flat, back = np.unique(speed, return_inverse=True)
     back, found = back.reshape(speed.shape), np.empty(speed.shape)
     for part in blocks(model, drive, len(flat)):
-        state, mean = solved(model, drive, flat[part]), mean_torques(setup, flat[part])
+        state = solved(model, drive, flat[part])
+        carried = {"torque_peak", "gear_minimum_torque"} & {*names}
+        mean = mean_torques(setup, flat[part]) if carried else None
         here = (back >= part.start) & (back < part.stop)
         for name in names:
             row, place = np.nonzero(here & (kind == name)[:, None])
@@ -138,10 +140,10 @@ def _picked(
                 signal = Signal(_SIGNALS[name], rings if name == "travel" else _every(setup, name))
                 total = synthesis(drive.cycles, signal.of(setup, state)[at, :, own])
                 ends = bounded(total.highest), bounded(total.lowest)
-                if name == "torque_peak":
+                if mean is not None and name == "torque_peak":
                     steady = mean.section.value[at, own] / shaft.section_ratio[own]
                     value = peak_of(bounded(steady), *ends).value
-                elif name == "gear_minimum_torque":
+                elif mean is not None and name == "gear_minimum_torque":
                     steady = (mean.gear * actual_per_referred(shaft))[at, own]
                     value = least_of(steady, *ends).value
                 else:
