@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.report.headline import large_torques
+from vibecalc.core.report.rows import Made, part_of
 from vibecalc.core.report.sections import Section, having, labels, magnitudes, speed_of, table_of
 from vibecalc.core.report.writing import Column, number, pairs, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
@@ -155,6 +156,21 @@ def meeting(names_: list[str], mode: float, order: float) -> str:
     place = int(mode) - 1
     name = names_[place] if place < len(names_) else f"mode {int(mode)}"
     return f"{name}, order {order_text(order)}"
+
+
+def modes_named(result: Result, path: str) -> Made:
+    """Names of the modes whose numbers, from 1, stand at a path, or are its first axis."""
+    known = np.array(mode_names(result))
+
+    def made(record: Record) -> Quantity | None:
+        found = record.quantities.get(path)
+        if found is None:
+            return None
+        of_axis = found.axes[0].name.endswith("mode")
+        numbers = found.axes[0].values if of_axis else found.values
+        return part_of(found, known[np.asarray(numbers, dtype=int) - 1], found.axes[0])
+
+    return made
 
 
 def vector(record: Record, name: str, axis: str) -> np.ndarray | None:

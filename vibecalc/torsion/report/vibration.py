@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from vibecalc.core.report.rows import Cells, Found, Rows, rows_of
+from vibecalc.core.report.rows import Cells, Found, Rows, named_at, part_of, rows_of
 from vibecalc.core.report.sections import Section, having, labels, speed_of
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
 from vibecalc.core.results.described import paths_of
@@ -233,36 +233,33 @@ def _worst(result: Result) -> list[str]:
 
 
 def _peaks(result: Result) -> list[str]:
-    record = result.record
-    speed = vector(record, "peak/speed", "peak")
-    torque = having(record, TORSION + "peak/torque_half_range", "peak")
-    if speed is None or torque is None:
-        return []
-    section, mode, order = (
-        vector(record, f"peak/{name}", "peak") for name in ("section", "mode", "half_order")
+    unit, names = torque_unit(result.record)[1].replace(" ", "*"), mode_names(result)
+    stem = f"{TORSION}peak"
+
+    def met(record: Record) -> Quantity | None:
+        mode, order = (record.quantities.get(f"{stem}/{one}") for one in ("mode", "half_order"))
+        if mode is None or order is None:
+            return None
+        both = zip(mode.values, order.values, strict=True)
+        return part_of(mode, np.array([meeting(names, *one) for one in both]), *mode.axes)
+
+    columns = (
+        Cells(f"{stem}/speed", "{unit}", "rpm"),
+        Cells(f"{stem}/torque_half_range", "torque\n{unit}", unit),
+        Cells(named_at(f"{stem}/section", f"{TORSION}torque_half_range"), "in section"),
+        Cells(met, "mode, order"),
     )
-    known = having(record, TORSION + "torque_half_range", "section")
-    named = [] if known is None else labels(known.axes[0])
-    factor, unit = torque_unit(record)
-    names = mode_names(result)
-    columns = [number("rpm"), number(f"torque\n{unit}"), Column("in section"),
-               Column("mode, order")]  # fmt: skip
-    sizes = np.asarray(torque.values, dtype=float)
-    strongest = np.sort(np.argsort(-sizes, kind="stable")[:_MOST])
-    rows = []
-    for i in strongest:
-        place = int(section[i]) - 1 if section is not None else -1
-        rows.append([
-            turns(speed[i]), cell(torque, int(i), factor),
-            named[place] if 0 <= place < len(named) else "",
-            "" if mode is None or order is None else meeting(names, mode[i], order[i]),
-        ])  # fmt: skip
-    more = f" (the highest {_MOST} of {sizes.size})" if sizes.size > _MOST else ""
+    lines, _ = rows_of(result.record, Rows("peak", "", columns, digits=4, places=_strongest))
     words = (
-        f"Peaks over the speed of the section with most torque and, where it is another, of the "
-        f"most stressed one{more}; mode and order: of the nearest critical whose order peaks there:"
+        "Peaks over the speed of the section with most torque and, where it is another, of the "
+        f"most stressed one, the highest {_MOST}; mode and order: of the nearest critical whose "
+        "order peaks there:"
     )
-    return [*paragraph(words), *table(columns, rows)]
+    return [*paragraph(words), *lines] if lines else []
+
+
+def _strongest(found: Found) -> np.ndarray:
+    return np.sort(np.argsort(-found[1].values, kind="stable")[:_MOST])
 
 
 def _masked(result: Result) -> list[str]:
