@@ -216,29 +216,6 @@ def solved(
     return OrderSolution(w, found.angle, twist, torque, load, found.error, found.masked, speed)
 
 
-def section_torque(
-    model: Model, drive: Drive, speed: FloatArray, row: IntArray, section: IntArray
-) -> ComplexArray:
-    """As of `solved`: torques (r, m) of sections (r,), each at one of the speeds (s,)."""
-    w = drive.frequency(speed)
-    angle = model.solve(speed, w, drive.load(speed), drive.freedom, estimate=False).angle
-    line = model.at(speed[:, None], w)
-    twist = angle[row, :, line.first[section]] - angle[row, :, line.second[section]]
-    shape = (*w.shape, len(line.first))
-
-    def of_section(values: FloatArray) -> FloatArray:
-        if values.ndim == 1:
-            return values[section, None]
-        return np.broadcast_to(values, shape)[row, :, section]
-
-    chosen = line._replace(
-        stiffness=of_section(line.stiffness)[..., None],
-        damping=of_section(line.damping)[..., None],
-        loss_factor=of_section(line.loss_factor)[..., None],
-    )
-    return np.asarray(complex_stiffness(chosen, w[row])[..., 0] * twist)
-
-
 def sweep(
     model: Model, drive: Drive, speed: FloatArray, shaft: ShaftLineModel | None, angles: bool = True
 ) -> Curves:

@@ -1,7 +1,7 @@
 """Comparison variants of a shaft line: without its dampers, with all cylinders firing."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.numerics.synthesis import over_cycle
 from vibecalc.torsion.adapters.bounds import bounds
-from vibecalc.torsion.adapters.critical import UndampedResonances
 from vibecalc.torsion.adapters.curves import (
     at_largest,
     bounded_orders,
@@ -20,6 +19,7 @@ from vibecalc.torsion.adapters.curves import (
 )
 from vibecalc.torsion.adapters.largest_alone import what_drives
 from vibecalc.torsion.adapters.limits import (
+    Range,
     emit_element,
     largest_of_loads,
     largest_uses,
@@ -28,7 +28,6 @@ from vibecalc.torsion.adapters.limits import (
     unbarred_use,
     uses_of,
 )
-from vibecalc.torsion.adapters.maxima import DenseSweep
 from vibecalc.torsion.adapters.readings import emit_half_ranges
 from vibecalc.torsion.adapters.setup import (
     Setup,
@@ -37,7 +36,6 @@ from vibecalc.torsion.adapters.setup import (
     natural_of,
 )
 from vibecalc.torsion.line import mapped
-from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.results import ROOT
 
 # ----------------------------------------------------------------------------
@@ -45,55 +43,45 @@ from vibecalc.torsion.results import ROOT
 # ----------------------------------------------------------------------------
 
 
-class State(NamedTuple):
-    """Where results of a state go, its setup, and the places (k,) of its elements in the line."""
-
-    place: str
-    setup: Setup
-    section: IntArray
-
-
-class NearbyRange(NamedTuple):
-    """What the search for largest values has found: `torque` (k,), referred, bounded."""
-
-    undamped: UndampedResonances
-    dense: DenseSweep
-    torque: Bounded
+def _sections(setup: Setup) -> IntArray:
+    """Places of the sections that a line has, which may be without its dampers."""
+    kinds, count = setup.shaft.section_kinds, len(setup.model.line.first)
+    there = [len(kinds) == count or kind != "damper" for kind in kinds]
+    return np.flatnonzero(there)
 
 
-def emit_operating(scene: Scene, state: State) -> Bounded:
+def emit_operating(scene: Scene, place: str, setup: Setup) -> Bounded:
     """Half ranges at the operating speed; gives own torques (k,).
 
     Infinite where an order meets a mode that nothing damps.
     """
-    setup, at = state.setup, np.array([state.setup.speed])
+    at = np.array([setup.speed])
     curves = sweep(setup.model, setup.drive, at, None, angles=False)
     off = curve_uncertainty(setup, at, np.zeros(0))
     torque, twist = Bounded(curves.torque[0], off.torque), Bounded(curves.twist[0], off.twist)
-    shaft = setup.shaft
-    return emit_half_ranges(scene, state.place, shaft, state.section, torque, twist, {})
+    return emit_half_ranges(scene, place, setup.shaft, _sections(setup), torque, twist, {})
 
 
-def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = False) -> NearbyRange:
-    """Curves over speeds (s,) and the largest values of each section.
+def emit_range(
+    scene: Scene, stem: str, setup: Setup, speed: FloatArray, limited: bool = False
+) -> tuple[Range, Bounded]:
+    """Curves over speeds (s,) and the largest values of each section; gives referred torques (k,).
 
     `limited`: what the line has limits for is examined as closely as its largest values.
     """
-    setup = state.setup
     found = over_range(setup, speed, limited, setup.shaft if limited else None)
     torque, twist = (
         Bounded(getattr(found.curves, name), getattr(found.uncertainty, name))
         for name in ("torque", "twist")
     )
-    whole = (scene, f"{state.place}/speeds", setup.shaft, state.section)
-    emit_half_ranges(*whole, torque, twist, {"speed": speed})
-    top = found.top
-    place = f"{state.place}/largest"
+    top, place, section = found.top, f"{stem}/largest", _sections(setup)
+    over = {"speed": speed}
+    emit_half_ranges(scene, f"{stem}/speeds", setup.shaft, section, torque, twist, over)
     torque, twist = at_largest(setup, top, speed[-1], scene.wants(f"{place}/twist_half_range"))
-    emit_half_ranges(scene, place, setup.shaft, state.section, torque, twist, {})
-    names = tuple(setup.shaft.section_names[e] for e in state.section)
+    emit_half_ranges(scene, place, setup.shaft, section, torque, twist, {})
+    names = tuple(setup.shaft.section_names[e] for e in section)
     scene.emit(f"{place}/speed", top.speed, top.speed_error, {"section": names})
-    return NearbyRange(found.undamped, found.dense, torque)
+    return found, torque
 
 
 # ----------------------------------------------------------------------------
@@ -144,42 +132,37 @@ def emit_bare(scene: Scene, setup: Setup, speed: FloatArray, damped: Bounded) ->
 
     `damped` (..., e) are the largest referred torques of the whole line.
     """
-    bare, shaft = bare_setup(setup), setup.shaft
-    stays = np.flatnonzero([kind != "damper" for kind in shaft.section_kinds])
-    state = State(BARE, bare, stays)
+    bare = bare_setup(setup)
     if not scene.wants(*IN_BARE):
         if scene.wants(f"{ROOT}/reduction"):
-            _emit_reduction(scene, shaft, stays, _bare_torque(scene, state, speed), damped)
+            _emit_reduction(scene, bare, _bare_torque(scene, bare, speed), damped)
         return
     frequency = bare.modes.frequency
     modes = {"bare_mode": np.arange(1, len(frequency) + 1)}
     scene.emit(f"{BARE}/natural_frequency", frequency, bare.modes.frequency_error, modes)
-    emit_operating(scene, state)
-    torque = emit_range(scene, state, speed).torque
-    _emit_reduction(scene, shaft, stays, torque, damped)
+    emit_operating(scene, BARE, bare)
+    _emit_reduction(scene, bare, emit_range(scene, BARE, bare, speed)[1], damped)
 
 
-def _bare_torque(scene: Scene, bare: State, speed: FloatArray) -> Bounded:
+def _bare_torque(scene: Scene, bare: Setup, speed: FloatArray) -> Bounded:
     """Largest torques of the bare line, of runs before this one where they had the same line."""
 
     def find() -> Bounded:
-        return emit_range(scene, bare, speed).torque
+        return emit_range(scene, BARE, bare, speed)[1]
 
-    setup = bare.setup
-    inputs = what_drives(setup.model, setup.drive, speed)
+    inputs = what_drives(bare.model, bare.drive, speed)
     if inputs is None:
         return find()
-    known: Bounded | None = scene.again("largest torques of a line", (*inputs, setup.speed), find)
+    known: Bounded | None = scene.again("largest torques of a line", (*inputs, bare.speed), find)
     return find() if known is None else known
 
 
-def _emit_reduction(
-    scene: Scene, shaft: ShaftLineModel, stays: IntArray, torque: Bounded, damped: Bounded
-) -> None:
+def _emit_reduction(scene: Scene, bare: Setup, torque: Bounded, damped: Bounded) -> None:
+    stays = _sections(bare)
     less = damped[..., stays]
     finite = np.isfinite(less.value) & np.isfinite(torque.value) & (less.value > 0.0)
     gain = where(finite, torque, 1.0) / where(finite, less, 1.0)
-    axes = {"section": tuple(shaft.section_names[e] for e in stays)}
+    axes = {"section": tuple(bare.shaft.section_names[e] for e in stays)}
     scene.emit(f"{ROOT}/reduction", where(finite, gain, np.inf), axes=axes)
 
 
@@ -200,7 +183,7 @@ def emit_healthy(scene: Scene, setup: Setup) -> None:
     """Half ranges at the operating speed, mean torque, dampers, use of limits."""
     healthy = healthy_setup(scene, setup)
     at = np.array([setup.speed])
-    torque = emit_operating(scene, _state(healthy))
+    torque = emit_operating(scene, HEALTHY, healthy)
     scene.emit(f"{HEALTHY}/mean_torque", healthy.drive.mean_torque(at).sum()[0])
     if setup.torsion.limits:
         uses = operating_uses(healthy, torque)
@@ -220,7 +203,7 @@ def emit_healthy(scene: Scene, setup: Setup) -> None:
 def emit_healthy_range(scene: Scene, setup: Setup, speed: FloatArray) -> None:
     """Curves and largest values over speeds (s,), largest use of limits."""
     healthy = healthy_setup(scene, setup)
-    found = emit_range(scene, _state(healthy), speed, limited=bool(setup.torsion.limits))
+    found, _ = emit_range(scene, HEALTHY, healthy, speed, limited=bool(setup.torsion.limits))
     if setup.shaft.couplings:
         from vibecalc.torsion.adapters.couplings import emit_largest_use
 
@@ -278,7 +261,3 @@ def _dampers(scene: Scene, setup: Setup) -> None:
     travel = over_cycle(setup.drive.cycles, twist.T).peak
     scene.emit(f"{HEALTHY}/damper/heat", where(masked, np.inf, heat), axes=axes)
     scene.emit(f"{HEALTHY}/damper/travel", where(masked, np.inf, travel), axes=axes)
-
-
-def _state(setup: Setup) -> State:
-    return State(HEALTHY, setup, np.arange(len(setup.shaft.section_names)))
