@@ -185,6 +185,10 @@ def operating(setup: Setup) -> OrderSolution:
     return state
 
 
+#: of the power of the cylinders, what loads may take more before a sentence says so
+UNBALANCED = 0.01
+
+
 def _power_balance(scene: Scene, setup: Setup) -> None:
     """Mean torque and power of every source and load, and what the load station has to take."""
     shaft, drive, speed = setup.shaft, setup.drive, setup.speed
@@ -206,7 +210,7 @@ def _power_balance(scene: Scene, setup: Setup) -> None:
         share = taken * (1.0 / given) if drives else bounded(np.inf)
         balance = replace(balance, brake_power=speed * taken, mechanical_efficiency=share)
     scene.emit_all(balance, {"station": shaft.station_names})
-    if drives and rest.value < -rest.error:
+    if drives and -rest.value > rest.error + UNBALANCED * given.value:
         torques = [f"{1e-3 * one.value:.4g}" for one in (taken, given, -rest)]
         powers = [f"{1e-3 * speed * one.value:.4g}" for one in (taken, given, -rest)]
         scene.warn(

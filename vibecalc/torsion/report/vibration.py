@@ -170,7 +170,7 @@ def _balance(result: Result) -> list[str]:
     share = record.quantities.get(f"{PowerBalance.ROOT}/mechanical_efficiency")
     if share is not None and np.isfinite(share.values):
         words += f" Brake over indicated power: {show(100.0 * float(share.values), digits=4)} %"
-        words += ", MORE THAN ALL: the loads do not fit the engine." if share.values > 1.0 else "."
+        words += ", MORE THAN ALL: the loads do not fit the engine." if share.values > 1.01 else "."
     columns = [
         Cells(path, f"{name}\n{{unit}}", how)
         for path, name, how in zip(
@@ -178,7 +178,7 @@ def _balance(result: Result) -> list[str]:
             2 * (unit.replace(" ", "*"), "kW"), strict=False,
         )
     ]  # fmt: skip
-    rows = Rows("station", "mean torque and power", columns, digits=4, places=_not_zero)
+    rows = Rows("station", "mean torque and power", columns, digits=4, places=_not_zero, merge=True)
     return [*rows_of(record, rows)[0], *paragraph(words)]
 
 
