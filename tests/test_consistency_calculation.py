@@ -214,7 +214,7 @@ def test_gears_and_couplings_have_the_verdicts_of_their_results() -> None:
 
 def test_one_sentence_sums_up() -> None:
     said = in_one_sentence(result_of("marine_propulsion"))
-    assert said.startswith("7 of 13 limits are kept, 2 of them by barring a speed range; operat")
+    assert said.startswith("7 of 13 limits are kept, 2 of them by barring a speed range; use of a")
     at_speed = r"operating speed, 5 misfires.{2,16}, at 105\.0 rpm: [^;]*148\.4 %"
     assert re.search(at_speed, said)
     assert said.endswith("; 42.55 to 51.22 rpm is barred for lasting operation.")
