@@ -7,11 +7,13 @@ from vibecalc.core.run.stage import Leading
 from vibecalc.kinds import has_crank_train
 from vibecalc.schema import Case
 from vibecalc.torsion.results import ROOT
+from vibecalc.torsion.study_results import PASSAGES
 
 if TYPE_CHECKING:
     from vibecalc.torsion.coupling_tables import Coupling
     from vibecalc.torsion.shaft_line_tables import ShaftLine
     from vibecalc.torsion.tables import Torsion
+    from vibecalc.torsion.transient_tables import Transient
 
 #: where the case says nothing
 _HIGHEST_ORDER = 12.0
@@ -171,6 +173,39 @@ def has_loss(case: Case) -> bool:
 def freedom_count(case: Case) -> int:
     line = shaft_line_of(case)
     return len(line.stations) + len(line.dampers)
+
+
+# ----------------------------------------------------------------------------
+# Steps in time that a change takes.
+# ----------------------------------------------------------------------------
+
+
+def least_steps(case: Case) -> float:
+    """Steps in time that the highest order alone needs; the modes of the line may need more."""
+    from vibecalc.torsion.transient.march import ORDER_STEP
+
+    change = torsion_of(case).transient
+    assert change is not None
+    highest = max(excited_orders(case), default=0.0)
+    return highest * sum(turned_angles(case, change).values()) / ORDER_STEP
+
+
+def turned_angles(case: Case, change: "Transient") -> dict[str, float]:
+    """Angle in rad that the crank turns through before, during and after the change."""
+    if change.kind not in PASSAGES:
+        speed = case.machine.speed
+        return {"before": change.before * speed, "after": change.after * speed}
+    begin = 0.0 if change.kind == "start" else change.start or 0.0
+    end = change.stop or 0.0
+    duration = change.duration
+    if duration is None:
+        assert change.acceleration is not None  # one of the two, says the form
+        duration = abs(end - begin) / change.acceleration
+    return {
+        "before": change.before * begin,
+        "change": duration * (begin + end) / 2.0,
+        "after": change.after * end,
+    }
 
 
 # ----------------------------------------------------------------------------

@@ -13,7 +13,11 @@ _EACH, _HERE = "coupling coupling_limit", "at the operating speed"
 _USE = "share of what the maker permits; 0: the coupling has no such limit"
 
 
-def _borne(place: str, axes: str, words: str) -> tuple[Entry, ...]:
+#: of what a coupling bears, that of which the largest at any speed is searched
+LARGEST = ("peak_torque", "vibratory_torque", "torque_by_orders", "power_loss", "temperature")
+
+
+def _borne(place: str, axes: str, words: str, only: tuple[str, ...] = ()) -> tuple[Entry, ...]:
     rows = (
         ("mean_torque", "N*m", "steady torque"),
         ("peak_torque", "N*m", "largest magnitude over the cycle, mean torque in it"),
@@ -28,6 +32,7 @@ def _borne(place: str, axes: str, words: str) -> tuple[Entry, ...]:
         entry(f"{place}/{name}", axes, unit, f"{long_name}, {words}",
               exempt=PLACE if name == "main_frequency" else "")
         for name, unit, long_name in rows
+        if name in (only or (name,))
     )  # fmt: skip
 
 
@@ -42,6 +47,11 @@ COUPLING_ENTRIES = (
     entry(f"{COUPLING}/use", _EACH, "", f"{_USE}, {_HERE}",
           headline=Headline("use of a coupling at speed, largest")),
     *_borne(f"{COUPLING}/speeds", "coupling speed", "over the speeds"),
+    *_borne(f"{COUPLING}/largest", "coupling", "the largest at any speed", LARGEST),
+    *(
+        entry(f"{COUPLING}/largest/{one}_speed", "coupling", "rad/s", "where that is", exempt=PLACE)
+        for one in LARGEST
+    ),
     entry(f"{COUPLING}/speeds/use", f"{_EACH} speed", "", _USE),
     entry(f"{COUPLING}/largest_use", _EACH, "", f"{_USE}, the largest at any speed",
           headline=Headline("use of a coupling over the speeds, largest",

@@ -105,12 +105,6 @@ CONDITION_ENTRIES = (
           entry(f"{CONDITIONS}/largest/{of_what}_condition", of_what, "",
                 "and in which condition, counted from 1"),
       )),
-    entry(f"{CONDITIONS}/limit/operating_use", "condition limit", "",
-          "stress or torque over allowed at the operating speed"),
-    entry(f"{CONDITIONS}/limit/largest_use", "condition limit", "",
-          "largest stress or torque over allowed, at any speed",
-          headline=Headline("use of a limit, worst condition")),
-    entry(f"{CONDITIONS}/limit/speed", "condition limit", "rad/s", "where that is"),
 )  # fmt: skip
 
 #: axis name -> (unit, long name)

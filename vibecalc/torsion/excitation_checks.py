@@ -6,7 +6,6 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.parts.firing import is_separate, with_torque
 from vibecalc.schema import Case
-from vibecalc.torsion.results import PASSAGES
 from vibecalc.torsion.shaft_line_tables import (
     ShaftLine,
     crank_station,
@@ -14,6 +13,7 @@ from vibecalc.torsion.shaft_line_tables import (
     section_names,
     speed_ratios,
 )
+from vibecalc.torsion.study_results import PASSAGES
 
 TORSION: KeyPath = ("response", "torsion")
 DESIGN: KeyPath = ("damper_design",)

@@ -1,5 +1,9 @@
 """Every result of a shaft line: path, unit, axes, long name."""
 
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from vibecalc.core.results.described import entries_of, lead, named, q
 from vibecalc.core.results.record import (
     CANCELS,
     CHECK,
@@ -10,15 +14,9 @@ from vibecalc.core.results.record import (
     Entry,
     Headline,
     entry,
-    exempt,
 )
-from vibecalc.torsion import curve_results
-from vibecalc.torsion.coupling_results import COUPLING_AXES, COUPLING_ENTRIES
-
-#: changes in time from one speed of the crank to another
-PASSAGES = ("run_up", "run_down", "start", "stop")
-#: why results of studies are not held to the tolerance
-STUDY = "marches in time, differences, maps and ends of searches of a shaft line"
+from vibecalc.torsion import curve_results, study_results
+from vibecalc.torsion.coupling_results import COUPLING, COUPLING_AXES, COUPLING_ENTRIES, LARGEST
 
 # ----------------------------------------------------------------------------
 # Results of a shaft line: modes, what the cylinders do to it, and its vibration at one speed.
@@ -140,6 +138,30 @@ STEADY = (
           "1: as far from every order as the rule of the case asks; 0: not"),
 )  # fmt: skip
 
+
+@dataclass(frozen=True)
+class PowerBalance:
+    """Mean torques on their own shafts and mean powers at the operating speed."""
+
+    ROOT: ClassVar[str] = f"{ROOT}/power_balance"
+    source_torque: Any = named("station", "N*m", "mean torque of cylinders")
+    source_power: Any = named("station", "W", "mean power of cylinders")
+    load_torque: Any = named("station", "N*m", "mean torque that a load takes")
+    load_power: Any = named("station", "W", "mean power that a load takes")
+    rest_torque: Any = q(
+        "", "N*m", "mean torque that the load station takes on top to balance the line; below 0 it "
+        "gives", name="mean torque left for the load station",
+    )  # fmt: skip
+    rest_power: Any = q("", "W", "of that torque", name="mean power left for the load station")
+    brake_power: Any = lead("", "W", "power, brake", about="what the loads of the case take")
+    mechanical_efficiency: Any = lead(
+        "",
+        "",
+        "mechanical efficiency",
+        about="brake over indicated power; infinite where the cylinders give none",
+    )
+
+
 #: where dampings follow the speed, a load or a mode
 DAMPING = (
     entry(f"{ROOT}/damping/station", "station", "N*m*s/rad",
@@ -149,7 +171,7 @@ DAMPING = (
     entry(f"{ROOT}/damping/loss_factor", "section", "", "of its stiffness, at the operating speed"),
 )  # fmt: skip
 
-TORSION_ENTRIES = (*EXCITATION, *MODES, *DAMPING, *STEADY)
+TORSION_ENTRIES = (*EXCITATION, *entries_of(PowerBalance), *MODES, *DAMPING, *STEADY)
 
 # ----------------------------------------------------------------------------
 # Results of a shaft line over a range of crank speeds: curves, criticals, limits, barred ranges.
@@ -158,6 +180,31 @@ TORSION_ENTRIES = (*EXCITATION, *MODES, *DAMPING, *STEADY)
 # ----------------------------------------------------------------------------
 
 _CURVE = "section speed"
+_MAY_BE_BARRED = (
+    "1: it may be barred; 0: it holds the operating speed, or the rule lets none be barred there, "
+    "from lambda = 0.8 on"
+)
+#: curve over the speeds -> axis of what it is of: the largest, or least, of each at any speed
+FOLLOWED = {
+    "angle_half_range": "station",
+    "twist_peak": "section",
+    "torque_peak": "section",
+    "travel": "damper",
+    "heat": "damper",
+    "gear_torque": "gear",
+    "gear_minimum_torque": "gear",
+}
+
+
+def _extremes(name: str, axis: str, unit: str, words: str, headline: str = "") -> tuple[Entry, ...]:
+    path, read = f"{ROOT}/largest/{name}", {"W": "W"}.get(unit, "N*m")
+    pick = "least" if "minimum" in name else "largest"
+    leads = Headline(headline, read, pick, at=f"{path}_speed") if headline else None
+    return (
+        entry(path, axis, unit, f"{words}, at any speed of the range", headline=leads),
+        entry(f"{path}_speed", axis, "rad/s", "where that is", exempt=PLACE),
+    )
+
 
 TORSION_SPEEDS_ENTRIES = (
     entry(f"{ROOT}/critical/speed", "mode half_order", "rad/s",
@@ -213,8 +260,17 @@ TORSION_SPEEDS_ENTRIES = (
     entry(f"{ROOT}/largest/mode", "section", "", "mode that resonates there; 0: none"),
     entry(f"{ROOT}/largest/half_order", "section", "", "and order; 0: none"),
     entry(f"{ROOT}/speeds/heat", "damper speed", "W", "mean power",
-          headline=Headline("heat in a damper over the speeds, largest", "W")),
+          headline=Headline("heat in a damper over the speeds, largest", "W",
+                            unless="response/torsion/largest/heat")),
     entry(f"{ROOT}/speeds/travel", "damper speed", "rad", "ring on station, largest magnitude"),
+    *_extremes("angle_half_range", "station", "rad", "half range of all orders"),
+    *_extremes("twist_peak", "section", "rad", "largest magnitude"),
+    *_extremes("torque_peak", "section", "N*m", "largest magnitude, mean torque in it"),
+    *_extremes("heat", "damper", "W", "mean power", "heat in a damper over the speeds, largest"),
+    *_extremes("travel", "damper", "rad", "ring on station, largest magnitude"),
+    *_extremes("gear_torque", "gear", "N*m", "on the first wheel, half range"),
+    *_extremes("gear_minimum_torque", "gear", "N*m",
+               "over the cycle, in the sense of its mean; below 0 the teeth leave each other"),
     entry(f"{ROOT}/peak/speed", "peak", "rad/s", "maximum of a section's curve"),
     entry(f"{ROOT}/peak/torque_half_range", "peak", "N*m", "there, in that section"),
     entry(f"{ROOT}/peak/section", "peak", "",
@@ -245,13 +301,12 @@ TORSION_SPEEDS_ENTRIES = (
     entry(f"{ROOT}/barred/from", "barred", "rad/s",
           "barred for lasting operation from here: by the formula of a rule where that is wider "
           "than the range above the limit; ranges that overlap are one",
-          headline=Headline("barred from", "rpm", pick="each")),
+          headline=Headline("no lasting operation from", "rpm", pick="each")),
     entry(f"{ROOT}/barred/to", "barred", "rad/s", "to here",
-          headline=Headline("barred to", "rpm", pick="each")),
-    entry(f"{ROOT}/barred/permitted", "barred", "",
-          "0: the rule lets no range be barred there, from lambda = 0.8 on; 1: it does"),
-    entry(f"{ROOT}/exceeded/from", "exceeded", "rad/s",
-          "more than allowed for lasting from here"),
+          headline=Headline("no lasting operation to", "rpm", pick="each",
+                            words="vibecalc.torsion.report.limits:acceptable")),
+    entry(f"{ROOT}/barred/permitted", "barred", "", _MAY_BE_BARRED),
+    entry(f"{ROOT}/exceeded/from", "exceeded", "rad/s", "more than allowed for lasting from here"),
     entry(f"{ROOT}/exceeded/to", "exceeded", "rad/s", "to here"),
     entry(f"{ROOT}/exceeded/limit", "exceeded", "", "above this limit, counted from 1"),
 )  # fmt: skip
@@ -317,10 +372,8 @@ TORSION_LIMITS_ENTRIES = (
           "of the largest use inside the range", exempt=PLACE),
     entry(f"{ROOT}/exceeded/formula_from", "exceeded", "rad/s",
           "16 n_c / (18 - lambda) of the rule, n_c the peak; 0: a limit without such a formula"),
-    entry(f"{ROOT}/exceeded/formula_to", "exceeded", "rad/s",
-          "(18 - lambda) n_c / 16 of the rule"),
-    entry(f"{ROOT}/exceeded/permitted", "exceeded", "",
-          "0: the rule lets no range be barred there, from lambda = 0.8 on; 1: it does"),
+    entry(f"{ROOT}/exceeded/formula_to", "exceeded", "rad/s", "(18 - lambda) n_c / 16 of the rule"),
+    entry(f"{ROOT}/exceeded/permitted", "exceeded", "", _MAY_BE_BARRED),
 )  # fmt: skip
 
 # ----------------------------------------------------------------------------
@@ -348,6 +401,30 @@ def _half_ranges(place: str, words: str) -> tuple[Entry, ...]:
     )
 
 
+def limit_uses(
+    place: str, axes: str, words: str, headline: Headline | None = None
+) -> tuple[Entry, ...]:
+    """Uses of limits in a condition, with the load that has the largest one."""
+    use = f"stress or torque over allowed{words}"
+    load = "section, counted from 1, gears behind them; 0: the limit says nothing"
+    return (
+        entry(f"{place}/operating_use", axes, "", f"{use}, {_HERE}",
+              name="use of a limit at speed, worst condition"),
+        entry(f"{place}/largest_use", axes, "", f"{use}, largest at any speed", headline=headline),
+        entry(f"{place}/speed", axes, "rad/s", "where that is"),
+        entry(f"{place}/unbarred_use", axes, "",
+              "largest at speeds that no barred range may hold: the operating one, and for a rule "
+              "those from lambda = 0.8 on"),
+        *(one for start, at in (("", "at the largest use"), ("operating_", _HERE)) for one in (
+            entry(f"{place}/{start}element", axes, "", f"{load}, {at}"),
+            entry(f"{place}/{start}allowed", axes, "Pa",
+                  f"stress for lasting in it, {at}; infinite for limits of the torque"),
+            entry(f"{place}/{start}torque_allowed", axes, "N*m",
+                  f"torque for lasting in it, {at}; infinite for limits of the stress"),
+        )),
+    )  # fmt: skip
+
+
 TORSION_VARIANTS_ENTRIES = (
     *_half_ranges(f"{ROOT}/bare", _BARE),
     entry(f"{ROOT}/bare/natural_frequency", "bare_mode", "rad/s", "without its dampers"),
@@ -357,287 +434,10 @@ TORSION_VARIANTS_ENTRIES = (
     entry(f"{ROOT}/healthy/mean_torque", "", "N*m", "of all cylinders, all firing"),
     entry(f"{ROOT}/healthy/damper/heat", "damper", "W", f"mean power, {_HEALTHY}"),
     entry(f"{ROOT}/healthy/damper/travel", "damper", "rad", f"largest magnitude, {_HEALTHY}"),
-    entry(f"{ROOT}/healthy/limit/operating_use", "limit", "",
-          f"stress or torque over allowed at the operating speed, {_HEALTHY}"),
-    entry(f"{ROOT}/healthy/limit/largest_use", "limit", "",
-          f"largest stress or torque over allowed, at any speed, {_HEALTHY}"),
-)  # fmt: skip
-
-# ----------------------------------------------------------------------------
-# Results of a shaft line next to the steady ones: transients, variable inertia, the modal route.
-#
-# Torques are actual ones, of the shaft they belong to.
-# ----------------------------------------------------------------------------
-
-PUBLISHED, VARIABLE, TRANSIENT = (
-    f"{ROOT}/{part}/" for part in ("as_published", "variable_inertia", "transient")
-)
-_BY_ELASTIC_MODE = "elastic_mode half_order"
-
-AS_PUBLISHED = (
-    entry(f"{PUBLISHED}natural_frequency", "elastic_mode", "rad/s", "undamped"),
-    entry(f"{PUBLISHED}rayleigh_inertia", "", "1/s", "factor of the inertia in Rayleigh damping"),
-    entry(f"{PUBLISHED}rayleigh_stiffness", "", "s", "factor of the stiffness in Rayleigh damping"),
-    entry(f"{PUBLISHED}rayleigh_damping_ratio", "elastic_mode", "",
-          "that it gives; the twists have the damping ratio of the case"),
-    entry(f"{PUBLISHED}intensity", _BY_ELASTIC_MODE, "N*m",
-          "sum of shape times torque; the shape is 1 at the first freedom", PEAK),
-    entry(f"{PUBLISHED}largest_intensity_order", "elastic_mode", "", "order of the largest"),
-    entry(f"{PUBLISHED}static_twist", _BY_ELASTIC_MODE, "rad",
-          "intensity over modal stiffness; modal, it follows the scale of the shape", PEAK),
-    entry(f"{PUBLISHED}twist", "elastic_mode speed", "rad",
-          "modal twist at crank angle zero, all orders, torque of the operating speed"),
-    entry(f"{PUBLISHED}twist_magnitude", "elastic_mode speed", "rad",
-          "magnitude of the complex sum whose real part that is"),
-    entry(f"{PUBLISHED}twist_at_critical", _BY_ELASTIC_MODE, "rad",
-          "modal twist at crank angle zero, all orders, on each critical speed"),
-    entry(f"{PUBLISHED}largest_twist", "elastic_mode", "rad", "largest magnitude of those"),
-    entry(f"{PUBLISHED}largest_twist_order", "elastic_mode", "", "order of that critical speed"),
-)  # fmt: skip
-
-_BY_SECTION = "section"
-_SPEEDS = "section variable_speed"
-VARIABLE_INERTIA = (
-    entry(f"{VARIABLE}relative_variation", "station", "",
-          "half the range of the inertia over the turn, over its mean", exempt=STUDY),
-    entry(f"{VARIABLE}highest_order", "", "", "of the motion that was kept"),
-    entry(f"{VARIABLE}torque", "section half_order", "N*m",
-          "exact motion at the operating speed, stiffness and damping part", PEAK),
-    entry(f"{VARIABLE}torque_half_range", _BY_SECTION, "N*m", "of the exact motion, all orders"),
-    entry(f"{VARIABLE}constant_half_range", _BY_SECTION, "N*m", "with mean inertias, all orders"),
-    entry(f"{VARIABLE}change", _BY_SECTION, "", "of the half range, over that with mean inertias",
-          exempt=STUDY),
-    entry(f"{VARIABLE}secondary/twist", "half_order", "rad",
-          "what the other orders add in the section that changes most (linear)", PEAK,
-          exempt=STUDY),
-    entry(f"{VARIABLE}secondary/source", "half_order", "", "order that adds most; 0: the mean",
-          exempt=STUDY),
-    entry(f"{VARIABLE}secondary/share", "half_order", "", "of that order in the sum of all sizes",
-          exempt=STUDY),
-    entry(f"{VARIABLE}growth", "", "1/s", "of the fastest vibration about it; negative: dies out",
-          exempt=STUDY),
-    entry(f"{VARIABLE}wedge/speed", "wedge", "rad/s",
-          "an order of the inertia meets the sum of two natural frequencies", exempt=STUDY),
-    entry(f"{VARIABLE}wedge/half_width", "wedge", "rad/s", "unstable so near to it, undamped",
-          exempt=STUDY),
-    entry(f"{VARIABLE}wedge/order", "wedge", "", "of the inertia", exempt=STUDY),
-    entry(f"{VARIABLE}wedge/first_mode", "wedge", "", "number of the mode, the rigid one is 1",
-          exempt=STUDY),
-    entry(f"{VARIABLE}wedge/second_mode", "wedge", "", "number of the other, or the same",
-          exempt=STUDY),
-    entry(f"{VARIABLE}wedge/growth", "wedge", "1/s", "at its centre, undamped", exempt=STUDY),
-    entry(f"{VARIABLE}wedge/damping_ratio", "wedge", "", "of both modes that removes it",
-          exempt=STUDY),
-    entry(f"{VARIABLE}unstable/from", "unstable", "rad/s", "vibration grows from here, as damped",
-          exempt=STUDY),
-    entry(f"{VARIABLE}unstable/to", "unstable", "rad/s", "to here", exempt=STUDY),
-    entry(f"{VARIABLE}unstable/growth", "unstable", "1/s", "the fastest seen between",
-          exempt=STUDY),
-    entry(f"{VARIABLE}speeds/torque_half_range", _SPEEDS, "N*m", "linear motion, all orders"),
-    entry(f"{VARIABLE}speeds/change", _SPEEDS, "",
-          "of the half range, over that with mean inertias", exempt=STUDY),
-    entry(f"{VARIABLE}largest_change", _BY_SECTION, "", "of those, in magnitude", exempt=STUDY),
-    entry(f"{VARIABLE}largest_change_speed", _BY_SECTION, "rad/s", "where that is", exempt=STUDY),
-)  # fmt: skip
-
-_WINDOWS = "section transient_time"
-_COUNTED = "section range_bin"
-_EQUIVALENT = (
-    entry(f"{TRANSIENT}equivalent/frequency", _BY_SECTION, "rad/s",
-          "at which the dashpot for a loss factor keeps its magnitude", exempt=STUDY),
-    entry(f"{TRANSIENT}equivalent/damping", _BY_SECTION, "N*m*s/rad",
-          "of that dashpot, stiffness times loss factor over the frequency", exempt=STUDY),
-)  # fmt: skip
-_CLUTCH = (
-    entry(f"{TRANSIENT}clutch/slip_time", "", "s", "of all slipping, from its engaging on",
-          headline=Headline("clutch slips for", "s"), exempt=STUDY),
-    entry(f"{TRANSIENT}clutch/heat", "", "J", "friction torque times slip, of all slipping",
-          headline=Headline("heat of the clutch", "kJ"), exempt=STUDY),
-    entry(f"{TRANSIENT}clutch/held", "", "s", "time from engaging until it holds, first",
-          exempt=STUDY),
-    entry(f"{TRANSIENT}clutch/common_speed", "", "rad/s",
-          "mean speed of the crank then, by the momentum of both parts", exempt=STUDY),
-    entry(f"{TRANSIENT}clutch/engagements", "", "", "how often it begins to hold", exempt=STUDY),
-    entry(f"{TRANSIENT}clutch/use", "", "",
-          "largest torque while it holds over its friction torque; 1: where it slips",
-          exempt=STUDY),
-    entry(f"{TRANSIENT}clutch/slip_speed", "clutch_time", "rad/s",
-          "of its plates, first end less second, own shaft", exempt=STUDY, curve="clutch_slip"),
-)  # fmt: skip
-_CYCLES = (
-    entry(f"{TRANSIENT}counted/range", _COUNTED, "N*m",
-          "largest of the bin, crest less trough of a cycle", exempt=STUDY),
-    entry(f"{TRANSIENT}counted/number", _COUNTED, "", "of cycles in the bin", exempt=STUDY,
-          curve="counted_cycles"),
-    entry(f"{TRANSIENT}counted/mean", _COUNTED, "N*m", "mean of the cycles in the bin",
-          exempt=STUDY),
-    entry(f"{TRANSIENT}counted/largest_range", _BY_SECTION, "N*m", "of any cycle", exempt=STUDY),
-    entry(f"{TRANSIENT}counted/largest_stress_range", _BY_SECTION, "Pa", "of any cycle, shear",
-          exempt=STUDY),
-    entry(f"{TRANSIENT}counted/equivalent_number", _BY_SECTION, "",
-          "of cycles of the largest range that use up as much as all", exempt=STUDY),
-    entry(f"{TRANSIENT}counted/damage", _BY_SECTION, "", "sum of n / N of one change (Miner)",
-          exempt=STUDY),
-    entry(f"{TRANSIENT}counted/damage_of_all", _BY_SECTION, "",
-          "of all changes that the case says; 1: the life is used up",
-          headline=Headline("fatigue of the changes, sum of Miner", ""), exempt=STUDY),
-)  # fmt: skip
-_STEPS = (
-    entry(f"{TRANSIENT}steady_before", _BY_SECTION, "N*m",
-          "largest magnitude of the steady vibration before, mean in it", exempt=STUDY),
-    entry(f"{TRANSIENT}steady_after", _BY_SECTION, "N*m", "and of that which is reached at last",
-          exempt=STUDY),
-    entry(f"{TRANSIENT}dynamic_factor", _BY_SECTION, "", "peak over the larger of those two",
-          exempt=STUDY),
-)  # fmt: skip
-_PASSAGES = (
-    entry(f"{TRANSIENT}half_range", _WINDOWS, "N*m", "half of high less low", exempt=STUDY),
-    entry(f"{TRANSIENT}quasi_steady", _WINDOWS, "N*m",
-          "largest steady half range at the speeds of that cycle", exempt=STUDY),
-    entry(f"{TRANSIENT}peak_half_range", _BY_SECTION, "N*m",
-          "largest half range of any cycle, begin it where it may", exempt=STUDY),
-    entry(f"{TRANSIENT}peak_half_range_speed", _BY_SECTION, "rad/s",
-          "crank speed midway between its crest and its trough", exempt=STUDY),
-    entry(f"{TRANSIENT}steady_half_range", _BY_SECTION, "N*m",
-          "largest steady half range between the same speeds", exempt=STUDY),
-    entry(f"{TRANSIENT}steady_half_range_speed", _BY_SECTION, "rad/s", "crank speed there",
-          exempt=STUDY),
-    entry(f"{TRANSIENT}overshoot", _BY_SECTION, "",
-          "largest half range over the steady one, less 1; negative: it has no time to build up",
-          exempt=STUDY),
-    entry(f"{TRANSIENT}lag", _BY_SECTION, "rad/s",
-          "by which it comes later than the steady one, in the sense of the run", exempt=STUDY),
-    entry(f"{TRANSIENT}acceleration", "", "rad/s^2",
-          "largest one of the crank; it grows and fades evenly"),
-    entry(f"{TRANSIENT}acceleration_torque", "", "N*m",
-          "that gives it to the whole line, at the speed of the crankshaft"),
-    entry(f"{TRANSIENT}acceleration_supplied", "", "N*m",
-          "of it by the load station: what mean gas torque and loads leave over, own shaft"),
-    entry(f"{TRANSIENT}acceleration_supplied_at", "", "", "that station, counted from 1"),
-    entry(f"{TRANSIENT}acceleration_part", _BY_SECTION, "N*m",
-          "torque that carries the acceleration to what lies behind the section"),
-    entry(f"{TRANSIENT}peak_without_acceleration", _BY_SECTION, "N*m",
-          "largest magnitude on the way without that part, mean in it", exempt=STUDY),
-)  # fmt: skip
-TRANSIENTS = (
-    entry(f"{TRANSIENT}speed", "transient_time", "rad/s", "crank speed at that time"),
-    entry(f"{TRANSIENT}torque_low", _WINDOWS, "N*m", "lowest in a cycle about it, mean in it",
-          exempt=STUDY),
-    entry(f"{TRANSIENT}torque_high", _WINDOWS, "N*m", "highest in a cycle about it, mean in it",
-          exempt=STUDY),
-    entry(f"{TRANSIENT}peak", _BY_SECTION, "N*m", "largest magnitude on the way, mean in it",
-          headline=Headline("torque in the transient, peak", "N*m"), exempt=STUDY),
-    entry(f"{TRANSIENT}peak_stress", _BY_SECTION, "Pa", "that over the section modulus, shear",
-          exempt=STUDY),
-    entry(f"{TRANSIENT}peak_time", _BY_SECTION, "s", "when that is", exempt=STUDY),
-    entry(f"{TRANSIENT}peak_speed", _BY_SECTION, "rad/s", "crank speed then", exempt=STUDY),
-    entry(f"{TRANSIENT}worst_section", "", "", "section of the largest peak, counted from 1"),
-    entry(f"{TRANSIENT}history/torque", "history_time", "N*m",
-          "in that section about its peak, mean in it"),
-    entry(f"{TRANSIENT}waterfall/speed", "waterfall_time", "rad/s", "crank speed"),
-    entry(f"{TRANSIENT}waterfall/order", "waterfall_time half_order", "N*m",
-          "amplitude of the order in that section, in a window of some turns", PEAK),
-    entry(f"{TRANSIENT}waterfall/frequency", "waterfall_time waterfall_frequency", "N*m",
-          "amplitude at the frequency in that section, in a window of time", PEAK),
-    *_PASSAGES,
-    *_STEPS,
-    *_EQUIVALENT,
-    *_CLUTCH,
-    *_CYCLES,
-)  # fmt: skip
-OF_PASSAGES = tuple(one.path for one in _PASSAGES)
-OF_STEPS = tuple(one.path for one in _STEPS)
-
-TORSION_STUDIES_ENTRIES = (*AS_PUBLISHED, *VARIABLE_INERTIA, *TRANSIENTS)
-
-# ----------------------------------------------------------------------------
-# Results of the search for the damper of a shaft line.
-#
-# The damper's values are actual ones, of the shaft that carries it. What is made small is the
-# largest half range over the cycle of all sections that count at all speeds of the range.
-# ----------------------------------------------------------------------------
-
-DESIGN = "damper_design/"
-#: objective -> unit
-OBJECTIVES = {"torque": "N*m", "twist": "rad", "stress": "Pa"}
-_LEADING = {
-    "torque": Headline("largest torque with it, half range", "N*m"),
-    "stress": Headline("largest stress with it, half range", "N/mm^2"),
-}
-
-
-def _seen(stem: str, whose: str) -> tuple[Entry, ...]:
-    """What one damper does over the range of speeds."""
-    each = tuple(
-        entry(f"{DESIGN}{stem}worst_{name}", "", unit, f"largest half range, {whose}",
-              headline=None if stem else _LEADING.get(name))
-        for name, unit in OBJECTIVES.items()
-    )  # fmt: skip
-    return (
-        *each,
-        entry(f"{DESIGN}{stem}worst_section", "", "", "where that is, counted from 1"),
-        entry(f"{DESIGN}{stem}worst_speed", "", "rad/s", "where that is", exempt=STUDY),
-        entry(f"{DESIGN}{stem}heat", "", "W", f"mean power at its own worst speed, {whose}",
-              name="" if stem else "heat in the optimal damper, largest"),
-        entry(f"{DESIGN}{stem}heat_speed", "", "rad/s", "where that is", exempt=STUDY),
-        entry(f"{DESIGN}{stem}travel", "", "rad",
-              f"of the ring against its station, at its own worst speed, {whose}"),
-        entry(f"{DESIGN}{stem}travel_speed", "", "rad/s", "where that is", exempt=STUDY),
-    )  # fmt: skip
-
-
-def _by_objective(stem: str, axes: str, words: str) -> tuple[Entry, ...]:
-    return tuple(
-        entry(f"{DESIGN}{stem}{name}", axes, unit, words) for name, unit in OBJECTIVES.items()
-    )
-
-
-_MAP = "chart_stiffness chart_damping"
-DAMPER_DESIGN_ENTRIES = (
-    entry(f"{DESIGN}inertia", "", "kg*m^2", "of the ring", name="inertia of the ring"),
-    entry(f"{DESIGN}stiffness", "", "N*m/rad", "of its springs; 0: none",
-          headline=Headline("stiffness of the optimal damper", "kN*m/rad"), exempt=STUDY),
-    entry(f"{DESIGN}damping", "", "N*m*s/rad", "viscous",
-          headline=Headline("damping of the optimal damper", "N*m*s/rad"), exempt=STUDY),
-    entry(f"{DESIGN}natural_frequency", "", "rad/s", "of the ring on its springs, station held",
-          exempt=STUDY),
-    entry(f"{DESIGN}damping_ratio", "", "",
-          "damping over twice the root of stiffness times inertia", exempt=STUDY),
-    *_seen("", "with the damper found"),
-    *_seen("table/", "with the table value"),
-    entry(f"{DESIGN}table/gain", "", "", "worst of the table value over that of the damper found",
-          name="largest load, compared over optimal damper"),
-    entry(f"{DESIGN}active/kind", "active", "", "0: a section, 1: heat, 2: travel", exempt=STUDY),
-    entry(f"{DESIGN}active/section", "active", "", "the section, counted from 1; 0: none",
-          exempt=STUDY),
-    entry(f"{DESIGN}active/speed", "active", "rad/s", "of the peak", exempt=STUDY),
-    entry(f"{DESIGN}active/level", "active", "", "over the worst half range, or over the limit",
-          exempt=STUDY),
-    entry(f"{DESIGN}active/weight", "active", "",
-          "of the peak in the proof; of a limit: its price, relative fall for relative rise",
-          exempt=STUDY),
-    entry(f"{DESIGN}bound_sensitivity", "design_value", "",
-          "slope of the optimum by the logarithm of a bound that holds it; 0: none does",
-          exempt=STUDY),
-    entry(f"{DESIGN}certificate", "", "", "what is left of the weighted slopes, over the worst",
-          exempt=CHECK, diagnostic=True),
-    entry(f"{DESIGN}curvature", "", "",
-          "least one along what the peaks leave free; above 0: a minimum"),
-    entry(f"{DESIGN}basin/stiffness", "basin", "N*m/rad", "end of a descent", exempt=STUDY),
-    entry(f"{DESIGN}basin/damping", "basin", "N*m*s/rad", "end of a descent", exempt=STUDY),
-    entry(f"{DESIGN}basin/worst", "basin", "", "there, over that of the damper found",
-          exempt=STUDY),
-    entry(f"{DESIGN}sensitivity", "stiffness_factor damping_factor", "",
-          "worst with so many times stiffness and damping, over the best", exempt=STUDY),
-    *exempt(STUDY, _by_objective("chart/", _MAP, "largest half range, read on a grid of speeds")),
-    entry(f"{DESIGN}chart/heat", _MAP, "W", "mean power at its worst speed", exempt=STUDY),
-    entry(f"{DESIGN}chart/travel", _MAP, "rad", "at its worst speed", exempt=STUDY),
-    *exempt(STUDY, _by_objective("ring/", "ring_inertia",
-                                 "largest half range with the best damper of that ring")),
-    entry(f"{DESIGN}ring/stiffness", "ring_inertia", "N*m/rad", "of that damper", exempt=STUDY),
-    entry(f"{DESIGN}ring/damping", "ring_inertia", "N*m*s/rad", "of that damper", exempt=STUDY),
-    *_by_objective("curve/", "damper_curve speed",
-                   "half range of the section that is largest at this speed"),
+    *limit_uses(f"{ROOT}/healthy/limit", "limit", f", {_HEALTHY}"),
+    *limit_uses(f"{ROOT}/conditions/limit", "condition limit", "",
+                headline=Headline("use of a limit, worst condition",
+                                  at=f"{ROOT}/conditions/limit/speed")),
 )  # fmt: skip
 
 NAMES = {
@@ -684,10 +484,32 @@ ENTRIES = (
     *TORSION_SPEEDS_ENTRIES,
     *TORSION_LIMITS_ENTRIES,
     *TORSION_VARIANTS_ENTRIES,
-    *TORSION_STUDIES_ENTRIES,
+    *study_results.ENTRIES,
     *curve_results.EVERY,
-    *DAMPER_DESIGN_ENTRIES,
     *COUPLING_ENTRIES,
 )
 JUDGE = "vibecalc.torsion.report.verdicts:limit_verdicts"
-HELPS = {f"{ROOT}/": (CANCELS, RESONANCE), DESIGN: (CANCELS,)}
+HELPS = {f"{ROOT}/": (CANCELS, RESONANCE), study_results.DESIGN: (CANCELS,)}
+
+#: curves over the speeds and the results that a bound on all of one is held against
+EXTREMES = {
+    **{
+        (f"{ROOT}/speeds/{name}", "min" if "minimum" in name else "max"): f"{ROOT}/largest/{name}"
+        for name in FOLLOWED
+    },
+    **{
+        (f"{ROOT}/{of}speeds/{name}_half_range", "max"): f"{ROOT}/{of}largest/{name}_half_range"
+        for of, names in (
+            *((of, ("torque", "stress")) for of in ("", "bare/", "healthy/")),
+            ("conditions/", ("torque", "stress", "angle")),
+        )
+        for name in names
+    },
+    **{
+        (f"{curve_results.CURVES}/{name}/order", "max"): f"{curve_results.CURVES}/{name}/largest"
+        for name in curve_results.QUANTITIES
+    },
+    (f"{ROOT}/irregularity/speeds/degree", "max"): f"{ROOT}/irregularity/largest/degree",
+    (f"{ROOT}/coupling/speeds/use", "max"): f"{ROOT}/coupling/largest_use",
+    **{(f"{COUPLING}/speeds/{name}", "max"): f"{COUPLING}/largest/{name}" for name in LARGEST},
+}

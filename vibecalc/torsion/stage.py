@@ -14,7 +14,6 @@ from vibecalc.core.run.stage import (
     below,
     harmonics_of,
 )
-from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.schema import Case
 from vibecalc.torsion.asked import (
@@ -30,6 +29,7 @@ from vibecalc.torsion.asked import (
     has_loss,
     has_modal_damping,
     leading,
+    least_steps,
     line_orders,
     modes_follow_speed,
     named_couplings,
@@ -39,14 +39,14 @@ from vibecalc.torsion.asked import (
     solves,
     torsion_of,
 )
-from vibecalc.torsion.results import (
+from vibecalc.torsion.results import ROOT
+from vibecalc.torsion.study_results import (
     DESIGN,
     OBJECTIVES,
     OF_PASSAGES,
     OF_STEPS,
     PASSAGES,
     PUBLISHED,
-    ROOT,
     TRANSIENT,
     VARIABLE,
 )
@@ -62,24 +62,27 @@ if TYPE_CHECKING:
 _STEADY = (
     *("/modes/", "/excitation/"),
     *("/angle", "/twist", "/torque", "/stress", "/section_heat", "/station_heat", "/modal_heat"),
-    *("/damper/", "/damping/"),
+    *("/damper/", "/damping/", "/power_balance/"),
     *("/gear/", "/margin/", "/separation/operating/", "/critical/", "/limit/operating"),
     *(
         "/limit/basis/",
         "/limit/crank/",
         "/healthy/mean_torque",
         "/healthy/damper/",
-        "/healthy/limit/operating_use",
+        "/healthy/limit/operating_",
     ),
     *(f"/healthy/{name}_half_range" for name in ("torque", "twist", "stress")),
     *("/coupling/", "/healthy/coupling/use"),
 )
+#: of limits in other conditions, what is found over the range
+OVER_RANGE = ("largest_use", "speed", "unbarred_use", "element", "allowed", "torque_allowed")
 _RANGE = (
     *("/speeds/", "/masked/", "/largest/", "/peak/", "/limit/", "/bare/"),
     *("/barred/", "/exceeded/"),
     *("/reduction", "/hammering/", "/campbell/", "/separation/range/"),
-    *("/healthy/speeds/", "/healthy/largest/", "/healthy/limit/largest_use"),
-    *("/coupling/speeds/", "/coupling/largest_use", "/healthy/coupling/largest_use"),
+    *("/healthy/speeds/", "/healthy/largest/"),
+    *(f"/healthy/limit/{name}" for name in OVER_RANGE),
+    *("/coupling/speeds/", "/coupling/largest", "/healthy/coupling/largest_use"),
 )
 #: what only a line with cylinders has
 _OF_CYLINDERS = (
@@ -141,8 +144,10 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "/damper/": bool(line.dampers),
         "/bare/": bool(line.dampers),
         "/reduction": bool(line.dampers),
-        "/speeds/heat": bool(line.dampers),
-        "/speeds/travel": bool(line.dampers),
+        **dict.fromkeys(
+            (f"/{over}/{name}" for over in ("speeds", "largest") for name in ("heat", "travel")),
+            bool(line.dampers),
+        ),
         "gear": bool(line.gears),
         "/hammering/": bool(line.gears),
         "/campbell/": torsion.campbell and modes_follow_speed(case),
@@ -151,6 +156,13 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "undamped_frequency": has_damped_rings(case),
         "/sufficient": torsion.separation is not None,
         **dict.fromkeys(_OF_CYLINDERS, train is not None),
+        "/power_balance/source": train is not None,
+        "/power_balance/load": bool(line.loads),
+        "/power_balance/rest": train is not None or bool(line.loads),
+        **dict.fromkeys(
+            ("brake_power", "mechanical_efficiency"),
+            bool(line.loads) and case.machine.kind == "engine",
+        ),
         "bank_factor": train is not None and len({c.bank_angle for c in train.cylinders}) > 1,
         "modal_heat": has_modal_damping(case),
         "stress": any(has_stress(shaft) for shaft in line.shafts),
@@ -159,6 +171,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "mean_indicated_pressure": train is not None and bool(train.bore),
         "/coupling/": bool(named_couplings(case)),
         "/coupling/speeds/": starts is _RANGE,
+        "/coupling/largest/": starts is _RANGE,
         "/coupling/largest_use": starts is _RANGE and bool(coupling_limits(case)),
         "/coupling/use": bool(coupling_limits(case)),
         "/coupling/speeds/use": bool(coupling_limits(case)),
@@ -166,6 +179,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "/barred/": bool(torsion.limits),
         "/exceeded/": bool(torsion.limits),
         "/damping/": torsion.damping_model is None and has_laws(line),
+        **dict.fromkeys(_not_allowed(torsion), False),
     }
     for name, does in what_follows(line).items():
         there[f"/speeds/{name}"] = torsion.damping_model is None and does
@@ -183,6 +197,18 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
             else path in there_are and (torsion.limits or "/limit/" not in path)
         )
     )
+
+
+def _not_allowed(torsion: "Torsion") -> list[str]:
+    """What limits of stress or of torque allow in conditions, of the kind that the case has not."""
+    of_torque = [bool(one.torque or one.alternating_share) for one in torsion.limits]
+    kinds = {"torque_": any(of_torque), "": not all(of_torque)}
+    return [
+        f"limit/{start}{kind}allowed"
+        for kind, there in kinds.items()
+        if not there
+        for start in ("", "operating_")
+    ]
 
 
 def _of_limits(torsion: "Torsion", name: str, steady: bool) -> bool:
@@ -254,7 +280,9 @@ def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
     from vibecalc.torsion.curve_tables import curves_of, stressed
 
     torsion, line = torsion_of(case), shaft_line_of(case)
-    left_out = [] if torsion.speeds is not None else ["/speeds/", "/largest", "/limit/speed"]
+    left_out = _not_allowed(torsion)
+    if torsion.speeds is None:
+        left_out += ["/speeds/", "/largest", *(f"/limit/{one}" for one in OVER_RANGE)]
     if name == "curves":
         of = curves_of(line, torsion.curves)
         every = {path.split("/")[3] for path in below(f"{ROOT}/curves/")}
@@ -365,7 +393,6 @@ def _transient(case: "Case") -> Stage:
 
 def _not_of_change(case: "Case", change: "Transient") -> tuple[str, ...]:
     """Beginnings of what there is not of a change."""
-    from vibecalc.torsion.results import PASSAGES
     from vibecalc.torsion.shaft_line_tables import has_stress
 
     shafts = shaft_line_of(case).shafts
@@ -386,68 +413,6 @@ def _not_of_change(case: "Case", change: "Transient") -> tuple[str, ...]:
 def _all_orders(speeds: int) -> str:
     over = f"{speeds} solves of all orders at once, and " if speeds else ""
     return f"{over}Newton's method with all orders at the operating speed"
-
-
-# ----------------------------------------------------------------------------
-# Does a change in time of a shaft line end within the steps that a run may take?
-# ----------------------------------------------------------------------------
-
-TRANSIENT_TABLE: KeyPath = ("response", "torsion", "transient")
-
-
-def transient_problems(case: Case) -> list[Problem]:
-    """The problem of a change that takes longer than the march in time goes."""
-    torsion = asked(case)
-    if torsion is None or torsion.transient is None or case.machine.shaft_line is None:
-        return []
-    from vibecalc.torsion.transient.march import MOST_STEPS
-
-    change = torsion.transient
-    steps = least_steps(case)
-    if steps <= MOST_STEPS:
-        return []
-    spans = _angles(case, change)
-    longest = max(spans, key=lambda key: spans[key])
-    key = longest
-    if longest == "change":
-        key = "acceleration" if change.acceleration is not None else "duration"
-    problem = Problem(
-        path=(*TRANSIENT_TABLE, key) if key in change.model_fields_set else TRANSIENT_TABLE,
-        message="the change takes too many steps in time",
-        found=f"{steps:.3g} steps or more, for {sum(spans.values()) / 6.283185307:.3g} turns of "
-        "the crank",
-        allowed=f"{MOST_STEPS:.3g} steps",
-        hint="a faster change, less time before and after it, or fewer orders",
-    )
-    return [problem]
-
-
-def least_steps(case: Case) -> float:
-    """Steps in time that the highest order alone needs; the modes of the line may need more."""
-    from vibecalc.torsion.transient.march import ORDER_STEP
-
-    change = torsion_of(case).transient
-    assert change is not None
-    highest = max(excited_orders(case), default=0.0)
-    return highest * sum(_angles(case, change).values()) / ORDER_STEP
-
-
-def _angles(case: Case, change: "Transient") -> dict[str, float]:
-    """Angle in rad that the crank turns through before, during and after the change."""
-    if change.kind not in PASSAGES:
-        speed = case.machine.speed
-        return {"before": change.before * speed, "after": change.after * speed}
-    begin = 0.0 if change.kind == "start" else change.start or 0.0
-    end = change.stop or 0.0
-    duration = change.duration
-    if duration is None:
-        assert change.acceleration is not None  # one of the two, says the form
-        duration = abs(end - begin) / change.acceleration
-    return {
-        "before": change.before * begin,
-        "change": duration * (begin + end) / 2.0,
-        "after": change.after * end,
-    }
 
 
 # ----------------------------------------------------------------------------
@@ -648,7 +613,7 @@ SUBJECT = Subject(
     },
     checks=(
         "vibecalc.torsion.shaft_line_checks:shaft_line_problems",
-        "vibecalc.torsion.stage:transient_problems",
+        "vibecalc.torsion.transient_checks:transient_problems",
         "vibecalc.torsion.checks:torsion_problems",
         "vibecalc.torsion.curve_checks:curve_problems",
         "vibecalc.torsion.damping_checks:damping_problems",

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 
 from vibecalc.core.case.raw import unknown
 from vibecalc.errors import KeyPath, Problem
+from vibecalc.schema import Case
+from vibecalc.torsion.asked import asked, least_steps, turned_angles
 from vibecalc.torsion.shaft_line_tables import (
     ShaftLine,
     StationJoint,
@@ -152,3 +154,35 @@ def _counting(line: ShaftLine, change: "Transient") -> Iterator[Problem]:
                 "torque",
                 also=(*TRANSIENT_TABLE, "counting"),
             )
+
+
+# ----------------------------------------------------------------------------
+# Does a change in time end within the steps that a run may take?
+# ----------------------------------------------------------------------------
+
+
+def transient_problems(case: Case) -> list[Problem]:
+    """The problem of a change that takes longer than the march in time goes."""
+    torsion = asked(case)
+    if torsion is None or torsion.transient is None or case.machine.shaft_line is None:
+        return []
+    from vibecalc.torsion.transient.march import MOST_STEPS
+
+    change = torsion.transient
+    steps = least_steps(case)
+    if steps <= MOST_STEPS:
+        return []
+    spans = turned_angles(case, change)
+    longest = max(spans, key=lambda key: spans[key])
+    key = longest
+    if longest == "change":
+        key = "acceleration" if change.acceleration is not None else "duration"
+    problem = Problem(
+        path=(*TRANSIENT_TABLE, key) if key in change.model_fields_set else TRANSIENT_TABLE,
+        message="the change takes too many steps in time",
+        found=f"{steps:.3g} steps or more, for {sum(spans.values()) / 6.283185307:.3g} turns of "
+        "the crank",
+        allowed=f"{MOST_STEPS:.3g} steps",
+        hint="a faster change, less time before and after it, or fewer orders",
+    )
+    return [problem]

@@ -24,7 +24,7 @@ from vibecalc.core.case.rules import (
     refers,
     same_length,
 )
-from vibecalc.torsion.results import PASSAGES
+from vibecalc.torsion.study_results import PASSAGES
 
 AngularAcceleration = Annotated[float, Field(gt=0), Unit("rad/s^2")]
 

@@ -10,7 +10,7 @@ from vibecalc.core.report.goals import PICKED, bound_units, label_of
 from vibecalc.core.report.sections import by_size, magnitudes, read_as, table_of
 from vibecalc.core.report.verdicts import bounds_of, place_of
 from vibecalc.core.report.writing import decibels, number, read, rpm, show, table
-from vibecalc.core.results.catalogue import HEADLINES, OWNER
+from vibecalc.core.results.catalogue import HEADLINES, OWNER, deciding
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import (
     Headline,
@@ -58,7 +58,9 @@ def with_limits(result: Result, limits: Sequence[Verdict]) -> list[Answer]:
     """The first table of a result: each `[[limit]]` by its number, or in its own row."""
     answers = headline_rows(result.record, result.case)
     for limit in (row for row in limits if not row.element):
-        same = [i for i, one in enumerate(answers) if one.path == limit.quantity]
+        paths = {deciding(limit.quantity, limit.where, side) for side in ("max", "min")}
+        paths.add(limit.quantity)
+        same = [i for i, one in enumerate(answers) if one.path in paths]
         at = next((i for i in same if _is_about(answers[i], limit)), None)
         if at is None:
             at = same[-1] + 1 if same else len(answers)

@@ -198,10 +198,7 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) ->
         clause += f", {barred} of them by barring a speed range" if barred else ""
         broken = sorted((row for row in limits if row.state == BROKEN), key=lambda r: r.satisfied)
         for row in broken[:_MOST_BROKEN]:
-            clause += f"; {_spoken(row)} breaks its bound"
-            percent = row.element and not row.unit and row.max == 1.0
-            by = (show(-100.0 * row.margin), "%") if percent else (show(-row.margin), row.unit)
-            clause += f" by {' '.join(by)}".rstrip() * (row.margin < 0.0)
+            clause += f"; {_spoken(row)}{_broken(row)}"
             clause += ", as the case expects" if row.satisfied else ""
         left = len(broken) - _MOST_BROKEN
         if left > 0:
@@ -234,6 +231,18 @@ def _note(row: ReferenceRow, *, shown: bool = False) -> str:
     if row.agrees:
         note += " - yet it agrees within its tolerance: remove the note or the row"
     return note
+
+
+def _broken(row: Verdict) -> str:
+    """What a broken limit is used by, or by how much it is missed."""
+    if row.element and row.max and math.isfinite(row.use):
+        use = f"{show(100.0 * row.use, digits=4)} %"
+        if not row.unit:
+            return f": {use} of what is allowed"
+        borne, allowed = (show(one, digits=4) for one in (row.computed, row.max))
+        return f": {borne} {row.unit}, allowed {allowed}, {use}"
+    by = f" by {show(-row.margin)} {row.unit}".rstrip() * (row.margin < 0.0)
+    return f" breaks its bound{by}"
 
 
 def _spoken(row: Verdict) -> str:

@@ -4,7 +4,9 @@ Adapters hand over arrays and errors under these paths; the file, the report, re
 and `check` read the rest from this table. The entries stand in `results.py` of each subject.
 """
 
+from collections.abc import Mapping
 from importlib import import_module
+from typing import Any
 
 from vibecalc.core.results.record import ORDERS, RESONANCE, Entry
 from vibecalc.subjects import SUBJECTS
@@ -52,6 +54,8 @@ TURNING = (
     "find/*/others",
     "find/*/also/*",
 )
+#: (curve over the speeds, "max" or "min") -> the largest, or least, of it at any speed
+EXTREMES: dict[tuple[str, str], str] = {}
 #: subject -> what judges its own limits, those of rules and makers: a function of a result
 JUDGES: dict[str, str] = {}
 for _subject in SUBJECTS:
@@ -62,6 +66,21 @@ for _subject in SUBJECTS:
         CATALOGUE[_entry.path] = _entry
         OWNER[_entry.path] = _subject
     HELPS |= getattr(_results, "HELPS", {})
+    EXTREMES |= getattr(_results, "EXTREMES", {})
     JUDGES |= {_subject: _results.JUDGE} if hasattr(_results, "JUDGE") else {}
 #: path -> how it stands in the first table of a report, in the order of that table
 HEADLINES = {path: one.headline for path, one in CATALOGUE.items() if one.headline}
+
+
+def deciding(path: str, where: Mapping[str, Any], side: str) -> str:
+    """The result that a bound on a curve is held against: its extreme at any speed of the range.
+
+    The curve itself where `where` names a speed, or it has no such extreme.
+    """
+    return path if "speed" in where else EXTREMES.get((path, side), path)
+
+
+def speed_path(extreme: str) -> str:
+    """Where the speeds stand at which the extremes of curves are met."""
+    own = f"{extreme}_speed"
+    return own if own in CATALOGUE else f"{extreme.rpartition('/')[0]}/speed"

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.catalogue import JUDGES, OWNER
+from vibecalc.core.results.catalogue import JUDGES, OWNER, deciding, speed_path
 from vibecalc.core.results.named import named
 from vibecalc.core.results.printed import read_printed
 from vibecalc.core.results.record import (
@@ -134,6 +134,8 @@ def state_of(margin: float, error: float, bound: float) -> str:
 def judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
     """A row of the limits of a case, or one like it; of an array the worst entry counts.
 
+    A bound on all of a curve holds between its samples, too: it is held against what the run found
+    to be the largest, or least, at any speed, where there is such a result.
     An infinite value breaks a `max` with a margin of minus infinity; what a [[find]] was to find
     and did not is undecided. Numbers are in the unit of the bound as written (of `max`, if the row
     has both).
@@ -154,7 +156,7 @@ def judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
         sides = []
         for bound in bounds:
             with naming("limit", entry):
-                sides.append((*_nearest(quantity, where, bound), bound))
+                sides.append((*_nearest(result, entry, bound), bound))
         held_worst, left, value, off, label, bound = min(sides, key=lambda one: one[:2])
         state = _STATES[held_worst]
         computed, limit = convert(value, own, unit), limits[bound.side]
@@ -184,9 +186,15 @@ def judge(result: Result, entry: Mapping[str, Any]) -> Verdict:
 
 
 def _nearest(
-    quantity: Quantity, where: Mapping[str, Any], bound: Bound
+    result: Result, entry: Mapping[str, Any], bound: Bound
 ) -> tuple[int, float, float, float, str]:
     """State of a bound as of `held`, its margin; value, error and label of the deciding entry."""
+    path, where = str(entry["quantity"]), dict(entry.get("where") or {})
+    start = AT_START * (entry.get("at") == "start")
+    extreme = deciding(path, where, bound.side)
+    if start + extreme not in result.record:  # of an older file
+        extreme = path
+    quantity = result.record[start + extreme]
     values, labels, errors, _ = numbers(quantity, where)
     zero = quantity.zeros(values, errors)
     values = np.where(zero, 0.0, values)
@@ -201,6 +209,9 @@ def _nearest(
     worst = np.where(states == state, worst, -np.inf)
     place = int(np.argmax(worst))
     label = labels[first_of_largest(worst)]
+    if extreme != path and (at := result.record.quantities.get(start + speed_path(extreme))):
+        speed = numbers(at, where).values[first_of_largest(worst)]
+        label = ", ".join(filter(None, (label, f"speed={speed:.9g} {at.unit}")))
     return state, float(left[place]), float(values[place]), float(errors[place]), label
 
 

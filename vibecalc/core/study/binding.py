@@ -12,7 +12,7 @@ from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import NOT_COMPUTED, case_at, field_unit, number_at, parse_key
 from vibecalc.core.case.study_tables import Objective, Variable
 from vibecalc.core.case.tables import Limit
-from vibecalc.core.results.catalogue import CATALOGUE
+from vibecalc.core.results.catalogue import CATALOGUE, deciding
 from vibecalc.core.results.record import Record
 from vibecalc.core.results.select import Side, Where, parts_of, worst
 from vibecalc.core.results.verdicts import Bound, bounds_of
@@ -124,7 +124,8 @@ class Binding(Varied):
         self.limits = tuple(
             one for one in loaded.case.limit if one.at == "optimum" and one.expect == "kept"
         )
-        self._wanted = frozenset({self.goal.quantity, *(limit.quantity for limit in self.limits)})
+        limited = (limit.quantity for limit, _ in self.held())
+        self._wanted = frozenset({self.goal.quantity, *limited})
         self._foreseen = Foreseen()
         self._others: dict[tuple[int, ...], Binding] = {}
 
@@ -250,11 +251,12 @@ class Binding(Varied):
         return np.array([middle + more]), np.array([error * max(1.0, self.scatter.sigmas)])
 
     def held(self) -> Iterator[tuple[Limit, Bound]]:
-        """Each bound of each limit, in the order of the margins."""
+        """Each bound of each limit on the result that decides, in the order of the margins."""
         for limit in self.limits:
             both = {"max": limit.max, "min": limit.min}
             for bound in bounds_of(both, CATALOGUE[limit.quantity].unit):
-                yield limit, bound
+                path = deciding(limit.quantity, limit.where, bound.side)
+                yield limit.model_copy(update={"quantity": path}), bound
 
     def words(self, variables: np.ndarray) -> str:
         """The variables by name, in the units that the case gives their bounds in."""

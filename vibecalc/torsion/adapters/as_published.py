@@ -15,7 +15,7 @@ from vibecalc.torsion.as_published import (
     series_damping,
     twist_on_criticals,
 )
-from vibecalc.torsion.results import PUBLISHED
+from vibecalc.torsion.study_results import PUBLISHED
 from vibecalc.torsion.tables import AsPublished
 
 # ----------------------------------------------------------------------------

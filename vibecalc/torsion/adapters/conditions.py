@@ -11,21 +11,20 @@ from vibecalc.excitation.cylinder_torque import (
     cylinder_gas,
     phasor,
 )
-from vibecalc.numerics.bounded import Bounded, reshaped, rounded, stack
+from vibecalc.numerics.bounded import Bounded, reshaped, rounded, stack, where
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntArray, distinct
 from vibecalc.numerics.synthesis import sum_error, synthesis
-from vibecalc.torsion.adapters.bounds import bounds
+from vibecalc.torsion.adapters.bounds import Bound, bounds
 from vibecalc.torsion.adapters.coupling_states import coupled
 from vibecalc.torsion.adapters.couplings import largest_use, uses_of
 from vibecalc.torsion.adapters.critical import undamped_speeds
 from vibecalc.torsion.adapters.curves import (
     ROWS,
-    SAMPLES,
     bounded_orders,
     of_finite,
     solved,
 )
-from vibecalc.torsion.adapters.limits import limit_corners
+from vibecalc.torsion.adapters.limits import emit_element, limit_corners
 from vibecalc.torsion.adapters.loads import limits_gears
 from vibecalc.torsion.adapters.setup import (
     PHASOR_ROUNDINGS,
@@ -37,12 +36,20 @@ from vibecalc.torsion.adapters.setup import (
     motored_torque,
     placed,
 )
-from vibecalc.torsion.adapters.signals import Signal, blocks, tops, with_narrow
+from vibecalc.torsion.adapters.signals import (
+    Signal,
+    blocks,
+    some_speeds,
+    stations_of,
+    tops,
+    with_narrow,
+)
 from vibecalc.torsion.adapters.steady import setup_of
 from vibecalc.torsion.critical_speeds import RIVAL, Maxima, Value
 from vibecalc.torsion.curve_results import CONDITIONS
 from vibecalc.torsion.curve_tables import condition_names
 from vibecalc.torsion.rough_range import rough_range
+from vibecalc.torsion.stress_limits import NO_BARRED_RANGE
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -193,13 +200,19 @@ def run_torsion_conditions(scene: Scene) -> None:
     if setup.torsion.irregularity:
         _irregularity(scene, setup, drives, names)
     if setup.torsion.limits:
-        share = shares(setup, drives, at)[..., 0]
-        use = stack([_operating_use(loads, share[:, i]) for i in range(share.shape[1])])
+        share = shares(held_by(setup, drives), at)[..., 0]
+        use = stack([_operating_use(loads, one) for one in np.moveaxis(share, 1, 0)])
         scene.emit(f"{CONDITIONS}/limit/operating_use", use, axes=names)
+        worst = np.argmax(loads.value[:, None, : share.shape[2]] * share, axis=-1)
+        stem, own = f"{CONDITIONS}/limit/operating_", _at(share, worst)
+        emit_element(scene, stem, bounds(setup), worst, own, names)
     if shaft.couplings:
         _couplings(scene, setup, drives, names)
     if setup.torsion.speeds is not None:
-        _range(scene, setup, drives, signals, line_speeds(setup.torsion.speeds), names)
+        search = Search(setup, drives, signals, line_speeds(setup.torsion.speeds))
+        _range(scene, search, names)
+        if setup.torsion.limits:
+            _largest_uses(scene, search, use, names)
     scene.cite(
         "one elimination for the torques of all conditions, each summed over the cycle",
         "worst of all cylinders firing, each misfiring, pressures out of balance",
@@ -209,15 +222,12 @@ def run_torsion_conditions(scene: Scene) -> None:
 
 def _irregularity(scene: Scene, setup: Setup, drives: list[Drive], names: dict[str, Any]) -> None:
     """Degrees of unevenness of the stations that the case asks them of, at the operating speed."""
-    shaft, at = setup.shaft, np.array([setup.speed])
-    asked = tuple(one.on for one in setup.torsion.irregularity)
-    place = np.array([shaft.station_names.index(name) for name in asked])
-    signals, every = [Signal("angular_speed", place)], np.ones(len(place), dtype=bool)
-    half = half_ranges(setup, drives, signals, at, every)[..., 0]
+    asked, at = tuple(one.on for one in setup.torsion.irregularity), np.array([setup.speed])
+    signals = [Signal("unevenness", stations_of(setup, asked))]
+    half = half_ranges(setup, drives, signals, at, np.ones(len(asked), dtype=bool))[..., 0]
     error = np.array([uncertainty(setup, one, signals, at) for one in drives])
-    mean = np.abs(shaft.station_ratio[place]) * setup.speed
-    degree = of_finite(Bounded(half, error), lambda one: one * (2.0 / mean))
-    scene.emit(f"{CONDITIONS}/irregularity", degree, axes={**names, "station": asked})
+    axes = {**names, "station": asked}
+    scene.emit(f"{CONDITIONS}/irregularity", Bounded(half, error), axes=axes)
 
 
 def _couplings(scene: Scene, setup: Setup, drives: list[Drive], names: dict[str, Any]) -> None:
@@ -262,10 +272,14 @@ class Search:
     def __init__(
         self, setup: Setup, drives: list[Drive], signals: list[Signal], speed: FloatArray
     ) -> None:
-        self.setup, self.drives, self.signals = setup, drives, signals
+        self.setup, self.drives, self.signals, self.speed = setup, drives, signals, speed
+        self.held_by = held_by(setup, drives)
         grid = with_narrow(setup, speed, drives[0].order)
         if setup.torsion.limits:
-            grid = distinct(np.concatenate([grid, limit_corners(setup, speed)]))
+            corners = limit_corners(setup, speed)
+            last = NO_BARRED_RANGE * np.array([one.basis.rated_speed for one in bounds(setup)])
+            last = last[(last > speed[0]) & (last < speed[-1])]
+            grid = distinct(np.concatenate([grid, corners, last]))
         limited = np.zeros(sum(len(one.place) for one in signals), dtype=bool)
         for bound in bounds(setup):
             limited[bound.load] = True
@@ -339,23 +353,16 @@ class Search:
         return Top(value, speed, condition[best])
 
 
-def _range(
-    scene: Scene,
-    setup: Setup,
-    drives: list[Drive],
-    signals: list[Signal],
-    speed: FloatArray,
-    names: dict[str, Any],
-) -> None:
+def _range(scene: Scene, search: "Search", names: dict[str, Any]) -> None:
     """The worst at each speed, and at any of them."""
-    search = Search(setup, drives, signals, speed)
+    setup, drives, signals, speed = search.setup, search.drives, search.signals, search.speed
     top = search.top_of_places()
     count, modulus = len(setup.shaft.section_names), setup.shaft.section_modulus
     stations = slice(-len(setup.shaft.station_names), None)
     some = np.flatnonzero(modulus > 0.0)
     axes = {**names, "speed": speed}
     stressed = {**axes, "section": tuple(setup.shaft.section_names[e] for e in some)}
-    telling = speed[np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)]
+    telling = some_speeds(speed)
     most = int(np.argmax(np.bincount(top.condition[:count])))
     off = np.maximum(uncertainty(setup, drives[most], signals, telling), top.value.error)
     worst = Bounded(search.worst, np.broadcast_to(off[:, None], search.worst.shape))
@@ -374,8 +381,6 @@ def _range(
     for name, part in (("section", slice(count)), ("station", stations)):
         scene.emit(f"{place}/{name}_speed", top.speed[part], axes=axes)
         scene.emit(f"{place}/{name}_condition", top.condition[part] + 1, 0.0, axes)
-    if setup.torsion.limits:
-        _largest_uses(scene, search, names)
 
 
 # ----------------------------------------------------------------------------
@@ -383,15 +388,15 @@ def _range(
 # ----------------------------------------------------------------------------
 
 
-def shares(setup: Setup, drives: list[Drive], speed: FloatArray) -> FloatArray:
-    """Use per own torque (c, l, e + g, s) in 1/(N m); 0 where a limit says nothing.
+def held_by(setup: Setup, drives: list[Drive]) -> list[list[Bound]]:
+    """The limits in each condition, whose mean torque counts where a limit is a share of that."""
+    return [bounds(setup._replace(drive=one)) for one in drives]
 
-    Of limits in each condition, whose mean torque counts where a limit is a share of that.
-    """
-    shaft, asked = setup.shaft, [bounds(setup._replace(drive=one)) for one in drives]
-    gears = len(shaft.gears) if limits_gears(setup) else 0
-    loads = len(shaft.section_names) + gears
-    found = np.zeros((len(drives), len(setup.torsion.limits), loads, len(speed)))
+
+def shares(asked: list[list[Bound]], speed: FloatArray) -> FloatArray:
+    """Use per own torque (c, l, loads, s) in 1/(N m); 0 where a limit says nothing."""
+    loads = 1 + max((int(one.load.max(initial=-1)) for one in asked[0]), default=-1)
+    found = np.zeros((len(asked), len(asked[0]), loads, len(speed)))
     for rows, limits in zip(found, asked, strict=True):
         for row, bound in zip(rows, limits, strict=True):
             row[bound.load] = 1.0 / (bound.modulus * bound.continuous(speed)).T
@@ -399,24 +404,57 @@ def shares(setup: Setup, drives: list[Drive], speed: FloatArray) -> FloatArray:
 
 
 def _operating_use(loads: Bounded, share: FloatArray) -> Bounded:
-    """Largest use (c,) of one limit, of own torques (c, e + g) with shares of them."""
+    """Largest use (c,) of one limit, of own torques (c, loads) with shares of them."""
     held = np.flatnonzero(share.any(axis=0))
     if not len(held):
         return Bounded(*np.zeros((2, len(share))))
     return of_finite(loads[:, held], lambda one: one * share[:, held]).max()
 
 
-def _largest_uses(scene: Scene, search: Search, names: dict[str, Any]) -> None:
-    """The largest use of each limit in each condition at any speed."""
-    setup, count = search.setup, len(search.drives)
-    share = shares(setup, search.drives, search.grid)
+def _at(share: FloatArray, load: IntArray) -> FloatArray:
+    """Shares (c, l) of chosen loads (c, l)."""
+    return np.take_along_axis(share, load[..., None], axis=2)[..., 0]
+
+
+class _Uses(NamedTuple):
+    """Largest use of each limit in each condition at any speed (c, l), and of which load."""
+
+    use: Bounded
+    speed: Bounded
+    load: IntArray
+
+
+def _largest_uses(scene: Scene, search: Search, operating: Bounded, names: dict[str, Any]) -> None:
+    """The largest use of each limit in each condition, also of speeds that cannot be barred."""
+    place = f"{CONDITIONS}/limit"
+    top = _searched(search, search.grid)
+    scene.emit(f"{place}/largest_use", top.use, axes=names)
+    scene.emit(f"{place}/speed", top.speed, axes=names)
+    at = shares(search.held_by, top.speed.value.ravel())
+    row, limit = np.indices(top.load.shape)
+    own = at[row, limit, top.load, np.arange(top.load.size).reshape(top.load.shape)]
+    emit_element(scene, f"{place}/", search.held_by[0], top.load, own, names)
+    # no range holds the operating speed, and a rule lets none be barred from a share of it on
+    rated = np.array([one.basis.rated_speed for one in search.held_by[0]])
+    high = search.grid[search.grid >= NO_BARRED_RANGE * rated.max()]
+    if np.any(rated) and len(high):
+        above = _searched(search, high).use
+        larger = (rated > 0.0) & (above.value > operating.value)
+        operating = where(larger, above, operating)
+    scene.emit(f"{place}/unbarred_use", operating, axes=names)
+
+
+def _searched(search: Search, grid: FloatArray) -> _Uses:
+    """Searched from some of the speeds of the grid."""
+    count, there = len(search.drives), np.isin(search.grid, grid)
+    share = shares(search.held_by, grid)
     limits = share.shape[1]
-    use = search.half[:, None, : share.shape[2]] * share  # (c, l, e, s)
+    use = search.half[:, None, : share.shape[2], there] * share  # (c, l, loads, s)
     seen = use.max(axis=-1, initial=0.0)
     rival = (seen > 0.0) & (seen >= RIVAL * seen.max(axis=2, keepdims=True))
     condition, limit, section = np.nonzero(rival)
-    value, speed = np.zeros((count, limits)), np.full((count, limits), search.grid[0])
-    error, off = np.zeros((2, count, limits))
+    value, speed = np.zeros((count, limits)), np.full((count, limits), grid[0])
+    load, error, off = np.zeros((count, limits), dtype=np.int64), *np.zeros((2, count, limits))
     if len(condition):
         torque = search.make(condition, section)
 
@@ -424,29 +462,29 @@ def _largest_uses(scene: Scene, search: Search, names: dict[str, Any]) -> None:
             def per_limit(at: FloatArray) -> FloatArray:
                 flat, where = np.unique(at, return_inverse=True)
                 which = (np.repeat(x[rows], at.shape[1]) for x in (condition, limit, section))
-                each = shares(setup, search.drives, flat)[(*which, where.ravel())]
+                each = shares(search.held_by, flat)[(*which, where.ravel())]
                 return torque(rows)(at) * each.reshape(at.shape)
 
             return per_limit
 
         endless = search.endless[condition, section]
-        says = np.isfinite(endless)
-        there = shares(setup, search.drives, np.where(says, endless, search.grid[0]))
-        held = there[condition, limit, section, np.arange(len(limit))] > 0.0
+        says = np.isfinite(endless) & (endless >= grid[0])
+        per = shares(search.held_by, np.where(says, endless, grid[0]))
+        held = per[condition, limit, section, np.arange(len(limit))] > 0.0
         endless = np.where(says & held, endless, np.nan)
-        high = tops(make, use[rival].T, search.grid, search.undamped, endless)
+        high = tops(make, use[rival].T, grid, search.undamped, endless)
         best = np.lexsort((-high.value, limit, condition))
         _, first = np.unique(condition[best] * limits + limit[best], return_index=True)
         for row in best[first]:
             at = condition[row], limit[row]
-            value[at], speed[at] = high.value[row], high.speed[row]
+            value[at], speed[at], load[at] = high.value[row], high.speed[row], section[row]
             off[at], error[at] = high.speed_error[row], high.value_error[row]
         worst = best[first][np.argmax(high.value[best[first]])]
         if np.isfinite(high.value[worst]):
             # the errors of the torques are those of the worst condition at its speed
             own = np.array([high.speed[worst]])
-            moved = uncertainty(setup, search.drives[condition[worst]], search.signals, own)
-            per = shares(setup, search.drives, own)[..., 0]
-            error += moved[section[worst]] * per[condition[worst], limit[worst], section[worst]]
-    scene.emit(f"{CONDITIONS}/limit/largest_use", Bounded(value, error), axes=names)
-    scene.emit(f"{CONDITIONS}/limit/speed", speed, off, names)
+            drive = search.drives[condition[worst]]
+            moved = uncertainty(search.setup, drive, search.signals, own)
+            each = shares(search.held_by, own)[..., 0]
+            error += moved[section[worst]] * each[condition[worst], limit[worst], section[worst]]
+    return _Uses(Bounded(value, error), Bounded(speed, off), load)

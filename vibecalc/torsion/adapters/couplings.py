@@ -10,7 +10,6 @@ from vibecalc.numerics.bounded import Bounded, bounded, concatenate, reshaped, s
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.curves import (
     ROWS,
-    SAMPLES,
     OrderSolution,
     bounded_orders,
     mean_torques,
@@ -18,9 +17,10 @@ from vibecalc.torsion.adapters.curves import (
     solved,
 )
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.coupling_results import COUPLING
+from vibecalc.torsion.adapters.signals import some_rows, some_speeds
+from vibecalc.torsion.coupling_results import COUPLING, LARGEST
 from vibecalc.torsion.couplings import LIMITS, Borne, borne, has_limit, uses
-from vibecalc.torsion.critical_speeds import Value, largest
+from vibecalc.torsion.critical_speeds import largest
 
 # ----------------------------------------------------------------------------
 # What each coupling bears at some speeds, with the errors or, for curves, without.
@@ -159,20 +159,25 @@ def emit_use(scene: Scene, setup: Setup, place: str) -> None:
 
 
 def emit_coupling_speeds(scene: Scene, setup: Setup, speed: FloatArray, dense: FloatArray) -> None:
-    """Curves over the speeds (s,); the largest uses are looked for among `dense` as well."""
+    """Curves over the speeds (s,); the largest ones are looked for among `dense` as well."""
     axes = {**uses_of(setup).axes, "speed": speed}
-    found, some = _borne(setup, speed, _unbounded), _borne(setup, _some(speed), bounded_orders)
-    for name, key in _VALUES.items():
-        value = np.array([getattr(one, key).value for one in found])
-        error = max(float(_error(getattr(one, key)).max()) for one in some)
-        scene.emit(f"{COUPLING}/speeds/{name}", value, error, axes)
+    at = distinct(np.concatenate([speed, dense]))
+
+    def read(at: FloatArray, solve: Solve) -> Bounded:
+        """(values, c, s)"""
+        found = _borne(setup, at, solve)
+        rows = [stack([getattr(one, key) for one in found], axis=0) for key in _VALUES.values()]
+        return stack(rows, axis=0)
+
+    values, most, where = _largest(read, at)
+    errors = _error(read(some_speeds(speed), bounded_orders)).max(axis=(1, 2))
+    for number, name in enumerate(_VALUES):
+        curve = values[number][..., np.searchsorted(at, speed)]
+        scene.emit(f"{COUPLING}/speeds/{name}", curve, errors[number], axes)
+        if name in LARGEST:
+            scene.emit(f"{COUPLING}/largest/{name}", most[number], axes=axes)
+            scene.emit(f"{COUPLING}/largest/{name}_speed", where[number], axes=axes)
     emit_largest_use(scene, setup, speed, dense, COUPLING)
-
-
-def _some(speed: FloatArray) -> FloatArray:
-    """Speeds at equal steps, at which errors of curves are read."""
-    place = np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)
-    return np.asarray(speed[place])
 
 
 def _error(value: Bounded) -> FloatArray:
@@ -194,7 +199,7 @@ def emit_largest_use(
     at = distinct(np.concatenate([speed, dense]))
     values, most, where = largest_use(setup, at)
     if place == COUPLING:
-        error = _error(every.at(_some(speed), bounded_orders)).max()
+        error = _error(every.at(some_speeds(speed), bounded_orders)).max()
         curve = values[..., np.searchsorted(at, speed)]
         scene.emit(f"{place}/speeds/use", curve, error, {**every.axes, "speed": speed})
     scene.emit(f"{place}/largest_use", most, axes=every.axes)
@@ -203,23 +208,19 @@ def emit_largest_use(
 
 def largest_use(setup: Setup, at: FloatArray) -> tuple[FloatArray, Bounded, Bounded]:
     """Uses (c, k, s) at some speeds, the largest (c, k) at any between them, and where it is."""
-    every = uses_of(setup)
-    shape = (len(setup.shaft.couplings), len(every.kept))
-    values = every.at(at, _unbounded).value
+    return _largest(uses_of(setup).at, at)
 
-    def make(row: IntArray) -> Value:
-        def value(where: FloatArray) -> FloatArray:
-            flat, back = np.unique(where, return_inverse=True)
-            found = every.at(flat, _unbounded).value.reshape(-1, len(flat))
-            chosen = np.take_along_axis(found[row], back.reshape(where.shape), axis=1)
-            return np.asarray(chosen)
 
-        return value
-
-    curves = values.reshape(-1, len(at)).T
+def _largest(
+    read: Callable[[FloatArray, Solve], Bounded], at: FloatArray
+) -> tuple[FloatArray, Bounded, Bounded]:
+    """Values (..., s) at some speeds, the largest (...) at any between them, and where it is."""
+    values = read(at, _unbounded).value
+    make = some_rows(lambda one: read(one, _unbounded).value.reshape(-1, len(one)))
+    curves, shape = values.reshape(-1, len(at)).T, values.shape[:-1]
     none, count = np.zeros(0), curves.shape[1]
     top = largest(make, curves, at, none, np.full(count, np.nan))
-    there = _error(every.at(top.speed, bounded_orders)).reshape(count, count).diagonal()
+    there = _error(read(top.speed, bounded_orders)).reshape(count, count).diagonal()
     off = np.where(np.isfinite(top.value), there + top.value_error, 0.0)
     # what is the same at every speed is met at the lowest
     with np.errstate(invalid="ignore"):  # where nothing damps an order

@@ -216,29 +216,6 @@ def solved(
     return OrderSolution(w, found.angle, twist, torque, load, found.error, found.masked, speed)
 
 
-def section_torque(
-    model: Model, drive: Drive, speed: FloatArray, row: IntArray, section: IntArray
-) -> ComplexArray:
-    """As of `solved`: torques (r, m) of sections (r,), each at one of the speeds (s,)."""
-    w = drive.frequency(speed)
-    angle = model.solve(speed, w, drive.load(speed), drive.freedom, estimate=False).angle
-    line = model.at(speed[:, None], w)
-    twist = angle[row, :, line.first[section]] - angle[row, :, line.second[section]]
-    shape = (*w.shape, len(line.first))
-
-    def of_section(values: FloatArray) -> FloatArray:
-        if values.ndim == 1:
-            return values[section, None]
-        return np.broadcast_to(values, shape)[row, :, section]
-
-    chosen = line._replace(
-        stiffness=of_section(line.stiffness)[..., None],
-        damping=of_section(line.damping)[..., None],
-        loss_factor=of_section(line.loss_factor)[..., None],
-    )
-    return np.asarray(complex_stiffness(chosen, w[row])[..., 0] * twist)
-
-
 def sweep(
     model: Model, drive: Drive, speed: FloatArray, shaft: ShaftLineModel | None, angles: bool = True
 ) -> Curves:
@@ -402,12 +379,16 @@ def of_finite(value: Bounded, change: Callable[[Bounded], Bounded]) -> Bounded:
 
 
 def section_heat(setup: Setup, speed: FloatArray, state: OrderSolution) -> Bounded:
-    """Mean power (s, e) of dashpots and loss factors in W, all orders of bounded twists."""
+    """Mean power (s, e) of dashpots and loss factors in W, all orders of bounded twists.
+
+    Of twists without errors, as of a curve, it has none.
+    """
     line = setup.model.at(speed[:, None], state.frequency)
     power = heat(line, state.frequency, state.twist).sum(axis=-2)
-    if setup.model.couplings is None or setup.model.couplings.moved is None:
+    couplings = setup.model.couplings
+    if couplings is None or couplings.moved is None or not np.any(state.twist.error):
         return power
-    return Bounded(power.value, power.error + setup.model.couplings.moved(speed).heat)
+    return Bounded(power.value, power.error + couplings.moved(speed).heat)
 
 
 # ----------------------------------------------------------------------------

@@ -30,8 +30,9 @@ from vibecalc.torsion.damper_design.problem import (
 )
 from vibecalc.torsion.line import Line, with_ring, without_freedom
 from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.results import DESIGN, NAMES
+from vibecalc.torsion.results import NAMES
 from vibecalc.torsion.section_loads import largest_half_range
+from vibecalc.torsion.study_results import DESIGN
 from vibecalc.torsion.tables import DamperDesign
 
 # ----------------------------------------------------------------------------

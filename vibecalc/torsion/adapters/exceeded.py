@@ -87,8 +87,11 @@ def exceeded_of(
     return ExceededRanges(ranges.start, ranges.end, error, peak, peak_error, rule, permitted)
 
 
-def emit_barred(scene: Scene, ranges: list[ExceededRanges]) -> None:
-    """Ranges above each limit, in the order of the limits, and what is barred for all of them."""
+def emit_barred(scene: Scene, ranges: list[ExceededRanges], speed: float) -> None:
+    """Ranges above each limit, in the order of the limits, and what is barred for all of them.
+
+    No range may be that holds the operating `speed` in rad/s.
+    """
     place = f"{ROOT}/exceeded"
     start, end, error, peak, peak_error, rule, permitted = (
         np.concatenate(part) for part in zip(*ranges, strict=True)
@@ -118,7 +121,14 @@ def emit_barred(scene: Scene, ranges: list[ExceededRanges]) -> None:
     ):
         scene.emit(f"{ROOT}/barred/{name}", np.array(value), off_of, axes)
     allowed = np.array([np.min(permitted[group]) for group in joined], dtype=np.int64)
+    held = [np.min(lower[group]) <= speed <= np.max(upper[group]) for group in joined]
+    allowed = np.where(np.array(held, dtype=bool), 0, allowed)
     scene.emit(f"{ROOT}/barred/permitted", allowed, 0.0, axes)
+    if any(held):
+        scene.warn(
+            "a limit for lasting operation is exceeded in a range that holds the operating speed: "
+            "it cannot be barred, and the line is not acceptable there"
+        )
 
 
 def united(lower: FloatArray, upper: FloatArray) -> list[IntArray]:

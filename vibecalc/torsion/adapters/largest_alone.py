@@ -12,7 +12,7 @@ from vibecalc.torsion.adapters.maxima import torque_value
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
 from vibecalc.torsion.hung import BareLine, bare_line, hung, ring_stiffness, torque_under
 from vibecalc.torsion.line import loss_stiffness
-from vibecalc.torsion.results import ROOT
+from vibecalc.torsion.results import FOLLOWED, ROOT
 from vibecalc.torsion.rough_range import near_the_largest
 
 # ----------------------------------------------------------------------------
@@ -28,7 +28,7 @@ _CURVES = tuple(
     f"{ROOT}/{name}"
     for name in (
         *("speeds/", "peak/", "limit/", "barred/", "exceeded/", "hammering/", "healthy/"),
-        *("coupling/",),
+        *("coupling/", *(f"largest/{one}" for one in FOLLOWED)),
     )
 )
 #: with a larger error, over the largest angle that the rings hang on, the line is solved itself

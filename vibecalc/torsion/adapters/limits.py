@@ -1,7 +1,8 @@
 """Stresses and torques of a shaft line against the limits of a case, over speeds and at one."""
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -9,8 +10,14 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.bounded import Bounded, bounded, rounded, stack, where
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, IntArray
 from vibecalc.torsion.adapters.bounds import ROUNDINGS, Bound, bounds
-from vibecalc.torsion.adapters.critical import UndampedResonances
-from vibecalc.torsion.adapters.curves import Curves, of_finite
+from vibecalc.torsion.adapters.critical import UndampedResonances, undamped_speeds
+from vibecalc.torsion.adapters.curves import (
+    Curves,
+    CurveUncertainty,
+    curve_uncertainty,
+    of_finite,
+    sweep,
+)
 from vibecalc.torsion.adapters.exceeded import emit_barred, exceeded_of
 from vibecalc.torsion.adapters.loads import (
     endless_loads,
@@ -18,11 +25,18 @@ from vibecalc.torsion.adapters.loads import (
     load_uncertainty,
     own_loads,
 )
-from vibecalc.torsion.adapters.maxima import DenseSweep, torque_value
+from vibecalc.torsion.adapters.maxima import (
+    DenseSweep,
+    added,
+    torque_value,
+    with_narrow_resonances,
+)
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.crank_strength import PLACES
-from vibecalc.torsion.critical_speeds import Maxima, Value, largest
+from vibecalc.torsion.critical_speeds import Maxima, Value, by_machine, largest, telling_speeds
+from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.results import ROOT
+from vibecalc.torsion.stress_limits import NO_BARRED_RANGE
 
 # ----------------------------------------------------------------------------
 # Adapter: stresses and torques of a shaft line against the limits of a case, ranges to be barred.
@@ -72,6 +86,53 @@ def limit_corners(setup: Setup, speed: FloatArray) -> FloatArray:
     """Speeds inside a range at which the course of a limit has a corner or an end."""
     every = np.concatenate([bound.corners for bound in bounds(setup)])
     return np.asarray(every[(every > speed[0]) & (every < speed[-1])])
+
+
+class Range(NamedTuple):
+    """A line over speeds (s,): its curves with their errors, and what a search starts from.
+
+    `top` are the largest referred torques of its sections at any speed.
+    """
+
+    curves: Curves
+    uncertainty: CurveUncertainty
+    undamped: UndampedResonances
+    dense: DenseSweep
+    top: Maxima
+
+    @property
+    def torques(self) -> FloatArray:
+        """Of sections alone (r, e), at the speeds of the search."""
+        return self.dense.torque[:, : self.curves.torque.shape[1]]
+
+
+def over_range(
+    setup: Setup,
+    speed: FloatArray,
+    limited: bool,
+    shaft: ShaftLineModel | None,
+    angles: bool = False,
+    reported: Callable[[FloatArray], FloatArray] | None = None,
+) -> Range:
+    """The line over speeds (s,), with gears if a `shaft` is given.
+
+    What it has limits for is examined as closely as its largest values where it is `limited`, and
+    so is what reaches the levels (e,) `reported` of its largest torques (s, e).
+    """
+    curves = sweep(setup.model, setup.drive, speed, shaft, angles)
+    undamped = undamped_speeds(setup, speed[0], speed[-1])
+    torque = limited_loads(setup, curves) if limited else curves.torque
+    levels = limit_levels(setup, speed, torque) if limited else ()
+    if reported is not None:
+        levels = (*levels, reported(torque))
+    dense = with_narrow_resonances(setup, speed, torque, undamped, levels)
+    if limited:
+        dense = added(setup, dense, by_machine(0, limit_corners(setup, speed)))
+    sections = dense.torque[:, : curves.torque.shape[1]]
+    make = partial(torque_value, setup.model, setup.drive)
+    top = largest(make, sections, dense.speed, undamped.speed, undamped.endless)
+    telling = telling_speeds(speed, curves.torque, undamped.speed)
+    return Range(curves, curve_uncertainty(setup, speed, telling), undamped, dense, top)
 
 
 def uses_of(setup: Setup, bound: Bound, dense: DenseSweep, undamped: UndampedResonances) -> Uses:
@@ -142,7 +203,7 @@ def emit_limits(
         exceeded_of(setup, bound, one.curve, one.top, one.make, dense.speed, undamped.speed)
         for bound, one in zip(asked, uses, strict=True)
     ]
-    emit_barred(scene, ranges)
+    emit_barred(scene, ranges, setup.speed)
 
 
 class LargestUse(NamedTuple):
@@ -239,6 +300,50 @@ def _worst(
     if limits_gears(setup):
         scene.emit(f"{PLACE}/gear", np.maximum(number - sections, 0), 0.0, axes)
     scene.emit(f"{PLACE}/transient_use", through, axes=axes)
+
+
+def unbarred_use(
+    operating: float, bound: Bound, uses: Uses, dense: DenseSweep, undamped: UndampedResonances
+) -> float:
+    """Largest use of a limit at speeds that no barred range may hold.
+
+    That is the operating one, and those from a share of the rated speed of a rule on.
+    """
+    row, last = np.arange(len(bound.load)), NO_BARRED_RANGE * bound.basis.rated_speed
+    high = dense.speed >= last
+    at = [operating, *([last] if last > dense.speed[0] and np.any(high) else [])]
+    most = np.max(uses.make(row)(np.broadcast_to(at, (len(row), len(at)))), initial=0.0)
+    if not bound.basis.rated_speed or not np.any(high):
+        return float(most)
+    none = np.full(len(row), np.nan)
+    top = largest(uses.make, uses.curve[high], dense.speed[high], undamped.speed, none)
+    endless = uses.top.value[uses.top.speed >= last]
+    return float(max(most, np.max(top.value), np.max(endless, initial=0.0)))
+
+
+def emit_element(
+    scene: Scene,
+    stem: str,
+    asked: list[Bound],
+    load: IntArray,
+    share: FloatArray,
+    axes: Mapping[str, Any],
+) -> None:
+    """Of limits (..., l) the load of largest use, and what is allowed in it there.
+
+    `share` is the use per own torque in 1/(N m), 0 where the limit says nothing.
+    """
+    says, modulus = share > 0.0, np.ones((len(asked), int(load.max(initial=0)) + 1))
+    for row, bound in zip(modulus, asked, strict=True):
+        held = bound.load < len(row)
+        row[bound.load[held]] = bound.modulus[held]
+    per = np.where(says, share * modulus[np.arange(len(asked)), load], 1.0)
+    scene.emit(f"{stem}element", np.where(says, load + 1, 0), 0.0, axes)
+    for quantity, prefix in QUANTITIES.items():
+        chosen = np.array([one.quantity == quantity for one in asked])
+        if np.any(chosen):
+            value = known(np.where(says & chosen, 1.0 / per, np.inf))
+            scene.emit(f"{stem}{prefix}allowed", value, axes=axes)
 
 
 def _inside(bound: Bound, endless: FloatArray) -> FloatArray:

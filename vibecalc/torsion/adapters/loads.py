@@ -103,7 +103,7 @@ def loads_of_modes(
 def endless_loads(setup: Setup, undamped: UndampedResonances) -> FloatArray:
     """Lowest speeds (e + g,) at which nothing bounds a load, NaN for none."""
     gears = np.full(len(setup.shaft.gears), np.nan)
-    if limits_gears(setup) and len(undamped.speed):
+    if len(gears) and len(undamped.speed):
         which = undamped.mode - 1
         natural = setup.natural()
         frequency = undamped.speed * undamped.order

@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.critical import FREEDOMS, UndampedResonances
-from vibecalc.torsion.adapters.curves import ROWS, section_torque, solved, speeds_at_once
+from vibecalc.torsion.adapters.curves import ROWS, solved, speeds_at_once
 from vibecalc.torsion.adapters.loads import loads_of, loads_of_modes
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
 from vibecalc.torsion.critical_speeds import (
@@ -46,12 +46,9 @@ def torque_value(
         for start in range(0, len(flat), size):
             of, at = machine_and_speed(flat[start : start + size])
             held = np.flatnonzero((place >= start) & (place < start + size))
-            row, chosen = place[held] - start, repeated[held]
-            if shaft is None:
-                torque[held] = section_torque(model.of(of), drive, at, row, chosen)
-            else:
-                every = loads_of(shaft, drive, model, solved(model, drive, at))
-                torque[held] = every[row, :, chosen]
+            state = solved(model.of(of), drive, at)
+            every = state.torque if shaft is None else loads_of(shaft, drive, model, state)
+            torque[held] = every[place[held] - start, :, repeated[held]]
         half = synthesis(drive.cycles, torque).half_range
         return np.asarray(half.reshape(speed.shape))
 

@@ -9,9 +9,9 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray, distinct
 from vibecalc.numerics.synthesis import sum_error, synthesis
 from vibecalc.torsion.adapters.critical import UndampedResonances, undamped_speeds
-from vibecalc.torsion.adapters.curves import ROWS, SAMPLES, bounded_orders, solved
+from vibecalc.torsion.adapters.curves import ROWS, bounded_orders, solved
 from vibecalc.torsion.adapters.setup import Setup, line_speeds
-from vibecalc.torsion.adapters.signals import Signal, blocks, tops, with_narrow
+from vibecalc.torsion.adapters.signals import Signal, blocks, some_speeds, tops, with_narrow
 from vibecalc.torsion.adapters.steady import setup_of
 from vibecalc.torsion.critical_speeds import Maxima, Value
 from vibecalc.torsion.curve_results import CURVES
@@ -184,7 +184,7 @@ def largest_orders(
 
 def _telling(speed: FloatArray, sums: Sums, high: Maxima) -> FloatArray:
     """Speeds at which errors are taken: some of the range, and those of the largest values."""
-    some = speed[np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)]
+    some = some_speeds(speed)
     clear = np.all(np.isfinite(sums.half_range), axis=0)
     tops_of = speed[clear][np.argmax(sums.half_range[:, clear], axis=1)] if clear.any() else some
     return distinct(np.concatenate([some, tops_of, high.speed[np.isfinite(high.value)]]))

@@ -70,10 +70,6 @@ Once = Callable[[str, Callable[["Case"], Any]], Any]
 NOTHING_GIVEN = GivenTorques(
     np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=complex), ()
 )
-NOTHING_FIRES = Firing(
-    names=(), angle=np.zeros(0), first=0.0, cycle=2.0 * np.pi, pressure_scale=np.zeros(0),
-    fires=np.zeros(0, dtype=bool), bank=np.zeros(0),
-)  # fmt: skip
 #: of the phase with which a cylinder fires, and of what a speed makes of its torque
 PHASOR_ROUNDINGS, SPEED_ROUNDINGS = 16.0, 12.0
 
@@ -187,7 +183,7 @@ def build_drive(
             found = _cylinders(case, all_fire, orders)
         else:
             found = once("torques of the cylinders of a shaft line", _cylinders)
-        drive = _on_stations(found, shaft, case.machine.speed)
+        drive = _on_stations(found, shaft)
     else:
         drive = _no_cylinders()
     line = case.machine.shaft_line
@@ -245,7 +241,10 @@ def with_orders(
 def _no_cylinders() -> Drive:
     none, nowhere = np.zeros(0), np.zeros(0, dtype=np.int64)
     inertia = rounded(none.astype(complex), 0.0)
-    torque = CylinderTorque(none, inertia[None], inertia, rounded(np.zeros(1), 0.0))
+    nobody = Firing(
+        names=(), angle=none, first=0.0, cycle=2.0 * np.pi, pressure_scale=none,
+        fires=none.astype(bool), bank=none,
+    )  # fmt: skip
     return Drive(
         orders=columns(none, [], 1.0),
         given=NOTHING_GIVEN,
@@ -258,32 +257,17 @@ def _no_cylinders() -> Drive:
         card_speed=none,
         cards=(),
         geometry=CrankGeometry(0.0, 1.0),
-        firing=NOTHING_FIRES,
-        cylinder=torque,
+        firing=nobody,
+        cylinder=CylinderTorque(none, inertia[None], inertia, rounded(np.zeros(1), 0.0)),
         reciprocating_mass=0.0,
         rod_inertia=0.0,
     )
 
 
-class _Cylinders(NamedTuple):
-    """Torques of the cylinders, each with its firing phase, as in `Drive` but (..., cylinders)."""
-
-    gas: Bounded
-    inertia: Bounded
-    mean: Bounded
-    card_speed: FloatArray
-    cards: tuple[GasCard, ...]
-    geometry: CrankGeometry
-    firing: Firing
-    healthy: CylinderTorque
-    mass: float
-    rod_inertia: float
-
-
 def _cylinders(
     case: "Case", all_fire: bool = False, orders: tuple[float, float] | None = None
-) -> _Cylinders:
-    """The cylinders of an engine, wherever on its line they stand."""
+) -> Drive:
+    """The cylinders of an engine, each at a place of its own, wherever on its line they stand."""
     machine = case.machine
     firing, geometry = build_firing(case), crank_geometry(machine.crank_train)
     if all_fire:
@@ -322,7 +306,9 @@ def _cylinders(
     turned = rounded(phasor(healthy.order, firing.angle).T, PHASOR_ROUNDINGS)  # (cylinders, orders)
     moved = inertia_harmonics(geometry, 1.0, 0.0, healthy.order)
     rocked = inertia_harmonics(geometry, 0.0, rod_inertia, healthy.order)
-    return _Cylinders(
+    return _no_cylinders()._replace(
+        orders=columns(healthy.order, [], 1.0),
+        fires=np.ones(len(healthy.order), dtype=bool),
         gas=reshaped(gas * turned, lambda one: np.swapaxes(one, -1, -2)),
         inertia=((masses[:, None] * moved + rocked) * turned).T,
         mean=mean,
@@ -330,34 +316,23 @@ def _cylinders(
         cards=tuple(cards),
         geometry=geometry,
         firing=firing,
-        healthy=healthy,
-        mass=mass,
+        cylinder=healthy,
+        reciprocating_mass=mass,
         rod_inertia=rod_inertia,
     )
 
 
-def _on_stations(found: _Cylinders, shaft: ShaftLineModel, speed: float) -> Drive:
-    """The drive of an engine by its cylinders alone."""
+def _on_stations(cylinders: Drive, shaft: ShaftLineModel) -> Drive:
+    """The drive with what its cylinders do at their stations."""
     ratio = shaft.station_ratio[shaft.cylinder_station]
     station, place = np.unique(shaft.cylinder_station, return_inverse=True)
     on = placed(place, len(station)) * ratio[:, None]
-    order = found.healthy.order
-    return Drive(
-        orders=columns(order, [], speed),
-        given=NOTHING_GIVEN,
-        fires=np.ones(len(order), dtype=bool),
-        gas=found.gas @ on,
-        inertia=found.inertia @ on,
-        mean=found.mean @ rounded(on, SPEED_ROUNDINGS),
+    return cylinders._replace(
+        gas=cylinders.gas @ on,
+        inertia=cylinders.inertia @ on,
+        mean=cylinders.mean @ rounded(on, SPEED_ROUNDINGS),
         station=station,
         freedom=shaft.freedom[station],
-        card_speed=found.card_speed,
-        cards=found.cards,
-        geometry=found.geometry,
-        firing=found.firing,
-        cylinder=found.healthy,
-        reciprocating_mass=found.mass,
-        rod_inertia=found.rod_inertia,
     )
 
 

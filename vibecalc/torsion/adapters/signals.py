@@ -1,6 +1,6 @@
 """What named sections and stations of a shaft line do by order, and where that is largest."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from vibecalc.numerics.rounding import FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.critical import STILL, UndampedResonances
 from vibecalc.torsion.adapters.curves import (
+    SAMPLES,
     OrderSolution,
     actual_per_referred,
     gear_torques,
@@ -55,6 +56,9 @@ class Signal(NamedTuple):
             return state.torque[..., place] / (ratio * modulus)
         angle = state.angle[..., shaft.freedom[place]] * shaft.station_ratio[place]
         w = state.frequency[..., None]
+        if self.name == "unevenness":  # twice the angular speed over the mean one, as half ranges
+            mean = np.abs(shaft.station_ratio[place]) * state.speed[:, None, None]
+            return angle * (2j * w / mean)
         if self.name == "angular_speed":
             return angle * (1j * w)
         return angle * -np.square(w) if self.name == "angular_acceleration" else angle
@@ -79,6 +83,11 @@ class Signal(NamedTuple):
         return list(zip(undamped.speed.tolist(), rows, strict=True))
 
 
+def stations_of(setup: Setup, named: Sequence[str]) -> IntArray:
+    """Places of stations by their names."""
+    return np.array([setup.shaft.station_names.index(one) for one in named])
+
+
 # ----------------------------------------------------------------------------
 # The largest of many curves over a range, between the speeds of a sweep too.
 # ----------------------------------------------------------------------------
@@ -98,6 +107,25 @@ def with_narrow(setup: Setup, speed: FloatArray, order: FloatArray) -> FloatArra
     narrow = (width < SHOWN * here) & (width > 1e-11 * at)
     extra = at[narrow, None] + width[narrow, None] * NEARBY_NARROW_RESONANCE
     return distinct(np.concatenate([speed, extra[(extra > speed[0]) & (extra < speed[-1])]]))
+
+
+def some_rows(at: Callable[[FloatArray], FloatArray]) -> Callable[[IntArray], Value]:
+    """Values of chosen rows, each at speeds of its own, from all rows (r, s) at speeds (s,)."""
+
+    def make(row: IntArray) -> Value:
+        def value(speed: FloatArray) -> FloatArray:
+            flat, place = np.unique(speed, return_inverse=True)
+            return np.asarray(at(flat)[row[:, None], place.reshape(speed.shape)])
+
+        return value
+
+    return make
+
+
+def some_speeds(speed: FloatArray) -> FloatArray:
+    """Speeds at equal steps, at which errors of curves are read."""
+    place = np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)
+    return np.asarray(speed[place])
 
 
 def tops(

@@ -1,5 +1,7 @@
 """A shaft line over a range of crank speeds: sections, dampers, gears."""
 
+from functools import partial
+
 import numpy as np
 
 from vibecalc.core.run.stage import Scene, below
@@ -14,26 +16,19 @@ from vibecalc.torsion.adapters.critical import (
     undamped_speeds,
 )
 from vibecalc.torsion.adapters.curves import (
-    Curves,
     actual_per_referred,
     at_largest,
-    curve_uncertainty,
     mean_torques,
     of_finite,
     section_uncertainty,
     sweep,
 )
+from vibecalc.torsion.adapters.extremes import emit_extremes
 from vibecalc.torsion.adapters.largest_alone import HEAT, highest_torques, little_asked
-from vibecalc.torsion.adapters.limits import (
-    emit_limits,
-    limit_corners,
-    limit_levels,
-    limited_loads,
-)
-from vibecalc.torsion.adapters.maxima import DenseSweep, added, torque_value, with_narrow_resonances
+from vibecalc.torsion.adapters.limits import emit_limits, over_range
+from vibecalc.torsion.adapters.maxima import torque_value, with_narrow_resonances
 from vibecalc.torsion.adapters.modes import emit_campbell
 from vibecalc.torsion.adapters.readings import (
-    OVER_SPEEDS,
     emit_curves,
     emit_half_ranges,
     least_gear_torque,
@@ -47,12 +42,10 @@ from vibecalc.torsion.critical_speeds import (
     SLOPE_STEP,
     Maxima,
     barred_ranges,
-    by_machine,
     highest_maxima,
     largest,
     peaks,
     slopes,
-    telling_speeds,
 )
 from vibecalc.torsion.results import ROOT
 
@@ -79,17 +72,13 @@ def run_torsion_speeds(scene: Scene) -> None:
     if little_asked(scene, setup):
         _largest_alone(scene, setup, speed)
         return
-    curves = sweep(setup.model, setup.drive, speed, setup.shaft)
-    undamped = undamped_speeds(setup, speed[0], speed[-1])
-    make = lambda section: torque_value(setup.model, setup.drive, section)  # noqa: E731
-    dense = _dense(scene, setup, speed, curves, undamped)
-    sections = dense.torque[:, : curves.torque.shape[1]]
-    top = largest(make, sections, dense.speed, undamped.speed, undamped.endless)
-    uncertainty = curve_uncertainty(
-        setup, speed, telling_speeds(speed, curves.torque, undamped.speed)
-    )
+    ranged = over_range(
+        setup, speed, bool(setup.torsion.limits), setup.shaft, angles=True,
+        reported=partial(_reported, setup) if scene.wants(*PEAK) else None,
+    )  # fmt: skip
+    curves, uncertainty, undamped, dense, top = ranged
     mean, axes = mean_torques(setup, speed), {"speed": speed}
-    emit_curves(scene, SPEEDS, OVER_SPEEDS, setup, curves, uncertainty, mean, axes)
+    _, known = emit_curves(scene, SPEEDS, setup, curves, uncertainty, mean, axes)
     if setup.drive.firing.names:
         total = setup.drive.mean_torque(speed).sum()
         scene.emit(f"{SPEEDS}/mean_torque", total, axes=axes)
@@ -104,9 +93,11 @@ def run_torsion_speeds(scene: Scene) -> None:
         emit_damping_curves(scene, setup, speed)
     _masked(scene, undamped)
     torque = _largest(scene, setup, speed, top)
+    emit_extremes(scene, setup, speed, dense.speed, known, undamped)
     if scene.wants(*PEAK):
+        make = partial(torque_value, setup.model, setup.drive)
         high = [
-            peaks(make, sections, dense.speed, section, undamped.speed)
+            peaks(make, ranged.torques, dense.speed, section, undamped.speed)
             for section in _most_loaded(setup, top.value)
         ]
         joined = Maxima(*(np.concatenate(part) for part in zip(*high, strict=True)))
@@ -143,7 +134,7 @@ def _largest_alone(scene: Scene, setup: Setup, speed: FloatArray) -> None:
     if scene.wanted is not None and scene.wanted <= {HEAT}:
         return
     dense = with_narrow_resonances(setup, speed, found.torque, undamped, alone=True)
-    make = lambda section: torque_value(setup.model, setup.drive, section)  # noqa: E731
+    make = partial(torque_value, setup.model, setup.drive)
     top = largest(make, dense.torque, dense.speed, undamped.speed, undamped.endless, dense.machine)
     _warn_of_sections(scene, top)
     torque = _largest(scene, setup, speed, top)
@@ -159,21 +150,13 @@ def _warn_of_sections(scene: Scene, top: Maxima) -> None:
         )
 
 
-def _dense(
-    scene: Scene, setup: Setup, speed: FloatArray, curves: Curves, undamped: UndampedResonances
-) -> DenseSweep:
-    """The sweep (s,) of torques with what it may have stepped over."""
-    torque = limited_loads(setup, curves)
-    levels = limit_levels(setup, speed, torque) if setup.torsion.limits else ()
-    if scene.wants(*PEAK):
-        reported = np.full(torque.shape[1], np.inf)
-        for section in _most_loaded(setup, curves.torque.max(axis=0)):
-            reported[section] = highest_maxima(torque[:, section], MOST)
-        levels = (*levels, reported)
-    dense = with_narrow_resonances(setup, speed, torque, undamped, levels)
-    if setup.torsion.limits:
-        dense = added(setup, dense, by_machine(0, limit_corners(setup, speed)))
-    return dense
+def _reported(setup: Setup, torque: FloatArray) -> FloatArray:
+    """Levels (e,) of referred torques (s, e) that would be among the maxima that are reported."""
+    levels = np.full(torque.shape[1], np.inf)
+    sections = torque[:, : len(setup.model.line.first)]
+    for section in _most_loaded(setup, sections.max(axis=0)):
+        levels[section] = highest_maxima(torque[:, section], MOST)
+    return levels
 
 
 def _masked(scene: Scene, undamped: UndampedResonances) -> None:

@@ -1,10 +1,12 @@
 """A shaft line at its operating speed: vibration by orders, their sums, orders left out."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import Bounded, square
+from vibecalc.numerics.bounded import Bounded, bounded, rounded, square
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.numerics.synthesis import over_cycle, synthesis
 from vibecalc.torsion.adapters.critical import beyond, emit_critical, emit_separation
@@ -21,10 +23,10 @@ from vibecalc.torsion.adapters.curves import (
 )
 from vibecalc.torsion.adapters.excitation import emit_excitation
 from vibecalc.torsion.adapters.modes import emit_modes
-from vibecalc.torsion.adapters.readings import AT_SPEED, emit_curves
+from vibecalc.torsion.adapters.readings import emit_curves
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_setup, placed
 from vibecalc.torsion.adapters.variants import emit_healthy
-from vibecalc.torsion.results import ROOT
+from vibecalc.torsion.results import ROOT, PowerBalance
 from vibecalc.torsion.section_loads import ground_heat
 
 # ----------------------------------------------------------------------------
@@ -64,7 +66,14 @@ _ELSEWHERE = tuple(
     for name in (
         *("modes/", "excitation/", "critical/", "damping/", "healthy/", "speeds/", "largest/"),
         *("masked/", "peak/", "bare/", "reduction", "barred/", "exceeded/", "hammering/"),
-        *("campbell/", "separation/range/", "limit/largest", "coupling/speeds/", "curves/"),
+        *(
+            "campbell/",
+            "separation/range/",
+            "limit/largest",
+            "coupling/speeds/",
+            "coupling/largest",
+            "curves/",
+        ),
         *("irregularity/", "conditions/", "transient/", "variable_inertia/", "as_published/"),
     )
 )
@@ -119,10 +128,11 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
         scene.emit(f"{ROOT}/stress", stress, axes=of_section)
     mean = mean_torques(setup, at)
     scene.emit(f"{ROOT}/torque_mean", mean.section[0] / shaft.section_ratio, axes=names)
+    _power_balance(scene, setup)
     curves = sweep(setup.model, setup.drive, at, shaft)
     uncertainty = curve_uncertainty(setup, at, np.zeros(0))
-    half_range = emit_curves(
-        scene, ROOT, AT_SPEED, setup, Curves(*(one[0] for one in curves)), uncertainty,
+    half_range, _ = emit_curves(
+        scene, ROOT, setup, Curves(*(one[0] for one in curves)), uncertainty,
         MeanTorques(*(one[0] for one in mean)), {},
     )  # fmt: skip
     if setup.torsion.limits:
@@ -173,6 +183,42 @@ def operating(setup: Setup) -> OrderSolution:
             "move the speed"
         )
     return state
+
+
+#: of the power of the cylinders, what loads may take more before a sentence says so
+UNBALANCED = 0.01
+
+
+def _power_balance(scene: Scene, setup: Setup) -> None:
+    """Mean torque and power of every source and load, and what the load station has to take."""
+    shaft, drive, speed = setup.shaft, setup.drive, setup.speed
+    at, count = np.array([speed]), len(shaft.station_names)
+    source = drive.mean_torque(at)[0] @ placed(drive.station, count)
+    load = rounded(shaft.taken(speed), 4.0) @ placed(shaft.taken_station, count)
+    given, taken = source.sum(), load.sum()
+    rest, place = given - taken, shaft.load_station
+    own, cylinders = rounded(1.0 / np.abs(shaft.station_ratio), 2.0), len(drive.firing.names)
+    balance = PowerBalance()
+    if cylinders:
+        balance = replace(balance, source_torque=source * own, source_power=speed * source)
+    if len(shaft.taken_station):
+        balance = replace(balance, load_torque=load * own, load_power=speed * load)
+    if cylinders or len(shaft.taken_station):
+        balance = replace(balance, rest_torque=rest * own[place], rest_power=speed * rest)
+    drives = bool(given.value > given.error)
+    if cylinders and len(shaft.taken_station) and scene.case.machine.kind == "engine":
+        share = taken * (1.0 / given) if drives else bounded(np.inf)
+        balance = replace(balance, brake_power=speed * taken, mechanical_efficiency=share)
+    scene.emit_all(balance, {"station": shaft.station_names})
+    if drives and -rest.value > rest.error + UNBALANCED * given.value:
+        torques = [f"{1e-3 * one.value:.4g}" for one in (taken, given, -rest)]
+        powers = [f"{1e-3 * speed * one.value:.4g}" for one in (taken, given, -rest)]
+        scene.warn(
+            f"the mean powers do not close: the loads take {torques[0]} kN m at the crank speed "
+            f"({powers[0]} kW), the cylinders give {torques[1]} kN m ({powers[1]} kW), so that "
+            f"station '{shaft.station_names[place]}', which takes the rest, has to give "
+            f"{torques[2]} kN m ({powers[2]} kW)"
+        )
 
 
 def nearest_mode(natural: FloatArray, frequency: FloatArray) -> np.ndarray:

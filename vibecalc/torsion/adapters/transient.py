@@ -13,8 +13,8 @@ from vibecalc.torsion.adapters.curves import sweep
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.adapters.transient_damping import Equivalent
 from vibecalc.torsion.adapters.transient_motion import Journey, journey, running
-from vibecalc.torsion.results import PASSAGES, TRANSIENT
 from vibecalc.torsion.section_loads import twist_and_torque
+from vibecalc.torsion.study_results import PASSAGES, TRANSIENT
 from vibecalc.torsion.transient.cycles import (
     SlidingExtremes,
     largest_steady,

@@ -7,8 +7,8 @@ from vibecalc.numerics.rounding import FloatArray
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.adapters.transient_motion import Journey, dampable, torques
 from vibecalc.torsion.line import Line, part_of
-from vibecalc.torsion.results import TRANSIENT
 from vibecalc.torsion.shaft_line_tables import crank_station
+from vibecalc.torsion.study_results import TRANSIENT
 from vibecalc.torsion.transient.clutch import Clutch, Engagement, engage, slip_view
 from vibecalc.torsion.transient.march import TransientRun
 from vibecalc.torsion.transient.motion import Stretch, stretch

@@ -4,7 +4,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.results import TRANSIENT
+from vibecalc.torsion.study_results import TRANSIENT
 from vibecalc.torsion.transient.counting import (
     Cycles,
     Reversals,

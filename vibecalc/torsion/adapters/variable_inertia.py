@@ -9,8 +9,8 @@ from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.line import complex_stiffness
-from vibecalc.torsion.results import VARIABLE
 from vibecalc.torsion.section_loads import twist_and_torque
+from vibecalc.torsion.study_results import VARIABLE
 from vibecalc.torsion.variable_inertia.motion import (
     VariableLine,
     inertia_at,

@@ -1,6 +1,7 @@
 """Comparison variants of a shaft line: without its dampers, with all cylinders firing."""
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -9,7 +10,6 @@ from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.numerics.synthesis import over_cycle
 from vibecalc.torsion.adapters.bounds import bounds
-from vibecalc.torsion.adapters.critical import UndampedResonances, undamped_speeds
 from vibecalc.torsion.adapters.curves import (
     at_largest,
     bounded_orders,
@@ -19,15 +19,15 @@ from vibecalc.torsion.adapters.curves import (
 )
 from vibecalc.torsion.adapters.largest_alone import what_drives
 from vibecalc.torsion.adapters.limits import (
+    Range,
+    emit_element,
     largest_of_loads,
     largest_uses,
-    limit_corners,
-    limit_levels,
-    limited_loads,
     operating_uses,
+    over_range,
+    unbarred_use,
     uses_of,
 )
-from vibecalc.torsion.adapters.maxima import DenseSweep, added, torque_value, with_narrow_resonances
 from vibecalc.torsion.adapters.readings import emit_half_ranges
 from vibecalc.torsion.adapters.setup import (
     Setup,
@@ -35,9 +35,7 @@ from vibecalc.torsion.adapters.setup import (
     build_model,
     natural_of,
 )
-from vibecalc.torsion.critical_speeds import by_machine, largest, telling_speeds
 from vibecalc.torsion.line import mapped
-from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.results import ROOT
 
 # ----------------------------------------------------------------------------
@@ -45,61 +43,45 @@ from vibecalc.torsion.results import ROOT
 # ----------------------------------------------------------------------------
 
 
-class State(NamedTuple):
-    """Where results of a state go, its setup, and the places (k,) of its elements in the line."""
-
-    place: str
-    setup: Setup
-    section: IntArray
-
-
-class NearbyRange(NamedTuple):
-    """What the search for largest values has found: `torque` (k,), referred, bounded."""
-
-    undamped: UndampedResonances
-    dense: DenseSweep
-    torque: Bounded
+def _sections(setup: Setup) -> IntArray:
+    """Places of the sections that a line has, which may be without its dampers."""
+    kinds, count = setup.shaft.section_kinds, len(setup.model.line.first)
+    there = [len(kinds) == count or kind != "damper" for kind in kinds]
+    return np.flatnonzero(there)
 
 
-def emit_operating(scene: Scene, state: State) -> Bounded:
+def emit_operating(scene: Scene, place: str, setup: Setup) -> Bounded:
     """Half ranges at the operating speed; gives own torques (k,).
 
     Infinite where an order meets a mode that nothing damps.
     """
-    setup, at = state.setup, np.array([state.setup.speed])
+    at = np.array([setup.speed])
     curves = sweep(setup.model, setup.drive, at, None, angles=False)
     off = curve_uncertainty(setup, at, np.zeros(0))
     torque, twist = Bounded(curves.torque[0], off.torque), Bounded(curves.twist[0], off.twist)
-    shaft = setup.shaft
-    return emit_half_ranges(scene, state.place, shaft, state.section, torque, twist, {})
+    return emit_half_ranges(scene, place, setup.shaft, _sections(setup), torque, twist, {})
 
 
-def emit_range(scene: Scene, state: State, speed: FloatArray, limited: bool = False) -> NearbyRange:
-    """Curves over speeds (s,) and the largest values of each section.
+def emit_range(
+    scene: Scene, stem: str, setup: Setup, speed: FloatArray, limited: bool = False
+) -> tuple[Range, Bounded]:
+    """Curves over speeds (s,) and the largest values of each section; gives referred torques (k,).
 
     `limited`: what the line has limits for is examined as closely as its largest values.
     """
-    setup, (model, drive) = state.setup, (state.setup.model, state.setup.drive)
-    curves = sweep(model, drive, speed, setup.shaft if limited else None, angles=False)
-    undamped = undamped_speeds(setup, speed[0], speed[-1])
-    loads = limited_loads(setup, curves) if limited else curves.torque
-    levels = limit_levels(setup, speed, loads) if limited else ()
-    dense = with_narrow_resonances(setup, speed, loads, undamped, levels)
-    if limited:
-        dense = added(setup, dense, by_machine(0, limit_corners(setup, speed)))
-    off = curve_uncertainty(setup, speed, telling_speeds(speed, curves.torque, undamped.speed))
-    torque, twist = Bounded(curves.torque, off.torque), Bounded(curves.twist, off.twist)
-    whole = (scene, f"{state.place}/speeds", setup.shaft, state.section)
-    emit_half_ranges(*whole, torque, twist, {"speed": speed})
-    make = lambda section: torque_value(model, drive, section)  # noqa: E731
-    sections = dense.torque[:, : len(model.line.first)]
-    top = largest(make, sections, dense.speed, undamped.speed, undamped.endless)
-    place = f"{state.place}/largest"
+    found = over_range(setup, speed, limited, setup.shaft if limited else None)
+    torque, twist = (
+        Bounded(getattr(found.curves, name), getattr(found.uncertainty, name))
+        for name in ("torque", "twist")
+    )
+    top, place, section = found.top, f"{stem}/largest", _sections(setup)
+    over = {"speed": speed}
+    emit_half_ranges(scene, f"{stem}/speeds", setup.shaft, section, torque, twist, over)
     torque, twist = at_largest(setup, top, speed[-1], scene.wants(f"{place}/twist_half_range"))
-    emit_half_ranges(scene, place, setup.shaft, state.section, torque, twist, {})
-    names = tuple(setup.shaft.section_names[e] for e in state.section)
+    emit_half_ranges(scene, place, setup.shaft, section, torque, twist, {})
+    names = tuple(setup.shaft.section_names[e] for e in section)
     scene.emit(f"{place}/speed", top.speed, top.speed_error, {"section": names})
-    return NearbyRange(undamped, dense, torque)
+    return found, torque
 
 
 # ----------------------------------------------------------------------------
@@ -150,42 +132,37 @@ def emit_bare(scene: Scene, setup: Setup, speed: FloatArray, damped: Bounded) ->
 
     `damped` (..., e) are the largest referred torques of the whole line.
     """
-    bare, shaft = bare_setup(setup), setup.shaft
-    stays = np.flatnonzero([kind != "damper" for kind in shaft.section_kinds])
-    state = State(BARE, bare, stays)
+    bare = bare_setup(setup)
     if not scene.wants(*IN_BARE):
         if scene.wants(f"{ROOT}/reduction"):
-            _emit_reduction(scene, shaft, stays, _bare_torque(scene, state, speed), damped)
+            _emit_reduction(scene, bare, _bare_torque(scene, bare, speed), damped)
         return
     frequency = bare.modes.frequency
     modes = {"bare_mode": np.arange(1, len(frequency) + 1)}
     scene.emit(f"{BARE}/natural_frequency", frequency, bare.modes.frequency_error, modes)
-    emit_operating(scene, state)
-    torque = emit_range(scene, state, speed).torque
-    _emit_reduction(scene, shaft, stays, torque, damped)
+    emit_operating(scene, BARE, bare)
+    _emit_reduction(scene, bare, emit_range(scene, BARE, bare, speed)[1], damped)
 
 
-def _bare_torque(scene: Scene, bare: State, speed: FloatArray) -> Bounded:
+def _bare_torque(scene: Scene, bare: Setup, speed: FloatArray) -> Bounded:
     """Largest torques of the bare line, of runs before this one where they had the same line."""
 
     def find() -> Bounded:
-        return emit_range(scene, bare, speed).torque
+        return emit_range(scene, BARE, bare, speed)[1]
 
-    setup = bare.setup
-    inputs = what_drives(setup.model, setup.drive, speed)
+    inputs = what_drives(bare.model, bare.drive, speed)
     if inputs is None:
         return find()
-    known: Bounded | None = scene.again("largest torques of a line", (*inputs, setup.speed), find)
+    known: Bounded | None = scene.again("largest torques of a line", (*inputs, bare.speed), find)
     return find() if known is None else known
 
 
-def _emit_reduction(
-    scene: Scene, shaft: ShaftLineModel, stays: IntArray, torque: Bounded, damped: Bounded
-) -> None:
+def _emit_reduction(scene: Scene, bare: Setup, torque: Bounded, damped: Bounded) -> None:
+    stays = _sections(bare)
     less = damped[..., stays]
     finite = np.isfinite(less.value) & np.isfinite(torque.value) & (less.value > 0.0)
     gain = where(finite, torque, 1.0) / where(finite, less, 1.0)
-    axes = {"section": tuple(shaft.section_names[e] for e in stays)}
+    axes = {"section": tuple(bare.shaft.section_names[e] for e in stays)}
     scene.emit(f"{ROOT}/reduction", where(finite, gain, np.inf), axes=axes)
 
 
@@ -206,12 +183,15 @@ def emit_healthy(scene: Scene, setup: Setup) -> None:
     """Half ranges at the operating speed, mean torque, dampers, use of limits."""
     healthy = healthy_setup(scene, setup)
     at = np.array([setup.speed])
-    torque = emit_operating(scene, _state(healthy))
+    torque = emit_operating(scene, HEALTHY, healthy)
     scene.emit(f"{HEALTHY}/mean_torque", healthy.drive.mean_torque(at).sum()[0])
     if setup.torsion.limits:
-        use = largest_uses(operating_uses(setup, torque))
+        uses = operating_uses(healthy, torque)
+        use = largest_uses(uses)
         axes = {"limit": np.arange(1, len(use.value) + 1)}
         scene.emit(f"{HEALTHY}/limit/operating_use", use, axes=axes)
+        _emit_element(scene, healthy, "operating_", [int(np.argmax(one.value)) for one in uses],
+                      np.full(len(uses), setup.speed), axes)  # fmt: skip
     if setup.shaft.couplings:
         from vibecalc.torsion.adapters.couplings import emit_use
 
@@ -223,21 +203,50 @@ def emit_healthy(scene: Scene, setup: Setup) -> None:
 def emit_healthy_range(scene: Scene, setup: Setup, speed: FloatArray) -> None:
     """Curves and largest values over speeds (s,), largest use of limits."""
     healthy = healthy_setup(scene, setup)
-    found = emit_range(scene, _state(healthy), speed, limited=bool(setup.torsion.limits))
+    found, _ = emit_range(scene, HEALTHY, healthy, speed, limited=bool(setup.torsion.limits))
     if setup.shaft.couplings:
         from vibecalc.torsion.adapters.couplings import emit_largest_use
 
         emit_largest_use(scene, healthy, speed, found.dense.speed, f"{HEALTHY}/coupling")
     if not setup.torsion.limits:
         return
-    seen = (found.dense, found.undamped)
+    seen, asked = (found.dense, found.undamped), bounds(healthy)
+    uses = [uses_of(healthy, bound, *seen) for bound in asked]
     every = [
-        largest_of_loads(healthy, bound, uses_of(healthy, bound, *seen), *seen)
-        for bound in bounds(healthy)
+        largest_of_loads(healthy, bound, one, *seen) for bound, one in zip(asked, uses, strict=True)
     ]
-    use = stack([one.use[int(np.argmax(one.use.value))] for one in every], axis=0)
+    worst = [int(np.argmax(one.use.value)) for one in every]
+    use, at = (
+        stack([getattr(one, name)[k] for one, k in zip(every, worst, strict=True)], axis=0)
+        for name in ("use", "speed")
+    )
     axes = {"limit": np.arange(1, len(every) + 1)}
     scene.emit(f"{HEALTHY}/limit/largest_use", use, axes=axes)
+    scene.emit(f"{HEALTHY}/limit/speed", at, axes=axes)
+    _emit_element(scene, healthy, "", worst, at.value, axes)
+    unbarred = [
+        unbarred_use(setup.speed, bound, one, found.dense, found.undamped)
+        for bound, one in zip(asked, uses, strict=True)
+    ]
+    scene.emit(f"{HEALTHY}/limit/unbarred_use", np.array(unbarred), use.error, axes)
+
+
+def _emit_element(
+    scene: Scene,
+    setup: Setup,
+    start: str,
+    worst: list[int],
+    speed: FloatArray,
+    axes: Mapping[str, Any],
+) -> None:
+    """Of each limit the load of largest use, by its place among those of the limit, at a speed."""
+    asked = bounds(setup)
+    each = list(zip(asked, worst, speed, strict=True))
+    load = np.array([bound.load[k] for bound, k, _ in each])
+    share = np.array([
+        1.0 / (bound.modulus[k] * bound.continuous(np.array(at))[k]) for bound, k, at in each
+    ])  # fmt: skip
+    emit_element(scene, f"{HEALTHY}/limit/{start}", asked, load, share, axes)
 
 
 def _dampers(scene: Scene, setup: Setup) -> None:
@@ -252,7 +261,3 @@ def _dampers(scene: Scene, setup: Setup) -> None:
     travel = over_cycle(setup.drive.cycles, twist.T).peak
     scene.emit(f"{HEALTHY}/damper/heat", where(masked, np.inf, heat), axes=axes)
     scene.emit(f"{HEALTHY}/damper/travel", where(masked, np.inf, travel), axes=axes)
-
-
-def _state(setup: Setup) -> State:
-    return State(HEALTHY, setup, np.arange(len(setup.shaft.section_names)))

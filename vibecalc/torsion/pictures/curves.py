@@ -74,7 +74,9 @@ def _panel(name: str, one: str) -> Panel:
         _orders(name, one),
         _measured(name, one),
         operating,
-        spans(f"{TORSION}barred", "barred range", ("from", "to"), color="#E69F00", alpha=0.25),
+        spans(
+            f"{TORSION}barred", "no lasting operation", ("from", "to"), color="#E69F00", alpha=0.25
+        ),
     )
     if name == "stress":
         lasting, passing = (_own(name, path, one, finite=True) for path in ("allowed", "transient"))

@@ -187,7 +187,7 @@ _ROOM = 70.0
 #: more bands than these are drawn as a strip at the foot
 _BARCODE = 12
 _SHADES = (
-    ("barred", "#E69F00", 0.25, "barred range"),
+    ("barred", "#E69F00", 0.25, "no lasting operation"),
     ("hammering", "#CC79A7", 0.15, "teeth of a gear hammer"),
     ("masked", "#f3c6cc", 1.0, "undamped critical"),
 )

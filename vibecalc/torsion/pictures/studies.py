@@ -35,7 +35,7 @@ from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.pictures.excitation import torque_words
 from vibecalc.torsion.report.line import TORSION, mode_names, place_of, torque_unit, turns
 from vibecalc.torsion.report.studies import TRANSIENT, change_in_words
-from vibecalc.torsion.results import PASSAGES
+from vibecalc.torsion.study_results import PASSAGES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,10 +12,10 @@ from vibecalc.torsion.report.conclusion import in_one_sentence
 from vibecalc.torsion.report.excitation import EXCITATION
 from vibecalc.torsion.report.first_page import CONVENTIONS, HEALTHY, variant_table, variants
 from vibecalc.torsion.report.limits import (
-    barred_ranges,
     crank_places,
     exceeded_table,
     formulas,
+    ranges_in_words,
     uses_by_section,
 )
 from vibecalc.torsion.report.line import (
@@ -274,6 +274,5 @@ def barred(result: Result) -> list[str]:
     if f"{TORSION}limit/largest_use" not in record:
         there = having(record, TORSION + "critical/speed", "mode", "half_order") is not None
         return paragraph("No limit is held over the speeds: none is barred.") if there else []
-    found = barred_ranges(record)
-    words = f"Barred for continuous running: {joined(found)}." if found else "No range is barred."
-    return stacked(paragraph(words), exceeded_table(record))
+    words = "; ".join(ranges_in_words(result)) or "no range is barred"
+    return stacked(paragraph(f"{words[0].upper()}{words[1:]}."), exceeded_table(record))

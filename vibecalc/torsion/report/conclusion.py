@@ -14,8 +14,8 @@ from vibecalc.core.results.record import (
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.torsion.coupling_results import COUPLING
 from vibecalc.torsion.report.couplings import as_text
-from vibecalc.torsion.report.limits import barred_ranges
-from vibecalc.torsion.report.line import TORSION, joined, short, turns
+from vibecalc.torsion.report.limits import ranges_in_words
+from vibecalc.torsion.report.line import TORSION, short, turns
 
 
 def in_one_sentence(result: Result) -> str:
@@ -23,13 +23,10 @@ def in_one_sentence(result: Result) -> str:
     rows = verdicts_of(result)
     if not rows:
         return "The case sets no limit, so none is judged."
-    words, barred = conclusion([], rows).rstrip("."), barred_ranges(result.record)
-    if barred:
-        what = "range is" if len(barred) == 1 else "ranges are"
-        words += f"; {len(barred)} speed {what} barred for continuous running: {joined(barred)}"
-    elif having(result.record, f"{TORSION}limit/largest_use", "limit"):
-        words += "; no speed range is barred"
-    return words + "."
+    ranges = ranges_in_words(result)
+    if not ranges and having(result.record, f"{TORSION}limit/largest_use", "limit"):
+        ranges = ["no speed range is barred"]
+    return "; ".join([conclusion([], rows).rstrip("."), *ranges]) + "."
 
 
 def conclusion_table(result: Result) -> list[str]:

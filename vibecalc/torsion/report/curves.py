@@ -4,25 +4,22 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, having, labels, magnitudes
+from vibecalc.core.report.rows import Cells, Found, Made, Rows, named_at, part_of, rows_of
+from vibecalc.core.report.sections import Section, labels, magnitudes
 from vibecalc.core.report.writing import Column, number, paragraph, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.curve_results import QUANTITIES
 from vibecalc.torsion.report.line import (
-    DEGREES,
     MEGA,
     MILLI,
     TORSION,
     Detail,
     cell,
-    entry,
     order_text,
-    place_of,
     range_words,
     short,
     torque_unit,
     turns,
-    vector,
 )
 
 # ----------------------------------------------------------------------------
@@ -138,44 +135,50 @@ def _measured(record: Record) -> list[str]:
 
 def torsion_irregularity(result: Result) -> Section | None:
     """The section, None if no station is asked for."""
-    record = result.record
-    here = having(record, f"{TORSION}irregularity/degree", "station")
-    if here is None:
-        return None
-    top = having(record, f"{TORSION}irregularity/largest/degree", "station")
-    at = vector(record, "irregularity/largest/speed", "station")
-    angle = having(record, f"{TORSION}irregularity/electrical_angle", "station")
-    worst = having(record, f"{TORSION}conditions/irregularity", "condition", "station")
-    columns = [
-        Column("station"), number("at speed"), number("1 : x"),
-        number("largest"), number("1 : x"), number("at\nrpm"),
-        number("el. angle at\nspeed, deg"), number("worst"),
-        Column("at speed in")
-    ]  # fmt: skip
-    rows = []
-    for i, name in enumerate(labels(here.axes[0])):
-        row = [name, cell(here, i), _over(here, i)]
-        row += ["", "", ""] if top is None else [
-            cell(top, i), _over(top, i), "" if at is None else turns(float(at[i]))
-        ]  # fmt: skip
-        row.append(entry(angle, name, DEGREES))
-        if worst is not None:
-            condition = int(np.argmax(worst.values[:, i]))
-            row += [cell(worst, (condition, i)), labels(worst.axes[0])[condition]]
-        else:
-            row += ["", ""]
-        rows.append(row)
-    words = (
-        "Cyclic irregularity: highest less lowest angular speed of the station over its mean, "
-        "within a cycle; turning of the whole line and vibration together. Electrical angle: half "
-        "range of the vibration times the pole pairs."
-    )
-    return Section("Cyclic irregularity", [*table(columns, rows), *paragraph(words)], frozenset())
+    lines, _ = rows_of(result.record, _IRREGULARITY)
+    return Section("Cyclic irregularity", lines, frozenset()) if lines else None
 
 
-def _over(degree: Quantity, place: int) -> str:
-    value = float(degree.values[place])
-    return short(1.0 / value) if 0.0 < value < np.inf else "-"
+def _over(degree: float, _error: float) -> str:
+    return short(1.0 / degree) if 0.0 < degree < np.inf else "-"
+
+
+def _worst(path: str, along: str, named: bool = False) -> Made:
+    """The largest of each entry along another axis, or the name of where it is."""
+
+    def made(record: Record) -> Quantity | None:
+        found = record.quantities.get(path)
+        if found is None:
+            return None
+        over = [axis.name for axis in found.axes].index(along)
+        place, other = np.argmax(found.values, axis=over), found.axes[1 - over]
+        names = np.array(labels(found.axes[over]), dtype=object)
+        values = names[place].astype(str) if named else np.max(found.values, axis=over)
+        return part_of(found, values, other)
+
+    return made
+
+
+_ALL = f"{TORSION}conditions"
+_IRREGULARITY = Rows(
+    "station",
+    "station",
+    (
+        Cells("degree", "at speed"),
+        Cells("degree", "1 : x", _over),
+        Cells("largest/degree", "largest"),
+        Cells("largest/degree", "1 : x", _over),
+        Cells("largest/speed", "at\nrpm", "rpm"),
+        Cells("electrical_angle", "el. angle at\nspeed, deg", "deg"),
+        Cells(_worst(f"{_ALL}/irregularity", "condition"), "worst"),
+        Cells(_worst(f"{_ALL}/irregularity", "condition", named=True), "at speed in"),
+    ),
+    root=f"{TORSION}irregularity",
+    digits=4,
+    note="Cyclic irregularity: highest less lowest angular speed of the station over its mean, "
+    "within a cycle; turning of the whole line and vibration together. Electrical angle: half "
+    "range of the vibration times the pole pairs.",
+)
 
 
 # ----------------------------------------------------------------------------
@@ -187,107 +190,75 @@ _CONDITIONS = 12
 
 def torsion_conditions(result: Result) -> Section | None:
     """The section, None if no conditions are asked for."""
-    record, stem = result.record, f"{TORSION}conditions"
-    here = having(record, f"{stem}/torque_half_range", "condition", "section")
-    if here is None:
+    record, torque = result.record, f"{_ALL}/torque_half_range"
+    if torque not in record:
         return None
-    conditions, sections = (labels(axis) for axis in here.axes)
-    factor, unit = torque_unit(record)
-    stress = having(record, f"{stem}/stress_half_range", "condition", "section")
-    top = having(record, f"{stem}/largest/torque_half_range", "section")
-    top_stress = having(record, f"{stem}/largest/stress_half_range", "section")
-    at, which = (
-        vector(record, f"conditions/largest/section_{one}", "section")
-        for one in ("speed", "condition")
+    unit = torque_unit(record)[1].replace(" ", "*")
+    stress, largest = f"{_ALL}/stress_half_range", f"{_ALL}/largest"
+    columns = (
+        Cells(_all_fire, "all fire\n{unit}", unit),
+        Cells(_worst(torque, "condition"), "worst\n{unit}", unit),
+        Cells(_worst(stress, "condition"), "stress\n{unit}", "N/mm^2"),
+        Cells(_worst(torque, "condition", named=True), "at speed in"),
+        Cells(f"{largest}/torque_half_range", "largest\n{unit}", unit),
+        Cells(f"{largest}/stress_half_range", "stress\n{unit}", "N/mm^2"),
+        Cells(f"{largest}/section_speed", "at\n{unit}", "rpm"),
+        Cells(named_at(f"{largest}/section_condition", torque), "condition"),
     )
-    columns = [
-        Column("section"), number(f"all fire\n{unit}"), number(f"worst\n{unit}"),
-        number("stress\nN/mm^2"), Column("at speed in"), number(f"largest\n{unit}"),
-        number("stress\nN/mm^2"), number("at\nrpm"), Column("condition")
-    ]  # fmt: skip
-    rows = []
-    for i, name in enumerate(sections):
-        worst = int(np.argmax(here.values[:, i]))
-        own = _column(stress, name)
-        row = [name, cell(here, (0, i), factor), cell(here, (worst, i), factor),
-               "" if stress is None or own is None else cell(stress, (worst, own), MEGA),
-               conditions[worst]]  # fmt: skip
-        if top is not None and at is not None and which is not None:
-            place = place_of(top_stress, name)
-            row += [
-                cell(top, i, factor), "" if place is None else cell(top_stress, place, MEGA),
-                turns(float(at[i])), conditions[int(which[i]) - 1],
-            ]  # fmt: skip
-        else:
-            row += [""] * 4
-        rows.append(row)
     words = (
-        f"Half ranges in the worst of {len(conditions)} conditions of the cylinders, at the "
-        "operating speed and at any speed of the range."
+        f"Half ranges in the worst of {len(record[torque].axes[0].values)} conditions of the "
+        "cylinders, at the operating speed and at any speed of the range."
     )
-    uses = _uses(record, conditions)
+    lines, _ = rows_of(record, Rows("section", "section", columns, digits=4, note=words))
+    uses, _ = rows_of(record, _USES)
     return Section(
         "Misfire and imbalance: the worst condition of each section",
-        [*table(columns, rows), *paragraph(words), *(["", *uses] if uses else [])],
+        [*lines, *(["", *uses] if uses else [])],
         frozenset(),
         "every condition at the operating speed",
         Detail(result, _every),
     )
 
 
-def _column(quantity: Quantity | None, name: str) -> int | None:
-    """Place of a section on the second axis."""
-    found = [] if quantity is None else labels(quantity.axes[1])
-    return found.index(name) if name in found else None
+def _all_fire(record: Record) -> Quantity | None:
+    """Torques of the first condition."""
+    found = record[f"{_ALL}/torque_half_range"]
+    return part_of(found, found.values[0], found.axes[1])
 
 
-def _uses(record: Record, conditions: list[str]) -> list[str]:
-    """The largest use of the limits of the stress in each condition, the worst conditions first."""
-    stem = f"{TORSION}conditions/limit"
-    top = having(record, f"{stem}/largest_use", "condition", "limit")
-    use = top or having(record, f"{stem}/operating_use", "condition", "limit")
-    if use is None:
-        return []
-    at = having(record, f"{stem}/speed", "condition", "limit")
-    worst = np.argsort(-np.max(use.values, axis=1), kind="stable")[:_CONDITIONS]
-    shown = range(min(use.values.shape[1], 4))
-    columns = [Column("condition")]
-    for limit in shown:
-        columns.append(number(f"limit {limit + 1}\nuse, %"))
-        columns += [number("at\nrpm")] * (at is not None)
-    rows = []
-    for i in worst:
-        row = [conditions[i]]
-        for limit in shown:
-            row.append(cell(use, (int(i), limit), 100.0))
-            row += [] if at is None else [turns(float(at.values[i, limit]))]
-        rows.append(row)
-    more = len(conditions) - len(worst)
-    words = "Load over that allowed for lasting" + (f"; {more} lower ones left out." * (more > 0))
-    return [*table(columns, rows), *paragraph(words.rstrip(".") + ".")]
+def _highest(found: Found) -> np.ndarray:
+    """Conditions of the largest uses of limits, the worst first."""
+    most = found[0].values.max(axis=1)
+    return np.argsort(-most, kind="stable")[:_CONDITIONS]
+
+
+_USES = Rows(
+    "condition",
+    "condition",
+    (
+        Cells("largest_use", "limit {}\nuse, %", "%"),
+        Cells("speed", "{} at\nrpm", "rpm"),
+        Cells("operating_use", "{} at\nspeed, %", "%"),
+    ),
+    root=f"{_ALL}/limit",
+    digits=4,
+    places=_highest,
+    note="Load over that allowed for lasting.",
+)
 
 
 def _every(result: Result) -> list[str]:
     """Largest torque, stress and angle of each condition at the operating speed."""
-    record, stem = result.record, f"{TORSION}conditions"
-    torque = record[f"{stem}/torque_half_range"]
-    stress = record.quantities.get(f"{stem}/stress_half_range")
-    mean, angle = record[f"{stem}/mean_torque"], record[f"{stem}/angle_half_range"]
-    factor, unit = torque_unit(record)
-    columns = [
-        Column("condition"), number(f"mean torque\n{unit}"),
-        number(f"torque\n{unit}"), Column("in section"),
-        number("stress\nN/mm^2"), number("angle\nmrad"), Column("of station")
-    ]  # fmt: skip
-    rows = []
-    for i, name in enumerate(labels(torque.axes[0])):
-        section, station = (int(np.argmax(one.values[i])) for one in (torque, angle))
-        most = None if stress is None else int(np.argmax(stress.values[i]))
-        rows.append([
-            name, cell(mean, i, factor), cell(torque, (i, section), factor),
-            labels(torque.axes[1])[section],
-            "" if stress is None or most is None else cell(stress, (i, most), MEGA),
-            cell(angle, (i, station), MILLI), labels(angle.axes[1])[station],
-        ])  # fmt: skip
+    unit = torque_unit(result.record)[1].replace(" ", "*")
+    torque, angle = (f"{_ALL}/{name}_half_range" for name in ("torque", "angle"))
+    columns = (
+        Cells(f"{_ALL}/mean_torque", "mean torque\n{unit}", unit),
+        Cells(_worst(torque, "section"), "torque\n{unit}", unit),
+        Cells(_worst(torque, "section", named=True), "in section"),
+        Cells(_worst(f"{_ALL}/stress_half_range", "section"), "stress\n{unit}", "N/mm^2"),
+        Cells(_worst(angle, "station"), "angle\n{unit}", "mrad"),
+        Cells(_worst(angle, "station", named=True), "of station"),
+    )
+    lines, _ = rows_of(result.record, Rows("condition", "condition", columns, digits=4))
     words = "The largest half range of each condition at the operating speed:"
-    return [*paragraph(words), *table(columns, rows)]
+    return [*paragraph(words), *lines]

@@ -11,10 +11,10 @@ from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, 
 from vibecalc.core.results.record import BROKEN, Quantity, Record, Result
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.torsion.report.limits import (
-    barred_ranges,
     has_limits,
     limited_words,
     limits_of,
+    ranges_in_words,
     rule_of,
     separation_rule,
 )
@@ -365,10 +365,9 @@ def _of_limits(result: Result) -> Iterator[str]:
         words = limited_words(record)
         verb = "are" if " " in words else "is"
         yield f"the {words} at the operating speed {verb} within the {what}"
-    barred = barred_ranges(record)
-    if barred:
-        yield f"{joined(barred)} {'are' if len(barred) > 1 else 'is'} barred for lasting operation"
-    elif not broken and "pass only" not in words_of:
+    ranges = ranges_in_words(result)
+    yield from ranges
+    if not ranges and not broken and "pass only" not in words_of:
         yield "no speed range is barred"
 
 

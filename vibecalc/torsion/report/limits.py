@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, having, labels
+from vibecalc.core.report.sections import Section, having, labels, speed_of
 from vibecalc.core.report.writing import Column, number, pairs, paragraph, show, table
 from vibecalc.core.results.record import Record, Result
 from vibecalc.torsion.report.line import (
@@ -13,6 +13,7 @@ from vibecalc.torsion.report.line import (
     TORSION,
     Detail,
     asked,
+    joined,
     short,
     turns,
     vector,
@@ -66,12 +67,36 @@ def exceeded_rows(record: Record) -> list[ExceededRow]:
     ] if len(there) == len(names) else []  # fmt: skip
 
 
-def barred_ranges(record: Record) -> list[str]:
-    """Each barred range as words: `44.37 to 53.78 rpm`."""
-    low, high = (vector(record, f"barred/{name}", "barred") for name in ("from", "to"))
+def barred_ranges(result: Result, *, permitted: bool = True) -> list[str]:
+    """Each range to be barred as words, `44.37 to 53.78 rpm`, or each that may not be."""
+    low, high, may = (
+        vector(result.record, f"barred/{name}", "barred") for name in ("from", "to", "permitted")
+    )
     if low is None or high is None:
         return []
-    return [f"{turns(a)} to {turns(b)} rpm" for a, b in zip(low, high, strict=True)]
+    may = np.ones(len(low)) if may is None else may
+    inside = (low <= (at := speed_of(result) or 0.0)) & (at <= high)  # as an older file may not say
+    chosen = np.flatnonzero(((may > 0.0) & ~inside) == permitted)
+    return [f"{turns(low[i])} to {turns(high[i])} rpm" for i in chosen]
+
+
+def acceptable(record: Record, place: int) -> str:
+    """What stands behind a range in the first table that may not be barred."""
+    may = vector(record, "barred/permitted", "barred")
+    return "" if may is None or may[place] else "NOT ACCEPTABLE: it may not be barred"
+
+
+def ranges_in_words(result: Result) -> list[str]:
+    """What is barred, and where the line is not acceptable."""
+    barred, not_ = (barred_ranges(result, permitted=one) for one in (True, False))
+    words = []
+    if barred:
+        verb = "are" if len(barred) > 1 else "is"
+        words.append(f"{joined(barred)} {verb} barred for lasting operation")
+    if not_:
+        why = "a limit for lasting operation is exceeded and no range may be barred"
+        words.append(f"the line is not acceptable from {joined(not_)}, where {why}")
+    return words
 
 
 def exceeded_table(record: Record) -> list[str]:

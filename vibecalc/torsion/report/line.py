@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.report.headline import large_torques
+from vibecalc.core.report.rows import Made, part_of
 from vibecalc.core.report.sections import Section, having, labels, magnitudes, speed_of, table_of
 from vibecalc.core.report.writing import Column, number, pairs, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
@@ -157,6 +158,21 @@ def meeting(names_: list[str], mode: float, order: float) -> str:
     return f"{name}, order {order_text(order)}"
 
 
+def modes_named(result: Result, path: str) -> Made:
+    """Names of the modes whose numbers, from 1, stand at a path, or are its first axis."""
+    known = np.array(mode_names(result))
+
+    def made(record: Record) -> Quantity | None:
+        found = record.quantities.get(path)
+        if found is None:
+            return None
+        of_axis = found.axes[0].name.endswith("mode")
+        numbers = found.axes[0].values if of_axis else found.values
+        return part_of(found, known[np.asarray(numbers, dtype=int) - 1], found.axes[0])
+
+    return made
+
+
 def vector(record: Record, name: str, axis: str) -> np.ndarray | None:
     """Real values of a quantity of one axis under `TORSION`, None if it is missing or empty."""
     quantity = having(record, TORSION + name, axis)
@@ -184,18 +200,17 @@ def cell(
 def rows_by(
     record: Record,
     axis: str,
-    width: int,
-    columns: Iterable[tuple[str, float, str, int]],
+    columns: Iterable[tuple[str, float, str]],
     more: Iterable[tuple[Column, Callable[[int], str]]] = (),
 ) -> list[str]:
     """Lines of a table with a row for each name of an axis, none where nothing is there.
 
-    Columns: path under `TORSION`, factor from SI, title and width, left out where all is zero;
+    Columns: path under `TORSION`, factor from SI and title, left out where all is zero;
     `more` are made of the place.
     """
     shown = [
         (quantity, factor, number(title))
-        for path, factor, title, wide in columns
+        for path, factor, title in columns
         if (quantity := having(record, TORSION + path, axis)) and np.any(quantity.values)
     ]
     if not shown:

@@ -1,16 +1,19 @@
 """Studies of a shaft line: change in time, variable inertia, the modal method."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
-from vibecalc.core.report.rows import by_axis
+from vibecalc.core.report.rows import Cells, Rows, by_axis, rows_of, whole
+from vibecalc.core.report.rows import short as in_short
 from vibecalc.core.report.sections import Section, having, labels, scalar_of, table_of
-from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
+from vibecalc.core.report.writing import Column, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import (
     Detail,
     mode_names,
+    modes_named,
     order_text,
     rows_by,
     short,
@@ -133,24 +136,24 @@ def _station(record: Record, place: float | None) -> str:
 def _table(record: Record) -> list[str]:
     """A row for each section; a lag shows the digits that its error leaves."""
     torque, unit = torque_unit(record)
-    columns: list[tuple[str, float, str, int]] = [
-        ("peak", torque, f"peak\n{unit}", 10), ("peak_time", 1.0, "at\ns", 8),
-        ("peak_without_acceleration", torque, f"without ac-\nceleration\n{unit}", 11),
-        ("steady_before", torque, f"steady before\n{unit}", 14),
-        ("steady_after", torque, f"steady after\n{unit}", 14),
-        ("dynamic_factor", 1.0, "factor", 10),
+    columns: list[tuple[str, float, str]] = [
+        ("peak", torque, f"peak\n{unit}"), ("peak_time", 1.0, "at\ns"),
+        ("peak_without_acceleration", torque, f"without ac-\nceleration\n{unit}"),
+        ("steady_before", torque, f"steady before\n{unit}"),
+        ("steady_after", torque, f"steady after\n{unit}"),
+        ("dynamic_factor", 1.0, "factor"),
     ]  # fmt: skip
     over, lag = (having(record, TRANSIENT + name, "section") for name in ("overshoot", "lag"))
     more: list[tuple[Column, Callable[[int], str]]] = []
     if having(record, TRANSIENT + "steady_half_range", "section") is not None:
-        columns += [("peak_half_range", torque, f"half range\n{unit}", 11),
-                    ("steady_half_range", torque, f"steady\n{unit}", 11)]  # fmt: skip
+        columns += [("peak_half_range", torque, f"half range\n{unit}"),
+                    ("steady_half_range", torque, f"steady\n{unit}")]  # fmt: skip
         if over is not None:
             more.append((number("to steady\n%"), lambda i: _over(float(over.values[i]))))
         if lag is not None:
             more.append((number("later by\nrpm"), lambda i: _lag(lag, i)))
-    paths = [(f"transient/{path}", by, title, wide) for path, by, title, wide in columns]
-    lines = rows_by(record, "section", 17, paths, more)
+    paths = [(f"transient/{path}", by, title) for path, by, title in columns]
+    lines = rows_by(record, "section", paths, more)
     words = "Peaks have the mean in them"
     words += "; half range: of one cycle, steady: largest at these speeds." if more else "."
     return [*lines, *paragraph(words)] if lines else []
@@ -253,7 +256,7 @@ def _secondary(record: Record) -> list[str]:
     rows = [
         [order_text(twist.axes[0].values[i]), show(1e3 * size[i], 1e3 * twist.error_estimate, 4),
          order_text(source.values[i]),
-         _uncertain(share, int(i), 100.0)]
+         _uncertain(float(share.values[i]), share.error_estimate, 100.0)]
         for i in chosen
     ]  # fmt: skip
     words = (
@@ -266,31 +269,28 @@ def _secondary(record: Record) -> list[str]:
 def _wedges(result: Result) -> list[str]:
     """What is not known better than its error is shown as below that error."""
     record = result.record
-    speed, half, order, first, second, ratio = (
-        having(record, f"{_VARIABLE}wedge/{name}", "wedge")
-        for name in ("speed", "half_width", "order", "first_mode", "second_mode", "damping_ratio")
+    stem = f"{_VARIABLE}wedge"
+    columns = (
+        Cells(f"{stem}/order", "order", whole),
+        Cells(modes_named(result, f"{stem}/first_mode"), "mode"),
+        Cells(modes_named(result, f"{stem}/second_mode"), "and mode"),
+        Cells(f"{stem}/speed", "speed\nrpm", partial(_uncertain, factor=rpm(1.0))),
+        Cells(f"{stem}/half_width", "half width\nrpm", partial(_uncertain, factor=rpm(1.0))),
+        Cells(f"{stem}/damping_ratio", "prevented by\nratio", _uncertain),
     )
-    if not (speed and half and order and first and second and ratio):
+    lines, _ = rows_of(record, Rows("wedge", "", columns))
+    if not lines:
         return []
-    known = mode_names(result)
-    columns = (number("order"), number("mode"), number("and mode"),
-               number("speed\nrpm"), number("half width\nrpm"),
-               number("prevented by\nratio"))  # fmt: skip
-    rows = [
-        [order_text(order.values[i]), *(known[int(one.values[i]) - 1] for one in (first, second)),
-         _uncertain(speed, i, rpm(1.0)), _uncertain(half, i, rpm(1.0)), _uncertain(ratio, i)]
-        for i in range(len(speed.values))
-    ]  # fmt: skip
     words = (
         "Speeds near which vibration would grow without damping (to first order of the variation, "
         "with the error of that; below: less than the error), and the damping ratio that prevents "
         "it; the widest first."
     )
-    return [*paragraph(words), *table(columns, rows)]
+    return [*paragraph(words), *lines]
 
 
-def _uncertain(quantity: Quantity, place: int, factor: float = 1.0) -> str:
-    value, error = factor * float(quantity.values[place]), factor * quantity.error_estimate
+def _uncertain(value: float, error: float, factor: float = 1.0) -> str:
+    value, error = factor * value, factor * error
     return within(value, error) if abs(value) > error else f"below {show(error, digits=2)}"
 
 
@@ -344,28 +344,15 @@ def torsion_published(result: Result) -> Section | None:
 
 
 def _published_modes(result: Result) -> list[str]:
-    record, known = result.record, mode_names(result)
-    natural = having(record, _PUBLISHED + "natural_frequency", "elastic_mode")
-    if natural is None:
-        return []
-    kinds: tuple[tuple[str, str, Callable[[float], str]], ...] = (
-        ("natural_frequency", "natural\nfrequency\nHz", lambda v: show(hertz(v), digits=4)),
-        ("rayleigh_damping_ratio", "damping ratio\nby Rayleigh", lambda v: show(v, digits=4)),
-        ("largest_intensity_order", "order of the\nlargest\nintensity", order_text),
-        ("largest_twist", "largest twist\non a critical\nmrad", lambda v: show(1e3 * v, digits=4)),
-        ("largest_twist_order", "of order", order_text),
+    columns = (
+        Cells(modes_named(result, f"{_PUBLISHED}natural_frequency"), "mode"),
+        Cells(f"{_PUBLISHED}natural_frequency", "natural\nfrequency\n{unit}", "Hz"),
+        Cells(f"{_PUBLISHED}rayleigh_damping_ratio", "damping ratio\nby Rayleigh"),
+        Cells(f"{_PUBLISHED}largest_intensity_order", "order of the\nlargest\nintensity", in_short),
+        Cells(f"{_PUBLISHED}largest_twist", "largest twist\non a critical\n{unit}", "mrad"),
+        Cells(f"{_PUBLISHED}largest_twist_order", "of order", in_short),
     )
-    shown = [
-        (quantity, title, text)
-        for name, title, text in kinds
-        if (quantity := having(record, _PUBLISHED + name, "elastic_mode")) is not None
-    ]
-    columns = [Column("mode"), *(number(title) for _, title, _ in shown)]
-    rows = [
-        [known[int(label) - 1], *(text(float(one.values[i])) for one, _, text in shown)]
-        for i, label in enumerate(labels(natural.axes[0]))
-    ]
-    return table(columns, rows)
+    return rows_of(result.record, Rows("elastic_mode", "", columns, digits=4))[0]
 
 
 def _intensities(result: Result) -> list[str]:

@@ -1,7 +1,7 @@
 """Limits of a shaft line as rows: of rules, makers, gears, distance from orders, in conditions."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from vibecalc.core.results.record import (
     UNDECIDED,
     Estimate,
     Quantity,
+    Record,
     Result,
     Verdict,
 )
@@ -20,7 +21,6 @@ from vibecalc.core.results.tolerance import remedy
 from vibecalc.core.results.verdicts import state_of, verdicts_of
 from vibecalc.torsion.report.couplings import LIMIT_WORDS, borne, permitted
 from vibecalc.torsion.report.limits import (
-    by_section,
     exceeded_rows,
     limits_of,
     of_torque,
@@ -34,12 +34,12 @@ from vibecalc.torsion.report.line import (
     joined,
     line_of,
     mode_names,
+    names,
     order_text,
     speed_range,
     torque_unit,
     vector,
 )
-from vibecalc.torsion.stress_limits import NO_BARRED_RANGE
 
 CONTINUOUS, PASSING, AT_SPEED = "continuous", "passing through", "operating speed"
 Where = dict[str, Any]
@@ -96,15 +96,36 @@ _USES = {
 }
 
 
+class _Use(NamedTuple):
+    """A use: `place` among the entries of its limits, in `condition` (from 0), and of what kind."""
+
+    quantity: Quantity
+    stem: str
+    kind: str
+    place: tuple[int, ...]
+    condition: int
+    share: float
+
+    def entry(self, record: Record, name: str) -> float | None:
+        """The entry of another result of the same limits in the same condition, finite."""
+        found = record.quantities.get(f"{TORSION}{self.stem}{name}")
+        if found is None:
+            return None
+        value = float(_over_conditions(found, self.place)[self.condition])
+        return value if np.isfinite(value) else None
+
+
 def _by_use(result: Result) -> Iterator[Verdict]:
     """Continuous running over the range, passing through and at the operating speed."""
-    for stem, names in _USES.items():
-        paths = [TORSION + stem + name for name in names]
-        quantities = [result.record.quantities.get(path) for path in paths]
+    for stem, paths in _USES.items():
+        quantities = [result.record.quantities.get(f"{TORSION}{stem}{name}") for name in paths]
         known = next((one for one in quantities[:3] if one is not None), None)
         axes = [axis for axis in known.axes if axis.name != "condition"] if known else []
         for place in np.ndindex(*(len(axis.values) for axis in axes)) if axes else ():
-            entry: Where = {axis.name: axis.values[k] for axis, k in zip(axes, place, strict=True)}
+            where: Where = {}
+            for axis, k in zip(axes, place, strict=True):
+                name = axis.values[k]
+                where[axis.name] = int(name) if axis.name == "limit" else str(name)
             over = None
             for kind, quantity in zip((CONTINUOUS, PASSING, AT_SPEED), quantities[:3], strict=True):
                 shares = np.zeros(1) if quantity is None else _over_conditions(quantity, place)
@@ -112,20 +133,11 @@ def _by_use(result: Result) -> Iterator[Verdict]:
                 covered = kind == AT_SPEED and _covered(result, over)
                 if quantity is None or not shares[worst] > 0.0 or covered:
                     continue
-                speed = speed_of(result) if kind == AT_SPEED else None
-                if kind != AT_SPEED and (at := quantities[3]) is not None:
-                    speed = float(_over_conditions(at, place)[worst])
-                row = _row(result, quantity, entry, kind, float(shares[worst]), speed)
-                if stem.startswith(("healthy/", "conditions/")):
-                    row = row._replace(condition=_condition(quantity, worst))
-                else:
-                    row = _in_unit(result, row, stem, kind, place)
-                if kind == PASSING and not row.unit:  # that of another largest use
-                    row = row._replace(speed=np.nan)
-                if kind == CONTINUOUS:
-                    over = row.state
-                    if "limit" in entry:
-                        row = _barred(result, row, stem, place, worst)
+                use = _Use(quantity, stem, kind, place, worst, float(shares[worst]))
+                speed = use.entry(result.record, paths[3])
+                speed = speed_of(result) if kind == AT_SPEED else speed
+                row = _row(result, use, where, speed)
+                over = row.state if kind == CONTINUOUS else over
                 yield row
 
 
@@ -135,114 +147,109 @@ def _over_conditions(quantity: Quantity, place: tuple[int, ...]) -> np.ndarray:
     return np.ravel(quantity.values[entry])
 
 
-def _condition(quantity: Quantity, place: int) -> str:
-    if quantity.axes[0].name != "condition":
+def _condition(use: _Use) -> str:
+    """The condition in words; none of the line as the case has it."""
+    if "/" not in use.stem.rstrip("/"):
+        return ""
+    if use.quantity.axes[0].name != "condition":
         return "all cylinders fire"
-    named = labels(quantity.axes[0])
-    return named[place] + f", worst of {len(named)}" * (len(named) > 1)
+    named = labels(use.quantity.axes[0])
+    return named[use.condition] + f" (worst of {len(named)})" * (len(named) > 1)
 
 
-def _row(
-    result: Result, quantity: Quantity, entry: Where, kind: str, share: float, speed: float | None
-) -> Verdict:
-    """A row of a use, whose error is that of its quantity: the whole of it is 1."""
-    where: Where = {axis: int(one) if axis == "limit" else str(one) for axis, one in entry.items()}
+def _row(result: Result, use: _Use, where: Where, speed: float | None) -> Verdict:
+    """The row of a use, in the unit of what is borne where that is known."""
+    record, quantity, share = result.record, use.quantity, use.share
     state = state_of(1.0 - share, quantity.error_estimate, 1.0)
-    return Verdict(
+    read = _coupling if "coupling" in where else _load
+    words, allowed, load, unit = read(result, use, where, speed)
+    if not load or not allowed or not 0.0 < allowed < np.inf:
+        allowed, load, unit = 1.0, share, ""
+    margin = allowed - load
+    if (margin > 0.0) != (share < 1.0):  # a torque that counts by its frequency
+        margin = allowed * (1.0 - share)
+    row = Verdict(
         quantity=quantity.path,
         where=where,
         min=None,
-        max=1.0,
-        unit="",
-        computed=share,
+        max=allowed,
+        unit=unit,
+        computed=load,
         label=", ".join(f"{axis}={one}" for axis, one in where.items()),
-        error_estimate=Estimate(quantity.error_estimate, 0.0),
-        margin=1.0 - share,
+        error_estimate=Estimate(quantity.error_estimate * allowed, 0.0),
+        margin=margin,
         state=state,
         decided_by=remedy(quantity, result.case) if state == UNDECIDED else "",
         use=share,
-        speed=np.nan if speed is None else speed,
-        **_words(result, where, kind),
+        # of the largest use, which may be another than that in passing through
+        speed=np.nan if speed is None or (use.kind == PASSING and not unit) else speed,
+        condition=_condition(use),
+        **words,
     )
+    if state != BROKEN or use.kind != CONTINUOUS or "limit" not in where:
+        return row
+    # what is exceeded only where a range may be barred is kept
+    if use.stem == "limit/":
+        ranges = [one for one in exceeded_rows(record) if one.limit == where["limit"]]
+        may = bool(ranges) and all(one.permitted for one in ranges)
+        here = use.entry(record, "operating/use")
+        return row._replace(state=BARRED) if may and not (here or 0.0) > 1.0 else row
+    never = use.entry(record, "unbarred_use")
+    if never is None:  # of an older file
+        never = use.entry(record, "operating_use")
+        if not (never or 0.0) > 1.0:
+            return row._replace(state=UNDECIDED, decided_by="another run")
+    return row._replace(state=BARRED) if not (never or 0.0) > 1.0 else row
 
 
-def _words(result: Result, where: Where, kind: str) -> dict[str, Any]:
-    """Element, limit, source and status of a row."""
-    if "coupling" in where:
-        line, name = line_of(result), where["coupling"]
-        of = next((one.type for one in line.couplings if one.name == name), "") if line else ""
-        words = LIMIT_WORDS[str(where["coupling_limit"])]
-        if words.startswith(" "):  # another reading of the line above it
-            words = f"{LIMIT_WORDS['T_KW']}, by orders"
-        source, status = (of, "maker") if of else ("values of the case", "case")
-        return {"element": name, "limit": words, "source": source, "status": status}
-    place = int(where["limit"]) - 1
-    limit, torques = limits_of(result)[place], of_torque(result.record)
-    rule = rule_of(limit)
+#: words of a row, what is allowed and what is borne in the unit that people read
+_Read = tuple[dict[str, Any], float | None, float | None, str]
+
+
+def _coupling(result: Result, use: _Use, where: Where, speed: float | None) -> _Read:
+    line, name, limit = line_of(result), where["coupling"], str(where["coupling_limit"])
+    one = None if line is None else line.couplings[use.place[0]]
+    words = LIMIT_WORDS[limit]
+    if words.startswith(" "):  # another reading of the line above it
+        words = f"{LIMIT_WORDS['T_KW']}, by orders"
+    of = one.type if one else ""
+    source, status = (of, "maker") if of else ("values of the case", "case")
+    told = {"element": name, "limit": words, "source": source, "status": status}
+    allowed, unit = (np.inf, "") if one is None else permitted(one, limit)
+    load: float | None = use.share * allowed
+    if use.stem == "coupling/" and limit != "n_max":
+        load = borne(result, limit, use.place[0], speed if use.kind == CONTINUOUS else None)
+    elif limit == "temperature":  # counts by its rise
+        load = None
+    return told, allowed, load, unit
+
+
+def _load(result: Result, use: _Use, where: Where, speed: float | None) -> _Read:
+    """Of a section or gear, by a rule, a table or a share."""
+    record, place, here = result.record, int(where["limit"]) - 1, use.kind == AT_SPEED
+    limit, torques = limits_of(result)[place], of_torque(record)
+    rule, of = rule_of(limit), "torque" if torques[place] else "stress"
     source, status = f"{place + 1}: {rule.name}", "case"
     if limit.get("rule"):
         source, status = f"{source}, {rule.edition}", rule.status
-    of = "torque" if torques[place] else "stress"
-    return {
-        "element": where.get("section", f"limit {place + 1}, its worst element"),
-        "limit": f"{of}, {kind}",
-        "source": source,
-        "status": status,
-    }
-
-
-def _in_unit(result: Result, row: Verdict, stem: str, kind: str, place: tuple[int, ...]) -> Verdict:
-    """The row with its numbers in place of the use, where they are known and belong to it."""
-    record = result.record
-    if stem == "coupling/":
-        line, name = line_of(result), str(row.where["coupling_limit"])
-        allowed, unit = (np.inf, "") if line is None else permitted(line.couplings[place[0]], name)
-        load = borne(result, name, place[0], row.speed if kind == CONTINUOUS else None)
-        load = row.use * allowed if name == "n_max" else load
+    prefix = "torque_" * (of == "torque")
+    if use.stem == "limit/":
+        at = "operating" if here else "each"
+        element = str(where["section"])
+        allowed = f"{at}/{prefix}{'transient' if use.kind == PASSING else 'allowed'}"
+        load = use.entry(record, f"{at}/{of}")
     else:
-        of = row.limit.partition(",")[0]
-        factor, unit = torque_unit(record) if of == "torque" else (MEGA, "N/mm^2")
-        at, prefix = "operating" if kind == AT_SPEED else "each", "torque_" * (of == "torque")
-        both = (f"{at}/{prefix}{'transient' if kind == PASSING else 'allowed'}", f"{at}/{of}")
-        found = [by_section(record, name) for name in both]
-        allowed, load = (0.0 if one is None else factor * float(one[place]) for one in found)
-        if allowed and load and abs(load / allowed - row.use) > 1e-6 * row.use:
-            load = None  # the largest stress stands at another speed
-    if not load or not allowed or not 0.0 < allowed < np.inf:
-        return row
-    margin = allowed - load
-    if (margin > 0.0) != (row.use < 1.0):  # a torque that counts by its frequency
-        margin = allowed * row.margin
-    error = Estimate(row.error_estimate * allowed, 0.0)
-    return row._replace(max=allowed, computed=load, margin=margin, unit=unit, error_estimate=error)
-
-
-def _barred(
-    result: Result, row: Verdict, stem: str, place: tuple[int, ...], condition: int
-) -> Verdict:
-    """The row of continuous running: what is exceeded only where a range may be barred is kept.
-
-    No range may be that has the operating speed in it. In a condition no ranges are looked for:
-    from a share of the rated speed on a rule lets none be barred, below that it is undecided.
-    """
-    record = result.record
-    if row.state != BROKEN:
-        return row
-    here = record.quantities.get(TORSION + stem + _USES[stem][2])
-    if here is not None:
-        share = _over_conditions(here, place)[condition]
-        if state_of(1.0 - share, here.error_estimate, 1.0) != KEPT:
-            return row
-    if stem == "limit/":
-        ranges = [one for one in exceeded_rows(record) if one.limit == row.where["limit"]]
-        may = bool(ranges) and all(one.permitted for one in ranges)
-        return row._replace(state=BARRED) if may else row
-    rated = vector(record, "limit/basis/rated_speed", "limit")
-    top = 0.0 if rated is None else NO_BARRED_RANGE * rated[place[0]]
-    if 0.0 < top <= row.speed:
-        return row
-    decided_by = "a case of that condition, which looks for ranges to bar,"
-    return row._replace(state=UNDECIDED, decided_by=decided_by)
+        at = "operating_" * here
+        number, allowed, load = use.entry(record, f"{at}element"), f"{at}{prefix}allowed", None
+        known = names(record, "torque_mean", "section") + names(record, "gear/mean_torque", "gear")
+        element = known[int(number) - 1] if number else f"limit {place + 1}"
+    may = use.entry(record, allowed)
+    load = use.share * may if may and load is None else load
+    if may and load and abs(load / may - use.share) > 1e-6 * use.share:
+        load = None  # the largest stress stands at another speed
+    factor, unit = torque_unit(record) if of == "torque" else (MEGA, "N/mm^2")
+    words = {"element": element, "limit": f"{of}, {use.kind}", "source": source, "status": status}
+    return words, factor * (may or 0.0), factor * (load or 0.0), unit
 
 
 # ----------------------------------------------------------------------------
@@ -259,26 +266,41 @@ def _of_gears(result: Result) -> Iterator[Verdict]:
     known = loud or here
     for place, name in enumerate(labels(known.axes[0]) if known else []):
         state = None
-        for quantity, least, words in (
-            (loud, "speeds/gear_minimum_torque", "any speed"),
+        for quantity, path, words in (
+            (loud, "largest/gear_minimum_torque", "any speed"),
             (here, "gear/minimum_torque", AT_SPEED),
         ):
             if quantity is None or (quantity is here and _covered(result, state)):
                 continue
-            hammers = np.atleast_1d(quantity.values[place])
-            torque = record.quantities.get(TORSION + least)
-            lows = -1.0 * hammers if torque is None else np.atleast_1d(torque.values[place])
-            k = int(np.argmin(lows))
-            curve = torque or quantity
-            speed = speed_of(result) if quantity is here else float(curve.axes[1].values[k])
-            state = BROKEN if np.any(hammers) else KEPT
-            low, off = factor * float(lows[k]), factor * (torque.error_estimate if torque else 0.0)
+            low, off, speed = _least(record, path, place)
+            speed = speed_of(result) if quantity is here else speed
+            parts = np.any(quantity.values[place]) or (quantity is loud and low < -off)
+            state = BROKEN if parts else KEPT
+            low, off, of = (
+                factor * low,
+                Estimate(factor * off, 0.0),
+                unit if np.isfinite(low) else "",
+            )
             yield Verdict(
-                quantity.path, {"gear": name}, "sign of the torque of the teeth", 0.0, None,
-                unit if torque else "", low, f"gear={name}", Estimate(off, 0.0), low, state,
-                element=name, limit=f"no reversal of the torque, {words}", status="informative",
-                speed=np.nan if speed is None else speed,
+                quantity.path, {"gear": name}, "sign of the torque of the teeth", 0.0, None, of,
+                low, f"gear={name}", off, low, state, element=name,
+                limit=f"no reversal of the torque, {words}",
+                status="informative", speed=np.nan if speed is None else speed,
             )  # fmt: skip
+
+
+def _least(record: Record, path: str, gear: int) -> tuple[float, float, float | None]:
+    """The least torque of a gear with its error, and its speed over a range; NaN if not known."""
+    found = having(record, TORSION + path, "gear")
+    if found is not None:
+        at = vector(record, f"{path}_speed", "gear")
+        speed = None if at is None else float(at[gear])
+        return float(found.values[gear]), found.error_estimate, speed
+    curve = having(record, f"{TORSION}speeds/gear_minimum_torque", "gear", "speed")
+    if curve is None or not path.startswith("largest"):
+        return np.nan, 0.0, None
+    k = int(np.argmin(curve.values[gear]))
+    return float(curve.values[gear, k]), curve.error_estimate, float(curve.axes[1].values[k])
 
 
 def _separated(result: Result) -> Iterator[Verdict]:

@@ -1,9 +1,14 @@
 """Vibration of a shaft line at the operating speed and over the range of speeds."""
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
+from vibecalc.core.report.rows import Cells, Found, Rows, named_at, part_of, rows_of
 from vibecalc.core.report.sections import Section, having, labels, speed_of
-from vibecalc.core.report.writing import Column, number, paragraph, show_phase, table
+from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
+from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import (
     DEGREES,
@@ -14,6 +19,7 @@ from vibecalc.torsion.report.line import (
     cell,
     first_firing,
     joined,
+    line_of,
     meeting,
     mode_names,
     order_text,
@@ -25,6 +31,7 @@ from vibecalc.torsion.report.line import (
     vector,
     worst_section,
 )
+from vibecalc.torsion.results import PowerBalance
 
 # ----------------------------------------------------------------------------
 # Vibration of a shaft line at the operating speed: sections, stations, dampers, gears, orders.
@@ -39,7 +46,7 @@ def torsion_steady(result: Result) -> Section | None:
     if having(record, TORSION + "torque_half_range", "section") is None:
         return None
     lines = _sections(record)
-    for block in (_dampers(record), _gears(record)):
+    for block in (_dampers(record), _gears(record), _balance(result)):
         lines += ["", *block] if block else []
     speed = speed_of(result)
     at = f", {turns(speed)} rpm" if speed is not None else ""
@@ -55,10 +62,10 @@ def torsion_steady(result: Result) -> Section | None:
 def _sections(record: Record) -> list[str]:
     factor, unit = torque_unit(record)
     torques = ("half_range", "torque"), ("mean", "mean"), ("peak", "peak"), ("bound", "bound")
-    lines = rows_by(record, "section", 24, (
-        *((f"torque_{name}", factor, f"{words}\n{unit}", 10) for name, words in torques),
-        ("stress_half_range", MEGA, "stress\nN/mm^2", 9),
-        ("twist_half_range", MILLI, "twist\nmrad", 9), ("section_heat", 1.0, "heat\nW", 9),
+    lines = rows_by(record, "section", (
+        *((f"torque_{name}", factor, f"{words}\n{unit}") for name, words in torques),
+        ("stress_half_range", MEGA, "stress\nN/mm^2"),
+        ("twist_half_range", MILLI, "twist\nmrad"), ("section_heat", 1.0, "heat\nW"),
     ))  # fmt: skip
     words = "Torque, stress, twist: half ranges. Peak: with the mean. Bound: sum of all orders' "
     words += "amplitudes."
@@ -103,30 +110,35 @@ def _stress_of(stress: Quantity | None, name: str, order: int) -> str:
 
 
 def _stations(result: Result) -> list[str]:
-    lines = rows_by(result.record, "station", 28, (
-        ("angle_half_range", MILLI, "half range\nmrad", 12),
-        ("angle_half_range", DEGREES, "half range\ndeg", 12),
-        ("angle_peak", MILLI, "peak\nmrad", 12), ("angle_peak", DEGREES, "peak\ndeg", 12),
-        ("station_heat", 1.0, "heat\nW", 12),
+    lines = rows_by(result.record, "station", (
+        ("angle_half_range", MILLI, "half range\nmrad"),
+        ("angle_half_range", DEGREES, "half range\ndeg"),
+        ("angle_peak", MILLI, "peak\nmrad"), ("angle_peak", DEGREES, "peak\ndeg"),
+        ("station_heat", 1.0, "heat\nW"),
     ))  # fmt: skip
     words = "Angles of the stations against steady rotation, all orders together:"
     return [*paragraph(words), *lines] if lines else []
 
 
 def _dampers(record: Record) -> list[str]:
-    hottest = having(record, TORSION + "speeds/heat", "damper", "speed")
-    more = []
-    if hottest is not None:
-        tops = np.argmax(hottest.values, axis=1)
-        more = [
-            (number("largest heat\nover speeds, W"), lambda i: cell(hottest, (i, tops[i]))),
-            (number("at\nrpm"), lambda i: turns(float(hottest.axes[1].values[tops[i]]))),
-        ]
-    return rows_by(record, "damper", 24, (
-        ("damper/heat", 1.0, "heat, mean\nW", 11),
-        ("damper/travel", MILLI, "travel, peak\nmrad", 13),
-        ("damper/travel", DEGREES, "travel, peak\ndeg", 13),
+    more: list[tuple[Column, Callable[[int], str]]] = []
+    for name, factor, title in (("heat", 1.0, "heat"), ("travel", MILLI, "travel")):
+        top = having(record, f"{TORSION}largest/{name}", "damper")
+        at = vector(record, f"largest/{name}_speed", "damper")
+        if top is not None and at is not None:
+            unit = "W" if name == "heat" else "mrad"
+            head = number(f"largest {title}\nover speeds, {unit}")
+            more += [(head, partial(cell, top, factor=factor)),
+                     (number("at\nrpm"), partial(_turns, at))]  # fmt: skip
+    return rows_by(record, "damper", (
+        ("damper/heat", 1.0, "heat, mean\nW"),
+        ("damper/travel", MILLI, "travel, peak\nmrad"),
+        ("damper/travel", DEGREES, "travel, peak\ndeg"),
     ), more)  # fmt: skip
+
+
+def _turns(speed: np.ndarray, place: int) -> str:
+    return turns(float(speed[place]))
 
 
 def _gears(record: Record) -> list[str]:
@@ -135,13 +147,43 @@ def _gears(record: Record) -> list[str]:
     teeth = ("  stay in contact", "  HAMMER: torque reverses")
     more = [] if hammers is None else [
         (Column("  teeth"), lambda i: teeth[int(hammers[i])])]  # fmt: skip
-    lines = rows_by(record, "gear", 24, (
-        ("gear/mean_torque", factor, f"mean torque\n{unit}", 12),
-        ("gear/alternating_torque", factor, f"half range\n{unit}", 11),
-        ("gear/minimum_torque", factor, f"minimum\n{unit}", 10),
+    lines = rows_by(record, "gear", (
+        ("gear/mean_torque", factor, f"mean torque\n{unit}"),
+        ("gear/alternating_torque", factor, f"half range\n{unit}"),
+        ("gear/minimum_torque", factor, f"minimum\n{unit}"),
     ), more)  # fmt: skip
     words = "Torque on the first wheel; minimum: in the sense of the mean, negative: teeth part."
     return [*lines, *paragraph(words)] if lines else []
+
+
+def _balance(result: Result) -> list[str]:
+    """Mean torque and power of sources and loads, and what the load station does on top."""
+    record, line = result.record, line_of(result)
+    rest = record.quantities.get(f"{PowerBalance.ROOT}/rest_torque")
+    if rest is None or line is None:
+        return []
+    factor, unit = torque_unit(record)
+    torque, power = factor * float(rest.values), record[f"{PowerBalance.ROOT}/rest_power"].values
+    does = "takes" if torque >= 0.0 else "has to GIVE"
+    words = f"Own shafts. Station '{line.station_names[line.load_station]}' {does} what is left: "
+    words += f"{show(abs(torque), digits=4)} {unit}, {show(1e-3 * abs(float(power)), digits=4)} kW."
+    share = record.quantities.get(f"{PowerBalance.ROOT}/mechanical_efficiency")
+    if share is not None and np.isfinite(share.values):
+        words += f" Brake over indicated power: {show(100.0 * float(share.values), digits=4)} %"
+        words += ", MORE THAN ALL: the loads do not fit the engine." if share.values > 1.01 else "."
+    columns = [
+        Cells(path, f"{name}\n{{unit}}", how)
+        for path, name, how in zip(
+            paths_of(PowerBalance), ("cylinders", "cylinders", "loads", "loads"),
+            2 * (unit.replace(" ", "*"), "kW"), strict=False,
+        )
+    ]  # fmt: skip
+    rows = Rows("station", "mean torque and power", columns, digits=4, places=_not_zero, merge=True)
+    return [*rows_of(record, rows)[0], *paragraph(words)]
+
+
+def _not_zero(found: Found) -> np.ndarray:
+    return np.flatnonzero(np.any([one.values != 0.0 for one in found], axis=0))
 
 
 # ----------------------------------------------------------------------------
@@ -179,48 +221,45 @@ def _worst(result: Result) -> list[str]:
     more = [] if speed is None else [(number("at\nrpm"), lambda i: turns(float(speed[i])))]
     if mode is not None and order is not None:
         more.append((Column("mode, order"), lambda i: meeting(names, mode[i], order[i])))
-    lines = rows_by(record, "section", 20, (
-        ("largest/torque_half_range", factor, f"torque\n{unit}", 9),
-        ("largest/stress_half_range", MEGA, "stress\nN/mm^2", 9),
-        ("largest/twist_half_range", MILLI, "twist\nmrad", 9),
-        ("bare/largest/torque_half_range", factor, f"no dampers\n{unit}", 10),
-        ("reduction", 1.0, "ratio", 6),
+    lines = rows_by(record, "section", (
+        ("largest/torque_half_range", factor, f"torque\n{unit}"),
+        ("largest/stress_half_range", MEGA, "stress\nN/mm^2"),
+        ("largest/twist_half_range", MILLI, "twist\nmrad"),
+        ("bare/largest/torque_half_range", factor, f"no dampers\n{unit}"),
+        ("reduction", 1.0, "ratio"),
     ), more)  # fmt: skip
     words = "Largest half ranges; no mode and order: at an end of the range, or of several orders."
     return [*lines, *paragraph(words)] if lines else []
 
 
 def _peaks(result: Result) -> list[str]:
-    record = result.record
-    speed = vector(record, "peak/speed", "peak")
-    torque = having(record, TORSION + "peak/torque_half_range", "peak")
-    if speed is None or torque is None:
-        return []
-    section, mode, order = (
-        vector(record, f"peak/{name}", "peak") for name in ("section", "mode", "half_order")
+    unit, names = torque_unit(result.record)[1].replace(" ", "*"), mode_names(result)
+    stem = f"{TORSION}peak"
+
+    def met(record: Record) -> Quantity | None:
+        mode, order = (record.quantities.get(f"{stem}/{one}") for one in ("mode", "half_order"))
+        if mode is None or order is None:
+            return None
+        both = zip(mode.values, order.values, strict=True)
+        return part_of(mode, np.array([meeting(names, *one) for one in both]), *mode.axes)
+
+    columns = (
+        Cells(f"{stem}/speed", "{unit}", "rpm"),
+        Cells(f"{stem}/torque_half_range", "torque\n{unit}", unit),
+        Cells(named_at(f"{stem}/section", f"{TORSION}torque_half_range"), "in section"),
+        Cells(met, "mode, order"),
     )
-    known = having(record, TORSION + "torque_half_range", "section")
-    named = [] if known is None else labels(known.axes[0])
-    factor, unit = torque_unit(record)
-    names = mode_names(result)
-    columns = [number("rpm"), number(f"torque\n{unit}"), Column("in section"),
-               Column("mode, order")]  # fmt: skip
-    sizes = np.asarray(torque.values, dtype=float)
-    strongest = np.sort(np.argsort(-sizes, kind="stable")[:_MOST])
-    rows = []
-    for i in strongest:
-        place = int(section[i]) - 1 if section is not None else -1
-        rows.append([
-            turns(speed[i]), cell(torque, int(i), factor),
-            named[place] if 0 <= place < len(named) else "",
-            "" if mode is None or order is None else meeting(names, mode[i], order[i]),
-        ])  # fmt: skip
-    more = f" (the highest {_MOST} of {sizes.size})" if sizes.size > _MOST else ""
+    lines, _ = rows_of(result.record, Rows("peak", "", columns, digits=4, places=_strongest))
     words = (
-        f"Peaks over the speed of the section with most torque and, where it is another, of the "
-        f"most stressed one{more}; mode and order: of the nearest critical whose order peaks there:"
+        "Peaks over the speed of the section with most torque and, where it is another, of the "
+        f"most stressed one, the highest {_MOST}; mode and order: of the nearest critical whose "
+        "order peaks there:"
     )
-    return [*paragraph(words), *table(columns, rows)]
+    return [*paragraph(words), *lines] if lines else []
+
+
+def _strongest(found: Found) -> np.ndarray:
+    return np.sort(np.argsort(-found[1].values, kind="stable")[:_MOST])
 
 
 def _masked(result: Result) -> list[str]:

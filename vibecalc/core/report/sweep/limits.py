@@ -11,6 +11,7 @@ from vibecalc.core.report.sections import read_as, table_of
 from vibecalc.core.report.sweep.statistics import Worst, first_of, worst
 from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.report.writing import number, paragraph, show, show_in, table
+from vibecalc.core.results.catalogue import deciding
 from vibecalc.core.results.printed import read_printed
 from vibecalc.core.results.select import STANDARD_ERRORS, Side
 from vibecalc.core.results.tolerance import remedy
@@ -68,11 +69,15 @@ def judge(sweep: SweepView) -> Judged:
     missing: dict[str, None] = {}
     for row in sweep.case.get("limit") or ():
         path = str(row["quantity"])
-        if path in sweep.quantities:
-            bounds = bounds_of(row, sweep.quantities[path].unit)
-            limits += [_judge(sweep, row, path, bound) for bound in bounds]
-        else:
-            missing[path] = None
+        sides = [side for side in ("max", "min") if row.get(side) is not None]
+        for side in sides:
+            extreme = deciding(path, row.get("where") or {}, side)
+            found = extreme if extreme in sweep.quantities else path
+            if found not in sweep.quantities:
+                missing[path] = None
+                continue
+            bounds = bounds_of({side: row[side]}, sweep.quantities[found].unit)
+            limits += [_judge(sweep, row, found, bound) for bound in bounds]
     kept = np.all([sweep.done, *(limit.kept for limit in limits)], axis=0)
     broken = np.any([np.zeros_like(kept), *(limit.broken for limit in limits)], axis=0)
     return Judged(limits, list(missing), kept, broken, sweep.done & ~kept & ~broken)

@@ -12,6 +12,7 @@ from vibecalc.core.case.load import LoadedCase, validate
 from vibecalc.core.case.raw import case_at
 from vibecalc.core.case.study_tables import Objective
 from vibecalc.core.case.walk import bound_words
+from vibecalc.core.results.catalogue import deciding
 from vibecalc.core.results.record import Entry
 from vibecalc.core.run.columns import allowed_by
 from vibecalc.core.run.plan import planned_quantities
@@ -152,7 +153,12 @@ def stored_paths(
     planned = planned_quantities(case)
     for _, plan in _plans(design, resolved):
         planned = {path: entry for path, entry in planned.items() if path in plan}
-    named = goal | {limit.quantity for limit in case.limit}
+    named = goal | {
+        deciding(limit.quantity, limit.where, side)
+        for limit in case.limit
+        for side in ("max", "min")
+        if getattr(limit, side) is not None
+    }
     named |= {reference.quantity for reference in case.reference}
     wanted = {path for path in planned if not planned[path].axes or path in named}
     return tuple(sorted(path for path in wanted if not _unshared_axis(planned[path])))
