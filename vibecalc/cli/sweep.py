@@ -153,15 +153,14 @@ def merge(
 
 
 def _forecast(prepared: "PreparedSweep", options: "Options") -> None:
-    from vibecalc.core.report.sweep.text import forecast_object, render_forecast
-    from vibecalc.core.study.sweep.prepare import forecast, shard_chunks
+    from vibecalc.core.report.sweep.text import render_forecast
+    from vibecalc.core.study.sweep.prepare import forecast
 
-    chunks = len(shard_chunks(prepared.journal(options.output).chunks, options.shard))
-    found = forecast(prepared, options.jobs)
+    found = forecast(prepared, options)
     if asked.json:
-        say_json(forecast_object(prepared, found, chunks))
+        say_json(found)
     else:
-        say(render_forecast(prepared, found, chunks, options.output))
+        say(render_forecast(prepared.loaded, found, options.output))
 
 
 def _run(prepared: "PreparedSweep", options: "Options") -> int:

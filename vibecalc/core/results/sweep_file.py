@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -60,20 +60,24 @@ class SweptKey:
 class SweptAxis:
     """One axis of a sweep, with its keys.
 
-    A sampling has one axis, `sample`, with all keys. `read(first, last)` gives one array (last -
-    first,) for each key: doubles, whole numbers, or positions in the choices of the key.
+    A sampling has one axis, `sample`, with all keys. `columns` are the values (count,) of each key:
+    doubles, whole numbers, or positions in the choices of the key.
     """
 
     name: str
-    count: int
     keys: tuple[SweptKey, ...]
-    read: Callable[[int, int], list[np.ndarray]]
+    columns: tuple[np.ndarray, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of points along the axis."""
+        return len(self.columns[0])
 
     def values(self) -> list[np.ndarray]:
         """All values of each key, choices by their names."""
         return [
             np.array(key.choices)[column] if key.choices else column
-            for key, column in zip(self.keys, self.read(0, self.count), strict=True)
+            for key, column in zip(self.keys, self.columns, strict=True)
         ]
 
 
@@ -81,9 +85,9 @@ class SweptAxis:
 class SweepHead:
     """Case, design and provenance of a sweep.
 
-    `result` has the case, plan, warnings and methods, and no quantities; `identity` and `base`
-    are the hashes of the sweep and of what its points share; `design` says in plain values how
-    the points were chosen; `stored` are the paths asked for.
+    `result` has the case, plan, warnings and methods, and no quantities; `identity` is the hash of
+    the sweep; `design` says in plain values how the points were chosen; `stored` are the paths
+    asked for.
     """
 
     result: Result
@@ -92,7 +96,6 @@ class SweepHead:
     design: Mapping[str, Any]
     stored: tuple[str, ...]
     identity: str
-    base: str
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -183,18 +186,13 @@ def read_head(file: Any, path: Path) -> SweepHead:
         design=_json_table(place, path, "design"),
         stored=tuple(str(name) for name in _json_list(place, path, "kept")),
         identity=_text(place, path, "identity"),
-        base=_text(place, path, "base"),
     )
 
 
 def _swept(file: Any, axis: dict[str, Any]) -> SweptAxis:
     keys = tuple(SweptKey(**{**key, "choices": tuple(key["choices"])}) for key in axis["keys"])
-    columns = [file[VALUES][key.key] for key in keys]
-
-    def read(first: int, last: int) -> list[np.ndarray]:
-        return [np.asarray(column[first:last]) for column in columns]
-
-    return SweptAxis(name=axis["name"], count=columns[0].shape[0], keys=keys, read=read)
+    columns = tuple(np.asarray(file[VALUES][key.key][()]) for key in keys)
+    return SweptAxis(name=axis["name"], keys=keys, columns=columns)
 
 
 def _json_table(place: Any, path: Path, name: str) -> dict[str, Any]:

@@ -277,15 +277,15 @@ def _bars(axes: "Axes", sweep: SweepView, one: Shown) -> None:
         return
     place = np.arange(len(names))
     parts = (
-        ("first order (alone)", found.first, -0.2),
-        ("total (with interactions)", found.total, 0.2),
+        ("first order (alone)", found.first, found.first_spread, -0.2),
+        ("total (with interactions)", found.total, found.total_spread, 0.2),
     )
-    for i, (words, part, aside) in enumerate(parts):
-        axes.barh(place + aside, part.value, 0.36, color=COLOURS[2 + 2 * i], label=words,
-                  xerr=part.standard_error, ecolor=TOTAL, capsize=3)  # fmt: skip
+    for i, (words, part, spread, aside) in enumerate(parts):
+        axes.barh(place + aside, part, 0.36, color=COLOURS[2 + 2 * i], label=words,
+                  xerr=spread, ecolor=TOTAL, capsize=3)  # fmt: skip
     axes.set_yticks(place, names)
     axes.invert_yaxis()
-    axes.set_xlim(left=min(0.0, float(np.min(found.first.value)) - 0.05))
+    axes.set_xlim(left=min(0.0, float(np.min(found.first)) - 0.05))
     axes.axvline(0.0, color=QUIET, linewidth=0.8)
     axes.set_xlabel("Sobol index, share of the variance")
     axes.grid(visible=False, axis="y")

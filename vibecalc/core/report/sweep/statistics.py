@@ -288,7 +288,7 @@ def index_lines(sweep: SweepView) -> list[str]:
             lines += paragraph(f"{title}: {indices}")
             continue
         samples = indices.samples
-        parts = [part for one in indices[:2] for part in (one.value, one.standard_error)]
+        parts = indices[:4]
         for place, name in enumerate(names):
             cells = [f"{float(part[place]):.3f}" for part in parts]
             rows.append(["" if place else title, name, *cells])

@@ -32,7 +32,7 @@ from vibecalc.core.results.record import Result
 from vibecalc.core.results.sweep_file import SweepResult, opened
 
 if TYPE_CHECKING:
-    from vibecalc.core.study.sweep.prepare import Forecast, PreparedSweep, StoredQuantity
+    from vibecalc.core.case.load import LoadedCase
 
 # ----------------------------------------------------------------------------
 # What `sweep` says before it starts and after it ends, in words and as plain objects.
@@ -41,61 +41,26 @@ if TYPE_CHECKING:
 _UNITS = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
 
 
-def forecast_object(prepared: "PreparedSweep", forecast: "Forecast", chunks: int) -> dict[str, Any]:
-    """What `--dry-run --json` prints; seconds and bytes are estimates."""
-    design, strategy = prepared.design, prepared.strategy
-    return {
-        "case": prepared.loaded.name,
-        "points": design.count,
-        "shape": list(design.shape),
-        "sampling": design.sampling,
-        "axes": [
-            {"name": axis.name, "keys": [key.key for key in axis.keys]} for axis in design.axes
-        ],
-        "strategy": strategy.kind,
-        "reason": strategy.reason,
-        "chunks": chunks,
-        "chunk_size": strategy.chunk_size,
-        "kept": [
-            {
-                "quantity": one.path,
-                "unit": one.unit,
-                "axes": None if one.axes is None else dict(one.axes),
-                "reason": one.reason or None,
-            }
-            for one in forecast.stored
-        ],
-        "tried": forecast.tried,
-        "failed": len(forecast.failures),
-        "processes": forecast.jobs,
-        "seconds": forecast.seconds,
-        "bytes": forecast.size,
-        "identity": prepared.identity.sweep,
-    }
-
-
-def render_forecast(
-    prepared: "PreparedSweep", forecast: "Forecast", chunks: int, output: Path
-) -> str:
-    """The same as text."""
-    design, strategy = prepared.design, prepared.strategy
-    sizes = " x ".join(map(str, design.shape))
-    shape = f", a grid of {sizes}" if design.sampling == "grid" else f", {design.sampling} sampling"
-    were = "was" if forecast.tried == 1 else "were"
-    tried = f"from {many(forecast.tried, 'point')} that {were} tried"
-    size = f"{strategy.chunk_size} points each" if chunks > 1 else "all points"
-    processes = many(forecast.jobs, "process", "processes")
+def render_forecast(loaded: "LoadedCase", found: Mapping[str, Any], output: Path) -> str:
+    """What a sweep will be, as `forecast` of `core/study/sweep/prepare.py` has it, as text."""
+    sizes = " x ".join(map(str, found["shape"]))
+    sampling, failures, chunks = found["sampling"], found["failures"], found["chunks"]
+    shape = f", a grid of {sizes}" if sampling == "grid" else f", {sampling} sampling"
+    were = "was" if found["tried"] == 1 else "were"
+    tried = f"from {many(found['tried'], 'point')} that {were} tried"
+    size = f"{found['chunk_size']} points each" if chunks > 1 else "all points"
+    processes = many(found["processes"], "process", "processes")
     rows = [
-        ("points", f"{design.count}{shape}"),
-        ("strategy", f"{strategy.kind}: {strategy.reason}"),
+        ("points", f"{found['points']}{shape}"),
+        ("strategy", f"{found['strategy']}: {found['reason']}"),
         ("chunks", f"{chunks}, {size}"),
-        ("time", f"about {duration(forecast.seconds)} with {processes}, {tried}"),
-        ("file", f"about {_bytes(forecast.size)}, {output}"),
+        ("time", f"about {duration(found['seconds'])} with {processes}, {tried}"),
+        ("file", f"about {_bytes(found['bytes'])}, {output}"),
     ]
-    if forecast.failures:
-        rows.append(("failed", f"{len(forecast.failures)} of those tried: {forecast.failures[0]}"))
-    lines = [f"{prepared.loaded.path}: {prepared.loaded.case.title}", *pairs(rows, 10), "", "kept"]
-    lines += pairs([(one.path, _shape_words(one)) for one in forecast.stored], 48)
+    if failures:
+        rows.append(("failed", f"{len(failures)} of those tried: {failures[0]}"))
+    lines = [f"{loaded.path}: {loaded.case.title}", *pairs(rows, 10), "", "kept"]
+    lines += pairs([(one["quantity"], _shape_words(one)) for one in found["kept"]], 48)
     return "\n".join([*lines, "", "nothing was written"])
 
 
@@ -161,11 +126,11 @@ def duration(seconds: float) -> str:
     return f"{seconds / size:.2g} {name}"
 
 
-def _shape_words(one: "StoredQuantity") -> str:
-    if one.axes is None:
-        return one.reason
-    axes = " x ".join(f"{name} ({length})" for name, length in one.axes)
-    return f"{axes or 'one number'}{f', {one.unit}' if one.unit else ''}"
+def _shape_words(one: Mapping[str, Any]) -> str:
+    if one["axes"] is None:
+        return str(one["reason"])
+    axes = " x ".join(f"{name} ({length})" for name, length in one["axes"].items())
+    return ", ".join(filter(None, (axes or "one number", one["unit"])))
 
 
 def _bytes(size: int) -> str:

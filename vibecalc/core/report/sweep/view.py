@@ -167,7 +167,7 @@ def view_of(result: SweepResult) -> SweepView:
     axes = tuple(
         GridAxis(
             tuple(_key(key, next(words)) for key in axis.keys),
-            np.stack(axis.read(0, axis.count), axis=1).astype(float),
+            np.stack(axis.columns, axis=1).astype(float),
         )
         for axis in head.axes
     )

@@ -15,7 +15,6 @@ from vibecalc.core.results.files import in_words
 from vibecalc.core.results.layout import NOT_RUN, UNLUCKY
 from vibecalc.core.results.sweep_file import is_sweep, open_sweep
 from vibecalc.core.study.sweep.journal import Journal
-from vibecalc.core.study.sweep.prepare import Identity
 from vibecalc.errors import ResultError, UsageError
 
 # ----------------------------------------------------------------------------
@@ -66,7 +65,7 @@ def _holder(path: Path) -> str:
 # ----------------------------------------------------------------------------
 
 
-def check_output(output: Path, identity: Identity, resolved: Mapping[str, Any]) -> None:
+def check_output(output: Path, identity: str, resolved: Mapping[str, Any]) -> None:
     """Refuse, as a UsageError, to replace a file that this sweep did not make.
 
     `resolved` is the case in SI, for words on what is different.
@@ -80,7 +79,7 @@ def check_output(output: Path, identity: Identity, resolved: Mapping[str, Any]) 
             head = sweep.head
     except ResultError as error:
         raise UsageError(f"{error}; --fresh replaces it") from error
-    if head.identity == identity.sweep:
+    if head.identity == identity:
         return
     if head.result.version != __version__:
         why = f"of vibecalc {head.result.version}"
@@ -92,7 +91,7 @@ def check_output(output: Path, identity: Identity, resolved: Mapping[str, Any]) 
 
 
 def complete(
-    output: Path, identity: Identity, journal: Journal, mine: Iterable[int]
+    output: Path, identity: str, journal: Journal, mine: Iterable[int]
 ) -> Counter[int] | None:
     """Points by status, if the output is this sweep and has all points of the chunks `mine`.
 
@@ -103,7 +102,7 @@ def complete(
     counts: Counter[int] = Counter()
     try:
         with open_sweep(output) as sweep:
-            if sweep.head.identity != identity.sweep or sweep.count != journal.count:
+            if sweep.head.identity != identity or sweep.count != journal.count:
                 return None
             for number in mine:
                 points = journal.points(number)
