@@ -160,8 +160,8 @@ def test_files_of_other_kinds_are_refused(sweep: Made, tmp_path: Path) -> None:
 def test_parts_of_other_sweeps_are_refused(sweep: Made, tmp_path: Path) -> None:
     first = assemble(tmp_path / "first.h5", sweep.head, sweep.journal).path
     for words, other in (
-        ("they have other points", made(tmp_path / "a", grid_of(4, 3, 3))),
-        ("they keep other quantities", made(tmp_path / "b", kept=(SAG,))),
+        ("the second is over other points", made(tmp_path / "a", grid_of(4, 3, 3))),
+        ("the second is of other quantities", made(tmp_path / "b", kept=(SAG,))),
     ):
         other.fill()
         part = assemble(tmp_path / "part.h5", other.head, other.journal).path

@@ -358,7 +358,7 @@ def test_indices_are_bars_with_their_standard_errors() -> None:
     assert not isinstance(found, str)
     bars = made.axes[1]
     widths = [patch.get_width() for patch in bars.patches]
-    np.testing.assert_allclose(widths, [*found.first.value, *found.total.value])
+    np.testing.assert_allclose(widths, [*found.first, *found.total])
     assert [text.get_text() for text in bars.get_yticklabels()] == ["stiffness", "damping"]
 
 

@@ -320,8 +320,8 @@ def test_indices_find_the_key_that_brings_the_scatter_about() -> None:
     found = indices_of(sweep, worst(sweep, DEFLECTION))
     assert not isinstance(found, str)
     # the deflection does not hang on the damping at all
-    assert found.total.value[1] == pytest.approx(0.0, abs=1e-9)
-    assert found.first.value[0] == pytest.approx(1.0, abs=4.0 * found.first.standard_error[0])
+    assert found.total[1] == pytest.approx(0.0, abs=1e-9)
+    assert found.first[0] == pytest.approx(1.0, abs=4.0 * found.first_spread[0])
     text = "\n".join(index_lines(sweep))
     assert "256 sampled points with 4 runs each" in text
     assert index_lines(mounts()) == []

@@ -21,6 +21,7 @@ from vibecalc.core.results.sweep_file import (
 from vibecalc.core.study.sweep.blocks import Block, columns_of, combined, rows_of
 from vibecalc.core.study.sweep.design import Design
 from vibecalc.core.study.sweep.journal import Journal
+from vibecalc.core.study.sweep.output import otherwise
 from vibecalc.core.study.sweep.stacked_file import write_stacked
 from vibecalc.errors import UsageError
 
@@ -122,29 +123,16 @@ def merge(
     target = fresh_output(output)
     with ExitStack() as stack:
         opened = [stack.enter_context(open_sweep(part)) for part in parts]
-        for other in opened[1:]:
-            _check_same_sweep(opened[0], other)
         head = opened[0].head
+        for other in opened[1:]:
+            if (head.identity, head.shape) != (other.head.identity, other.shape):
+                pair = f"{opened[0].path} and {other.path}"
+                why = otherwise(other.head, head.result.version, head.design, head.stored)
+                raise UsageError(f"{pair} are not parts of one sweep: the second is {why}")
         if provenance is not None:
             result = replace(head.result, provenance=dict(provenance), timings={})
             head = replace(head, result=result)
         return _written(target, head, lambda: _together(opened))
-
-
-def _check_same_sweep(first: SweepResult, other: SweepResult) -> None:
-    one, two = first.head, other.head
-    if one.identity == two.identity and one.shape == two.shape:
-        return
-    pair = f"{first.path} and {other.path} are not parts of one sweep"
-    if one.result.version != two.result.version:
-        why = f"vibecalc {one.result.version} wrote one, {two.result.version} the other"
-    elif one.design != two.design:
-        why = "they have other points"
-    elif set(one.stored) != set(two.stored):
-        why = "they keep other quantities"
-    else:
-        why = "their cases are not the same"
-    raise UsageError(f"{pair}: {why}")
 
 
 def _together(parts: Sequence[SweepResult]) -> Iterator[Block]:

@@ -16,7 +16,7 @@ from vibecalc.core.results.record import Entry
 from vibecalc.core.run.columns import allowed_by
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.targets import unknown_quantity
-from vibecalc.core.study.sweep.design import AxisKey, Design, make_design, size_words
+from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.values import Scatter
 from vibecalc.errors import CaseError, KeyPath, Problem
 from vibecalc.schema import Case
@@ -32,35 +32,29 @@ _SHOWN = 3
 def forbidden_values(design: Design) -> Iterator[Problem]:
     """One problem for each key with values outside its bounds; no run is needed for it."""
     for column, key in enumerate(design.every):
-        if not key.choices and not np.all(allowed_by(key.shape, np.array(key.values.ends))):
-            yield from _of_key(design, key, column)
-
-
-def _of_key(design: Design, key: AxisKey, column: int) -> Iterator[Problem]:
-    values, drawn = key.values, key.values.count is None
-    total = values.count or design.count
-    count, first = 0, np.empty(0)
-    for start in range(0, total, _BLOCK):
-        numbers = np.arange(start, min(start + _BLOCK, total))
-        some = design.value_of(numbers)[:, column] if drawn else values.at(numbers)
-        wrong = some[~allowed_by(key.shape, some)]
-        count += wrong.size
-        first = np.concatenate([first, wrong[:_SHOWN]])[:_SHOWN]
-    if not count:
-        return
-    many = f"{count} of {size_words(total)} {'points' if drawn else 'values'}"
-    if design.sampling == "grid" and len(design.axes) > 1:
-        points = count * (design.count // total)
-        many += f", {size_words(points)} of {size_words(design.count)} points"
-    shown = ", ".join(f"{value:.6g}" for value in first) + (", ..." if count > _SHOWN else "")
-    one_sided = isinstance(values, Scatter) and values.kind == "normal"
-    yield Problem(
-        path=key.place,
-        message=f"{key.key} takes values that it must not have",
-        found=f"{shown} {key.unit}".strip() + f" ({many})",
-        allowed=bound_words(key.shape) or "a finite number",
-        hint="lognormal and triangular distributions have an end" if one_sided else "",
-    )
+        values, shape = key.values, key.shape
+        if key.choices or np.all(allowed_by(shape, np.array(values.ends))):
+            continue
+        drawn, total = values.count is None, values.count or design.count
+        count, first = 0, list[float]()
+        for start in range(0, total, _BLOCK):
+            numbers = np.arange(start, min(start + _BLOCK, total))
+            some = design.value_of(numbers)[:, column] if drawn else values.at(numbers)
+            wrong = some[~allowed_by(shape, some)]
+            count += wrong.size
+            first += wrong[:_SHOWN].tolist()
+        if not count:
+            continue
+        shown = ", ".join(f"{value:.6g}" for value in first[:_SHOWN]) + ", ..." * (count > _SHOWN)
+        many = f"({count} of {total:.6g} {'points' if drawn else 'values'})"
+        one_sided = isinstance(values, Scatter) and values.kind == "normal"
+        yield Problem(
+            path=key.place,
+            message=f"{key.key} takes values that it must not have",
+            found=" ".join(filter(None, (shown, key.unit, many))),
+            allowed=bound_words(shape) or "a finite number",
+            hint="lognormal and triangular distributions have an end" if one_sided else "",
+        )
 
 
 # ----------------------------------------------------------------------------

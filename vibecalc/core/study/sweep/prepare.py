@@ -203,12 +203,12 @@ def processors() -> int:
 # machine.mounts.each.stiffness=5 N/mm:50 N/mm         a range to draw from
 # response.method=modal,direct              these values
 # machine.crank_train.firing_order=[1,3,2],[1,2,3]     these lists, each as one value
-# machine.mounts.each.name="a, b","c"       texts in quotes; what begins so, or with [ or {, is TOML
+# machine.mounts.each.name="a, b","c"       texts in quotes; with quotes, [ or { all values are TOML
 # ----------------------------------------------------------------------------
 
-#: what a value in TOML begins with
-_TOML = ('"', "'", "[", "{")
-_POINTS = re.compile(r"\s*(\d{1,18})?\s*(log|linear)?\s*\Z")
+#: what only values in TOML have
+_TOML = re.compile("""["'\\[{]""")
+_RANGE = re.compile(r"([^:]+):([^:]+)(?::\s*(?=\S)(\d{1,18})?\s*(log|linear)?\s*)?")
 _LONGEST = 20_000
 _EXAMPLES = (
     "key=5 N/mm:50 N/mm:21, key=5 N/mm:50 N/mm:21log, key=2 kg,3 kg,5 kg or key=[1,3,2],[1,2,3]"
@@ -217,29 +217,43 @@ _EXAMPLES = (
 
 def axis_table(text: str, option: str = "--grid") -> dict[str, Any]:
     """Read `key=SPEC` as one table of `sweep.axes`; UsageError if it is not of that form."""
-    key, sign, spec = text.partition("=")
-    if not sign or not spec.strip() or len(text) > _LONGEST or not fits_a_line(text):
+    key, _, spec = text.partition("=")
+    if not spec.strip() or len(text) > _LONGEST or not fits_a_line(text):
         raise UsageError(f"{option} needs {_EXAMPLES}; found {text[:80]!r}")
     table: dict[str, Any] = {"key": key_text(parse_key(key.strip()))}
     said = f"{option} {text[:80]}"
-    ends = _apart(spec, ":")
-    if len(ends) == 1:
-        values = _values(_apart(spec, ","), said)
+    if _TOML.search(spec):
+        try:
+            values = tomllib.loads(f"x = [{spec}]")["x"]
+        except (ValueError, RecursionError):
+            raise UsageError(f"{said}: this is not TOML, expected {_EXAMPLES}") from None
         if len(values) == 1 and isinstance(values[0], list):
             values = values[0]
-        _refuse_mixed_units(values, said)
-        return {**table, "values": values}
-    match = _POINTS.match(ends[2]) if len(ends) == 3 else None
-    if len(ends) not in (2, 3) or (len(ends) == 3 and (match is None or not ends[2])):
+    elif ":" not in spec:
+        values = [value.strip() for value in spec.split(",")]
+    elif match := _RANGE.fullmatch(spec):
+        values = [match[1].strip(), match[2].strip()]
+        names = ("from", "to", "points", "spacing")
+        given = (*values, match[3] and int(match[3]), match[4])
+        table |= {name: one for name, one in zip(names, given, strict=True) if one is not None}
+    else:
         raise UsageError(f"{said}: expected start:stop:points, as in {_EXAMPLES}")
-    first, last = _values(ends[:2], said)
-    _refuse_mixed_units([first, last], said)
-    table |= {"from": first, "to": last}
-    if match is not None and match[1]:
-        table["points"] = int(match[1])
-    if match is not None and match[2]:
-        table["spacing"] = match[2]
-    return table
+    if "" in values:
+        raise UsageError(f"{said}: a value is missing, expected {_EXAMPLES}")
+    _refuse_mixed_units(values, said)
+    return table if "from" in table else {**table, "values": values}
+
+
+def _refuse_mixed_units(values: Sequence[Any], said: str) -> None:
+    """A bare number is in SI; next to one with a unit it was hardly meant so."""
+    try:
+        written = [split_number(str(one)) for one in values]
+    except UnitError:
+        return
+    units = {bool(unit) for number, unit in written if unit or re.search("[1-9]", number)}
+    if len(units) > 1:
+        example = next(one for one, (_, unit) in zip(values, written, strict=True) if unit)
+        raise UsageError(f"{said}: give every value its unit, as in {example!r}")
 
 
 def axis_tables(grid: Sequence[str], zipped: Sequence[str] = ()) -> list[dict[str, Any]]:
@@ -266,54 +280,6 @@ def sampling_table(text: str) -> dict[str, Any]:
     if len(numbers) == 2:
         table["seed"] = int(numbers[1])
     return table
-
-
-def _apart(spec: str, sign: str) -> list[str]:
-    """A text cut at each `sign` that stands in no quotes, brackets or braces."""
-    parts, quote, depth = [""], "", 0
-    for letter in spec:
-        if letter == sign and not quote and not depth:
-            parts.append("")
-            continue
-        if parts[-1][:1] in _TOML or (not parts[-1] and letter in _TOML):
-            if quote:
-                quote = "" if letter == quote else quote
-            elif letter in "\"'":
-                quote = letter
-            else:
-                depth += (letter in "[{") - (letter in "]}")
-        parts[-1] = (parts[-1] + letter).lstrip()
-    return [part.strip() for part in parts]
-
-
-def _values(parts: Sequence[str], said: str) -> list[Any]:
-    """Values as written: bare texts, and TOML."""
-    if not all(parts):
-        raise UsageError(f"{said}: a value is missing, expected {_EXAMPLES}")
-    values: list[Any] = []
-    for part in parts:
-        try:
-            values.append(tomllib.loads(f"x = {part}")["x"] if part[0] in _TOML else part)
-        except (ValueError, RecursionError):
-            raise UsageError(f"{said}: {part[:60]!r} is not TOML, expected {_EXAMPLES}") from None
-    return values
-
-
-def _refuse_mixed_units(values: Sequence[Any], said: str) -> None:
-    """A bare number is in SI; next to one with a unit it was hardly meant so."""
-    units = set()
-    for value in values:
-        if not isinstance(value, str | int | float) or isinstance(value, bool):
-            return
-        try:
-            number, unit = split_number(str(value))
-        except UnitError:
-            return
-        if unit or re.search("[1-9]", number):
-            units.add(bool(unit))
-    if len(units) > 1:
-        example = next(value for value in values if split_number(str(value))[1])
-        raise UsageError(f"{said}: give every value its unit, as in {example!r}")
 
 
 # ----------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -9,14 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from vibecalc.core.results.files import fresh_output
-from vibecalc.core.results.layout import DONE, UNLUCKY
+from vibecalc.core.results.layout import DONE, NOT_RUN, UNLUCKY
 from vibecalc.core.results.record import Record
 from vibecalc.core.results.steps import step
 from vibecalc.core.study.execute import as_result
 from vibecalc.core.study.sweep.assemble import Assembled, assemble, sweep_head
 from vibecalc.core.study.sweep.blocks import Block, combined
 from vibecalc.core.study.sweep.journal import Journal
-from vibecalc.core.study.sweep.output import check_output, complete, locked, take_up
+from vibecalc.core.study.sweep.output import locked, points_in, take_up
 from vibecalc.core.study.sweep.prepare import (
     Options,
     Outcome,
@@ -92,14 +93,13 @@ def sweep(prepared: PreparedSweep, options: Options) -> Outcome:
     with locked(output):
         journal = prepared.journal(output)
         mine = shard_chunks(journal.chunks, options.shard)
-        if not options.fresh:
-            check_output(output, prepared.identity, prepared.loaded.resolved)
-        if options.resume and not options.again:
-            counts = complete(output, prepared.identity, journal, mine)
-            if counts is not None:
+        there = points_in(output, prepared, options.fresh)
+        if options.resume and not options.again and there.size:
+            there = np.concatenate([there[journal.points(number)] for number in mine])
+            if not np.isin(there, (NOT_RUN, *UNLUCKY)).any():
                 options.note(f"{output} is complete, nothing is left to do")
                 journal.clear()
-                return Outcome(counts=counts, taken_up=sum(counts.values()))
+                return Outcome(counts=Counter(there.tolist()), taken_up=there.size)
         finished = take_up(journal, options.resume, options.fresh, options.note)
         before = _points(journal, finished.intersection(mine))
         try:
