@@ -19,6 +19,7 @@ from sweep_views import (
     LIMITS,
     MOUNTS,
     PEAK,
+    SPEED,
     STIFFNESS,
     along_speed,
     key,
@@ -40,6 +41,7 @@ from vibecalc.core.report.sweep.limits import (
     ranges,
     share_within_limits,
 )
+from vibecalc.core.report.sweep.picture_lines import draw_sweep_line
 from vibecalc.core.report.sweep.statistics import (
     entries,
     extreme_lines,
@@ -393,3 +395,21 @@ def test_limits_of_a_sweep_are_those_of_single_runs(tmp_path: Path) -> None:
                 assert ours.worst.errors[point] == pytest.approx(row.error_estimate, rel=1e-12)
         # without damping the run-up passes a resonance without bound
         assert np.isinf(judged[1].margin).tolist() == [True, False] * 2
+
+
+@pytest.mark.parametrize(("ratio", "words"), [(0.0, "unbounded"), (0.02, ""), (None, "> ")])
+def test_a_peak_between_two_points_next_to_an_undamped_mode(ratio: Any, words: str) -> None:
+    speed, natural, energy = np.linspace(50.0, 140.0, 37), 91.0, "response/energy"
+    away = 1.0 - (speed / natural) ** 2
+    values = {energy: away**-2.0, "response/modes/natural_frequency": np.full(37, natural)}
+    if ratio is not None:
+        values["response/modes/damping_ratio"] = np.full(37, ratio)
+    sweep = view([GridAxis((key(*SPEED),), speed[:, None])], [key(*SPEED)], values,
+                 units={energy: "J", "response/modes/natural_frequency": "rad/s"})  # fmt: skip
+    lines = " ".join(" ".join(extreme_lines(sweep)).split())
+    assert f"largest {words or show(values[energy].max())}" in lines
+    assert ("order 1 on mode 1" in lines) == bool(words)
+    axes = draw_sweep_line(sweep).axes[0]
+    marks = [line.get_xdata().tolist() for line in axes.get_lines() if line.get_marker() == "^"]
+    middle = pytest.approx(0.5 * (90.0 + 92.5) * 30.0 / np.pi)
+    assert marks == ([[middle]] if ratio == 0.0 else [])

@@ -175,6 +175,9 @@ STATUS_WORDS = {
     BUG: "error in the program",
 }
 
+#: key of the crank speed, and the last words of natural frequencies and of what damps them
+SPEED, NATURAL, DAMPING = "machine.speed", "/natural_frequency", "/damping_ratio"
+
 #: name of the one axis of a sampling
 SAMPLE = "sample"
 

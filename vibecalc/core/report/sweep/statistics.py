@@ -228,7 +228,15 @@ def _rows(sweep: SweepView, counted: Worst, name: str, unit: str) -> list[list[s
         return [title, kind, show(values[point], counted.estimate(point)), unit, where]
 
     if low != high:
-        return [row(name, "smallest", low), row("", "largest", high)]
+        largest = row("", "largest", high)
+        peaks = [one for one in sweep.crossings if one.peaks(values)]
+        if peaks:
+            top = max(peaks, key=lambda one: np.nanmax(values[[*one.pair]]))
+            where = "between " + "\nand ".join(map(sweep.words_of, top.pair)).replace(", ", "\n")
+            why = "has no damping" if top.bare else "may have no damping"
+            value = "unbounded" if top.bare else f"> {largest[2]}"
+            largest = ["", "largest", value, unit, f"{where}\n({top.words}, which {why})"]
+        return [row(name, "smallest", low), largest]
     if counted.estimate(low).unresolved(float(values[low])):
         return [row(name, "", low, f"{UNRESOLVED} at all points")]
     return [row(name, "constant", low, "at all points")]

@@ -5,14 +5,22 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibecalc.core.report.goals import written_at
 from vibecalc.core.report.writing import fold, number, table
-from vibecalc.core.results.layout import DONE, NOT_RUN, STATUS_WORDS, TEXT_CHECKSUM
+from vibecalc.core.results.layout import (
+    DAMPING,
+    DONE,
+    NATURAL,
+    NOT_RUN,
+    SPEED,
+    STATUS_WORDS,
+    TEXT_CHECKSUM,
+)
 from vibecalc.core.results.record import Quantity
 from vibecalc.core.results.sweep_file import SweepResult, SweptKey
 from vibecalc.errors import UnitError
@@ -136,6 +144,32 @@ class SweepView:
             return np.ones(self.count, dtype=bool)
         return np.asarray(np.arange(self.count) % (len(self.together) + 2) < 2)
 
+    @cached_property
+    def crossings(self) -> "list[Crossing]":
+        """Where an order passes a natural frequency that is kept, and no damping of it is."""
+        speeds = [i for i, axis in enumerate(self.grid) if axis.keys[0].key == SPEED]
+        found: list[Crossing] = []
+        for path in self.quantities if speeds else ():
+            if not path.endswith(NATURAL):
+                continue
+            modes = np.where(self.done, self.read(path).values.reshape(self.count, -1).T, np.nan)
+            damping = path.removesuffix(NATURAL) + DAMPING
+            told = damping in self.quantities
+            if told:
+                ratio = self.read(damping).values.reshape(self.count, -1).T
+                modes = np.where(ratio == 0.0, modes, np.nan)
+            turning = self.grid[speeds[0]].values[:, 0]
+            points = np.moveaxis(np.arange(self.count).reshape(self.shape), speeds[0], -1)
+            for mode, line in product(range(len(modes)), points.reshape(-1, len(turning))):
+                halves = np.floor(2.0 * modes[mode, line] / turning)
+                for i in np.flatnonzero(np.abs(np.diff(halves)) > 0.0):
+                    near = np.arange(max(i - 1, 0), min(i + 3, len(line)))
+                    order = 0.5 * max(halves[i : i + 2])
+                    away = np.abs(order * turning[near] - modes[mode, line[near]])
+                    words = f"order {order:g} on mode {mode + 1}"
+                    found.append(Crossing(line[near], int(i > 0), away, words, told))
+        return found
+
     def values_of(self, points: np.ndarray) -> np.ndarray:
         """What the keys are at some points, (len, keys) in SI."""
         places = np.unravel_index(points, self.shape)
@@ -148,6 +182,32 @@ class SweepView:
         row = self.values_of(np.array([point]))[0]
         pairs = zip(self.keys, row, strict=True)
         return ", ".join(f"{key.words} = {key.shown(value)}" for key, value in pairs)
+
+
+class Crossing(NamedTuple):
+    """Up to four neighbours (k,) along the speed: the natural frequency lies after the one at
+    `first`. `away` (k,) in rad/s is how far the order is from it at each; `bare` says that it is
+    known to have no damping."""
+
+    points: np.ndarray
+    first: int
+    away: np.ndarray
+    words: str
+    bare: bool
+
+    @property
+    def pair(self) -> tuple[int, int]:
+        """The points before and after it."""
+        one, other = self.points[self.first : self.first + 2].tolist()
+        return one, other
+
+    def peaks(self, values: np.ndarray) -> bool:
+        """Whether a result (points,) rises to there from both sides, as next to a pole."""
+        near = values[self.points]
+        sides = [(self.first, self.first - 1), (self.first + 1, self.first + 2)]
+        sides = [(i, j) for i, j in sides if 0 <= j < len(near) and np.isfinite(near[i] + near[j])]
+        steep = [near[i] * self.away[i] >= 0.5 * near[j] * self.away[j] for i, j in sides]
+        return any(steep) and all(near[i] > near[j] > 0.0 for i, j in sides)
 
 
 # ----------------------------------------------------------------------------
