@@ -33,7 +33,7 @@ from matplotlib import rc_context
 
 from vibecalc.core.report.plots import STYLE, SWEEP_PICTURES, draw_file, make
 from vibecalc.core.report.sweep.limits import best, judge
-from vibecalc.core.report.sweep.picture_parts import failure_marks, pictured, shown_unit
+from vibecalc.core.report.sweep.picture_parts import failure_marks, pictured
 from vibecalc.core.report.sweep.view import GridAxis, SweepView
 from vibecalc.core.results.record import Axis
 from vibecalc.core.study.sweep.assemble import assemble
@@ -243,7 +243,7 @@ def test_resonances_are_marked_over_the_speed() -> None:
     assert {"order 1, mode 1", "order 1, mode 2", "order 2, mode 2"} <= {
         text.get_text() for text in axes.texts
     }
-    assert axes.get_ylabel() == "energy in mJ"
+    assert axes.get_ylabel() == "energy in J"
 
 
 def test_unbounded_points_are_triangles() -> None:
@@ -360,15 +360,6 @@ def test_indices_are_bars_with_their_standard_errors() -> None:
     widths = [patch.get_width() for patch in bars.patches]
     np.testing.assert_allclose(widths, [*found.first, *found.total])
     assert [text.get_text() for text in bars.get_yticklabels()] == ["stiffness", "damping"]
-
-
-def test_units_suit_the_size() -> None:
-    assert shown_unit("a/sag", "m", np.array([0.02, np.nan])) == (1e3, "mm")
-    assert shown_unit("a/energy", "J", np.array([0.02])) == (1e3, "mJ")
-    factor, unit = shown_unit("a/natural_frequency", "rad/s", np.array([1.0]))
-    assert (factor, unit) == (pytest.approx(0.5 / np.pi), "Hz")
-    assert shown_unit("a/peak_speed", "rad/s", np.array([1.0]))[1] == "rpm"
-    assert shown_unit("a/force", "N", np.array([np.inf])) == (1.0, "N")
 
 
 def test_nothing_computed_has_no_picture() -> None:

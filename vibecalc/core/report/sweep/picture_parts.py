@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, length_scale, unit_words
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, read_in, unit_words
 from vibecalc.core.report.sweep.limits import (
     Judged,
     Limit,
@@ -17,8 +17,7 @@ from vibecalc.core.report.sweep.limits import (
 )
 from vibecalc.core.report.sweep.statistics import Worst, numeric, worst
 from vibecalc.core.report.sweep.view import GridAxis, SweepView, causes
-from vibecalc.core.report.writing import fold, is_speed, many
-from vibecalc.units import convert
+from vibecalc.core.report.writing import fold, many
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,7 +67,7 @@ class Shown(NamedTuple):
     def label(self) -> str:
         """What is measured, and its unit: `force in N`."""
         _, level, reference = self.words.partition(", dB re")
-        unit = unit_words(f"dB re{reference}" if level else self.unit)[1]
+        unit = unit_words(f"dB re{reference}")[1] if level else self.unit
         return f"{self.measure} in {unit}" if self.measure else unit or "number"
 
     def title(self, *notes: str) -> str:
@@ -185,9 +184,11 @@ def panels(sweep: SweepView, judged: Judged, points: np.ndarray, most: int) -> l
 
 
 def shown(sweep: SweepView, judged: Judged, path: str) -> Shown:
-    """A result in a unit that suits its size: rpm, Hz, mm, mJ, else as it is."""
+    """A result in the unit that people read values of its size in."""
     counted, quantity = worst(sweep, path), sweep.quantities[path]
-    factor, unit = shown_unit(path, quantity.unit, counted.values)
+    size = np.abs(counted.values)
+    largest = float(np.max(size, initial=0.0, where=np.isfinite(size)))
+    factor, unit = read_in(quantity, largest)
     measure = _MEASURES.get(quantity.unit, {"rpm": "speed", "Hz": "frequency"}.get(unit, ""))
     words = quantity.long_name or short_name(path)
     own = [limit for limit in judged.limits if limit.quantity == path]
@@ -197,20 +198,6 @@ def shown(sweep: SweepView, judged: Judged, path: str) -> Shown:
 def short_name(path: str) -> str:
     """The last word of a path, for a legend."""
     return path.rsplit("/", 1)[-1].replace("_", " ")
-
-
-def shown_unit(path: str, unit: str, values: np.ndarray) -> tuple[float, str]:
-    """Factor and unit for a picture; `values` are in SI."""
-    finite = np.abs(values[np.isfinite(values)])
-    largest = float(np.max(finite, initial=0.0))
-    if unit == "m" and largest > 0.0:
-        return length_scale(largest)
-    if unit == "J" and 0.0 < largest < 0.1:
-        return 1e3, "mJ"
-    if unit == "rad/s":
-        other = "rpm" if is_speed(path) else "Hz"
-        return convert(1.0, unit, other), other
-    return 1.0, unit
 
 
 def along(axis: GridAxis) -> np.ndarray:
