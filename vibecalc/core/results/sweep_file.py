@@ -39,10 +39,15 @@ from vibecalc.core.results.store_read import (
     shown,
 )
 from vibecalc.errors import ResultError
+from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
 # What the file of a sweep says besides its numbers.
 # ----------------------------------------------------------------------------
+
+
+#: two ratios of an axis that differ by no more are equal
+_LOG_RTOL = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +59,21 @@ class SweptKey:
     unit: str
     written_unit: str
     choices: tuple[str, ...] = ()
+
+    @property
+    def factor(self) -> float:
+        """Takes a value in SI to the unit in which the case writes it."""
+        return 1.0 if self.choices else convert(1.0, self.unit, self.written_unit)
+
+    def number(self, value: float) -> str:
+        """One value in that unit, or the name of a choice."""
+        if self.choices:
+            return self.choices[round(float(value))]
+        return f"{float(value) * self.factor:.6g}"
+
+    def shown(self, value: float) -> str:
+        """The same with the unit: `12.5 N/mm`."""
+        return f"{self.number(value)} {'' if self.choices else self.written_unit}".rstrip()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +92,20 @@ class SweptAxis:
     def count(self) -> int:
         """Number of points along the axis."""
         return len(self.columns[0])
+
+    @property
+    def table(self) -> np.ndarray:
+        """Values (count, keys) in SI, or the number of a choice."""
+        return np.stack(self.columns, axis=1).astype(float)
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether its first key goes up, or down, in equal ratios."""
+        first = self.columns[0]
+        if self.keys[0].choices or first.size < 3 or np.min(first) <= 0.0:
+            return False
+        steps = np.diff(np.log(first))
+        return bool(np.ptp(steps) <= _LOG_RTOL * abs(steps[0]) and steps[0] != 0.0)
 
     def values(self) -> list[np.ndarray]:
         """All values of each key, choices by their names."""

@@ -54,7 +54,7 @@ def draw_sweep_line(sweep: SweepView) -> "Figure | None":
         return None
     # a case that is a sweep says it in its title already
     title = str(sweep.case.get("title") or "")
-    over = "" if " over " in title else f"over {picture.grid[0].keys[0].words}"
+    over = "" if " over " in title else f"over {picture.grid[0].keys[0].label}"
     panels = tuple(_panel(picture, one) for one in picture.shown)
     below = 1 if picture.star or picture.marks else 3
     words = "; ".join(filter(None, (over, picture.held)))
@@ -93,17 +93,17 @@ def _panel(picture: Picture, one: Shown) -> Panel:
         words, notes = "{}", []
     elif len(picture.grid) > 1:
         second = picture.grid[1].keys[0]
-        names = [unit_words(second.shown(value))[1] for value in picture.grid[1].values[:, 0]]
-        words = f"{second.words} = {{}}"
+        names = [unit_words(second.shown(value))[1] for value in picture.grid[1].table[:, 0]]
+        words = f"{second.label} = {{}}"
     places, values = _with_gaps(sweep, x, numbers, values)
     at_end = separate is not None and len(names) > _ENTRIES
     if at_end:
         words, notes = "", [f"{sweep.quantities[one.path].axes[0].name} at the right"]
     if one.worst.spread is not None:
         notes.append(f"{'bars' if x.size <= _DENSE else 'band'}: standard error")
-    choices = np.array([key.shown(value) for value in axis.values[:, 0]], dtype=object)
+    choices = np.array([key.shown(value) for value in axis.table[:, 0]], dtype=object)
     along_x = Axis(
-        name=key.key, values=choices if key.names else places, unit="", long_name=key.words
+        name=key.key, values=choices if key.choices else places, unit="", long_name=key.label
     )
     lines = Axis(name="line", values=np.array(names, dtype=object))
     drawn = Quantity(path="", values=values, unit="", long_name="", axes=(lines, along_x))
@@ -112,7 +112,7 @@ def _panel(picture: Picture, one: Shown) -> Panel:
     def curve(members: list[str], row: np.ndarray, i: int) -> Curve:
         # an entry has one colour in all panels
         colour, dashes = palette(i)
-        look = {"color": colour, "linestyle": "none" if key.names else dashes,
+        look = {"color": colour, "linestyle": "none" if key.choices else dashes,
                 "marker": "o" if x.size <= _SEEN else "", "ms": 4}  # fmt: skip
         line = replace(drawn, values=row, axes=(along_x,))
         return Curve(lambda _: line, words.replace("{}", ", ".join(members)), look, part=np.real)

@@ -33,8 +33,9 @@ from vibecalc.core.report.sweep.picture_parts import (
     short_name,
 )
 from vibecalc.core.report.sweep.statistics import axis_names, indices_of, sample_statistics
-from vibecalc.core.report.sweep.view import GridAxis, SweepView
+from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.report.writing import show
+from vibecalc.core.results.sweep_file import SweptAxis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,7 +61,7 @@ def draw_sweep_map(sweep: SweepView) -> "Figure | None":
         return None
     count = len(picture.shown) + bool(picture.judged.limits)
     columns = min(2, count)
-    first, second = (axis.keys[0].words for axis in picture.grid)
+    first, second = (axis.keys[0].label for axis in picture.grid)
     held = f"; {picture.held}" if picture.held else ""
     figure = canvas(sweep, f"over {first} and {second}{held}", 1.7 + 3.6 * -(-count // columns))
     # the names of bars of colour are wider than the layout takes them for
@@ -88,12 +89,12 @@ def draw_sweep_map(sweep: SweepView) -> "Figure | None":
     return figure
 
 
-def _name_axis(axes: "Axes", axis: GridAxis, direction: str) -> None:
+def _name_axis(axes: "Axes", axis: SweptAxis, direction: str) -> None:
     """Title, scale and, for choices, names of the x or y axis."""
     key, upright = axis.keys[0], getattr(axes, f"{direction}axis")
     upright.set_label_text(axis_title(axis))
-    if key.names:
-        ticks(upright, along(axis), [key.shown(value) for value in axis.values[:, 0]])
+    if key.choices:
+        ticks(upright, along(axis), [key.shown(value) for value in axis.table[:, 0]])
     elif axis.logarithmic:
         getattr(axes, f"set_{direction}scale")("log")
         plain_ticks(upright)
@@ -192,7 +193,7 @@ def draw_sweep_sample(sweep: SweepView) -> "Figure | None":
     chosen = panels(sweep, judge(sweep), everywhere, _MOST if sweep.indices else 2 * _MOST)
     if not chosen:
         return None
-    method = sweep.sampling.replace("_", " ")
+    method = sweep.head.sampling.replace("_", " ")
     subtitle = f"{sweep.count} points, {method} sampling of " + ", ".join(axis_names(sweep))
     columns = 1 if len(chosen) == 1 and not sweep.indices else 2
     count = len(chosen) * (1 + sweep.indices)

@@ -16,8 +16,9 @@ from vibecalc.core.report.sweep.limits import (
     nearest,
 )
 from vibecalc.core.report.sweep.statistics import Worst, numeric, worst
-from vibecalc.core.report.sweep.view import GridAxis, SweepView, causes
+from vibecalc.core.report.sweep.view import SweepView, causes
 from vibecalc.core.report.writing import fold, many
+from vibecalc.core.results.sweep_file import SweptAxis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -100,7 +101,7 @@ class Picture(NamedTuple):
     shown: list[Shown]
 
     @property
-    def grid(self) -> list[GridAxis]:
+    def grid(self) -> list[SweptAxis]:
         """The axes that are shown."""
         return [self.sweep.grid[i] for i in self.axes]
 
@@ -139,7 +140,7 @@ def pictured(sweep: SweepView, most_points: int, most: int) -> Picture | None:
     """
     judged, shape = judge(sweep), sweep.shape
     order = sorted(
-        range(len(shape)), key=lambda i: (bool(sweep.grid[i].keys[0].names), -shape[i], i)
+        range(len(shape)), key=lambda i: (bool(sweep.grid[i].keys[0].choices), -shape[i], i)
     )
     axes = (order[0], *[i for i in order[1:] if shape[i] <= most_points][:1])
     found = best(sweep, judged)
@@ -149,10 +150,10 @@ def pictured(sweep: SweepView, most_points: int, most: int) -> Picture | None:
     points = np.arange(sweep.count).reshape(shape)[index]
     points = points.T if axes[0] > axes[-1] else points
     held = [
-        f"{key.words} = {key.shown(value)}"
+        f"{key.label} = {key.shown(value)}"
         for i, axis in enumerate(sweep.grid)
         if i not in axes
-        for key, value in zip(axis.keys, axis.values[places[i]], strict=True)
+        for key, value in zip(axis.keys, axis.table[places[i]], strict=True)
     ]
     chosen = panels(sweep, judged, points, most)
     return Picture(sweep, judged, axes, points, ", ".join(held), chosen) if chosen else None
@@ -160,7 +161,7 @@ def pictured(sweep: SweepView, most_points: int, most: int) -> Picture | None:
 
 def is_map(sweep: SweepView) -> bool:
     """Whether two axes of numbers are too long for a handful of lines."""
-    long = [a for a in sweep.grid if len(a.values) > FEW and not a.keys[0].names]
+    long = [a for a in sweep.grid if a.count > FEW and not a.keys[0].choices]
     return len(long) > 1
 
 
@@ -200,17 +201,19 @@ def short_name(path: str) -> str:
     return path.rsplit("/", 1)[-1].replace("_", " ")
 
 
-def along(axis: GridAxis) -> np.ndarray:
+def along(axis: SweptAxis) -> np.ndarray:
     """Values of the first key of an axis in its unit; places of choices."""
-    if axis.keys[0].names:
-        return np.arange(len(axis.values), dtype=float)
-    return np.asarray(axis.values[:, 0] * axis.keys[0].factor)
+    if axis.keys[0].choices:
+        return np.arange(axis.count, dtype=float)
+    return np.asarray(axis.table[:, 0] * axis.keys[0].factor)
 
 
-def axis_title(axis: GridAxis) -> str:
+def axis_title(axis: SweptAxis) -> str:
     """Words of an axis with its unit, and the names of what varies along with it."""
-    title = unit_words(axis.keys[0].title.replace(" in um", " in \u00b5m"))[1]
-    also = ", ".join(other.words for other in axis.keys[1:3])
+    key = axis.keys[0]
+    unit = "" if key.choices else key.written_unit.replace("um", "\u00b5m")
+    title = unit_words(f"{key.label} in {unit}" if unit else key.label)[1]
+    also = ", ".join(other.label for other in axis.keys[1:3])
     return textwrap.fill(title + (f" (with {also})" if also else ""), _LABEL)
 
 

@@ -322,4 +322,4 @@ def indices_of(sweep: SweepView, counted: Worst) -> Indices | str:
 
 def axis_names(sweep: SweepView) -> list[str]:
     """What is drawn together counts as one: the words of its first key."""
-    return [sweep.keys[places[0]].words for places in sweep.together]
+    return [sweep.keys[places[0]].label for places in sweep.together]

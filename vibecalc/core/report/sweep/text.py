@@ -171,6 +171,7 @@ def sweep_lines(sweep: SweepView) -> list[str]:
     lines = [*heading(str(sweep.case.get("title") or sweep.name), 1), *_identity(sweep)]
     lines += titled("Summary", paragraph(conclusion(sweep, judged)))
     left_out = map(": ".join, sweep.left_out.items())
+    provenance = sweep.head.result.provenance.items()
     sections = (
         ("What varies", _varied(sweep)),
         ("Limits", limit_lines(sweep, judged)),
@@ -179,7 +180,10 @@ def sweep_lines(sweep: SweepView) -> list[str]:
         ("Sobol indices", index_lines(sweep)),
         ("Points without a result", failure_lines(sweep)),
         ("Not kept", [line for words in left_out for line in paragraph(words)]),
-        ("Provenance", pairs((name, str(text)) for name, text in sweep.provenance.items())),
+        (
+            "Provenance",
+            pairs((name, str(text)) for name, text in provenance),
+        ),
     )
     return lines + [line for one in sections if one[1] for line in titled(*one)]
 
@@ -242,30 +246,39 @@ def _identity(sweep: SweepView) -> list[str]:
     drawn = "a grid" + (f" of {sizes}" if len(sweep.shape) > 1 else "")
     if not sweep.grid:
         runs = ", in the order that Sobol indices need" if sweep.indices else ""
-        drawn = f"{sweep.sampling.replace('_', ' ')} sampling{runs}"
+        drawn = f"{sweep.head.sampling.replace('_', ' ')} sampling{runs}"
     source, points = str(sweep.case.get("source") or ""), f"{sweep.count}, {drawn}"
-    rows = [("case", sweep.name), ("source", source), ("points", points), *sweep.facts]
+    head = sweep.head
+    rows = [
+        ("case", sweep.name),
+        ("source", source),
+        ("points", points),
+        ("sha256 of the case", head.result.case_sha256),
+        ("sha256 of the sweep", head.identity),
+        ("vibecalc", head.result.version),
+    ]
     return pairs(row for row in rows if row[1])
 
 
 def _varied(sweep: SweepView) -> list[str]:
     rows: list[list[str]] = []
-    for axis in sweep.axes:
-        spacing = "log" if axis.logarithmic else _steps(axis.values[:, 0])
+    for axis in sweep.head.axes:
+        spacing = "log" if axis.logarithmic else _steps(axis.table[:, 0])
         for column, key in enumerate(axis.keys):
-            values = axis.values[:, column]
+            values = axis.table[:, column]
             count, step = (str(len(values)), spacing) if column == 0 else ("in step", "")
             if not sweep.grid:
                 count, step, values = "", "drawn", np.sort(values)
-            if not key.names:
+            if not key.choices:
                 ends = [key.number(values[0]), key.number(values[-1])]
-                rows.append([key.key, count, *ends, key.unit, step])
+                rows.append([key.key, count, *ends, key.written_unit, step])
                 continue
             if sweep.grid:
                 count, step = str(len(values)), "choice"
-                names = (key.names[round(float(value))] for value in values)
+                names = (key.choices[round(float(value))] for value in values)
             rows.append([key.key, count, "", "", "", step])
-            rows.append([f"  {', '.join(names if sweep.grid else key.names)}", "", "", "", "", ""])
+            listed = ", ".join(names if sweep.grid else key.choices)
+            rows.append([f"  {listed}", "", "", "", "", ""])
     return table(_AXES, rows)
 
 
