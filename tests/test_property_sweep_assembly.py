@@ -28,10 +28,8 @@ from sweep_samples import MODEL, SPEED, STIFFNESS, axis, design_of, scattered, s
 from vibecalc.core.results.layout import DONE, NOT_RUN
 from vibecalc.core.results.store import read_result
 from vibecalc.core.results.sweep_file import (
-    boxes,
     is_sweep,
     open_sweep,
-    read_points,
 )
 from vibecalc.core.study.sweep.assemble import assemble, merge
 
@@ -39,21 +37,6 @@ from vibecalc.core.study.sweep.assemble import assemble, merge
 def written(folder: Path, sweep: Made, name: str = "sweep.h5") -> Path:
     sweep.fill()
     return assemble(folder / name, sweep.head, sweep.journal).path
-
-
-@given(data=st.data(), shape=st.lists(st.integers(1, 6), min_size=1, max_size=4))
-@settings(max_examples=30, deadline=None)
-def test_boxes_hold_each_point_once_and_are_few(data: st.DataObject, shape: list[int]) -> None:
-    count = int(np.prod(shape))
-    first = data.draw(st.integers(0, count))
-    last = data.draw(st.integers(first, count))
-    numbers = np.arange(count).reshape(shape)
-    cut = list(boxes(first, last, shape))
-    found = [numbers[place].ravel() for place, _, _ in cut]
-    assert np.array_equal(np.concatenate([*found, np.empty(0, int)]), np.arange(first, last))
-    assert [(one[0], one[-1] + 1) for one in found] == [(start, stop) for _, start, stop in cut]
-    assert len(cut) <= 2 * len(shape) - 1
-    assert np.array_equal(read_points(numbers, first, last, shape), np.arange(first, last))
 
 
 @pytest.mark.parametrize(("sizes", "size"), [((24,), 5), ((4, 6), 1), ((4, 3, 2), 24)])

@@ -127,7 +127,7 @@ class SweepView:
             points = np.moveaxis(np.arange(self.count).reshape(self.shape), speeds[0], -1)
             for mode, line in product(range(len(modes)), points.reshape(-1, len(turning))):
                 halves = np.floor(2.0 * modes[mode, line] / turning)
-                for i in np.flatnonzero(np.abs(np.diff(halves)) > 0.0):
+                for i in np.flatnonzero(np.abs(np.diff(halves)) > 0.0).tolist():
                     near = np.arange(max(i - 1, 0), min(i + 3, len(line)))
                     order = 0.5 * max(halves[i : i + 2])
                     away = np.abs(order * turning[near] - modes[mode, line[near]])

@@ -98,7 +98,7 @@ class KeyTable(NamedTuple):
         """What is wrong at a key of the table."""
         return refused((*self.place, key), message, **words)
 
-    def number(self, key: str, written: Written | None, *, difference: bool = False) -> float:
+    def number(self, key: str, written: Any, *, difference: bool = False) -> float:
         """A value in SI."""
         name, shape = self.table.key, self.shape
         if isinstance(written, bool):
