@@ -222,6 +222,7 @@ def test_axes_that_are_none(table: dict[str, Any], key: str, words: str) -> None
         ({"points": 8}, "points", "points belongs to a sampling"),
         ({"seed": 8}, "seed", "seed belongs to a sampling"),
         ({"sampling": "sobol", "points": 1}, "points", "points is out of range"),
+        ({"keep": ["a/b", "a/b"]}, "keep", "stands twice"),
         ({"indices": True}, "indices", "Sobol indices"),
         ({"sampling": "latin_hypercube", "indices": True}, "indices", "Sobol indices"),
     ],
@@ -229,7 +230,7 @@ def test_axes_that_are_none(table: dict[str, Any], key: str, words: str) -> None
 def test_samplings_that_are_none(changes: dict[str, Any], key: str, words: str) -> None:
     sweep = {"axes": [{"key": STIFFNESS, "values": [1, 2]}], **changes}
     (problem,) = of_form({**generator().resolved, "sweep": sweep})
-    assert problem.path == ("sweep", key)
+    assert problem.path[:2] == ("sweep", key)
     assert words in problem.message
 
 
@@ -243,7 +244,6 @@ PEAK = "isolation/lever_force/steady_peak"
         (["isolation/lever_force/steady_peek"], (), f"did you mean '{PEAK}'?"),
         (["excitation/residual"], (), "no table of this case asks for it"),
         (["isolation/lever_force/run_up"], (), "keep isolation/lever_force/run_up_peak instead"),
-        ([PEAK, PEAK], (), f"{PEAK} is kept twice"),
         (["isolation/pitch/inertia"], MODELS, "isolation.model = rigid_body"),
         (["isolation/modes/shape"], MODELS, "isolation.model = pitch"),
     ],

@@ -19,7 +19,7 @@ from vibecalc.core.case.fields import (
     read_labels,
 )
 from vibecalc.core.case.raw import tables_at
-from vibecalc.core.case.rules import Row, Rule, at_most_one, by_kind, needs, no, one_of, refuse, unique
+from vibecalc.core.case.rules import Row, Rule, at_most_one, by_kind, needs, no, once, one_of, refuse, unique
 from vibecalc.errors import Problem
 
 # ----------------------------------------------------------------------------
@@ -417,6 +417,7 @@ class Sweep(Table):
         description="first-order and total Sobol indices; takes points times (axes + 2) runs",
     )
     RULES = (
+        once("keep", "quantity"),
         no(
             "points seed",
             lambda t: t["sampling"] == "grid",

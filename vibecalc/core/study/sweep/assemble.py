@@ -78,7 +78,8 @@ def _written(target: Path, head: SweepHead, blocks: Callable[[], Iterator[Block]
 def sweep_head(result: Result, design: Design, identity: str, stored: Sequence[str]) -> SweepHead:
     """What a file says of a sweep; `result` has case, plan and provenance, and no quantities."""
     if design.sampling == "grid":
-        along = [(axis.name, axis.keys, axis.at(np.arange(axis.count or 0))) for axis in design.axes]
+        pairs = zip(design.axes, design.shape, strict=True)
+        along = [(axis.name, axis.keys, axis.at(np.arange(size))) for axis, size in pairs]
     else:
         along = [(SAMPLE, design.every, design.value_of(np.arange(design.count)))]
     axes = []

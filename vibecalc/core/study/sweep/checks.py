@@ -10,7 +10,6 @@ import numpy as np
 
 from vibecalc.core.case.load import LoadedCase, validate
 from vibecalc.core.case.raw import case_at
-from vibecalc.core.case.study_tables import Objective
 from vibecalc.core.case.walk import bound_words
 from vibecalc.core.results.record import Entry
 from vibecalc.core.run.columns import allowed_by
@@ -140,64 +139,54 @@ def stored_paths(
     Those that `keep` names, and the objective; by default all single numbers of the stages that
     every point runs, and of the same stages what limits and references name.
     """
-    goal = {one.quantity for _, one in _objective(case)}
+    goal = _goal(case)
     if keep:
         return tuple(sorted({*keep, *goal}))
     planned = planned_quantities(case)
     for _, plan in _plans(design, resolved):
         planned = {path: entry for path, entry in planned.items() if path in plan}
-    named = goal | {limit.quantity for limit in case.limit}
-    named |= {reference.quantity for reference in case.reference}
+    named = {*goal, *(one.quantity for one in (*case.limit, *case.reference))}
     wanted = {path for path in planned if not planned[path].axes or path in named}
     return tuple(sorted(path for path in wanted if not _unshared_axis(planned[path])))
 
 
-def _objective(case: "Case") -> list[tuple[KeyPath, Objective]]:
-    """The objective of a sweep with its place, if it has one."""
+def _goal(case: "Case") -> list[str]:
+    """What the objective of a sweep is on, if it has one."""
     goal = None if case.sweep is None else case.sweep.objective
-    return [] if goal is None else [(("sweep", "objective"), goal)]
+    return [] if goal is None else [goal.quantity]
 
 
 def keep_problems(
     keep: Sequence[str], case: "Case", design: Design, resolved: Mapping[str, Any]
-) -> list[Problem]:
-    """Problems of the paths that `keep` and objective name: unknown, twice, or not the same at all
+) -> Iterator[Problem]:
+    """Problems of the paths that `keep` and objective name: unknown, or not the same at all
     points.
     """
-    problems = []
     plans = _plans(design, resolved)
     everywhere = planned_quantities(case)
     for _, plan in plans:
         everywhere |= plan
     places: list[tuple[KeyPath, str]] = [(("sweep", "keep", n), one) for n, one in enumerate(keep)]
-    for position, (place, path) in enumerate(
-        [*places, *((at, goal.quantity) for at, goal in _objective(case))]
-    ):
-        if path in keep[:position] and place[1] == "keep":
-            problems.append(Problem(path=place, message=f"{path} is kept twice"))
-        elif path not in everywhere:  # of an objective the targets of the case say it
-            if place[1] == "keep":
-                problems.append(unknown_quantity(place, path, everywhere)._replace(path=place))
+    for place, path in [*places, *((("sweep", "objective"), one) for one in _goal(case))]:
+        if path not in everywhere:
+            if "keep" in place:  # of an objective the targets of the case say it
+                yield unknown_quantity(place, path, everywhere)._replace(path=place)
         elif missing := [settings for settings, plan in plans if path not in plan]:
-            problems.append(
-                Problem(
-                    path=place,
-                    message="not every point of the sweep has this quantity",
-                    found=f"{path}, without it: {_said(missing[0])}",
-                    hint="keep what all points have, or sweep the choices one by one",
-                )
+            at = ", ".join(f"{key} = {value}"[:100] for key, value in missing[0].items())
+            yield Problem(
+                path=place,
+                message="not every point of the sweep has this quantity",
+                found=f"{path}, without it: {at or 'the first point'}",
+                hint="keep what all points have, or sweep the choices one by one",
             )
         elif axis := _unshared_axis(everywhere[path]):
-            problems.append(
-                Problem(
-                    path=place,
-                    message=f"its axis {axis!r} is chosen anew at every point",
-                    found=path,
-                    allowed="a quantity whose axes all points share",
-                    hint=_instead(path, everywhere),
-                )
+            yield Problem(
+                path=place,
+                message=f"its axis {axis!r} is chosen anew at every point",
+                found=path,
+                allowed="a quantity whose axes all points share",
+                hint=_instead(path, everywhere),
             )
-    return problems
 
 
 def _unshared_axis(entry: Entry) -> str:
@@ -211,12 +200,6 @@ def _instead(path: str, known: Mapping[str, Entry]) -> str:
     shared = [other for other, entry in known.items() if not _unshared_axis(entry)]
     near = difflib.get_close_matches(path, shared, n=1, cutoff=0.7)
     return f"keep {near[0]} instead" if near else ""
-
-
-def _said(settings: Settings) -> str:
-    return (
-        ", ".join(f"{key} = {value}"[:100] for key, value in settings.items()) or "the first point"
-    )
 
 
 # ----------------------------------------------------------------------------
@@ -235,7 +218,7 @@ def sweep_problems(loaded: LoadedCase) -> list[Problem]:
         return list(error.problems)
     resolved = loaded.base(design.keys)
     problems = [*_optimised_too(case, design), *check_design(design, resolved)]
-    return problems or keep_problems(case.sweep.keep, case, design, resolved)
+    return problems or list(keep_problems(case.sweep.keep, case, design, resolved))
 
 
 def _optimised_too(case: Case, design: Design) -> Iterator[Problem]:
