@@ -14,7 +14,14 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    CancelledError,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
 from importlib import import_module
 from itertools import islice
 from multiprocessing.connection import Connection, Pipe
@@ -258,7 +265,6 @@ def end(key: bytes) -> None:
 
 _ANSWER_WITHIN = 30  # seconds
 _AHEAD = 2  # chunks for each thread, so that none waits for the next one
-_LOST_WORKERS = 3  # times that a chunk is handed out again
 
 
 class Workers:
@@ -315,41 +321,29 @@ class Workers:
         RuntimeError, with the traceback, for a mistake of ours in one of them.
         """
         waiting = iter(works)
-        running: dict[Future[list[Any]], tuple[range, int]] = {}
-
-        def submit(points: range, losses: int) -> None:
-            future = self._executor.submit(compute, self._how, points, __version__)
-            running[future] = points, losses
-
+        running: dict[Future[list[Any]], range] = {}
         try:
             while True:
                 room = max(_AHEAD * self.threads(), 1) - len(running)
                 for points in islice(waiting, max(room, 0)):
-                    submit(points, 0)
+                    future = self._executor.submit(compute, self._how, points, __version__)
+                    running[future] = points
                 if not running:
                     return
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    points, losses = running.pop(future)
-                    lost = self._lost(future)
-                    if not lost:
-                        yield points, future.result()
-                    elif losses == _LOST_WORKERS or self._client.status != "running":
-                        raise UsageError(
-                            f"the cluster, or too many of its workers, is lost: {lost}"
-                        )
-                    else:
-                        submit(points, losses + 1)
+                    yield running.pop(future), self._result(future)
         except OSError as error:
             raise UsageError(f"the connection to the cluster is lost: {error}") from error
 
-    def _lost(self, future: "Future[list[Any]]") -> str:
-        """Why the worker that had a chunk is lost, if it is."""
-        if self._client is None:
-            return ""
-        if future.cancelled():
-            return "it gave the work back"
-        error = future.exception()
-        return str(error) if isinstance(error, _distributed().KilledWorker) else ""
+    def _result(self, future: "Future[list[Any]]") -> list[Any]:
+        """What a worker gave; a cluster hands out the chunks of one that is lost by itself."""
+        lost = (CancelledError, _distributed().KilledWorker) if self._client else CancelledError
+        try:
+            return future.result()
+        except lost as error:
+            raise UsageError(
+                f"the cluster, or too many of its workers, is lost: {error}"
+            ) from error
 
 
 def here(start: Start, works: Iterable[range]) -> Iterator[tuple[range, list[Any]]]:
