@@ -145,7 +145,8 @@ def stored_paths(
     planned = planned_quantities(case)
     for _, plan in _plans(design, resolved):
         planned = {path: entry for path, entry in planned.items() if path in plan}
-    named = {*goal, *(one.quantity for one in (*case.limit, *case.reference))}
+    named = {*goal, *(one.quantity for one in case.limit)}
+    named |= {one.quantity for one in case.reference}
     wanted = {path for path in planned if not planned[path].axes or path in named}
     return tuple(sorted(path for path in wanted if not _unshared_axis(planned[path])))
 
