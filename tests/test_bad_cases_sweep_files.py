@@ -2,7 +2,6 @@
 
 import os
 import resource
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -62,15 +61,6 @@ def test_a_full_disk_leaves_the_old_file(sweep: Made, tmp_path: Path, share: flo
     assert sorted(path.name for path in tmp_path.iterdir()) == ["sweep.h5", "sweep.h5.chunks"]
 
 
-def test_a_full_disk_leaves_no_chunk(sweep: Made) -> None:
-    journal, before = sweep.journal, sweep.journal.path.read_bytes()
-    for size in (0, 1, 1000):
-        with full_disk(len(before) + size), pytest.raises(UsageError, match="too large") as error:
-            journal.write(0, block_at(journal.points(0)))
-        refused(error)
-        assert journal.path.read_bytes() == before
-
-
 def test_a_disk_that_returns_something_else(sweep: Made, monkeypatch: pytest.MonkeyPatch) -> None:
     journal, before = sweep.journal, sweep.journal.path.read_bytes()
 
@@ -81,20 +71,6 @@ def test_a_disk_that_returns_something_else(sweep: Made, monkeypatch: pytest.Mon
     with pytest.raises(UsageError, match="does not give back what it got"):
         journal.write(0, block_at(journal.points(0)))
     assert journal.path.read_bytes() == before
-
-
-def test_a_removed_folder_is_named(tmp_path: Path) -> None:
-    sweep = made(tmp_path / "below")
-    sweep.fill()
-    shutil.rmtree(tmp_path / "below")
-    with pytest.raises(UsageError, match=r"below is not there any more") as error:
-        sweep.journal.write(0, block_at(sweep.journal.points(0)))
-    refused(error)
-    with pytest.raises(UsageError, match="is not there any more"):
-        assemble(tmp_path / "sweep.h5", sweep.head, sweep.journal, [0])
-    assert not (tmp_path / "sweep.h5").exists()
-    sweep.journal.look()
-    assert not sweep.journal.places
 
 
 def test_a_chunk_that_breaks_while_the_file_is_written(sweep: Made, tmp_path: Path) -> None:
