@@ -93,13 +93,11 @@ def worst(
     reduced = (np.fmax if side == "max" else np.fmin).reduce(values, axis=1)
     spread = _spread(sweep, path, places, entry, stacked.standard_errors)
 
-    def computed(one: np.ndarray) -> np.ndarray:
-        return np.where(sweep.done, one, np.nan)
-
+    known = np.where(sweep.done, 0.0, np.nan)
     return Worst(
-        computed(reduced),
-        computed(stacked.errors),
-        None if spread is None else computed(spread),
+        reduced + known,
+        stacked.errors + known,
+        None if spread is None else spread + known,
         entry,
         labels,
     )

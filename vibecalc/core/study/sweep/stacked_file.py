@@ -25,7 +25,7 @@ from vibecalc.core.results.layout import (
     VERSION_ATTRIBUTE,
     text_checksum,
 )
-from vibecalc.core.results.record import Quantity, Record
+from vibecalc.core.results.record import Axis, Quantity, Record
 from vibecalc.core.results.store import _Writer
 from vibecalc.core.results.sweep_file import (
     SweepHead,
@@ -178,34 +178,18 @@ class _StackedWriter:
         """The scale of an axis, and the values of its keys along it."""
         from h5py import h5ds
 
-        first = axis.keys[0]
+        first = axis.keys[0]  # a grid has few choices, and who opens the file wants their names
+        own = Axis(name=axis.name, values=axis.values()[0], unit=first.unit, long_name=first.label)
         if axis.name == SAMPLE:
-            number = SweptKey(key="", label="number of the point", unit="", written_unit="")
-            scale = self.column(name, np.arange(axis.count), number)
-        elif first.choices:  # a grid has few of them, and who opens the file wants names
-            scale = self.described_as(
-                self.writer.dataset(self.writer.root, name, axis.values()[0]), first
-            )
-        else:
-            scale = self.column(name, axis.columns[0], first)
-        h5ds.set_scale(scale, axis.name.encode())
+            own = Axis(name=SAMPLE, values=np.arange(axis.count), long_name="number of the point")
+        scale = self.writer.scale("", own, name)
         for key, values in zip(axis.keys, axis.columns, strict=True):
-            column = self.column(f"{VALUES}/{key.key}", values, key)
+            column = self.writer.dataset(self.writer.group(VALUES), key.key, values)
+            self.writer.text(column, "units", key.unit)
+            self.writer.text(column, "long_name", key.label)
             h5ds.attach_scale(column, scale, 0)
             h5ds.set_label(column, 0, axis.name.encode())
         return scale
-
-    def column(self, path: str, values: np.ndarray, key: SweptKey) -> Any:
-        """A dataset of numbers along an axis; its identifier."""
-        made = self.dataset(path, values.shape, _WHOLE if values.dtype.kind in "iu" else _REAL, 0)
-        made[...] = values
-        return self.described_as(made.id, key)
-
-    def described_as(self, place: Any, key: SweptKey) -> Any:
-        """The place, with unit and name as on every axis."""
-        self.writer.text(place, "units", key.unit)
-        self.writer.text(place, "long_name", key.label)
-        return place
 
     def over_points(
         self, path: str, kind: np.dtype, fill: float, lengths: tuple[int, ...] = ()
