@@ -1,5 +1,6 @@
 """Keys that a sweep may vary, and from the table of one in `[sweep]` to the values it takes."""
 
+import json
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -172,19 +173,11 @@ def _contents(key: KeyTable) -> ValueList:
 
 def labels(values: Sequence[Any]) -> tuple[str, ...]:
     """What stands for lists and tables in files and reports: themselves, or number and begin."""
-    texts = [_compact(value) for value in values]
+    plain = (json.dumps(one, ensure_ascii=False, separators=(",", "=")) for one in values)
     return tuple(
         text if len(text) <= _LONGEST_LABEL else f"{number}: {text[: _LONGEST_LABEL - 8]} ..."
-        for number, text in enumerate(texts, 1)
+        for number, text in enumerate((one.replace('"', "") for one in plain), 1)
     )
-
-
-def _compact(value: Any) -> str:
-    if isinstance(value, dict):
-        return f"{{{','.join(f'{key}={_compact(one)}' for key, one in value.items())}}}"
-    if isinstance(value, list | tuple):
-        return f"[{','.join(map(_compact, value))}]"
-    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _spread(key: KeyTable, sampled: bool, points: int | None) -> AxisValues:

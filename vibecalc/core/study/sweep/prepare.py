@@ -307,12 +307,8 @@ def sweep_settings(
     return settings
 
 
-def _toml(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return f"{{ {', '.join(f'{key} = {_toml(one)}' for key, one in value.items())} }}"
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return f"[{', '.join(map(_toml, value))}]"
-    return json.dumps(value, ensure_ascii=False)
+#: a value as TOML, which has `=` where JSON has a colon
+_toml = partial(json.dumps, ensure_ascii=False, separators=(", ", " = "))
 
 
 # ----------------------------------------------------------------------------
