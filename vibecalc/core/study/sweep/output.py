@@ -42,9 +42,8 @@ def locked(output: Path) -> Iterator[None]:
             lock.acquire(timeout=0)
         except Timeout:
             raise UsageError(f"another sweep{_holder(path)} is writing {output}") from None
+        path.write_text(f"process {os.getpid()} on {socket.gethostname()}", encoding="utf-8")
     try:
-        with in_words("cannot make the lock file", path):
-            path.write_text(f"process {os.getpid()} on {socket.gethostname()}", encoding="utf-8")
         yield
     finally:
         with suppress(OSError):  # while it is held: who has opened it meanwhile tries again

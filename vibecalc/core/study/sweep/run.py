@@ -44,7 +44,8 @@ def sweep(prepared: PreparedSweep, options: Options) -> Outcome:
         mine = shard_chunks(journal.chunks, options.shard)
         there = points_in(output, prepared, options.fresh)
         if options.resume and not options.again and there.size:
-            there = np.concatenate([there[journal.points(number)] for number in mine])
+            parts = (there[journal.points(number)] for number in mine)
+            there = np.concatenate([there[:0], *parts])
             if not np.isin(there, (NOT_RUN, *UNLUCKY)).any():
                 options.note(f"{output} is complete, nothing is left to do")
                 journal.clear()
