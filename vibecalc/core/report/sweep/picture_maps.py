@@ -217,15 +217,14 @@ def _histogram(axes: "Axes", sweep: SweepView, one: Shown) -> None:
     log = logarithmic(values)
     count = int(np.clip(np.sqrt(values.size), *_BINS))
     low, high = float(values.min()), float(values.max())
-    if low == high:
-        low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
-    edges = (np.geomspace if log else np.linspace)(low, high, count + 1)
+    edges = np.histogram_bin_edges(values, count)
+    if log:
+        edges = np.geomspace(low, high, count + 1)
     axes.hist(np.clip(values, low, high), edges.tolist(), color=COLOURS[0], alpha=0.75,
               label="samples")  # fmt: skip
     if log:
         axes.set_xscale("log")
-        if high < 1e4 * low:
-            plain_ticks(axes.xaxis)
+        plain_ticks(axes.xaxis)
     found = sample_statistics(sweep, one.worst)
     notes = [entry_words(one.worst, np.flatnonzero(chosen))]
     if not isinstance(found, str):
