@@ -27,6 +27,8 @@ from vibecalc.core.results.sweep_file import SweepHead, SweepResult, SweptAxis, 
 # A sweep as the report reads it: its keys in the units of the case, its results at all points.
 # ----------------------------------------------------------------------------
 
+#: order up to which passed natural frequencies are looked for
+_HIGHEST = 24.0
 #: letters in a line of a cause
 _CAUSE = 44
 
@@ -129,10 +131,11 @@ class SweepView:
                 halves = np.floor(2.0 * modes[mode, line] / turning)
                 for i in np.flatnonzero(np.abs(np.diff(halves)) > 0.0).tolist():
                     near = np.arange(max(i - 1, 0), min(i + 3, len(line)))
-                    order = 0.5 * max(halves[i : i + 2])
-                    away = np.abs(order * turning[near] - modes[mode, line[near]])
-                    words = f"order {order:g} on mode {mode + 1}"
-                    found.append(Crossing(line[near], int(i > 0), away, words, told))
+                    low, high = np.sort(np.minimum(halves[i : i + 2], 2.0 * _HIGHEST))
+                    for order in 0.5 * np.arange(low + 1.0, high + 1.0):
+                        away = np.abs(order * turning[near] - modes[mode, line[near]])
+                        words = f"order {order:g} on mode {mode + 1}"
+                        found.append(Crossing(line[near], int(i > 0), away, words, told))
         return found
 
     def values_of(self, points: np.ndarray) -> np.ndarray:
