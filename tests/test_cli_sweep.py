@@ -218,7 +218,7 @@ def test_two_sweeps_into_one_file_are_refused() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("bytes_free", [600, 8_000, 20_000])
+@pytest.mark.parametrize("bytes_free", [600, 8_000, 30_000])
 def test_a_full_disk_is_said_and_what_is_finished_is_used_later(
     bytes_free: int, tmp_path: Path
 ) -> None:
