@@ -19,7 +19,18 @@ from vibecalc.core.case.fields import (
     read_labels,
 )
 from vibecalc.core.case.raw import tables_at
-from vibecalc.core.case.rules import Row, Rule, at_most_one, by_kind, needs, no, once, one_of, refuse, unique
+from vibecalc.core.case.rules import (
+    Row,
+    Rule,
+    at_most_one,
+    by_kind,
+    needs,
+    no,
+    once,
+    one_of,
+    refuse,
+    unique,
+)
 from vibecalc.errors import Problem
 
 # ----------------------------------------------------------------------------
