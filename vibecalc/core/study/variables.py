@@ -94,9 +94,7 @@ def telling(wanted: bool) -> Iterator[Callable[..., None]]:
 
 @contextmanager
 def counted(what: str, wanted: bool, likely: int = 0) -> Iterator[Callable[..., None]]:
-    """What is to be called after each run of a search, with words to show.
-
-    After several at once, with their number too.
+    """What is to be called after each run of a search, with words to show, or after several.
 
     With the `likely` number of runs the time left is shown, too, as long as no more are spent.
     """
