@@ -11,7 +11,7 @@ from vibecalc.core.results.layout import BUG, DONE, FAILED
 from vibecalc.core.results.record import Axis, Quantity
 from vibecalc.core.results.sweep_file import SweepHead
 from vibecalc.core.study.sweep.assemble import sweep_head
-from vibecalc.core.study.sweep.blocks import Block, combined, one_point
+from vibecalc.core.study.sweep.blocks import Block, columns_of, combined, one_point
 from vibecalc.core.study.sweep.design import Design
 from vibecalc.core.study.sweep.journal import Journal
 from vibecalc.core.study.sweep.prepare import identify
@@ -49,7 +49,7 @@ def made(folder: Path, design: Design | None = None, size: int = 5, kept: Any = 
     head = sweep_head(result_of(), design, identity, kept)
     folder.mkdir(exist_ok=True)
     journal = Journal(
-        path=folder / "sweep.h5.chunks", identity=identity.sweep, count=design.count, size=size
+        path=folder / "sweep.h5.chunks", identity=identity, count=design.count, size=size
     )
     return Made(design, head, journal)
 
@@ -85,6 +85,26 @@ def found_at(point: int) -> dict[str, Quantity]:
 def block_at(points: np.ndarray, kept: Any = KEPT) -> Block:
     each = [one_point(point, *outcome(point), found_at(point)) for point in points.tolist()]
     return combined(each, points, kept)
+
+
+class Seen(NamedTuple):
+    """One quantity at the points of a block, with what it is."""
+
+    values: np.ndarray
+    errors: np.ndarray
+    unit: str
+    long_name: str
+    amplitude: str | None
+    axes: tuple[Axis, ...]
+
+
+def quantities(block: Block) -> dict[str, Seen]:
+    """What a block has, by path."""
+    return {
+        path: Seen(*(block.columns[name] for name in columns_of(path)[:2]), one.unit,
+                   one.long_name, one.amplitude, one.axes)
+        for path, one in block.described.items()
+    }  # fmt: skip
 
 
 def expected(path: str, point: int, shape: tuple[int, ...]) -> np.ndarray:

@@ -1,15 +1,16 @@
 """Sweeps for the tests of their report: results that are written down as formulas of the keys."""
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import pairwise
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from sample_results import result_of
 
-from vibecalc.core.report.sweep.view import GridAxis, Key, StackedResult, SweepView
+from vibecalc.core.report.sweep.view import StackedResult, SweepView
 from vibecalc.core.results.layout import DONE, FAILED, REFUSED, TIMED_OUT
 from vibecalc.core.results.record import Axis, Quantity
-from vibecalc.units import convert
+from vibecalc.core.results.sweep_file import SweepHead, SweptAxis, SweptKey
 
 STIFFNESS = ("machine.mounts.each.stiffness", "N/m", "N/mm")
 DAMPING = ("machine.mounts.each.damping", "N*s/m", "N*s/m")
@@ -20,9 +21,14 @@ PEAK, SAG, BOTH = "isolation/force/peak", "isolation/sag", "isolation/force/by_m
 UNITS = {PEAK: "N", SAG: "m", BOTH: "N"}
 
 
-def key(name: str, unit: str, written: str, names: tuple[str, ...] = ()) -> Key:
-    factor = 1.0 if names else convert(1.0, unit, written)
-    return Key(name, name.rsplit(".", 1)[-1], written, factor, names)
+def key(name: str, unit: str, written: str, names: tuple[str, ...] = ()) -> SweptKey:
+    label = name.rsplit(".", 1)[-1]
+    return SweptKey(key=name, label=label, unit=unit, written_unit=written, choices=names)
+
+
+def axis_of(keys: Sequence[SweptKey], values: np.ndarray) -> SweptAxis:
+    """An axis with the values (n, keys) of its keys."""
+    return SweptAxis(name="axis", keys=tuple(keys), columns=tuple(np.asarray(values, float).T))
 
 
 def force(stiffness: Any, damping: Any) -> Any:
@@ -42,8 +48,8 @@ def results(stiffness: np.ndarray, damping: np.ndarray) -> dict[str, np.ndarray]
 
 
 def view(
-    axes: Sequence[GridAxis] | np.ndarray,
-    keys: Sequence[Key],
+    axes: Sequence[SweptAxis] | np.ndarray,
+    keys: Sequence[SweptKey],
     values: Mapping[str, np.ndarray],
     *,
     limits: Sequence[Mapping[str, Any]] = (),
@@ -76,20 +82,19 @@ def view(
         scale = errors * np.max(np.abs(array[np.isfinite(array)]), initial=0.0)
         return StackedResult(array, np.full(count, scale), (spread or {}).get(path))
 
-    sizes = [1] * len(keys) if isinstance(axes, np.ndarray) else [len(axis.keys) for axis in axes]
-    ends = np.cumsum([0, *sizes])
-    return SweepView(
-        name="mounts",
-        case={"title": "Machine on mounts", "limit": list(limits), **(case or {})},
+    sampled = isinstance(axes, np.ndarray)
+    parts = [[one] for one in keys] if sampled else [list(axis.keys) for axis in axes]
+    whole = {"title": "Machine on mounts", "limit": list(limits), **(case or {})}
+    head = SweepHead(
+        result=replace(result_of(), name="mounts", case=whole),
+        axes=(axis_of(keys, axes),) if isinstance(axes, np.ndarray) else tuple(axes),
         sampling=sampling,
-        axes=(GridAxis(tuple(keys), axes),) if isinstance(axes, np.ndarray) else tuple(axes),
-        together=tuple(tuple(range(a, b)) for a, b in pairwise(ends.tolist())),
-        indices=indices,
-        status=status,
-        reasons={point: words for point, (_, words) in failed.items()},
-        quantities=kept,
-        read=read,
+        design={"axes": [[one.key for one in some] for some in parts], "indices": indices},
+        stored=tuple(values),
+        identity="",
     )
+    reasons = {point: words for point, (_, words) in failed.items()}
+    return SweepView(head=head, status=status, reasons=reasons, quantities=kept, read=read)
 
 
 LIMITS = (
@@ -113,10 +118,10 @@ def mounts(stiffnesses: int = 21, dampings: int = 15, **more: Any) -> SweepView:
     """Stiffness (logarithmic) by damping."""
     keys = (key(*STIFFNESS), key(*DAMPING))
     axes = [
-        GridAxis((keys[0],), np.geomspace(5e3, 5e4, stiffnesses)[:, None]),
-        GridAxis((keys[1],), np.linspace(0.0, 20.0, dampings)[:, None]),
+        axis_of((keys[0],), np.geomspace(5e3, 5e4, stiffnesses)[:, None]),
+        axis_of((keys[1],), np.linspace(0.0, 20.0, dampings)[:, None]),
     ]
-    k, c = (a.ravel() for a in np.meshgrid(axes[0].values, axes[1].values, indexing="ij"))
+    k, c = (a.ravel() for a in np.meshgrid(axes[0].table, axes[1].table, indexing="ij"))
     settings: dict[str, Any] = {"limits": LIMITS, "own": {BOTH: (MOUNTS,)}, "case": CASE}
     return view(axes, keys, results(k, c), **(settings | more))
 
@@ -136,7 +141,7 @@ def along_speed(**more: Any) -> SweepView:
         "units": {"response/kinetic_energy/mean": "J", "response/modes/natural_frequency": "rad/s"},
         "limits": [{"quantity": "response/kinetic_energy/mean", "max": "20 mJ"}],
     }
-    return view([GridAxis(keys, speed[:, None])], keys, values, **(settings | more))
+    return view([axis_of(keys, speed[:, None])], keys, values, **(settings | more))
 
 
 def sampled(points: int = 64, indices: bool = True, **more: Any) -> SweepView:

@@ -135,7 +135,7 @@ def test_failed_points_are_counted_by_cause_and_the_exit_code_is_4(
     ("options", "words"),
     [
         ((), "not what to vary"),
-        (("--grid", "machine.sped=1,2"), "machine.speed"),
+        (("--grid", "machine.sped=1,2"), "did you mean 'speed'?"),
         (("--grid", "machine.speed"), "--grid needs"),
         (("--grid", "machine.speed=3000 rpm"), "two points"),
         (("--grid", "machine.speed=1:2:0.5"), "start:stop:points"),
@@ -175,7 +175,7 @@ def test_a_file_that_is_not_this_sweep_is_not_replaced() -> None:
     assert Path("one.h5").read_bytes() != before
     assert command("run", CASE, "-q", "-o", "run.h5").code == 0
     outcome = command("sweep", CASE, *SMALL, "-q", "-o", "run.h5")
-    assert outcome.code == 2 and "is no sweep" in outcome.err
+    assert outcome.code == 2 and "not of a sweep" in outcome.err
 
 
 def test_resuming_what_is_complete_computes_nothing() -> None:
@@ -218,7 +218,7 @@ def test_two_sweeps_into_one_file_are_refused() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("bytes_free", [600, 8_000, 20_000])
+@pytest.mark.parametrize("bytes_free", [600, 8_000, 30_000])
 def test_a_full_disk_is_said_and_what_is_finished_is_used_later(
     bytes_free: int, tmp_path: Path
 ) -> None:
@@ -351,7 +351,7 @@ def test_lists_tables_and_quoted_texts_are_values(tmp_path: Path) -> None:
     output = str(tmp_path / "orders.h5")
     outcome = command("sweep", str(GENSET), "-o", output, "-j", "1", "--keep", rms, "--grid",
                       f"{ORDER}=[1,3,2],[1,2,3]",
-                      "--grid", 'point[0].position[1]="0 m",0.1 m')  # fmt: skip
+                      "--grid", 'point[0].position[1]="0 m","0.1 m"')  # fmt: skip
     assert outcome.code == 0, outcome.err
     found = read_result(Path(output))[rms]
     assert found.axes[0].values.tolist() == ["[1,3,2]", "[1,2,3]"]
@@ -369,7 +369,6 @@ def test_lists_tables_and_quoted_texts_are_values(tmp_path: Path) -> None:
     ("spec", "said"),
     [
         ("machine.mounts.each.stiffness=[1e4,2e4", "is not TOML, expected key="),
-        ("machine.mounts.each.stiffness=[1e4,2e4],", "a value is missing"),
         ("machine.mounts.each=[1,2],[3,4]", "cannot be a list of 2 entries"),
         (f"{ORDER}=[1,3,2],[1,3,2]", "two points of an axis are the same"),
         (f"{ORDER}=[1,3,4],[1,2,4]", "no point of the sweep is a case"),

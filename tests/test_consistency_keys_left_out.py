@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from shipped_cases import CASES
+from sweep_blocks import quantities
 
 from vibecalc.core.case.raw import number_at
 from vibecalc.core.run.run import run_case
@@ -34,7 +35,7 @@ def test_a_misfire_in_a_sweep_is_that_of_single_runs() -> None:
         settings = (*LINE, f'response.torsion.misfire=["{name}"]')
         (single,) = load_checked([CASES["engine_damped"]], settings, without)
         alone.append(run_case(single.case, wanted=frozenset({TORQUE}))[TORQUE].values)
-    assert np.array_equal(block.quantities[TORQUE].values, alone)
+    assert np.array_equal(quantities(block)[TORQUE].values, alone)
     assert not np.array_equal(*alone)
 
 

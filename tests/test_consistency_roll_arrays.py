@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from long_but import long_but
 from shipped_cases import CASES
+from sweep_blocks import quantities
 
 from vibecalc.core.case.load import LoadedCase, load_case, resolve, validate
 from vibecalc.core.case.raw import NOT_COMPUTED, get_key, key_text, parse_key, set_key
@@ -117,8 +118,8 @@ def same(name: str, points: Design, paths: tuple[str, ...], alone: int = 0) -> B
     assert arrays.message == single.message
     assert counting.alone <= alone
     done = single.status == DONE
-    for path, other in single.quantities.items():
-        found = arrays.quantities[path]
+    for path, other in quantities(single).items():
+        found = quantities(arrays)[path]
         assert (found.unit, found.long_name) == (other.unit, other.long_name)
         assert [axis.name for axis in found.axes] == [axis.name for axis in other.axes]
         both = np.isfinite(found.values) & np.isfinite(other.values)

@@ -13,6 +13,7 @@ import pytest
 from array_machines import CHANGES, machine
 from long_but import long_but
 from shipped_cases import CASES
+from sweep_blocks import quantities
 
 from vibecalc.core.case.load import LoadedCase, load_case
 from vibecalc.core.case.raw import get_key, key_text, parse_key
@@ -94,8 +95,8 @@ def assert_equal(name: str, design: Design, paths: tuple[str, ...], fewest: int 
     assert together.status.tolist() == alone.status.tolist()
     assert together.message == alone.message
     assert (alone.status == DONE).sum() - by_arrays.alone >= fewest
-    for path, single in alone.quantities.items():
-        found = together.quantities[path]
+    for path, single in quantities(alone).items():
+        found = quantities(together)[path]
         assert (found.unit, found.long_name) == (single.unit, single.long_name)
         assert found.amplitude == single.amplitude
         assert [a.name for a in found.axes] == [a.name for a in single.axes]
@@ -174,7 +175,7 @@ def test_points_that_keep_different_numbers_of_orders() -> None:
     key = "machine.crank_train.rod_length"
     axis = {"key": key, "from": 0.08, "to": 0.6, "points": 6, "spacing": "log"}
     block = assert_equal("exact", design_of("exact", [axis]), known_paths("exact"), fewest=5)
-    force = block.quantities["excitation/force"]
+    force = quantities(block)["excitation/force"]
     kept = [int(np.flatnonzero(np.abs(row).sum(1))[-1]) for row in force.values]
     assert len(set(kept)) > 3 and sorted(kept, reverse=True) == kept
 
@@ -192,7 +193,7 @@ def test_refusals_and_failures_have_the_words_of_single_runs() -> None:
         design_of("classic", [{"key": "machine.speed", "values": [100.0, 200.0]}]),
         ("isolation/pitch/natural_frequency",),
     )(np.arange(1))
-    natural = float(model.quantities["isolation/pitch/natural_frequency"].values[0])
+    natural = float(quantities(model)["isolation/pitch/natural_frequency"].values[0])
     axes = [
         {"key": "machine.crank_train.rod_length", "values": [0.05, 0.06, 0.0601, 0.2]},
         {"key": "machine.mounts.each.damping", "values": [0.0, 50.0]},
@@ -271,8 +272,8 @@ def test_random_sweeps_of_shipped_cases(name: str) -> None:
         assert together.status.tolist() == alone.status.tolist(), axes
         assert together.message == alone.message
         done = alone.status == DONE
-        for path, single in alone.quantities.items():
-            found = together.quantities[path]
+        for path, single in quantities(alone).items():
+            found = quantities(together)[path]
             same = found.values == single.values  # also where a level is -inf
             apart = np.where(same, 0.0, np.abs(np.where(same, 0.0, found.values - single.values)))
             uncertainty = found.errors + single.errors
@@ -310,7 +311,7 @@ def test_blocks_and_chunks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> No
     small = ArrayEvaluator(machine("exact"), design, paths)(np.arange(40))
     assert whole.message == small.message
     for path in paths:
-        one, other = whole.quantities[path], small.quantities[path]
+        one, other = quantities(whole)[path], quantities(small)[path]
         apart = np.abs(one.values - other.values).reshape(40, -1)
         assert (apart <= (one.errors + other.errors)[:, None])[whole.status == DONE].all(), path
 

@@ -20,6 +20,7 @@ from sweep_views import (
     SPEED,
     STIFFNESS,
     along_speed,
+    axis_of,
     key,
     mounts,
     results,
@@ -33,8 +34,8 @@ from matplotlib import rc_context
 
 from vibecalc.core.report.plots import STYLE, SWEEP_PICTURES, draw_file, make
 from vibecalc.core.report.sweep.limits import best, judge
-from vibecalc.core.report.sweep.picture_parts import failure_marks, pictured, shown_unit
-from vibecalc.core.report.sweep.view import GridAxis, SweepView
+from vibecalc.core.report.sweep.picture_parts import failure_marks, pictured
+from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.results.record import Axis
 from vibecalc.core.study.sweep.assemble import assemble
 
@@ -96,11 +97,11 @@ def three_axes(lengths: tuple[int, int, int] = (9, 3, 8)) -> SweepView:
     keys = (key(*STIFFNESS), key("response.method", "", "", ("modal", "direct", "both")),
             key(*DAMPING))  # fmt: skip
     axes = [
-        GridAxis((keys[0],), np.geomspace(5e3, 5e4, lengths[0])[:, None]),
-        GridAxis((keys[1],), np.arange(lengths[1], dtype=float)[:, None]),
-        GridAxis((keys[2],), np.linspace(1.0, 20.0, lengths[2])[:, None]),
+        axis_of((keys[0],), np.geomspace(5e3, 5e4, lengths[0])[:, None]),
+        axis_of((keys[1],), np.arange(lengths[1], dtype=float)[:, None]),
+        axis_of((keys[2],), np.linspace(1.0, 20.0, lengths[2])[:, None]),
     ]
-    mesh = np.meshgrid(*(axis.values[:, 0] for axis in axes), indexing="ij")
+    mesh = np.meshgrid(*(axis.table[:, 0] for axis in axes), indexing="ij")
     values = {PEAK: (mesh[0] * 1e-3 + 100.0 * mesh[1] + mesh[2]).ravel()}
     return view(axes, keys, values, limits=[{"quantity": PEAK, "max": "150 N"}])
 
@@ -134,10 +135,10 @@ def test_lines_are_the_results_one_for_each_value_of_the_short_axis() -> None:
     lines = labelled(axes)
     values = np.where(sweep.done, sweep.read(PEAK).values, np.nan).reshape(21, 4)
     for place in range(4):
-        value = sweep.keys[1].shown(sweep.grid[1].values[place, 0])
+        value = sweep.keys[1].shown(sweep.grid[1].table[place, 0])
         line = lines[f"damping = {value.replace('*', ' ')}"]
         np.testing.assert_allclose(line.get_ydata(), values[:, place])
-        np.testing.assert_allclose(line.get_xdata(), 1e-3 * sweep.grid[0].values[:, 0])
+        np.testing.assert_allclose(line.get_xdata(), 1e-3 * sweep.grid[0].table[:, 0])
     assert axes.get_xscale() == "log" and axes.get_xlabel() == "stiffness in N/mm"
     assert axes.get_ylabel() == "force in N"
     assert panel(made, SAG).get_ylabel() == "length in mm"
@@ -201,7 +202,7 @@ def test_standard_errors_are_bars() -> None:
     spread = np.linspace(0.1, 0.4, 6)
     keys = (key(*STIFFNESS),)
     stiffness = np.linspace(1e4, 2e4, 6)
-    sweep = view([GridAxis(keys, stiffness[:, None])], keys,
+    sweep = view([axis_of(keys, stiffness[:, None])], keys,
                  {PEAK: results(stiffness, np.zeros(6))[PEAK]}, spread={PEAK: spread})  # fmt: skip
     (axes,) = figure(sweep, "sweep_line").axes
     segments = axes.containers[0].lines[2][0].get_segments()
@@ -214,7 +215,7 @@ def test_standard_errors_may_be_a_result_of_their_own() -> None:
     keys = (key(*STIFFNESS),)
     stiffness = np.linspace(1e4, 2e4, 5)
     force = results(stiffness, np.zeros(5))[BOTH]
-    sweep = view([GridAxis(keys, stiffness[:, None])], keys,
+    sweep = view([axis_of(keys, stiffness[:, None])], keys,
                  {BOTH: force, f"{BOTH}_standard_error": 0.1 * force},
                  own={BOTH: (MOUNTS,), f"{BOTH}_standard_error": (MOUNTS,)})  # fmt: skip
     (axes,) = figure(sweep, "sweep_line").axes
@@ -228,7 +229,7 @@ def test_few_unlike_entries_have_a_line_each() -> None:
     keys = (key(*SPEED),)
     speed = np.linspace(100.0, 300.0, 5)
     energy = np.stack([speed**2, 2.0 * speed**2], axis=1) * 1e-6
-    sweep = view([GridAxis(keys, speed[:, None])], keys, {"energy": energy},
+    sweep = view([axis_of(keys, speed[:, None])], keys, {"energy": energy},
                  own={"energy": (balance,)}, units={"energy": "J"})  # fmt: skip
     (axes,) = figure(sweep, "sweep_line").axes
     for place, name in enumerate(("balance=A", "balance=B")):
@@ -243,12 +244,12 @@ def test_resonances_are_marked_over_the_speed() -> None:
     assert {"order 1, mode 1", "order 1, mode 2", "order 2, mode 2"} <= {
         text.get_text() for text in axes.texts
     }
-    assert axes.get_ylabel() == "energy in mJ"
+    assert axes.get_ylabel() == "energy in J"
 
 
 def test_unbounded_points_are_triangles() -> None:
     keys = (key(*STIFFNESS),)
-    sweep = view([GridAxis(keys, np.arange(1.0, 5.0)[:, None])], keys,
+    sweep = view([axis_of(keys, np.arange(1.0, 5.0)[:, None])], keys,
                  {PEAK: np.array([1.0, np.inf, 2.0, 3.0])})  # fmt: skip
     (axes,) = figure(sweep, "sweep_line").axes
     assert labelled(axes)["unbounded"].get_xdata() == pytest.approx([2e-3])
@@ -309,8 +310,8 @@ def test_axes_that_are_not_shown_stand_at_the_best_point() -> None:
     # the points are those of the grid, with the method at its first value
     chosen = sweep.values_of(part.points.ravel()).reshape(9, 8, 3)
     assert np.all(chosen[..., 1] == 0.0)
-    np.testing.assert_array_equal(chosen[:, 0, 0], sweep.grid[0].values[:, 0])
-    np.testing.assert_array_equal(chosen[0, :, 2], sweep.grid[2].values[:, 0])
+    np.testing.assert_array_equal(chosen[:, 0, 0], sweep.grid[0].table[:, 0])
+    np.testing.assert_array_equal(chosen[0, :, 2], sweep.grid[2].table[:, 0])
     made = figure(sweep, "sweep_map")
     assert made.get_suptitle().endswith("over stiffness and damping; method = modal")
 
@@ -321,13 +322,13 @@ def test_the_longest_axis_of_numbers_is_across_whatever_its_place() -> None:
     assert part is not None
     assert part.axes == (2, 0) and part.points.shape == (8, 3)
     chosen = sweep.values_of(part.points.ravel()).reshape(8, 3, 3)
-    np.testing.assert_array_equal(chosen[:, 0, 2], sweep.grid[2].values[:, 0])
-    np.testing.assert_array_equal(chosen[0, :, 0], sweep.grid[0].values[:, 0])
+    np.testing.assert_array_equal(chosen[:, 0, 2], sweep.grid[2].table[:, 0])
+    np.testing.assert_array_equal(chosen[0, :, 0], sweep.grid[0].table[:, 0])
 
 
 def test_choices_are_named_along_their_axis() -> None:
     named = key("response.method", "", "", ("modal", "direct"))
-    sweep = view([GridAxis((named,), np.array([[0.0], [1.0]]))], (named,),
+    sweep = view([axis_of((named,), np.array([[0.0], [1.0]]))], (named,),
                  {PEAK: np.array([1.0, 2.0])})  # fmt: skip
     (axes,) = figure(sweep, "sweep_line").axes
     assert [text.get_text() for text in axes.get_xticklabels()] == ["modal", "direct"]
@@ -358,17 +359,8 @@ def test_indices_are_bars_with_their_standard_errors() -> None:
     assert not isinstance(found, str)
     bars = made.axes[1]
     widths = [patch.get_width() for patch in bars.patches]
-    np.testing.assert_allclose(widths, [*found.first.value, *found.total.value])
+    np.testing.assert_allclose(widths, [*found.first, *found.total])
     assert [text.get_text() for text in bars.get_yticklabels()] == ["stiffness", "damping"]
-
-
-def test_units_suit_the_size() -> None:
-    assert shown_unit("a/sag", "m", np.array([0.02, np.nan])) == (1e3, "mm")
-    assert shown_unit("a/energy", "J", np.array([0.02])) == (1e3, "mJ")
-    factor, unit = shown_unit("a/natural_frequency", "rad/s", np.array([1.0]))
-    assert (factor, unit) == (pytest.approx(0.5 / np.pi), "Hz")
-    assert shown_unit("a/peak_speed", "rad/s", np.array([1.0]))[1] == "rpm"
-    assert shown_unit("a/force", "N", np.array([np.inf])) == (1.0, "N")
 
 
 def test_nothing_computed_has_no_picture() -> None:

@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from shipped_cases import CASES
+from sweep_blocks import quantities
 
 from vibecalc.core.case.load import LoadedCase, load_case, resolve, validate
 from vibecalc.core.case.raw import NOT_COMPUTED, parse_key, set_key
@@ -65,8 +66,8 @@ def blocks(loaded: LoadedCase, ranges: dict[str, tuple[float, float]], points: i
 
 def assert_alike(together: Block, single: Block) -> None:
     assert np.all(together.status == DONE) and np.all(single.status == DONE)
-    for path, one in together.quantities.items():
-        other = single.quantities[path]
+    for path, one in quantities(together).items():
+        other = quantities(single)[path]
         room = (one.errors + other.errors).reshape(-1, *(1,) * (one.values.ndim - 1))
         assert np.all(np.abs(one.values - other.values) <= room), path
         # estimates are those of the same formulas at the same speeds

@@ -6,11 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from report_samples import quantity
 from shipped_cases import result_of
+from sweep_views import axis_of, key, view
 
 from vibecalc.core.report.canvas import keep_apart
 from vibecalc.core.report.headline import headline_rows
 from vibecalc.core.report.sweep.statistics import extreme_lines
-from vibecalc.core.report.sweep.view import GridAxis, Key, StackedResult, SweepView, _short
+from vibecalc.core.report.sweep.view import SweepView, _short
 from vibecalc.core.results.record import Axis, Record
 
 LEVEL = "response/roll/level/shell_acceleration"
@@ -19,21 +20,11 @@ CASE = {"machine": {"crank_train": {"cylinders": [{"name": "first stage"}, {"nam
 
 def levels(values: np.ndarray) -> SweepView:
     """Levels (points, orders) over the inertia of the rotor, 1, 2, ... kg m^2."""
-    key = Key("machine.rotor.inertia", "rotor inertia", "kg*m^2", 1.0, ())
+    inertia = key("machine.rotor.inertia", "kg*m^2", "kg*m^2")
     points = 1.0 + np.arange(len(values))
     orders = Axis(name="order", values=np.arange(1, values.shape[1] + 1))
-    kept = {LEVEL: quantity(LEVEL, values[0], "dB", orders)}
-    return SweepView(
-        name="s",
-        case={},
-        sampling="grid",
-        axes=(GridAxis((key,), points[:, None]),),
-        together=((0,),),
-        status=np.zeros(len(values), dtype=int),
-        reasons={},
-        quantities=kept,
-        read=lambda path: StackedResult(values, np.zeros(len(values))),
-    )
+    return view([axis_of([inertia], points[:, None])], [inertia], {LEVEL: values},
+                own={LEVEL: (orders,)}, units={LEVEL: "dB"}, errors=0.0)  # fmt: skip
 
 
 def test_each_order_of_a_level_has_its_own_extremes() -> None:
@@ -41,8 +32,8 @@ def test_each_order_of_a_level_has_its_own_extremes() -> None:
     text = " ".join(" ".join(lines).split())
     for order, low, at_low, high, at_high in ((1, 4, 2, 6, 3), (2, -30, 1, -10, 2)):
         assert f"order {order}" in text
-        assert f"smallest {low:#.4g} dB rotor inertia = {at_low} kg*m^2" in text
-        assert f"largest {high:#.4g} dB rotor inertia = {at_high} kg*m^2" in text
+        assert f"smallest {low:#.4g} dB inertia = {at_low} kg*m^2" in text
+        assert f"largest {high:#.4g} dB inertia = {at_high} kg*m^2" in text
     assert text.count("(order") == 0
 
 

@@ -28,10 +28,8 @@ from sweep_samples import MODEL, SPEED, STIFFNESS, axis, design_of, scattered, s
 from vibecalc.core.results.layout import DONE, NOT_RUN
 from vibecalc.core.results.store import read_result
 from vibecalc.core.results.sweep_file import (
-    boxes,
     is_sweep,
     open_sweep,
-    read_points,
 )
 from vibecalc.core.study.sweep.assemble import assemble, merge
 
@@ -39,21 +37,6 @@ from vibecalc.core.study.sweep.assemble import assemble, merge
 def written(folder: Path, sweep: Made, name: str = "sweep.h5") -> Path:
     sweep.fill()
     return assemble(folder / name, sweep.head, sweep.journal).path
-
-
-@given(data=st.data(), shape=st.lists(st.integers(1, 6), min_size=1, max_size=4))
-@settings(max_examples=30, deadline=None)
-def test_boxes_hold_each_point_once_and_are_few(data: st.DataObject, shape: list[int]) -> None:
-    count = int(np.prod(shape))
-    first = data.draw(st.integers(0, count))
-    last = data.draw(st.integers(first, count))
-    numbers = np.arange(count).reshape(shape)
-    cut = list(boxes(first, last, shape))
-    found = [numbers[place].ravel() for place, _, _ in cut]
-    assert np.array_equal(np.concatenate([*found, np.empty(0, int)]), np.arange(first, last))
-    assert [(one[0], one[-1] + 1) for one in found] == [(start, stop) for _, start, stop in cut]
-    assert len(cut) <= 2 * len(shape) - 1
-    assert np.array_equal(read_points(numbers, first, last, shape), np.arange(first, last))
 
 
 @pytest.mark.parametrize(("sizes", "size"), [((24,), 5), ((4, 6), 1), ((4, 3, 2), 24)])
@@ -131,7 +114,7 @@ def test_a_sampling_has_one_axis_and_values_of_every_key(tmp_path: Path) -> None
         (only,) = found.head.axes
         assert only.name == "sample" and [key.key for key in only.keys] == list(design.keys)
         values = design.value_of(np.arange(100))
-        assert np.array_equal(np.stack(only.read(0, 100), axis=1), values)
+        assert np.array_equal(np.stack(only.columns, axis=1), values)
         assert set(only.values()[2].tolist()) == {"pitch", "rigid_body"}
     with h5py.File(tmp_path / "sweep.h5") as file:
         assert np.array_equal(file["sample"][()], np.arange(100))
@@ -193,8 +176,9 @@ import resource, sys
 from pathlib import Path
 import numpy as np
 from sweep_blocks import grid_of, made
+from vibecalc.core.results.record import Quantity
 from vibecalc.core.study.sweep.assemble import assemble
-from vibecalc.core.study.sweep.blocks import Block, BlockQuantity
+from vibecalc.core.study.sweep.blocks import Block, columns_of
 
 folder, rows = Path(sys.argv[1]), int(sys.argv[2])
 kept = ("isolation/a", "isolation/b", "isolation/c")
@@ -203,9 +187,12 @@ sweep.journal.start()
 for number in range(sweep.journal.chunks):
     points = sweep.journal.points(number)
     values = np.sqrt(points)
-    one = BlockQuantity(values, np.full(points.size, 1e-9), None, (), "N", "a number")
     status = np.zeros(points.size, dtype=np.int8)
-    block = Block(points, status, ("",) * points.size, dict.fromkeys(kept, one))
+    columns = {name: column for path in kept for name, column in
+               zip(columns_of(path), (values, np.full(points.size, 1e-9)))}
+    described = {path: Quantity(path=path, values=values, unit="N", long_name="a number")
+                 for path in kept}
+    block = Block(points, status, ("",) * points.size, columns, described)
     sweep.journal.write(number, block)
 assert assemble(folder / "big.h5", sweep.head, sweep.journal).counts == {0: rows * 1000}
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)

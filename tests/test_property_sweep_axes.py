@@ -75,9 +75,8 @@ def test_spread_is_monotone_within_its_ends(first, last, count, spacing):
     backwards = course.at(np.arange(count)[::-1])
     assert np.array_equal(backwards, found[::-1])
     shares = (np.arange(20) + 0.5) / 20.0
-    drawn = SpacedValues(
-        start=first, stop=last, factor=1.0, log=spacing == "log", count=None
-    ).drawn(shares)
+    kind = "log_uniform" if spacing == "log" else "uniform"
+    drawn = Scatter(kind=kind, parameters=course.ends).drawn(shares)
     assert np.all((drawn >= min(course.ends)) & (drawn <= max(course.ends)))
     assert np.all(np.diff(drawn) * (float(last) - float(first)) > 0.0)
 

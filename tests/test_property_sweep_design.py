@@ -103,29 +103,18 @@ def test_runs_for_sobol_indices_exchange_one_axis_at_a_time(sampling):
         assert np.array_equal(runs[:, 2 + position], expected)
 
 
-def test_the_same_input_has_the_same_hash_in_any_sweep():
-    resolved = generator().resolved
-    wide = design_of(axis(STIFFNESS, 5000, 6000, 7000))
-    narrow = design_of(spread(STIFFNESS, "7 N/mm", "6 N/mm", 2))
-    changed = case_at(resolved, {STIFFNESS: 12345.0}, without=())
-    of_wide, of_narrow = identify(resolved, wide, ["a"]), identify(changed, narrow, ["a", "b"])
-    assert of_wide.base == of_narrow.base
-    assert of_wide.sweep != of_narrow.sweep
-
-
 def test_the_hash_knows_all_that_is_computed():
     resolved, design = generator().resolved, design_of(axis(STIFFNESS, 5000, 6000))
-    hashes = {identify(resolved, design, ["a"]).sweep, identify(resolved, design, ["a", "c"]).sweep}
+    hashes = {identify(resolved, design, ["a"]), identify(resolved, design, ["a", "c"])}
     other = case_at(resolved, {"accuracy.rtol": 1e-6}, without=())
-    hashes.add(identify(other, design, ["a"]).sweep)
-    hashes.add(identify(resolved, design_of(axis(STIFFNESS, 6000, 5000)), ["a"]).sweep)
+    hashes.add(identify(other, design, ["a"]))
+    hashes.add(identify(resolved, design_of(axis(STIFFNESS, 6000, 5000)), ["a"]))
     for seed in (1, 2):
         sampled = design_of(spread(STIFFNESS, 1, 2), sampling="sobol", points=4, seed=seed)
-        hashes.add(identify(resolved, sampled, ["a"]).sweep)
+        hashes.add(identify(resolved, sampled, ["a"]))
     assert len(hashes) == 6
     assert identify(resolved, design, ["a", "b"]) == identify(resolved, design, ["b", "a", "b"])
     assert identify({**resolved, "sweep": {}}, design, ["a"]) == identify(resolved, design, ["a"])
-    assert identify(other, design, ["a"]).base != identify(resolved, design, ["a"]).base
 
 
 def test_default_and_named_quantities_are_kept():
@@ -135,10 +124,10 @@ def test_default_and_named_quantities_are_kept():
     assert "isolation/lever_force/run_up_peak" in kept
     assert "isolation/lever_force/run_up" not in kept
     assert {limit.quantity for limit in loaded.case.limit} <= set(kept)
-    assert not keep_problems(kept, loaded.case, design, loaded.resolved)
+    assert not list(keep_problems(kept, loaded.case, design, loaded.resolved))
     by_model = design_of(axis(MODEL, "pitch", "rigid_body"))
     shared = stored_paths((), loaded.case, by_model, loaded.resolved)
     assert "isolation/pitch/inertia" in kept
     assert "isolation/pitch/inertia" not in shared
     assert "isolation/support_force/steady_peak" in shared
-    assert not keep_problems(shared, loaded.case, by_model, loaded.resolved)
+    assert not list(keep_problems(shared, loaded.case, by_model, loaded.resolved))

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from shipped_cases import CASES
+from sweep_blocks import quantities
 from sweep_samples import MODEL, SPEED, STIFFNESS, axis, design_of, generator, spread
 
 from vibecalc.core.case.load import load_case, validate
@@ -41,7 +42,7 @@ def test_points_are_the_runs_of_their_cases_to_the_last_bit() -> None:
         case = validate(case_at(generator().resolved, design.settings(number)))
         record = run_case(case, wanted=frozenset(COMMON))
         for path in COMMON:
-            quantity, found = record[path], block.quantities[path]
+            quantity, found = record[path], quantities(block)[path]
             assert found.values[number].tobytes() == quantity.values.tobytes()
             assert found.errors[number] == quantity.error_estimate
             assert (found.unit, found.amplitude) == (quantity.unit, quantity.amplitude)
@@ -56,7 +57,7 @@ def test_what_cannot_be_is_refused_in_the_words_of_the_checks() -> None:
     )
     assert "allowed: > 0.06 m" in block.message[0]
     assert block.message[1].startswith(f"{ROD}: ") and "> 0 m" in block.message[1]
-    force = block.quantities["excitation/force"]
+    force = quantities(block)["excitation/force"]
     assert np.isnan(force.values[:2]).all() and np.isfinite(force.values[2]).all()
 
 
@@ -64,7 +65,7 @@ def test_a_resonance_is_a_numerical_failure_that_names_it() -> None:
     damping, speeds = axis("machine.mounts.each.damping", 0.0, 50.0), axis(SPEED, 100.0, 200.0)
     keep = ("isolation/pitch/natural_frequency",)
     frequency = Evaluator(generator(), design_of(damping, speeds), keep)(np.arange(1))
-    natural = float(frequency.quantities[keep[0]].values[0])
+    natural = float(quantities(frequency)[keep[0]].values[0])
     design = design_of(damping, axis(SPEED, natural, 2.0 * natural))
     block = Evaluator(generator(), design, KEEP)(np.arange(4))
     assert block.status.tolist() == [FAILED, DONE, DONE, DONE]
@@ -97,7 +98,7 @@ def test_each_point_of_a_case_with_an_optimisation_is_optimised() -> None:
     alone = load_case(CASES["generator_mount_design"], ["optimisation.starts=1", f"{key}=520.0"])
     record = execute(alone).record
     for path in keep:
-        assert block.quantities[path].values[0].tobytes() == record[path].values.tobytes()
+        assert quantities(block)[path].values[0].tobytes() == record[path].values.tobytes()
     assert choose(loaded.case, design, keep).kind == "pool"
 
 

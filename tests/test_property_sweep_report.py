@@ -19,8 +19,10 @@ from sweep_views import (
     LIMITS,
     MOUNTS,
     PEAK,
+    SPEED,
     STIFFNESS,
     along_speed,
+    axis_of,
     key,
     mounts,
     results,
@@ -40,6 +42,7 @@ from vibecalc.core.report.sweep.limits import (
     ranges,
     share_within_limits,
 )
+from vibecalc.core.report.sweep.picture_lines import draw_sweep_line
 from vibecalc.core.report.sweep.statistics import (
     entries,
     extreme_lines,
@@ -51,7 +54,7 @@ from vibecalc.core.report.sweep.statistics import (
     worst,
 )
 from vibecalc.core.report.sweep.text import render_sweep, report_file
-from vibecalc.core.report.sweep.view import GridAxis, SweepView, causes, failure_lines, view_of
+from vibecalc.core.report.sweep.view import SweepView, causes, failure_lines, view_of
 from vibecalc.core.report.writing import show, text_of
 from vibecalc.core.results.layout import DONE, FAILED, NOT_RUN, REFUSED
 from vibecalc.core.results.sweep_file import open_sweep
@@ -73,7 +76,7 @@ def one_axis(values: Any, **more: Any) -> SweepView:
     """A sweep of the stiffness from 1 N/m on with these forces."""
     forces = np.asarray(values, dtype=float)
     keys = (key(*STIFFNESS),)
-    axis = GridAxis(keys, 1.0 + np.arange(len(forces))[:, None])
+    axis = axis_of(keys, 1.0 + np.arange(len(forces))[:, None])
     return view([axis], keys, {PEAK: forces}, **more)
 
 
@@ -155,7 +158,7 @@ def test_own_axes_come_down_to_their_worst_entry_with_its_name() -> None:
 def test_entries_that_differ_by_round_off_keep_one_name() -> None:
     noise = np.array([[1.0, 1.0 + 1e-14], [1.0 + 1e-14, 1.0], [1.0, 2.0]])
     keys = (key(*STIFFNESS),)
-    sweep = view([GridAxis(keys, np.arange(1.0, 4.0)[:, None])], keys, {BOTH: noise},
+    sweep = view([axis_of(keys, np.arange(1.0, 4.0)[:, None])], keys, {BOTH: noise},
                  own={BOTH: (MOUNTS,)})  # fmt: skip
     assert [worst(sweep, BOTH).label(point) for point in range(3)] == [
         "mount 1", "mount 1", "mount 2"
@@ -165,7 +168,7 @@ def test_entries_that_differ_by_round_off_keep_one_name() -> None:
 def test_complex_results_count_by_magnitude() -> None:
     keys = (key(*STIFFNESS),)
     values = np.array([[3.0 + 4.0j, 1.0], [0.0, -6.0j]])
-    sweep = view([GridAxis(keys, np.array([[1.0], [2.0]]))], keys, {BOTH: values},
+    sweep = view([axis_of(keys, np.array([[1.0], [2.0]]))], keys, {BOTH: values},
                  own={BOTH: (MOUNTS,)})  # fmt: skip
     assert worst(sweep, BOTH).values.tolist() == [5.0, 6.0]
 
@@ -256,7 +259,7 @@ def test_the_case_itself_is_found_where_it_has_the_keys() -> None:
     assert case_values(one_axis([1.0, 2.0])) is None
     assert nearest(one_axis([1.0, 2.0]), np.array([True, True])) is None
     named = key("response.method", "", "", ("modal", "direct"))
-    sweep = view([GridAxis((named,), np.array([[0.0], [1.0]]))], (named,), {PEAK: np.ones(2)},
+    sweep = view([axis_of((named,), np.array([[0.0], [1.0]]))], (named,), {PEAK: np.ones(2)},
                  case={"response": {"method": "direct"}})  # fmt: skip
     assert case_values(sweep).tolist() == [1.0]  # type: ignore[union-attr]
     assert nearest(sweep, sweep.done) == 1
@@ -320,8 +323,8 @@ def test_indices_find_the_key_that_brings_the_scatter_about() -> None:
     found = indices_of(sweep, worst(sweep, DEFLECTION))
     assert not isinstance(found, str)
     # the deflection does not hang on the damping at all
-    assert found.total.value[1] == pytest.approx(0.0, abs=1e-9)
-    assert found.first.value[0] == pytest.approx(1.0, abs=4.0 * found.first.standard_error[0])
+    assert found.total[1] == pytest.approx(0.0, abs=1e-9)
+    assert found.first[0] == pytest.approx(1.0, abs=4.0 * found.first_spread[0])
     text = "\n".join(index_lines(sweep))
     assert "256 sampled points with 4 runs each" in text
     assert index_lines(mounts()) == []
@@ -381,7 +384,9 @@ def test_limits_of_a_sweep_are_those_of_single_runs(tmp_path: Path) -> None:
     target = tmp_path / "generator.sweep.h5"
     assemble(target, sweep.head, sweep.journal)
     with open_sweep(target) as opened:
-        found = dataclasses.replace(view_of(opened), case=case.resolved)
+        whole = dataclasses.replace(sweep.head.result, case=case.resolved)
+        head = dataclasses.replace(sweep.head, result=whole)
+        found = dataclasses.replace(view_of(opened), head=head)
         judged, missing, *_ = judge(found)
         assert not missing and len(judged) == 4
         for point in range(design.count):
@@ -393,3 +398,21 @@ def test_limits_of_a_sweep_are_those_of_single_runs(tmp_path: Path) -> None:
                 assert ours.worst.errors[point] == pytest.approx(row.error_estimate, rel=1e-12)
         # without damping the run-up passes a resonance without bound
         assert np.isinf(judged[1].margin).tolist() == [True, False] * 2
+
+
+@pytest.mark.parametrize(("ratio", "words"), [(0.0, "unbounded"), (0.02, ""), (None, "> ")])
+def test_a_peak_between_two_points_next_to_an_undamped_mode(ratio: Any, words: str) -> None:
+    speed, natural, energy = np.linspace(50.0, 140.0, 37), 91.0, "response/energy"
+    away = 1.0 - (speed / natural) ** 2
+    values = {energy: away**-2.0, "response/modes/natural_frequency": np.full(37, natural)}
+    if ratio is not None:
+        values["response/modes/damping_ratio"] = np.full(37, ratio)
+    sweep = view([axis_of((key(*SPEED),), speed[:, None])], [key(*SPEED)], values,
+                 units={energy: "J", "response/modes/natural_frequency": "rad/s"})  # fmt: skip
+    lines = " ".join(" ".join(extreme_lines(sweep)).split())
+    assert f"largest {words or show(values[energy].max())}" in lines
+    assert ("order 1 on mode 1" in lines) == bool(words)
+    axes = draw_sweep_line(sweep).axes[0]
+    marks = [line.get_xdata().tolist() for line in axes.get_lines() if line.get_marker() == "^"]
+    middle = pytest.approx(0.5 * (90.0 + 92.5) * 30.0 / np.pi)
+    assert marks == ([[middle]] if ratio == 0.0 else [])

@@ -107,15 +107,11 @@ def sweep(
     )
     prepared = prepare(loaded, jobs or processors())
     if dry_run:
-        from vibecalc.core.report.sweep.text import forecast_object, render_forecast
-        from vibecalc.core.study.sweep.prepare import forecast, shard_chunks
+        from vibecalc.core.report.sweep.text import render_forecast
+        from vibecalc.core.study.sweep.prepare import forecast
 
-        chunks = len(shard_chunks(prepared.journal(target).chunks, part))
-        found = forecast(prepared, jobs)
-        answer(
-            lambda: forecast_object(prepared, found, chunks),
-            lambda: render_forecast(prepared, found, chunks, target),
-        )
+        found = forecast(prepared, options)
+        answer(lambda: found, lambda: render_forecast(loaded, found, target))
         return
     from vibecalc.core.study.sweep.run import sweep as compute
 

@@ -40,7 +40,7 @@ def changeable(case: Data, key: str, tables: tuple[str, ...], kinds: tuple[str, 
     if target[0] not in tables:
         raise UsageError(f"only keys below {', '.join(tables)} can be changed")
     if shape is None:
-        raise UsageError(_nearest(target))
+        raise UsageError(no_such_key(target))
     if shape.kind not in kinds:
         what = "a continuous number" if kinds == _CONTINUOUS else "a number or a name"
         raise UsageError(f"{key_text(target)} is not {what}, but {words(shape)}")
@@ -64,7 +64,8 @@ def _table_of(case: Data, target: KeyPath) -> Row | None:
     return Row(table, target[:-1], case, parent.table)
 
 
-def _nearest(target: KeyPath) -> str:
+def no_such_key(target: KeyPath) -> str:
+    """Words on a key that no case has: which part of it, and what may have been meant."""
     size = next(size for size in range(len(target)) if shape_at(target[: size + 1]) is None)
     parent = shape_at(target[:size])
     known = list(keys_of(parent.table)) if parent and parent.table else []

@@ -19,7 +19,18 @@ from vibecalc.core.case.fields import (
     read_labels,
 )
 from vibecalc.core.case.raw import tables_at
-from vibecalc.core.case.rules import Row, Rule, at_most_one, needs, no, one_of, refuse, unique
+from vibecalc.core.case.rules import (
+    Row,
+    Rule,
+    at_most_one,
+    by_kind,
+    needs,
+    no,
+    once,
+    one_of,
+    refuse,
+    unique,
+)
 from vibecalc.errors import Problem
 
 # ----------------------------------------------------------------------------
@@ -342,6 +353,15 @@ class Distribution(Table):
     )
     mean: Value | None = Field(None, description="mean")
     deviation: Value | None = Field(None, description="standard deviation")
+    RULES = (
+        by_kind(
+            "distribution",
+            uniform="lower upper",
+            triangular="lower upper | mode",
+            normal="mean deviation",
+            lognormal="mean deviation",
+        ),
+    )
 
 
 class Along(Table):
@@ -364,6 +384,13 @@ class Along(Table):
         None, description="equal steps or equal ratios; default: linear"
     )
     distribution: Distribution | None = Field(None, description="how the key scatters")
+    RULES = (
+        one_of("values", "from to", "distribution", allowed="values, from and to, or distribution"),
+        needs("from", "to"),
+        needs("to", "from"),
+        needs("points", "from", "it counts what lies between two ends"),
+        needs("spacing", "from", "it is of what lies between two ends"),
+    )
 
 
 class Axis(Along):
@@ -401,6 +428,7 @@ class Sweep(Table):
         description="first-order and total Sobol indices; takes points times (axes + 2) runs",
     )
     RULES = (
+        once("keep", "quantity"),
         no(
             "points seed",
             lambda t: t["sampling"] == "grid",

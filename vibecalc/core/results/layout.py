@@ -136,7 +136,7 @@ def _is_whole(collection: bytes, size: int) -> bool:
 #
 #     /                       attribute sweep_schema_version; dimension scales of the axes of the
 #                             sweep: values of the first key of each, or numbers of samples
-#     /sweep                  attributes identity, base, sampling, and as JSON texts: design, axes
+#     /sweep                  attributes identity, sampling, and as JSON texts: design, axes
 #                             (name, keys, labels, written units), kept (paths asked for) and
 #                             left_out (path to the reason why it could not be stacked)
 #     /sweep/status           what became of each point (`STATUS_WORDS`)
@@ -174,6 +174,9 @@ STATUS_WORDS = {
     DIED: "process died",
     BUG: "error in the program",
 }
+
+#: key of the crank speed, and the last words of natural frequencies and of what damps them
+SPEED, NATURAL, DAMPING = "machine.speed", "/natural_frequency", "/damping_ratio"
 
 #: name of the one axis of a sampling
 SAMPLE = "sample"

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,10 +39,15 @@ from vibecalc.core.results.store_read import (
     shown,
 )
 from vibecalc.errors import ResultError
+from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
 # What the file of a sweep says besides its numbers.
 # ----------------------------------------------------------------------------
+
+
+#: two ratios of an axis that differ by no more are equal
+_LOG_RTOL = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,25 +60,58 @@ class SweptKey:
     written_unit: str
     choices: tuple[str, ...] = ()
 
+    @property
+    def factor(self) -> float:
+        """Takes a value in SI to the unit in which the case writes it."""
+        return 1.0 if self.choices else convert(1.0, self.unit, self.written_unit)
+
+    def number(self, value: float) -> str:
+        """One value in that unit, or the name of a choice."""
+        if self.choices:
+            return self.choices[round(float(value))]
+        return f"{float(value) * self.factor:.6g}"
+
+    def shown(self, value: float) -> str:
+        """The same with the unit: `12.5 N/mm`."""
+        return f"{self.number(value)} {'' if self.choices else self.written_unit}".rstrip()
+
 
 @dataclass(frozen=True, kw_only=True)
 class SweptAxis:
     """One axis of a sweep, with its keys.
 
-    A sampling has one axis, `sample`, with all keys. `read(first, last)` gives one array (last -
-    first,) for each key: doubles, whole numbers, or positions in the choices of the key.
+    A sampling has one axis, `sample`, with all keys. `columns` are the values (count,) of each key:
+    doubles, whole numbers, or positions in the choices of the key.
     """
 
     name: str
-    count: int
     keys: tuple[SweptKey, ...]
-    read: Callable[[int, int], list[np.ndarray]]
+    columns: tuple[np.ndarray, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of points along the axis."""
+        return len(self.columns[0])
+
+    @property
+    def table(self) -> np.ndarray:
+        """Values (count, keys) in SI, or the number of a choice."""
+        return np.stack(self.columns, axis=1).astype(float)
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether its first key goes up, or down, in equal ratios."""
+        first = self.columns[0]
+        if self.keys[0].choices or first.size < 3 or np.min(first) <= 0.0:
+            return False
+        steps = np.diff(np.log(first))
+        return bool(np.ptp(steps) <= _LOG_RTOL * abs(steps[0]) and steps[0] != 0.0)
 
     def values(self) -> list[np.ndarray]:
         """All values of each key, choices by their names."""
         return [
             np.array(key.choices)[column] if key.choices else column
-            for key, column in zip(self.keys, self.read(0, self.count), strict=True)
+            for key, column in zip(self.keys, self.columns, strict=True)
         ]
 
 
@@ -81,9 +119,9 @@ class SweptAxis:
 class SweepHead:
     """Case, design and provenance of a sweep.
 
-    `result` has the case, plan, warnings and methods, and no quantities; `identity` and `base`
-    are the hashes of the sweep and of what its points share; `design` says in plain values how
-    the points were chosen; `stored` are the paths asked for.
+    `result` has the case, plan, warnings and methods, and no quantities; `identity` is the hash of
+    the sweep; `design` says in plain values how the points were chosen; `stored` are the paths
+    asked for.
     """
 
     result: Result
@@ -92,7 +130,6 @@ class SweepHead:
     design: Mapping[str, Any]
     stored: tuple[str, ...]
     identity: str
-    base: str
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -183,18 +220,13 @@ def read_head(file: Any, path: Path) -> SweepHead:
         design=_json_table(place, path, "design"),
         stored=tuple(str(name) for name in _json_list(place, path, "kept")),
         identity=_text(place, path, "identity"),
-        base=_text(place, path, "base"),
     )
 
 
 def _swept(file: Any, axis: dict[str, Any]) -> SweptAxis:
     keys = tuple(SweptKey(**{**key, "choices": tuple(key["choices"])}) for key in axis["keys"])
-    columns = [file[VALUES][key.key] for key in keys]
-
-    def read(first: int, last: int) -> list[np.ndarray]:
-        return [np.asarray(column[first:last]) for column in columns]
-
-    return SweptAxis(name=axis["name"], count=columns[0].shape[0], keys=keys, read=read)
+    columns = tuple(np.asarray(file[VALUES][key.key][()]) for key in keys)
+    return SweptAxis(name=axis["name"], keys=keys, columns=columns)
 
 
 def _json_table(place: Any, path: Path, name: str) -> dict[str, Any]:

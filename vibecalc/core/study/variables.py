@@ -93,17 +93,17 @@ def telling(wanted: bool) -> Iterator[Callable[..., None]]:
 
 
 @contextmanager
-def counted(what: str, wanted: bool, likely: int = 0) -> Iterator[Callable[[str], None]]:
-    """What is to be called after each run of a search, with words to show.
+def counted(what: str, wanted: bool, likely: int = 0) -> Iterator[Callable[..., None]]:
+    """What is to be called after each run of a search, with words to show, or after several.
 
     With the `likely` number of runs the time left is shown, too, as long as no more are spent.
     """
     done, began = 0, time.monotonic()
     with telling(wanted) as tell:
 
-        def advance(words: str) -> None:
+        def advance(words: str, runs: int = 1) -> None:
             nonlocal done
-            done += 1
+            done += runs
             tell(f"{what}: {done} {left_words(done, likely, began, words)}", began)
 
         yield advance

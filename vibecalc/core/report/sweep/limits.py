@@ -155,9 +155,9 @@ def case_values(sweep: SweepView) -> np.ndarray | None:
     found = []
     for key in sweep.keys:
         value = written_at(sweep.case, key.key)
-        if key.names and str(value) in key.names:
-            found.append(float(key.names.index(str(value))))
-        elif isinstance(value, int | float) and not isinstance(value, bool) and not key.names:
+        if key.choices and str(value) in key.choices:
+            found.append(float(key.choices.index(str(value))))
+        elif isinstance(value, int | float) and not isinstance(value, bool) and not key.choices:
             found.append(float(value))
         else:
             return None
@@ -175,9 +175,9 @@ def nearest(sweep: SweepView, among: np.ndarray) -> int | None:
         return None
     every = np.vstack([sweep.values_of(np.arange(sweep.count)), here])
     for column, key in enumerate(sweep.keys):
-        if key.names:
+        if key.choices:
             every[:, column] = every[:, column] != here[column]
-    flags = [bool(sweep.grid) and axis.logarithmic for axis in sweep.axes for _ in axis.keys]
+    flags = [bool(sweep.grid) and axis.logarithmic for axis in sweep.head.axes for _ in axis.keys]
     logarithmic = np.array(flags) & np.all(every[:-1] > 0.0, axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         every = np.where(logarithmic, np.log(every), every)
@@ -274,14 +274,14 @@ def _extent(sweep: SweepView, kept: np.ndarray) -> list[str]:
     values = sweep.values_of(np.flatnonzero(kept))
     rows = []
     for column, key in enumerate(sweep.keys):
-        if key.names:
+        if key.choices:
             which = sorted({round(float(value)) for value in values[:, column]})
-            names = ", ".join(key.names[place] for place in which)
-            rows.append([f"{key.words}: {names}", "", "", "", "", "", ""])
+            names = ", ".join(key.choices[place] for place in which)
+            rows.append([f"{key.label}: {names}", "", "", "", "", "", ""])
             continue
         ends = [key.number(end[column]) for end in (*swept, *inside)]
         low, high = (swept[side][column] == inside[side][column] for side in (0, 1))
-        rows.append([key.words, *ends, key.unit, "<" * bool(low) + ">" * bool(high)])
+        rows.append([key.label, *ends, key.written_unit, "<" * bool(low) + ">" * bool(high)])
     words = (
         "< and >: the region reaches the lower or the upper end of what was swept, and may go on "
         "beyond it"
@@ -295,5 +295,5 @@ def _nearest(sweep: SweepView, kept: np.ndarray) -> str:
     if here is None or near is None:
         return ""
     pairs = zip(sweep.keys, here, strict=True)
-    written = ", ".join(f"{key.words} = {key.shown(value)}" for key, value in pairs)
+    written = ", ".join(f"{key.label} = {key.shown(value)}" for key, value in pairs)
     return f"nearest to the case as written ({written}): {sweep.words_of(near)}."

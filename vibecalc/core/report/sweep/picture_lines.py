@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,7 +54,7 @@ def draw_sweep_line(sweep: SweepView) -> "Figure | None":
         return None
     # a case that is a sweep says it in its title already
     title = str(sweep.case.get("title") or "")
-    over = "" if " over " in title else f"over {picture.grid[0].keys[0].words}"
+    over = "" if " over " in title else f"over {picture.grid[0].keys[0].label}"
     panels = tuple(_panel(picture, one) for one in picture.shown)
     below = 1 if picture.star or picture.marks else 3
     words = "; ".join(filter(None, (over, picture.held)))
@@ -92,15 +93,18 @@ def _panel(picture: Picture, one: Shown) -> Panel:
         words, notes = "{}", []
     elif len(picture.grid) > 1:
         second = picture.grid[1].keys[0]
-        names = [unit_words(second.shown(value))[1] for value in picture.grid[1].values[:, 0]]
-        words = f"{second.words} = {{}}"
+        names = [unit_words(second.shown(value))[1] for value in picture.grid[1].table[:, 0]]
+        words = f"{second.label} = {{}}"
+    places, values = _with_gaps(sweep, x, numbers, values)
     at_end = separate is not None and len(names) > _ENTRIES
     if at_end:
         words, notes = "", [f"{sweep.quantities[one.path].axes[0].name} at the right"]
     if one.worst.spread is not None:
         notes.append(f"{'bars' if x.size <= _DENSE else 'band'}: standard error")
-    choices = np.array([key.shown(value) for value in axis.values[:, 0]], dtype=object)
-    along_x = Axis(name=key.key, values=choices if key.names else x, unit="", long_name=key.words)
+    choices = np.array([key.shown(value) for value in axis.table[:, 0]], dtype=object)
+    along_x = Axis(
+        name=key.key, values=choices if key.choices else places, unit="", long_name=key.label
+    )
     lines = Axis(name="line", values=np.array(names, dtype=object))
     drawn = Quantity(path="", values=values, unit="", long_name="", axes=(lines, along_x))
     rows = rows_of(drawn, _LEVELS, np.real)
@@ -108,7 +112,7 @@ def _panel(picture: Picture, one: Shown) -> Panel:
     def curve(members: list[str], row: np.ndarray, i: int) -> Curve:
         # an entry has one colour in all panels
         colour, dashes = palette(i)
-        look = {"color": colour, "linestyle": "none" if key.names else dashes,
+        look = {"color": colour, "linestyle": "none" if key.choices else dashes,
                 "marker": "o" if x.size <= _SEEN else "", "ms": 4}  # fmt: skip
         line = replace(drawn, values=row, axes=(along_x,))
         return Curve(lambda _: line, words.replace("{}", ", ".join(members)), look, part=np.real)
@@ -118,7 +122,7 @@ def _panel(picture: Picture, one: Shown) -> Panel:
         if one.worst.spread is not None:
             for _, row, (i,) in rows:
                 _spread(axes, x, row, one.factor * one.worst.spread[numbers[i]], palette(i)[0])
-        unbounded = x[np.isinf(values).any(axis=0)]
+        unbounded = places[np.isinf(values).any(axis=0)]
         foot = axes.get_xaxis_transform()
         if unbounded.size:
             axes.plot(unbounded, np.full(unbounded.size, 0.97), "^", color=LIMIT, transform=foot,
@@ -143,6 +147,26 @@ def _panel(picture: Picture, one: Shown) -> Panel:
         one.label, parts, one.title(*notes), log="x" if axis.logarithmic else "",
         ends=partial(_ends, drawn, one, at_end), below=axis_title(axis),
     )  # fmt: skip
+
+
+def _with_gaps(
+    sweep: SweepView, x: np.ndarray, numbers: np.ndarray, values: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places and values (lines, x), infinite also between two points where a line is unbounded."""
+    without = np.zeros(values.shape, dtype=bool)  # a bound after this point
+    everywhere = np.broadcast_to(numbers, values.shape)
+    for gap, points, row in zip(without, everywhere, values, strict=True):
+        whole = np.full(sweep.count, np.nan)
+        whole[points] = row
+        pairs = [one.pair for one in sweep.crossings if one.bare and one.peaks(whole)]
+        gap[:-1] = [pair in pairs for pair in pairwise(points.tolist())]
+    after = np.flatnonzero(without.any(axis=0))
+    middle = 0.5 * (values[:, after] + values[:, after + 1])
+    middle[without[:, after]] = np.inf
+    return (
+        np.insert(x, after + 1, 0.5 * (x[after] + x[after + 1])),
+        np.insert(values, after + 1, middle, axis=1),
+    )
 
 
 def _undecided(axes: "Axes", x: np.ndarray, one: Shown, limit: Limit, numbers: np.ndarray) -> None:

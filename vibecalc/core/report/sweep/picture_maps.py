@@ -33,8 +33,9 @@ from vibecalc.core.report.sweep.picture_parts import (
     short_name,
 )
 from vibecalc.core.report.sweep.statistics import axis_names, indices_of, sample_statistics
-from vibecalc.core.report.sweep.view import GridAxis, SweepView
+from vibecalc.core.report.sweep.view import SweepView
 from vibecalc.core.report.writing import show
+from vibecalc.core.results.sweep_file import SweptAxis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,7 +61,7 @@ def draw_sweep_map(sweep: SweepView) -> "Figure | None":
         return None
     count = len(picture.shown) + bool(picture.judged.limits)
     columns = min(2, count)
-    first, second = (axis.keys[0].words for axis in picture.grid)
+    first, second = (axis.keys[0].label for axis in picture.grid)
     held = f"; {picture.held}" if picture.held else ""
     figure = canvas(sweep, f"over {first} and {second}{held}", 1.7 + 3.6 * -(-count // columns))
     # the names of bars of colour are wider than the layout takes them for
@@ -88,12 +89,12 @@ def draw_sweep_map(sweep: SweepView) -> "Figure | None":
     return figure
 
 
-def _name_axis(axes: "Axes", axis: GridAxis, direction: str) -> None:
+def _name_axis(axes: "Axes", axis: SweptAxis, direction: str) -> None:
     """Title, scale and, for choices, names of the x or y axis."""
     key, upright = axis.keys[0], getattr(axes, f"{direction}axis")
     upright.set_label_text(axis_title(axis))
-    if key.names:
-        ticks(upright, along(axis), [key.shown(value) for value in axis.values[:, 0]])
+    if key.choices:
+        ticks(upright, along(axis), [key.shown(value) for value in axis.table[:, 0]])
     elif axis.logarithmic:
         getattr(axes, f"set_{direction}scale")("log")
         plain_ticks(upright)
@@ -192,7 +193,7 @@ def draw_sweep_sample(sweep: SweepView) -> "Figure | None":
     chosen = panels(sweep, judge(sweep), everywhere, _MOST if sweep.indices else 2 * _MOST)
     if not chosen:
         return None
-    method = sweep.sampling.replace("_", " ")
+    method = sweep.head.sampling.replace("_", " ")
     subtitle = f"{sweep.count} points, {method} sampling of " + ", ".join(axis_names(sweep))
     columns = 1 if len(chosen) == 1 and not sweep.indices else 2
     count = len(chosen) * (1 + sweep.indices)
@@ -216,15 +217,14 @@ def _histogram(axes: "Axes", sweep: SweepView, one: Shown) -> None:
     log = logarithmic(values)
     count = int(np.clip(np.sqrt(values.size), *_BINS))
     low, high = float(values.min()), float(values.max())
-    if low == high:
-        low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
-    edges = (np.geomspace if log else np.linspace)(low, high, count + 1)
+    edges = np.histogram_bin_edges(values, count)
+    if log:
+        edges = np.geomspace(low, high, count + 1)
     axes.hist(np.clip(values, low, high), edges.tolist(), color=COLOURS[0], alpha=0.75,
               label="samples")  # fmt: skip
     if log:
         axes.set_xscale("log")
-        if high < 1e4 * low:
-            plain_ticks(axes.xaxis)
+        plain_ticks(axes.xaxis)
     found = sample_statistics(sweep, one.worst)
     notes = [entry_words(one.worst, np.flatnonzero(chosen))]
     if not isinstance(found, str):
@@ -277,15 +277,15 @@ def _bars(axes: "Axes", sweep: SweepView, one: Shown) -> None:
         return
     place = np.arange(len(names))
     parts = (
-        ("first order (alone)", found.first, -0.2),
-        ("total (with interactions)", found.total, 0.2),
+        ("first order (alone)", found.first, found.first_spread, -0.2),
+        ("total (with interactions)", found.total, found.total_spread, 0.2),
     )
-    for i, (words, part, aside) in enumerate(parts):
-        axes.barh(place + aside, part.value, 0.36, color=COLOURS[2 + 2 * i], label=words,
-                  xerr=part.standard_error, ecolor=TOTAL, capsize=3)  # fmt: skip
+    for i, (words, part, spread, aside) in enumerate(parts):
+        axes.barh(place + aside, part, 0.36, color=COLOURS[2 + 2 * i], label=words,
+                  xerr=spread, ecolor=TOTAL, capsize=3)  # fmt: skip
     axes.set_yticks(place, names)
     axes.invert_yaxis()
-    axes.set_xlim(left=min(0.0, float(np.min(found.first.value)) - 0.05))
+    axes.set_xlim(left=min(0.0, float(np.min(found.first)) - 0.05))
     axes.axvline(0.0, color=QUIET, linewidth=0.8)
     axes.set_xlabel("Sobol index, share of the variance")
     axes.grid(visible=False, axis="y")

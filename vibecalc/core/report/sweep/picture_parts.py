@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, length_scale, unit_words
+from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, read_in, unit_words
 from vibecalc.core.report.sweep.limits import (
     Judged,
     Limit,
@@ -16,9 +16,9 @@ from vibecalc.core.report.sweep.limits import (
     nearest,
 )
 from vibecalc.core.report.sweep.statistics import Worst, numeric, worst
-from vibecalc.core.report.sweep.view import GridAxis, SweepView, causes
-from vibecalc.core.report.writing import fold, is_speed, many
-from vibecalc.units import convert
+from vibecalc.core.report.sweep.view import SweepView, causes
+from vibecalc.core.report.writing import fold, many
+from vibecalc.core.results.sweep_file import SweptAxis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,7 +68,7 @@ class Shown(NamedTuple):
     def label(self) -> str:
         """What is measured, and its unit: `force in N`."""
         _, level, reference = self.words.partition(", dB re")
-        unit = unit_words(f"dB re{reference}" if level else self.unit)[1]
+        unit = unit_words(f"dB re{reference}")[1] if level else self.unit
         return f"{self.measure} in {unit}" if self.measure else unit or "number"
 
     def title(self, *notes: str) -> str:
@@ -101,7 +101,7 @@ class Picture(NamedTuple):
     shown: list[Shown]
 
     @property
-    def grid(self) -> list[GridAxis]:
+    def grid(self) -> list[SweptAxis]:
         """The axes that are shown."""
         return [self.sweep.grid[i] for i in self.axes]
 
@@ -140,7 +140,7 @@ def pictured(sweep: SweepView, most_points: int, most: int) -> Picture | None:
     """
     judged, shape = judge(sweep), sweep.shape
     order = sorted(
-        range(len(shape)), key=lambda i: (bool(sweep.grid[i].keys[0].names), -shape[i], i)
+        range(len(shape)), key=lambda i: (bool(sweep.grid[i].keys[0].choices), -shape[i], i)
     )
     axes = (order[0], *[i for i in order[1:] if shape[i] <= most_points][:1])
     found = best(sweep, judged)
@@ -150,10 +150,10 @@ def pictured(sweep: SweepView, most_points: int, most: int) -> Picture | None:
     points = np.arange(sweep.count).reshape(shape)[index]
     points = points.T if axes[0] > axes[-1] else points
     held = [
-        f"{key.words} = {key.shown(value)}"
+        f"{key.label} = {key.shown(value)}"
         for i, axis in enumerate(sweep.grid)
         if i not in axes
-        for key, value in zip(axis.keys, axis.values[places[i]], strict=True)
+        for key, value in zip(axis.keys, axis.table[places[i]], strict=True)
     ]
     chosen = panels(sweep, judged, points, most)
     return Picture(sweep, judged, axes, points, ", ".join(held), chosen) if chosen else None
@@ -161,7 +161,7 @@ def pictured(sweep: SweepView, most_points: int, most: int) -> Picture | None:
 
 def is_map(sweep: SweepView) -> bool:
     """Whether two axes of numbers are too long for a handful of lines."""
-    long = [a for a in sweep.grid if len(a.values) > FEW and not a.keys[0].names]
+    long = [a for a in sweep.grid if a.count > FEW and not a.keys[0].choices]
     return len(long) > 1
 
 
@@ -185,9 +185,11 @@ def panels(sweep: SweepView, judged: Judged, points: np.ndarray, most: int) -> l
 
 
 def shown(sweep: SweepView, judged: Judged, path: str) -> Shown:
-    """A result in a unit that suits its size: rpm, Hz, mm, mJ, else as it is."""
+    """A result in the unit that people read values of its size in."""
     counted, quantity = worst(sweep, path), sweep.quantities[path]
-    factor, unit = shown_unit(path, quantity.unit, counted.values)
+    size = np.abs(counted.values)
+    largest = float(np.max(size, initial=0.0, where=np.isfinite(size)))
+    factor, unit = read_in(quantity, largest)
     measure = _MEASURES.get(quantity.unit, {"rpm": "speed", "Hz": "frequency"}.get(unit, ""))
     words = quantity.long_name or short_name(path)
     own = [limit for limit in judged.limits if limit.quantity == path]
@@ -199,31 +201,19 @@ def short_name(path: str) -> str:
     return path.rsplit("/", 1)[-1].replace("_", " ")
 
 
-def shown_unit(path: str, unit: str, values: np.ndarray) -> tuple[float, str]:
-    """Factor and unit for a picture; `values` are in SI."""
-    finite = np.abs(values[np.isfinite(values)])
-    largest = float(np.max(finite, initial=0.0))
-    if unit == "m" and largest > 0.0:
-        return length_scale(largest)
-    if unit == "J" and 0.0 < largest < 0.1:
-        return 1e3, "mJ"
-    if unit == "rad/s":
-        other = "rpm" if is_speed(path) else "Hz"
-        return convert(1.0, unit, other), other
-    return 1.0, unit
-
-
-def along(axis: GridAxis) -> np.ndarray:
+def along(axis: SweptAxis) -> np.ndarray:
     """Values of the first key of an axis in its unit; places of choices."""
-    if axis.keys[0].names:
-        return np.arange(len(axis.values), dtype=float)
-    return np.asarray(axis.values[:, 0] * axis.keys[0].factor)
+    if axis.keys[0].choices:
+        return np.arange(axis.count, dtype=float)
+    return np.asarray(axis.table[:, 0] * axis.keys[0].factor)
 
 
-def axis_title(axis: GridAxis) -> str:
+def axis_title(axis: SweptAxis) -> str:
     """Words of an axis with its unit, and the names of what varies along with it."""
-    title = unit_words(axis.keys[0].title.replace(" in um", " in \u00b5m"))[1]
-    also = ", ".join(other.words for other in axis.keys[1:3])
+    key = axis.keys[0]
+    unit = "" if key.choices else key.written_unit.replace("um", "\u00b5m")
+    title = unit_words(f"{key.label} in {unit}" if unit else key.label)[1]
+    also = ", ".join(other.label for other in axis.keys[1:3])
     return textwrap.fill(title + (f" (with {also})" if also else ""), _LABEL)
 
 

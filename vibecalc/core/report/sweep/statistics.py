@@ -93,13 +93,11 @@ def worst(
     reduced = (np.fmax if side == "max" else np.fmin).reduce(values, axis=1)
     spread = _spread(sweep, path, places, entry, stacked.standard_errors)
 
-    def computed(one: np.ndarray) -> np.ndarray:
-        return np.where(sweep.done, one, np.nan)
-
+    known = np.where(sweep.done, 0.0, np.nan)
     return Worst(
-        computed(reduced),
-        computed(stacked.errors),
-        None if spread is None else computed(spread),
+        reduced + known,
+        stacked.errors + known,
+        None if spread is None else spread + known,
         entry,
         labels,
     )
@@ -228,7 +226,15 @@ def _rows(sweep: SweepView, counted: Worst, name: str, unit: str) -> list[list[s
         return [title, kind, show(values[point], counted.estimate(point)), unit, where]
 
     if low != high:
-        return [row(name, "smallest", low), row("", "largest", high)]
+        largest = row("", "largest", high)
+        peaks = [one for one in sweep.crossings if one.peaks(values)]
+        if peaks:
+            top = max(peaks, key=lambda one: np.nanmax(values[[*one.pair]]))
+            where = "between " + "\nand ".join(map(sweep.words_of, top.pair)).replace(", ", "\n")
+            why = "has no damping" if top.bare else "may have no damping"
+            value = "unbounded" if top.bare else f"> {largest[2]}"
+            largest = ["", "largest", value, unit, f"{where}\n({top.words}, which {why})"]
+        return [row(name, "smallest", low), largest]
     if counted.estimate(low).unresolved(float(values[low])):
         return [row(name, "", low, f"{UNRESOLVED} at all points")]
     return [row(name, "constant", low, "at all points")]
@@ -288,7 +294,7 @@ def index_lines(sweep: SweepView) -> list[str]:
             lines += paragraph(f"{title}: {indices}")
             continue
         samples = indices.samples
-        parts = [part for one in indices[:2] for part in (one.value, one.standard_error)]
+        parts = indices[:4]
         for place, name in enumerate(names):
             cells = [f"{float(part[place]):.3f}" for part in parts]
             rows.append(["" if place else title, name, *cells])
@@ -314,4 +320,4 @@ def indices_of(sweep: SweepView, counted: Worst) -> Indices | str:
 
 def axis_names(sweep: SweepView) -> list[str]:
     """What is drawn together counts as one: the words of its first key."""
-    return [sweep.keys[places[0]].words for places in sweep.together]
+    return [sweep.keys[places[0]].label for places in sweep.together]

@@ -32,7 +32,7 @@ from vibecalc.core.results.record import Result
 from vibecalc.core.results.sweep_file import SweepResult, opened
 
 if TYPE_CHECKING:
-    from vibecalc.core.study.sweep.prepare import Forecast, PreparedSweep, StoredQuantity
+    from vibecalc.core.case.load import LoadedCase
 
 # ----------------------------------------------------------------------------
 # What `sweep` says before it starts and after it ends, in words and as plain objects.
@@ -41,61 +41,26 @@ if TYPE_CHECKING:
 _UNITS = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
 
 
-def forecast_object(prepared: "PreparedSweep", forecast: "Forecast", chunks: int) -> dict[str, Any]:
-    """What `--dry-run --json` prints; seconds and bytes are estimates."""
-    design, strategy = prepared.design, prepared.strategy
-    return {
-        "case": prepared.loaded.name,
-        "points": design.count,
-        "shape": list(design.shape),
-        "sampling": design.sampling,
-        "axes": [
-            {"name": axis.name, "keys": [key.key for key in axis.keys]} for axis in design.axes
-        ],
-        "strategy": strategy.kind,
-        "reason": strategy.reason,
-        "chunks": chunks,
-        "chunk_size": strategy.chunk_size,
-        "kept": [
-            {
-                "quantity": one.path,
-                "unit": one.unit,
-                "axes": None if one.axes is None else dict(one.axes),
-                "reason": one.reason or None,
-            }
-            for one in forecast.stored
-        ],
-        "tried": forecast.tried,
-        "failed": len(forecast.failures),
-        "processes": forecast.jobs,
-        "seconds": forecast.seconds,
-        "bytes": forecast.size,
-        "identity": prepared.identity.sweep,
-    }
-
-
-def render_forecast(
-    prepared: "PreparedSweep", forecast: "Forecast", chunks: int, output: Path
-) -> str:
-    """The same as text."""
-    design, strategy = prepared.design, prepared.strategy
-    sizes = " x ".join(map(str, design.shape))
-    shape = f", a grid of {sizes}" if design.sampling == "grid" else f", {design.sampling} sampling"
-    were = "was" if forecast.tried == 1 else "were"
-    tried = f"from {many(forecast.tried, 'point')} that {were} tried"
-    size = f"{strategy.chunk_size} points each" if chunks > 1 else "all points"
-    processes = many(forecast.jobs, "process", "processes")
+def render_forecast(loaded: "LoadedCase", found: Mapping[str, Any], output: Path) -> str:
+    """What a sweep will be, as `forecast` of `core/study/sweep/prepare.py` has it, as text."""
+    sizes = " x ".join(map(str, found["shape"]))
+    sampling, failures, chunks = found["sampling"], found["failures"], found["chunks"]
+    shape = f", a grid of {sizes}" if sampling == "grid" else f", {sampling} sampling"
+    were = "was" if found["tried"] == 1 else "were"
+    tried = f"from {many(found['tried'], 'point')} that {were} tried"
+    size = f"{found['chunk_size']} points each" if chunks > 1 else "all points"
+    processes = many(found["processes"], "process", "processes")
     rows = [
-        ("points", f"{design.count}{shape}"),
-        ("strategy", f"{strategy.kind}: {strategy.reason}"),
+        ("points", f"{found['points']}{shape}"),
+        ("strategy", f"{found['strategy']}: {found['reason']}"),
         ("chunks", f"{chunks}, {size}"),
-        ("time", f"about {duration(forecast.seconds)} with {processes}, {tried}"),
-        ("file", f"about {_bytes(forecast.size)}, {output}"),
+        ("time", f"about {duration(found['seconds'])} with {processes}, {tried}"),
+        ("file", f"about {_bytes(found['bytes'])}, {output}"),
     ]
-    if forecast.failures:
-        rows.append(("failed", f"{len(forecast.failures)} of those tried: {forecast.failures[0]}"))
-    lines = [f"{prepared.loaded.path}: {prepared.loaded.case.title}", *pairs(rows, 10), "", "kept"]
-    lines += pairs([(one.path, _shape_words(one)) for one in forecast.stored], 48)
+    if failures:
+        rows.append(("failed", f"{len(failures)} of those tried: {failures[0]}"))
+    lines = [f"{loaded.path}: {loaded.case.title}", *pairs(rows, 10), "", "kept"]
+    lines += pairs([(one["quantity"], _shape_words(one)) for one in found["kept"]], 48)
     return "\n".join([*lines, "", "nothing was written"])
 
 
@@ -161,11 +126,11 @@ def duration(seconds: float) -> str:
     return f"{seconds / size:.2g} {name}"
 
 
-def _shape_words(one: "StoredQuantity") -> str:
-    if one.axes is None:
-        return one.reason
-    axes = " x ".join(f"{name} ({length})" for name, length in one.axes)
-    return f"{axes or 'one number'}{f', {one.unit}' if one.unit else ''}"
+def _shape_words(one: Mapping[str, Any]) -> str:
+    if one["axes"] is None:
+        return str(one["reason"])
+    axes = " x ".join(f"{name} ({length})" for name, length in one["axes"].items())
+    return ", ".join(filter(None, (axes or "one number", one["unit"])))
 
 
 def _bytes(size: int) -> str:
@@ -206,6 +171,7 @@ def sweep_lines(sweep: SweepView) -> list[str]:
     lines = [*heading(str(sweep.case.get("title") or sweep.name), 1), *_identity(sweep)]
     lines += titled("Summary", paragraph(conclusion(sweep, judged)))
     left_out = map(": ".join, sweep.left_out.items())
+    provenance = sweep.head.result.provenance.items()
     sections = (
         ("What varies", _varied(sweep)),
         ("Limits", limit_lines(sweep, judged)),
@@ -214,7 +180,10 @@ def sweep_lines(sweep: SweepView) -> list[str]:
         ("Sobol indices", index_lines(sweep)),
         ("Points without a result", failure_lines(sweep)),
         ("Not kept", [line for words in left_out for line in paragraph(words)]),
-        ("Provenance", pairs((name, str(text)) for name, text in sweep.provenance.items())),
+        (
+            "Provenance",
+            pairs((name, str(text)) for name, text in provenance),
+        ),
     )
     return lines + [line for one in sections if one[1] for line in titled(*one)]
 
@@ -277,30 +246,39 @@ def _identity(sweep: SweepView) -> list[str]:
     drawn = "a grid" + (f" of {sizes}" if len(sweep.shape) > 1 else "")
     if not sweep.grid:
         runs = ", in the order that Sobol indices need" if sweep.indices else ""
-        drawn = f"{sweep.sampling.replace('_', ' ')} sampling{runs}"
+        drawn = f"{sweep.head.sampling.replace('_', ' ')} sampling{runs}"
     source, points = str(sweep.case.get("source") or ""), f"{sweep.count}, {drawn}"
-    rows = [("case", sweep.name), ("source", source), ("points", points), *sweep.facts]
+    head = sweep.head
+    rows = [
+        ("case", sweep.name),
+        ("source", source),
+        ("points", points),
+        ("sha256 of the case", head.result.case_sha256),
+        ("sha256 of the sweep", head.identity),
+        ("vibecalc", head.result.version),
+    ]
     return pairs(row for row in rows if row[1])
 
 
 def _varied(sweep: SweepView) -> list[str]:
     rows: list[list[str]] = []
-    for axis in sweep.axes:
-        spacing = "log" if axis.logarithmic else _steps(axis.values[:, 0])
+    for axis in sweep.head.axes:
+        spacing = "log" if axis.logarithmic else _steps(axis.table[:, 0])
         for column, key in enumerate(axis.keys):
-            values = axis.values[:, column]
+            values = axis.table[:, column]
             count, step = (str(len(values)), spacing) if column == 0 else ("in step", "")
             if not sweep.grid:
                 count, step, values = "", "drawn", np.sort(values)
-            if not key.names:
+            if not key.choices:
                 ends = [key.number(values[0]), key.number(values[-1])]
-                rows.append([key.key, count, *ends, key.unit, step])
+                rows.append([key.key, count, *ends, key.written_unit, step])
                 continue
             if sweep.grid:
                 count, step = str(len(values)), "choice"
-                names = (key.names[round(float(value))] for value in values)
+                names = (key.choices[round(float(value))] for value in values)
             rows.append([key.key, count, "", "", "", step])
-            rows.append([f"  {', '.join(names if sweep.grid else key.names)}", "", "", "", "", ""])
+            listed = ", ".join(names if sweep.grid else key.choices)
+            rows.append([f"  {listed}", "", "", "", "", ""])
     return table(_AXES, rows)
 
 

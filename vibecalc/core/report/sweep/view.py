@@ -2,73 +2,35 @@
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibecalc.core.report.goals import written_at
 from vibecalc.core.report.writing import fold, number, table
-from vibecalc.core.results.layout import DONE, NOT_RUN, STATUS_WORDS, TEXT_CHECKSUM
+from vibecalc.core.results.layout import (
+    DAMPING,
+    DONE,
+    NATURAL,
+    NOT_RUN,
+    SPEED,
+    STATUS_WORDS,
+)
 from vibecalc.core.results.record import Quantity
-from vibecalc.core.results.sweep_file import SweepResult, SweptKey
-from vibecalc.errors import UnitError
-from vibecalc.units import convert
+from vibecalc.core.results.sweep_file import SweepHead, SweepResult, SweptAxis, SweptKey
 
 # ----------------------------------------------------------------------------
 # A sweep as the report reads it: its keys in the units of the case, its results at all points.
 # ----------------------------------------------------------------------------
 
-_LOG_RTOL = 1e-6
-_DIGITS = 6
+#: order up to which passed natural frequencies are looked for
+_HIGHEST = 24.0
 #: letters in a line of a cause
 _CAUSE = 44
-
-
-class Key(NamedTuple):
-    """A key that varies; a value in SI times `factor` is in `unit`, a choice counts `names`."""
-
-    key: str
-    words: str
-    unit: str
-    factor: float
-    names: tuple[str, ...]
-
-    def shown(self, value: float) -> str:
-        """One value as a reader wants it: `12.5 N/mm`, or the name of a choice."""
-        if self.names:
-            return self.names[round(float(value))]
-        return f"{self.number(value)} {self.unit}".rstrip()
-
-    def number(self, value: float) -> str:
-        """The same without its unit."""
-        if self.names:
-            return self.names[round(float(value))]
-        return f"{float(value) * self.factor:.{_DIGITS}g}"
-
-    @property
-    def title(self) -> str:
-        """Words and unit for the axis of a picture."""
-        return f"{self.words} in {self.unit}" if self.unit else self.words
-
-
-class GridAxis(NamedTuple):
-    """One axis of a grid: its keys and their values (n, keys) in SI, or the number of a choice."""
-
-    keys: tuple[Key, ...]
-    values: np.ndarray
-
-    @property
-    def logarithmic(self) -> bool:
-        """Whether its first key goes up, or down, in equal ratios."""
-        first = self.values[:, 0]
-        if self.keys[0].names or first.size < 3 or np.min(first) <= 0.0:
-            return False
-        steps = np.diff(np.log(first))
-        return bool(np.ptp(steps) <= _LOG_RTOL * abs(steps[0]) and steps[0] != 0.0)
 
 
 class StackedResult(NamedTuple):
@@ -81,43 +43,56 @@ class StackedResult(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class SweepView:
-    """A sweep. Points are counted in C order; `quantities` describes each result without its
-    values.
+    """A sweep as its file has it, with short words for labels of keys. Points are counted in C
+    order; `quantities` describes each result without its values.
 
-    `read` gives the values of one path, so that no more than one result is in memory at a time. A
-    sampling has one axis with all keys; `together` has the places of the keys that are drawn, or
-    vary, together. `reasons` says of points without a result why, `left_out` the same of each path
-    that could not be kept.
+    `read` gives the values of one path, so that no more than one result is in memory at a time.
+    `reasons` says of points without a result why, `left_out` the same of each path that could not
+    be kept.
     """
 
-    name: str
-    case: Mapping[str, Any]
-    sampling: str
-    axes: tuple[GridAxis, ...]
-    together: tuple[tuple[int, ...], ...]
-    indices: bool = False
+    head: SweepHead
     status: np.ndarray
     reasons: Mapping[int, str]
     quantities: Mapping[str, Quantity]
     read: Callable[[str], StackedResult]
-    facts: Sequence[tuple[str, str]] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)
-    provenance: Mapping[str, Any] = field(default_factory=dict)
 
     @property
-    def keys(self) -> tuple[Key, ...]:
+    def name(self) -> str:
+        """Name of the case."""
+        return self.head.result.name
+
+    @property
+    def case(self) -> Mapping[str, Any]:
+        """The case in SI."""
+        return self.head.result.case
+
+    @property
+    def indices(self) -> bool:
+        """Whether the points are those of a design for Sobol indices."""
+        return bool(self.head.design.get("indices"))
+
+    @property
+    def together(self) -> list[range]:
+        """Places of the keys that are drawn, or vary, together."""
+        ends = np.cumsum([0, *map(len, self.head.design["axes"])]).tolist()
+        return list(map(range, ends, ends[1:]))
+
+    @property
+    def keys(self) -> tuple[SweptKey, ...]:
         """All keys, in the order of the axes."""
-        return tuple(key for axis in self.axes for key in axis.keys)
+        return tuple(key for axis in self.head.axes for key in axis.keys)
 
     @property
-    def grid(self) -> tuple[GridAxis, ...]:
+    def grid(self) -> tuple[SweptAxis, ...]:
         """The axes of a grid; none of a sampling."""
-        return self.axes if self.sampling == "grid" else ()
+        return self.head.axes if self.head.sampling == "grid" else ()
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Lengths of the axes."""
-        return tuple(len(axis.values) for axis in self.axes)
+        return self.head.shape
 
     @property
     def count(self) -> int:
@@ -136,18 +111,71 @@ class SweepView:
             return np.ones(self.count, dtype=bool)
         return np.asarray(np.arange(self.count) % (len(self.together) + 2) < 2)
 
+    @cached_property
+    def crossings(self) -> "list[Crossing]":
+        """Where an order passes a natural frequency that is kept, and no damping of it is."""
+        speeds = [i for i, axis in enumerate(self.grid) if axis.keys[0].key == SPEED]
+        found: list[Crossing] = []
+        for path in self.quantities if speeds else ():
+            if not path.endswith(NATURAL):
+                continue
+            modes = np.where(self.done, self.read(path).values.reshape(self.count, -1).T, np.nan)
+            damping = path.removesuffix(NATURAL) + DAMPING
+            told = damping in self.quantities
+            if told:
+                ratio = self.read(damping).values.reshape(self.count, -1).T
+                modes = np.where(ratio == 0.0, modes, np.nan)
+            turning = self.grid[speeds[0]].columns[0]
+            points = np.moveaxis(np.arange(self.count).reshape(self.shape), speeds[0], -1)
+            for mode, line in product(range(len(modes)), points.reshape(-1, len(turning))):
+                halves = np.floor(2.0 * modes[mode, line] / turning)
+                for i in np.flatnonzero(np.abs(np.diff(halves)) > 0.0).tolist():
+                    near = np.arange(max(i - 1, 0), min(i + 3, len(line)))
+                    low, high = np.sort(np.minimum(halves[i : i + 2], 2.0 * _HIGHEST))
+                    for order in 0.5 * np.arange(low + 1.0, high + 1.0):
+                        away = np.abs(order * turning[near] - modes[mode, line[near]])
+                        words = f"order {order:g} on mode {mode + 1}"
+                        found.append(Crossing(line[near], int(i > 0), away, words, told))
+        return found
+
     def values_of(self, points: np.ndarray) -> np.ndarray:
         """What the keys are at some points, (len, keys) in SI."""
         places = np.unravel_index(points, self.shape)
         return np.concatenate(
-            [axis.values[place] for axis, place in zip(self.axes, places, strict=True)], axis=-1
+            [axis.table[place] for axis, place in zip(self.head.axes, places, strict=True)], axis=-1
         )
 
     def words_of(self, point: int) -> str:
         """One point as a reader wants it: `stiffness = 12.5 N/mm, damping = 50 N*s/m`."""
         row = self.values_of(np.array([point]))[0]
         pairs = zip(self.keys, row, strict=True)
-        return ", ".join(f"{key.words} = {key.shown(value)}" for key, value in pairs)
+        return ", ".join(f"{key.label} = {key.shown(value)}" for key, value in pairs)
+
+
+class Crossing(NamedTuple):
+    """Up to four neighbours (k,) along the speed: the natural frequency lies after the one at
+    `first`. `away` (k,) in rad/s is how far the order is from it at each; `bare` says that it is
+    known to have no damping."""
+
+    points: np.ndarray
+    first: int
+    away: np.ndarray
+    words: str
+    bare: bool
+
+    @property
+    def pair(self) -> tuple[int, int]:
+        """The points before and after it."""
+        one, other = self.points[self.first : self.first + 2].tolist()
+        return one, other
+
+    def peaks(self, values: np.ndarray) -> bool:
+        """Whether a result (points,) rises to there from both sides, as next to a pole."""
+        near = values[self.points]
+        sides = [(self.first, self.first - 1), (self.first + 1, self.first + 2)]
+        sides = [(i, j) for i, j in sides if 0 <= j < len(near) and np.isfinite(near[i] + near[j])]
+        steep = [near[i] * self.away[i] >= 0.5 * near[j] * self.away[j] for i, j in sides]
+        return any(steep) and all(near[i] > near[j] > 0.0 for i, j in sides)
 
 
 # ----------------------------------------------------------------------------
@@ -162,17 +190,11 @@ _OWNERS = frozenset({"rotor", "shell", "motor", "friction", "control"})
 def view_of(result: SweepResult) -> SweepView:
     """The view of a sweep; its results are read from the file one by one, when asked for."""
     head = result.head
-    swept = [key for axis in head.axes for key in axis.keys]
-    words = iter(_short([key.key for key in swept], head.result.case))
+    words = iter(_short([key.key for axis in head.axes for key in axis.keys], head.result.case))
     axes = tuple(
-        GridAxis(
-            tuple(_key(key, next(words)) for key in axis.keys),
-            np.stack(axis.read(0, axis.count), axis=1).astype(float),
-        )
+        replace(axis, keys=tuple(replace(key, label=next(words)) for key in axis.keys))
         for axis in head.axes
     )
-    drawn = head.design["axes"] if head.sampling != "grid" else [axis.keys for axis in axes]
-    ends = np.cumsum([0, *map(len, drawn)]).tolist()
 
     def read(path: str) -> StackedResult:
         every = (path, 0, result.count)
@@ -181,36 +203,13 @@ def view_of(result: SweepResult) -> SweepView:
         )
 
     return SweepView(
-        name=head.result.name,
-        case=head.result.case,
-        sampling=head.sampling,
-        axes=axes,
-        together=tuple(tuple(range(start, stop)) for start, stop in pairwise(ends)),
-        indices=bool(head.design.get("indices")),
+        head=replace(head, axes=axes),
         status=result.status().ravel(),
         reasons=result.reasons(),
         quantities=result.quantities,
         read=read,
-        facts=(
-            ("sha256 of the case", head.result.case_sha256),
-            ("sha256 of the sweep", head.identity),
-            ("vibecalc", head.result.version),
-        ),
         left_out=result.left_out,
-        provenance={
-            name: words for name, words in head.result.provenance.items() if name != TEXT_CHECKSUM
-        },
     )
-
-
-def _key(key: SweptKey, words: str) -> Key:
-    if key.choices:
-        return Key(key.key, words, "", 1.0, key.choices)
-    try:
-        factor, unit = convert(1.0, key.unit, key.written_unit), key.written_unit
-    except UnitError:
-        factor, unit = 1.0, key.unit
-    return Key(key.key, words, unit, factor, ())
 
 
 def _short(keys: list[str], case: Mapping[str, Any]) -> list[str]:

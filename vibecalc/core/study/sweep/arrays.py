@@ -9,7 +9,7 @@ from vibecalc.core.case.raw import parse_key
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.layout import DONE
 from vibecalc.core.study.sweep.at_once import compute
-from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, combined
+from vibecalc.core.study.sweep.blocks import Block, columns_of, combined
 from vibecalc.core.study.sweep.design import Design
 from vibecalc.core.study.sweep.evaluate import Evaluator
 
@@ -37,17 +37,11 @@ class ArrayEvaluator(Evaluator):
                 np.full(len(places), DONE, dtype=np.int8),
                 ("",) * len(places),
                 {
-                    path: BlockQuantity(
-                        found[path].values,
-                        found[path].errors,
-                        None,
-                        found[path].axes,
-                        CATALOGUE[path].unit,
-                        CATALOGUE[path].long_name,
-                        CATALOGUE[path].amplitude,
-                    )
+                    name: column
                     for path in self._keep
+                    for name, column in zip(columns_of(path), found[path][:2], strict=False)
                 },
+                {path: CATALOGUE[path].quantity([], axes=found[path].axes) for path in self._keep},
             )
             for places, found in parts
         ]

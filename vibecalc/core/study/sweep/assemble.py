@@ -18,10 +18,10 @@ from vibecalc.core.results.sweep_file import (
     SweptAxis,
     open_sweep,
 )
-from vibecalc.core.study.sweep.blocks import Block, BlockQuantity, combined, rows_of
-from vibecalc.core.study.sweep.design import Design, SweepAxis
+from vibecalc.core.study.sweep.blocks import Block, columns_of, combined, rows_of
+from vibecalc.core.study.sweep.design import Design
 from vibecalc.core.study.sweep.journal import Journal
-from vibecalc.core.study.sweep.prepare import Identity
+from vibecalc.core.study.sweep.output import otherwise
 from vibecalc.core.study.sweep.stacked_file import write_stacked
 from vibecalc.errors import UsageError
 
@@ -75,38 +75,29 @@ def _written(target: Path, head: SweepHead, blocks: Callable[[], Iterator[Block]
     return Assembled(target, counts, gaps)
 
 
-def sweep_head(
-    result: Result, design: Design, identity: Identity, stored: Sequence[str]
-) -> SweepHead:
+def sweep_head(result: Result, design: Design, identity: str, stored: Sequence[str]) -> SweepHead:
     """What a file says of a sweep; `result` has case, plan and provenance, and no quantities."""
     if design.sampling == "grid":
-        axes = [_swept(one.name, one.count or 0, [one], one.at) for one in design.axes]
+        pairs = zip(design.axes, design.shape, strict=True)
+        along = [(axis.name, axis.keys, axis.at(np.arange(size))) for axis, size in pairs]
     else:
-        axes = [_swept(SAMPLE, design.count, design.axes, design.value_of)]
+        along = [(SAMPLE, design.every, design.value_of(np.arange(design.count)))]
+    axes = []
+    for name, keys, values in along:
+        whole = [bool(key.choices) or key.shape.kind == "whole" for key in keys]
+        columns = [
+            column.astype(np.int64 if one else float)
+            for column, one in zip(values.T, whole, strict=True)
+        ]
+        axes.append(SweptAxis(name=name, keys=keys, columns=tuple(columns)))
     return SweepHead(
         result=result,
         axes=tuple(axes),
         sampling=design.sampling,
         design=design.description(),
         stored=tuple(stored),
-        identity=identity.sweep,
-        base=identity.base,
+        identity=identity,
     )
-
-
-def _swept(
-    name: str, count: int, axes: Sequence[SweepAxis], at: Callable[[np.ndarray], np.ndarray]
-) -> SweptAxis:
-    keys = tuple(key for axis in axes for key in axis.keys)
-
-    def read(first: int, last: int) -> list[np.ndarray]:
-        columns = at(np.arange(first, last)).T
-        return [
-            column.astype(np.int64 if key.choices or key.shape.kind == "whole" else float)
-            for column, key in zip(columns, keys, strict=True)
-        ]
-
-    return SweptAxis(name=name, count=count, keys=keys, read=read)
 
 
 # ----------------------------------------------------------------------------
@@ -133,31 +124,16 @@ def merge(
     target = fresh_output(output)
     with ExitStack() as stack:
         opened = [stack.enter_context(open_sweep(part)) for part in parts]
-        for other in opened[1:]:
-            _check_same_sweep(opened[0], other)
         head = opened[0].head
+        for other in opened[1:]:
+            if (head.identity, head.shape) != (other.head.identity, other.shape):
+                pair = f"{opened[0].path} and {other.path}"
+                why = otherwise(other.head, head.result.version, head.design, head.stored)
+                raise UsageError(f"{pair} are not parts of one sweep: the second is {why}")
         if provenance is not None:
             result = replace(head.result, provenance=dict(provenance), timings={})
             head = replace(head, result=result)
         return _written(target, head, lambda: _together(opened))
-
-
-def _check_same_sweep(first: SweepResult, other: SweepResult) -> None:
-    one, two = first.head, other.head
-    if one.identity == two.identity and one.shape == two.shape:
-        return
-    pair = f"{first.path} and {other.path} are not parts of one sweep"
-    if one.result.version != two.result.version:
-        why = f"vibecalc {one.result.version} wrote one, {two.result.version} the other"
-    elif one.base != two.base:
-        why = "their cases are not the same"
-    elif one.design != two.design:
-        why = "they have other points"
-    elif set(one.stored) != set(two.stored):
-        why = "they keep other quantities"
-    else:
-        why = "their cases are not the same"
-    raise UsageError(f"{pair}: {why}")
 
 
 def _together(parts: Sequence[SweepResult]) -> Iterator[Block]:
@@ -172,49 +148,40 @@ def _together(parts: Sequence[SweepResult]) -> Iterator[Block]:
     words = [part.reasons() for part in parts]
     for first in range(0, count, step):
         numbers = np.arange(first, min(first + step, count))
-        whole: Block | None = None
+        blocks: list[Block] = []
         for part, told in zip(parts, words, strict=True):
             mine = _block(part, told, numbers)
-            if mine is None:
-                continue
-            if whole is not None:
-                _check_agreed(whole, mine, keep, part.path)
-            whole = combined([mine] if whole is None else [whole, mine], numbers, keep)
-        if whole is not None:
+            for other in blocks:
+                _check_agreed(mine, other, keep, part.path)
+            blocks += [mine] * bool(len(mine.indices))
+        if blocks:
+            whole = combined(blocks, numbers, keep)
             yield whole._replace(left_out=left_out | dict(whole.left_out))
 
 
-def _block(part: SweepResult, words: Mapping[int, str], numbers: np.ndarray) -> Block | None:
+def _block(part: SweepResult, words: Mapping[int, str], numbers: np.ndarray) -> Block:
     """The points that a part has among some consecutive ones."""
-    first, last = int(numbers[0]), int(numbers[-1]) + 1
-    status = part.status(first, last)
+    ends = int(numbers[0]), int(numbers[-1]) + 1
+    status = part.status(*ends)
     run = np.flatnonzero(status != NOT_RUN)
-    if not run.size:
-        return None
-    quantities = {
-        path: BlockQuantity(
-            values=part.values(path, first, last),
-            errors=part.errors(path, first, last),
-            standard_errors=part.standard_errors(path, first, last),
-            axes=one.axes,
-            unit=one.unit,
-            long_name=one.long_name,
-            amplitude=one.amplitude,
-        )
+    columns = {
+        name: part.read(name, *ends)
         for path, one in part.quantities.items()
+        for name in columns_of(path)[: 2 + (one.standard_error is not None)]
+        if run.size
     }
-    message = tuple(words.get(point, "") for point in range(first, last))
-    return rows_of(Block(numbers, status, message, quantities), run)
+    message = tuple(words.get(point, "") for point in numbers.tolist())
+    return rows_of(Block(numbers, status, message, columns, part.quantities), run)
 
 
-def _check_agreed(whole: Block, part: Block, keep: Sequence[str], path: Path) -> None:
-    """UsageError unless a part, from `path`, says the same of points as those before it."""
-    there = np.flatnonzero(whole.status != NOT_RUN)
-    numbers = np.intersect1d(whole.indices[there], part.indices)
+def _check_agreed(part: Block, other: Block, keep: Sequence[str], path: Path) -> None:
+    """UsageError unless a part, from `path`, says the same of points as one before it."""
+    numbers = np.intersect1d(other.indices, part.indices)
     if not numbers.size:
         return
-    both = [rows_of(one, np.searchsorted(one.indices, numbers)) for one in (part, whole)]
-    one, other = combined(both, numbers, keep), combined(both[::-1], numbers, keep)
+    both = [rows_of(one, np.searchsorted(one.indices, numbers)) for one in (other, part)]
+    # each with the axes of both
+    mine, yours = combined(both, numbers, keep), combined(both[::-1], numbers, keep)
 
     def differ(row: int, what: str) -> UsageError:
         return UsageError(
@@ -222,19 +189,14 @@ def _check_agreed(whole: Block, part: Block, keep: Sequence[str], path: Path) ->
             f"it: {what}"
         )
 
-    for row, (ours, theirs) in enumerate(zip(_said(one), _said(other), strict=True)):
+    for row, (ours, theirs) in enumerate(zip(_said(mine), _said(yours), strict=True)):
         if ours != theirs:
             raise differ(row, f"{ours!r} and {theirs!r}")
-    for name, mine in one.quantities.items():
-        yours = other.quantities[name]
-        pairs = [(mine.values, yours.values), (mine.errors, yours.errors)]
-        if mine.standard_errors is not None and yours.standard_errors is not None:
-            pairs.append((mine.standard_errors, yours.standard_errors))
-        for a, b in pairs:
-            same = (a == b) | (np.isnan(a) & np.isnan(b))
-            wrong = np.flatnonzero(~same.reshape(len(a), -1).all(axis=1))
-            if wrong.size:
-                raise differ(int(wrong[0]), f"different values of {name}")
+    for name, values in mine.columns.items():
+        same = np.isclose(values, yours.columns[name], rtol=0.0, atol=0.0, equal_nan=True)
+        wrong = np.flatnonzero(~same.reshape(len(values), -1).all(axis=1))
+        if wrong.size:
+            raise differ(int(wrong[0]), f"different values of {name}")
 
 
 def _said(block: Block) -> list[str]:

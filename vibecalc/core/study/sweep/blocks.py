@@ -1,37 +1,16 @@
 """Points of a sweep side by side: what an evaluator hands back for some of them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.layout import NOT_RUN
+from vibecalc.core.results.layout import ERRORS, NOT_RUN, STANDARD_ERRORS
 from vibecalc.core.results.record import Axis, Quantity
 
 #: axis along which a shorter series is continued with zeros
 PADDED = "order"
-
-
-class BlockQuantity(NamedTuple):
-    """One quantity at n points.
-
-    values
-        (n, own axes...), real or complex; NaN at points that do not have the quantity.
-    errors
-        (n,) absolute, in `unit`; NaN at points that do not have the quantity.
-    standard_errors
-        (n,) in `unit`, of a statistic; None of anything else.
-    axes
-        Own axes of the quantity, shared by all points.
-    """
-
-    values: np.ndarray
-    errors: np.ndarray
-    standard_errors: np.ndarray | None
-    axes: tuple[Axis, ...]
-    unit: str
-    long_name: str
-    amplitude: str | None = None
 
 
 class Block(NamedTuple):
@@ -43,8 +22,11 @@ class Block(NamedTuple):
         (n,) int8, see `vibecalc.core.results.layout`.
     message
         n texts, empty for points that are done.
-    quantities
-        By path. A path may be absent if none of the points has it.
+    columns
+        (n, own axes...) by the names of the file of a sweep: the path of a quantity, and (n,) for
+        its errors and, of a statistic, its standard errors. NaN at points that do not have it.
+    described
+        Each quantity as one of the points has it, by path: unit, name and axes count.
     left_out
         Paths that these points have and that cannot be stacked, each with its reason.
     """
@@ -52,48 +34,42 @@ class Block(NamedTuple):
     indices: np.ndarray
     status: np.ndarray
     message: tuple[str, ...]
-    quantities: Mapping[str, BlockQuantity] = {}
+    columns: Mapping[str, np.ndarray] = {}
+    described: Mapping[str, Quantity] = {}
     left_out: Mapping[str, str] = {}
+
+
+def columns_of(path: str) -> tuple[str, str, str]:
+    """Names of the columns of a quantity: values, errors and standard errors."""
+    return path, f"{ERRORS}/{path}", f"{STANDARD_ERRORS}/{path}"
 
 
 def one_point(
     number: int, status: int, message: str = "", found: Mapping[str, Quantity] | None = None
 ) -> Block:
     """What became of one point, with the results that were found there."""
-    quantities, left_out = {}, {}
+    columns, described, left_out = dict[str, np.ndarray](), dict[str, Quantity](), {}
     for path, one in (found or {}).items():
-        values, spread = np.asarray(one.values), one.standard_error
-        if values.dtype.kind not in "fciub":
+        if one.values.dtype.kind not in "fciub":
             left_out[path] = "its values are texts"
             continue
-        quantities[path] = BlockQuantity(
-            values=values[None],
-            errors=np.array([one.error_estimate], dtype=float),
-            standard_errors=None if spread is None else np.array([spread], dtype=float),
-            axes=one.axes,
-            unit=one.unit,
-            long_name=one.long_name,
-            amplitude=one.amplitude,
-        )
-    return Block(np.array([number]), np.array([status], np.int8), (message,), quantities, left_out)
+        described[path] = one
+        each = one.values, one.error_estimate, one.standard_error
+        for name, value in zip(columns_of(path), each, strict=True):
+            if value is not None:
+                columns[name] = np.array([value])
+    return Block(
+        np.array([number]), np.array([status], np.int8), (message,), columns, described, left_out
+    )
 
 
 def rows_of(block: Block, rows: np.ndarray) -> Block:
     """Some points of a block, by their rows."""
-    quantities = {
-        path: one._replace(
-            values=one.values[rows],
-            errors=one.errors[rows],
-            standard_errors=None if one.standard_errors is None else one.standard_errors[rows],
-        )
-        for path, one in block.quantities.items()
-    }
-    message = tuple(block.message[row] for row in rows)
     return block._replace(
         indices=block.indices[rows],
         status=block.status[rows],
-        message=message,
-        quantities=quantities,
+        message=tuple(block.message[row] for row in rows),
+        columns={name: column[rows] for name, column in block.columns.items()},
     )
 
 
@@ -102,59 +78,44 @@ def combined(blocks: Sequence[Block], numbers: np.ndarray, keep: Sequence[str]) 
 
     Where two have a point the later one counts; what none has is not run.
     """
+    if len(blocks) == 1 and len(blocks[0].indices) == len(numbers):
+        return blocks[0]
     status, message = np.full(len(numbers), NOT_RUN, dtype=np.int8), [""] * len(numbers)
-    places = [np.searchsorted(numbers, block.indices) for block in blocks]
-    for rows, block in zip(places, blocks, strict=True):
+    columns = dict[str, np.ndarray]()
+    described, left_out = joined(blocks, keep)
+    for block in blocks:
+        rows = np.searchsorted(numbers, block.indices)
         status[rows] = block.status
         for row, words in zip(rows.tolist(), block.message, strict=True):
             message[row] = words
-    quantities: dict[str, BlockQuantity] = {}
-    left_out: dict[str, str] = {}
-    for path in keep:
-        reason = next((one.left_out[path] for one in blocks if path in one.left_out), None)
-        pieces = [
-            (rows, block.quantities[path])
-            for rows, block in zip(places, blocks, strict=True)
-            if path in block.quantities
-        ]
-        whole = reason or (_laid_out(pieces, numbers) if pieces else None)
-        if isinstance(whole, str):
-            left_out[path] = whole
-        elif whole is not None:
-            quantities[path] = whole
-    return Block(np.asarray(numbers, np.int64), status, tuple(message), quantities, left_out)
-
-
-def _laid_out(
-    pieces: Sequence[tuple[np.ndarray, BlockQuantity]], numbers: np.ndarray
-) -> BlockQuantity | str:
-    """One quantity at the points `numbers` (n,), NaN where no piece has it.
-
-    A piece is the rows of its points among the n, and what it has there. A text says why they
-    cannot be put together.
-    """
-    rows, first = pieces[0]
-    if len(pieces) == 1 and len(rows) == len(numbers):
-        return first
-    axes = first.axes
-    for others, one in pieces:
-        joined = joined_axes(axes, one.axes)
-        if isinstance(joined, str):
-            return f"{joined} (points {numbers[rows[0]]} and {numbers[others[0]]})"
-        axes = joined
-    shape = tuple(len(axis.values) for axis in axes)
-    dtype = np.result_type(float, *{one.values.dtype for _, one in pieces})
-    values = np.full((len(numbers), *shape), np.nan, dtype=dtype)
-    errors, spread = np.full(len(numbers), np.nan), np.full(len(numbers), np.nan)
-    for others, one in pieces:
-        values[others] = padded(one, shape)
-        errors[others] = one.errors
-        if one.standard_errors is not None:
-            spread[others] = one.standard_errors
-    has_spread = any(one.standard_errors is not None for _, one in pieces)
-    return first._replace(
-        values=values, errors=errors, standard_errors=spread if has_spread else None, axes=axes
+        for name, values in stacked(block, described).items():
+            if name not in columns:
+                columns[name] = np.full((len(numbers), *values.shape[1:]), np.nan, values.dtype)
+            columns[name][rows] = values
+    return Block(
+        np.asarray(numbers, np.int64), status, tuple(message), columns, described, left_out
     )
+
+
+def joined(
+    blocks: Iterable[Block], keep: Sequence[str]
+) -> tuple[dict[str, Quantity], dict[str, str]]:
+    """What each path of `keep` is in all blocks together, and why others cannot be stacked."""
+    described, left_out = dict[str, Quantity](), dict[str, str]()
+    for block in blocks:
+        left_out = {**block.left_out, **left_out}
+        for path, one in block.described.items():
+            known = described.setdefault(path, one)
+            axes = joined_axes(known.axes, one.axes)
+            if isinstance(axes, str):
+                left_out.setdefault(path, axes)
+                continue
+            kind = np.result_type(float, known.values, block.columns[path])
+            longer = any(axis is not old for axis, old in zip(axes, known.axes, strict=True))
+            if longer or kind != known.values.dtype:
+                described[path] = replace(known, axes=axes, values=np.empty(0, kind))
+    found = {path: described[path] for path in keep if path in described and path not in left_out}
+    return found, {path: left_out[path] for path in keep if path in left_out}
 
 
 def joined_axes(axes: tuple[Axis, ...], others: tuple[Axis, ...]) -> tuple[Axis, ...] | str:
@@ -162,27 +123,36 @@ def joined_axes(axes: tuple[Axis, ...], others: tuple[Axis, ...]) -> tuple[Axis,
 
     Axes have to be equal, except that one of two axes `order` may go on where the other ends.
     """
+    if axes is others:
+        return axes
     if [axis.name for axis in axes] != [axis.name for axis in others]:
         return "its axes are not the same at all points"
-    joined = []
+    longer = []
     for axis, other in zip(axes, others, strict=True):
         shared = min(len(axis.values), len(other.values))
         may_go_on = axis.name == PADDED or len(axis.values) == len(other.values)
         if not (may_go_on and np.array_equal(axis.values[:shared], other.values[:shared])):
             return f"its axis {axis.name} is not the same at all points"
-        joined.append(axis if len(axis.values) >= len(other.values) else other)
-    return tuple(joined)
+        longer.append(axis if len(axis.values) >= len(other.values) else other)
+    return tuple(longer)
 
 
-def padded(quantity: BlockQuantity, shape: tuple[int, ...]) -> np.ndarray:
-    """Values (n, *shape), at least as large along every axis: continued with zeros.
+def stacked(block: Block, described: Mapping[str, Quantity]) -> dict[str, np.ndarray]:
+    """The columns of a block as large along every axis as described: continued with zeros.
 
     Points without the quantity stay NaN.
     """
-    values = quantity.values
-    if values.shape[1:] == shape:
-        return values
-    more = [size - old for size, old in zip(shape, values.shape[1:], strict=True)]
-    values = np.pad(values, [(0, 0), *((0, one) for one in more)])
-    values[np.isnan(quantity.errors)] = np.nan
-    return values
+    columns = dict[str, np.ndarray]()
+    for path, whole in described.items():
+        for name in columns_of(path):
+            if name not in block.columns:
+                continue
+            values, shape = block.columns[name], tuple(len(axis.values) for axis in whole.axes)
+            if name == path:
+                values = values.astype(whole.values.dtype, copy=False)
+                if values.shape[1:] != shape:
+                    more = np.subtract(shape, values.shape[1:])
+                    values = np.pad(values, [(0, 0), *((0, one) for one in more)])
+                    values[np.isnan(block.columns[columns_of(path)[1]])] = np.nan
+            columns[name] = values
+    return columns

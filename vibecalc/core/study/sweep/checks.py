@@ -10,14 +10,13 @@ import numpy as np
 
 from vibecalc.core.case.load import LoadedCase, validate
 from vibecalc.core.case.raw import case_at
-from vibecalc.core.case.study_tables import Objective
 from vibecalc.core.case.walk import bound_words
 from vibecalc.core.results.catalogue import deciding
 from vibecalc.core.results.record import Entry
 from vibecalc.core.run.columns import allowed_by
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.targets import unknown_quantity
-from vibecalc.core.study.sweep.design import AxisKey, Design, make_design, size_words
+from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.values import Scatter
 from vibecalc.errors import CaseError, KeyPath, Problem
 from vibecalc.schema import Case
@@ -33,35 +32,29 @@ _SHOWN = 3
 def forbidden_values(design: Design) -> Iterator[Problem]:
     """One problem for each key with values outside its bounds; no run is needed for it."""
     for column, key in enumerate(design.every):
-        if not key.choices and not np.all(allowed_by(key.shape, np.array(key.values.ends))):
-            yield from _of_key(design, key, column)
-
-
-def _of_key(design: Design, key: AxisKey, column: int) -> Iterator[Problem]:
-    values, drawn = key.values, key.values.count is None
-    total = values.count or design.count
-    count, first = 0, np.empty(0)
-    for start in range(0, total, _BLOCK):
-        numbers = np.arange(start, min(start + _BLOCK, total))
-        some = design.value_of(numbers)[:, column] if drawn else values.at(numbers)
-        wrong = some[~allowed_by(key.shape, some)]
-        count += wrong.size
-        first = np.concatenate([first, wrong[:_SHOWN]])[:_SHOWN]
-    if not count:
-        return
-    many = f"{count} of {size_words(total)} {'points' if drawn else 'values'}"
-    if design.sampling == "grid" and len(design.axes) > 1:
-        points = count * (design.count // total)
-        many += f", {size_words(points)} of {size_words(design.count)} points"
-    shown = ", ".join(f"{value:.6g}" for value in first) + (", ..." if count > _SHOWN else "")
-    one_sided = isinstance(values, Scatter) and values.kind == "normal"
-    yield Problem(
-        path=key.place,
-        message=f"{key.key} takes values that it must not have",
-        found=f"{shown} {key.unit}".strip() + f" ({many})",
-        allowed=bound_words(key.shape) or "a finite number",
-        hint="lognormal and triangular distributions have an end" if one_sided else "",
-    )
+        values, shape = key.values, key.shape
+        if key.choices or np.all(allowed_by(shape, np.array(values.ends))):
+            continue
+        drawn, total = values.count is None, values.count or design.count
+        count, first = 0, list[float]()
+        for start in range(0, total, _BLOCK):
+            numbers = np.arange(start, min(start + _BLOCK, total))
+            some = design.value_of(numbers)[:, column] if drawn else values.at(numbers)
+            wrong = some[~allowed_by(shape, some)]
+            count += wrong.size
+            first += wrong[:_SHOWN].tolist()
+        if not count:
+            continue
+        shown = ", ".join(f"{value:.6g}" for value in first[:_SHOWN]) + ", ..." * (count > _SHOWN)
+        many = f"({count} of {total:.6g} {'points' if drawn else 'values'})"
+        one_sided = isinstance(values, Scatter) and values.kind == "normal"
+        yield Problem(
+            path=key.place,
+            message=f"{key.key} takes values that it must not have",
+            found=" ".join(filter(None, (shown, key.unit, many))),
+            allowed=bound_words(shape) or "a finite number",
+            hint="lognormal and triangular distributions have an end" if one_sided else "",
+        )
 
 
 # ----------------------------------------------------------------------------
@@ -147,7 +140,7 @@ def stored_paths(
     Those that `keep` names, and the objective; by default all single numbers of the stages that
     every point runs, and of the same stages what limits and references name.
     """
-    goal = {one.quantity for _, one in _objective(case)}
+    goal = _goal(case)
     if keep:
         return tuple(sorted({*keep, *goal}))
     planned = planned_quantities(case)
@@ -164,52 +157,43 @@ def stored_paths(
     return tuple(sorted(path for path in wanted if not _unshared_axis(planned[path])))
 
 
-def _objective(case: "Case") -> list[tuple[KeyPath, Objective]]:
-    """The objective of a sweep with its place, if it has one."""
+def _goal(case: "Case") -> list[str]:
+    """What the objective of a sweep is on, if it has one."""
     goal = None if case.sweep is None else case.sweep.objective
-    return [] if goal is None else [(("sweep", "objective"), goal)]
+    return [] if goal is None else [goal.quantity]
 
 
 def keep_problems(
     keep: Sequence[str], case: "Case", design: Design, resolved: Mapping[str, Any]
-) -> list[Problem]:
-    """Problems of the paths that `keep` and objective name: unknown, twice, or not the same at all
+) -> Iterator[Problem]:
+    """Problems of the paths that `keep` and objective name: unknown, or not the same at all
     points.
     """
-    problems = []
     plans = _plans(design, resolved)
     everywhere = planned_quantities(case)
     for _, plan in plans:
         everywhere |= plan
     places: list[tuple[KeyPath, str]] = [(("sweep", "keep", n), one) for n, one in enumerate(keep)]
-    for position, (place, path) in enumerate(
-        [*places, *((at, goal.quantity) for at, goal in _objective(case))]
-    ):
-        if path in keep[:position] and place[1] == "keep":
-            problems.append(Problem(path=place, message=f"{path} is kept twice"))
-        elif path not in everywhere:  # of an objective the targets of the case say it
-            if place[1] == "keep":
-                problems.append(unknown_quantity(place, path, everywhere)._replace(path=place))
+    for place, path in [*places, *((("sweep", "objective"), one) for one in _goal(case))]:
+        if path not in everywhere:
+            if "keep" in place:  # of an objective the targets of the case say it
+                yield unknown_quantity(place, path, everywhere)._replace(path=place)
         elif missing := [settings for settings, plan in plans if path not in plan]:
-            problems.append(
-                Problem(
-                    path=place,
-                    message="not every point of the sweep has this quantity",
-                    found=f"{path}, without it: {_said(missing[0])}",
-                    hint="keep what all points have, or sweep the choices one by one",
-                )
+            at = ", ".join(f"{key} = {value}"[:100] for key, value in missing[0].items())
+            yield Problem(
+                path=place,
+                message="not every point of the sweep has this quantity",
+                found=f"{path}, without it: {at or 'the first point'}",
+                hint="keep what all points have, or sweep the choices one by one",
             )
         elif axis := _unshared_axis(everywhere[path]):
-            problems.append(
-                Problem(
-                    path=place,
-                    message=f"its axis {axis!r} is chosen anew at every point",
-                    found=path,
-                    allowed="a quantity whose axes all points share",
-                    hint=_instead(path, everywhere),
-                )
+            yield Problem(
+                path=place,
+                message=f"its axis {axis!r} is chosen anew at every point",
+                found=path,
+                allowed="a quantity whose axes all points share",
+                hint=_instead(path, everywhere),
             )
-    return problems
 
 
 def _unshared_axis(entry: Entry) -> str:
@@ -223,12 +207,6 @@ def _instead(path: str, known: Mapping[str, Entry]) -> str:
     shared = [other for other, entry in known.items() if not _unshared_axis(entry)]
     near = difflib.get_close_matches(path, shared, n=1, cutoff=0.7)
     return f"keep {near[0]} instead" if near else ""
-
-
-def _said(settings: Settings) -> str:
-    return (
-        ", ".join(f"{key} = {value}"[:100] for key, value in settings.items()) or "the first point"
-    )
 
 
 # ----------------------------------------------------------------------------
@@ -247,7 +225,7 @@ def sweep_problems(loaded: LoadedCase) -> list[Problem]:
         return list(error.problems)
     resolved = loaded.base(design.keys)
     problems = [*_optimised_too(case, design), *check_design(design, resolved)]
-    return problems or keep_problems(case.sweep.keep, case, design, resolved)
+    return problems or list(keep_problems(case.sweep.keep, case, design, resolved))
 
 
 def _optimised_too(case: Case, design: Design) -> Iterator[Problem]:

@@ -15,7 +15,7 @@ from vibecalc.core.results.sweep_file import SweptKey
 from vibecalc.core.study.sweep.keys import KeyTable, label, read_values, refused, target
 from vibecalc.core.study.sweep.sampling import MOST_POINTS, drawn, drawn_by
 from vibecalc.core.study.sweep.values import AxisValues, ValueList
-from vibecalc.errors import CaseError, KeyPath, Problem, UnitError, UsageError
+from vibecalc.errors import CaseError, KeyPath, Problem, UsageError
 from vibecalc.units import split_number
 
 # ----------------------------------------------------------------------------
@@ -161,15 +161,12 @@ class _Reader:
 
 
 def _written_unit(key: KeyTable) -> str:
+    """The unit in which the values of a number are written, the first that has one."""
     table, given = key.table, key.table.distribution
-    ends = (table.stop, table.start, *table.values)
     drawn = (given.mean, given.upper, given.lower) if given else ()
-    for written in (*ends, *drawn):
-        if isinstance(written, str):
-            try:
-                unit = split_number(written)[1]
-            except UnitError:  # the name of a choice
-                return ""
+    for written in (table.stop, table.start, *table.values, *drawn):
+        if isinstance(written, str) and key.shape.kind == "number":
+            unit = split_number(written)[1]
             if unit:
                 return unit
     return key.shape.unit or ""
@@ -307,35 +304,18 @@ def make_design(sweep: Sweep, resolved: Mapping[str, Any]) -> Design:
     return design
 
 
-def size_words(count: int) -> str:
-    """Say a large number: 1500 is "1500", 1 200 000 "1.2 million"."""
-    for size, name in (
-        (10**18, "million million million"),
-        (10**12, "million million"),
-        (10**9, "thousand million"),
-        (10**6, "million"),
-    ):
-        if count >= size:
-            shown = f"{count / size:.4g}" if count < 10**6 * size else f"{count / size:.3e}"
-            return f"{shown} {name}"
-    return str(count)
-
-
 def _check_size(design: Design) -> None:
     most = min(LARGEST, MOST_POINTS.get(design.sampling, LARGEST))
     if design.count <= most:
         return
-    if design.sampling == "grid":
-        key, factors = "axes", " x ".join(str(size) for size in design.shape)
-    else:
+    key, factors = "axes", " x ".join(str(size) for size in design.shape)
+    if design.sampling != "grid":
         runs = f" x {len(design.axes) + 2} runs" if design.indices else ""
         key, factors = "points", f"{design.points}{runs}"
-    years = design.count / 1000.0 / 31_557_600.0
-    few = "fewer points on an axis, or a sampling"
     raise refused(
         ("sweep", key),
-        f"the sweep would have {size_words(design.count)} points",
+        f"the sweep would have {design.count:.6g} points",
         found=factors,
-        allowed=f"at most {size_words(most)}",
-        hint=f"a thousand points a second would take {years:.2g} years" if years > 0.1 else few,
+        allowed=f"at most {most:.6g}",
+        hint="fewer points on an axis, or a sampling",
     )

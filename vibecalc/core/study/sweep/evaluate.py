@@ -3,7 +3,7 @@
 import traceback
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +15,6 @@ from vibecalc.core.run.run import StageCache, check_again, run_case
 from vibecalc.core.study.sweep.blocks import Block, combined, one_point
 from vibecalc.core.study.sweep.design import Design
 from vibecalc.errors import CaseError, NumericalFailure, Problem, UsageError
-
-if TYPE_CHECKING:
-    pass
 
 Quantities = Mapping[str, Quantity]
 
@@ -114,14 +111,15 @@ class Evaluator:
 
 def refusal(problems: Sequence[Problem]) -> str:
     """All problems of one input in one line."""
-    return "; ".join(_in_words(problem) for problem in problems)
-
-
-def _in_words(problem: Problem) -> str:
-    place = f"{key_text(problem.path)}: " if problem.path else ""
-    found = f", found {problem.found}" if problem.found else ""
-    allowed = f", allowed: {problem.allowed}" if problem.allowed else ""
-    return f"{place}{problem.message}{found}{allowed}"
+    parts = (
+        (
+            f"{key_text(one.path)}: {one.message}" if one.path else one.message,
+            one.found and f"found {one.found}",
+            one.allowed and f"allowed: {one.allowed}",
+        )
+        for one in problems
+    )
+    return "; ".join(", ".join(filter(None, part)) for part in parts)
 
 
 def _refuse(problems: Sequence[Problem]) -> None:

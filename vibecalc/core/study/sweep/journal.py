@@ -14,19 +14,18 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import BinaryIO
 
 import numpy as np
 
 from vibecalc.core.results.files import in_words
-from vibecalc.core.results.layout import DONE
-from vibecalc.core.results.record import Axis
-from vibecalc.core.study.sweep.blocks import Block, BlockQuantity
+from vibecalc.core.results.layout import DONE, STATUS
+from vibecalc.core.results.record import Axis, Quantity
+from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.errors import ResultError, UsageError
 
-_FORMAT = "vibecalc sweep 2"
+_FORMAT = "vibecalc sweep 3"
 _RECORD = struct.Struct("<qq32s")
-_ARRAYS = ("values", "errors", "standard_errors")
 
 
 def packed(block: Block) -> bytes:
@@ -34,75 +33,75 @@ def packed(block: Block) -> bytes:
     texts: dict[str, list[int]] = {}  # many points tell the same
     for row in np.flatnonzero(block.status != DONE).tolist():
         texts.setdefault(block.message[row], []).append(row)
-    arrays, rows = [block.status], []
-    for path, one in block.quantities.items():
-        shapes = {}
-        for name in _ARRAYS:
-            array = getattr(one, name)
-            if array is not None:
-                shapes[name] = array.dtype.str, array.shape
-                arrays.append(array)
-        axes = [[a.name, a.unit, a.long_name, a.values.tolist()] for a in one.axes]
-        rows.append([path, one.unit, one.long_name, one.amplitude, axes, shapes])
+    columns = {STATUS: block.status, **block.columns}
     about = {
-        "points": [int(block.indices[0]), len(block.indices)],
+        "first": int(block.indices[0]),
         "texts": texts,
         "left_out": dict(block.left_out),
-        "quantities": rows,
-    }
+        "columns": [(name, one.dtype.str, one.shape) for name, one in columns.items()],
+        "described": [
+            (path, one.unit, one.long_name, one.amplitude,
+             [(axis.name, axis.unit, axis.long_name, axis.values.tolist()) for axis in one.axes])
+            for path, one in block.described.items()
+        ],
+    }  # fmt: skip
     # lone surrogates in a message are no reason to lose a chunk
     line = json.dumps(about).encode("ascii")
-    return b"\n".join([line, b"".join(array.tobytes() for array in arrays)])
+    return b"\n".join([line, b"".join(one.tobytes() for one in columns.values())])
 
 
 def unpacked(content: bytes) -> Block:
     """The block of such bytes."""
-    line, _, _ = content.partition(b"\n")
-    about, place = json.loads(line), len(line) + 1
-    first, count = about["points"]
-
-    def array(kind: str, shape: list[int]) -> np.ndarray:
-        nonlocal place
-        values = np.frombuffer(content, kind, int(np.prod(shape)), place).reshape(shape)
-        place += values.nbytes
-        return values.copy()
-
-    status, message = array("i1", [count]), [""] * count
+    line, _, numbers = content.partition(b"\n")
+    about, place, columns = json.loads(line), 0, dict[str, np.ndarray]()
+    for name, kind, shape in about["columns"]:
+        one = np.frombuffer(numbers, kind, int(np.prod(shape)), place).reshape(shape).copy()
+        columns[name], place = one, place + one.nbytes
+    status = columns.pop(STATUS)
+    message = [""] * len(status)
     for words, rows in about["texts"].items():
         for row in rows:
             message[row] = words
-    quantities = {}
-    for path, unit, long_name, amplitude, axes, shapes in about["quantities"]:
-        parts: dict[str, Any] = {name: array(*shapes[name]) for name in _ARRAYS if name in shapes}
-        quantities[path] = BlockQuantity(
-            **{"standard_errors": None, **parts},
+    described = {}
+    for path, unit, long_name, amplitude, axes in about["described"]:
+        described[path] = Quantity(
+            path=path,
+            values=columns[path][:0],
+            unit=unit,
+            long_name=long_name,
+            amplitude=amplitude,
             axes=tuple(
                 Axis(name=name, unit=unit_of, long_name=words, values=np.array(values))
                 for name, unit_of, words, values in axes
             ),
-            unit=unit,
-            long_name=long_name,
-            amplitude=amplitude,
         )
-    indices = np.arange(first, first + count)
-    return Block(indices, status, tuple(message), quantities, about["left_out"])
+    indices = about["first"] + np.arange(len(status))
+    return Block(indices, status, tuple(message), columns, described, about["left_out"])
 
 
 def records(path: Path) -> Iterator[tuple[int, int, int]]:
     """Number of the chunk of each record of a journal, its place, and the length of its content.
 
-    A record of which something is missing is not among them.
+    They end before the first that is not whole, or not as it was written.
     """
     with open(path, "rb") as stream:
-        size = os.fstat(stream.fileno()).st_size
         place = len(stream.readline())
-        while place + _RECORD.size <= size:
-            stream.seek(place)
-            number, length, _ = _RECORD.unpack(stream.read(_RECORD.size))
-            if number < 0 or not 0 < length <= size - place - _RECORD.size:
-                return
-            yield number, place, length
-            place += _RECORD.size + length
+        while found := _record(stream, place):
+            yield found[0], place, len(found[1])
+            place += _RECORD.size + len(found[1])
+
+
+def _record(stream: BinaryIO, place: int) -> tuple[int, bytes] | None:
+    """Number and content of the record at a place; None if it is damaged, or there is none."""
+    stream.seek(place)
+    head = stream.read(_RECORD.size)
+    number, length, checksum = _RECORD.unpack(head) if len(head) == _RECORD.size else (0, 0, b"")
+    content = stream.read(min(max(length, 0), os.fstat(stream.fileno()).st_size))
+    return (number, content) if checksum == _checksum(number, content) else None
+
+
+def _checksum(number: int, content: bytes) -> bytes:
+    return hashlib.sha256(b"%d %d " % (number, len(content)) + content).digest()
 
 
 @dataclass(kw_only=True)
@@ -117,7 +116,7 @@ class Journal:
     identity: str
     count: int
     size: int
-    places: dict[int, tuple[int, int]] = field(default_factory=dict)
+    places: dict[int, int] = field(default_factory=dict)
     end: int = 0
 
     @property
@@ -149,14 +148,10 @@ class Journal:
         if not self.path.exists() or self.foreign():
             return ""
         for number, place, length in records(self.path):
-            try:
-                self._content(number, place, length)
-            except ResultError as error:
-                return f"{error}; it and what follows are computed again"
-            self.places[number] = place, length
-            self.end = place + _RECORD.size + length
-        whole = self.path.stat().st_size <= self.end
-        return "" if whole else f"a chunk in {self.path} is not whole; it is computed again"
+            self.places[number], self.end = place, place + _RECORD.size + length
+        if self.path.stat().st_size <= self.end:
+            return ""
+        return f"a chunk in {self.path} is damaged or not whole; it is computed again"
 
     def start(self) -> None:
         """Make the file, or cut off what is no whole chunk; UsageError if that cannot be done."""
@@ -182,28 +177,21 @@ class Journal:
                 with suppress(OSError):
                     stream.truncate(self.end)
                 raise
-        self.places[number] = self.end, len(content)
-        self.end += len(record)
+        self.places[number], self.end = self.end, self.end + len(record)
 
     def read(self, number: int) -> Block:
         """One chunk; ResultError if it is damaged, UsageError if it cannot be read."""
-        return unpacked(self._content(number, *self.places[number]))
-
-    def _content(self, number: int, place: int, length: int) -> bytes:
         with in_words("cannot read", self.path), open(self.path, "rb") as stream:
-            stream.seek(place)
-            *_, checksum = _RECORD.unpack(stream.read(_RECORD.size))
-            content = stream.read(length)
-        if _checksum(number, content) != checksum:
+            found = _record(stream, self.places[number])
+        if found is None:
             raise ResultError(
                 f"chunk {number} in {self.path} is damaged: its checksum does not fit"
             )
-        return content
+        return unpacked(found[1])
 
     def blocks(self, numbers: Iterable[int]) -> Iterator[Block]:
         """Read chunks one after the other, in ascending order."""
-        for number in sorted(numbers):
-            yield self.read(number)
+        return map(self.read, sorted(numbers))
 
     def clear(self) -> None:
         """Remove the file; UsageError with the reason if that cannot be done."""
@@ -212,7 +200,7 @@ class Journal:
         self.places, self.end = {}, 0
 
 
-def _put(stream: Any, place: int, record: bytes) -> None:
+def _put(stream: BinaryIO, place: int, record: bytes) -> None:
     """Write a record, wait until it is on the disk, and read it back."""
     stream.seek(place)
     rest = memoryview(record)
@@ -222,7 +210,3 @@ def _put(stream: Any, place: int, record: bytes) -> None:
     stream.seek(place)
     if stream.read(len(record)) != record:
         raise UsageError(f"cannot write {stream.name}: the disk does not give back what it got")
-
-
-def _checksum(number: int, content: bytes) -> bytes:
-    return hashlib.sha256(b"%d %d " % (number, len(content)) + content).digest()

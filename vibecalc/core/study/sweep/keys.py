@@ -1,7 +1,7 @@
 """Keys that a sweep may vary, and from the table of one in `[sweep]` to the values it takes."""
 
-import difflib
-from collections.abc import Iterator, Mapping, Sequence
+import json
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from vibecalc.core.case.diagnose import shown
 from vibecalc.core.case.raw import get_key, key_text, nearest, parse_key
+from vibecalc.core.case.search_checks import no_such_key
 from vibecalc.core.case.study_tables import Along, Distribution
 from vibecalc.core.case.walk import Shape, keys_of, shape_at, unit_problem, with_names, words
 from vibecalc.core.study.sweep.values import (
@@ -31,11 +32,10 @@ VARIED = (
     *("point", "vibration_severity", "base_motion"),
 )
 _VARIABLE = ("number", "whole", "choice", "text", "flag", "list", "table")
-_LISTED = 64  # entries of a list whose keys are offered as the nearest ones
 
 
 def target(key: str, resolved: Mapping[str, Any]) -> tuple[KeyPath, Shape]:
-    """Path and shape of a key that a sweep may vary; UsageError, with the nearest key, if not.
+    """Path and shape of a key that a sweep may vary; UsageError, with what was meant, if not.
 
     `resolved` is the case in SI with its defaults. The table of the key has to be there, the key
     itself may be absent.
@@ -43,7 +43,7 @@ def target(key: str, resolved: Mapping[str, Any]) -> tuple[KeyPath, Shape]:
     path = parse_key(key)
     shape = shape_at(path)
     if shape is None:
-        raise UsageError(f"a case has no key {key_text(path)}{_nearest(path, resolved)}")
+        raise UsageError(no_such_key(path))
     if path[0] not in VARIED:
         raise UsageError(f"only keys below {', '.join(VARIED)} can vary")
     if shape.kind not in _VARIABLE:
@@ -73,28 +73,6 @@ def label(path: KeyPath) -> str:
     return key_text(path)
 
 
-def _nearest(path: KeyPath, resolved: Mapping[str, Any]) -> str:
-    """The key that may have been meant: of those in the case, and in the innermost table known."""
-    known = {name: resolved[name] for name in VARIED if name in resolved}
-    keys = dict.fromkeys(_leaves(known, ()))
-    for size in range(len(path) - 1, 0, -1):
-        parent = shape_at(path[:size])
-        if parent is not None and parent.table is not None:
-            keys |= dict.fromkeys(key_text((*path[:size], name)) for name in keys_of(parent.table))
-            break
-    near = difflib.get_close_matches(key_text(path), keys, n=1, cutoff=0.6)
-    return f"; did you mean {near[0]}?" if near else ""
-
-
-def _leaves(place: Any, above: KeyPath) -> Iterator[str]:
-    """Keys of all that is in the case at or below a place, but for tables and lists."""
-    if not isinstance(place, dict | list):
-        yield key_text(above)
-        return
-    for name, entry in place.items() if isinstance(place, dict) else enumerate(place[:_LISTED]):
-        yield from _leaves(entry, (*above, name))
-
-
 # ----------------------------------------------------------------------------
 # From one key's table in `[sweep]` to the values it takes.
 # ----------------------------------------------------------------------------
@@ -121,7 +99,7 @@ class KeyTable(NamedTuple):
         """What is wrong at a key of the table."""
         return refused((*self.place, key), message, **words)
 
-    def number(self, key: str, written: Written, *, difference: bool = False) -> float:
+    def number(self, key: str, written: Any, *, difference: bool = False) -> float:
         """A value in SI."""
         name, shape = self.table.key, self.shape
         if isinstance(written, bool):
@@ -136,27 +114,10 @@ class KeyTable(NamedTuple):
 def read_values(key: KeyTable, sampled: bool, points: int | None) -> AxisValues:
     """The values of one key; `points` stands in for absent ones. CaseError with one problem."""
     table, shape = key.table, key.shape
-    forms = {
-        "values": bool(table.values),
-        "from": table.start is not None or table.stop is not None,
-        "distribution": table.distribution is not None,
-    }
-    used = [form for form, there in forms.items() if there]
-    if len(used) != 1:
-        what = "says twice what it takes" if used else "has no values"
-        raise key.refused(
-            used[-1] if used else "key",
-            f"{table.key[:80]} {what}",
-            found=" and ".join(used),
-            allowed="values = [...], or from, to and points, or a distribution",
-        )
-    (form,) = used
-    for name, given in (("points", table.points), ("spacing", table.spacing)):
-        if given is not None and form != "from":
-            raise key.refused(name, f"{name} belongs to from and to, not to {form}")
-    if form == "values":
+    if table.values:
         return _listed(key)
     if shape.kind not in ("number", "whole"):
+        form = "distribution" if table.distribution else "from"
         raise key.refused(form, f"{table.key} is a {shape.kind}", allowed=words(shape))
     if table.distribution is not None:
         return _drawn(key, table.distribution, sampled)
@@ -212,26 +173,15 @@ def _contents(key: KeyTable) -> ValueList:
 
 def labels(values: Sequence[Any]) -> tuple[str, ...]:
     """What stands for lists and tables in files and reports: themselves, or number and begin."""
-    texts = [_compact(value) for value in values]
+    plain = (json.dumps(one, ensure_ascii=False, separators=(",", "=")) for one in values)
     return tuple(
         text if len(text) <= _LONGEST_LABEL else f"{number}: {text[: _LONGEST_LABEL - 8]} ..."
-        for number, text in enumerate(texts, 1)
+        for number, text in enumerate((one.replace('"', "") for one in plain), 1)
     )
 
 
-def _compact(value: Any) -> str:
-    if isinstance(value, dict):
-        return f"{{{','.join(f'{key}={_compact(one)}' for key, one in value.items())}}}"
-    if isinstance(value, list | tuple):
-        return f"[{','.join(map(_compact, value))}]"
-    return str(value).lower() if isinstance(value, bool) else str(value)
-
-
-def _spread(key: KeyTable, sampled: bool, points: int | None) -> SpacedValues:
+def _spread(key: KeyTable, sampled: bool, points: int | None) -> AxisValues:
     table = key.table
-    if table.start is None or table.stop is None:
-        missing = "from" if table.start is None else "to"
-        raise key.refused("key", f"{missing} is missing", allowed="from, to and points")
     ends = key.number("from", table.start), key.number("to", table.stop)
     if ends[0] == ends[1]:
         raise key.refused("to", "from and to are the same value", found=str(table.stop))
@@ -244,18 +194,21 @@ def _spread(key: KeyTable, sampled: bool, points: int | None) -> SpacedValues:
         raise key.refused("key", "a grid needs the number of points", allowed="points = 21, say")
     if count is not None and count < 2:
         raise key.refused("points", "an axis needs two points or more", found=str(count))
+    whole = key.shape.kind == "whole"
+    if whole and (count is None or count > _MOST_WHOLE):
+        message = "a whole number needs its points"
+        raise key.refused("from", message, allowed="values, or points")
+    if count is None:
+        return Scatter(kind="log_uniform" if logarithmic else "uniform", parameters=ends)
     start, stop, factor = _fractions(table.start, table.stop, key.shape.unit or "", ends)
     spread = SpacedValues(start=start, stop=stop, factor=factor, log=logarithmic, count=count)
-    if key.shape.kind == "whole":
-        if count is None or count > _MOST_WHOLE:
-            message = "a whole number needs its points"
-            raise key.refused("from", message, allowed="values, or points")
+    if whole:
         _check_whole(key, spread.at(np.arange(count)))
     return spread
 
 
 def _fractions(
-    start: Written, stop: Written, unit: str, ends: tuple[float, float]
+    start: Written | None, stop: Written | None, unit: str, ends: tuple[float, float]
 ) -> tuple[Fraction, Fraction, float]:
     """Both ends as written and their factor to SI; in SI where they are written differently.
 
@@ -282,19 +235,10 @@ def _drawn(key: KeyTable, given: Distribution, sampled: bool) -> Scatter:
         message = "a whole number cannot scatter"
         raise key.refused("distribution", message, allowed="values = [...]")
     needed, kind = PARAMETERS[given.kind], given.kind
-    written = {
-        name: getattr(given, name)
-        for name in type(given).model_fields
-        if name != "kind" and getattr(given, name) is not None
-    }
-    wrong = [f"{name} too much" for name in written if name not in needed]
-    wrong += [f"{name} too little" for name in needed if name not in written and name != "mode"]
-    if wrong:
-        message, allowed = f"a {kind} distribution with {wrong[0]}", " and ".join(needed)
-        raise key.refused("distribution", message, allowed=allowed)
     numbers = {
         name: key.number("distribution", one, difference=name == "deviation")
-        for name, one in written.items()
+        for name in needed
+        if (one := getattr(given, name)) is not None
     }
     if "mode" in needed:
         numbers.setdefault("mode", 0.5 * numbers["lower"] + 0.5 * numbers["upper"])

@@ -2,8 +2,7 @@
 
 import os
 import socket
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -12,10 +11,10 @@ import numpy as np
 
 from vibecalc import __version__
 from vibecalc.core.results.files import in_words
-from vibecalc.core.results.layout import NOT_RUN, UNLUCKY
-from vibecalc.core.results.sweep_file import is_sweep, open_sweep
+from vibecalc.core.results.layout import UNLUCKY
+from vibecalc.core.results.sweep_file import SweepHead, open_sweep
 from vibecalc.core.study.sweep.journal import Journal
-from vibecalc.core.study.sweep.prepare import Identity
+from vibecalc.core.study.sweep.prepare import PreparedSweep
 from vibecalc.errors import ResultError, UsageError
 
 # ----------------------------------------------------------------------------
@@ -43,9 +42,8 @@ def locked(output: Path) -> Iterator[None]:
             lock.acquire(timeout=0)
         except Timeout:
             raise UsageError(f"another sweep{_holder(path)} is writing {output}") from None
+        path.write_text(f"process {os.getpid()} on {socket.gethostname()}", encoding="utf-8")
     try:
-        with in_words("cannot make the lock file", path):
-            path.write_text(f"process {os.getpid()} on {socket.gethostname()}", encoding="utf-8")
         yield
     finally:
         with suppress(OSError):  # while it is held: who has opened it meanwhile tries again
@@ -66,51 +64,36 @@ def _holder(path: Path) -> str:
 # ----------------------------------------------------------------------------
 
 
-def check_output(output: Path, identity: Identity, resolved: Mapping[str, Any]) -> None:
-    """Refuse, as a UsageError, to replace a file that this sweep did not make.
+def points_in(output: Path, prepared: PreparedSweep, fresh: bool) -> np.ndarray:
+    """What became of each point (n,), as the output has it; none where it is not there.
 
-    `resolved` is the case in SI, for words on what is different.
+    UsageError for a file that this sweep did not make; if `fresh`, it has no points of this sweep.
     """
+    nothing = np.empty(0, dtype=np.int8)
     if not output.exists():
-        return
-    if not is_sweep(output):
-        raise UsageError(f"{output} is no sweep; --fresh replaces it, -o names another file")
+        return nothing
     try:
         with open_sweep(output) as sweep:
-            head = sweep.head
+            head, status = sweep.head, sweep.status().ravel()
     except ResultError as error:
-        raise UsageError(f"{error}; --fresh replaces it") from error
-    if head.identity == identity.sweep:
-        return
-    if head.result.version != __version__:
-        why = f"of vibecalc {head.result.version}"
-    elif _without_sweep(head.result.case) != _without_sweep(resolved):
-        why = "of another case"
+        why = str(error)
     else:
-        why = "over other points, or of other quantities"
-    raise UsageError(f"{output} is a sweep {why}; --fresh replaces it, -o names another file")
+        if head.identity == prepared.identity:
+            return status
+        other = otherwise(head, __version__, prepared.design.description(), prepared.keep)
+        why = f"{output} is a sweep {other}"
+    if fresh:
+        return nothing
+    raise UsageError(f"{why}; --fresh replaces it, -o names another file")
 
 
-def complete(
-    output: Path, identity: Identity, journal: Journal, mine: Iterable[int]
-) -> Counter[int] | None:
-    """Points by status, if the output is this sweep and has all points of the chunks `mine`.
-
-    None if it is not, or if some points attached or died, which another try may change.
-    """
-    if not is_sweep(output):
-        return None
-    counts: Counter[int] = Counter()
-    try:
-        with open_sweep(output) as sweep:
-            if sweep.head.identity != identity.sweep or sweep.count != journal.count:
-                return None
-            for number in mine:
-                points = journal.points(number)
-                counts.update(sweep.counts(int(points[0]), int(points[-1]) + 1))
-    except ResultError:
-        return None
-    return None if any(counts[status] for status in (NOT_RUN, *UNLUCKY)) else counts
+def otherwise(head: SweepHead, version: str, design: Mapping[str, Any], kept: Sequence[str]) -> str:
+    """In what another sweep differs from one of this version, design and kept quantities."""
+    if head.result.version != version:
+        return f"of vibecalc {head.result.version}"
+    if head.design != design:
+        return "over other points"
+    return "of other quantities" if set(head.stored) != set(kept) else "of another case"
 
 
 def take_up(
@@ -141,7 +124,3 @@ def take_up(
         for number in journal.places
         if not np.isin(journal.read(number).status, UNLUCKY).any()
     )
-
-
-def _without_sweep(case: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: table for name, table in case.items() if name != "sweep"}

@@ -18,10 +18,9 @@ import numpy as np
 
 from vibecalc import __version__
 from vibecalc.core.case.load import LoadedCase, raise_with_location
-from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text, parse_key
+from vibecalc.core.case.raw import key_text, parse_key
 from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import DONE, UNLUCKY
-from vibecalc.core.results.named import named
 from vibecalc.core.results.visible import fits_a_line
 from vibecalc.core.run.plan import needed_stages, work_seconds
 from vibecalc.core.run.stage import work_of
@@ -204,12 +203,12 @@ def processors() -> int:
 # machine.mounts.each.stiffness=5 N/mm:50 N/mm         a range to draw from
 # response.method=modal,direct              these values
 # machine.crank_train.firing_order=[1,3,2],[1,2,3]     these lists, each as one value
-# machine.mounts.each.name="a, b","c"       texts in quotes; what begins so, or with [ or {, is TOML
+# machine.mounts.each.name="a, b","c"       texts in quotes; with quotes, [ or { all values are TOML
 # ----------------------------------------------------------------------------
 
-#: what a value in TOML begins with
-_TOML = ('"', "'", "[", "{")
-_POINTS = re.compile(r"\s*(\d{1,18})?\s*(log|linear)?\s*\Z")
+#: what only values in TOML have
+_TOML = re.compile("""["'\\[{]""")
+_RANGE = re.compile(r"([^:]+):([^:]+)(?::\s*(?=\S)(\d{1,18})?\s*(log|linear)?\s*)?")
 _LONGEST = 20_000
 _EXAMPLES = (
     "key=5 N/mm:50 N/mm:21, key=5 N/mm:50 N/mm:21log, key=2 kg,3 kg,5 kg or key=[1,3,2],[1,2,3]"
@@ -218,29 +217,43 @@ _EXAMPLES = (
 
 def axis_table(text: str, option: str = "--grid") -> dict[str, Any]:
     """Read `key=SPEC` as one table of `sweep.axes`; UsageError if it is not of that form."""
-    key, sign, spec = text.partition("=")
-    if not sign or not spec.strip() or len(text) > _LONGEST or not fits_a_line(text):
+    key, _, spec = text.partition("=")
+    if not spec.strip() or len(text) > _LONGEST or not fits_a_line(text):
         raise UsageError(f"{option} needs {_EXAMPLES}; found {text[:80]!r}")
     table: dict[str, Any] = {"key": key_text(parse_key(key.strip()))}
     said = f"{option} {text[:80]}"
-    ends = _apart(spec, ":")
-    if len(ends) == 1:
-        values = _values(_apart(spec, ","), said)
+    if _TOML.search(spec):
+        try:
+            values = tomllib.loads(f"x = [{spec}]")["x"]
+        except (ValueError, RecursionError):
+            raise UsageError(f"{said}: this is not TOML, expected {_EXAMPLES}") from None
         if len(values) == 1 and isinstance(values[0], list):
             values = values[0]
-        _refuse_mixed_units(values, said)
-        return {**table, "values": values}
-    match = _POINTS.match(ends[2]) if len(ends) == 3 else None
-    if len(ends) not in (2, 3) or (len(ends) == 3 and (match is None or not ends[2])):
+    elif ":" not in spec:
+        values = [value.strip() for value in spec.split(",")]
+    elif match := _RANGE.fullmatch(spec):
+        values = [match[1].strip(), match[2].strip()]
+        names = ("from", "to", "points", "spacing")
+        given = (*values, match[3] and int(match[3]), match[4])
+        table |= {name: one for name, one in zip(names, given, strict=True) if one is not None}
+    else:
         raise UsageError(f"{said}: expected start:stop:points, as in {_EXAMPLES}")
-    first, last = _values(ends[:2], said)
-    _refuse_mixed_units([first, last], said)
-    table |= {"from": first, "to": last}
-    if match is not None and match[1]:
-        table["points"] = int(match[1])
-    if match is not None and match[2]:
-        table["spacing"] = match[2]
-    return table
+    if "" in values:
+        raise UsageError(f"{said}: a value is missing, expected {_EXAMPLES}")
+    _refuse_mixed_units(values, said)
+    return table if "from" in table else {**table, "values": values}
+
+
+def _refuse_mixed_units(values: Sequence[Any], said: str) -> None:
+    """A bare number is in SI; next to one with a unit it was hardly meant so."""
+    try:
+        written = [split_number(str(one)) for one in values]
+    except UnitError:
+        return
+    units = {bool(unit) for number, unit in written if unit or re.search("[1-9]", number)}
+    if len(units) > 1:
+        example = next(one for one, (_, unit) in zip(values, written, strict=True) if unit)
+        raise UsageError(f"{said}: give every value its unit, as in {example!r}")
 
 
 def axis_tables(grid: Sequence[str], zipped: Sequence[str] = ()) -> list[dict[str, Any]]:
@@ -269,54 +282,6 @@ def sampling_table(text: str) -> dict[str, Any]:
     return table
 
 
-def _apart(spec: str, sign: str) -> list[str]:
-    """A text cut at each `sign` that stands in no quotes, brackets or braces."""
-    parts, quote, depth = [""], "", 0
-    for letter in spec:
-        if letter == sign and not quote and not depth:
-            parts.append("")
-            continue
-        if parts[-1][:1] in _TOML or (not parts[-1] and letter in _TOML):
-            if quote:
-                quote = "" if letter == quote else quote
-            elif letter in "\"'":
-                quote = letter
-            else:
-                depth += (letter in "[{") - (letter in "]}")
-        parts[-1] = (parts[-1] + letter).lstrip()
-    return [part.strip() for part in parts]
-
-
-def _values(parts: Sequence[str], said: str) -> list[Any]:
-    """Values as written: bare texts, and TOML."""
-    if not all(parts):
-        raise UsageError(f"{said}: a value is missing, expected {_EXAMPLES}")
-    values: list[Any] = []
-    for part in parts:
-        try:
-            values.append(tomllib.loads(f"x = {part}")["x"] if part[0] in _TOML else part)
-        except (ValueError, RecursionError):
-            raise UsageError(f"{said}: {part[:60]!r} is not TOML, expected {_EXAMPLES}") from None
-    return values
-
-
-def _refuse_mixed_units(values: Sequence[Any], said: str) -> None:
-    """A bare number is in SI; next to one with a unit it was hardly meant so."""
-    units = set()
-    for value in values:
-        if not isinstance(value, str | int | float) or isinstance(value, bool):
-            return
-        try:
-            number, unit = split_number(str(value))
-        except UnitError:
-            return
-        if unit or re.search("[1-9]", number):
-            units.add(bool(unit))
-    if len(units) > 1:
-        example = next(value for value in values if split_number(str(value))[1])
-        raise UsageError(f"{said}: give every value its unit, as in {example!r}")
-
-
 # ----------------------------------------------------------------------------
 # What the command line says of a sweep, as overrides of the table `[sweep]` of a case.
 # ----------------------------------------------------------------------------
@@ -342,12 +307,8 @@ def sweep_settings(
     return settings
 
 
-def _toml(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return f"{{ {', '.join(f'{key} = {_toml(one)}' for key, one in value.items())} }}"
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return f"[{', '.join(map(_toml, value))}]"
-    return json.dumps(value, ensure_ascii=False)
+#: a value as TOML, which has `=` where JSON has a colon
+_toml = partial(json.dumps, ensure_ascii=False, separators=(", ", " = "))
 
 
 # ----------------------------------------------------------------------------
@@ -355,33 +316,17 @@ def _toml(value: Any) -> str:
 # ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, kw_only=True)
-class Identity:
-    """Hashes (hexadecimal SHA-256) of a sweep.
-
-    `base` covers what all its points share: the case but for the keys that vary and the tables
-    that no point reads, and the versions of schema and program. `sweep` covers the whole case,
-    the design and what is kept.
-    """
-
-    base: str
-    sweep: str
-
-
-def identify(resolved: Mapping[str, Any], design: Design, keep: Sequence[str]) -> Identity:
-    """Hashes of a sweep over a case in SI with its defaults; the order of `keep` is no matter."""
-    versions = {"schema": SCHEMA_VERSION, "vibecalc": __version__}
-    # a key that varies counts with its values only, whatever the case says
-    without = (*NOT_COMPUTED, "title", "source")
-    fixed = case_at(resolved, dict.fromkeys(design.keys), without)
-    whole = {name: table for name, table in resolved.items() if name != "sweep"}
-    base = _sha256({"case": fixed, **versions})
-    content = {"case": whole, "design": design.description(), "keep": sorted(set(keep))}
-    return Identity(base=base, sweep=_sha256({**content, **versions}))
-
-
-def _sha256(content: Any) -> str:
-    """Hash of plain values as JSON with sorted keys; a double is its shortest decimal form."""
+def identify(resolved: Mapping[str, Any], design: Design, keep: Sequence[str]) -> str:
+    """SHA-256 of a sweep over a case in SI with its defaults, its design, what is kept, and the
+    versions of schema and program; the order of `keep` is no matter."""
+    content = {
+        "case": {name: table for name, table in resolved.items() if name != "sweep"},
+        "design": design.description(),
+        "keep": sorted(set(keep)),
+        "schema": SCHEMA_VERSION,
+        "vibecalc": __version__,
+    }
+    # a double is its shortest decimal form
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -398,22 +343,25 @@ class PreparedSweep:
     loaded: LoadedCase
     design: Design
     keep: tuple[str, ...]
-    identity: Identity
+    identity: str
     strategy: Strategy
 
     def journal(self, output: Path) -> Journal:
         """The journal of the sweep that becomes `output`."""
         return Journal(
             path=output.with_name(f"{output.name}.chunks"),
-            identity=self.identity.sweep,
+            identity=self.identity,
             count=self.design.count,
             size=self.strategy.chunk_size,
         )
 
     def start(self) -> Callable[[], Callable[[Any], Any]]:
         """What a process starts with."""
-        name = {"array": "arrays:ArrayEvaluator"}.get(self.strategy.kind, "evaluate:Evaluator")
-        return partial(_evaluator, name, self.loaded, self.design, self.keep)
+        from vibecalc.core.study.sweep.arrays import ArrayEvaluator
+        from vibecalc.core.study.sweep.evaluate import Evaluator
+
+        kind = ArrayEvaluator if self.strategy.kind == "array" else Evaluator
+        return partial(kind, self.loaded, self.design, self.keep)
 
     @property
     def is_short(self) -> bool:
@@ -424,12 +372,6 @@ class PreparedSweep:
     def step(self) -> int:
         """Points in one call."""
         return self.strategy.chunk_size if self.strategy.kind == "array" else 1
-
-
-def _evaluator(name: str, *given: Any) -> Callable[[np.ndarray], Block]:
-    """What evaluates points, made in the process that works."""
-    evaluator: Callable[[np.ndarray], Block] = named(f"vibecalc.core.study.sweep.{name}")(*given)
-    return evaluator
 
 
 def prepare(loaded: LoadedCase, jobs: int) -> PreparedSweep:
@@ -463,65 +405,57 @@ _PATIENCE = 2.0  # seconds for points that are only tried
 _TRIED = 5
 
 
-@dataclass(frozen=True, kw_only=True)
-class StoredQuantity:
-    """A stored quantity: its axes, each with its length; no axes are known if no point has it."""
+def forecast(prepared: PreparedSweep, options: Options) -> dict[str, Any]:
+    """Compute a few points, spread over the sweep, and multiply: what `--dry-run --json` prints.
 
-    path: str
-    unit: str
-    axes: tuple[tuple[str, int], ...] | None
-    reason: str = ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Forecast:
-    """Size, stored quantities, and time (s, with `jobs` processes) and size (bytes) as estimated.
-
-    `failures` are the words of those of the `tried` points that came to nothing.
+    `failures` are the words of those of the `tried` points that came to nothing; `axes` of what is
+    kept have a length each, and are None where no point has it. Seconds and bytes are estimates.
     """
-
-    stored: tuple[StoredQuantity, ...]
-    tried: int
-    failures: tuple[str, ...]
-    jobs: int
-    seconds: float
-    size: int
-
-
-def forecast(prepared: PreparedSweep, jobs: int | None) -> Forecast:
-    """Compute a few points, spread over the sweep, and multiply."""
-    count, size = prepared.design.count, prepared.strategy.chunk_size
+    design, strategy = prepared.design, prepared.strategy
     evaluate = prepared.start()()
-    numbers = np.unique(np.linspace(0, count - 1, _TRIED).astype(np.int64))
+    numbers = np.unique(np.linspace(0, design.count - 1, _TRIED).astype(np.int64))
     evaluate(numbers[:1])  # imports, and what all points share
     pieces = np.split(numbers, len(numbers))
-    if prepared.strategy.kind == "array":
-        pieces = [np.arange(min(count, size))]
+    if strategy.kind == "array":
+        pieces = [np.arange(min(design.count, strategy.chunk_size))]
     started = time.perf_counter()
     blocks: list[Block] = []
     while pieces and time.perf_counter() - started <= _PATIENCE:
         blocks.append(evaluate(pieces.pop(0)))
     tried = combined(blocks, np.concatenate([one.indices for one in blocks]), prepared.keep)
     number = len(tried.indices)
-    seconds = (time.perf_counter() - started) / number * count
-    busy = jobs or (1 if prepared.is_short else processors())
-    arrays = [tried.status]
-    stored = []
+    seconds = (time.perf_counter() - started) / number * design.count
+    jobs = options.jobs or (1 if prepared.is_short else processors())
+    kept = []
     for path in prepared.keep:
-        one = tried.quantities.get(path)
+        one, reason = tried.described.get(path), None
         if one is None:
             reason = tried.left_out.get(path, "no point that was tried has it")
-            stored.append(StoredQuantity(path=path, unit="", axes=None, reason=reason))
-            continue
-        axes = tuple((axis.name, len(axis.values)) for axis in one.axes)
-        stored.append(StoredQuantity(path=path, unit=one.unit, axes=axes))
-        arrays += [one.values, one.errors]
-        arrays += [] if one.standard_errors is None else [one.standard_errors]
-    return Forecast(
-        stored=tuple(stored),
-        tried=number,
-        failures=tuple(tried.message[row] for row in np.flatnonzero(tried.status != DONE)),
-        jobs=busy,
-        seconds=seconds / busy,
-        size=sum(array.nbytes for array in arrays) * count // number,
-    )
+        axes = None if one is None else {axis.name: len(axis.values) for axis in one.axes}
+        unit = "" if one is None else one.unit
+        kept.append({"quantity": path, "unit": unit, "axes": axes, "reason": reason})
+    failures = [tried.message[row] for row in np.flatnonzero(tried.status != DONE)]
+    chunks = shard_chunks(prepared.journal(options.output).chunks, options.shard)
+    return {
+        "case": prepared.loaded.name,
+        "points": design.count,
+        "shape": list(design.shape),
+        "sampling": design.sampling,
+        "axes": [
+            {"name": axis.name, "keys": [key.key for key in axis.keys]} for axis in design.axes
+        ],
+        "strategy": strategy.kind,
+        "reason": strategy.reason,
+        "chunks": len(chunks),
+        "chunk_size": strategy.chunk_size,
+        "kept": kept,
+        "tried": number,
+        "failed": len(failures),
+        "failures": failures,
+        "processes": jobs,
+        "seconds": seconds / jobs,
+        "bytes": (number + sum(one.nbytes for one in tried.columns.values()))
+        * design.count
+        // number,
+        "identity": prepared.identity,
+    }

@@ -1,22 +1,22 @@
 """A sweep from its first chunk to its file; what is interrupted is taken up where it stopped."""
 
-import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
 
 from vibecalc.core.results.files import fresh_output
-from vibecalc.core.results.layout import DONE, UNLUCKY
+from vibecalc.core.results.layout import DONE, NOT_RUN, UNLUCKY
 from vibecalc.core.results.record import Record
 from vibecalc.core.results.steps import step
 from vibecalc.core.study.execute import as_result
 from vibecalc.core.study.sweep.assemble import Assembled, assemble, sweep_head
 from vibecalc.core.study.sweep.blocks import Block, combined
 from vibecalc.core.study.sweep.journal import Journal
-from vibecalc.core.study.sweep.output import check_output, complete, locked, take_up
+from vibecalc.core.study.sweep.output import locked, points_in, take_up
 from vibecalc.core.study.sweep.prepare import (
     Options,
     Outcome,
@@ -25,59 +25,9 @@ from vibecalc.core.study.sweep.prepare import (
     shard_chunks,
 )
 from vibecalc.core.study.sweep.workers import Workers, here
+from vibecalc.core.study.variables import counted
 from vibecalc.errors import Interrupted, UsageError
 from vibecalc.interrupts import held_back
-
-# ----------------------------------------------------------------------------
-# How far a sweep is, on stderr and on a terminal only.
-# ----------------------------------------------------------------------------
-
-#: called with how many points were finished, and how many of them failed
-Advance = Callable[[int, int], None]
-
-
-@contextmanager
-def shown(points: int, finished: int, wanted: bool) -> Iterator[Advance]:
-    """A bar with rate, time left and failures so far, for `points` of which some are `finished`.
-
-    Where nobody looks, what is yielded does nothing. Points that were finished before count for
-    the length of the bar and not for the rate.
-    """
-    if not (wanted and sys.stderr.isatty()):
-        yield lambda points, failures: None
-        return
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    counts = ("sweep", BarColumn(), MofNCompleteColumn(), "{task.fields[rate]}")
-    times = (TimeElapsedColumn(), "left", TimeRemainingColumn(), "{task.fields[failed]}")
-    with Progress(*counts, *times, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=points, completed=finished, rate="", failed="")
-        failures = 0
-
-        def advance(more: int, failed: int) -> None:
-            nonlocal failures
-            failures += failed
-            speed = bar.tasks[0].speed
-            bar.update(
-                task,
-                advance=more,
-                rate=f"{speed:.3g}/s" if speed else "",
-                failed=f"{failures} failed" if failures else "",
-            )
-
-        yield advance
-
-
-# ----------------------------------------------------------------------------
-# A sweep from its first chunk to its file; what is interrupted is taken up where it stopped.
-# ----------------------------------------------------------------------------
 
 
 def sweep(prepared: PreparedSweep, options: Options) -> Outcome:
@@ -92,14 +42,14 @@ def sweep(prepared: PreparedSweep, options: Options) -> Outcome:
     with locked(output):
         journal = prepared.journal(output)
         mine = shard_chunks(journal.chunks, options.shard)
-        if not options.fresh:
-            check_output(output, prepared.identity, prepared.loaded.resolved)
-        if options.resume and not options.again:
-            counts = complete(output, prepared.identity, journal, mine)
-            if counts is not None:
+        there = points_in(output, prepared, options.fresh)
+        if options.resume and not options.again and there.size:
+            parts = (there[journal.points(number)] for number in mine)
+            there = np.concatenate([there[:0], *parts])
+            if not np.isin(there, (NOT_RUN, *UNLUCKY)).any():
                 options.note(f"{output} is complete, nothing is left to do")
                 journal.clear()
-                return Outcome(counts=counts, taken_up=sum(counts.values()))
+                return Outcome(counts=Counter(there.tolist()), taken_up=there.size)
         finished = take_up(journal, options.resume, options.fresh, options.note)
         before = _points(journal, finished.intersection(mine))
         try:
@@ -129,19 +79,17 @@ def _compute(
     if not missing:
         return
     works = (range(points[0], points[-1] + 1) for points in map(journal.points, missing))
-    points, before = _points(journal, mine), _points(journal, finished.intersection(mine))
+    failures = 0
     with (
-        shown(points, before, options.progress) as advance,
+        counted("sweep", options.progress, _points(journal, missing)) as advance,
         _computed(prepared, options, works, len(missing)) as computed,
     ):
         for work, found in computed:
-            number, block = (
-                work.start // journal.size,
-                combined(found, np.array(work), prepared.keep),
-            )
-            journal.write(number, block)
-            advance(len(work), int(np.count_nonzero(block.status != DONE)))
-            step(f"chunk {number}: {len(work)} points")
+            block = combined(found, np.array(work), prepared.keep)
+            journal.write(work.start // journal.size, block)
+            failures += int(np.count_nonzero(block.status != DONE))
+            advance(f", {failures} failed" if failures else "", len(work))
+            step(f"chunk {work.start // journal.size}: {len(work)} points")
 
 
 @contextmanager

@@ -189,13 +189,15 @@ _SEED = 2010
 
 
 class Indices(NamedTuple):
-    """Sobol indices (axes, ...) and the number of sampled points they rest on.
+    """Sobol indices (axes, ...) with their standard errors, from so many sampled points.
 
     `first` is what an axis brings about alone, `total` with all its interactions.
     """
 
-    first: Statistic
-    total: Statistic
+    first: np.ndarray
+    first_spread: np.ndarray
+    total: np.ndarray
+    total_spread: np.ndarray
     samples: int
 
 
@@ -215,97 +217,36 @@ def sobol_indices(
     not finite, and for a result that does not vary beyond its own numerical error.
     """
     values = np.asarray(values, dtype=float)
-    trailing = values.shape[1:]
-    runs = values.reshape(-1, axes + 2, *trailing)
+    runs = values.reshape(-1, axes + 2, *values.shape[1:])
     wrong = np.broadcast_to(np.asarray(errors, dtype=float), values.shape).reshape(runs.shape)
     if usable is not None:
         whole = np.asarray(usable, dtype=bool).reshape(-1, axes + 2).all(axis=1)
         runs, wrong = runs[whole], wrong[whole]
-    _check(runs)
-    largest = np.max(wrong, axis=(0, 1))
-    terms = _terms(runs)
-    parts = _parts(*(term.mean(axis=0) for term in terms))
-    if not np.all(parts.variance > largest**2):
+    size = len(runs)
+    if size < FEWEST:
         raise NumericalFailure(
-            "no Sobol indices: the result does not vary beyond its own numerical error"
-        )
-    first_error, total_error = _errors(runs, terms, parts, largest)
-    spread = _resampled(terms)
-    return Indices(
-        Statistic(parts.first, first_error, spread.first),
-        Statistic(parts.total, total_error, spread.total),
-        len(runs),
-    )
-
-
-class _Terms(NamedTuple):
-    """What is averaged, for each sampled point; values count from their mean."""
-
-    product: np.ndarray  # f(B) (f(AB) - f(A)), (n, axes, ...)
-    step: np.ndarray  # f(AB) - f(A)
-    half_square: np.ndarray  # (f(AB) - f(A))^2 / 2
-    square: np.ndarray  # (f(A)^2 + f(B)^2) / 2, (n, ...)
-    centre: np.ndarray  # (f(A) + f(B)) / 2
-
-
-class _Parts(NamedTuple):
-    first: np.ndarray
-    total: np.ndarray
-    variance: np.ndarray
-
-
-def _terms(runs: np.ndarray) -> _Terms:
-    centred = runs - np.mean(runs[:, :2], axis=(0, 1))
-    a, b, mixed = centred[:, :1], centred[:, 1:2], centred[:, 2:]
-    step = mixed - a
-    square, centre = 0.5 * (a**2 + b**2)[:, 0], 0.5 * (a + b)[:, 0]
-    return _Terms(b * step, step, 0.5 * step**2, square, centre)
-
-
-def _parts(
-    product: np.ndarray,
-    step: np.ndarray,
-    half_square: np.ndarray,
-    square: np.ndarray,
-    centre: np.ndarray,
-) -> _Parts:
-    """Indices from averaged terms; 0 where nothing varies."""
-    variance = np.maximum(square - centre**2, 0.0)
-    safe = np.where(variance > 0.0, variance, np.inf)
-    return _Parts((product - centre * step) / safe, half_square / safe, variance)
-
-
-def _resampled(terms: _Terms) -> _Parts:
-    """Standard deviation of the indices over repeated draws of the sampled points."""
-    size = len(terms.square)
-    draws = np.random.default_rng(_SEED).integers(size, size=(REPETITIONS, size))
-    found = [_parts(*(term[draw].mean(axis=0) for term in terms)) for draw in draws]
-    return _Parts(*(np.std(np.stack(part), axis=0, ddof=1) for part in zip(*found, strict=True)))
-
-
-def _errors(
-    runs: np.ndarray, terms: _Terms, parts: _Parts, largest: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Bounds of what errors of the values, at most `largest`, and round-off do to the indices."""
-    centred = np.abs(runs - np.mean(runs[:, :2], axis=(0, 1)))
-    # a centred value is off by the error of the value and that of the mean
-    off = 2.0 * largest + 4.0 * UNIT_ROUNDOFF * np.max(np.abs(runs), axis=(0, 1))
-    size, steps = np.mean(centred[:, :2], axis=(0, 1)), np.mean(np.abs(terms.step), axis=0)
-    counted = (len(runs) + 8) * UNIT_ROUNDOFF
-    of_variance = off * (2.0 * size + off) + counted * parts.variance
-    of_product = off * (np.mean(centred[:, 1], axis=0) + steps + off)
-    of_product = of_product + counted * np.mean(np.abs(terms.product), axis=0)
-    of_square = off * (steps + 0.5 * off) + counted * np.mean(terms.half_square, axis=0)
-    return (
-        (of_product + np.abs(parts.first) * of_variance) / parts.variance,
-        (of_square + parts.total * of_variance) / parts.variance,
-    )
-
-
-def _check(runs: np.ndarray) -> None:
-    if len(runs) < FEWEST:
-        raise NumericalFailure(
-            f"{len(runs)} sampled points are too few for Sobol indices, they take {FEWEST}"
+            f"{size} sampled points are too few for Sobol indices, they take {FEWEST}"
         )
     if not np.all(np.isfinite(runs)):
         raise NumericalFailure("Sobol indices need finite values, and some runs have no bound")
+    centred = runs - np.mean(runs[:, :2], axis=(0, 1))
+    a, b, mixed = centred[:, :1], centred[:, 1:2], centred[:, 2:]
+    step = mixed - a
+    terms = b * step, step, 0.5 * step**2, 0.5 * (a**2 + b**2), 0.5 * (a + b)
+
+    def indices(draw: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """First-order and total indices of some of the points, 0 where nothing varies."""
+        product, moved, half_square, square, centre = (term[draw].mean(axis=0) for term in terms)
+        variance = np.maximum(square - centre**2, 0.0)
+        safe = np.where(variance > 0.0, variance, np.inf)
+        return (product - centre * moved) / safe, half_square / safe, variance[0]
+
+    first, total, variance = indices(np.arange(size))
+    if not np.all(variance > np.max(wrong, axis=(0, 1)) ** 2):
+        raise NumericalFailure(
+            "no Sobol indices: the result does not vary beyond its own numerical error"
+        )
+    draws = np.random.default_rng(_SEED).integers(size, size=(REPETITIONS, size))
+    found = [indices(draw)[:2] for draw in draws]
+    spread = [np.std(np.stack(part), axis=0, ddof=1) for part in zip(*found, strict=True)]
+    return Indices(first, spread[0], total, spread[1], size)

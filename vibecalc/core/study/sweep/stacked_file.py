@@ -2,8 +2,8 @@
 
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Callable, Iterator
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +13,10 @@ from vibecalc.core.results.dimensions import free_name
 from vibecalc.core.results.files import new_hdf5, written_aside
 from vibecalc.core.results.layout import (
     DONE,
-    ERRORS,
     MESSAGE,
     NOT_RUN,
     PROVENANCE,
     SAMPLE,
-    STANDARD_ERRORS,
     STATUS,
     STATUS_WORDS,
     SWEEP,
@@ -27,7 +25,7 @@ from vibecalc.core.results.layout import (
     VERSION_ATTRIBUTE,
     text_checksum,
 )
-from vibecalc.core.results.record import Quantity, Record
+from vibecalc.core.results.record import Axis, Quantity, Record
 from vibecalc.core.results.store import _Writer
 from vibecalc.core.results.sweep_file import (
     SweepHead,
@@ -37,80 +35,10 @@ from vibecalc.core.results.sweep_file import (
     chunk_shape,
     write_points,
 )
-from vibecalc.core.study.sweep.blocks import Block, joined_axes, padded
-
-# ----------------------------------------------------------------------------
-# First look at the blocks of a sweep: which quantities can be stacked, and how many points failed.
-# ----------------------------------------------------------------------------
-
-
-@dataclass(kw_only=True)
-class Stacking:
-    """What all blocks together have: quantities without their values, what is left out and why.
-
-    Errors of a quantity are the largest of all points.
-    """
-
-    quantities: dict[str, Quantity] = field(default_factory=dict)
-    left_out: dict[str, str] = field(default_factory=dict)
-    failed: int = 0
-
-
-def look_through(blocks: Iterable[Block], stored: Iterable[str]) -> Stacking:
-    """Go through all blocks of a sweep, ascending, one at a time.
-
-    Quantities come in the order of `stored`; those that no point has are not among them.
-    """
-    stacking = Stacking()
-    found: dict[str, Quantity] = {}
-    for block in blocks:
-        stacking.left_out = {**block.left_out, **stacking.left_out}
-        stacking.failed += failures(block).size
-        for path, one in block.quantities.items():
-            if path not in found:
-                found[path] = Quantity(
-                    path=path,
-                    values=np.empty(0),
-                    unit=one.unit,
-                    long_name=one.long_name,
-                    axes=one.axes,
-                    amplitude=one.amplitude,
-                )
-            known, spread = found[path], one.standard_errors
-            axes = joined_axes(known.axes, one.axes)
-            if isinstance(axes, str):
-                stacking.left_out.setdefault(path, axes)
-                continue
-            found[path] = replace(
-                known,
-                values=np.empty(0, np.result_type(known.values, one.values)),
-                axes=axes,
-                error_estimate=_largest(known.error_estimate, one.errors),
-                standard_error=known.standard_error
-                if spread is None
-                else _largest(known.standard_error or 0.0, spread),
-            )
-    kept = [path for path in stored if path in found and path not in stacking.left_out]
-    stacking.quantities = {path: found[path] for path in kept}
-    return stacking
-
-
-def failures(block: Block) -> np.ndarray:
-    """Rows of a block that were run and have no result."""
-    return np.flatnonzero((block.status != DONE) & (block.status != NOT_RUN))
-
-
-def _largest(known: float, errors: np.ndarray) -> float:
-    """Largest error; points without the quantity are NaN."""
-    return float(np.max(errors, initial=known, where=~np.isnan(errors)))
-
-
-# ----------------------------------------------------------------------------
-# The file of a sweep, written block by block in little memory.
-# ----------------------------------------------------------------------------
+from vibecalc.core.study.sweep.blocks import Block, columns_of, joined, stacked
 
 _CACHE = 1 << 19  # bytes for each open dataset: two chunks of complex numbers
-_WHOLE, _REAL, _COMPLEX = np.dtype("<i8"), np.dtype("<f8"), np.dtype("<c16")
+_WHOLE, _REAL = np.dtype("<i8"), np.dtype("<f8")
 _MOST_CAUSES = 10_000
 _LONGEST_CAUSE = 4_000  # characters
 _OTHER_CAUSE = "another cause: a file keeps the words of the first ten thousand only"
@@ -123,63 +51,85 @@ def write_stacked(target: Path, head: SweepHead, blocks: Callable[[], Iterator[B
     equal. Points of no block are "not run". UsageError with the reason if it cannot be written;
     an old file is then as it was.
     """
-    stacking = look_through(blocks(), head.stored)
+    largest, failed = dict[str, float](), 0
+
+    def looked_through() -> Iterator[Block]:
+        nonlocal failed
+        for block in blocks():
+            failed += _failures(block).size
+            for path in block.described:
+                for name in columns_of(path)[1:]:
+                    if name in block.columns:
+                        seen = largest.get(name, 0.0)
+                        largest[name] = float(np.fmax.reduce(block.columns[name], initial=seen))
+            yield block
+
+    described, left_out = joined(looked_through(), head.stored)
+    for path, one in described.items():
+        _, errors, spread = columns_of(path)
+        described[path] = replace(
+            one, error_estimate=largest[errors], standard_error=largest.get(spread), errors=None
+        )
     with (
         written_aside(target, check_sweep) as temporary,
         new_hdf5(temporary, _CACHE) as (file, stream),
     ):
-        stacked = _StackedWriter(file, head, stacking)
+        whole = _StackedWriter(file, head, described, left_out, failed)
         for block in blocks():
-            stacked.block(block)
+            whole.block(block)
             stream.check()
-        writer = stacked.writer
-        words = np.array(list(stacked.texts), dtype=object)
-        writer.dataset(writer.group(MESSAGE), "text", words)
-        writer.finish(file, head.result, lambda: text_checksum(temporary))
+        words = np.array(list(whole.texts), dtype=object)
+        whole.writer.dataset(whole.writer.group(MESSAGE), "text", words)
+        whole.writer.finish(file, head.result, lambda: text_checksum(temporary))
+
+
+def _failures(block: Block) -> np.ndarray:
+    """Rows of a block that were run and have no result."""
+    return np.flatnonzero((block.status != DONE) & (block.status != NOT_RUN))
 
 
 class _StackedWriter:
     """The open file and its datasets; `texts` numbers the words about points without a result."""
 
-    def __init__(self, file: Any, head: SweepHead, stacking: Stacking) -> None:
+    def __init__(
+        self,
+        file: Any,
+        head: SweepHead,
+        described: dict[str, Quantity],
+        left_out: dict[str, str],
+        failed: int,
+    ) -> None:
         self.writer = _Writer(file.id)
-        self.head, self.quantities, self.shape = head, stacking.quantities, head.shape
+        self.head, self.described, self.failed = head, described, 0
         self.texts: dict[str, int] = {}
-        self.failed = 0
-        self.scales = self.attributes(stacking.left_out)
         self.datasets: dict[str, Any] = {}
-        self.over_points(STATUS, np.dtype("i1"), NOT_RUN)
+        self.scales = self.attributes(left_out)
+        status = self.over_points(STATUS, np.dtype("i1"), NOT_RUN)
         meaning = {str(status): words for status, words in STATUS_WORDS.items()}
-        self.writer.text(self.datasets[STATUS].id, "meaning", json.dumps(meaning))
-        for quantity in self.quantities.values():
-            self.quantity(quantity)
+        self.writer.text(status, "meaning", json.dumps(meaning))
+        for path, one in described.items():
+            kind = one.values.dtype.newbyteorder("<")
+            values = self.over_points(
+                path, kind, np.nan, tuple(len(axis.values) for axis in one.axes)
+            )
+            self.writer.describe(values, one, first=len(head.axes))
+            for name in columns_of(path)[1 : 2 + (one.standard_error is not None)]:
+                self.writer.text(self.over_points(name, _REAL, np.nan), "units", one.unit)
         for name in ("point", "cause"):
-            path = f"{MESSAGE}/{name}"
-            self.datasets[path] = self.dataset(path, (stacking.failed,), _WHOLE, 0)
+            self.dataset(f"{MESSAGE}/{name}", (failed,), _WHOLE, 0)
 
     def block(self, block: Block) -> None:
         """Write what a block has."""
-        first = int(block.indices[0])
+        first, rows = int(block.indices[0]), _failures(block)
         if not np.array_equal(block.indices, np.arange(first, first + len(block.status))):
             raise ValueError("the points of a block are not consecutive")
-        columns = {STATUS: block.status}
-        for path, whole in self.quantities.items():
-            quantity = block.quantities.get(path)
-            if quantity is None:
-                continue
-            columns[path] = padded(quantity, tuple(len(axis.values) for axis in whole.axes))
-            columns[f"{ERRORS}/{path}"] = quantity.errors
-            if quantity.standard_errors is not None:
-                columns[f"{STANDARD_ERRORS}/{path}"] = quantity.standard_errors
-        for path, values in columns.items():
-            write_points(self.datasets[path], values, first, self.shape)
-        rows = failures(block)
+        for name, values in {STATUS: block.status, **stacked(block, self.described)}.items():
+            write_points(self.datasets[name], values, first, self.head.shape)
         if rows.size:
             place = slice(self.failed, self.failed + rows.size)
             self.datasets[f"{MESSAGE}/point"][place] = block.indices[rows]
-            self.datasets[f"{MESSAGE}/cause"][place] = [
-                self.cause(block.message[row]) for row in rows
-            ]
+            causes = [self.cause(block.message[row]) for row in rows]
+            self.datasets[f"{MESSAGE}/cause"][place] = causes
             self.failed += rows.size
 
     def cause(self, message: str) -> int:
@@ -194,18 +144,17 @@ class _StackedWriter:
 
     def attributes(self, left_out: dict[str, str]) -> list[Any]:
         """What the file says of the case and the sweep; returns the scales of its axes."""
-        head = self.head
+        head, described, place = self.head, self.described, self.writer.group(SWEEP)
         record = Record(warnings=head.result.record.warnings, methods=head.result.record.methods)
-        for quantity in self.quantities.values():
+        for quantity in described.values():
             record.add(quantity)
         self.writer.identity(replace(head.result, record=record))
         self.writer.number(self.writer.root, VERSION_ATTRIBUTE, SWEEP_SCHEMA_VERSION)
-        inside = {name for path in self.quantities for name in path.split("/")}
+        taken = {SWEEP, PROVENANCE, *(name for path in described for name in path.split("/"))}
         outer: list[str] = []
         for axis in head.axes:
-            outer.append(free_name(axis.name, {*inside, *outer, SWEEP, PROVENANCE}))
-        own = {path: quantity.axes for path, quantity in self.quantities.items()}
-        self.writer.name_axes(own, (SWEEP, *outer))
+            outer.append(free_name(axis.name, {*taken, *outer}))
+        self.writer.name_axes({path: one.axes for path, one in described.items()}, (SWEEP, *outer))
         names = [one.name for one in fields(SweptKey)]
         axes = [
             {
@@ -214,10 +163,8 @@ class _StackedWriter:
             }
             for axis in head.axes
         ]
-        place = self.writer.group(SWEEP)
         for name, text in (
             ("identity", head.identity),
-            ("base", head.base),
             ("sampling", head.sampling),
             ("design", json.dumps(head.design)),
             ("axes", json.dumps(axes)),
@@ -231,43 +178,18 @@ class _StackedWriter:
         """The scale of an axis, and the values of its keys along it."""
         from h5py import h5ds
 
-        first, columns = axis.keys[0], axis.read(0, axis.count)
-        number = SweptKey(key="", label="number of the point", unit="", written_unit="")
+        first = axis.keys[0]  # a grid has few choices, and who opens the file wants their names
+        own = Axis(name=axis.name, values=axis.values()[0], unit=first.unit, long_name=first.label)
         if axis.name == SAMPLE:
-            scale = self.column(name, np.arange(axis.count), number)
-        elif first.choices:  # a grid has few of them, and who opens the file wants names
-            scale = self.writer.dataset(self.writer.root, name, axis.values()[0])
-            self.describe(scale, first)
-        else:
-            scale = self.column(name, columns[0], first)
-        h5ds.set_scale(scale, axis.name.encode())
-        for key, values in zip(axis.keys, columns, strict=True):
-            column = self.column(f"{VALUES}/{key.key}", values, key)
+            own = Axis(name=SAMPLE, values=np.arange(axis.count), long_name="number of the point")
+        scale = self.writer.scale("", own, name)
+        for key, values in zip(axis.keys, axis.columns, strict=True):
+            column = self.writer.dataset(self.writer.group(VALUES), key.key, values)
+            self.writer.text(column, "units", key.unit)
+            self.writer.text(column, "long_name", key.label)
             h5ds.attach_scale(column, scale, 0)
             h5ds.set_label(column, 0, axis.name.encode())
         return scale
-
-    def column(self, path: str, values: np.ndarray, key: SweptKey) -> Any:
-        """A dataset of numbers along an axis; its identifier."""
-        made = self.dataset(path, values.shape, _WHOLE if values.dtype.kind in "iu" else _REAL, 0)
-        made[...] = values
-        self.describe(made.id, key)
-        return made.id
-
-    def describe(self, place: Any, key: SweptKey) -> None:
-        """Unit and name, as on every axis."""
-        self.writer.text(place, "units", key.unit)
-        self.writer.text(place, "long_name", key.label)
-
-    def quantity(self, quantity: Quantity) -> None:
-        """The datasets of one quantity and of its errors."""
-        lengths = tuple(len(axis.values) for axis in quantity.axes)
-        kind = _COMPLEX if np.iscomplexobj(quantity.values) else _REAL
-        values = self.over_points(quantity.path, kind, np.nan, lengths)
-        self.writer.describe(values, quantity, first=len(self.shape))
-        for folder in [ERRORS] if quantity.standard_error is None else [ERRORS, STANDARD_ERRORS]:
-            errors = self.over_points(f"{folder}/{quantity.path}", _REAL, np.nan)
-            self.writer.text(errors, "units", quantity.unit)
 
     def over_points(
         self, path: str, kind: np.dtype, fill: float, lengths: tuple[int, ...] = ()
@@ -275,7 +197,7 @@ class _StackedWriter:
         """A dataset with the axes of the sweep, and its own after them; its identifier."""
         from h5py import h5ds
 
-        made = self.datasets[path] = self.dataset(path, (*self.shape, *lengths), kind, fill)
+        made = self.dataset(path, (*self.head.shape, *lengths), kind, fill)
         for position, axis in enumerate(self.head.axes):
             h5ds.attach_scale(made.id, self.scales[position], position)
             h5ds.set_label(made.id, position, axis.name.encode())
@@ -287,6 +209,7 @@ class _StackedWriter:
 
         folder, _, name = path.rpartition("/")
         chunks = {"chunks": chunk_shape(shape), "fletcher32": True} if math.prod(shape) else {}
-        return h5py.Group(self.writer.group(folder)).create_dataset(
+        self.datasets[path] = h5py.Group(self.writer.group(folder)).create_dataset(
             name, shape, kind, fillvalue=np.array(fill, kind)[()], track_times=False, **chunks
         )
+        return self.datasets[path]

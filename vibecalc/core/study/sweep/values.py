@@ -23,8 +23,14 @@ PARAMETERS: dict[str, tuple[str, ...]] = {
 }
 
 
-def _uniform(shares: np.ndarray, lower: float, upper: float) -> np.ndarray:
-    return np.clip(lower + (upper - lower) * shares, lower, upper)
+def _uniform(shares: np.ndarray, first: float, last: float) -> np.ndarray:
+    values = first + (last - first) * shares
+    return np.clip(values, min(first, last), max(first, last))
+
+
+def _log_uniform(shares: np.ndarray, first: float, last: float) -> np.ndarray:
+    values = first * np.exp(shares * math.log(last / first))
+    return np.clip(values, min(first, last), max(first, last))
 
 
 def _triangular(shares: np.ndarray, lower: float, upper: float, mode: float) -> np.ndarray:
@@ -47,6 +53,7 @@ def _lognormal(shares: np.ndarray, mean: float, deviation: float) -> np.ndarray:
 
 _QUANTILES: dict[str, Callable[..., np.ndarray]] = {
     "uniform": _uniform,
+    "log_uniform": _log_uniform,
     "triangular": _triangular,
     "normal": _normal,
     "lognormal": _lognormal,
@@ -114,14 +121,14 @@ class SpacedValues:
     """From `start` to `stop` in equal steps or equal ratios, ends included.
 
     The ends are numbers as written, and `factor` turns them into SI: the tenth value from 5 to 50
-    (N/mm) is what a case gets that says "50 N/mm". Without `count` it is a range to draw from.
+    (N/mm) is what a case gets that says "50 N/mm".
     """
 
     start: Fraction
     stop: Fraction
     factor: float
     log: bool
-    count: int | None = None
+    count: int
     names = contents = ()
 
     @property
@@ -136,15 +143,8 @@ class SpacedValues:
         return numbers[place] * self.factor + 0.0
 
     def drawn(self, shares: np.ndarray) -> np.ndarray:
-        """Each value with the same chance, or uniform in the number (log: in its logarithm)."""
-        if self.count is not None:
-            return self.at(_picked(shares, self.count))
-        first, last = self.ends
-        if self.log:
-            values = first * np.exp(shares * math.log(last / first))
-        else:
-            values = first + (last - first) * shares
-        return np.clip(values, min(first, last), max(first, last)) + 0.0
+        """Each value with the same chance."""
+        return self.at(_picked(shares, self.count))
 
     def description(self) -> dict[str, Any]:
         """As plain values, for hashes; numbers as written, so that 5 and 5.0 are the same."""
@@ -154,7 +154,7 @@ class SpacedValues:
 
     def _spaced_evenly(self, positions: np.ndarray) -> np.ndarray:
         """The doubles next to start + (stop - start) position / (count - 1)."""
-        steps = (self.count or 2) - 1
+        steps = self.count - 1
         # (first + slope position) / below in whole numbers
         below = math.lcm(self.start.denominator, self.stop.denominator) * steps
         first, last = int(self.start * below), int(self.stop * below)
@@ -167,7 +167,7 @@ class SpacedValues:
 
     def _spaced_by_ratio(self, positions: np.ndarray) -> np.ndarray:
         """start (stop / start)^(position / (count - 1)) to 15 digits, and the ends themselves."""
-        steps = (self.count or 2) - 1
+        steps = self.count - 1
         start, ratio = float(self.start), float(self.stop / self.start)
         ends = {0: start, steps: float(self.stop)}
         return np.array(
@@ -182,7 +182,10 @@ class SpacedValues:
 
 @dataclass(frozen=True, kw_only=True)
 class Scatter:
-    """Values drawn from a distribution; its parameters are in SI, named as in PARAMETERS."""
+    """Values drawn from a distribution; its parameters are in SI, named as in PARAMETERS.
+
+    A range to draw from is `uniform`, or `log_uniform`, between its first and its last value.
+    """
 
     kind: str
     parameters: tuple[float, ...]
@@ -191,7 +194,7 @@ class Scatter:
     @property
     def ends(self) -> tuple[float, float]:
         """Two doubles that no value is beyond."""
-        if self.kind in ("uniform", "triangular"):
+        if self.kind in ("uniform", "log_uniform", "triangular"):
             return self.parameters[0], self.parameters[1]
         largest = float(np.finfo(float).max)
         return (5e-324 if self.kind == "lognormal" else -largest), largest

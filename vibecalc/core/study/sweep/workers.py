@@ -13,9 +13,15 @@ import subprocess
 import sys
 import threading
 import traceback
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    CancelledError,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
 from importlib import import_module
 from itertools import islice
 from multiprocessing.connection import Connection, Pipe
@@ -33,67 +39,24 @@ from vibecalc.errors import UsageError
 #: picklable; gives, in the process that works, the function from point numbers to a block
 Start = Callable[[], Callable[[np.ndarray], Any]]
 
+
+class How(NamedTuple):
+    """A pickled `Start`, the seconds that one point may take (None is no bound), and the points in
+    one call; `key` is of one sweep alone."""
+
+    start: bytes
+    timeout: float | None
+    step: int
+    key: bytes
+
+
 # ----------------------------------------------------------------------------
-# One process that works for a sweep: both ends of the line to it.
+# A process that works for a sweep.
 #
-# It hears what to start with, then lists of point numbers, each with how many points to evaluate in
-# one call. It says `("ready", None)`, `("have", block)` after each call, and `("broken",
-# traceback)` for an exception that nothing caught.
+# It hears how, then lists of point numbers, each with how many points to evaluate in one call. It
+# says `("ready", None)`, `("have", block)` after each call, and `("broken", traceback)` for an
+# exception that nothing caught. An alarm of the system ends it where a call takes too long.
 # ----------------------------------------------------------------------------
-
-#: one thread in each process: numpy reads these when it is imported
-_COUNTED = ("OPENBLAS_NUM", "OMP_NUM", "MKL_NUM", "BLIS_NUM", "VECLIB_MAXIMUM", "NUMEXPR_NUM")
-SINGLE_THREAD = {f"{name}_THREADS": "1" for name in _COUNTED}
-
-
-class Process:
-    """A process with a session of its own, so that Ctrl-C reaches the sweep alone.
-
-    It ends when the sweep does. What it prints goes to stderr. UsageError if the system gives none.
-    """
-
-    def __init__(self, start: bytes):
-        self.line, theirs = Pipe()
-        # -P and the path of this process: a file in the current folder is never taken for a module
-        code = f"import sys; sys.path[:] = {sys.path!r}\n"
-        code += f"from vibecalc.core.study.sweep.workers import main; main({theirs.fileno()})"
-        try:
-            self._process = subprocess.Popen(
-                [sys.executable, "-P", "-c", code],
-                stdin=subprocess.DEVNULL,
-                stdout=2,
-                env={**os.environ, **SINGLE_THREAD},
-                start_new_session=True,
-                pass_fds=[theirs.fileno()],
-            )
-        except OSError as error:
-            raise UsageError(f"cannot start a process for the sweep: {error}") from error
-        finally:
-            theirs.close()
-        with contextlib.suppress(OSError):  # one that has ended says so by itself
-            self.line.send_bytes(start)
-
-    def hear(self, patience: float | None = None) -> tuple[str, Any]:
-        """What it says next: `("late", words)` after seconds, or `("gone", words)` at its end."""
-        try:
-            if not self.line.poll(patience):
-                return "late", f"took longer than {patience:g} s"
-            said: tuple[str, Any] = self.line.recv()
-        except (EOFError, OSError):
-            code = self._process.wait()
-            known = -code in set(signal.Signals)
-            return "gone", signal.Signals(-code).name if known else f"exit code {code}"
-        return said
-
-    def give(self, points: list[int], step: int) -> None:
-        """Hand over points, `step` to a call."""
-        with contextlib.suppress(OSError):
-            self.line.send((points, step))
-
-    def end(self) -> None:
-        """Stop it at once, whatever it does."""
-        self._process.kill()
-        self._process.wait()
 
 
 def main(descriptor: int) -> None:
@@ -102,14 +65,18 @@ def main(descriptor: int) -> None:
     line: Connection = Connection(descriptor)
     tasks: SimpleQueue[tuple[list[int], int]] = SimpleQueue()
     try:
-        start = line.recv()
+        how = line.recv()
         threading.Thread(target=_read, args=(line, tasks), daemon=True).start()
-        evaluate = start()
+        evaluate = pickle.loads(how.start)()
         line.send(("ready", None))
         while True:
             points, step = tasks.get()
             for first in range(0, len(points), step):
-                line.send(("have", evaluate(np.array(points[first : first + step]))))
+                some = points[first : first + step]
+                signal.setitimer(signal.ITIMER_REAL, (how.timeout or 0.0) * len(some))
+                found = evaluate(np.array(some))
+                signal.setitimer(signal.ITIMER_REAL, 0.0)
+                line.send(("have", found))
     except (EOFError, ConnectionError):  # nobody listens any more
         os._exit(1)
     except Exception:
@@ -133,79 +100,109 @@ def _read(line: Connection, tasks: "SimpleQueue[tuple[list[int], int]]") -> None
 # processes in a row died of it. Everything else of its chunk is still computed.
 # ----------------------------------------------------------------------------
 
+#: one thread in each process: numpy reads these when it is imported
+_COUNTED = ("OPENBLAS_NUM", "OMP_NUM", "MKL_NUM", "BLIS_NUM", "VECLIB_MAXIMUM", "NUMEXPR_NUM")
+SINGLE_THREAD = {f"{name}_THREADS": "1" for name in _COUNTED}
 _DEATHS = 2
 _STARTS = 3
 
 
-class How(NamedTuple):
-    """A pickled `Start`, the seconds that one point may take (None is no bound), and the points in
-    one call; `key` is of one sweep alone."""
-
-    start: bytes
-    timeout: float | None
-    step: int
-    key: bytes
-
-
 class Guard:
-    """A process for one thread, kept from one chunk to the next."""
+    """A process for one thread, kept from one chunk to the next, and replaced when it has ended.
+
+    It has a session of its own, so that Ctrl-C reaches the sweep alone, and ends when the sweep
+    does. What it prints goes to stderr.
+    """
 
     def __init__(self, how: How):
         self.how = how
-        self._process: Process | None = None
+        self._process: subprocess.Popen[bytes] | None = None
+        self._line: Connection
         self._closed = False
 
     def compute(self, points: range) -> list[Any]:
         """What the points gave, call by call, and a `Block` for each point that gave nothing.
 
-        UsageError if processes die as they start; RuntimeError, with the traceback, for a mistake
-        of ours in one of them, and after `close`.
+        UsageError if processes die as they start, or the system gives none; RuntimeError, with the
+        traceback, for a mistake of ours in one of them, and after `close`.
         """
         left, step, found = list(points), self.how.step, []
-        deaths: Counter[int] = Counter()
-        given = False
+        deaths, given = 0, False
         while left:
-            process, at = self._started(), left[:step]
+            at = left[:step]
             if not given:
-                process.give(left, step)
+                self._started()
+                self._say((left, step))
                 given = True
-            said, what = self._hear(process, self.how.timeout and self.how.timeout * len(at))
+            said, what = self._hear()
             if said == "have":
                 found.append(what)
                 del left[: len(at)]
+                deaths = 0
                 continue
             given = False
             if len(at) > 1:  # which of them it was, each alone will tell
                 step = 1
                 continue
-            deaths.update(at)
-            if said == "late":
-                found.append(one_point(left.pop(0), TIMED_OUT, what))
-            elif deaths[at[0]] == _DEATHS:
-                words = f"the process died twice at this point ({what})"
-                found.append(one_point(left.pop(0), DIED, words))
+            deaths += 1
+            if what == "SIGALRM":
+                status, words = TIMED_OUT, f"took longer than {self.how.timeout:g} s"
+            elif deaths == _DEATHS:
+                status, words = DIED, f"the process died twice at this point ({what})"
+            else:
+                continue
+            found.append(one_point(left.pop(0), status, words))
+            deaths = 0
         return found
 
-    def _started(self) -> Process:
+    def _started(self) -> None:
         words = ""
         for _ in range(_STARTS):
             if self._process is not None:
-                return self._process
-            self._process = Process(self.how.start)
+                return
+            self._start()
             if self._closed:
                 self.close()
-            _, words = self._hear(self._process)
+            self._say(self.how)
+            _, words = self._hear()
         if self._process is None:
             raise UsageError(
                 f"{_STARTS} processes in a row ended ({words}) before their first point: "
                 "is there memory for them? -j 1 needs the least"
             )
-        return self._process
 
-    def _hear(self, process: Process, patience: float | None = None) -> tuple[str, Any]:
-        said, what = process.hear(patience)
-        if said in ("late", "gone", "broken"):
-            process.end()
+    def _start(self) -> None:
+        self._line, theirs = Pipe()
+        # -P and the path of this process: a file in the current folder is never taken for a module
+        code = f"import sys; sys.path[:] = {sys.path!r}\n"
+        code += f"from vibecalc.core.study.sweep.workers import main; main({theirs.fileno()})"
+        try:
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-c", code],
+                stdin=subprocess.DEVNULL,
+                stdout=2,
+                env={**os.environ, **SINGLE_THREAD},
+                start_new_session=True,
+                pass_fds=[theirs.fileno()],
+            )
+        except OSError as error:
+            raise UsageError(f"cannot start a process for the sweep: {error}") from error
+        finally:
+            theirs.close()
+
+    def _say(self, what: Any) -> None:
+        with contextlib.suppress(OSError):  # one that has ended is heard
+            self._line.send(what)
+
+    def _hear(self) -> tuple[str, Any]:
+        """What the process says next: `("gone", words)` at its end."""
+        process = self._process
+        try:
+            said, what = self._line.recv()
+        except (EOFError, OSError):
+            code = 0 if process is None else process.wait()
+            known = -code in set(signal.Signals)
+            said, what = "gone", signal.Signals(-code).name if known else f"exit code {code}"
             self._process = None
         if self._closed:
             raise RuntimeError("the sweep has ended")
@@ -215,9 +212,10 @@ class Guard:
 
     def close(self) -> None:
         """End the process at once; `compute`, in another thread, ends with RuntimeError."""
-        self._closed = True
-        if self._process is not None:
-            self._process.end()
+        self._closed, process = True, self._process
+        if process is not None:
+            process.kill()
+            process.wait()
 
 
 # ----------------------------------------------------------------------------
@@ -267,7 +265,6 @@ def end(key: bytes) -> None:
 
 _ANSWER_WITHIN = 30  # seconds
 _AHEAD = 2  # chunks for each thread, so that none waits for the next one
-_LOST_WORKERS = 3  # times that a chunk is handed out again
 
 
 class Workers:
@@ -324,41 +321,29 @@ class Workers:
         RuntimeError, with the traceback, for a mistake of ours in one of them.
         """
         waiting = iter(works)
-        running: dict[Future[list[Any]], tuple[range, int]] = {}
-
-        def submit(points: range, losses: int) -> None:
-            future = self._executor.submit(compute, self._how, points, __version__)
-            running[future] = points, losses
-
+        running: dict[Future[list[Any]], range] = {}
         try:
             while True:
                 room = max(_AHEAD * self.threads(), 1) - len(running)
                 for points in islice(waiting, max(room, 0)):
-                    submit(points, 0)
+                    future = self._executor.submit(compute, self._how, points, __version__)
+                    running[future] = points
                 if not running:
                     return
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    points, losses = running.pop(future)
-                    lost = self._lost(future)
-                    if not lost:
-                        yield points, future.result()
-                    elif losses == _LOST_WORKERS or self._client.status != "running":
-                        raise UsageError(
-                            f"the cluster, or too many of its workers, is lost: {lost}"
-                        )
-                    else:
-                        submit(points, losses + 1)
+                    yield running.pop(future), self._result(future)
         except OSError as error:
             raise UsageError(f"the connection to the cluster is lost: {error}") from error
 
-    def _lost(self, future: "Future[list[Any]]") -> str:
-        """Why the worker that had a chunk is lost, if it is."""
-        if self._client is None:
-            return ""
-        if future.cancelled():
-            return "it gave the work back"
-        error = future.exception()
-        return str(error) if isinstance(error, _distributed().KilledWorker) else ""
+    def _result(self, future: "Future[list[Any]]") -> list[Any]:
+        """What a worker gave; a cluster hands out the chunks of one that is lost by itself."""
+        lost = (CancelledError, _distributed().KilledWorker) if self._client else CancelledError
+        try:
+            return future.result()
+        except lost as error:
+            raise UsageError(
+                f"the cluster, or too many of its workers, is lost: {error}"
+            ) from error
 
 
 def here(start: Start, works: Iterable[range]) -> Iterator[tuple[range, list[Any]]]:
