@@ -313,9 +313,13 @@ def report(
         failed = _each_result(results, lambda path: objects.append(file_object(path, full=full)))
         say_json(objects)
     else:
-        from vibecalc.core.report.sweep.text import report_file
+        from vibecalc.core.report.sweep.text import file_lines
+        from vibecalc.core.report.writing import screen, text_of
 
-        failed = _each_result(results, lambda path: say(report_file(path, full=full), nl=False))
+        def print_report(path: Path) -> None:
+            say(text_of(file_lines(path, full=full), screen()), nl=False)
+
+        failed = _each_result(results, print_report)
     if failed:
         raise typer.Exit(failed)
 
