@@ -7,6 +7,7 @@ as 0, infinite ones in words, and results that no section knows appear without a
 import io
 import math
 import re
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -26,9 +27,10 @@ from rich.console import Console
 
 from vibecalc.core.report.rows import Cells, Rows, by_name, loud, others, percent, rows_of
 from vibecalc.core.report.terminal import plain_summary, summary
-from vibecalc.core.report.text import render_report, render_verdicts
+from vibecalc.core.report.text import render_report, render_verdicts, report_lines
 from vibecalc.core.report.writing import (
     Column,
+    Table,
     fold,
     number,
     paragraph,
@@ -96,7 +98,8 @@ def test_special_values_have_words() -> None:
     assert show(np.int64(12345678)) == "12345678"
     assert show(3.5, error=math.inf) == "3.500"
     assert show_percent(None) == "-"
-    assert show_percent(-1e-9) == "0.0000 %"
+    shares = {-1e-9: "0.0000", 0.012345: "+1.23", -0.99999: "-100.0", 22.229: "+2223"}
+    assert {one: show_percent(one) for one in shares} == {k: f"{v} %" for k, v in shares.items()}
     assert show_phase(-1.0 + 1e-17j) == show_phase(-1.0 - 1e-17j) == "180.00"
     assert show_phase(1.0 - 1e-17j) == "0.00"
 
@@ -104,12 +107,14 @@ def test_special_values_have_words() -> None:
 @given(st.lists(st.text(st.characters(codec="ascii", exclude_categories=["C", "Nd"])), max_size=5))
 def test_tables_keep_their_columns_and_lose_no_letter(cells: list[str]) -> None:
     columns = ("name", number("value"))
-    rows = [(f"n{cell}", "-1.5e-12") for cell in cells]
-    lines = table(columns, rows, width=28)[0].split("\n")
+    rows = [("n", "-1.5e-12"), *((f"n{cell}", "-1.5e-12") for cell in cells)]
+    (block,) = table(columns, rows)
+    assert isinstance(block, Table)
+    lines = block.at(28).split("\n")
     assert all(len(line) <= 28 for line in lines)
     wide = lines[1].strip().index(" ")
     left = "".join(line[2 : 2 + wide] for line in lines[2:]).replace(" ", "")
-    assert left == "".join(f"n{cell}" for cell in cells).replace(" ", "")
+    assert left == "".join(f"n{cell}" for cell in ["", *cells]).replace(" ", "")
 
 
 @given(st.lists(st.floats(), min_size=1, max_size=25), st.booleans())
@@ -221,7 +226,21 @@ def test_a_table_has_no_column_without_an_entry() -> None:
     with_total = table(columns, rows, [["sum", "", "", "9"]])[0].split("\n")
     assert with_total[0] == "  name  full  low"
     assert with_total[-2:] == ["  ---------------", "  sum           9"]
-    assert table(columns, [])[0].split("\n")[0] == "  name  full  empty  low"
+    assert table(columns, []) == []
+
+
+_NUMBERS = re.compile(r"\d[\d.,]*(?:e[+-]?\d+)?")
+
+
+@pytest.mark.parametrize("name", ["engine_damped", "generator", "genset_on_deck", "roll_startup"])
+def test_a_narrow_screen_breaks_no_number(name: str) -> None:
+    for block in report_lines(golden(name), full=True):
+        if isinstance(block, Table):
+            shown = block.at(60)
+            assert max(map(len, shown.split("\n"))) <= 60
+            cells = (cell for row in (*block.rows, *block.totals) for cell in row)
+            said = Counter(one for cell in cells for one in _NUMBERS.findall(cell))
+            assert not said - Counter(_NUMBERS.findall(shown))
 
 
 def _modes(*paths: str) -> Record:

@@ -247,7 +247,8 @@ def report(
     ),
 ) -> None:
     """Print the text report of result files; nothing is recomputed."""
-    from vibecalc.core.report.sweep.text import file_object, report_file
+    from vibecalc.core.report.sweep.text import file_lines, file_object
+    from vibecalc.core.report.writing import screen, text_of
 
     told: list[Any] = []
 
@@ -263,7 +264,7 @@ def report(
         elif asked.json:
             told.append(file_object(path, full=full))
         else:
-            say(report_file(path, full=full))
+            say(text_of(file_lines(path, full=full), screen()))
 
     _each_result(results, show, lambda: {"written": told} if html else told)
 

@@ -215,7 +215,7 @@ _WEIGHTS = Rows(
 )
 _PEAKS = Rows(
     "direction",
-    "largest over a turn",
+    "largest over {turn}",
     (Cells("force_peak", "force"), Cells("couple_peak", "couple")),
     root="excitation",
     across=True,

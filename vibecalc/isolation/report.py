@@ -97,11 +97,15 @@ _MAXIMA = Rows(
     (
         Cells(named_at(f"{RunUpMaxima.ROOT}/mount", "isolation/support_force/static"), "mount"),
         *paths_of(RunUpMaxima)[1:-1],
-        Cells(f"{RunUpMaxima.ROOT}/at_end", "end", lambda end, _: "end" * int(end)),
+        Cells(
+            f"{RunUpMaxima.ROOT}/at_end",
+            "end",
+            lambda end, _: "end" * int(end),
+            note="end: the curve goes on beyond the range",
+        ),
     ),
     note="order: the largest there, with its share of the peak of all; bending order: that which "
-    "bends the curve, with the mode nearest to its frequency; end: the curve goes on beyond the "
-    "range",
+    "bends the curve, with the mode nearest to its frequency",
     places=_highest,
     rest=others("the other {left} are lower, and in the file"),
     merge=True,

@@ -27,6 +27,7 @@ from vibecalc.core.report.sections import (
     section,
     table_of,
     together,
+    turns_of,
 )
 from vibecalc.core.report.writing import many, number, paragraph, rpm, show, table
 from vibecalc.core.results.described import paths_of
@@ -47,7 +48,7 @@ from vibecalc.response.results import (
 # The body on its suspension: modes, motion over one turn, force on the ground, energies.
 # ----------------------------------------------------------------------------
 
-_MOTION = Rows("direction", "largest over a turn", paths_of(MotionOfBody), across=True)
+_MOTION = Rows("direction", "largest over {turn}", paths_of(MotionOfBody), across=True)
 #: coordinates are named until they hold so much of the energy of a mode together
 _ENOUGH = 0.9
 
@@ -125,7 +126,13 @@ def _run_up(record: Record) -> list[str]:
             value, at = show(found.values[top], found.error_estimate), found.axes[0].values[top]
             if centre is not None:
                 value, at = "without bound", centre.values[0]
-            rows.append([f"{found.long_name.split()[1]}, mean over a turn", value, show(rpm(at))])
+            rows.append(
+                [
+                    f"{found.long_name.split()[1]}, mean over {turns_of(record, path)}",
+                    value,
+                    show(rpm(at)),
+                ]
+            )
     heads = ("largest energy of the run-up, as sampled", number("J"), number("at rpm"))
     return table(heads, rows) if rows else []
 
@@ -150,7 +157,7 @@ _NEAR_UNDERFLOW = 1e-280
 SMALLEST = float(np.finfo(float).tiny)
 
 
-_TOTALS = (Cells("{}_energy/mean", "mean over a turn"), Cells("{}_energy/peak", "at any moment"))
+_TOTALS = (Cells("{}_energy/mean", "mean over {turn}"), Cells("{}_energy/peak", "at any moment"))
 
 
 def last_normal(values: np.ndarray) -> tuple[int, bool]:

@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from vibecalc.core.report import pages
 from vibecalc.core.report.defects import survived
 from vibecalc.core.report.html import (
-    STYLE,
-    anchor,
     html_blocks,
     html_document,
     html_figure,
     html_heading,
     html_text,
     html_written,
+    link,
 )
 from vibecalc.core.report.plots import make, pictures_of, vector_picture
 from vibecalc.core.report.sections import Section, other, section
@@ -64,27 +63,8 @@ class Calculation(NamedTuple):
 
 #: title of a part, "" without one, and its HTML
 Below = tuple[str, list[str]]
-_PRINT = """
-h3 { font-size: 1rem; margin: 1.3rem 0 .4rem; }
-.kind { color: var(--quiet); font-size: 1.05rem; margin: 0 0 .8rem; }
-nav.contents ol { list-style: none; padding: 0; margin: .3rem 0; columns: 2; }
-nav.contents li { break-inside: avoid; padding: .1rem 0; }
-nav.contents a { white-space: normal; margin: 0; }
-@media print {
-  nav.contents { display: block; } nav.contents a { color: inherit; }
-  h2 { break-after: avoid; margin-top: 8mm; } h3 { break-after: avoid; margin: 4mm 0 1mm; }
-  .wide, figure, dl { break-inside: avoid; } .wide.long { break-inside: auto; }
-  .wide + p { break-before: avoid; } p:has(+ .wide), dl:has(+ .wide) { break-after: avoid; }
-  p { orphans: 3; widows: 3; margin: 1.5mm 0; } figure { margin: 3mm 0; }
-  .wide { margin: 1.5mm 0; } th, td { padding-top: .06rem; padding-bottom: .06rem; }
-  td.n { white-space: nowrap; } table { font-size: 7.5pt; } figure img { max-height: 225mm; }
-  .appendix { font-size: 8pt; } pre.case { font-size: 6.3pt; line-height: 1.25; padding: 2mm; }
-}
-"""
 #: what the frame calls its closing sections, as parts of an appendix
 _CLOSING = {"Appendix": "Accuracy and methods"}
-#: rows of a table from which on it may break over pages
-_LONG = 45
 
 
 def calculation_page(result: Result, *, full: bool = False) -> str | None:
@@ -102,15 +82,12 @@ def calculation_page(result: Result, *, full: bool = False) -> str | None:
 
 def _page(result: Result, subject: Subject, calculation: Calculation, full: bool) -> str:
     made = _Maker(result, full)
-    *chapters, conclusion = (
-        (chapter.title, below)
-        for chapter in calculation.chapters
-        if (below := made.chapter(chapter))
-    )
+    parts = [(chapter.title, made.chapter(chapter)) for chapter in calculation.chapters]
+    *chapters, conclusion = (one for one in parts if one[1])
     title = str(result.case.get("title") or result.name)
     date = str(result.provenance.get("time") or "").split("T")[0]
     rows = [*identity(result), ("date", date), ("vibecalc", result.version)]
-    body, contents = [], []
+    body, contents = list[str](), list[str]()
     rest = made.rest(subject, calculation)
     for number, (words, below) in enumerate([*chapters, *rest, conclusion], 1):
         contents.append(f"{number} {words}")
@@ -119,9 +96,7 @@ def _page(result: Result, subject: Subject, calculation: Calculation, full: bool
     contents.append("Appendix")
     body += [html_heading("Appendix"), '<div class="appendix">',
              *_numbered([*made.appendix(), *written], "A"), "</div>"]  # fmt: skip
-    listed = "".join(
-        f'<li><a href="#{anchor(one)}">{html_text(one)}</a></li>\n' for one in contents
-    )
+    listed = "".join(f"<li>{link(one)}</li>\n" for one in contents)
     first = [
         html_heading(title, 1), f'<p class="kind">{html_text(calculation.title)}</p>',
         *html_blocks(pairs(row for row in rows if row[1])),
@@ -129,7 +104,7 @@ def _page(result: Result, subject: Subject, calculation: Calculation, full: bool
         *html_blocks(_warnings(result)),
         f'<nav class="contents"><strong>Contents</strong><ol>\n{listed}</ol></nav>',
     ]  # fmt: skip
-    return html_document(title, STYLE + _PRINT + _running(title), [*first, *body])
+    return html_document(title, [*first, *body], _running(title))
 
 
 def _running(title: str) -> str:
@@ -173,39 +148,28 @@ class _Maker:
 
     def chapter(self, chapter: Chapter) -> list[Below]:
         """What stands below the heading of a chapter; nothing if the result has none of it."""
-        below = [one for part in chapter.parts if (one := self.part(part)) is not None]
-        more = chapter.details if self.full and below else ()
-        return below + [one for part in more if (one := self.part(part)) is not None]
+        below = self.parts(chapter.parts)
+        return below + self.parts(chapter.details if self.full and below else ())
+
+    def parts(self, names: Iterable[str]) -> list[Below]:
+        """Sections, blocks and pictures, those that the result has and that do not fail."""
+        made = (survived(where, partial(self.part, where)) for where in names)
+        return [one for one in made if one is not None]
 
     def part(self, where: str) -> Below | None:
-        """A section, blocks or a picture, None where the result has none, or it fails."""
-
-        def made() -> Below | None:
-            if ":" not in where:
-                return self.picture(partial(make, self.result, where))
-            found: Any = named(where)(self.result)
-            if isinstance(found, Section):
-                return self.section(found)
-            if found is None or isinstance(found, list):
-                return ("", self.html(found)) if found else None
+        """One of them; the details of a section are for the appendix."""
+        if ":" not in where:
+            return self.picture(partial(make, self.result, where))
+        found: Any = named(where)(self.result)
+        title, lines = "", found
+        if isinstance(found, Section):
+            title, lines = found[:2]
+            self.shown |= found.shown
+            self.left += [found] if found.detail else []
+        if lines is not None and not isinstance(lines, list):
             return self.picture(lambda: found)
-
-        return survived(where, made)
-
-    def section(self, one: Section) -> Below | None:
-        """A section of the text report; its details are for the appendix."""
-        self.shown |= one.shown
-        self.left += [one] if one.detail else []
-        return (one.title, self.html(one.lines)) if one.lines else None
-
-    def html(self, lines: Iterable[str]) -> list[str]:
-        """Blocks as HTML, which are kept in mind."""
-        lines = list(lines)
-        self.blocks |= {line for line in lines if line}
-        return [
-            one.replace('"wide"', '"wide long"', 1) if one.count("<tr>") > _LONG else one
-            for one in html_blocks(lines)
-        ]
+        self.blocks |= {line for line in lines or () if line}
+        return (title, list(html_blocks(lines))) if lines else None
 
     def picture(self, maker: "Callable[[], Figure | None]") -> Below | None:
         """A picture with its number."""
@@ -225,18 +189,12 @@ class _Maker:
         """
         known = {part for one in calculation.chapters for part in (*one.parts, *one.details)}
         for where in sections_of(self.result.record):
-            if where in known:
-                continue
-            one: Section | None = survived(where, partial(named(where), self.result))
-            below = None if one is None else self.section(one)
-            if where not in calculation.elsewhere and below is not None:
-                yield below[0], [("", below[1])]
-        pictures = [
-            below
-            for name in pictures_of(self.result)
-            if name not in known and (self.full or name not in subject.pictures)
-            if (below := self.part(name)) is not None
-        ]
+            for title, below in self.parts({where} - known):
+                if where not in calculation.elsewhere:
+                    yield title, [("", below)]
+        names = pictures_of(self.result).keys() - known
+        names -= set() if self.full else subject.pictures.keys()
+        pictures = self.parts(name for name in pictures_of(self.result) if name in names)
         if pictures:
             yield "Further pictures", pictures
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -53,20 +53,10 @@ def palette(place: int) -> tuple[str, str]:
     return COLOURS[place], _DASHES[turn % len(_DASHES)]
 
 
-class Titled(Protocol):
-    """What a picture is titled with: a result, or a sweep."""
-
-    @property
-    def name(self) -> str:
-        """Name of the case."""
-
-    @property
-    def case(self) -> Mapping[str, Any]:
-        """The resolved case."""
-
-
-def canvas(result: Titled, subtitle: str, height: float) -> "Figure":
+def canvas(result: Any, subtitle: str, height: float) -> "Figure":
     """A figure for files only, as wide as a page, titled with the case and what is shown.
+
+    `result` is one, or a sweep.
 
     `height` is in inches for type of 10 pt; it shrinks with the type, and ends with the page.
     """
@@ -199,10 +189,7 @@ _LENGTHS = ((1.0, "m"), (1e3, "mm"), (1e6, "\u00b5m"))
 
 def length_scale(largest: float) -> tuple[float, str]:
     """Factor and unit that give a length in m at least one digit before the point."""
-    for factor, unit in _LENGTHS:
-        if factor * largest >= 1.0:
-            return factor, unit
-    return _LENGTHS[-1]
+    return next((one for one in _LENGTHS if one[0] * largest >= 1.0), _LENGTHS[-1])
 
 
 def read_in(quantity: Quantity, largest: float) -> tuple[float, str]:

@@ -117,18 +117,14 @@ def _studies(case: "Case", needs: Needs) -> Iterator[tuple[dict[str, Any], float
     if case.find:
         from vibecalc.core.study.planned import describe_find
 
-        runs = sum(search.points + _SOLUTION for search in case.find)
-        seconds = sum(
-            (search.points + _SOLUTION) * _each(case, needs, frozenset({search.quantity}))
-            for search in case.find
-        )
-        yield _study(describe_find(case), runs, seconds)
+        counts = [(one.points + _SOLUTION, frozenset({one.quantity})) for one in case.find]
+        seconds = sum(count * _each(case, needs, wanted) for count, wanted in counts)
+        yield _study(describe_find(case), sum(count for count, _ in counts), seconds)
     if case.fit is not None:
         from vibecalc.core.study.measured_points import chosen_references, describe_fit, fit_runs
 
-        quantities = frozenset(one.quantity for _, one in chosen_references(case))
-        runs = fit_runs(case)
-        yield _study(describe_fit(case), runs, runs * _each(case, needs, quantities))
+        quantities, runs = {one.quantity for _, one in chosen_references(case)}, fit_runs(case)
+        yield _study(describe_fit(case), runs, runs * _each(case, needs, frozenset(quantities)))
 
 
 def _each(case: "Case", needs: Needs, wanted: frozenset[str]) -> float:

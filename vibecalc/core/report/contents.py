@@ -17,10 +17,8 @@ def render_contents(result: Result) -> str:
     for path, quantity in result.items():
         groups.setdefault(path.rpartition("/")[0], []).append(quantity)
     columns = "quantity", number("value or largest"), "unit", "axes"
-    for group, quantities in groups.items():
-        rows = [
-            [one.path.rpartition("/")[2], _size(one), one.unit, _axes(one)] for one in quantities
-        ]
+    for group, members in groups.items():
+        rows = [[one.path.rpartition("/")[2], _size(one), one.unit, _axes(one)] for one in members]
         lines += ["", group, *table(columns, rows)]
     return text_of(lines)
 

@@ -26,6 +26,7 @@ from vibecalc.core.report.canvas import (
     only,
     operating_line,
     palette,
+    panels_of,
     plain_ticks,
     read_in,
     unit_words,
@@ -166,26 +167,22 @@ def draw_points(
     """
     *others, over = quantity.axes
     points: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
-    for row in judge_references(only(result, quantity.path)):
+    numbers = over.values.dtype.kind in "biuf"
+    for row in judge_references(only(result, quantity.path)) if numbers else ():
         own = ", ".join(str(row.where.get(axis.name, "")) for axis in others)
-        if over.name not in row.where or own != entry or row.at == "start":
-            continue
-        if over.values.dtype.kind not in "biuf":
-            continue
-        place = parse_quantity(row.where[over.name], over.unit)
-        (at,), _ = across(replace(over, values=np.array([place])))
-        height = convert(row.value, row.unit, quantity.unit)
-        measured = row.kind == MEASURED
-        shift = aside - apart if measured else aside + apart
-        points[measured].append((at + shift, factor * height))
-    for measured, found in points.items():
-        if found:
-            x, y = np.array(found).T
-            look: dict[str, Any] = {"marker": "x", "color": colour}
-            if measured:
-                look = {"marker": "o", "facecolors": "none", "edgecolors": colour}
-            label = "measured" if measured else "published"
-            axes.scatter(x, y, s=28.0, linewidths=1.3, zorder=5, label=label, **look)
+        if over.name in row.where and own == entry and row.at != "start":
+            place = parse_quantity(row.where[over.name], over.unit)
+            (at,), _ = across(replace(over, values=np.array([place])))
+            measured = row.kind == MEASURED
+            shift = aside - apart if measured else aside + apart
+            height = factor * convert(row.value, row.unit, quantity.unit)
+            points[measured].append((at + shift, height))
+    hollow = {"marker": "o", "facecolors": "none", "edgecolors": colour, "label": "measured"}
+    cross = {"marker": "x", "color": colour, "label": "published"}
+    for measured, look in ((True, hollow), (False, cross)):
+        if points[measured]:
+            x, y = zip(*points[measured], strict=True)
+            axes.scatter(x, y, s=28.0, linewidths=1.3, zorder=5, **look)
     return np.array([y for found in points.values() for _, y in found])
 
 
@@ -221,44 +218,39 @@ class Curve:
         if quantity is None:
             return
         x, _ = across(quantity.axes[-1])
-        rank = np.argsort(x, kind="stable")
+        rank, axes = np.argsort(x, kind="stable"), plot.axes
         x = x[rank]
         upper = sourced(self.upto, plot.result) if self.upto else None
         for names, row, place in self.rows(quantity):
             colour, dashes = plot.colour()
-            colour = self.look.get("color", colour)
             joined = ", ".join(names)
             each = f"{quantity.axes[0].name}{'s' * (len(names) > 1)} {joined}" * any(names)
             label = said(self.words, plot.result).replace("{}", joined).replace("{each}", each)
             look = {"color": colour, **self.look, "label": label or None}
-            y = plot.factor * row[rank]
+            colour, aside, y = look["color"], 0.0, plot.factor * row[rank]
             if "y" in plot.panel.log:  # what has no place on such an axis is a gap
                 y = np.where(y > max(_LEAST, 1e-30 * np.nanmax(y, initial=0.0)), y, np.nan)
             plot.drawn.append((x, y))
-            aside = 0.0
             if upper is not None:
                 top = plot.factor * gaps(magnitudes(upper))[place][rank]
-                if x.size > 1:
-                    plot.axes.fill_between(x, y, top, **{"linewidth": 0.0, **look})
-                else:
-                    plot.axes.vlines(x, y, top, **{"linewidth": 9.0, **look})
                 plot.drawn.append((x, top))
+                if x.size > 1:
+                    axes.fill_between(x, y, top, **{"linewidth": 0.0, **look})
+                else:
+                    axes.vlines(x, y, top, **{"linewidth": 9.0, **look})
             elif self.bars:
                 aside, colour = plot.bars(x, y, look), TOTAL
                 self._ranges(plot, x + aside, y, place)
             else:
-                plot.axes.plot(x, y, **{"marker": dotted(len(x)), "linestyle": dashes, **look})
-            colour = LIMIT if self.apart else colour
+                axes.plot(x, y, **{"marker": dotted(len(x)), "linestyle": dashes, **look})
             for name in names if self.part is None else ():
-                heights = draw_points(
-                    plot.result, plot.axes, quantity, entry=name, factor=plot.factor, colour=colour,
-                    aside=aside, apart=self.apart,
-                )  # fmt: skip
-                plot.points += list(heights)
-        for text, bound in (
-            bounds_of(plot.result, quantity.path, entry=False) if self.part is None else ()
-        ):
-            plot.limit(text, bound)
+                plot.points += list(draw_points(
+                    plot.result, axes, quantity, entry=name, factor=plot.factor, aside=aside,
+                    apart=self.apart, colour=LIMIT if self.apart else colour,
+                ))  # fmt: skip
+        if self.part is None:
+            for text, bound in bounds_of(plot.result, quantity.path, entry=False):
+                plot.limit(text, bound)
 
     def rows(self, quantity: Quantity) -> list[tuple[list[str], np.ndarray, Any]]:
         """What is drawn of the quantity; bars of equal height have a place each."""
@@ -271,8 +263,8 @@ class Curve:
             low, high = ends
             wide = high - low > _EQUAL * np.abs(high)
             reach = np.maximum([y - low, high - y], 0.0)[:, wide]
-            look: dict[str, Any] = {"ecolor": TOTAL, "elinewidth": 1.2, "capsize": 3, "zorder": 3}
-            plot.axes.errorbar(x[wide], y[wide], reach, fmt="none", **look)
+            plot.axes.errorbar(x[wide], y[wide], reach, fmt="none", ecolor=TOTAL, elinewidth=1.2,
+                               capsize=3, zorder=3)  # fmt: skip
 
 
 def rows_of(
@@ -371,14 +363,12 @@ def peak(
 
     def draw(plot: "Plot") -> None:
         top, place = (plot.result.record.quantities.get(path) for path in (of, at))
+        x, y = plot.drawn[-1]
         if top is not None and place is not None:
-            i = int(np.argmax(top.values))
-            height = plot.factor * float(np.ravel(top.values)[i])
-            here = float(across(replace(plot.axis, values=np.ravel(place.values)))[0][i])
-        else:
-            x, y = plot.drawn[-1]
-            i = int(np.argmax(np.nan_to_num(y)))
-            here, height = float(x[i]), float(y[i])
+            x, _ = across(replace(plot.axis, values=np.ravel(place.values)))
+            y = plot.factor * np.ravel(top.values)
+        i = int(np.argmax(np.nan_to_num(y)))
+        here, height = float(x[i]), float(y[i])
         if not np.isfinite(height) or height <= 0.0 or sourced(unless, plot.result):
             return
         over = any(height > plot.factor * bound for _, bound in bounds_of(plot.result, of))
@@ -395,36 +385,32 @@ def peak(
 
 def first_of(record: Record, *paths: str) -> np.ndarray:
     """Values (n,) at the first of the paths that a result has; none without any."""
-    found = (record.quantities.get(path) for path in paths)
-    values = next((one.values for one in found if one is not None), np.zeros(0))
+    values = next((record[path].values for path in paths if path in record), np.zeros(0))
     return np.atleast_1d(np.asarray(values, dtype=float))
 
 
-def resonances(*paths: str, orders: tuple[int, ...] = (1, 2)) -> Mark:
-    """Lines where an order meets a natural frequency, those at the first of `paths` that is there.
+def resonances(*paths: str) -> Mark:
+    """Lines where order 1 or 2 meets a natural frequency, of the first of `paths` that is there.
 
     Close ones of an order share their words, which stand above the curves.
     """
 
     def draw(plot: "Plot") -> None:
-        modes = rpm(1.0) * first_of(plot.result.record, *paths)
-        speed = plot.drawn[0][0]
+        modes, speed = rpm(1.0) * first_of(plot.result.record, *paths), plot.drawn[0][0]
         named: list[tuple[float, str]] = []
-        for order in orders:
-            inside = [i for i, one in enumerate(modes) if speed.min() < one / order < speed.max()]
+        for order in (1, 2):
             groups: list[list[int]] = []
-            for i in inside:
+            inside = (speed.min() < modes / order) & (modes / order < speed.max())
+            for i in np.flatnonzero(inside).tolist():
                 plot.axes.axvline(modes[i] / order, color=QUIET, ls=":", lw=1.0, zorder=0)
                 if groups and modes[i] < _CLOSE * modes[groups[-1][0]]:
                     groups[-1].append(i)
                 else:
                     groups.append([i])
-            for group in groups:
-                ends = dict.fromkeys([group[0] + 1, group[-1] + 1])
-                joint = " to " if len(group) > 2 else ", "
-                which = f", mode{'s' * (len(group) > 1)} {joint.join(map(str, ends))}"
-                words = f"order {order}" + which * (len(modes) > 1)
-                named.append((float(modes[group[0]] / order), words))
+            for first, *_, last in ([*group, group[-1]] for group in groups):
+                which = f", mode{'s' * (last > first)} {first + 1}" * (len(modes) > 1)
+                which += f"{' to ' if last > first + 1 else ', '}{last + 1}" * (last > first)
+                named.append((float(modes[first] / order), f"order {order}{which}"))
         top = max(float(np.nanmax(y, initial=0.0)) for _, y in plot.drawn)
         if named:
             plot.axes.update_datalim([(named[0][0], _ROOM[len(modes) > 1] * top)])
@@ -473,10 +459,10 @@ def decades(most: int) -> "Callable[[Plot], Ends]":
         if not size.size:
             return None, None
         low, high = max(10.0**-most * float(size.max()), 0.5 * float(size.min())), 3.0 * size.max()
-        if plot.axes.get_autoscaley_on():
-            return low, high
-        before = plot.axes.get_ylim()  # of panels that are level with it
-        return min(low, before[0]), max(high, before[1])
+        if not plot.axes.get_autoscaley_on():  # of panels that are level with it
+            before = plot.axes.get_ylim()
+            low, high = min(low, before[0]), max(high, before[1])
+        return low, high
 
     return ends
 
@@ -561,22 +547,19 @@ class Plot:
         """All of the panel, in its unit."""
         axes, panel, result = self.axes, self.panel, self.result
         first = curves[0][1]
-        rows = [row for one, quantity in curves for _, row, _ in rows_of(quantity, part=one.part)]
+        self.factor, self.unit = read_in(first, self.largest[first.unit])
         if panel.unit:
-            words = said(panel.unit, result)
-            self.factor, self.unit = convert(1.0, first.unit, words), unit_words(words)[1]
-        else:
-            self.factor, self.unit = read_in(first, self.largest[first.unit])
+            unit = said(panel.unit, result)
+            self.factor, self.unit = convert(1.0, first.unit, unit), unit_words(unit)[1]
         words = said(panel.label, result)
         if words and self.unit and "{}" not in words:
             words += "in {}" if words.endswith("\n") else " in {}"
         axes.set_ylabel(words.replace("{}", self.unit))
-        if panel.title:
-            axes.set_title(said(panel.title, result), loc="left")
+        axes.set_title(said(panel.title, result), loc="left")
         for part in panel.parts:
             part(self)
-        crossing = [np.nanmin(row, initial=0.0) < 0.0 < np.nanmax(row, initial=0.0) for row in rows]
-        if any(crossing) and first.unit != "dB":
+        ends = [(np.nanmin(y, initial=0.0), np.nanmax(y, initial=0.0)) for _, y in self.drawn]
+        if any(low < 0.0 < high for low, high in ends) and first.unit != "dB":
             axes.axhline(0.0, color=QUIET, linewidth=0.8)
         self._ends()
         if panel.legend and self.named():
@@ -584,6 +567,8 @@ class Plot:
 
     def _ends(self) -> None:
         """Scales and ends of both axes."""
+        from matplotlib.ticker import MaxNLocator, MultipleLocator
+
         axes, panel, axis = self.axes, self.panel, self.axis
         x = np.concatenate([x for x, _ in self.drawn])
         if axis.name == "crank_angle":
@@ -595,7 +580,9 @@ class Plot:
             axes.set_xlim(float(x.min()) - 0.7 * step, float(x.max()) + 0.7 * step)
             axes.grid(visible=False, axis="x")
             if axis.name in _ORDERS:
-                _order_ticks(axes, step < 1.0 and float(np.ptp(x)) <= _FEW_ORDERS)
+                halves = step < 1.0 and float(np.ptp(x)) <= _FEW_ORDERS
+                whole = MaxNLocator(12, integer=True, steps=[1, 2, 5, 10])
+                axes.xaxis.set_major_locator(MultipleLocator(0.5) if halves else whole)
         elif np.ptp(x) > 0.0 and not dotted(len(self.drawn[0][0])):
             low, high = float(np.min(x[x > 0.0] if "x" in panel.log else x)), float(np.max(x))
             low = max(low, _SLOW * high) if "x" in panel.log and axis.name == "speed" else low
@@ -618,18 +605,9 @@ class Plot:
         seen = np.flatnonzero(np.any(np.array(self._bars) > low, axis=0))
         if seen.size and (last := seen[-1]) + 1 < x.size:
             self.axes.set_xlim(right=float(x[last]) + 0.7 * float(x[last + 1] - x[last]))
-            words = (
-                f"{self.axis.name.replace('_', ' ')}s {x[last + 1]:g} to {x[-1]:g}: below the axis"
-            )
+            name = self.axis.name.replace("_", " ")
+            words = f"{name}s {x[last + 1]:g} to {x[-1]:g}: below the axis"
             self.axes.set_title(words, loc="left", fontsize=8, color=QUIET)
-
-
-def _order_ticks(axes: "Axes", halves: bool) -> None:
-    """Ticks at whole orders, or at half ones too."""
-    from matplotlib.ticker import MaxNLocator, MultipleLocator
-
-    whole = MaxNLocator(12, integer=True, steps=[1, 2, 5, 10])
-    axes.xaxis.set_major_locator(MultipleLocator(0.5) if halves else whole)
 
 
 @dataclass(frozen=True)
@@ -658,16 +636,13 @@ class Curves:
         figure = canvas(result, said(self.title, result), 1.3 + self.high * lines)
         overs = [curves[0][1].axes[-1].name for _, curves in found]
         shared = len({*overs}) == 1
-        heights = [panel.height for panel, _ in found[::columns]]
-        grid = figure.subplots(
-            lines, columns, sharex=shared, sharey=self.level, squeeze=False, height_ratios=heights
-        )
-        places = list(grid.ravel()[: len(found)])
-        for spare in grid.ravel()[len(found) :]:
-            spare.set_visible(False)
+        places = panels_of(
+            figure, len(found), columns, sharex=shared, sharey=self.level,
+            height_ratios=[panel.height for panel, _ in found[::columns]],
+        )  # fmt: skip
         if len(found) % columns and not shared:  # the last has a row for itself
             places[-1].set_visible(False)
-            places[-1] = figure.add_subplot(grid[0, 0].get_gridspec()[-1, :])
+            places[-1] = figure.add_subplot(places[0].get_gridspec()[-1, :])
         named: dict[str, Any] = {}
         largest: dict[str, float] = {}  # one unit for all that is read in the same
         for one in (quantity for _, curves in found for _, quantity in curves):
@@ -680,13 +655,12 @@ class Curves:
             if columns > 1:
                 axes.set_title(axes.get_title(loc="left"), loc="left", fontsize=8)
                 axes.set_ylabel("" if self.level and i % columns else axes.get_ylabel())
-            if not panel.legend:
-                named |= plot.named()
+            named |= {} if panel.legend else plot.named()
         if named:
             figure.legend(named.values(), named, loc="outside lower center", ncols=self.names)
-        for i, below in enumerate(places[columns:]):
-            if overs[i] == overs[i + columns] and places[i].get_xlim() == below.get_xlim():
-                places[i].set_xlabel("")
+        for i, (axes, below) in enumerate(zip(places, places[columns:], strict=False)):
+            if overs[i] == overs[i + columns] and axes.get_xlim() == below.get_xlim():
+                axes.set_xlabel("")
         for axes in places:
             axes.tick_params(labelbottom=bool(axes.get_xlabel()))
         return figure

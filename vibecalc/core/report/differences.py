@@ -11,10 +11,8 @@ from vibecalc.core.report.writing import many, number, table
 from vibecalc.core.results.compare import ComparedRow, Comparison, FilePair
 from vibecalc.errors import EXIT_DIFFERS, EXIT_FINE, ResultError
 
-_COLUMNS = (
-    "quantity", number("reference"), number("value"), number("off by"), number("allowed"),
-    number("ratio"),
-)  # fmt: skip
+_COLUMNS = ("quantity", number("reference"), number("value"), number("off by"), number("allowed"),
+            number("ratio"))  # fmt: skip
 
 #: characters that XML 1.0 cannot hold, escaped or not
 _NOT_IN_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -28,27 +26,26 @@ def render_differences(comparison: Comparison, count: int = 10) -> str:
     """
     differing = [row for row in comparison.rows if not row.same]
     shown = [row for row in comparison.worst(len(comparison.rows)) if not row.same][:count]
-    lines: list[str] = []
     close = [row for row in comparison.worst(count) if row.ratio > 0]
+    lines: list[str] = []
     numbers = [row for row in shown or close if row.entries]
     if numbers:
         title = "Differences, the worst first" if differing else "Nearest to their tolerance"
         lines += [title, "", *table(_COLUMNS, [_cells(row) for row in numbers]), ""]
-    for row in shown:
-        lines += [f"  {row.path}: {problem}" for problem in row.problems]
+    problems = [f"  {row.path}: {problem}" for row in shown for problem in row.problems]
     if len(differing) > len(shown):
         more = many(len(differing) - len(shown), "quantity differs", "quantities differ")
-        lines.append(f"  ... and {more}")
-    if lines and lines[-1]:
-        lines.append("")
+        problems.append(f"  ... and {more}")
+    lines += [*problems, ""] if problems else []
     if comparison.changes:
-        lines.append("The cases differ (not counted):")
-        lines += [f"  {one.what}: {one.reference} became {one.value}" for one in comparison.changes]
-        lines.append("")
+        changes = (
+            f"  {one.what}: {one.reference} became {one.value}" for one in comparison.changes
+        )
+        lines += ["The cases differ (not counted):", *changes, ""]
     if comparison.ignored:
-        named = ", ".join(comparison.ignored[:3])
         further = len(comparison.ignored) - 3
-        lines += [f"Not compared: {named}{f' and {further} more' if further > 0 else ''}", ""]
+        more = f" and {further} more" * (further > 0)
+        lines += [f"Not compared: {', '.join(comparison.ignored[:3])}{more}", ""]
     compared = f"{many(len(comparison.rows), 'quantity', 'quantities')} compared"
     verdict = many(len(differing), "differs", "differ") if differing else "all the same"
     return "\n".join([*lines, f"{compared}, {verdict}."]) + "\n"
@@ -58,20 +55,16 @@ def render_files(pairs: Sequence[FilePair], by_name: bool) -> str:
     """What was compared, in words; `by_name` with names, and in one line where it is the same."""
     texts = []
     for pair in pairs:
-        if pair.comparison is None:
-            continue
-        text = render_differences(pair.comparison)
-        if by_name:
-            text = f"{pair.name}: {text if pair.exit_code else text.splitlines()[-1] + chr(10)}"
-        texts.append(text)
+        if pair.comparison is not None:
+            text = render_differences(pair.comparison)
+            brief = text if pair.exit_code else text.splitlines()[-1] + "\n"
+            texts.append(f"{pair.name}: {brief}" if by_name else text)
     if len(pairs) > 1:
         differ = sum(pair.exit_code == EXIT_DIFFERS for pair in pairs)
         unusable = sum(pair.comparison is None for pair in pairs)
-        same = len(pairs) - differ - unusable
-        texts.append(f"{same} of {len(pairs)} files the same")
-        texts[-1] += f", {many(differ, 'differs', 'differ')}" if differ else ""
-        texts[-1] += f", {unusable} not compared" if unusable else ""
-        texts[-1] += ".\n"
+        words = f"{len(pairs) - differ - unusable} of {len(pairs)} files the same"
+        words += f", {many(differ, 'differs', 'differ')}" * bool(differ)
+        texts.append(f"{words}{f', {unusable} not compared' * bool(unusable)}.\n")
     return "".join(texts)
 
 
@@ -134,13 +127,10 @@ def _counts(pairs: Sequence[FilePair]) -> dict[str, str]:
     comparisons = [pair.comparison for pair in pairs if pair.comparison is not None]
     unusable = len(pairs) - len(comparisons)
     ignored = sum(len(one.ignored) for one in comparisons)
-    differing = sum(not row.same for one in comparisons for row in one.rows)
-    return {
-        "tests": str(sum(len(one.rows) for one in comparisons) + ignored + unusable),
-        "failures": str(differing + unusable),
-        "errors": "0",
-        "skipped": str(ignored),
-    }
+    rows = [row for one in comparisons for row in one.rows]
+    failures = sum(not row.same for row in rows) + unusable
+    counts = {"tests": len(rows) + ignored + unusable, "failures": failures, "errors": 0}
+    return {name: str(count) for name, count in (counts | {"skipped": ignored}).items()}
 
 
 def _test_case(suite: ElementTree.Element, path: str) -> ElementTree.Element:
@@ -152,14 +142,9 @@ def _test_case(suite: ElementTree.Element, path: str) -> ElementTree.Element:
 def _cells(row: ComparedRow) -> tuple[str, ...]:
     where = f"\n  {row.entry}" if row.entry else ""
     many = f"\n  {row.failed} of {row.entries} entries" if row.failed and row.entries > 1 else ""
-    return (
-        f"{row.path}{where}{many}",
-        _short(row.reference),
-        _short(row.value),
-        f"{row.difference:.2e}",
-        f"{row.allowed:.2e}",
-        _ratio(row.ratio),
-    )
+    sizes = (_short(row.reference), _short(row.value), f"{row.difference:.2e}",
+             f"{row.allowed:.2e}")  # fmt: skip
+    return (f"{row.path}{where}{many}", *sizes, _ratio(row.ratio))
 
 
 def _ratio(ratio: float) -> str:
@@ -171,11 +156,9 @@ def _sentence(row: ComparedRow) -> str:
     parts = list(row.problems)
     if row.failed:
         where = f" at {row.entry}" if row.entry else ""
-        parts.append(
-            f"{row.failed} of {row.entries} entries differ; worst{where}: "
-            f"reference {_short(row.reference)}, value {_short(row.value)} {row.unit}".rstrip()
-            + f", difference {row.difference:.3e}, allowed {row.allowed:.3e}"
-        )
+        values = f"reference {_short(row.reference)}, value {_short(row.value)} {row.unit}".rstrip()
+        off = f"difference {row.difference:.3e}, allowed {row.allowed:.3e}"
+        parts.append(f"{row.failed} of {row.entries} entries differ; worst{where}: {values}, {off}")
     return f"{row.path}: {'; '.join(parts)}"
 
 

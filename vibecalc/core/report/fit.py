@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.core.report.goals import SIDES, bound_unit, in_unit
+from vibecalc.core.report.goals import FITTED, SIDES, bound_unit, in_unit
 from vibecalc.core.report.sections import (
     Part,
     Section,
@@ -22,7 +22,6 @@ from vibecalc.core.results.record import Quantity, Result
 from vibecalc.units import convert, parse_quantity
 
 PREFIX = "fit/"
-VALUE = PREFIX + "value/"
 #: points of the short report, the worst first
 _MOST = 8
 
@@ -54,11 +53,14 @@ def _keys(result: Result) -> list[str]:
         )
         unit = bound_unit(variable, value.unit)
         (fitted, error), (size, _) = in_unit(value, unit), in_unit(deviation, unit)
-        known = math.isfinite(size)
+        share, off = "", "not told"
+        if math.isfinite(size):
+            share, off = (
+                f"{100.0 * size / abs(fitted):.2g} %" if fitted else "",
+                show(size, digits=2),
+            )
         side = int(scalar_of(result.record, f"{PREFIX}active_bound/{key}") or 0)
         shown = show(*in_unit(start, unit)), show(fitted, error, _digits(fitted, size))
-        share = "" if not known or not fitted else f"{100.0 * size / abs(fitted):.2g} %"
-        off = show(size, digits=2) if known else "not told"
         rows.append([key, *shown, off, unit, share, SIDES[side]])
     heads = number("start"), number("fitted"), number("+-"), "unit", number(""), ""
     return table(("fitted key", *heads), rows)
@@ -100,30 +102,26 @@ def _correlation(result: Result) -> list[str]:
     """The correlation of each pair of keys, the strongest first."""
     found = result.record[PREFIX + "correlation"]
     keys, values = labels(found.axes[0]), np.asarray(found.values)
-    pairs = sorted(
-        ((i, j) for i in range(len(keys)) for j in range(i)),
-        key=lambda pair: -abs(values[pair]),
-    )
-    rows = [[keys[j], keys[i], f"{values[i, j]:+.3f}"] for i, j in pairs[:_MOST]]
-    return table(("correlation of", "with", number("")), rows) if rows else []
+    pairs = ((i, j) for i in range(len(keys)) for j in range(i))
+    strongest = sorted(pairs, key=lambda pair: -abs(values[pair]))[:_MOST]
+    rows = [[keys[j], keys[i], f"{values[i, j]:+.3f}"] for i, j in strongest]
+    return table(("correlation of", "with", number("")), rows)
 
 
 def _paste(result: Result) -> list[str]:
     """How to run the case with the fitted values, ties included."""
     settings = []
     for variable in _variables(result):
-        key = str(variable["key"])
-        value = result.record[VALUE + key]
-        settings.append(_setting(key, float(value.values), value.unit))
+        quantity = result.record[FITTED + str(variable["key"])]
+        value, unit = float(quantity.values), quantity.unit
+        settings.append((variable["key"], value, unit))
         for tie in variable.get("with") or ():
-            shift = parse_quantity(tie.get("offset") or 0.0, value.unit)
-            tied = float(tie.get("factor", 1.0)) * float(value.values) + shift
-            settings.append(_setting(str(tie["key"]), tied, value.unit))
-    return paragraph(f"to run with these values: --unset fit {' '.join(settings)}")
-
-
-def _setting(key: str, value: float, unit: str) -> str:
-    return f"--set '{key}={f'{value:.7g} {unit}'.rstrip()}'"
+            tied = float(tie.get("factor", 1.0)) * value
+            settings.append(
+                (tie["key"], tied + parse_quantity(tie.get("offset") or 0.0, unit), unit)
+            )
+    told = (f"--set '{key}={f'{value:.7g} {unit}'.rstrip()}'" for key, value, unit in settings)
+    return paragraph(f"to run with these values: --unset fit {' '.join(told)}")
 
 
 # ----------------------------------------------------------------------------
@@ -150,21 +148,15 @@ def _points(result: Result, most: int | None) -> list[str]:
     """The points that are off most in their uncertainties; all in the order of the case."""
     rows: list[tuple[float, list[str]]] = []
     for path, parts in quantities_of(result).items():
-        measured = parts["measured"]
-        name, unit = read_as(path, measured.unit)
-        factor = convert(1.0, measured.unit, unit)
-        for place, label in enumerate(labels(measured.axes[0])):
-            values = {key: float(one.values[place]) * factor for key, one in parts.items()}
-            off = (values["computed"] - values["measured"]) / values["uncertainty"]
-            cells = [
-                name if label == "-" else f"{name}, {label.replace('=', ' ').replace('_', ' ')}",
-                show(values["measured"]),
-                show(values["uncertainty"], digits=2),
-                show(values["at_start"]) if "at_start" in values else "-",
-                show(values["computed"]),
-                unit,
-                f"{off:+.2f}",
-            ]
+        name, unit = read_as(path, parts["measured"].unit)
+        factor = convert(1.0, parts["measured"].unit, unit)
+        for place, label in enumerate(labels(parts["measured"].axes[0])):
+            at = {key: float(one.values[place]) * factor for key, one in parts.items()}
+            off = (at["computed"] - at["measured"]) / at["uncertainty"]
+            words = f", {label.replace('=', ' ').replace('_', ' ')}" * (label != "-")
+            start = show(at["at_start"]) if "at_start" in at else "-"
+            shown = show(at["measured"]), show(at["uncertainty"], digits=2), start
+            cells = [f"{name}{words}", *shown, show(at["computed"]), unit, f"{off:+.2f}"]
             rows.append((abs(off), cells))
     if most is not None:
         rows = sorted(rows, key=lambda row: -row[0])[:most]
@@ -182,12 +174,10 @@ def _combinations(result: Result) -> list[str]:
         return []
     keys = labels(found.axes[1])
     rows = []
-    for vector, size in zip(np.asarray(found.values), deviation[0].values, strict=True):
-        parts = [
-            f"{part:+.2f} {key.rpartition('.')[2]}"
-            for key, part in zip(keys, vector, strict=True)
-            if abs(part) >= 0.02
-        ]
-        known = f"{100.0 * float(size):.2g} %" if math.isfinite(float(size)) else "not told"
-        rows.append([" ".join(parts), known])
+    for vector, size in zip(np.asarray(found.values), deviation[0].values.tolist(), strict=True):
+        parts = (f"{part:+.2f} {key.rpartition('.')[2]}"
+                 for key, part in zip(keys, vector, strict=True) if abs(part) >= 0.02)  # fmt: skip
+        rows.append(
+            [" ".join(parts), f"{100.0 * size:.2g} %" if math.isfinite(size) else "not told"]
+        )
     return table(("combination, in ways between bounds", number("+- of the way")), rows)

@@ -86,7 +86,7 @@ def _curve(axes: "Axes", result: Result, path: str, parts: Parts) -> None:
     )  # fmt: skip
     axes.set_xlabel(f"{axis} in {axis_unit}" if axis_unit else axis)
     axes.set_ylabel("\n".join(fold(f"{name} in {unit}" if unit else name, 28)))
-    axes.legend(loc="best")
+    axes.legend(**ABOVE)
 
 
 def _residuals(axes: "Axes", result: Result, residual: Quantity) -> None:
@@ -110,6 +110,4 @@ def _residuals(axes: "Axes", result: Result, residual: Quantity) -> None:
         path, _, entry = label.partition(" [")
         words = f"{read_as(path, '')[0]}, {entry.rstrip(']').replace('=', ' ')}"
         names.append("\n".join(fold(words.removesuffix(", "), _NAME)))
-    name_rows(axes, names)
-    axes.set_xlabel("computed less measured, over the standard uncertainty")
-    axes.legend(**ABOVE)
+    name_rows(axes, names, "computed less measured, over the standard uncertainty")

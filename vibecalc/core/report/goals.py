@@ -1,5 +1,6 @@
 """What an optimisation is after, as its case says it: variables, choices, objectives, units."""
 
+import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -8,7 +9,7 @@ import numpy as np
 from vibecalc.core.case.raw import parse_key
 from vibecalc.core.report.sections import along, read_as, scalar_of, table_of
 from vibecalc.core.report.writing import show_in
-from vibecalc.core.results.record import AT_START, Quantity, Record, Result
+from vibecalc.core.results.record import AT_START, Estimate, Quantity, Record, Result
 from vibecalc.core.results.select import Side, worst
 from vibecalc.errors import ResultError
 from vibecalc.units import convert, parse_quantity, si_value, split_number
@@ -17,6 +18,7 @@ PREFIX = "optimisation/"
 #: where an optimum stands in its bounds
 SIDES = {-1: "at lower", 0: "", 1: "at upper"}
 VARIABLE, PICKED, FRONT = f"{PREFIX}variable/", f"{PREFIX}choice/", f"{PREFIX}front/"
+FITTED = "fit/value/"
 
 
 def written_at(case: Mapping[str, Any], key: str) -> Any:
@@ -57,18 +59,20 @@ def bound_unit(table: Mapping[str, Any], unit: str) -> str:
 
 def bound_units(case: Mapping[str, Any]) -> dict[str, str]:
     """Paths of variables and of values found, with the unit of their bounds if these have one."""
-    study: Any = table_of(case, "optimisation").get("variables") or ()
-    fitted: Any = table_of(case, "fit").get("variables") or ()
-    found = {VARIABLE + str(one["key"]): bound_unit(one, "") for one in study}
-    found |= {f"fit/value/{one['key']}": bound_unit(one, "") for one in fitted}
-    found |= {f"find/{one['name']}/value": bound_unit(one, "") for one in case.get("find") or ()}
+    given = [
+        (VARIABLE, "key", "", table_of(case, "optimisation").get("variables")),
+        (FITTED, "key", "", table_of(case, "fit").get("variables")),
+        ("find/", "name", "/value", case.get("find")),
+    ]
+    found = {f"{root}{one[name]}{end}": bound_unit(one, "")
+             for root, name, end, rows in given for one in rows or ()}  # fmt: skip
     return {path: unit for path, unit in found.items() if unit}
 
 
-def in_unit(quantity: Quantity, unit: str) -> tuple[float, float]:
+def in_unit(quantity: Quantity, unit: str) -> tuple[float, Estimate]:
     """A scalar and its error in another unit."""
-    value, error = float(quantity.values), quantity.error_estimate
-    return convert(value, quantity.unit, unit), convert(error, quantity.unit, unit)
+    factor = convert(1.0, quantity.unit, unit)
+    return float(quantity.values) * factor, quantity.estimate * factor
 
 
 def variables_of(result: Result, read: Mapping[str, str] | None = None) -> list[Variable]:
@@ -109,36 +113,37 @@ def label_of(case: Mapping[str, Any], path: str, value: float) -> str:
 
 def picked_of(result: Result) -> list[list[str]]:
     """Name, how it was written, what was picked, and the length of each list of the case."""
-    study, found = table_of(result.case, "optimisation"), []
-    for stock in study.get("stock") or ():
-        place = scalar_of(result.record, f"{PICKED}{stock['name']}")
+    case, record, found = result.case, result.record, list[list[str]]()
+    study = table_of(case, "optimisation")
+    lists: list[tuple[str, Any, Any]]
+    lists = [(str(one["name"]), one["items"], _written(case, one))
+             for one in study.get("stock") or ()]  # fmt: skip
+    lists += [(str(one["key"]), one.get("choices") or (), written_at(case, str(one["key"])))
+              for one in study.get("variables") or ()]  # fmt: skip
+    whole = {one["key"]: one for one in study.get("variables") or () if one.get("integer")}
+    for name, given, before in lists:
+        place = scalar_of(record, PICKED + name)
+        quantity = record.quantities.get(VARIABLE + name)
         if place is not None:
-            name = stock["items"][int(place) - 1]["name"]
-            written = _written(result.case, stock)
-            found.append([stock["name"], written, name, str(len(stock["items"]))])
-    for variable in study.get("variables") or ():
-        key, given = str(variable["key"]), variable.get("choices") or ()
-        before: Any = written_at(result.case, key)
-        place = scalar_of(result.record, PICKED + key)
-        quantity = result.record.quantities.get(VARIABLE + key)
-        if place is not None:
-            found.append([key, str(before), str(given[int(place) - 1]), str(len(given))])
-        elif quantity is not None and (given or variable.get("integer")):
+            label = label_of(case, PICKED + name, place)
+            found.append([name, str(before), label, str(len(given))])
+        elif quantity is not None and (given or name in whole):
             unit = bound_unit({"choices": given}, quantity.unit)
             if isinstance(before, int | float):
                 before = show_in(convert(float(before), quantity.unit, unit), unit)
-            low, high = (parse_quantity(variable.get(one) or 0.0, "") for one in ("lower", "upper"))
+            low, high = (parse_quantity(whole.get(name, {}).get(one) or 0.0, "")
+                         for one in ("lower", "upper"))  # fmt: skip
             size = len(given) or int(np.floor(high) - np.ceil(low)) + 1
-            written = "-" if before is None else str(before)
-            found.append([key, written, show_in(in_unit(quantity, unit)[0], unit), str(size)])
+            text = show_in(in_unit(quantity, unit)[0], unit)
+            found.append([name, "-" if before is None else str(before), text, str(size)])
     return found
 
 
 def _written(case: Mapping[str, Any], stock: Mapping[str, Any]) -> str:
     """The item that the case as written has, or that it has none of them."""
     for item in stock["items"]:
-        pairs = [(written_at(case, f"{stock['table']}.{key}"), written)
-                 for key, written in item["values"].items()]  # fmt: skip
+        pairs = ((written_at(case, f"{stock['table']}.{key}"), written)
+                 for key, written in item["values"].items())  # fmt: skip
         if all(_same(value, written) for value, written in pairs):
             return str(item["name"])
     return "none of them"
@@ -147,8 +152,8 @@ def _written(case: Mapping[str, Any], stock: Mapping[str, Any]) -> str:
 def _same(value: Any, written: Any) -> bool:
     if isinstance(value, str) or value is None:
         return bool(value == written)
-    number = si_value(written) if isinstance(written, str) else float(written)
-    return bool(abs(value - number) <= 1e-12 * abs(value))
+    return math.isclose(value, si_value(written) if isinstance(written, str) else written,
+                        rel_tol=1e-12)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -188,11 +193,9 @@ class Goal(NamedTuple):
 
 def worst_of(record: Record, path: str, where: Mapping[str, Any], side: Side) -> float | None:
     """The worst entry of a result; None if it has none that is finite."""
-    if path not in record:
-        return None
     try:
-        value = worst(record[path], where, side)[0]
-    except ResultError:
+        value = worst(record.quantities[path], where, side)[0]
+    except (KeyError, ResultError):
         return None
     return float(value) if np.isfinite(value) else None
 

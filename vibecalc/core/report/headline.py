@@ -6,8 +6,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.goals import PICKED, bound_units, label_of
-from vibecalc.core.report.sections import by_size, magnitudes, read_as, table_of
+from vibecalc.core.report.goals import (
+    FITTED,
+    PICKED,
+    PREFIX,
+    VARIABLE,
+    bound_units,
+    in_unit,
+    label_of,
+)
+from vibecalc.core.report.sections import by_size, magnitudes, read_as, scalar_of, table_of
 from vibecalc.core.report.verdicts import bounds_of, place_of
 from vibecalc.core.report.writing import decibels, number, read, rpm, show, table
 from vibecalc.core.results.catalogue import HEADLINES, OWNER, deciding
@@ -28,8 +36,8 @@ from vibecalc.units import convert
 _MOST_EACH = 12
 #: entries that all have a row where else the lowest and the highest stand for them
 _FEW = 3
-_FITTED = "fit/value/"
-_VARIABLES, _BOUNDS = "optimisation/variable/", "optimisation/active_bound/"
+#: groups of what studies found
+_STUDIES = (PREFIX, "find/", FITTED)
 _SIDES = {-1: "at its lower bound", 1: "at its upper bound"}
 _ELASTIC = ("1st elastic", "2nd elastic", "3rd elastic")
 
@@ -51,7 +59,7 @@ def first_table(result: Result, limits: Sequence[Verdict]) -> list[str]:
     """The first table of a result as a block; nothing if there is nothing to show."""
     rows = [[one.name, one.shown, read(one.unit), one.where, one.limit]
             for one in with_limits(result, limits)]  # fmt: skip
-    return table(("result", number("value"), "unit", "where", "limit"), rows) if rows else []
+    return table(("result", number("value"), "unit", "where", "limit"), rows)
 
 
 def with_limits(result: Result, limits: Sequence[Verdict]) -> list[Answer]:
@@ -129,39 +137,31 @@ def _searched(record: Record, case: Mapping[str, Any]) -> Iterator[Answer]:
     """Variables and objective of an optimisation, values of searches, fitted keys."""
     units = bound_units(case)
     for path, quantity in record.items():
-        key = path.removeprefix(_VARIABLES)
-        if path.startswith(PICKED) and not quantity.axes:
-            label = label_of(case, path, float(quantity.values))
-            yield Answer(path.removeprefix(PICKED), label, "", "", path, float(quantity.values))
-        found = path.startswith("find/") and path.endswith("/value")
-        if path.startswith(_FITTED):
-            yield _fitted(record, quantity, units.get(path, quantity.unit))
+        if quantity.axes or not path.startswith(_STUDIES):
             continue
-        if quantity.axes or not (key != path or found or path == "optimisation/objective"):
-            continue
-        name, unit = key, units.get(path, quantity.unit)
-        if found:
+        unit, words = units.get(path, quantity.unit), ""
+        value, error = in_unit(quantity, unit)
+        name, text = path.split("/", 2)[-1], show(value, error)
+        if path.startswith(PICKED):
+            text, unit = label_of(case, path, value), ""
+        elif path.startswith(FITTED):
+            off, _ = in_unit(record[f"fit/standard_error/{name}"], unit)
+            words = f"+- {show(off, digits=2)}" if math.isfinite(off) else "not told by the points"
+            text = show(value)
+        elif path.startswith(VARIABLE):
+            words = _SIDES.get(int(scalar_of(record, f"{PREFIX}active_bound/{name}") or 0), "")
+        elif path.startswith("find/") and path.endswith("/value"):
             name = " ".join(path.split("/")[:-1])
-        elif key == path:
+        elif path == f"{PREFIX}objective":
             goal = str(table_of(case, "optimisation", "objective").get("quantity") or path)
             name, unit = read_as(goal, quantity.unit)
+            value, error = in_unit(quantity, unit)
             over = table_of(case, "optimisation", "robust")
             of = f"mean and {float(over.get('sigmas', 2.0)):g} deviations of " if over else ""
-            name = f"objective: {of}{name}"
-        factor = convert(1.0, quantity.unit, unit)
-        value, error = float(quantity.values) * factor, quantity.estimate * factor
-        side = record.quantities.get(_BOUNDS + key)
-        words = "" if side is None else _SIDES.get(int(side.values), "")
-        yield Answer(name, show(value, error), unit, words, path, value)
-
-
-def _fitted(record: Record, quantity: Quantity, unit: str) -> Answer:
-    """A fitted key with its standard uncertainty."""
-    key, factor = quantity.path.removeprefix(_FITTED), convert(1.0, quantity.unit, unit)
-    value = float(quantity.values) * factor
-    off = float(record[f"fit/standard_error/{key}"].values) * factor
-    words = f"+- {show(off, digits=2)}" if math.isfinite(off) else "not told by the points"
-    return Answer(key, show(value), unit, words, quantity.path, value)
+            name, text = f"objective: {of}{name}", show(value, error)
+        else:
+            continue
+        yield Answer(name, text, unit, words, path, value)
 
 
 def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]:

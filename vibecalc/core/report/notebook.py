@@ -1,15 +1,15 @@
 """A quantity as a notebook shows it: name, unit, axes and values in the unit that people read."""
 
+from collections.abc import Callable
 from html import escape
 from typing import Any
 
 import numpy as np
 
 from vibecalc.core.report.html import html_blocks
-from vibecalc.core.report.sections import read_as
-from vibecalc.core.report.writing import Column, number, show, table
+from vibecalc.core.report.sections import read_as, written
+from vibecalc.core.report.writing import Column, number, table
 from vibecalc.core.results.record import Axis, Quantity
-from vibecalc.errors import UnitError
 from vibecalc.units import convert
 
 #: rows and columns of a small table
@@ -18,33 +18,23 @@ _ROWS, _COLUMNS = 8, 6
 
 def quantity_html(quantity: Quantity) -> str:
     """A heading and a table of at most eight rows and six columns."""
-    factor, unit = _read_in(quantity.path, quantity.unit)
-    values, error = np.asarray(quantity.values), quantity.estimate * factor
-    cells = values * factor if values.dtype.kind in "iufc" else values
+    unit = read_as(quantity.path, quantity.unit)[1]
+    text = written(quantity, unit)
     over = ", ".join(f"{axis.name} ({len(axis.values)})" for axis in quantity.axes)
     head = f"<b>{escape(quantity.path)}</b> {escape(quantity.long_name)}"
     head += f", in {escape(unit)}" * bool(unit) + f", over {escape(over)}" * bool(over)
     if not quantity.axes:
-        return f"<div>{head}<br>{escape(_shown(cells.item(), error))} {escape(unit)}</div>"
-    return f"<div>{head}{_table(cells, quantity.axes, error)}</div>"
+        return f"<div>{head}<br>{escape(text(quantity.values.item()))} {escape(unit)}</div>"
+    return f"<div>{head}{_table(quantity.values, quantity.axes, text)}</div>"
 
 
-def _read_in(path: str, unit: str) -> tuple[float, str]:
-    """The unit that people read, and the factor to it."""
-    try:
-        read = read_as(path, unit)[1]
-        return convert(1.0, unit, read) if unit else 1.0, read
-    except UnitError:
-        return 1.0, unit
-
-
-def _table(cells: np.ndarray, axes: tuple[Axis, ...], error: Any) -> str:
+def _table(cells: np.ndarray, axes: tuple[Axis, ...], text: Callable[[Any], str]) -> str:
     """The last two axes down and across; of further ones the first entry."""
     while cells.ndim > 2:
         cells, axes = cells[0], axes[1:]
     heads = _entries(axes[1], _COLUMNS) if len(axes) > 1 else [""]
     rows = [
-        [name, *(_shown(one, error) for one in np.atleast_1d(row)[:_COLUMNS].tolist())]
+        [name, *map(text, np.atleast_1d(row)[:_COLUMNS].tolist())]
         for name, row in zip(_entries(axes[0], _ROWS), cells, strict=False)
     ]
     if len(cells) > _ROWS or (len(axes) > 1 and len(axes[1].values) > _COLUMNS):
@@ -55,10 +45,7 @@ def _table(cells: np.ndarray, axes: tuple[Axis, ...], error: Any) -> str:
 
 def _entries(axis: Axis, most: int) -> list[str]:
     """The first entries of an axis, speeds in rpm and angles in deg."""
-    factor, unit = _read_in(axis.name, axis.unit)
+    unit = read_as(axis.name, axis.unit)[1]
+    factor = convert(1.0, axis.unit, unit) if unit != axis.unit else 1.0
     return [f"{one * factor:.5g} {unit}".strip() if isinstance(one, float) else str(one)
             for one in axis.values[:most].tolist()]  # fmt: skip
-
-
-def _shown(value: Any, error: Any) -> str:
-    return show(value, error) if isinstance(value, int | float | complex) else str(value)

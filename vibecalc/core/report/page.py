@@ -4,7 +4,6 @@ from pathlib import Path
 
 from vibecalc.core.report.calculation import calculation_page
 from vibecalc.core.report.html import (
-    STYLE,
     html_blocks,
     html_document,
     html_figure,
@@ -48,4 +47,4 @@ def html_page(of: Path | Result, *, full: bool = False) -> str:
         body += [html_heading("Case as written"), html_written(written)]
     titles += ["Pictures"] * bool(pictures) + ["Case as written"] * bool(written)
     links = "\n".join(link(one) for one in titles[1:])
-    return html_document(titles[0], STYLE, [body[0], f"<nav>\n{links}\n</nav>", *body[1:]])
+    return html_document(titles[0], [body[0], f"<nav>\n{links}\n</nav>", *body[1:]])

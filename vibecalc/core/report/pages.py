@@ -48,10 +48,8 @@ from vibecalc.units import convert
 # ----------------------------------------------------------------------------
 
 _LIMITS = ("limit on", number("bound"), number("computed"), number("margin"), "unit", "verdict")
-_REFERENCES = (
-    "reference number (source)", number("reference"), number("computed"), "unit",
-    number("difference"), "verdict",
-)  # fmt: skip
+_REFERENCES = ("reference number (source)", number("reference"), number("computed"), "unit",
+               number("difference"), "verdict")  # fmt: skip
 #: Longer values, such as a root written out, are shown with as many digits as ours.
 LONGEST_PRINTED = 10
 #: A computed number is shown with its digits next to a published one of no more than so many times
@@ -63,6 +61,7 @@ _DIGITS = 6
 _MOST_SOURCES, _MOST_REASONS = 6, 4
 #: broken limits that the conclusion names
 _MOST_BROKEN = 4
+_EXPECTED = ", as the case expects"
 #: what a case says in the place of a test that shows a difference
 _NOT_SHOWN = "not reproducible"
 
@@ -79,7 +78,7 @@ def limits(rows: Sequence[Verdict]) -> list[str]:
         shown = show(row.computed, row.error_estimate)
         bounds = "\n".join(bounds_of(row))
         cells.append([name, bounds, shown, margin(row), row.unit, limit_verdict(row)])
-    return table(_LIMITS, cells) if cells else []
+    return table(_LIMITS, cells)
 
 
 def margin(row: Verdict) -> str:
@@ -90,28 +89,23 @@ def margin(row: Verdict) -> str:
 
 def limit_verdict(row: Verdict) -> str:
     """`kept`, `BROKEN` or `UNDECIDED`, or whether an expected break came."""
+    state = "kept but where barred" if row.state == BARRED and row.expect == KEPT else row.state
     if row.expect == KEPT:
-        state = "kept but where barred" if row.state == BARRED else row.state
         return state if row.satisfied else state.upper()
-    if row.satisfied:
-        return "broken, as expected"
-    return f"{row.state.upper()}, not broken as expected"
+    return "broken, as expected" if row.satisfied else f"{state.upper()}, not broken as expected"
 
 
 def references(rows: Sequence[ReferenceRow]) -> list[str]:
     """The table of references with notes below, numbered where a source is known to differ."""
-    cells: list[list[str]] = []
-    notes = list(dict.fromkeys(_note(row, shown=True) for row in rows if row.verdict == KNOWN))
+    cells, notes = list[list[str]](), dict[str, str]()
     for row in rows:
         verdict = row.verdict.upper() if row.verdict in (OUTSIDE, UNRESOLVED) else row.verdict
         if row.verdict == KNOWN:
-            verdict = f"known [{notes.index(_note(row, shown=True)) + 1}]"
+            verdict = f"known {notes.setdefault(_note(row, shown=True), f'[{len(notes) + 1}]')}"
         name = _name(row, _picks(row.where), f"({row.source})")
         cells.append([name, _printed(row), computed(row), row.unit, difference(row), verdict])
-    lines = table(_REFERENCES, cells) if cells else []
-    for i, note in enumerate(notes):
-        lines += paragraph(note, f"[{i + 1}]")
-    return lines
+    below = [line for note, mark in notes.items() for line in paragraph(note, mark)]
+    return table(_REFERENCES, cells) + below
 
 
 def brief(rows: Sequence[ReferenceRow]) -> list[str]:
@@ -122,32 +116,29 @@ def brief(rows: Sequence[ReferenceRow]) -> list[str]:
     sources = Counter(_source(row) for row in rows if row.verdict == WITHIN)
     named = ", ".join(f"{source} ({count})" for source, count in sources.most_common(_MOST_SOURCES))
     further = len(sources) - _MOST_SOURCES
-    named += f" and {many(further, 'more source')}" if further > 0 else ""
+    named += f" and {many(further, 'more source')}" * (further > 0)
     lines = paragraph(f"match: {named}") if named else []
     known: dict[str, list[ReferenceRow]] = {}
     for row in (row for row in rows if row.verdict == KNOWN):
         known.setdefault(_note(row), []).append(row)
-    for reason, (row, *others) in [*known.items()][:_MOST_REASONS]:
-        more = f" (the same for {many(len(others), 'more number')})" if others else ""
-        lines += paragraph(f"{_compared(row, 'printed')}: {reason}{more}", "-")
     measured = [row for row in rows if row.verdict == MEASURED]
-    for row in measured[:_MOST_REASONS]:
-        lines += paragraph(_compared(row, MEASURED), "-")
+    said = [f"{_compared(row, 'printed')}: {reason}"
+            + f" (the same for {many(len(others), 'more number')})" * bool(others)
+            for reason, (row, *others) in [*known.items()][:_MOST_REASONS]]  # fmt: skip
+    said += [_compared(row, MEASURED) for row in measured[:_MOST_REASONS]]
     left = ((len(known), "more reason"), (len(measured), "more measured number"))
     hidden = [many(n - _MOST_REASONS, noun) for n, noun in left if n > _MOST_REASONS]
     words = f"and {' and '.join(hidden)}; `vibecalc report --full` shows all"
-    return lines + (paragraph(words) if hidden else [])
+    below = [line for one in said for line in paragraph(one, "-")]
+    return [*lines, *below, *(paragraph(words) if hidden else [])]
 
 
 def _compared(row: ReferenceRow, kind: str) -> str:
     name = read_as(row.quantity, row.unit, entry=bool(row.where))[0]
     where = ", ".join(f"{axis.replace('_', ' ')} {entry}" for axis, entry in row.where.items())
     name += (f", {where}" if where else "") + (" (start)" if row.at == "start" else "")
-    return (
-        f"{name}: {_printed(row)} {row.unit}".rstrip()
-        + f" {kind} ({row.source}), {computed(row, digits=4)} {row.unit}".rstrip()
-        + f" computed, {difference(row)}"
-    )
+    ours = f" {kind} ({row.source}), {computed(row, digits=4)} {row.unit}".rstrip()
+    return f"{name}: {_printed(row)} {row.unit}".rstrip() + f"{ours} computed, {difference(row)}"
 
 
 def _printed(row: ReferenceRow) -> str:
@@ -189,24 +180,23 @@ def computed(row: ReferenceRow, digits: int = _DIGITS) -> str:
 
 def conclusion(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) -> str:
     """One sentence: what holds, what does not, and by how much."""
-    clauses = []
+    clauses = list[str]()
     if limits:
         kept = sum(bool(row.kept) for row in limits)
-        verb = "is" if 1 in (kept, len(limits)) else "are"
-        clause = f"{kept} of {many(len(limits), 'limit')} {verb} kept"
         barred = sum(row.state == BARRED for row in limits)
-        clause += f", {barred} of them by barring a speed range" if barred else ""
+        clauses.append(f"{kept} of {many(len(limits), 'limit')} "
+                       + f"{_is(1 if len(limits) == 1 else kept)} kept"
+                       + f", {barred} of them by barring a speed range" * bool(barred))  # fmt: skip
         broken = sorted((row for row in limits if row.state == BROKEN), key=lambda r: r.satisfied)
         for row in broken[:_MOST_BROKEN]:
-            clause += f"; {_spoken(row)}{_broken(row)}"
-            clause += ", as the case expects" if row.satisfied else ""
+            clauses.append(f"{_spoken(row)}{_broken(row)}{_EXPECTED * bool(row.satisfied)}")
         left = len(broken) - _MOST_BROKEN
         if left > 0:
-            clause += f"; {left} more {'is' if left == 1 else 'are'} broken"
-            clause += ", as the case expects" if broken[-left].satisfied else ""
-        for row in (row for row in limits if row.state == UNDECIDED):
-            clause += f"; {_spoken(row)} is undecided: {row.decided_by} would decide it"
-        clauses.append(clause)
+            clauses.append(
+                f"{left} more {_is(left)} broken{_EXPECTED * bool(broken[-left].satisfied)}"
+            )
+        clauses += [f"{_spoken(row)} is undecided: {row.decided_by} would decide it"
+                    for row in limits if row.state == UNDECIDED]  # fmt: skip
     counted = [row for row in references if row.within is not None]
     if counted:
         good = sum(bool(row.within) for row in counted)
@@ -218,8 +208,12 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) ->
         what = str(known) if counted else many(known, "reference number")
         clauses.append(f"{what} {'differs' if known == 1 else 'differ'} for a known reason")
     if measured:
-        clauses.append(f"{measured} measured {'is' if measured == 1 else 'are'} for comparison")
+        clauses.append(f"{measured} measured {_is(measured)} for comparison")
     return "; ".join(clauses) + "." if clauses else ""
+
+
+def _is(count: int) -> str:
+    return "is" if count == 1 else "are"
 
 
 def _note(row: ReferenceRow, *, shown: bool = False) -> str:
@@ -327,21 +321,17 @@ def warnings(result: Result) -> Section | None:
 
 def plan_section(result: Result) -> Section | None:
     """Which stages ran and why, as planned before anything was computed."""
-    keys = ("parts", "orders", "cost")
-    rows = [
-        (row.get("stage", "stage"),
-         "; ".join([*filter(None, [row.get("why")]),
-                    *(f"{key}: {row[key]}" for key in keys if row.get(key))]))
-        for row in result.plan
-    ]  # fmt: skip
+    rows = []
+    for row in result.plan:
+        told = (f"{key}: {row[key]}" for key in ("parts", "orders", "cost") if row.get(key))
+        rows.append((row.get("stage", "stage"), "; ".join(filter(None, (row.get("why"), *told)))))
     return section("Plan", [pairs(rows)])
 
 
 def methods_section(result: Result) -> Section | None:
     """Methods that took part, with where they are published."""
-    lines: list[str] = []
-    for i, method in enumerate(result.record.methods):
-        lines += paragraph(f"{method.name}: {method.purpose}. {method.citation}", f"[{i + 1}]")
+    said = [f"{one.name}: {one.purpose}. {one.citation}" for one in result.record.methods]
+    lines = [line for i, words in enumerate(said, 1) for line in paragraph(words, f"[{i}]")]
     return section("Methods", [lines])
 
 
@@ -358,7 +348,7 @@ def accuracy(result: Result) -> Section | None:
     rtol = table_of(result.case, "accuracy").get("rtol")
     title = "Accuracy: error estimates" + ("" if rtol is None else f" (asked for: rtol = {rtol:g})")
     heads = ("quantity", number("largest"), "unit", number("error"), number("relative"))
-    return section(title, [table(heads, rows) if rows else []])
+    return section(title, [table(heads, rows)])
 
 
 def _shown_ratio(quantity: Quantity, largest: float) -> str:
@@ -402,15 +392,12 @@ def provenance(result: Result) -> Section | None:
     """Time per stage, versions, and how to run the case again. Nothing stable stands below."""
     total = sum(result.timings.values())
     planned = {row.get("stage", ""): row.get("cost", "") for row in result.plan}
-    rows = [
-        [stage, f"{seconds:.4f}", f"{100.0 * seconds / total:.1f}", planned.get(stage, "")]
-        for stage, seconds in result.timings.items()
-        if total
-    ]
-    rows += [["together", f"{total:.4f}", "100.0", ""]] if len(rows) > 1 else []
-    times = table(("stage", number("s"), number("share %"), "work"), rows) if rows else []
+    times = [*result.timings.items(), *[("together", total)] * (len(result.timings) > 1)]
+    rows = [[stage, f"{seconds:.4f}", f"{100.0 * seconds / total:.1f}", planned.get(stage, "")]
+            for stage, seconds in times if total]  # fmt: skip
     known = [(str(key), str(value)) for key, value in result.provenance.items() if key != "command"]
-    return section(_CHANGING, [times, pairs([*known, ("rerun", rerun(result))])])
+    heads = "stage", number("s"), number("share %"), "work"
+    return section(_CHANGING, [table(heads, rows), pairs([*known, ("rerun", rerun(result))])])
 
 
 def rerun(result: Result) -> str:

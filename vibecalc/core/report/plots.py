@@ -128,11 +128,9 @@ def draw_files(
     Raises UsageError, before anything is written, where two files would write the same pictures or
     none has a picture that is asked for.
     """
-    paths = [source if isinstance(source, Path) else source.swept for source in sources]
-    homes = [
-        (folder or (path.parent if path else Path()), _stem(source))
-        for source, path in zip(sources, paths, strict=True)
-    ]
+    paths = (source if isinstance(source, Path) else source.swept for source in sources)
+    homes = [(folder or (path.parent if path else Path()), _stem(source))
+             for source, path in zip(sources, paths, strict=True)]  # fmt: skip
     for number, (source, home) in enumerate(zip(sources, homes, strict=True)):
         if home in homes[:number]:
             raise UsageError(
@@ -232,19 +230,17 @@ def _made(names: Iterable[str], of: Any, look: Look) -> Iterator[tuple[str, "Fig
 
 
 def _refuse_unknown(sources: Sequence[Source], look: Look) -> None:
+    every = replace(look, only=())
     found = {name for source in sources for name, _ in _figures(source, look)[1]}
     missing = [name for name in look.only if name not in found]
     if not missing or failed_parts():  # one that fails is there, and drawing says why it is not
         return
-    every = replace(look, only=())
     has = dict.fromkeys(name for source in sources for name, _ in _figures(source, every)[1])
     near = get_close_matches(missing[0][:60], has, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     none = f"{sources[0]} has no" if len(sources) == 1 else "none of the results has a"
-    raise UsageError(
-        f"--only {missing[0]}: {none} picture of this name{hint}; "
-        f"there are: {', '.join(has) or 'none'}"
-    )
+    there = f"there are: {', '.join(has) or 'none'}"
+    raise UsageError(f"--only {missing[0]}: {none} picture of this name{hint}; {there}")
 
 
 def _file_name(stem: str, name: str, names: Iterable[str]) -> str:
@@ -304,10 +300,11 @@ def png(figure: "Figure", dpi: int) -> bytes:
         (b"IDAT", zlib.compress(rows.data, _PACKED)),
         (b"IEND", b""),
     )
-    return b"\x89PNG\r\n\x1a\n" + b"".join(
-        struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
-        for name, data in chunks
-    )
+    image = b"\x89PNG\r\n\x1a\n"
+    for name, data in chunks:
+        check = struct.pack(">I", zlib.crc32(name + data))
+        image += struct.pack(">I", len(data)) + name + data + check
+    return image
 
 
 def named_curves() -> dict[str, Curves]:
@@ -385,10 +382,10 @@ def draw_accuracy(result: Result) -> "Figure | None":
         return None
     topics = topics_of(result)
     across = min(_ACROSS, len(topics))
-    down = -(-len(topics) // across)
     widest = max(len(topic.methods) for topic in topics)
     legend = 0.0 if widest <= _INSIDE or across == 1 else 0.21 * widest
-    figure = canvas(result, "accuracy and time of the methods", 1.2 + (3.6 + legend) * down)
+    high = 1.2 + (3.6 + legend) * -(-len(topics) // across)
+    figure = canvas(result, "accuracy and time of the methods", high)
     panels = panels_of(figure, len(topics), across)
     for axes, topic in zip(panels, topics, strict=True):
         _panel(axes, topic, nearby=across == 1)
@@ -407,42 +404,40 @@ def _panel(axes: "Axes", topic: TopicView, nearby: bool) -> None:
     timed = [trial for trial in topic.trials if 0.0 < trial.seconds < math.inf]
     done = [trial for trial in timed if trial.done]
     low, top = _span([_height(one) for one in done if one.worst_relative > 0.0] or [1.0], 2.0)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlim(*_span([trial.seconds for trial in timed] or [1.0], 1.0))
-    axes.set_ylim(low, top)
+    axes.set(
+        xscale="log", yscale="log", xlabel="seconds", ylabel="worst relative error",
+        xlim=_span([trial.seconds for trial in timed] or [1.0], 1.0), ylim=(low, top),
+        title="\n".join(fold(f"{topic.words['stage']}: {topic.words['name']}", 44)),
+    )  # fmt: skip
     axes.minorticks_off()
 
     def dots(trials: Iterable[Trial], height: float | None = None, **style: Any) -> None:
         """Each at its error, or all at one height."""
-        points = [(one.seconds, _height(one) if height is None else height) for one in trials]
+        points = [(one.seconds, _height(one) if height is None else height)
+                  for one in trials]  # fmt: skip
         axes.plot(*zip(*points, strict=True) if points else ([], []), **{"ls": "none", **style})
 
     for place, method in enumerate(topic.methods):
-        colour, marker = _MANY[place % len(_MANY)], _MARKERS[place % len(_MARKERS)]
         own = [trial for trial in timed if trial.method == method["method"]]
         measured = [trial for trial in own if trial.done]
-        style: dict[str, Any] = {"color": colour, "marker": marker, "ms": 5}
+        alone: dict[str, Any] = {"color": _MANY[place % len(_MANY)]}
+        style = {"marker": _MARKERS[place % len(_MARKERS)], "ms": 5, **alone}
         line = "-" if place < len(COLOURS) else "--"
         dots(measured, ls=line, lw=1.2, mfc="white", label=method["method"], **style)
         dots((one for one in measured if one.front_in_seconds), **style)
-        alone: dict[str, Any] = {"color": colour, "clip_on": False}
         exact = (one for one in measured if one.worst_relative == 0.0)
-        dots(exact, low, marker="v", ms=6, **alone)
-        dots((one for one in own if not one.done), top, marker="x", ms=7, **alone)
-    ring = (one for one in done if one.is_default)
-    dots(ring, marker="o", color=TOTAL, mfc="none", ms=12, mew=1.4)
+        dots(exact, low, marker="v", ms=6, clip_on=False, **alone)
+        failed = (one for one in own if not one.done)
+        dots(failed, top, marker="x", ms=7, clip_on=False, **alone)
+    default = (one for one in done if one.is_default)
+    dots(default, marker="o", color=TOTAL, mfc="none", ms=12, mew=1.4)
     if topic.agreement > low:
         axes.axhline(topic.agreement, color=LIMIT, linestyle=":", linewidth=1.0)
-    axes.set_title("\n".join(fold(f"{topic.words['stage']}: {topic.words['name']}", 44)))
-    axes.set_xlabel("seconds")
-    axes.set_ylabel("worst relative error")
-    if len(topic.methods) <= _INSIDE:
-        axes.legend(loc="best")
-    elif nearby:
-        axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
-    else:
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
+    inside: dict[str, Any] = {"loc": "best"}
+    if len(topic.methods) > _INSIDE:
+        inside = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5)}
+        inside = inside if nearby else {"loc": "upper center", "bbox_to_anchor": (0.5, -0.2)}
+    axes.legend(**inside)
 
 
 def _height(trial: Trial) -> float:

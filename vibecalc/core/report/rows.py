@@ -11,19 +11,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.sections import by_size, labels, magnitudes, merged, read_as
+from vibecalc.core.report.sections import (
+    by_size,
+    labels,
+    magnitudes,
+    merged,
+    read_as,
+    turns_of,
+    written,
+)
 from vibecalc.core.report.writing import (
     DIGITS,
     Column,
     number,
     paragraph,
-    show,
     show_percent,
     table,
 )
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Axis, Estimate, Quantity, Record, Result
-from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
 # What stands in a description.
@@ -62,7 +68,8 @@ class Rows(NamedTuple):
 
     `axis` may name several axes by blanks, whose entries are of one kind: "half_order order".
     `label` formats the names, such as "{:g}",
-    and `right` sets them like numbers; without a `title` they are left out. `places` says which
+    and `right` sets them like numbers; without a `title` they are left out. At `{turn}` in it, or
+    in a head, stands `a turn`, or `two turns` where half orders act. `places` says which
     entries are shown, `rest` what is said of the others, `none` what if there is none to show.
     A column that is but a path is a `Cells` of that; `note` is said of all of them.
     `merge` makes one row of equal ones; `across` turns the table: a row for each result, with its
@@ -206,38 +213,43 @@ def rows_of(record: Record, of: Rows) -> tuple[list[str], set[str]]:
     columns = [Cells(one) if isinstance(one, str) else one for one in of.columns]
     given = [(one, quantity) for one in columns if (quantity := _found(record, of, one))]
     found = [(_headed(one, quantity, of.across), quantity) for one, quantity in given]
-    if not found:
-        return [], set()
     quantities = [quantity for _, quantity in found]
     paths = {quantity.path for quantity in quantities}
+    if not found:
+        return [], paths
     axis = quantities[0].axes[0]
     places = np.arange(len(axis.values)) if of.places is None else of.places(quantities)
     if not len(places):
         return paragraph(of.none) if of.none else [], paths
     names = [of.label.format(one) for one in axis.values] if of.label else labels(axis)
-    cells = [[names[i] for i in places]]
-    heads: list[Column | str] = [Column(of.title, right=of.right)]
+    cells, notes = [[names[i] for i in places]], list[str]()
+    heads: list[Column | str] = [Column(_turned(of.title, quantities[0], record), right=of.right)]
     for one, quantity in found:
         write, kind = _writer(quantity, one, of.digits), quantity.values.dtype.kind
+        there, own = _there(axis, quantity.axes[0], places), list[list[str]]()
+        if of.across and len(quantity.axes) > 1:
+            own.append([_largest(quantity, i, write) for i in there])
+        else:
+            for entries in quantity.values.reshape(len(quantity.values), -1).T:
+                own.append(["" if i is None else write(entries[i].item()) for i in there])
         for name in labels(quantity.axes[1]) if len(quantity.axes) > 1 else [""]:
             head = one.head.format(name, unit=_unit(quantity, one)).rstrip()
             heads.append(head if callable(one.how) else Column(head, right=kind not in "UO"))
-        there = _there(axis, quantity.axes[0], places)
-        if of.across and len(quantity.axes) > 1:
-            cells.append([_largest(quantity, i, write) for i in there])
-            continue
-        for entries in quantity.values.reshape(len(quantity.values), -1).T:
-            cells.append(["" if i is None else write(entries[i].item()) for i in there])
+        notes += [one.note] * any(map(any, own))
+        cells += own
     if of.across:
         units = [_unit(quantity, one) for one, quantity in found]
         cells = [[one.head for one, _ in found], *map(list, zip(*cells[1:], strict=True)), units]
         heads = [heads[0], *map(number, names), Column("unit")]
     start = 0 if of.title else 1
     lines = [list(row) for row in zip(*cells[start:], strict=True)]
-    rest = of.rest(quantities, places) if of.rest else ""
-    said = [*(one.note for one, _ in found), of.note, rest]
-    notes = [line for words in said if words for line in paragraph(words)]
-    return table(heads[start:], merged(lines) if of.merge else lines) + notes, paths
+    notes += [of.note, of.rest(quantities, places) if of.rest else ""]
+    below = [line for words in notes if words for line in paragraph(words)]
+    return table(heads[start:], merged(lines) if of.merge else lines) + below, paths
+
+
+def _turned(words: str, quantity: Quantity, record: Record) -> str:
+    return words.replace("{turn}", turns_of(record, quantity.path)) if "{turn}" in words else words
 
 
 def _found(record: Record, of: Rows, one: Cells) -> Quantity | None:
@@ -297,19 +309,15 @@ def _there(axis: Axis, own: Axis, places: np.ndarray) -> list[int | None]:
 
 
 def _writer(quantity: Quantity, one: Cells, digits: int) -> Callable[[Any], str]:
-    error, how, unit = quantity.estimate, one.how, _unit(quantity, one)
-    factor = 1.0 if unit == quantity.unit else convert(1.0, quantity.unit, unit)
+    """What writes the values of a column."""
+    how, plain = one.how, written(quantity, _unit(quantity, one), digits)
 
-    def written(value: Any) -> str:
-        if isinstance(value, str):
-            return value
-        if one.blank and not np.isfinite(value):
+    def text(value: Any) -> str:
+        if one.blank and not isinstance(value, str) and not np.isfinite(value):
             return "-"
-        if callable(how):
-            return how(value, error)
-        return show(value * factor, error * factor, digits)
+        return how(value, quantity.estimate) if callable(how) else plain(value)
 
-    return written
+    return text
 
 
 def by_name(
@@ -320,20 +328,18 @@ def by_name(
 
     The path of a cell is that of its column below the root, with the parts at its braces.
     """
-    rows, paths = [], set()
+    rows, paths = [], set[str]()
     for name, parts in names.items():
         found = [record.quantities.get(f"{root}/{str(one.of).format(*parts)}") for one in columns]
-        if not any(found):
-            continue
-        cells = [name]
+        cells = []
         for one, quantity in zip(columns, found, strict=True):
             text = _writer(quantity, one, DIGITS)(quantity.values.item()) if quantity else ""
             unit = "" if quantity is None or callable(one.how) else _unit(quantity, one)
             cells.append(f"{text} {unit}".strip())
             paths |= {quantity.path} if quantity else set()
-        rows.append(cells)
-    heads = [Column(title), *(number(one.head) for one in columns)]
-    return (table(heads, rows) if rows else []), paths
+        rows += [[name, *cells]] * any(found)
+    heads = (one.head.replace("{turn}", turns_of(record, f"{root}/")) for one in columns)
+    return table((title, *map(number, heads)), rows), paths
 
 
 def by_axis(

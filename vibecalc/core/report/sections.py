@@ -1,18 +1,12 @@
 """What a section is made of: quantities found in a result, and tables that fit any of them."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.writing import (
-    is_speed,
-    number,
-    paragraph,
-    show,
-    table,
-)
+from vibecalc.core.report.writing import DIGITS, is_speed, number, paragraph, show, table
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER
 from vibecalc.core.results.record import AT_START, READ, Axis, Quantity, Record, Result
 from vibecalc.core.results.tolerance import UNRESOLVED
@@ -60,6 +54,14 @@ def having(record: Record, path: str, *axes: str) -> Quantity | None:
     if quantity is None or tuple(axis.name for axis in quantity.axes) != axes:
         return None
     return quantity if np.size(quantity.values) else None
+
+
+def turns_of(record: Record, path: str) -> str:
+    """Over what the results next to one repeat: `a turn`, `two turns` where half orders act."""
+    root = path.rpartition("/")[0]
+    axes = (axis.values for other, one in record.items() if other.startswith(f"{root}/")
+            for axis in one.axes if axis.name in ("order", "half_order"))  # fmt: skip
+    return "two turns" if any(np.any(values % 1.0) for values in axes) else "a turn"
 
 
 def speed_of(result: Result) -> float | None:
@@ -124,11 +126,31 @@ def read_as(path: str, unit: str, *, entry: bool = False) -> tuple[str, str]:
     if path in HEADLINES and not entry:
         return HEADLINES[path].name, HEADLINES[path].unit or unit
     shown = "rpm" if unit == "rad/s" and is_speed(path) else READ.get(unit, unit)
+    if unit == "rad":  # as the first table has it of what is called the same
+        same = (one.unit for other, one in HEADLINES.items()
+                if _last(other) == _last(path) and CATALOGUE[other].unit == unit)  # fmt: skip
+        shown = next(filter(None, same), shown)
     if path in CATALOGUE and CATALOGUE[path].name:
         return CATALOGUE[path].name, shown
     parts = path.replace("_", " ").replace("run up", "run-up").split("/")
     *folders, name = parts[1:] if path in OWNER else parts
     return ", ".join([name, *reversed(folders)]), shown
+
+
+def written(quantity: Quantity, unit: str, digits: int = DIGITS) -> Callable[[Any], str]:
+    """What writes values of a quantity in a unit, with its error; texts stay as they are."""
+    factor = 1.0 if unit == quantity.unit else convert(1.0, quantity.unit, unit)
+    error = quantity.estimate * factor
+
+    def text(value: Any) -> str:
+        known = value if factor == 1.0 or isinstance(value, str) else value * factor
+        return known if isinstance(known, str) else show(known, error, digits)
+
+    return text
+
+
+def _last(path: str) -> str:
+    return path.rpartition("/")[2]
 
 
 #: blocks of a section, alone or with the paths that they show
@@ -169,18 +191,14 @@ SCALARS = ("quantity", number("value"), "unit", "note")
 def scalar_rows(quantities: Iterable[Quantity], prefix: str = "") -> list[list[str]]:
     """Rows for `SCALARS`: name by its path (without `prefix`), value in the unit people read."""
     rows = []
-    for quantity in quantities:
-        path = quantity.path
-        name, unit = read_as(path, quantity.unit)
-        if path not in HEADLINES and not (path in CATALOGUE and CATALOGUE[path].name):
-            name, _ = read_as(path.removeprefix(prefix), quantity.unit)
-        value, error = magnitudes(quantity)[()], quantity.estimate
-        if unit == "m^3" and abs(value) < _LITRES:
-            unit = "cm^3"
-        factor = convert(1.0, quantity.unit, unit)
-        notes = [quantity.amplitude or "", UNRESOLVED * error.unresolved(float(value))]
-        shown = show(value * factor if factor != 1.0 else value, error * factor)
-        rows.append([name, shown, unit, " ".join(filter(None, notes))])
+    for one in quantities:
+        name, unit = read_as(one.path, one.unit)
+        if one.path not in HEADLINES and not (one.path in CATALOGUE and CATALOGUE[one.path].name):
+            name, _ = read_as(one.path.removeprefix(prefix), one.unit)
+        value = magnitudes(one)[()]
+        unit = "cm^3" if unit == "m^3" and abs(value) < _LITRES else unit
+        notes = [one.amplitude or "", UNRESOLVED * one.estimate.unresolved(float(value))]
+        rows.append([name, written(one, unit)(value), unit, " ".join(filter(None, notes))])
     return rows
 
 
@@ -191,8 +209,7 @@ def scalars(record: Record, paths: Iterable[str], prefix: str = "") -> tuple[lis
     """
     found = [record[path] for path in paths if path in record.quantities and not record[path].axes]
     new = [quantity for quantity in found if not leads(record, quantity.path)]
-    lines = table(SCALARS, scalar_rows(new, prefix)) if new else []
-    return lines, {quantity.path for quantity in found}
+    return table(SCALARS, scalar_rows(new, prefix)), {quantity.path for quantity in found}
 
 
 def leads(record: Record, path: str) -> bool:
@@ -233,21 +250,15 @@ def grouped(quantities: Sequence[Quantity], prefix: str = "") -> list[str]:
         if len(quantity.axes) == 1 and 0 < np.size(quantity.values) <= LONGEST:
             (axis,) = quantity.axes
             vectors.setdefault((axis.name, *labels(axis)), []).append(quantity)
-    blocks = [table(SCALARS, scalars) if scalars else []]
+    blocks = [table(SCALARS, scalars)]
     for (name, *entries), members in vectors.items():
-        heads = [f"{name} {members[0].axes[0].unit}".rstrip()]
-        heads += ["\n".join(read_as(one.path.removeprefix(prefix), one.unit)) for one in members]
-        blocks.append(table(heads, zip(entries, *map(_cells, members), strict=True)))
+        heads, columns = [f"{name} {members[0].axes[0].unit}".rstrip()], [entries]
+        for one in members:
+            text = written(one, read_as(one.path, one.unit)[1])
+            heads.append("\n".join(read_as(one.path.removeprefix(prefix), one.unit)))
+            columns.append([text(value) for value in magnitudes(one)])
+        blocks.append(table(heads, zip(*columns, strict=True)))
     return stacked(*blocks)
-
-
-def _cells(quantity: Quantity) -> list[str]:
-    values = magnitudes(quantity)
-    if values.dtype.kind not in "biuf":
-        return [str(one) for one in values]
-    factor = convert(1.0, quantity.unit, read_as(quantity.path, quantity.unit)[1])
-    error = quantity.error_estimate * factor
-    return [show(one * factor if factor != 1.0 else one, error) for one in values]
 
 
 # ----------------------------------------------------------------------------

@@ -1,7 +1,9 @@
 """Sections of optimisations and searches."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,7 @@ from vibecalc.core.report.goals import (
     PICKED,
     PREFIX,
     SIDES,
+    VARIABLE,
     Variable,
     bound_unit,
     bound_units,
@@ -31,8 +34,10 @@ from vibecalc.core.report.sections import (
     read_as,
     scalar_of,
     section,
+    stacked,
     table_of,
     together,
+    written,
 )
 from vibecalc.core.report.writing import many, number, paragraph, show, show_in, show_percent, table
 from vibecalc.core.results.record import AT_START, Estimate, Quantity, Record, Result
@@ -46,13 +51,10 @@ from vibecalc.units import convert
 # ----------------------------------------------------------------------------
 
 #: What the tables above the generic ones tell, or what belongs into the file alone.
-_REPORTED = tuple(
-    PREFIX + name
-    for name in (
-        "variable/", "choice/", "combinations/", "robust/", "active_bound/", "history/", "optima/",
-        "margin", "multiplier", "objective", "sensitivity/", "deviation/", "gain", "front/",
-    )
-)  # fmt: skip
+_REPORTED = tuple(PREFIX + name for name in (
+    "variable/", "choice/", "combinations/", "robust/", "active_bound/", "history/", "optima/",
+    "margin", "multiplier", "objective", "sensitivity/", "deviation/", "gain", "front/",
+))  # fmt: skip
 #: Of vectors with these endings the largest entry stands for the whole.
 _WORST = ("_peak", "/sag", "/excursion")
 #: rows of searches, optima and combinations
@@ -66,14 +68,14 @@ def optimisation(result: Result) -> Section | None:
     paths = [path for path in record if path.startswith(PREFIX) and not path.startswith(AT_START)]
     if not paths:
         return None
-    left = [record[path] for path in paths if not path.startswith(_REPORTED)]
-    picked = picked_of(result)
+    left = grouped([record[path] for path in paths if not path.startswith(_REPORTED)], PREFIX)
     heads = "picked", "as written", "optimum", number("out of")
-    blocks: list[Part] = [table(heads, picked) if picked else [], _variables(result)]
-    blocks += [_objective(result), _combinations(result), _robust(result), advice(result)]
-    blocks += [rows_of(record, HOLDING), _nearby(record), _front(result)]
-    how = (rows_of(record, OPTIMA), rows_of(record, SEARCHES), grouped(left, PREFIX))
-    details: dict[str, Part] = {"optima and searches": together(*how)}
+    blocks: list[Part] = [table(heads, picked_of(result)), _variables(result), _objective(result)]
+    blocks += [_combinations(result), _robust(result), advice(result), rows_of(record, HOLDING)]
+    blocks += [_nearby(record), _front(result)]
+    details: dict[str, Part] = {
+        "optima and searches": together(rows_of(record, OPTIMA), rows_of(record, SEARCHES), left),
+    }
     return section("Optimisation", blocks, details, paths)
 
 
@@ -99,7 +101,7 @@ def _variables(result: Result) -> list[str]:
             ties += paragraph(words, "-")
     heads = ("variable", number("start"), number(_ended(result.record)), "unit", number("lower"),
              number("upper"), "")  # fmt: skip
-    return [*(table(heads, rows) if rows else []), *([""] if ties else []), *ties]
+    return stacked(table(heads, rows), ties)
 
 
 def _objective(result: Result) -> list[str]:
@@ -111,37 +113,48 @@ def _objective(result: Result) -> list[str]:
     words = "objective, without tolerances: " if over else "objective: "
     if _ended(result.record) == "optimum" and not over:
         words += "smallest " if goal.smaller else "largest "
-    words += goal.name
     try:
         value, label = worst(quantity, goal.where, goal.side)
-        error = quantity.error_estimate * goal.factor
-        words += f": {show_in(value * goal.factor, goal.unit, error)}"
-        words += f" at {label.replace('=', ' ')}" if label else ""
-        before = goal.at(result.record, AT_START)
-        if before is not None:
-            words += f"; at the start {show_in(before * goal.factor, goal.unit)}"
-    except ResultError as error:
-        words += f": {error}"
+    except ResultError as missing:
+        return paragraph(f"{words}{goal.name}: {missing}")
+    error = quantity.error_estimate * goal.factor
+    words += f"{goal.name}: {show_in(value * goal.factor, goal.unit, error)}"
+    words += f" at {label.replace('=', ' ')}" if label else ""
+    before = goal.at(result.record, AT_START)
+    if before is not None:
+        words += f"; at the start {show_in(before * goal.factor, goal.unit)}"
     return paragraph(words)
 
 
+def largest_of(quantity: Quantity) -> float:
+    """The largest entry, of complex ones by magnitude."""
+    return worst(quantity, {}, "max")[0]
+
+
 def _nearby(record: Record) -> list[str]:
-    rows = []
+    """Scalars, and the largest entries of some vectors, at the start and at the optimum."""
+    pairs = []
     for path, quantity in record.items():
         before = record.quantities.get(AT_START + path)
         peak = len(quantity.axes) == 1 and path.endswith(_WORST)
-        if before is None or path.startswith(PREFIX) or not (peak or not quantity.axes):
-            continue
-        start, end = (worst(each, {}, "max")[0] for each in (before, quantity))
-        name, unit = read_as(path, quantity.unit)
-        factor = convert(1.0, quantity.unit, unit)
-        shown = [show(value * factor, one.error_estimate * factor)
-                 for value, one in ((start, before), (end, quantity))]  # fmt: skip
-        change = show_percent((end - start) / abs(start) if start else None)
-        rows += [[name, *shown, unit, change]] * (start != end)
+        if before is not None and not path.startswith(PREFIX) and (peak or not quantity.axes):
+            pairs += [(before, quantity)] * (largest_of(before) != largest_of(quantity))
     ended = _ended(record)
-    heads = f"at start and {ended}", number("start"), number(ended), "unit", number("change")
-    return table(heads, rows) if rows else []
+    return side_by_side((f"at start and {ended}", "start", ended), pairs)
+
+
+def side_by_side(heads: Sequence[str], pairs: Iterable[tuple[Quantity, Quantity]]) -> list[str]:
+    """A table of results before and after a change."""
+    rows = []
+    for before, after in pairs:
+        start, end = largest_of(before), largest_of(after)
+        name, unit = read_as(after.path, after.unit)
+        shown = written(before, unit)(start), written(after, unit)(end)
+        rows.append(
+            [name, *shown, unit, show_percent((end - start) / abs(start) if start else None)]
+        )
+    title, *ends = heads
+    return table((title, *map(number, ends), "unit", number("change")), rows)
 
 
 # ----------------------------------------------------------------------------
@@ -199,31 +212,23 @@ SEARCHES = Rows(
 
 def _combinations(result: Result) -> list[str]:
     """What was examined, in words, and the best combinations."""
-    root = f"{PREFIX}combinations"
-    objective = result.record.quantities.get(f"{root}/objective")
+    record, root = result.record, f"{PREFIX}combinations"
+    objective = record.quantities.get(f"{root}/objective")
     if objective is None:
         return []
     unit = objective_of(result, objective.unit).unit
     best = Cells("objective", "objective {unit}", unit, blank=True)
-    kept = Cells("feasible", "limits kept", _marked("", "no"))
-    of = Rows(
-        "combination", "combination", (best, kept), root=root, places=first(_ROWS), rest=_REST
-    )
-    return [*paragraph(_examined(result.record)), *rows_of(result.record, of)[0]]
-
-
-def _examined(record: Record) -> str:
-    """How many combinations were examined, and what that shows."""
-    possible, examined, kept = (
-        int(scalar_of(record, f"{PREFIX}combinations/{name}") or 0)
-        for name in ("possible", "examined", "kept")
-    )
-    runs = int(scalar_of(record, f"{PREFIX}evaluations") or 0)
+    of = (best, Cells("feasible", "limits kept", _marked("", "no")))
+    table_ = Rows("combination", "combination", of, root=root, places=first(_ROWS), rest=_REST)
+    paths = [f"{root}/{name}" for name in ("possible", "examined", "kept")]
+    counts = (int(scalar_of(record, path) or 0) for path in (*paths, f"{PREFIX}evaluations"))
+    possible, examined, kept, runs = counts
     count = f"all {possible} combinations" if examined == possible else f"{examined} of {possible}"
     words = f"{count} examined, {runs} points in all; {kept if kept < examined else 'all'} of them "
     words += "keep the limits"
     beyond = "; none that differs in one choice from the one found is better"
-    return words + beyond * (examined < possible)
+    words += beyond * (examined < possible)
+    return [*paragraph(words), *rows_of(record, table_)[0]]
 
 
 def sigmas_of(result: Result) -> str:
@@ -239,17 +244,16 @@ def _robust(result: Result) -> list[str]:
     if mean is None:
         return []
     goal, sigmas = objective_of(result, mean.unit), f"mean and {sigmas_of(result)} deviations"
-    parts = (("nominal", "without tolerances"), ("mean", "mean"),
-             ("mean_error", "  its standard error"), ("deviation", "standard deviation"),
-             ("deviation_error", "  its standard error"), ("value", sigmas),
-             ("value_error", "  its standard error"))  # fmt: skip
-    columns = tuple(Cells(path, words, goal.unit) for path, words in parts)
-    lines, _ = rows_of(record, Rows("point", goal.name, columns, root=root, across=True))
-    columns = tuple(Cells(f"margin_{one}", one) for one in ("nominal", "mean", "deviation"))
-    limits, _ = rows_of(
-        record, Rows("limit", "share of the limit that is left", columns, root=root)
-    )
-    return [*paragraph(_drawn(result)), *lines, *([""] if limits else []), *limits]
+    off = "  its standard error"
+    parts = {"nominal": "without tolerances", "mean": "mean", "mean_error": off,
+             "deviation": "standard deviation", "deviation_error": off, "value": sigmas,
+             "value_error": off}  # fmt: skip
+    columns = [Cells(path, words, goal.unit) for path, words in parts.items()]
+    of = Rows("point", goal.name, columns, root=root, across=True)
+    columns = [Cells(f"margin_{one}", one) for one in ("nominal", "mean", "deviation")]
+    left = Rows("limit", "share of the limit that is left", columns, root=root)
+    tables = stacked(rows_of(record, of)[0], rows_of(record, left)[0])
+    return [*paragraph(_drawn(result)), *tables]
 
 
 def _drawn(result: Result) -> str:
@@ -261,12 +265,10 @@ def _drawn(result: Result) -> str:
         else f"{one['key']} normally with a deviation of {one['deviation']}"
         for one in given.get("tolerances") or ()
     )
-    count = int(scalar_of(result.record, f"{PREFIX}robust/samples") or 0)
-    points = int(scalar_of(result.record, f"{PREFIX}evaluations") or 0)
-    return (
-        f"over tolerances: {scattered}. {count} machines, the same deviations for each of "
-        f"{points} points; standard errors are those of other machines drawn"
-    )
+    paths = (f"{PREFIX}robust/samples", f"{PREFIX}evaluations")
+    count, points = (int(scalar_of(result.record, path) or 0) for path in paths)
+    words = f"over tolerances: {scattered}. {count} machines, the same deviations for each of "
+    return words + f"{points} points; standard errors are those of other machines drawn"
 
 
 #: variables that are shown next to two objectives, and to more of them
@@ -285,39 +287,32 @@ def _front(result: Result) -> list[str]:
     def picks(choice: str) -> How:
         return lambda value, _: label_of(result.case, PICKED + choice, float(value))
 
-    choices = [path.removeprefix(FRONT) for path in record if path.startswith(f"{FRONT}choice/")]
-    columns += [Cells(one, one[7:], picks(one.removeprefix("choice/"))) for one in choices]
-    keys = [path.removeprefix(FRONT) for path in record if path.startswith(f"{FRONT}variable/")]
+    below = [path.removeprefix(FRONT) for path in record if path.startswith(FRONT)]
+    choices = [one.removeprefix("choice/") for one in below if one.startswith("choice/")]
+    columns += [Cells(f"choice/{one}", one, picks(one)) for one in choices]
+    keys = [one.removeprefix("variable/") for one in below if one.startswith("variable/")]
     most = _MOST_VARIABLES if len(goals) == 2 else _FEWER
     for key in keys[:most]:
-        short = ".".join(key.removeprefix("variable/").rsplit(".", 2)[-2:])
-        columns.append(Cells(key, f"{short} {{unit}}", units.get(PREFIX + key, "")))
-    knee = int(scalar_of(record, FRONT + "knee") or 0)
-
-    def mark(_: Record) -> Quantity:
-        along = goals[0][1]
-        marks = np.where(np.arange(len(along.values)) + 1 == knee, "knee", "")
-        return part_of(along, marks, *along.axes)
-
-    columns += [Cells(mark, "")]
+        short = ".".join(key.rsplit(".", 2)[-2:])
+        columns.append(Cells(f"variable/{key}", f"{short} {{unit}}", units.get(VARIABLE + key, "")))
+    knee, along = int(scalar_of(record, FRONT + "knee") or 0), goals[0][1]
+    marks = np.where(np.arange(len(along.values)) + 1 == knee, "knee", "")
+    columns.append(Cells(lambda _: part_of(along, marks, *along.axes), ""))
     names = [goal.name for goal, _ in goals]
     words = f"front: the best objective for each value of the second, {names[1]}"
     if len(names) > 2:
         listed = "; ".join(map(": ".join, zip(titles, names, strict=True)))
         words = f"front: no objective can be better without another being worse. {listed}"
-    further = len(keys) - most
-    if further > 0:
-        words += (
-            f"; {many(further, 'further variable is', 'further variables are')} in the result file"
-        )
+    more = many(len(keys) - most, "further variable is", "further variables are")
+    words += f"; {more} in the result file" * (len(keys) > most)
     best = " and ".join(
         show_in(goal.best(one.values) * goal.factor, goal.unit, one.error_estimate * goal.factor)
         for goal, one in goals
     )
-    below = f"utopia, the best of each alone: {best}; "
-    below += f"the front bends most at point {knee}, its knee" if knee else "the front has no knee"
+    end = f"bends most at point {knee}, its knee" if knee else "has no knee"
     lines, _ = rows_of(record, Rows("front_point", "front", columns, root=FRONT.rstrip("/")))
-    return [*paragraph(words), *lines, *paragraph(below)]
+    utopia = f"utopia, the best of each alone: {best}; the front {end}"
+    return [*paragraph(words), *lines, *paragraph(utopia)]
 
 
 # ----------------------------------------------------------------------------
@@ -345,23 +340,22 @@ def _advised(record: Record, one: Variable) -> str:
     )
     if slope is None and loss is None:
         return ""
-    value = show_in(one.value, one.unit, one.error)
+    parts = [f"{show_in(one.value, one.unit, one.error)}"]
     if one.start is None:
-        parts = [f"{value} is best"]
+        parts[0] += " is best"
     elif abs(one.value - one.start) <= one.error:
-        off = show_in(one.error, one.unit, digits=2)
         rough = one.error > _ALIKE * abs(one.value)
-        parts = [f"leave it at {value}" + f", known to {off} only" * rough]
+        off = f", known to {show_in(one.error, one.unit, digits=2)} only"
+        parts[0] = f"leave it at {parts[0]}" + off * rough
     else:
         verb = "raise" if one.value > one.start else "lower"
-        parts = [f"{verb} it from {show(one.start)} to {value}"]
+        parts[0] = f"{verb} it from {show(one.start)} to {parts[0]}"
     goal = record.quantities.get(PREFIX + "objective")
-    each = f" per {one.unit}" if one.unit else ""
+    unit = "" if goal is None else goal.unit
     if slope is not None:
-        for place, steep in zip(labels(slope.axes[0]), slope.values, strict=True):
-            unit, error = goal.unit if goal is not None else "", slope.error_estimate / one.factor
-            shown = show_in(steep / one.factor, unit, error)
-            parts.append(f"slope at the {place} {shown}{each}")
+        for place, steep in zip(labels(slope.axes[0]), slope.values / one.factor, strict=True):
+            shown = show_in(steep, unit, slope.error_estimate / one.factor)
+            parts.append(f"slope at the {place} {shown}" + f" per {one.unit}" * bool(one.unit))
     if size is not None and loss is not None:
         parts += _deviation(record, one, size, loss)
     return "; ".join(parts)
@@ -411,17 +405,20 @@ _MACHINE, _COUNTS = "machine/", "/evaluations"
 
 def find(result: Result) -> Section | None:
     """The section, None if the case searches for nothing."""
-    paths = [path for path in result.record if path.startswith(FIND_PREFIX)]
-    rows, below, missing = [], list[str](), list[str]()
-    machines = list[list[str]]()
+    record, rows, missing = result.record, list[list[str]](), list[str]()
+    below, machines = list[str](), list[list[str]]()
     for search in entries(result, "find"):
         root = f"{FIND_PREFIX}{search['name']}/"
-        parts = {path.removeprefix(root): result.record[path]
-                 for path in paths if path.startswith(root)}  # fmt: skip
+        parts = {path.removeprefix(root): one for path, one in record.items()
+                 if path.startswith(root)}  # fmt: skip
         if "value" in parts:
             rows.append(_row(search, parts))
             below += paragraph(_find_words(result, search, parts), "-")
-            machines.append(_machine(result, search, parts))
+            pairs = ((record.quantities.get(name.removeprefix(_MACHINE)), one)
+                     for name, one in parts.items() if name.startswith(_MACHINE))  # fmt: skip
+            found = [(one, replace(other, path=one.path)) for one, other in pairs
+                     if one is not None and _differ(one, other)]  # fmt: skip
+            machines.append(side_by_side((f"with {search['name']}", "written", "found"), found))
         else:
             missing.append(str(search["name"]))
     if not rows:
@@ -432,24 +429,15 @@ def find(result: Result) -> Section | None:
     details = {"what each search reached": together(below, *machines)}
     heads = ("name", "key", number("written"), number("found"), "unit", number("ratio"),
              number("reached"), number("wanted"))  # fmt: skip
-    return section("Found values", [[*table(heads, rows), *notes]], details, paths)
+    shown = [path for path in record if path.startswith(FIND_PREFIX)]
+    return section("Found values", [[*table(heads, rows), *notes]], details, shown)
 
 
-def _machine(result: Result, search: Mapping[str, Any], parts: Mapping[str, Quantity]) -> list[str]:
-    """What else is not as written in the machine found, by its numbers."""
-    rows = []
-    for name, quantity in parts.items():
-        path = name.removeprefix(_MACHINE)
-        before = result.record.quantities.get(path)
-        if path == name or before is None or before.axes or path.endswith(_COUNTS):
-            continue
-        (written, off), (found, error) = ((one.values[()], one.error_estimate)
-                                          for one in (before, quantity))  # fmt: skip
-        if abs(found - written) > error + off:
-            shown = show(written, off, _DIGITS), show(found, error, _DIGITS)
-            rows.append([path, *shown, quantity.unit])
-    heads = f"with {search['name']}", number("written"), number("found"), "unit"
-    return table(heads, rows) if rows else []
+def _differ(one: Quantity, other: Quantity) -> bool:
+    """Whether a scalar of the machine as written differs from that of the machine found."""
+    counts = bool(one.axes) or one.path.endswith(_COUNTS)
+    apart = abs(other.values - one.values) > one.error_estimate + other.error_estimate
+    return not counts and bool(apart)
 
 
 def _row(search: Mapping[str, Any], parts: Mapping[str, Quantity]) -> list[str]:
@@ -472,14 +460,11 @@ def _find_words(result: Result, search: Mapping[str, Any], parts: Mapping[str, Q
     found, error = in_unit(value, unit)
     words = f"{name_of(path, where)}: {_with_unit(parts, 'reached')}"
     words += f" with {search['key']} = {show_in(found, unit, error, _DIGITS)}"
-    written = result.record.quantities.get(path)
-    if written is not None:
-        try:
-            before, _ = worst(written, where, "max")
-            error = written.error_estimate
-            words += f"; as written {show_in(before, written.unit, error, _DIGITS)}"
-        except ResultError:
-            pass
+    before = result.record.quantities.get(path)
+    if before is not None:
+        with suppress(ResultError):
+            size, off = worst(before, where, "max")[0], before.error_estimate
+            words += f"; as written {show_in(size, before.unit, off, _DIGITS)}"
     if search.get("change") is not None:
         words += f"; wanted: a change of {search['change']}"
     also = [f"{one} = {_with_unit(parts, f'also/{one}')}" for one in search.get("also") or ()]
@@ -487,8 +472,8 @@ def _find_words(result: Result, search: Mapping[str, Any], parts: Mapping[str, Q
     more = parts.get("others")
     if more is not None and more.values.size:
         values = more.values[:_MOST] * convert(1.0, more.unit, unit)
-        shown = ", ".join(show(other, digits=_DIGITS) for other in values.tolist())
         further = more.values.size - _MOST
+        shown = ", ".join(show(other, digits=_DIGITS) for other in values.tolist())
         shown += f" and {further} more" * (further > 0)
         what = "extremes" if search.get("seek") else "solutions"
         words += f"; further {what} at {shown} {unit}".rstrip()

@@ -1,6 +1,7 @@
 """Pictures of optimisations: start and optimum, combinations, tolerances, the front."""
 
 import re
+from collections.abc import Callable, Sequence
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
@@ -40,11 +41,24 @@ def in_words(result: Result, path: str, width: int = 44) -> str:
     return "\n".join(fold(words or path.rsplit("/", 1)[-1].replace("_", " "), width))
 
 
-def name_rows(axes: "Axes", names: list[str]) -> None:
-    """Names of what stands below each other, the first at the top."""
+def name_rows(axes: "Axes", names: Sequence[str], label: str, legend: bool = True) -> None:
+    """Names of what stands below each other, the first at the top, and words for the other axis."""
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.5, -0.7)
     axes.grid(visible=False, axis="y")
+    axes.set_xlabel(label)
+    if legend:
+        axes.legend(**ABOVE)
+
+
+def lying(
+    axes: "Axes", at: Any, sizes: Sequence[float], wide: float, write: Callable[[float], str],
+    **look: Any,
+) -> None:  # fmt: skip
+    """Bars to the right with their numbers."""
+    axes.barh(at, sizes, wide, **look)
+    for place, size in zip(at, sizes, strict=True):
+        note(axes, write(size), (size, place), (4, 0), va="center")
 
 
 # ----------------------------------------------------------------------------
@@ -66,13 +80,11 @@ def draw_combinations(result: Result) -> "Figure | None":
     goal, texts = objective_of(result, objective[0].unit), labels(objective[0].axes[0])
     heights = values[shown] * goal.factor
     figure = canvas(result, "optimisation: combinations", 1.6 + 0.34 * shown.size)
-    axes = figure.subplots()
-    axes.barh(np.arange(shown.size), heights, 0.62, color=[COLOURS[0], *[QUIET] * (shown.size - 1)])
-    for place, height in enumerate(heights):
-        note(axes, show(float(height)), (float(height), place), (4, 0), va="center")
-    name_rows(axes, [texts[place] for place in shown])
+    axes, colours = figure.subplots(), [COLOURS[0], *[QUIET] * (shown.size - 1)]
+    lying(axes, range(shown.size), heights.tolist(), 0.62, show, color=colours)
     axes.set_xlim(right=1.15 * max(0.0, float(np.max(heights))) or None)
-    axes.set_xlabel(f"{_with_unit(goal)}: at its best with each")
+    label = f"{_with_unit(goal)}: at its best with each"
+    name_rows(axes, [texts[place] for place in shown], label, legend=False)
     return figure
 
 
@@ -93,9 +105,7 @@ def draw_robust(result: Result) -> "Figure | None":
     axes.plot(nominal, place, "D", color=QUIET, mfc="white", label="without tolerances")
     for at, end in enumerate(value.tolist()):
         note(axes, show(end), (end, at), (6, 4))
-    name_rows(axes, points)
-    axes.set_xlabel(_with_unit(goal))
-    axes.legend(**ABOVE)
+    name_rows(axes, points, _with_unit(goal))
     return figure
 
 
@@ -205,10 +215,9 @@ def _draw_variables(axes: "Axes", variables: list[Variable]) -> None:
         was = "" if one.start is None else f"{show(one.start)} → "
         words = f"{was}{show(optimum)} {unit_words(one.unit)[1]}".rstrip()
         note(axes, words, (50.0, i), (0, 7), ha="center")
-    name_rows(axes, [_key_words(one.key.removeprefix("machine.")) for one in variables])
     axes.set_xlim(-2.0, 102.0)
-    axes.set_xlabel("place between lower (0) and upper bound (100) in %")
-    axes.legend(**ABOVE)
+    names = [_key_words(one.key.removeprefix("machine.")) for one in variables]
+    name_rows(axes, names, "place between lower (0) and upper bound (100) in %")
 
 
 def _uses(result: Result) -> list[Use]:
@@ -231,17 +240,10 @@ def _uses(result: Result) -> list[Use]:
 def _draw_uses(axes: "Axes", uses: list[Use]) -> None:
     place = np.arange(len(uses), dtype=float)
     names, starts, ends, limited = zip(*uses, strict=True)
-    for shift, values, colour, words in (
-        (-0.19, starts, "#c9c9c9", "start"),
-        (0.19, ends, COLOURS[0], "optimum"),
-    ):
-        axes.barh(place + shift, values, 0.36, color=colour, label=words)
-        for i, value in enumerate(values):
-            note(axes, f"{value:.1f} %", (value, i + shift), (4, 0), va="center")
+    lying(axes, place - 0.19, starts, 0.36, "{:.1f} %".format, color="#c9c9c9", label="start")
+    lying(axes, place + 0.19, ends, 0.36, "{:.1f} %".format, color=COLOURS[0], label="optimum")
     if any(limited):
         axes.axvline(100.0, color=LIMIT, linestyle="--", linewidth=1.3)
-    name_rows(axes, list(names))
     axes.set_xlim(0.0, 1.18 * max([100.0, *starts, *ends]))
     parts = ["% of the limit"] * any(limited) + ["objective: % of its start"] * (not all(limited))
-    axes.set_xlabel("; ".join(parts))
-    axes.legend(**ABOVE)
+    name_rows(axes, names, "; ".join(parts))

@@ -3,13 +3,13 @@
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibecalc.core.report.headline import first_table
 from vibecalc.core.report.html import VERDICTS
 from vibecalc.core.report.pages import conclusion, missed, references, tolerance_line
 from vibecalc.core.report.verdicts import judge_references, misses
-from vibecalc.core.report.writing import WIDTH, Block, Table, fold, paragraph, read
+from vibecalc.core.report.writing import WIDTH, Table, fold, paragraph, read
 from vibecalc.core.results.record import Result
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.results.visible import put, visible
@@ -40,33 +40,30 @@ def summary(result: Result, console: "Console") -> None:
 
     console.print(Text(visible(_title(result, console.width)), style="bold"))
     for style, block in _blocks(result):
-        shown = block.at(console.width) if isinstance(block, Block) else block
-        text = Text(visible(read(shown)), style=style)
+        text = Text(visible(f"\n{read(block.at(console.width))}"), style=style)
         if isinstance(block, Table):
             for name, words in VERDICTS:
                 text.highlight_regex(rf"(?m){words.pattern}(?=\W*$)", _COLOURS[name])
-        console.print("")
         console.print(text)
 
 
 def plain_summary(result: Result) -> str:
     """The same without colour and without importing rich, for pipes and files."""
-    blocks = [_title(result, WIDTH), *(f"\n{block}" for _, block in _blocks(result))]
-    return "\n".join(blocks) + "\n"
+    return "\n\n".join([_title(result, WIDTH), *(block for _, block in _blocks(result))]) + "\n"
 
 
 def _title(result: Result, width: int) -> str:
     return "\n".join(fold(str(result.case.get("title") or result.name), width))
 
 
-def _blocks(result: Result) -> Iterator[tuple[str, str]]:
+def _blocks(result: Result) -> Iterator[tuple[str, Any]]:
     """Blocks of the summary, each with the style of its words."""
     limits, compared = verdicts_of(result), judge_references(result)
     verdict = "red" if misses(compared, limits) else "green"
+    for block in (*first_table(result, limits), *references(missed(compared))):
+        yield "", block
     said = [("yellow", "warning:", text) for text in dict.fromkeys(result.record.warnings)]
     said += [("", "", tolerance_line(result)), (verdict, "", conclusion(compared, limits))]
-    for lines in (first_table(result, limits), references(missed(compared))):
-        yield from (("", line) for line in lines)
     for style, mark, words in said:
         if words:
             yield style, paragraph(words, mark)[0]

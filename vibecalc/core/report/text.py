@@ -95,8 +95,7 @@ def report_lines(result: Result, *, full: bool = False) -> list[str]:
     ]
     found: list[Section] = [one for one in parts if one is not None]
     further = other(result, {path for one in found for path in one.shown})
-    found += [] if further is None else [further]
-    for one in found:
+    for one in [*found, further] if further else found:
         body = [*one.lines, *one.detail] if full else one.lines
         lines += titled(one.title, body) if body else []
     left_out = "; ".join(one.detail_name for one in found if one.detail)
@@ -132,12 +131,11 @@ class Verdicts(NamedTuple):
 def render_verdicts(result: Result) -> str:
     """Limits and references of one result, each miss in words, and the conclusion."""
     limits, references = verdicts_of(result), judge_references(result)
-    lines = titled(str(result.case.get("title") or result.name), [])[1:]
+    lines = [*titled(str(result.case.get("title") or result.name), [])[1:]]
     for reported in (pages.limits(limits), pages.references(references)):
         lines += [*reported, ""] if reported else []
-    for miss in misses(references, limits):
-        lines += paragraph(miss, "MISSED")
     words = pages.conclusion(references, limits) or "The case names no limit and no reference."
+    lines += [line for miss in misses(references, limits) for line in paragraph(miss, "MISSED")]
     return "\n".join([*lines, *paragraph(words)]) + "\n"
 
 
@@ -206,13 +204,10 @@ def quantity_object(quantity: Quantity) -> dict[str, Any]:
         values = quantity.values
         if values.dtype.kind in "fc":
             values = np.where(quantity.zero, 0.0, values)
-        parts = {"value": values}
-        if values.dtype.kind == "c":
-            parts = {"real": values.real, "imaginary": values.imag}
-        axes = [
-            {"name": axis.name, "unit": axis.unit, "values": _list(axis.values)}
-            for axis in quantity.axes
-        ]
+        halves = values.dtype.kind == "c"
+        parts = {"real": values.real, "imaginary": values.imag} if halves else {"value": values}
+        axes = [{"name": axis.name, "unit": axis.unit, "values": _list(axis.values)}
+                for axis in quantity.axes]  # fmt: skip
         return {name: _list(part) for name, part in parts.items()} | told | {"axes": axes}
     value = magnitudes(quantity).item()
     known = isinstance(value, int | float) and math.isfinite(value)

@@ -97,21 +97,15 @@ def misses(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) -> lis
         for row in references
         if row.within is False
     ]
-    for limit in limits:
-        if not limit.satisfied:
-            borne = ", ".join(filter(None, (limit.element, limit.limit, limit.condition)))
-            where = (
-                f" at {limit.label}" if limit.label and not borne else f" ({borne})" * bool(borne)
-            )
-            fate = f"is {limit.state}"
-            if limit.expect != KEPT:
-                fate = f"was expected to be {limit.expect}, {fate}"
-            problems.append(
-                f"limit on {name_of(limit.quantity, limit.where)} {fate}{where}: "
-                f"{_computed(limit.computed, 6, '')} {limit.unit}".rstrip()
-                + f", margin {limit.margin:.3g}"
-                + (f" +-{limit.error_estimate:.3g}" if limit.state == UNDECIDED else "")
-            )
+    for limit in (row for row in limits if not row.satisfied):
+        borne = ", ".join(filter(None, (limit.element, limit.limit, limit.condition)))
+        where = f" ({borne})" if borne else f" at {limit.label}" * bool(limit.label)
+        expected = f"was expected to be {limit.expect}, " * (limit.expect != KEPT)
+        left = f"margin {limit.margin:.3g}"
+        left += f" +-{limit.error_estimate:.3g}" * (limit.state == UNDECIDED)
+        value = f"{_computed(limit.computed, 6, '')} {limit.unit}".rstrip()
+        name = name_of(limit.quantity, limit.where)
+        problems.append(f"limit on {name} {expected}is {limit.state}{where}: {value}, {left}")
     return problems
 
 
@@ -136,14 +130,13 @@ def _computed(value: float, digits: int, lead: str = "computed ") -> str:
 
 
 def _judge_reference(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
-    where = dict(entry.get("where") or {})
-    cyclic, resolved = False, True
+    where, unit = dict(entry.get("where") or {}), str(entry.get("unit") or "")
     if not_found(result, entry):
-        printed = read_printed(entry["value"], entry.get("unit") or "")
+        printed, cyclic, resolved = read_printed(entry["value"], unit), False, True
         computed = error = math.nan
     else:
         quantity = asked(result, entry, "reference")
-        printed = read_printed(entry["value"], entry.get("unit") or "", quantity.unit)
+        printed = read_printed(entry["value"], unit, quantity.unit)
         with naming("reference", entry):
             size = abs(picked) if isinstance(picked := scalar(quantity, where), complex) else picked
         off = float(select(quantity, where).errors.max()) + curving(quantity, where)

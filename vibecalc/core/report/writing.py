@@ -2,8 +2,9 @@
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import zip_longest
+from shutil import get_terminal_size
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -16,21 +17,25 @@ from vibecalc.core.results.record import ROUNDING, Estimate
 # ----------------------------------------------------------------------------
 
 WIDTH = 100
+#: columns of the narrowest screen that reports are set for
+_NARROW = 40
 INDENT = _GAP = "  "
 
 
 class Block(str):
-    """Lines of a report as one text of at most `WIDTH` columns, with the parts it is made of."""
+    """A part of a report: the text that it is at `WIDTH`, with what that is made of."""
 
-    def __new__(cls, lines: Sequence[str], **parts: Any) -> Self:
-        """Of these lines."""
-        made = super().__new__(cls, "\n".join(lines))
+    def __new__(cls, **parts: Any) -> Self:
+        """Of its parts by name."""
+        draft = super().__new__(cls)
+        draft.__dict__.update(parts)
+        made = super().__new__(cls, draft.at(WIDTH))
         made.__dict__.update(parts)
         return made
 
     def at(self, width: int) -> str:
-        """The same in lines of that width."""
-        return self
+        """Its lines, in that width."""
+        raise NotImplementedError
 
 
 class Heading(Block):
@@ -38,6 +43,11 @@ class Heading(Block):
 
     level: int
     words: str
+
+    def at(self, width: int) -> str:
+        """The title folded, and the rule as long as its longest line."""
+        lines = fold(self.words, width - len(INDENT))
+        return "\n".join([*lines, ("=" if self.level == 1 else "-") * max(map(len, lines))])
 
 
 class Paragraph(Block):
@@ -47,14 +57,24 @@ class Paragraph(Block):
     words: str
 
     def at(self, width: int) -> str:
-        """Folded anew."""
-        return paragraph(self.words, self.mark, width)[0]
+        """Folded and indented."""
+        lead = INDENT + (f"{self.mark} " if self.mark else "")
+        lines = fold(self.words, width - len(lead))
+        return "\n".join(f"{' ' * len(lead) if i else lead}{line}".rstrip()
+                         for i, line in enumerate(lines))  # fmt: skip
 
 
 class Pairs(Block):
-    """Names and values."""
+    """Names, in a column of `most` characters at most, and values, folded into what is left."""
 
     rows: list[tuple[str, str]]
+    most: int
+
+    def at(self, width: int) -> str:
+        """The column of names takes no more than half of it."""
+        wide = min(max(len(name) for name, _ in self.rows), self.most, width // 2)
+        both, room = (Column(""), Column("")), width - len(INDENT) - wide - len(_GAP)
+        return "\n".join(line for row in self.rows for line in _row(row, both, (wide, room)))
 
 
 class Table(Block):
@@ -65,16 +85,35 @@ class Table(Block):
     totals: list[list[str]]
 
     def at(self, width: int) -> str:
-        """Columns as narrow as that asks for."""
-        return table(self.columns, self.rows, self.totals, width)[0]
+        """Cells folded, and columns under each other, as that asks for."""
+        heads, lines = self.columns, list[str]()
+        cells = [[row[i] for row in self.rows + self.totals] for i in range(len(heads))]
+        for group, wide in _groups(heads, cells, width - len(INDENT)):
+            chosen = [heads[i] for i in group]
+            rule = (INDENT + _GAP.join("-" * one for one in wide)).rstrip()
+            lines += [""] * bool(lines) + _row([one.title for one in chosen], chosen, wide) + [rule]
+            for part in (self.rows, self.totals):
+                below = part is self.totals and part
+                lines += [INDENT + "-" * (len(rule) - len(INDENT))] if below else []
+                for row in part:
+                    lines += _row([row[i] for i in group], chosen, wide)
+        return "\n".join(lines)
 
 
 def heading(title: str, level: int = 2) -> list[str]:
     """A title over its rule, after an empty line but at the beginning."""
-    lines = fold(title, WIDTH - len(INDENT))
-    rule = ("=" if level == 1 else "-") * max(len(line) for line in lines)
-    block = Heading([*lines, rule], level=level, words=title)
-    return [block] if level == 1 else ["", block]
+    return [*([] if level == 1 else [""]), Heading(level=level, words=title)]
+
+
+def paragraph(text: str, mark: str = "") -> list[str]:
+    """A folded, indented block; `mark` (such as `[1]`) stands before its first line."""
+    return [Paragraph(mark=mark, words=text)]
+
+
+def pairs(rows: Iterable[tuple[str, str]], most: int = 48) -> list[str]:
+    """One block: `name   value`; none without rows."""
+    listed = list(rows)
+    return [Pairs(rows=listed, most=most)] if listed else []
 
 
 #: a product of units, which is read with a blank
@@ -86,9 +125,15 @@ def read(text: str) -> str:
     return _PRODUCT.sub(" ", text)
 
 
-def text_of(lines: Iterable[str]) -> str:
-    """The text of the blocks of a report."""
-    return read("\n".join(lines)) + "\n"
+def text_of(lines: Iterable[str], width: int = WIDTH) -> str:
+    """The text of the blocks of a report in that width."""
+    set_ = (line.at(width) if isinstance(line, Block) else line for line in lines)
+    return read("\n".join(set_)) + "\n"
+
+
+def screen() -> int:
+    """Columns of the terminal, or those that `COLUMNS` says; `WIDTH` at most, and without any."""
+    return min(WIDTH, max(_NARROW, get_terminal_size((WIDTH, 24)).columns))
 
 
 def height(lines: Iterable[str]) -> int:
@@ -113,6 +158,10 @@ def number(title: str) -> Column:
     return Column(title, right=True)
 
 
+#: where a word that is too long is broken: behind these, but never within a number
+_BREAK = re.compile(r"(?<=[_/.,])(?!(?<=\d[.,])\d)")
+
+
 def fold(text: str, width: int) -> list[str]:
     """Lines of at most `width` characters: broken at blanks; a longer word after `/`, else `_.,`.
 
@@ -130,10 +179,11 @@ def fold(text: str, width: int) -> list[str]:
             else:
                 line += word
             while len(line) > width:
-                cut = line.rfind("/", 0, width) + 1
-                if cut <= width // 3:
-                    cut = max(line.rfind(mark, 0, width) for mark in "_.,") + 1
-                cut = cut if cut > width // 3 else width
+                marks = [at.start() for at in _BREAK.finditer(line, 0, width + 1)]
+                far = [at for at in marks if width // 3 < at <= width]
+                cut = max(
+                    (at for at in far if line[at - 1] == "/"), default=max(far, default=width)
+                )
                 lines.append(line[:cut])
                 line = line[cut:]
         lines.append(line.rstrip())
@@ -145,39 +195,30 @@ _NUMBER = re.compile(r"(\+-)?[-+]?\d[\d.,/e+-]*")
 _NUMERIC = re.compile(
     r"\*?[-+]?\d[\d.,]*(e[-+]?\d+)?( \+-[\d.e+-]+)?( ?%)?|-|zero|-?unbounded|undefined|"
 )
-#: where a word may be broken, and the length of words from which on it is anyhow
-_BREAK, _LONG = re.compile(r"(?<=[/_.,])"), 16
+#: the length of words from which on they are broken anyhow
+_LONG = 16
 
 
 def table(
     columns: Sequence[Column | str],
     rows: Iterable[Sequence[str]],
     totals: Iterable[Sequence[str]] = (),
-    width: int = WIDTH,
 ) -> list[str]:
     """One block: a table under its titles and a rule; `totals` stand below another rule.
 
     Columns after the first that hold numbers alone are set to the right. A column without an entry
-    is left out. In a table that is wider than `width` the cells go on below, the widest first, but
-    a number never does; columns that even so find no room stand in a second table under the first,
-    with the names of the rows once more.
+    is left out, a table without a row is none. In a table that is wider than the page the cells go
+    on below, the widest first, but a number never does; columns that even so find no room stand in
+    a second table under the first, with the names of the rows once more.
     """
     whole = [list(rows), list(totals)]
     every = [row for part in whole for row in part]
+    if not every:
+        return []
     places = [i for i in range(len(columns)) if any(row[i].strip() for row in every)]
-    places = places or list(range(len(columns)))
     heads = [_column(columns[i], [row[i] for row in every if i]) for i in places]
     body, below = ([[row[i] for i in places] for row in part] for part in whole)
-    cells = [[row[i] for row in body + below] for i in range(len(heads))]
-    lines: list[str] = []
-    for group, wide in _groups(heads, cells, width - len(INDENT)):
-        chosen = [heads[i] for i in group]
-        rule = (INDENT + _GAP.join("-" * one for one in wide)).rstrip()
-        lines += [""] * bool(lines) + _row([one.title for one in chosen], chosen, wide) + [rule]
-        for part in (body, below):
-            lines += [INDENT + "-" * (len(rule) - len(INDENT))] if part is below and part else []
-            lines += [line for row in part for line in _row([row[i] for i in group], chosen, wide)]
-    return [Table(lines, columns=heads, rows=body, totals=below)]
+    return [Table(columns=heads, rows=body, totals=below)]
 
 
 def _column(head: Column | str, cells: Sequence[str]) -> Column:
@@ -209,7 +250,7 @@ def _least(head: Column, cells: Sequence[str]) -> int:
 
 def _groups(
     heads: Sequence[Column], cells: Sequence[Sequence[str]], room: int
-) -> list[tuple[list[int], list[int]]]:
+) -> Iterator[tuple[list[int], list[int]]]:
     """Places of columns that stand beside each other, with their widths.
 
     As wide as cells and titles in two lines; the widest less where there is no room for that. The
@@ -218,7 +259,8 @@ def _groups(
     both = list(zip(heads, cells, strict=True))
     wide = [max(1, _title_width(one.title), *map(_longest, each)) for one, each in both]
     if sum(wide) + len(_GAP) * (len(wide) - 1) <= room:
-        return [([*range(len(wide))], wide)]
+        yield [*range(len(wide))], wide
+        return
     least = [_least(*one) for one in both]
     wide = [max(*pair) for pair in zip(wide, least, strict=True)]
     groups: list[list[int]] = [[0]]
@@ -226,15 +268,13 @@ def _groups(
         if len(groups[-1]) > 1 and sum(least[j] + len(_GAP) for j in groups[-1]) + least[i] > room:
             groups.append([0])
         groups[-1].append(i)
-    found = []
     for group in groups:
-        set_, over = {i: wide[i] for i in group}, -len(_GAP) - room
-        over += sum(set_.values()) + len(_GAP) * len(group)
+        over = sum(wide[i] + len(_GAP) for i in group) - len(_GAP) - room
+        set_ = {i: wide[i] for i in group}
         while over > 0 and (able := [i for i in group if set_[i] > least[i]]):
             set_[max(able, key=set_.__getitem__)] -= 1
             over -= 1
-        found.append((group, [*set_.values()]))
-    return found
+        yield group, [*set_.values()]
 
 
 def _row(cells: Sequence[str], columns: Sequence[Column], wide: Sequence[int]) -> list[str]:
@@ -245,24 +285,6 @@ def _row(cells: Sequence[str], columns: Sequence[Column], wide: Sequence[int]) -
                 for part, column, width in zip(parts, columns, wide, strict=True)]  # fmt: skip
         lines.append((INDENT + _GAP.join(set_)).rstrip())
     return lines
-
-
-def pairs(rows: Iterable[tuple[str, str]], most: int = 48) -> list[str]:
-    """One block: `name   value`, the value folded into what is left of the page."""
-    rows = list(rows)
-    wide = min(max((len(name) for name, _ in rows), default=0), most)
-    both = Column(""), Column("")
-    room = WIDTH - len(INDENT) - wide - len(_GAP)
-    lines = [line for row in rows for line in _row(row, both, (wide, room))]
-    return [Pairs(lines, rows=rows)] if rows else []
-
-
-def paragraph(text: str, mark: str = "", width: int = WIDTH) -> list[str]:
-    """A folded, indented block; `mark` (such as `[1]`) stands before its first line."""
-    lead = INDENT + (f"{mark} " if mark else "")
-    folded = fold(text, width - len(lead))
-    lines = [f"{' ' * len(lead) if i else lead}{line}".rstrip() for i, line in enumerate(folded)]
-    return [Paragraph(lines, mark=mark, words=text)]
 
 
 # ----------------------------------------------------------------------------
@@ -339,6 +361,10 @@ def show_error(error: float) -> str:
     return "exact" if error == 0.0 else f"{error:.1e}"
 
 
+#: of percentages below so many
+_DECIMALS = ((4, 0.99995), (2, 99.995), (1, 999.95), (0, 1e4))
+
+
 def show_percent(fraction: float | None) -> str:
     """A relative difference in percent with its sign, `-` where it is undefined."""
     if fraction is None or math.isnan(fraction) or math.isinf(fraction):
@@ -348,7 +374,7 @@ def show_percent(fraction: float | None) -> str:
         return "0.0000 %"
     if abs(percent) >= 1e4:
         return f"{percent:+.1e} %"
-    decimals = 4 if abs(percent) < 1.0 else 2
+    decimals = next(n for n, most in _DECIMALS if abs(percent) < most)
     return f"{percent:+.{decimals}f} %"
 
 

@@ -140,7 +140,7 @@ def stored_paths(
     Those that `keep` names, and the objective; by default all single numbers of the stages that
     every point runs, and of the same stages what limits and references name.
     """
-    goal = _goal(case)
+    goal = {*_goal(case)}
     if keep:
         return tuple(sorted({*keep, *goal}))
     planned = planned_quantities(case)
