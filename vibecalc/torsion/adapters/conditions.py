@@ -111,46 +111,55 @@ def changed_drive(
 
 
 # ----------------------------------------------------------------------------
-# Half ranges in all conditions. The line is linear and the same in all of them: it is eliminated
-# once for each order and speed, with the torques of every condition on it. What is left to count
-# are the sums over the cycle; of those only the ones are formed that can be the largest.
+# Half ranges in all conditions. Where the line is the same in all of them it is eliminated once for
+# each order and speed, with the torques of every condition on it; couplings that follow their load
+# make another line of each. Of the sums over the cycle only those are formed that can be the
+# largest.
 # ----------------------------------------------------------------------------
 
 
 def half_ranges(
-    setup: Setup,
-    drives: list[Drive],
-    signals: list[Signal],
-    speed: FloatArray,
-    every: BoolArray,
+    lines: list[Setup], signals: list[Signal], speed: FloatArray, every: BoolArray
 ) -> FloatArray:
     """Of the places of all signals (r,), in c conditions at speeds: (c, r, s); undamped inf.
 
     Those of places that `every` (r,) names, and the largest of the conditions of each other place;
     of the rest something lower.
     """
-    (order, cycles), parts = (drives[0].order, drives[0].cycles), []
-    for part in blocks(setup.model, setup.drive, len(speed), len(drives)):
-        load = np.stack([one.load(speed[part]) for one in drives])
-        state = solved(setup.model, drives[0], speed[part], load=load)
-        values = np.concatenate([one.of(setup, state) for one in signals], axis=-1)
-        values = _orders_last(values)
-        low, high = rough_range(order, values)
+    first, parts = lines[0], []
+    for part in blocks(first.model, first.drive, len(speed), len(lines)):
+        values, endless = _solved_all(lines, signals, speed[part])
+        low, high = rough_range(first.drive.order, values)
         needed = every[:, None] | (high >= low.max(axis=0))
-        low[needed] = synthesis(cycles, values[needed]).half_range
-        endless = np.any(state.masked, axis=-1)
+        low[needed] = synthesis(first.drive.cycles, values[needed]).half_range
         parts.append(np.where(endless[:, None], np.inf, low))
     return np.concatenate(parts, axis=-1)
 
 
-def _orders_last(values: ComplexArray) -> ComplexArray:
-    """(c, s, m, r) as (c, r, s, m)."""
-    return np.ascontiguousarray(np.moveaxis(values, -1, 1))
+def _solved_all(
+    lines: list[Setup], signals: list[Signal], speed: FloatArray
+) -> tuple[ComplexArray, BoolArray]:
+    """Orders (c, r, s, m) of the places of all signals, and where (c, s) they are infinite."""
+    first = lines[0]
+    if all(one.model is first.model for one in lines):
+        load = np.stack([one.drive.load(speed) for one in lines])
+        states = [(first, solved(first.model, first.drive, speed, load=load))]
+    else:
+        states = [(one, solved(one.model, one.drive, speed)) for one in lines]
+    found = [
+        np.concatenate([one.of(line, state) for one in signals], axis=-1) for line, state in states
+    ]
+    masked = [np.any(state.masked, axis=-1) for _, state in states]
+    if len(states) == 1:
+        values, endless = found[0], masked[0]
+    else:
+        values, endless = np.stack(found), np.stack(masked)
+    # (c, s, m, r) with the orders last
+    return np.ascontiguousarray(np.moveaxis(values, -1, 1)), endless
 
 
-def uncertainty(setup: Setup, drive: Drive, signals: list[Signal], at: FloatArray) -> FloatArray:
+def uncertainty(own: Setup, signals: list[Signal], at: FloatArray) -> FloatArray:
     """Largest errors (r,) of sums over the orders of one condition, at some speeds."""
-    own = setup._replace(drive=drive)
     found = np.zeros(sum(len(one.place) for one in signals))
     for start in range(0, len(at), ROWS):
         state = bounded_orders(own, at[start : start + ROWS])
@@ -183,10 +192,10 @@ def run_torsion_conditions(scene: Scene) -> None:
         "station": shaft.station_names,
         "limit": np.arange(1, len(setup.torsion.limits) + 1),
     }
-    drives = [one.drive for one in found]
+    lines = [coupled(setup._replace(drive=one.drive)) for one in found]
     every = np.ones(sum(len(one.place) for one in signals), dtype=bool)
-    half = half_ranges(setup, drives, signals, at, every)[..., 0]
-    error = np.array([uncertainty(setup, one, signals, at) for one in drives])
+    half = half_ranges(lines, signals, at, every)[..., 0]
+    error = np.array([uncertainty(one, signals, at) for one in lines])
     count, stations = len(shaft.section_names), len(shaft.station_names)
     every_one = Bounded(half, error)
     loads, angle = every_one[:, :-stations], every_one[:, -stations:]
@@ -194,22 +203,22 @@ def run_torsion_conditions(scene: Scene) -> None:
     scene.emit(f"{CONDITIONS}/torque_half_range", torque, axes=names)
     _stresses(scene, CONDITIONS, setup, torque, names)
     scene.emit(f"{CONDITIONS}/angle_half_range", angle, axes=names)
-    mean = [one.mean_torque(at).sum()[0] for one in drives]
+    mean = [one.drive.mean_torque(at).sum()[0] for one in lines]
     value, off = (np.array([getattr(one, part) for one in mean]) for part in ("value", "error"))
     scene.emit(f"{CONDITIONS}/mean_torque", value, off, names)
     if setup.torsion.irregularity:
-        _irregularity(scene, setup, drives, names)
+        _irregularity(scene, lines, names)
     if setup.torsion.limits:
-        share = shares(held_by(setup, drives), at)[..., 0]
+        share = shares([bounds(one) for one in lines], at)[..., 0]
         use = stack([_operating_use(loads, one) for one in np.moveaxis(share, 1, 0)])
         scene.emit(f"{CONDITIONS}/limit/operating_use", use, axes=names)
         worst = np.argmax(loads.value[:, None, : share.shape[2]] * share, axis=-1)
         stem, own = f"{CONDITIONS}/limit/operating_", _at(share, worst)
         emit_element(scene, stem, bounds(setup), worst, own, names)
     if shaft.couplings:
-        _couplings(scene, setup, drives, names)
+        _couplings(scene, lines, names)
     if setup.torsion.speeds is not None:
-        search = Search(setup, drives, signals, line_speeds(setup.torsion.speeds))
+        search = Search(lines, signals, line_speeds(setup.torsion.speeds))
         _range(scene, search, names)
         if setup.torsion.limits:
             _largest_uses(scene, search, use, names)
@@ -220,28 +229,29 @@ def run_torsion_conditions(scene: Scene) -> None:
     )
 
 
-def _irregularity(scene: Scene, setup: Setup, drives: list[Drive], names: dict[str, Any]) -> None:
+def _irregularity(scene: Scene, lines: list[Setup], names: dict[str, Any]) -> None:
     """Degrees of unevenness of the stations that the case asks them of, at the operating speed."""
+    setup = lines[0]
     asked, at = tuple(one.on for one in setup.torsion.irregularity), np.array([setup.speed])
     signals = [Signal("unevenness", stations_of(setup, asked))]
-    half = half_ranges(setup, drives, signals, at, np.ones(len(asked), dtype=bool))[..., 0]
-    error = np.array([uncertainty(setup, one, signals, at) for one in drives])
+    half = half_ranges(lines, signals, at, np.ones(len(asked), dtype=bool))[..., 0]
+    error = np.array([uncertainty(one, signals, at) for one in lines])
     axes = {**names, "station": asked}
     scene.emit(f"{CONDITIONS}/irregularity", Bounded(half, error), axes=axes)
 
 
-def _couplings(scene: Scene, setup: Setup, drives: list[Drive], names: dict[str, Any]) -> None:
+def _couplings(scene: Scene, lines: list[Setup], names: dict[str, Any]) -> None:
     """Use of the limits of couplings in each condition, at the operating speed and at any."""
-    own = [coupled(setup._replace(drive=drive)) for drive in drives]
+    setup = lines[0]
     every, at, place = uses_of(setup), np.array([setup.speed]), f"{CONDITIONS}/coupling"
     if not len(every.kept):
         return
     axes = {**names, **every.axes}
-    use = stack([uses_of(one).at(at, bounded_orders)[..., 0] for one in own], axis=0)
+    use = stack([uses_of(one).at(at, bounded_orders)[..., 0] for one in lines], axis=0)
     scene.emit(f"{place}/use", use, axes=axes)
     if setup.torsion.speeds is not None:
-        speed = with_narrow(setup, line_speeds(setup.torsion.speeds), drives[0].order)
-        _, most, where = zip(*(largest_use(one, speed) for one in own), strict=True)
+        speed = with_narrow(setup, line_speeds(setup.torsion.speeds), setup.drive.order)
+        _, most, where = zip(*(largest_use(one, speed) for one in lines), strict=True)
         scene.emit(f"{place}/largest_use", stack(list(most), axis=0), axes=axes)
         scene.emit(f"{place}/largest_use_speed", stack(list(where), axis=0), axes=axes)
 
@@ -269,12 +279,12 @@ class Top(NamedTuple):
 class Search:
     """Half ranges of signals in all conditions over a range, and where they are largest."""
 
-    def __init__(
-        self, setup: Setup, drives: list[Drive], signals: list[Signal], speed: FloatArray
-    ) -> None:
-        self.setup, self.drives, self.signals, self.speed = setup, drives, signals, speed
-        self.held_by = held_by(setup, drives)
-        grid = with_narrow(setup, speed, drives[0].order)
+    def __init__(self, lines: list[Setup], signals: list[Signal], speed: FloatArray) -> None:
+        self.lines, self.signals, self.speed = lines, signals, speed
+        #: the limits in each condition, whose mean torque counts where a limit is a share of it
+        self.held_by = [bounds(one) for one in lines]
+        setup = lines[0]
+        grid = with_narrow(setup, speed, setup.drive.order)
         if setup.torsion.limits:
             corners = limit_corners(setup, speed)
             last = NO_BARRED_RANGE * np.array([one.basis.rated_speed for one in bounds(setup)])
@@ -283,7 +293,7 @@ class Search:
         limited = np.zeros(sum(len(one.place) for one in signals), dtype=bool)
         for bound in bounds(setup):
             limited[bound.load] = True
-        half = half_ranges(setup, drives, signals, grid, limited)
+        half = half_ranges(lines, signals, grid, limited)
         #: the worst (r, s) at the speeds of the sweep
         self.worst = half[..., np.isin(grid, speed)].max(axis=0)
         clear = np.all(np.isfinite(half), axis=(0, 1))
@@ -293,8 +303,7 @@ class Search:
     def _endless(self, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Speeds (u,) at which nothing damps an order, and by condition and place (c, r)."""
         met, rows = [np.zeros(0)], []
-        for drive in self.drives:
-            own = self.setup._replace(drive=drive)
+        for own in self.lines:
             found = undamped_speeds(own, speed[0], speed[-1])
             met.append(found.speed)
             rows.append(np.concatenate([one.endless(own, found) for one in self.signals]))
@@ -302,7 +311,6 @@ class Search:
 
     def make(self, condition: IntArray, place: IntArray) -> Callable[[IntArray], Value]:
         """Half ranges of rows, each of one condition and place, at speeds of their own."""
-        setup = self.setup
 
         def some(rows: IntArray) -> Value:
             def value(at: FloatArray) -> FloatArray:
@@ -310,13 +318,14 @@ class Search:
                 for one in np.unique(condition[rows]):
                     chosen = np.flatnonzero(condition[rows] == one)
                     flat, where = np.unique(at[chosen], return_inverse=True)
-                    state = solved(setup.model, self.drives[one], flat)
+                    line = self.lines[one]
+                    state = solved(line.model, line.drive, flat)
                     values = np.concatenate(
-                        [signal.of(setup, state) for signal in self.signals], axis=-1
+                        [signal.of(line, state) for signal in self.signals], axis=-1
                     )
                     column = np.repeat(place[rows[chosen]], at.shape[1])
                     own = values[where.ravel(), :, column]
-                    half = synthesis(self.drives[one].cycles, own).half_range
+                    half = synthesis(line.drive.cycles, own).half_range
                     found[chosen] = half.reshape(len(chosen), -1)
                 return found
 
@@ -347,7 +356,7 @@ class Search:
             own = np.flatnonzero((condition[best] == one) & np.isfinite(high.value[best]))
             telling = distinct(high.speed[best[own]])
             if len(own):
-                off[own] = uncertainty(self.setup, self.drives[one], self.signals, telling)[own]
+                off[own] = uncertainty(self.lines[one], self.signals, telling)[own]
         value = Bounded(high.value[best], high.value_error[best] + off)
         speed = Bounded(high.speed[best], high.speed_error[best])
         return Top(value, speed, condition[best])
@@ -355,7 +364,8 @@ class Search:
 
 def _range(scene: Scene, search: "Search", names: dict[str, Any]) -> None:
     """The worst at each speed, and at any of them."""
-    setup, drives, signals, speed = search.setup, search.drives, search.signals, search.speed
+    lines, signals, speed = search.lines, search.signals, search.speed
+    setup = lines[0]
     top = search.top_of_places()
     count, modulus = len(setup.shaft.section_names), setup.shaft.section_modulus
     stations = slice(-len(setup.shaft.station_names), None)
@@ -364,7 +374,7 @@ def _range(scene: Scene, search: "Search", names: dict[str, Any]) -> None:
     stressed = {**axes, "section": tuple(setup.shaft.section_names[e] for e in some)}
     telling = some_speeds(speed)
     most = int(np.argmax(np.bincount(top.condition[:count])))
-    off = np.maximum(uncertainty(setup, drives[most], signals, telling), top.value.error)
+    off = np.maximum(uncertainty(lines[most], signals, telling), top.value.error)
     worst = Bounded(search.worst, np.broadcast_to(off[:, None], search.worst.shape))
     place = f"{CONDITIONS}/speeds"
     scene.emit(f"{place}/torque_half_range", worst[:count], axes=axes)
@@ -386,11 +396,6 @@ def _range(scene: Scene, search: "Search", names: dict[str, Any]) -> None:
 # ----------------------------------------------------------------------------
 # Use of limits of stress and torque in each condition.
 # ----------------------------------------------------------------------------
-
-
-def held_by(setup: Setup, drives: list[Drive]) -> list[list[Bound]]:
-    """The limits in each condition, whose mean torque counts where a limit is a share of that."""
-    return [bounds(setup._replace(drive=one)) for one in drives]
 
 
 def shares(asked: list[list[Bound]], speed: FloatArray) -> FloatArray:
@@ -446,7 +451,7 @@ def _largest_uses(scene: Scene, search: Search, operating: Bounded, names: dict[
 
 def _searched(search: Search, grid: FloatArray) -> _Uses:
     """Searched from some of the speeds of the grid."""
-    count, there = len(search.drives), np.isin(search.grid, grid)
+    count, there = len(search.lines), np.isin(search.grid, grid)
     share = shares(search.held_by, grid)
     limits = share.shape[1]
     use = search.half[:, None, : share.shape[2], there] * share  # (c, l, loads, s)
@@ -483,8 +488,7 @@ def _searched(search: Search, grid: FloatArray) -> _Uses:
         if np.isfinite(high.value[worst]):
             # the errors of the torques are those of the worst condition at its speed
             own = np.array([high.speed[worst]])
-            drive = search.drives[condition[worst]]
-            moved = uncertainty(search.setup, drive, search.signals, own)
+            moved = uncertainty(search.lines[condition[worst]], search.signals, own)
             each = shares(search.held_by, own)[..., 0]
             error += moved[section[worst]] * each[condition[worst], limit[worst], section[worst]]
     return _Uses(Bounded(value, error), Bounded(speed, off), load)

@@ -38,7 +38,7 @@ def run_torsion_irregularity(scene: Scene) -> None:
     place, at = stations_of(setup, asked), np.array([setup.speed])
     signals, axes = [Signal("unevenness", place), Signal("angle", place)], {"station": asked}
     half = _half_ranges(setup, signals, at)[:, 0]
-    off = uncertainty(setup, setup.drive, signals, at)
+    off = uncertainty(setup, signals, at)
     _emit(scene, setup, IRREGULARITY, Bounded(half, off), axes)
     if setup.torsion.speeds is not None:
         _range(scene, setup, signals, line_speeds(setup.torsion.speeds), axes)
@@ -52,7 +52,7 @@ def run_torsion_irregularity(scene: Scene) -> None:
 def _half_ranges(setup: Setup, signals: list[Signal], speed: FloatArray) -> FloatArray:
     """Of all places of the signals (r, s)."""
     every = np.ones(sum(len(one.place) for one in signals), dtype=bool)
-    return np.asarray(half_ranges(setup, [setup.drive], signals, speed, every)[0])
+    return np.asarray(half_ranges([setup], signals, speed, every)[0])
 
 
 def _emit(scene: Scene, setup: Setup, stem: str, both: Bounded, axes: dict[str, Any]) -> None:
@@ -80,7 +80,7 @@ def _range(
     endless = signals[0].endless(setup, undamped)
     top = tops(make, curve[:, clear].T, grid[clear], undamped.speed, endless)
     telling = distinct(np.concatenate([some_speeds(speed), top.speed[np.isfinite(top.value)]]))
-    off = uncertainty(setup, setup.drive, signals, telling)
+    off = uncertainty(setup, signals, telling)
     shown = every[:, np.isin(grid, speed)]
     both = Bounded(shown, np.broadcast_to(off[:, None], shown.shape))
     _emit(scene, setup, f"{IRREGULARITY}/speeds", both, {**axes, "speed": speed})
