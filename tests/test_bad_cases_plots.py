@@ -5,9 +5,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from fuzzing import command
 from report_samples import generator
 
-from vibecalc.cli.commands import plot
 from vibecalc.core.report.plots import Look, draw_file, draw_files, look_of
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.results.store import write_result
@@ -84,12 +84,11 @@ def test_a_failed_picture_leaves_the_old_one(
     assert {picture: picture.read_bytes() for picture in tmp_path.glob("*.png")} == before
 
 
-def test_nothing_to_draw_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_nothing_to_draw_is_said(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     path = tmp_path / "scalars.h5"
     write_result(replace(generator(), record=Record()), path)
-    plot([path], None)
-    printed = capsys.readouterr()
+    printed = command("plot", str(path))
     assert printed.out == ""
     assert printed.err == f"{path}: nothing to draw, it holds no curve or map\n"
 

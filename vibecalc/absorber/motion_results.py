@@ -55,7 +55,7 @@ def _rows(table: dict[str, tuple[str, str, str, str]]) -> Iterator[Entry]:
                         headline=head if key in _FIRST and not bare else None)  # fmt: skip
             yield entry(f"{root}/largest_at/{name}", "", "Hz",
                         f"frequency at which that is{bare}", exempt=PLACE)  # fmt: skip
-        head = Headline(f"{words}{whose}, largest in the band", read,
+        head = Headline(f"{words}{whose}, in band", read,
                         at=f"{IN_BAND_ROOT}/at/{name}")  # fmt: skip
         yield entry(banded, "", unit, f"largest {words}{whose} {_IN_BAND}", PEAK,
                     headline=head if key in _FIRST else None)  # fmt: skip

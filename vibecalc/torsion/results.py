@@ -153,12 +153,13 @@ class PowerBalance:
         "gives", name="mean torque left for the load station",
     )  # fmt: skip
     rest_power: Any = q("", "W", "of that torque", name="mean power left for the load station")
-    brake_power: Any = lead("", "W", "power, brake", about="what the loads of the case take")
-    mechanical_efficiency: Any = lead(
+    total_load_power: Any = lead("", "W", "power, all loads")
+    load_share: Any = lead(
         "",
         "",
-        "mechanical efficiency",
-        about="brake over indicated power; infinite where the cylinders give none",
+        "power of all loads over indicated",
+        about="the mechanical efficiency if what is left is friction; infinite where the cylinders "
+        "give nothing",
     )
 
 

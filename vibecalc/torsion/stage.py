@@ -160,7 +160,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         "/power_balance/load": bool(line.loads),
         "/power_balance/rest": train is not None or bool(line.loads),
         **dict.fromkeys(
-            ("brake_power", "mechanical_efficiency"),
+            ("total_load_power", "load_share"),
             bool(line.loads) and case.machine.kind == "engine",
         ),
         "bank_factor": train is not None and len({c.bank_angle for c in train.cylinders}) > 1,

@@ -2,6 +2,7 @@
 
 import math
 import re
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import zip_longest
 from shutil import get_terminal_size
@@ -132,7 +133,9 @@ def text_of(lines: Iterable[str], width: int = WIDTH) -> str:
 
 
 def screen() -> int:
-    """Columns of the terminal, or those that `COLUMNS` says; `WIDTH` at most, and without any."""
+    """Columns of the terminal that stdout is, `WIDTH` at most; `WIDTH` for a pipe or a file."""
+    if not sys.stdout.isatty():
+        return WIDTH
     return min(WIDTH, max(_NARROW, get_terminal_size((WIDTH, 24)).columns))
 
 

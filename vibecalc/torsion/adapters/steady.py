@@ -208,7 +208,7 @@ def _power_balance(scene: Scene, setup: Setup) -> None:
     drives = bool(given.value > given.error)
     if cylinders and len(shaft.taken_station) and scene.case.machine.kind == "engine":
         share = taken * (1.0 / given) if drives else bounded(np.inf)
-        balance = replace(balance, brake_power=speed * taken, mechanical_efficiency=share)
+        balance = replace(balance, total_load_power=speed * taken, load_share=share)
     scene.emit_all(balance, {"station": shaft.station_names})
     if drives and -rest.value > rest.error + UNBALANCED * given.value:
         torques = [f"{1e-3 * one.value:.4g}" for one in (taken, given, -rest)]

@@ -167,10 +167,12 @@ def _balance(result: Result) -> list[str]:
     does = "takes" if torque >= 0.0 else "has to GIVE"
     words = f"Own shafts. Station '{line.station_names[line.load_station]}' {does} what is left: "
     words += f"{show(abs(torque), digits=4)} {unit}, {show(1e-3 * abs(float(power)), digits=4)} kW."
-    share = record.quantities.get(f"{PowerBalance.ROOT}/mechanical_efficiency")
+    share = record.quantities.get(f"{PowerBalance.ROOT}/load_share")
     if share is not None and np.isfinite(share.values):
-        words += f" Brake over indicated power: {show(100.0 * float(share.values), digits=4)} %"
-        words += ", MORE THAN ALL: the loads do not fit the engine." if share.values > 1.01 else "."
+        words += (
+            f" The loads take {show(100.0 * float(share.values), digits=4)} % of the indicated "
+        )
+        words += "power, MORE THAN ALL of it." if share.values > 1.01 else "power."
     columns = [
         Cells(path, f"{name}\n{{unit}}", how)
         for path, name, how in zip(
@@ -178,7 +180,9 @@ def _balance(result: Result) -> list[str]:
             2 * (unit.replace(" ", "*"), "kW"), strict=False,
         )
     ]  # fmt: skip
-    rows = Rows("station", "mean torque and power", columns, digits=4, places=_not_zero, merge=True)
+    rows = Rows(
+        "station", "mean torque and power, of each", columns, digits=4, places=_not_zero, merge=True
+    )
     return [*rows_of(record, rows)[0], *paragraph(words)]
 
 
