@@ -203,7 +203,7 @@ def test_gears_and_couplings_have_the_verdicts_of_their_results() -> None:
         if one.limit.startswith("no reversal")
     }
     assert geared == {
-        ("reduction", 480): KEPT, ("power take-off", 480): BROKEN, ("power take-off", 750): KEPT,
+        ("reduction", 481): KEPT, ("power take-off", 480): BROKEN, ("power take-off", 750): KEPT,
     }  # fmt: skip
     result = result_of("genset_coupling")
     largest = result.record[ROOT_PATH + "coupling/largest_use"]

@@ -227,8 +227,7 @@ def test_a_mount_that_meets_its_stop_breaks_a_limit_unless_it_stands_on_it(
 
 
 def test_rows_come_back_from_a_file_as_they_were(tmp_path: Path) -> None:
-    result = golden("engine_geared")
-    assert result.verdicts is None
+    result = replace(golden("engine_geared"), verdicts=None)
     rows = judged(result)
     odd = rows[0]._replace(computed=np.inf, margin=-np.inf, source="a, b; \u00e9", use=np.nan)
     path = write_result(replace(result, verdicts=(odd, *rows)), tmp_path / "rows.h5")
