@@ -90,7 +90,9 @@ def references(table: Measurement) -> References:
 
 def build_harmonics(table: Measurement) -> tuple[Harmonic, ...]:
     """All readings, under the orders of the table, in the order in which they stand there."""
-    reads = [*_readings(table), *_scanned(table), *_spectra(table), *recorded(table)]
+    reads = [*_readings(table), *_scanned(table), *_spectra(table)]
+    alone = len(table.record) == 1 and all(read.phase is None for _, read in reads)
+    reads += recorded(table, alone)
     return tuple(
         Harmonic(order, tuple(read for number, read in reads if number == order))
         for order in table.orders
@@ -184,16 +186,13 @@ def _scanned(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
         )
 
 
-def _phases_read(table: Measurement) -> bool:
-    scanned = table.scan is not None and bool(table.scan.phase)
-    return scanned or any(one.phase for one in table.readings)
+def recorded(table: Measurement, alone: bool) -> Iterator[tuple[int, InstrumentReading]]:
+    """Readings of the channels of records, as uncertain as their blocks scatter.
 
-
-def recorded(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
-    """Readings of the channels of records, as uncertain as their blocks scatter."""
+    `alone` is a record next to which nothing else has phases.
+    """
     known, reference = places(table), references(table).linear
     stated = _peak(table) * table.amplitude_uncertainty
-    alone = len(table.record) == 1 and not table.spectrum and not _phases_read(table)
     for one in record_means(table):
         row, sizes = point_row(*known[one.at]), np.abs(one.mean.amplitudes)
         for place, order in enumerate(table.orders):

@@ -109,7 +109,12 @@ class Record(RecordFile):
     RULES = (
         one_of("pulses", "speed", "constant_speed", hint="phases refer to the shaft"),
         needs("threshold", "pulses"),
-        needs("disc", "pulses_per_turn", "one pulse per turn has no pattern"),
+        refuse(
+            "disc",
+            "one pulse per turn has no pattern",
+            lambda t: "disc" in t and t["pulses_per_turn"] == 1,
+            "pulses_per_turn = 2 or more, or no disc",
+        ),
         needs("hysteresis", "pulses"),
         needs("speed_scale", "speed"),
         refuse(

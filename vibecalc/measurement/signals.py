@@ -110,7 +110,7 @@ def shaft_of_pulses(pulses: Pulses, per_turn: int, even: bool = False) -> Shaft:
         return Shaft(angles, times, off / count**0.5, off, off, np.zeros(per_turn))
     fit = min(_fits(pulses, angles, per_turn), key=lambda one: one.criterion)
     spread, late = rate * fit.deviation, rate * fit.late
-    if spread < _CLEAN and not np.any(late > _CLEAN):
+    if spread < _CLEAN and not np.any(np.abs(late) > _CLEAN):
         return Shaft(angles, times, spread / count**0.5, spread, spread, np.zeros(per_turn))
     zero = spread**2 * (per_turn if np.any(late) else 1) / count
     # the jumps of a square wave all lie between their samples: so far can all move together

@@ -22,7 +22,6 @@ from vibecalc.torsion.rough_range import near_the_largest
 # ----------------------------------------------------------------------------
 
 HEAT = f"{ROOT}/speeds/heat"
-REDUCTION = f"{ROOT}/reduction"
 #: beginnings of results of the stage that want the curves themselves
 _CURVES = tuple(
     f"{ROOT}/{name}"

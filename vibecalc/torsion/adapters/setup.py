@@ -119,11 +119,6 @@ class Drive(NamedTuple):
         follows = np.where(self.orders.fixed > 0.0, 0.0, self.order)
         return speed[:, None] * follows + self.orders.fixed
 
-    def order_at(self, speed: FloatArray) -> FloatArray:
-        """Frequencies over the crank speed (s, m)."""
-        fixed = self.orders.fixed
-        return np.where(fixed > 0.0, fixed / speed[:, None], self.order)
-
     def weights(self, speed: FloatArray) -> FloatArray:
         """Of the cards at speeds (...), (..., c)."""
         return card_weights(self.card_speed if len(self.card_speed) else np.zeros(1), speed)
