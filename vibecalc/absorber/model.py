@@ -1,5 +1,6 @@
 """A primary system, its absorbers and their hardware, from a case to what the kernels take."""
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -71,7 +72,11 @@ class Filling(NamedTuple):
 class Stock(NamedTuple):
     """What can be bought: springs by name and rate (n,) in N/m with how many act together, those
     behind each other as parts of one (NaN: as many as there are places), oils, and dampers by name
-    and damping (d,) in N s/m, of all that act together."""
+    and damping (d,) in N s/m, of all that act together.
+
+    Mixtures of kinds, by their mean rate, stand behind the `plain_springs` and `plain_dampers`.
+    `unmixed`: kinds are so many that no more than two of them are mixed.
+    """
 
     spring_names: tuple[str, ...]
     spring_rates: FloatArray
@@ -79,6 +84,9 @@ class Stock(NamedTuple):
     oils: tuple[Oil, ...]
     damper_names: tuple[str, ...]
     dampings: FloatArray
+    plain_springs: int
+    plain_dampers: int
+    unmixed: bool
 
 
 def bending(machine: Machine) -> Bending | None:
@@ -157,7 +165,8 @@ def oil_of(name: str, oil: parts.Oil) -> Oil:
 
 def stock(machine: Machine) -> Stock:
     """All that can be bought: the lists of the case, then the rows of its catalogues."""
-    springs = [row for one in machine.stock_springs for row in arranged(one)]
+    kinds = [arranged(one) for one in machine.stock_springs]
+    springs = [row for kind in kinds for row in kind]
     table = machine.spring_catalogue
     if table is not None:
         catalogue = zip(table.part, table.rate, strict=True)
@@ -170,7 +179,14 @@ def stock(machine: Machine) -> Stock:
             Oil(str(part), Walther((_COOL, _WARM), (thick, thin)), density)
             for part, thick, thin, density in columns
         ]
-    dampers = [row for one in machine.stock_dampers for row in side_by_side(one)]
+    sets = [side_by_side(one) for one in machine.stock_dampers]
+    dampers = [row for one in sets for row in one]
+    plain = len(springs), len(dampers)
+    given = zip(machine.stock_springs, kinds, strict=True)
+    mixed, some = mixtures([rows for one, rows in given if one.parallel is not None])
+    springs += mixed
+    damped, few = mixtures([[(name, drag, 1.0) for name, drag in rows] for rows in sets])
+    dampers += [(name, drag * count) for name, drag, count in damped]
     return Stock(
         tuple(name for name, _, _ in springs),
         np.array([rate for _, rate, _ in springs], dtype=float),
@@ -178,7 +194,32 @@ def stock(machine: Machine) -> Stock:
         tuple(oils),
         tuple(name for name, _ in dampers),
         np.array([drag for _, drag in dampers], dtype=float),
+        *plain,
+        some or few,
     )
+
+
+#: mixtures that are tried
+_MIXTURES = 2000
+
+
+def mixtures(
+    kinds: list[list[tuple[str, float, float]]],
+) -> tuple[list[tuple[str, float, float]], bool]:
+    """Name, mean rate and count of every mixture of arrangements of two kinds or more.
+
+    Also whether it is of two kinds at most, as there are too many of all.
+    """
+    many = math.prod(len(rows) + 1 for rows in kinds) > _MIXTURES
+    groups = itertools.combinations(kinds, 2) if many else (
+        chosen for n in range(2, len(kinds) + 1) for chosen in itertools.combinations(kinds, n)
+    )  # fmt: skip
+    found = []
+    for rows in itertools.chain.from_iterable(itertools.product(*chosen) for chosen in groups):
+        count = sum(count for _, _, count in rows)
+        total = sum(rate * count for _, rate, count in rows)
+        found.append((" + ".join(name for name, _, _ in rows), total / count, count))
+    return found, many and len(kinds) > 2
 
 
 def side_by_side(one: parts.StockDamper) -> list[tuple[str, float]]:
@@ -232,7 +273,8 @@ class Scale(NamedTuple):
 class Branch(NamedTuple):
     """One of several absorbers, in ratios to the primary; None is what [tuning] finds.
 
-    `carrier` is the position of what carries it, before its own, -1 for the primary.
+    `carrier` is the position of what carries it, before its own, -1 for the primary. `shapes` are
+    ordinates of the modes of the primary, none for those where `shape_at_absorber` is.
     """
 
     name: str
@@ -240,6 +282,7 @@ class Branch(NamedTuple):
     mass_ratio: float
     stiffness_ratio: float | None
     secondary_damping: float | None
+    shapes: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -341,21 +384,27 @@ def primary_damping(primary: Primary, scale: Scale | None) -> float:
     return 0.0 if primary.damping_ratio is None else primary.damping_ratio
 
 
-def modes_of(primary: Primary, scale: Scale | None) -> "Modes":
-    """The modes over the first of them; a primary of its own spring is one mode of shape 1."""
+def modes_of(primary: Primary, scale: Scale | None, branches: tuple[Branch, ...] = ()) -> "Modes":
+    """The modes over the first of them, where one absorber, or each of several, hangs on them.
+
+    A primary of its own spring is one mode of shape 1.
+    """
     from vibecalc.absorber.modal import Modes, one_mode  # few absorbers need it
 
     if not primary.modes:
-        return one_mode(primary_damping(primary, scale))
+        return one_mode(primary_damping(primary, scale), max(1, len(branches)))
     first, rows = primary.modes[0], []
     for one in primary.modes:
         at_force = one.shape_at_response if one.shape_at_force is None else one.shape_at_force
         rows.append((
             one.modal_mass / first.modal_mass, one.natural_frequency / first.natural_frequency,
-            one.damping_ratio, one.shape_at_absorber, at_force, one.shape_at_response,
+            one.damping_ratio, at_force, one.shape_at_response,
             0.0 if one.participation is None else one.participation,
         ))  # fmt: skip
-    return Modes(*np.array(rows, dtype=float).T)
+    mass, frequency, damping, at_force, at_response, share = np.array(rows, dtype=float).T
+    shapes = tuple(one.shape_at_absorber for one in primary.modes)
+    at_absorber = [branch.shapes or shapes for branch in branches] or [shapes]
+    return Modes(mass, frequency, damping, np.array(at_absorber).T, at_force, at_response, share)
 
 
 class Ratios(NamedTuple):
@@ -419,5 +468,5 @@ def _branches(given: tuple[NamedSecondary, ...], scale: Scale | None) -> tuple[B
         one = next(one for one in left if one.on in placed)
         left.remove(one)
         placed[one.name] = len(branches)
-        branches.append(Branch(one.name, placed[one.on], *ratios(one, scale)))
+        branches.append(Branch(one.name, placed[one.on], *ratios(one, scale), one.mode_shapes))
     return tuple(branches)

@@ -40,27 +40,37 @@ _IN_BAND = "within the band of [tuning]"
 
 def _rows(table: dict[str, tuple[str, str, str, str]]) -> Iterator[Entry]:
     for key, (name, unit, read, words) in table.items():
-        of_absorber = key in OF_ABSORBER
-        whose = "" if of_absorber or key == "transmitted_force" else " of the primary"
-        roots = (MOTION_ROOT,) if of_absorber else (MOTION_ROOT, WITHOUT_ROOT)
-        banded = f"{IN_BAND_ROOT}/{name}"
-        for root in roots:
-            bare = "" if root == MOTION_ROOT else ", without the absorber"
-            yield entry(f"{root}/{name}", "excitation_frequency", unit,
-                        f"{words}{whose} by frequency, complex{bare}", PEAK)  # fmt: skip
-            head = Headline(f"{words}{whose}, largest", read,
-                            at=f"{MOTION_ROOT}/largest_at/{name}", unless=banded)  # fmt: skip
-            yield entry(f"{root}/largest/{name}", "", unit,
-                        f"largest {words}{whose} within the frequencies drawn{bare}", PEAK,
-                        headline=head if key in _FIRST and not bare else None)  # fmt: skip
-            yield entry(f"{root}/largest_at/{name}", "", "Hz",
-                        f"frequency at which that is{bare}", exempt=PLACE)  # fmt: skip
-        head = Headline(f"{words}{whose}, in band", read,
-                        at=f"{IN_BAND_ROOT}/at/{name}")  # fmt: skip
-        yield entry(banded, "", unit, f"largest {words}{whose} {_IN_BAND}", PEAK,
-                    headline=head if key in _FIRST else None)  # fmt: skip
-        yield entry(f"{IN_BAND_ROOT}/at/{name}", "", "Hz", "frequency at which that is",
-                    exempt=PLACE)  # fmt: skip
+        if key in OF_ABSORBER:
+            yield from _entries(key, name, unit, read, words)
+            yield from _entries(key, f"each/{name}", unit, read, words, axis="absorber")
+        else:
+            whose = "" if key == "transmitted_force" else " of the primary"
+            yield from _entries(key, name, unit, read, words + whose, bare=True)
+
+
+def _entries(
+    key: str, name: str, unit: str, read: str, words: str, bare: bool = False, axis: str = ""
+) -> Iterator[Entry]:
+    """A curve, its largest and where that is; also without absorbers, or of each of several."""
+    banded, first = f"{IN_BAND_ROOT}/{name}", key in _FIRST
+    pick = "each" if axis else "largest"
+    for root, without in ((MOTION_ROOT, ""), (WITHOUT_ROOT, ", without the absorber")):
+        if without and not bare:
+            continue
+        yield entry(f"{root}/{name}", f"{axis} excitation_frequency".strip(), unit,
+                    f"{words} by frequency, complex{without}", PEAK)  # fmt: skip
+        head = Headline(f"{words}, largest", read, pick, at=f"{MOTION_ROOT}/largest_at/{name}",
+                        unless=banded)  # fmt: skip
+        yield entry(f"{root}/largest/{name}", axis, unit,
+                    f"largest {words} within the frequencies drawn{without}", PEAK,
+                    headline=head if first and not without else None)  # fmt: skip
+        yield entry(f"{root}/largest_at/{name}", axis, "Hz",
+                    f"frequency at which that is{without}", exempt=PLACE)  # fmt: skip
+    head = Headline(f"{words}, in band", read, pick, at=f"{IN_BAND_ROOT}/at/{name}")
+    yield entry(banded, axis, unit, f"largest {words} {_IN_BAND}", PEAK,
+                headline=head if first else None)  # fmt: skip
+    yield entry(f"{IN_BAND_ROOT}/at/{name}", axis, "Hz", "frequency at which that is",
+                exempt=PLACE)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------

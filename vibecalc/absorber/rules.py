@@ -296,17 +296,6 @@ def _amplitude(row: Row) -> Iterator[Problem]:
     of_ground = (
         asked["excitation"] or by_size or tuning.get("excitation")
     ) == "base_acceleration" or (asked["response"] or tuning.get("response")) == "deflection"
-    if of_ground and "secondaries" in row:
-        if asked["excitation"] == "base_acceleration":
-            yield asked.problem(
-                "excitation",
-                "the motion of several absorbers is read in ratios, without a ground that "
-                "accelerates",
-                allowed="force, base, unbalance",
-                hint="one absorber in [machine.secondary] has it",
-                also=("machine", "secondaries"),
-            )
-        return
     if (modal or of_ground) and not said:
         yield asked.problem(
             "",
@@ -348,18 +337,17 @@ def _gap_in_band(row: Row) -> Iterator[Problem]:
 
 
 def _modes(row: Row) -> Iterator[Problem]:
-    """Several modes carry one absorber; a moving ground drives them by their participation."""
+    """Several modes have no rod; a moving ground drives them by their participation."""
     primary = row.below("primary")
     if primary is None or "modes" not in primary:
         return
-    for key in ("secondaries", "rod", "springs", "stock_dampers"):
-        if key in row:
-            yield row.problem(
-                key,
-                f"[machine.{key}] is for a primary of a single mode",
-                allowed="[machine.secondary]",
-                also=(*PRIMARY, "modes"),
-            )
+    if "rod" in row:
+        yield row.problem(
+            "rod",
+            "[machine.rod] is for a primary of a single mode",
+            allowed="modal masses alone",
+            also=(*PRIMARY, "modes"),
+        )
     asked, tuning = table_at(row.case, "response", "absorber"), table_at(row.case, "tuning")
     ground = str(tuning.get("excitation", "")).startswith("base") or not {
         "base_displacement", "base_acceleration"}.isdisjoint(asked)  # fmt: skip

@@ -157,7 +157,7 @@ def _tuning(case: "Case") -> Stage:
         "tuning/stiffness_ratio": not several,
         "tuning/secondary_damping": not several,
         "tuning/own_damping": not several and options.kind == "free",
-        "tuning/helps": not several and options.frequency is None,
+        "tuning/helps": (banded or not several) and options.frequency is None,
         "tuning/optimum/": options.frequency is not None,
         "tuning/without_spring": not (several or banded) and options.kind == "free",
         "tuning/threshold": not several and not least_squares and not banded,
@@ -165,6 +165,8 @@ def _tuning(case: "Case") -> Stage:
         "tuning/band/residual": banded and options.frequency is None,
         "tuning/active/weight": not least_squares and options.frequency is None,
         "tuning/tolerances/": options.tolerances is not None,
+        "tuning/tolerances/exact/stiffness_ratio": options.tolerances is not None and not several,
+        "tuning/tolerances/exact/secondary_damping": options.tolerances is not None and not several,
         "tuning/evaluations": not least_squares,
         "tuning/mean_square": least_squares,
         "tuning/active/": not least_squares,
@@ -177,7 +179,7 @@ def _tuning(case: "Case") -> Stage:
         "tuning/secondary_frequency": not several and units and sprung,
         "tuning/method/": bool(options.compare),
         "tuning/mistuning/": bool(options.mistuning),
-        "tuning/mistuning/worst": bool(options.mistuning) and not several,
+        "tuning/mistuning/worst": bool(options.mistuning) and (banded or not several),
         "tuning/sensitivity/": options.sensitivity,
         "tuning/unbounded/": options.bounds is not None and not several and not banded,
         "tuning/bounds/": options.bounds is not None and not several and not banded,
@@ -197,10 +199,10 @@ def _tuning(case: "Case") -> Stage:
         cost += f"; the same for {points} points of the chart at once"
     return Stage(
         name="tuning",
-        adapter="vibecalc.absorber.adapters.several:run_several_tuning"
-        if case.machine.secondaries
-        else "vibecalc.absorber.adapters.band:run_band_tuning"
+        adapter="vibecalc.absorber.adapters.band:run_band_tuning"
         if banded
+        else "vibecalc.absorber.adapters.several:run_several_tuning"
+        if several
         else "vibecalc.absorber.adapters.ground:run_ground_tuning"
         if white_ground(case)
         else "vibecalc.absorber.adapters.tuning:run_absorber_tuning",
@@ -325,17 +327,18 @@ def _motion(case: "Case") -> Stage:
     primary = case.machine.primary
     torsion = primary is not None and primary.inertia is not None
     names = TORSION if torsion else TRANSLATION
+    several = bool(case.machine.secondaries)
     curves = ("", "largest/", "largest_at/")
     banded = [f"{IN_BAND_ROOT}/", f"{IN_BAND_ROOT}/at/"] if is_banded(case) else []
     return Stage(
         name="absorber motion",
         adapter="vibecalc.absorber.adapters.motion:run_motion",
         why="[response.absorber] has an amplitude",
-        parts=("primary", "secondary"),
+        parts=("primary", "secondaries" if several else "secondary"),
         orders=_NO_ORDERS,
         cost="a small solve for each frequency; peaks between seeds about all poles",
         quantities=tuple(
-            f"{root}{names[one][0]}"
+            f"{root}{'each/' * (several and one in OF_ABSORBER)}{names[one][0]}"
             for one in motions_of(case)
             for root in (
                 *(f"{MOTION_ROOT}/{table}" for table in curves),
@@ -458,10 +461,12 @@ def _orders_of_pendulum(case: "Case") -> Harmonics:
 def _work_of_tuning(case: "Case", orders: int) -> Work:
     options = case.tuning
     assert options is not None
-    if case.machine.secondaries:
-        return ((1, "several"), (len(options.mistuning) / 3.0, "peak_search"))
+    several = len(case.machine.secondaries)
     if is_banded(case):
-        return ((1.0 + 2.0 * (options.tolerances is not None), "band_search"),)
+        searches = 1.0 + 2.0 * (options.tolerances is not None)
+        return ((searches * max(1, several) ** 2, "band_search"),)
+    if several:
+        return ((1, "several"), (len(options.mistuning) / 3.0, "peak_search"))
     chart = options.chart
     points = 0 if chart is None else len(chart.primary_damping) * chart.mass_ratio.points
     searches = 1.0 + 0.8 * len(options.compare) + len(options.mistuning) / 3.0
@@ -537,14 +542,18 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
     known, kind = stock(machine), "" if tuning is None else tuning.kind
     spring = NO_SPRING if kind in VISCOUS else AS_TUNED
     damper = NO_SPRING if kind == "undamped_spring" else AS_TUNED
-    return {
+    named = {
         "absorber": tuple(one.name for one in machine.secondaries),
         "curve": curve_names(case),
         "method": () if tuning is None else tuning.compare,
-        "stock_spring": known.spring_names or (spring,),
         "stock_oil": tuple(oil.name for oil in known.oils),
-        "stock_damper": known.damper_names or (damper,),
     }
+    # which mixtures are worth showing is not known before the run
+    if len(known.spring_names) == known.plain_springs:
+        named["stock_spring"] = known.spring_names or (spring,)
+    if len(known.damper_names) == known.plain_dampers:
+        named["stock_damper"] = known.damper_names or (damper,)
+    return named
 
 
 SUBJECT = Subject(

@@ -1,7 +1,7 @@
 """Tables of a machine with absorbers: primary system, absorbers, hardware, pendulums."""
 
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -23,6 +23,7 @@ from vibecalc.core.case.fields import (
     Table,
     Unit,
 )
+from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import (
     at_most_one,
     below,
@@ -149,7 +150,7 @@ class Secondary(Table):
         None, ge=0, description="c2, in torsion; a negative one would feed energy in"
     )
     linear_damping: LinearDamping | None = Field(None, ge=0, description="in translation")
-    RULES = (
+    RULES: ClassVar[tuple[Any, ...]] = (
         at_most_one("mass_ratio", "inertia", "mass"),
         at_most_one("stiffness_ratio", "stiffness", "linear_stiffness"),
         at_most_one("damping_ratio", "own_damping_ratio", "damping", "linear_damping"),
@@ -168,6 +169,31 @@ class NamedSecondary(Secondary):
 
     name: Name = Field(description="label used in `on`, in tables and in `where`")
     on: Name = Field("primary", description="what carries it: the primary, or another one by name")
+    mode_shapes: Annotated[tuple[Ordinate, ...], Field(max_length=20)] = Field(
+        (),
+        description="ordinate of each of primary.modes where it is; default: shape_at_absorber",
+    )
+    RULES = (
+        *Secondary.RULES,
+        refuse(
+            "mode_shapes",
+            "there are not as many ordinates as the primary has modes",
+            lambda t: (
+                "mode_shapes" in t
+                and len(t.entries("mode_shapes"))
+                != len(table_at(t.machine, "primary").get("modes", ()))
+            ),
+            "one for each of [[machine.primary.modes]]",
+            also=("machine", "primary"),
+        ),
+        refuse(
+            "mode_shapes",
+            "an absorber on another moves with that one, whatever the modes",
+            lambda t: "mode_shapes" in t and t["on"] not in (None, "primary"),
+            "no mode_shapes, or on = 'primary'",
+            also="on",
+        ),
+    )
 
 
 Secondaries = Annotated[tuple[NamedSecondary, ...], Field(max_length=8)]

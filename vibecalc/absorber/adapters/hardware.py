@@ -33,12 +33,17 @@ from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.results import HARDWARE_ROOT
 from vibecalc.absorber.stage import AS_TUNED, NO_SPRING, VISCOUS, is_banded
 from vibecalc.absorber.transfer import Absorber
-from vibecalc.absorber.tuning.band import largest_of_pairs
-from vibecalc.absorber.tuning.restricted import Read, given_damping, stock_choice
+from vibecalc.absorber.tuning.band import at_least, largest_of_pairs
+from vibecalc.absorber.tuning.restricted import (
+    Read,
+    given_damping,
+    leading_pairs,
+    stock_choice,
+)
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, rounded, stack
-from vibecalc.numerics.rounding import EPSILON, FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Adapter, continued: what springs and oils in stock give, and the pair with the lowest peak.
@@ -65,11 +70,30 @@ class InstalledParts(NamedTuple):
 
 
 class Offers(NamedTuple):
-    """What every part in stock gives: names, ratios (n,), errors of the ratios."""
+    """What every part in stock gives: names, N/m or N s/m, ratios (n,), errors of the ratios.
+
+    Mixtures of kinds stand behind the `plain` ones.
+    """
 
     names: tuple[str, ...]
+    amount: FloatArray
     ratio: FloatArray
     error: FloatArray
+    plain: int
+
+    def some(self, places: IntArray) -> "Offers":
+        """Those at some places, in their order."""
+        names = tuple(self.names[place] for place in places)
+        amount, ratio, error = (part[places] for part in self[1:4])
+        return Offers(names, amount, ratio, error, int(np.sum(places < self.plain)))
+
+    @property
+    def kept(self) -> "Offers":
+        """Without mixtures."""
+        return self.some(np.arange(self.plain))
+
+
+_NOTHING = Offers((NO_SPRING,), np.zeros(1), np.zeros(1), np.zeros(1), 1)
 
 
 def emit_stock(scene: Scene, parts: AbsorberParts, tuned: Absorber | None) -> InstalledParts | None:
@@ -82,14 +106,16 @@ def emit_stock(scene: Scene, parts: AbsorberParts, tuned: Absorber | None) -> In
         return None
     tuning = scene.case.tuning
     viscous = tuning is not None and tuning.kind in VISCOUS
-    springs = _springs(scene, parts, scale)
+    springs = _springs(parts, scale)
     oils = _oils(scene, parts, scale, filled, tuned)
+    if tuning is None or tuned is None or viscous or oils is None or tuning.norm == "h2":
+        _emit_springs(scene, springs and springs.kept)
     if tuning is None or tuned is None:
         return None
     pair = tuning.excitation, tuning.response
     least = float(peaks(tuned, *pair).largest)
     if viscous:
-        springs = Offers((NO_SPRING,), np.zeros(1), np.zeros(1))
+        springs = _NOTHING
     if springs is None or oils is None:
         return _as_built(parts, scale, filled, least, viscous)
     if tuning.norm == "h2":
@@ -98,6 +124,9 @@ def emit_stock(scene: Scene, parts: AbsorberParts, tuned: Absorber | None) -> In
             'small: under norm = "h2" no pair of them is chosen'
         )
         return _as_built(parts, scale, filled, least, viscous)
+    if not viscous:
+        springs, oils = _shortlist(scene, parts, tuning, tuned, springs, oils)
+        _emit_springs(scene, springs)
     best = _emit_pairs(scene, tuning, tuned, springs, oils, "pair", "stock_oil", least)
     if best is None:
         return _as_built(parts, scale, filled, least, viscous)
@@ -113,29 +142,32 @@ def emit_stock_in_line(scene: Scene, parts: AbsorberParts, tuned: Absorber | Non
     scale, stock, tuning = parts.scale, parts.stock, scene.case.tuning
     if scale is None:
         return
-    springs, dampers = _springs(scene, parts, scale), None
+    springs, dampers = _springs(parts, scale), None
     if stock.damper_names:
         ratio = stock.dampings / scale.damping
-        axes = {"stock_damper": stock.damper_names}
-        scene.emit(f"{HARDWARE_ROOT}/damper/damping", stock.dampings, 0.0, axes)
-        scene.emit(f"{HARDWARE_ROOT}/damper/secondary_damping", ratio, 8.0 * EPSILON * ratio, axes)
-        dampers = Offers(stock.damper_names, ratio, 8.0 * EPSILON * ratio)
+        dampers = Offers(
+            stock.damper_names, stock.dampings, ratio, 8.0 * EPSILON * ratio, stock.plain_dampers
+        )
     if tuning is None or tuned is None or tuning.norm == "h2" or not (springs or dampers):
+        _emit_springs(scene, springs and springs.kept)
+        _emit_dampers(scene, scale, dampers and dampers.kept)
         return
-    if tuning.kind in VISCOUS:
-        springs = Offers((NO_SPRING,), np.zeros(1), np.zeros(1))
-    if tuning.kind == "undamped_spring":
-        dampers = Offers((NO_SPRING,), np.zeros(1), np.zeros(1))
     uncertainty = scene.handed_on["tuned_uncertainty"]
-    springs = springs or _as_tuned(tuned.stiffness_ratio, uncertainty.stiffness)
-    dampers = dampers or _as_tuned(tuned.secondary_damping, uncertainty.damping)
+    chosen = springs or _as_tuned(tuned.stiffness_ratio, uncertainty.stiffness)
+    chosen = _NOTHING if tuning.kind in VISCOUS else chosen
+    damped = dampers or _as_tuned(tuned.secondary_damping, uncertainty.damping)
+    damped = _NOTHING if tuning.kind == "undamped_spring" else damped
+    chosen, damped = _shortlist(scene, parts, tuning, tuned, chosen, damped)
+    _emit_springs(scene, springs and (springs.kept if tuning.kind in VISCOUS else chosen))
+    idle = tuning.kind == "undamped_spring"
+    _emit_dampers(scene, scale, dampers and (dampers.kept if idle else damped))
     if is_banded(scene.case):
         read = _in_band(scene, tuning)
         k, z = np.asarray(tuned.stiffness_ratio), np.asarray(tuned.secondary_damping)
         least = float(read(k, z, tuning.response)[0])
     else:
         least = float(peaks(tuned, tuning.excitation, tuning.response).largest)
-    _emit_pairs(scene, tuning, tuned, springs, dampers, "damper_pair", "stock_damper", least)
+    _emit_pairs(scene, tuning, tuned, chosen, damped, "damper_pair", "stock_damper", least)
 
 
 def _in_band(scene: Scene, tuning: Tuning) -> Read:
@@ -149,7 +181,60 @@ def _in_band(scene: Scene, tuning: Tuning) -> Read:
 
 
 def _as_tuned(ratio: object, error: object) -> Offers:
-    return Offers((AS_TUNED,), *(np.array([float(np.asarray(x))]) for x in (ratio, error)))
+    value, off = (np.array([float(np.asarray(x))]) for x in (ratio, error))
+    return Offers((AS_TUNED,), np.zeros(1), value, off, 1)
+
+
+#: best pairs whose mixtures are shown, and pairs whose peaks are computed together
+_SHOWN, _BLOCK = 10, 5000
+
+
+def _shortlist(
+    scene: Scene, parts: AbsorberParts, tuning: Tuning, tuned: Absorber, springs: Offers,
+    dampers: Offers,
+) -> tuple[Offers, Offers]:  # fmt: skip
+    """Of mixtures those that stand in the best pairs of all; everything else stays."""
+    if not any(len(one.names) > one.plain for one in (springs, dampers)):
+        return springs, dampers
+    if parts.stock.unmixed:
+        scene.warn("kinds in stock are so many that mixtures of two of them at most are tried")
+    limits, pair = limits_of(tuning), (tuning.excitation, tuning.response)
+    z1, m = tuned.primary_damping, tuned.mass_ratio
+    inside = [
+        (one.ratio >= low) & (one.ratio <= high)
+        for one, (low, high) in ((springs, limits.stiffness), (dampers, limits.damping))
+    ]
+    in_band = _in_band(scene, tuning) if is_banded(scene.case) else None
+
+    def height(k: FloatArray, z: FloatArray, response: str) -> FloatArray:
+        if in_band is not None:
+            return in_band(k, z, response)[0]
+        return np.asarray(peaks(Absorber(z1, m, k, z), pair[0], response).largest)
+
+    def read(k: FloatArray, z: FloatArray) -> FloatArray:
+        found = height(k, z, pair[1])
+        if np.isfinite(limits.travel):
+            name = "relative_displacement" if in_band is None else "travel"
+            found = np.where(height(k, z, name) <= limits.travel, found, np.inf)
+        return found
+
+    def below(k: FloatArray, z: FloatArray) -> FloatArray:
+        if in_band is None:
+            blocks = np.array_split(np.arange(len(k)), 1 + len(k) // _BLOCK)
+            return np.concatenate([height(k[some], z[some], pair[1]) for some in blocks])
+        problem = problem_of(tuning, parts, scene.case.machine)
+        return at_least(problem, k, z, *scene.handed_on["band_active"])
+
+    pairs = leading_pairs(
+        springs.ratio, dampers.ratio, np.logical_and.outer(*inside), read, below, _SHOWN
+    )
+    if not pairs:
+        return springs.kept, dampers.kept
+    shown = [
+        np.unique([*range(one.plain), *used])
+        for one, used in zip((springs, dampers), zip(*pairs, strict=True), strict=True)
+    ]
+    return springs.some(shown[0]), dampers.some(shown[1])
 
 
 def _emit_pairs(
@@ -204,7 +289,7 @@ def _as_built(
     return InstalledParts(springs.stiffness / scale.stiffness, filled.oil, least)
 
 
-def _springs(scene: Scene, parts: AbsorberParts, scale: Scale) -> Offers | None:
+def _springs(parts: AbsorberParts, scale: Scale) -> Offers | None:
     springs, stock = parts.springs, parts.stock
     if springs is None or not stock.spring_names:
         return None
@@ -212,10 +297,22 @@ def _springs(scene: Scene, parts: AbsorberParts, scale: Scale) -> Offers | None:
     found = couple_stiffness(stock.spring_rates, counts, springs.radius, springs.angle)
     ratio = found.value / scale.stiffness
     error = found.error / scale.stiffness + 4.0 * EPSILON * ratio
-    axes = {"stock_spring": stock.spring_names}
-    scene.emit(f"{HARDWARE_ROOT}/spring/rate", stock.spring_rates, 0.0, axes)
-    scene.emit(f"{HARDWARE_ROOT}/spring/stiffness_ratio", ratio, error, axes)
-    return Offers(stock.spring_names, ratio, error)
+    return Offers(stock.spring_names, stock.spring_rates, ratio, error, stock.plain_springs)
+
+
+def _emit_springs(scene: Scene, springs: Offers | None) -> None:
+    if springs is not None:
+        axes = {"stock_spring": springs.names}
+        scene.emit(f"{HARDWARE_ROOT}/spring/rate", springs.amount, 0.0, axes)
+        scene.emit(f"{HARDWARE_ROOT}/spring/stiffness_ratio", springs.ratio, springs.error, axes)
+
+
+def _emit_dampers(scene: Scene, scale: Scale, dampers: Offers | None) -> None:
+    if dampers is not None:
+        axes = {"stock_damper": dampers.names}
+        scene.emit(f"{HARDWARE_ROOT}/damper/damping", dampers.amount, 0.0, axes)
+        root = f"{HARDWARE_ROOT}/damper/secondary_damping"
+        scene.emit(root, dampers.ratio, dampers.error, axes)
 
 
 def _oils(
@@ -251,7 +348,7 @@ def _oils(
         "viscosity against temperature",
         "ASTM D341; Baca Vasquez (2007), equation 3.18",
     )
-    return Offers(names, ratio, error)
+    return Offers(names, stack(damping).value, ratio, error, len(names))
 
 
 def _right(oil: Oil, filled: Filling, wanted: float) -> tuple[float, float]:

@@ -1,11 +1,13 @@
-"""Adapter: motions in m and forces in N of a primary of one or several modes with an absorber."""
+"""Adapter: motions in m and forces in N of a primary of one or several modes with absorbers."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from vibecalc.absorber.adapters.band import problem_of
 from vibecalc.absorber.adapters.response import moved_by_ratios
+from vibecalc.absorber.adapters.several import given_system
 from vibecalc.absorber.asked_tables import AMPLITUDES, AbsorberResponse
 from vibecalc.absorber.modal import Fitted, Modes, bare, fitted, highest, magnitude
 from vibecalc.absorber.model import AbsorberParts, Scale, build_absorber, modes_of
@@ -31,68 +33,104 @@ def run_motion(scene: Scene) -> None:
     if case.response is None or case.response.absorber is None or case.machine.primary is None:
         raise ValueError("the case has no [response.absorber]")
     parts, options = build_absorber(case), case.response.absorber
-    tuned = scene.handed_on.get("tuned")
-    one = parts.absorber if tuned is None else tuned
-    if parts.scale is None or one is None or (tuned is None and not parts.is_complete):
-        raise NumericalFailure("the absorber has no spring or no damper, and no tuning finds it")
-    modes = modes_of(case.machine.primary, parts.scale)
-    m, k, z = (float(np.asarray(part)) for part in one[1:])
-    system = fitted(modes, m, k, z)
-    uncertainty = scene.handed_on.get("tuned_uncertainty")
-    excitation, unit = driven(options, parts.scale)
+    scale, several = parts.scale, parts.branches
+    if scale is None:
+        raise ValueError("a motion in units needs a primary with units")
+    modes = modes_of(case.machine.primary, scale, several)
+    masses, given, errors = absorbers_of(scene, parts)
+    carrier = tuple(branch.carrier for branch in several)
+
+    def made(ratios: FloatArray) -> Fitted:
+        stiffness, damping = np.split(ratios, 2)
+        return fitted(modes, masses, stiffness, damping, carrier)
+
+    excitation, unit = driven(options, scale)
     x = drawn(options, parts, modes)
-    natural = parts.scale.frequency / _TURN
-    axes = {"excitation_frequency": x * natural}
-    names = TORSION if parts.scale.torsion else TRANSLATION
-    band = None
+    natural = scale.frequency / _TURN
+    names = TORSION if scale.torsion else TRANSLATION
+    curves = {"excitation_frequency": x * natural}
+    each = {"absorber": tuple(branch.name for branch in several)}
+    ranges = [((float(x[0]), float(x[-1])), f"{MOTION_ROOT}/largest", f"{MOTION_ROOT}/largest_at")]
     if is_banded(case) and case.tuning is not None:
         problem = problem_of(case.tuning, parts, case.machine)
-        band = problem.low, problem.high
+        ranges.append(((problem.low, problem.high), IN_BAND_ROOT, f"{IN_BAND_ROOT}/at"))
+    bare_range = (ranges[0][0], f"{WITHOUT_ROOT}/largest", f"{WITHOUT_ROOT}/largest_at")
 
-    def moved_at(read: Callable[[Fitted], np.ndarray]) -> FloatArray:
-        errors = np.zeros(2) if uncertainty is None else np.array(uncertainty)
-        return moved_by_ratios(lambda both: read(fitted(modes, m, *both)), np.array([k, z]), errors)
+    def emit(what: str, root: str, absorbers: range, ranges: list[Any], moves: bool) -> None:
+        """A curve and its largest in each range, of the absorbers named or of the primary."""
+        own = what in OF_ABSORBER and bool(several)
+        path, axes = ("each/" if own else "") + names[what][0], each if own else {}
+        size = unit * _factor(what, scale)
 
-    def emit_largest(
-        one: Fitted, what: str, roots: tuple[str, str], ends: tuple[float, float], moves: bool
-    ) -> None:
-        """The largest between two frequency ratios, and where that is."""
-        name, size = names[what][0], unit * _factor(what, scale)
+        def stacked(rows: list[np.ndarray]) -> np.ndarray:
+            return np.stack(rows) if own else rows[0]
 
-        def top(system: Fitted) -> np.ndarray:
-            return np.array(highest(system, excitation, what, *ends))[:, 0]
+        def moved(read: Callable[[Fitted], np.ndarray]) -> FloatArray:
+            if not moves:
+                return np.zeros(3)
+            return moved_by_ratios(lambda ratios: read(made(ratios)), given, errors)
 
-        (peak, error, where), moved = top(one), moved_at(top) if moves else np.zeros(3)
-        off = size * (error + moved[0] + 8.0 * EPSILON * float(_finite(peak)))
-        scene.emit(f"{roots[0]}/{name}", size * peak, off)
-        place = natural * (moved[2] + 1e-12 * float(ends[1]))
-        scene.emit(f"{roots[1]}/{name}", natural * where, place)
+        system = made(given) if moves else bare(modes)
+        values, off = [], 0.0
+        for place in absorbers:
 
-    scale, whole = parts.scale, (float(x[0]), float(x[-1]))
-    for response in motions_of(case):
-        size = unit * _factor(response, scale)
+            def curve(one: Fitted, place: int = place) -> np.ndarray:
+                return np.asarray(magnitude(one, x, excitation, what, place)[0][0])
 
-        def curve(one: Fitted, what: str = response) -> np.ndarray:
-            return np.asarray(magnitude(one, x, excitation, what)[0][0])
+            value, error = _curve(system, x, excitation, what, place)
+            values.append(_scaled(size, value))
+            spread = float(np.max(moved(curve)))
+            off = max(off, size * (float(np.max(error)) + spread)
+                      + 8.0 * EPSILON * float(np.max(_finite(values[-1]))))  # fmt: skip
+        scene.emit(f"{root}/{path}", stacked(values), off, axes | curves)
+        for ends, heights, places in ranges:
+            tops = []
+            for place in absorbers:
 
-        for root, one in ((MOTION_ROOT, system), (WITHOUT_ROOT, bare(modes))):
-            moves = root == MOTION_ROOT
-            if not moves and response in OF_ABSORBER:
-                continue
-            value, error = _curve(one, x, excitation, response)
-            value = _scaled(size, value)
-            off = size * (np.max(error) + (np.max(moved_at(curve)) if moves else 0.0))
-            rounding = 8.0 * EPSILON * np.max(_finite(value))
-            scene.emit(f"{root}/{names[response][0]}", value, off + rounding, axes)
-            emit_largest(one, response, (f"{root}/largest", f"{root}/largest_at"), whole, moves)
-        if band is not None:
-            emit_largest(system, response, (IN_BAND_ROOT, f"{IN_BAND_ROOT}/at"), band, True)
+                def top(one: Fitted, place: int = place, ends: Any = ends) -> np.ndarray:
+                    return np.array(highest(one, excitation, what, ends[0], ends[1], place))[:, 0]
+
+                (peak, error, where), shift = top(system), moved(top)
+                slack = error + shift[0] + 8.0 * EPSILON * float(_finite(peak))
+                apart = natural * (shift[2] + 1e-12 * float(ends[1]))
+                tops.append(np.array([size * peak, size * slack, natural * where, apart]))
+            found = stacked(tops).T
+            scene.emit(f"{heights}/{path}", found[0], found[1], axes)
+            scene.emit(f"{places}/{path}", found[2], found[3], axes)
+
+    for what in motions_of(case):
+        own = what in OF_ABSORBER
+        emit(what, MOTION_ROOT, range(len(masses) if own else 1), ranges, True)
+        if not own:
+            emit(what, WITHOUT_ROOT, range(1), [bare_range], False)
     scene.cite(
-        "response of modal masses with an absorber, each frequency by itself; peaks by Newton's "
+        "response of modal masses with absorbers, each frequency by itself; peaks by Newton's "
         "method between seeds about all poles",
         "motions and forces in units",
         "docs/theory_absorber_band.md",
     )
+
+
+def absorbers_of(scene: Scene, parts: AbsorberParts) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mass ratios (a,), then stiffness and damping ratios (2 a,) with their errors: tuned, or as
+    given."""
+    if parts.branches:
+        tuned = scene.handed_on.get("several") or given_system(parts)
+        uncertainty = scene.handed_on.get("several_uncertainty")
+        mass, stiffness, damping = tuned[1:4]
+    else:
+        tuned = scene.handed_on.get("tuned")
+        if tuned is None and not parts.is_complete:
+            raise NumericalFailure(
+                "the absorber has no spring or no damper, and no tuning finds it"
+            )
+        mass, stiffness, damping = (tuned or parts.absorber)[1:]  # type: ignore[index]
+        uncertainty = scene.handed_on.get("tuned_uncertainty")
+    masses = np.atleast_1d(np.asarray(mass, float))
+    ratios = np.concatenate([np.atleast_1d(stiffness), np.atleast_1d(damping)]).astype(float)
+    if uncertainty is None:
+        return masses, ratios, np.zeros(len(ratios))
+    return masses, ratios, np.concatenate([np.atleast_1d(part) for part in uncertainty])
 
 
 def _scaled(size: float, values: np.ndarray) -> np.ndarray:
@@ -138,13 +176,13 @@ def drawn(options: AbsorberResponse, parts: AbsorberParts, modes: Modes) -> Floa
 
 
 def _curve(
-    system: Fitted, x: FloatArray, excitation: str, response: str
+    system: Fitted, x: FloatArray, excitation: str, response: str, absorber: int
 ) -> tuple[np.ndarray, FloatArray]:
     """H (points,) and its error; infinite at an undamped natural frequency of the bare primary."""
     modes = system.modes
-    sharp = modes.frequency[0][modes.damping[0] == 0.0] if system.mass[0] == 0.0 else np.zeros(0)
+    sharp = modes.frequency[0][(modes.damping[0] == 0.0) & (system.mass[0, 0] == 0.0)]
     on = np.any(np.abs(x[:, None] - sharp) <= 4.0 * EPSILON * x[:, None], axis=1) & (x > 0.0)
     value, error = np.full(len(x), np.inf + 0j), np.zeros(len(x))
-    found, slack = magnitude(system, x[~on], excitation, response)
+    found, slack = magnitude(system, x[~on], excitation, response, absorber)
     value[~on], error[~on] = found[0], slack[0]
     return value, error

@@ -28,7 +28,7 @@ from vibecalc.absorber.tuning.several_search import Travel, TuningProblem
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, stack
-from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 
 # ----------------------------------------------------------------------------
 # Adapter: several absorbers on one primary, next to each other or one on another.
@@ -59,27 +59,11 @@ def run_several_tuning(scene: Scene) -> None:
     z1, pair = parts.primary_damping, (options.excitation, options.response)
     m = np.array([branch.mass_ratio for branch in parts.branches])
     best = solved(_problem(options, parts, m), STARTS)
-    system = Several(z1, m, best.stiffness_ratio, best.secondary_damping, parents_of(parts))
-    scene.handed_on["several"] = system
-    names = {"absorber": tuple(branch.name for branch in parts.branches)}
-    count, error = len(m), best.ratio_error
-    k, z2 = best.stiffness_ratio, best.secondary_damping
     scene.emit(f"{TUNING_ROOT}/primary_damping", z1)
-    scene.emit(f"{TUNING_ROOT}/each/mass_ratio", m, 2.0 * EPSILON * np.max(m), names)
-    scene.emit(f"{TUNING_ROOT}/each/stiffness_ratio", k, error[:count], names)
-    scene.emit(f"{TUNING_ROOT}/each/secondary_damping", z2, error[count : 2 * count], names)
-    uncertainty = tuning_error(error[:count], error[count : 2 * count])
-    scene.handed_on["several_uncertainty"] = uncertainty
-    safe = np.where(k > 0.0, k, 1.0)
-    on_secondary = np.where(k > 0.0, z2 / np.sqrt(m * safe), 0.0)
-    off = np.where(
-        k > 0.0,
-        uncertainty.damping / np.sqrt(m * safe) + 0.5 * on_secondary * uncertainty.stiffness / safe,
-        0,
+    system, uncertainty = hand_on(
+        scene, parts, best.stiffness_ratio, best.secondary_damping, *np.split(best.ratio_error, 2)
     )
-    scene.emit(
-        f"{TUNING_ROOT}/each/own_damping", on_secondary, off + 4.0 * EPSILON * on_secondary, names
-    )
+    names = named(parts)
     scene.emit(f"{TUNING_ROOT}/peak", best.peak, best.peak_error)
     alone = peaks(Absorber(z1, 1.0, 0.0, 0.0), *pair)
     least = float(alone.largest)
@@ -89,7 +73,6 @@ def run_several_tuning(scene: Scene) -> None:
         float(alone.largest_error) if np.isfinite(least) else 0.0,
     )
     _emit_travels(scene, system, pair[0], uncertainty, names)
-    _emit_units(scene, parts, system, uncertainty, names)
     axes = {"active": np.arange(1, len(best.frequency) + 1)}
     height = np.full(len(best.frequency), best.peak)
     far = moved_several(lambda one: places_near(one, pair, best.frequency), system, uncertainty)
@@ -131,34 +114,45 @@ def _emit_travels(
     scene.emit(f"{TUNING_ROOT}/each/travel", travels, error + far, names)
 
 
-def _emit_units(
-    scene: Scene,
-    parts: AbsorberParts,
-    system: Several,
-    uncertainty: TuningError,
-    names: dict[str, tuple[str, ...]],
-) -> None:
-    """Stiffness, damping and own frequency of each, where the primary has units."""
+def named(parts: AbsorberParts) -> dict[str, tuple[str, ...]]:
+    """The axis of all absorbers."""
+    return {"absorber": tuple(branch.name for branch in parts.branches)}
+
+
+def hand_on(
+    scene: Scene, parts: AbsorberParts, k: FloatArray, z2: FloatArray, stiffness_error: FloatArray,
+    damping_error: FloatArray,
+) -> tuple[Several, TuningError]:  # fmt: skip
+    """Emit mass, spring and damper of each absorber, in units where the primary has them."""
+    m = np.array([branch.mass_ratio for branch in parts.branches])
+    system, names = Several(parts.primary_damping, m, k, z2, parents_of(parts)), named(parts)
+    uncertainty = tuning_error(stiffness_error, damping_error)
+    scene.handed_on["several"] = system
+    scene.handed_on["several_uncertainty"] = uncertainty
+    root = f"{TUNING_ROOT}/each"
+    scene.emit(f"{root}/mass_ratio", m, 2.0 * EPSILON * np.max(m), names)
+    scene.emit(f"{root}/stiffness_ratio", k, stiffness_error, names)
+    scene.emit(f"{root}/secondary_damping", z2, damping_error, names)
+    sprung = k > 0.0
+    safe = np.where(sprung, k, 1.0)
+    own = np.where(sprung, z2 / np.sqrt(m * safe), 0.0)
+    off = uncertainty.damping / np.sqrt(m * safe) + 0.5 * own * uncertainty.stiffness / safe
+    scene.emit(f"{root}/own_damping", own, np.where(sprung, off, 0.0) + 4.0 * EPSILON * own, names)
     scale = parts.scale
     if scale is None:
-        return
+        return system, uncertainty
     kind = "torsional" if scale.torsion else "linear"
-    m, k, z2 = (np.asarray(part, dtype=float) for part in system[1:4])
-    for name, unit, ratio, off in (
+    for name, unit, ratio, error in (
         ("stiffness", scale.stiffness, k, uncertainty.stiffness),
         ("damping", scale.damping, z2, uncertainty.damping),
     ):
-        error = unit * (off + 8.0 * EPSILON * ratio)
-        scene.emit(
-            f"{TUNING_ROOT}/each/{kind}_{name}",
-            unit * ratio,
-            np.where(np.isfinite(ratio), error, 0.0),
-            names,
-        )
+        finite, off = np.isfinite(ratio), unit * (error + 8.0 * EPSILON * ratio)
+        scene.emit(f"{root}/{kind}_{name}", unit * ratio, np.where(finite, off, 0.0), names)
     frequency = scale.frequency * np.sqrt(k / m)
-    share = uncertainty.stiffness / np.where((k > 0.0) & np.isfinite(k), k, 1.0) + 8.0 * EPSILON
+    share = uncertainty.stiffness / np.where(sprung & np.isfinite(k), k, 1.0) + 8.0 * EPSILON
     error = np.where(np.isfinite(frequency), frequency * share, 0.0)
-    scene.emit(f"{TUNING_ROOT}/each/frequency", frequency, error, names)
+    scene.emit(f"{root}/frequency", frequency, error, names)
+    return system, uncertainty
 
 
 def numbers(system: Several) -> range:
@@ -278,7 +272,7 @@ def run_several_response(scene: Scene) -> None:
     case, parts = scene.case, build_absorber(scene.case)
     assert case.response is not None and case.response.absorber is not None
     options, pair = case.response.absorber, asked_of(case)
-    system = scene.handed_on.get("several") or _given(parts)
+    system = scene.handed_on.get("several") or given_system(parts)
     names, systems = curve_names(case), [system]
     if options.limits:
         hard = np.full(len(parts.branches), np.inf)
@@ -293,7 +287,7 @@ def run_several_response(scene: Scene) -> None:
     scene.emit(f"{RESPONSE}/curve", values, error, axes)
     moves = [_curves(systems, ratios, pair[0], TRAVEL, n, uncertainty) for n in numbers(system)]
     values, error = (np.stack([one[i] for one in moves], axis=1) for i in range(2))
-    absorbers = {"absorber": tuple(branch.name for branch in parts.branches)}
+    absorbers = named(parts)
     scene.emit(
         f"{RESPONSE}/each/relative_curve",
         values,
@@ -341,7 +335,8 @@ def _free(system: Several) -> Several:
     return system._replace(stiffness_ratio=nothing, secondary_damping=nothing)
 
 
-def _given(parts: AbsorberParts) -> Several:
+def given_system(parts: AbsorberParts) -> Several:
+    """The absorbers as the case gives them; raises NumericalFailure where something is missing."""
     rows = [(b.mass_ratio, b.stiffness_ratio, b.secondary_damping) for b in parts.branches]
     if any(value is None for row in rows for value in row):
         raise NumericalFailure("an absorber has no spring or no damper, and no tuning finds it")

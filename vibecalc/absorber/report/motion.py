@@ -10,7 +10,7 @@ from vibecalc.absorber.motion_results import (
     TRANSLATION,
     WITHOUT_ROOT,
 )
-from vibecalc.core.report.sections import Section, scalar_of, section, table_of
+from vibecalc.core.report.sections import Section, labels, scalar_of, section, table_of
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
 from vibecalc.core.results.record import Record, Result
 from vibecalc.units import convert
@@ -50,16 +50,28 @@ def absorber_motion(result: Result) -> Section | None:
     rows = []
     for names in (TRANSLATION, TORSION):
         for name, unit, read, words in names.values():
-            if f"{MOTION_ROOT}/{name}" not in record:
+            each = record.quantities.get(f"{MOTION_ROOT}/largest/each/{name}")
+            if each is not None:
+                whose, path = [f" {label}" for label in labels(each.axes[0])], f"each/{name}"
+            elif f"{MOTION_ROOT}/{name}" in record:
+                whose, path = [""], name
+            else:
                 continue
-            row, factor = [f"{words}, {read}"], convert(1.0, unit, read)
-            for values, places in roots:
-                top = record.quantities.get(f"{values}/{name}")
-                where = scalar_of(record, f"{places}/{name}")
-                row.append("" if top is None else show(
-                    factor * float(np.abs(top.values)), factor * top.error_estimate))  # fmt: skip
-                row.append(show(where) if where is not None and np.isfinite(where) else "")
-            rows.append(row)
+            factor = convert(1.0, unit, read)
+            for place, label in enumerate(whose):
+                row = [f"{words}{label}, {read}"]
+                for values, places in roots:
+                    top, where = (
+                        record.quantities.get(f"{table}/{path}") for table in (values, places)
+                    )
+                    if top is None or where is None:
+                        row += ["", ""]
+                        continue
+                    height, at = (np.ravel(np.abs(one.values))[place] for one in (top, where))
+                    met = height > 0.0 and np.isfinite(at)
+                    row.append(show(factor * float(height), factor * top.error_estimate))
+                    row.append(show(float(at)) if met else "")
+                rows.append(row)
     lines = paragraph(f"amplitudes, 0 to peak{said}, with and without the absorber:")
     return section("Motions and forces", [[*lines, *table(columns, rows)]], {}, shown)
 
@@ -99,7 +111,11 @@ def tolerances(record: Record) -> list[str]:
         ("parts without errors", tuple(f"{root}exact/{name}" for name in (
             "stiffness_ratio", "secondary_damping", "nominal_peak", "worst_peak"))),
     ):  # fmt: skip
-        rows.append([words, *(show(scalar_of(record, path) or 0.0) for path in paths)])
+        found = [scalar_of(record, path) for path in paths]
+        rows.append([words, *("" if one is None else show(one) for one in found)])
+    several = all(not row[1] for row in rows)
+    if several:
+        columns, rows = [columns[0], *columns[3:]], [[row[0], *row[3:]] for row in rows]
     lines = table(columns, rows)
     inside = scalar_of(record, root + "inside_peak")
     if inside is not None:

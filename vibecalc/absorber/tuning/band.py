@@ -1,4 +1,4 @@
-"""Minimax tuning within a band of frequencies, of one or several modes, over states of parts."""
+"""Minimax tuning within a band of frequencies: absorbers on modes, over states of their parts."""
 
 import itertools
 from collections.abc import Callable
@@ -19,20 +19,21 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
-# What is tuned: an absorber on modes, the band, and the states in which it has to do well.
+# What is tuned: absorbers on modes, the band, and the states in which they have to do well.
 # ----------------------------------------------------------------------------
 
 
 class BandProblem(NamedTuple):
-    """Find k and z2 that make the largest |H| from `low` to `high` least over all `states`.
+    """Find k and z (a,) that make the largest |H| from `low` to `high` least over all `states`.
 
-    `states` (s, 4): relative deviations of natural frequencies of the primary at constant mass,
-    mass of the absorber, its stiffness, its damping; the first row zeros.
-    `stiffness` and `damping` bound the nominal ratios.
+    `mass` (a,) and `carrier` as in `Fitted`. `states` (s, 4): relative deviations of natural
+    frequencies of the primary at constant mass, masses of the absorbers, their stiffness, their
+    damping; the first row zeros. `stiffness` and `damping` bound the nominal ratios, `travel` the
+    largest motion of each absorber against what carries it within the band, in every state.
     """
 
     modes: Modes
-    mass: float
+    mass: FloatArray
     excitation: str
     response: str
     low: float
@@ -40,17 +41,23 @@ class BandProblem(NamedTuple):
     states: FloatArray
     stiffness: tuple[float, float] = (0.0, np.inf)
     damping: tuple[float, float] = (0.0, np.inf)
+    travel: float = np.inf
+    carrier: tuple[int, ...] = ()
+
+    @property
+    def readings(self) -> list[tuple[str, int, float]]:
+        """What is read, of which absorber and over what: the response, each travel with a limit."""
+        bounded = range(len(self.mass)) if np.isfinite(self.travel) else ()
+        return [(self.response, 0, 1.0), *(("travel", place, self.travel) for place in bounded)]
 
     def systems(
-        self,
-        stiffness: float | FloatArray,
-        damping: float | FloatArray,
-        states: FloatArray | None = None,
+        self, stiffness: FloatArray, damping: FloatArray, states: FloatArray | None = None
     ) -> Fitted:
-        """The absorber with nominal ratios, one or (s,), in every state (s, 4): one row each."""
+        """The absorbers with nominal ratios (a,), or (s, a), in every state (s, 4): a row each."""
         off = 1.0 + (self.states if states is None else states)
         modes = self.modes._replace(frequency=off[:, :1] * self.modes.frequency)
-        return fitted(modes, self.mass * off[:, 1], stiffness * off[:, 2], damping * off[:, 3])
+        ratios = (self.mass * off[:, 1:2], stiffness * off[:, 2:3], damping * off[:, 3:])
+        return fitted(modes, *ratios, self.carrier)
 
 
 def states_of(tolerances: tuple[float, float, float, float]) -> FloatArray:
@@ -65,49 +72,74 @@ def states_of(tolerances: tuple[float, float, float, float]) -> FloatArray:
 
 
 class Levels(NamedTuple):
-    """Maxima (p,): state, place, ln |H|, error of it, and its gradient (p, 2) by (ln k, z)."""
+    """Maxima (p,): state, place, ln |H|, error of it, and its gradient (p, 2 a) by (ln k, z).
+
+    `limit` is 0 for the response, j for a travel of absorber j, whose level is over its limit.
+    """
 
     state: IntArray
     place: FloatArray
     level: FloatArray
     error: FloatArray
     slope: FloatArray
+    limit: IntArray
 
     def some(self, which: BoolArray | IntArray) -> "Levels":
         """The maxima that an index names."""
-        state, place, level, error, slope = self
-        return Levels(state[which], place[which], level[which], error[which], slope[which])
+        state, place, level, error, slope, limit = self
+        return Levels(
+            state[which], place[which], level[which], error[which], slope[which], limit[which]
+        )
+
+    @property
+    def top(self) -> float:
+        """The highest response."""
+        return float(np.max(self.level[self.limit == 0]))
+
+    @property
+    def merit(self) -> float:
+        """The highest response, and what travels exceed their limits by, many times."""
+        return self.top + _PENALTY * max(0.0, float(np.max(self.level[self.limit > 0], initial=0)))
+
+    @property
+    def depth(self) -> FloatArray:
+        """How far each lies below the highest response, or below its limit."""
+        return np.where(self.limit == 0, self.top, 0.0) - self.level
 
 
 def levels_at(problem: BandProblem, point: FloatArray) -> Levels:
     """All maxima at (ln k, z); how their places move counts for nothing to first order."""
-    stiffness, damping = float(np.exp(point[0])), float(max(point[1], 0.0))
-    system = problem.systems(stiffness, damping)
-    tops = tops_within(system, problem.excitation, problem.response, problem.low, problem.high)
-    here = response_at(
-        system.some(tops.row), tops.place.value, problem.excitation, problem.response
-    )
-    off = 1.0 + problem.states[tops.row]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.stack([
-            np.real(here.by_stiffness / here.value) * stiffness * off[:, 2],
-            np.real(here.by_damping / here.value) * off[:, 3],
-        ], axis=1)  # fmt: skip
-        level = np.log(tops.height.value)
-        error = tops.height.error / tops.height.value
-    usable = tops.height.value > 0.0
-    slope = np.where(np.isfinite(slope), slope, 0.0)
-    whole = Levels(tops.row, tops.place.value, level, error + 2.0 * EPSILON, slope)
-    return whole.some(usable)
+    stiffness, damping = np.split(point, 2)
+    stiffness, damping = np.exp(stiffness), np.maximum(damping, 0.0)
+    system, found = problem.systems(stiffness, damping), []
+    for limit, (what, absorber, size) in enumerate(problem.readings):
+        asked = problem.excitation, what
+        tops = tops_within(system, *asked, problem.low, problem.high, absorber)
+        here = response_at(system.some(tops.row), tops.place.value, *asked, absorber)
+        off = 1.0 + problem.states[tops.row]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope = np.concatenate([
+                np.real(here.by_stiffness / here.value[:, None]) * stiffness * off[:, 2:3],
+                np.real(here.by_damping / here.value[:, None]) * off[:, 3:],
+            ], axis=1)  # fmt: skip
+            level = np.log(tops.height.value / size)
+            error = tops.height.error / tops.height.value
+        usable = tops.height.value > 0.0
+        slope = np.where(np.isfinite(slope), slope, 0.0)
+        which = np.full(len(level), limit)
+        whole = Levels(tops.row, tops.place.value, level, error + 2.0 * EPSILON, slope, which)
+        found.append(whole.some(usable))
+    return Levels(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 
 
 def _bends(problem: BandProblem, point: FloatArray, here: Levels, step: FloatArray) -> FloatArray:
-    """Second derivatives (p, 2, 2) of each level, by differences of its slope."""
-    bend = np.zeros((len(here.level), 2, 2))
+    """Second derivatives (p, q, q) of each level, by differences of its slope."""
+    size = len(point)
+    bend = np.zeros((len(here.level), size, size))
     # of states far below the highest one the slopes are enough
-    near = np.unique(here.state[here.level > np.max(here.level) - _NEAR])
+    near = np.unique(here.state[here.depth < _NEAR])
     some = problem._replace(states=problem.states[near])
-    for i in range(2):
+    for i in range(size):
         there = point.copy()
         there[i] += step[i]
         found = levels_at(some, there)
@@ -117,10 +149,10 @@ def _bends(problem: BandProblem, point: FloatArray, here: Levels, step: FloatArr
 
 
 def _matched(here: Levels, there: Levels) -> FloatArray:
-    """Slopes (p, 2) of the maxima of `there` that are those of `here`."""
+    """Slopes (p, q) of the maxima of `there` that are those of `here`."""
     slope = here.slope.copy()
-    for i, (state, place) in enumerate(zip(here.state, here.place, strict=True)):
-        same = np.flatnonzero(there.state == state)
+    for i, (state, place, limit) in enumerate(zip(here.state, here.place, here.limit, strict=True)):
+        same = np.flatnonzero((there.state == state) & (there.limit == limit))
         if len(same):
             slope[i] = there.slope[same[np.argmin(np.abs(there.place[same] - place))]]
     return slope
@@ -131,10 +163,16 @@ def _matched(here: Levels, there: Levels) -> FloatArray:
 # ----------------------------------------------------------------------------
 
 _ACTIVE, _NEAR, _WATCHED = 1e-7, 0.15, 1.0
+#: worth of what a travel exceeds its limit by; what is left of it where the limit is kept
+_PENALTY, _KEPT = 100.0, 1e-7
 _ROUNDS, _POLISHES = 60, 6
 #: points of the first grid: stiffness, damping on the absorber's own frequency
 _ALONG, _DAMPINGS = 22, np.geomspace(2e-3, 1.2, 12)
 _STARTS = 3
+#: steps at which the descents of all starts end, and those of the best of them
+_ROUGH, _FINE, _FINALISTS = 3e-2, 1e-7, 2
+#: points of the grid of several absorbers, spread over all their ratios
+_SPREAD_OUT = 1500
 #: height over the least of the grid from which on a start leads nowhere better
 _HOPELESS = 1.3
 #: what may be left of weighted slopes of ln |H| by ln k, and by z over its usual size
@@ -142,33 +180,35 @@ _SETTLED = 1e-6
 
 
 class BandTuning(NamedTuple):
-    """k, z2, the largest |H| within the band over all states, absolute errors of the three.
+    """k, z (a,), the largest |H| within the band over all states, absolute errors of the three.
 
-    Active maxima (a,): state, frequency ratio, height, weight with which their slopes cancel;
-    `residual` what is left of these. `evaluations` counts sets of maxima. `edge`: "free" where a
-    spring hardly helps, the softest that was examined.
+    Active maxima (p,): state, frequency ratio, height, weight with which their slopes cancel, and
+    `limit`, 0 for the response, j for the travel of absorber j; `residual` what is left of the
+    slopes. `evaluations` counts sets of maxima. `edge` of each absorber: "free" where a spring
+    hardly helps, the softest that was examined.
     """
 
-    stiffness_ratio: float
-    secondary_damping: float
+    stiffness_ratio: FloatArray
+    secondary_damping: FloatArray
     largest: float
-    stiffness_error: float
-    damping_error: float
+    stiffness_error: FloatArray
+    damping_error: FloatArray
     largest_error: float
     state: IntArray
     frequency: FloatArray
     height: FloatArray
     weight: FloatArray
+    limit: IntArray
     residual: float
     evaluations: int
-    edge: str = ""
+    edge: tuple[str, ...] = ()
 
 
 def band_tuning(problem: BandProblem) -> BandTuning:
     """The tuning with the least largest response within the band.
 
-    Raises NumericalFailure where the search does not settle, nothing keeps the response finite, or
-    a mass fastened rigidly does more than any spring.
+    Raises NumericalFailure where the search does not settle, nothing keeps the response finite or
+    the travel within its limit, or a mass fastened rigidly does more than any spring.
     """
     count = [0]
 
@@ -180,21 +220,32 @@ def band_tuning(problem: BandProblem) -> BandTuning:
             return None
         return found if len(found.level) and np.all(np.isfinite(found.level)) else None
 
-    found = None
+    found, over = None, 0.0
     # where the best starts end in a corner that is no optimum, more of them
+    several = len(problem.mass)
     for many, hopeless in ((_STARTS, _HOPELESS), (4 * _STARTS, np.inf)):
-        starts = _starts(problem, many, hopeless)
-        ended = [one for start in starts if (one := _descend(problem, levels, start)) is not None]
+        starts = _starts(problem, many * several, hopeless)
+        rough = [_descend(problem, levels, start, _ROUGH) for start in starts]
+        ended = sorted((one for one in rough if one is not None), key=lambda one: one[1].merit)
         if not ended:
             raise NumericalFailure("no spring and damper keep the response within the band finite")
-        best = min(ended, key=lambda one: float(np.max(one[1].level)))
+        fine = [_descend(problem, levels, one[0], _FINE) for one in ended[:_FINALISTS]]
+        best = min((one for one in fine if one is not None), key=lambda one: one[1].merit)
+        over = best[1].merit - best[1].top
         found = _finish(problem, *best, levels, count)
-        if found.edge == "locked":
+        if "locked" in found.edge and over <= _KEPT:
             raise NumericalFailure(
                 "within this band a mass fastened rigidly does more than any absorber"
             )
-        if found.residual <= _SETTLED:
+        if found.residual <= _SETTLED and over <= _KEPT:
             return found
+    if over > _KEPT:
+        factor = float(np.exp(over / _PENALTY))
+        raise NumericalFailure(
+            "no stiffness and damping within the bounds keep the travel within its limit in the "
+            f"band: the closest found exceeds it by the factor {factor:.6g}; the least travel "
+            f"found is {factor * problem.travel:.6g}"
+        )
     raise NumericalFailure(
         "the search for a tuning within the band has not settled: slopes of its peaks leave "
         f"{'nothing' if found is None else format(found.residual, '.2g')}"
@@ -208,58 +259,100 @@ def tuned_to(problem: BandProblem, frequency: float) -> BandTuning:
     the absorber is. Its largest response in the band tells what a spread of frequency costs.
     Raises NumericalFailure where a resonance without damping stands in the band.
     """
-    stiffness, damping = problem.mass * frequency**2, problem.damping[0]
-    here = levels_at(problem, np.array([np.log(stiffness), damping]))
-    top = np.max(here.level)
-    active = here.some(np.flatnonzero(here.level > top - _ACTIVE))
-    largest = float(np.exp(top))
+    stiffness, damping = problem.mass * frequency**2, np.full(1, problem.damping[0])
+    here = levels_at(problem, np.concatenate([np.log(stiffness), damping]))
+    active = here.some(here.depth < _ACTIVE)
+    largest = float(np.exp(here.top))
     off = 8.0 * EPSILON * stiffness
     slope = float(np.max(np.abs(active.slope[:, 0])))
     error = largest * (float(np.max(active.error)) + 16.0 * EPSILON * slope)
     return BandTuning(
         stiffness, damping, largest, off, 4.0 * EPSILON * damping, error, active.state,
-        active.place, np.exp(active.level), np.zeros(len(active.level)), 0.0, 1,
+        active.place, np.exp(active.level), np.zeros(len(active.level)), active.limit, 0.0, 1,
+        ("",),
     )  # fmt: skip
 
 
 def _limits(problem: BandProblem) -> tuple[FloatArray, FloatArray]:
     """Bounds of (ln k, z): those given, and ones that no optimum reaches."""
     reach = np.array([problem.low, problem.high])
-    wide = problem.mass * np.square(np.array([0.002, 8.0]) * np.array([
+    wide = np.square(np.array([0.002, 8.0]) * np.array([
         max(reach[0], 0.05 * reach[1]), max(reach[1], float(np.max(problem.modes.frequency)))
     ]))  # fmt: skip
-    low = np.array([np.log(max(wide[0], problem.stiffness[0])), problem.damping[0]])
-    high = np.array([
-        np.log(min(wide[1], problem.stiffness[1])),
-        min(problem.damping[1], 40.0 * problem.mass * reach[1]),
+    none = np.zeros_like(problem.mass)
+    low = np.concatenate([
+        np.log(np.maximum(wide[0] * problem.mass, problem.stiffness[0])),
+        none + problem.damping[0],
+    ])  # fmt: skip
+    high = np.concatenate([
+        np.log(np.minimum(wide[1] * problem.mass, problem.stiffness[1])),
+        np.minimum(problem.damping[1], 40.0 * problem.mass * reach[1]),
     ])  # fmt: skip
     if np.any(low > high):
         raise NumericalFailure("no spring within the bounds acts within the band")
     return low, high
 
 
+def _grid(problem: BandProblem) -> tuple[FloatArray, FloatArray]:
+    """Stiffness and damping (n, a) of the points from which the starts are chosen.
+
+    One absorber has a grid. Ratios of several are spread evenly (M. Roberts), their frequencies
+    in one half of them close to those of the modes.
+    """
+    ends = np.array([0.5 * max(problem.low, 0.2 * problem.high), 1.7 * problem.high])
+    count = len(problem.mass)
+    if count == 1:
+        low, high = _limits(problem)
+        logs = np.clip(np.log(problem.mass * np.square(ends)), low[0], high[0])
+        along = np.exp(np.linspace(logs[0], logs[1], _ALONG))
+        k, own = (part.reshape(-1, 1) for part in np.meshgrid(along, _DAMPINGS, indexing="ij"))
+        return k, own * np.sqrt(problem.mass * k)
+    unit = spread(_SPREAD_OUT, 2 * count)
+    frequency = ends[0] * (ends[1] / ends[0]) ** unit[:, :count]
+    inside = (problem.modes.frequency > ends[0]) & (problem.modes.frequency < ends[1])
+    near = problem.modes.frequency[inside]
+    if len(near):
+        which = (len(near) * unit[::2, :count]).astype(int)
+        part = (len(near) * unit[::2, :count]) % 1.0
+        frequency[::2] = near[which] * (0.8 + 0.35 * part)
+    own = _DAMPINGS[0] * (0.5 / _DAMPINGS[0]) ** unit[:, count:]
+    k = problem.mass * np.square(frequency)
+    return k, own * np.sqrt(problem.mass * k)
+
+
+def spread(points: int, axes: int) -> FloatArray:
+    """Points (n, d) that fill the unit cube evenly: powers of the root of x^(d+1) = x + 1."""
+    root = 2.0
+    for _ in range(60):
+        root = (1.0 + root) ** (1.0 / (axes + 1))
+    return np.outer(np.arange(1, points + 1), root ** -np.arange(1.0, axes + 1.0)) % 1.0
+
+
 def _starts(problem: BandProblem, many: int, hopeless: float) -> list[FloatArray]:
     """The best few points of a coarse grid, no two of them next to each other."""
     low, high = _limits(problem)
-    middle = problem.mass * np.square(np.array([0.5 * max(problem.low, 0.2 * problem.high),
-                                                1.7 * problem.high]))  # fmt: skip
-    ends = np.clip(np.log(middle), low[0], high[0])
-    logs = np.linspace(float(ends[0]), float(ends[1]), _ALONG)
-    k, own = (part.ravel() for part in np.meshgrid(np.exp(logs), _DAMPINGS, indexing="ij"))
-    z = np.clip(own * np.sqrt(problem.mass * k), low[1], high[1])
-    height = np.zeros(len(k))
+    k, z = _grid(problem)
+    table = np.clip(np.concatenate([np.log(k), z], axis=1), low, high)
+    k, z = np.exp(table[:, : k.shape[1]]), table[:, k.shape[1] :]
+    height, over = np.zeros(len(k)), np.zeros(len(k))
     for state in problem.states[_few(len(problem.states))]:
         system = problem.systems(k, z, np.tile(state, (len(k), 1)))
         roots = np.abs(poles(system).imag)
         grid = np.broadcast_to(np.linspace(problem.low, problem.high, 25), (len(k), 25))
         x = np.concatenate([np.clip(roots, problem.low, problem.high), grid], axis=1)
         row = np.repeat(np.arange(len(k)), x.shape[1])
-        found = response_at(system.some(row), x.ravel(), problem.excitation, problem.response)
-        height = np.maximum(height, np.max(np.abs(found.value).reshape(x.shape), axis=1))
+        for limit, (what, absorber, size) in enumerate(problem.readings):
+            asked = problem.excitation, what, absorber
+            found = np.abs(response_at(system.some(row), x.ravel(), *asked).value)
+            top = np.max(found.reshape(x.shape), axis=1) / size
+            if limit:
+                over = np.maximum(over, np.log(top))
+            else:
+                height = np.maximum(height, top)
+    height = height * np.exp(np.minimum(_PENALTY * over, 300.0))
     starts: list[FloatArray] = []
-    table = np.stack([np.log(k), z], axis=1)
     for place in np.argsort(height):
-        near = [np.abs(np.log(k[place]) - one[0]) < 0.15 for one in starts]
+        near = [np.all(np.abs(table[place] - one)[: k.shape[1]] < 0.15) for one in starts]
         if not any(near):
             starts.append(table[place])
         if len(starts) == many or height[place] > hopeless * np.min(height):
@@ -277,18 +370,20 @@ _Found = Callable[[FloatArray], Levels | None]
 
 def _scale(problem: BandProblem, point: FloatArray) -> FloatArray:
     """Of steps: ln k as it is, z by what is usual on such a spring."""
-    return np.array([1.0, 0.3 * np.sqrt(problem.mass * np.exp(point[0]))])
+    k = np.exp(point[: len(problem.mass)])
+    return np.concatenate([np.ones(len(k)), 0.3 * np.sqrt(problem.mass * k)])
 
 
 def _descend(
-    problem: BandProblem, levels: _Found, start: FloatArray
+    problem: BandProblem, levels: _Found, start: FloatArray, enough: float
 ) -> tuple[FloatArray, Levels, float] | None:
     """Steps to the least of quadratic models of all levels, in a region that adapts."""
     low, high = _limits(problem)
     point, radius = np.clip(start, low, high), 0.3
     here = levels(point)
     if here is None:
-        point = np.clip(point + np.array([0.0, 0.1]) * _scale(problem, point), low, high)
+        drag = np.repeat([0.0, 0.1], len(problem.mass))
+        point = np.clip(point + drag * _scale(problem, point), low, high)
         here = levels(point)
     if here is None:
         return None
@@ -298,18 +393,18 @@ def _descend(
         try:
             bend = _bends(problem, point, here, 1e-5 * scale)
         except NumericalFailure:
-            bend = np.zeros((len(here.level), 2, 2))
+            bend = np.zeros((len(here.level), len(point), len(point)))
         step = _model_step(here, bend, scale, radius, low - point, high - point)
         there = None if step is None else levels(point + step)
         size = np.inf if step is None else float(np.max(np.abs(step / scale)))
-        better = there is not None and np.max(there.level) < np.max(here.level)
+        better = there is not None and there.merit < here.merit
         if better:
             assert step is not None and there is not None
             point, here, moved = point + step, there, size
             radius = min(2.0 * radius, 0.5) if size > 0.5 * radius else radius
         else:
             radius = 0.25 * min(radius, size)
-        if (better and size < 1e-7) or radius < 1e-9:
+        if (better and size < enough) or radius < 1e-2 * enough:
             break
     return point, here, moved
 
@@ -318,31 +413,39 @@ def _model_step(
     here: Levels, bend: FloatArray, scale: FloatArray, radius: float, low: FloatArray,
     high: FloatArray,
 ) -> FloatArray | None:  # fmt: skip
-    """The step within a region that makes the highest of the quadratic models least."""
+    """The step within a region that makes the highest of the quadratic models least.
+
+    Unknowns: the step, the highest response, and what travels exceed their limits by.
+    """
     from scipy.optimize import minimize
 
-    top = float(np.max(here.level))
-    seen = here.level > top - _WATCHED
-    level = (here.level[seen] - top) / radius
-    slope = here.slope[seen] * scale
+    top, size = here.top, len(scale)
+    seen = here.depth < _WATCHED
+    some = here.some(seen)
+    of_response = (some.limit == 0).astype(float)
+    level = (some.level - top * of_response) / radius
+    slope = some.slope * scale
     curve = scale[:, None] * bend[seen] * scale * radius
     floor = np.maximum(low / (scale * radius), -1.0)
     ceiling = np.minimum(high / (scale * radius), 1.0)
+    bounded = bool(np.any(here.limit))
+    cost = np.concatenate([np.zeros(size), [1.0], [_PENALTY] * bounded])
+    rise = np.stack([of_response, 1.0 - of_response][: 1 + bounded], axis=1)
 
     def models(u: FloatArray) -> FloatArray:
-        bent = 0.5 * np.einsum("i,pij,j->p", u[:2], curve, u[:2])
-        return np.asarray(u[2] - (level + slope @ u[:2] + bent))
+        bent = 0.5 * np.einsum("i,pij,j->p", u[:size], curve, u[:size])
+        return np.asarray(rise @ u[size:] - (level + slope @ u[:size] + bent))
 
     def rates(u: FloatArray) -> FloatArray:
-        return np.column_stack([-(slope + curve @ u[:2]), np.ones(len(level))])
+        return np.concatenate([-(slope + curve @ u[:size]), rise], axis=1)
 
+    limits = [*zip(floor, ceiling, strict=True), (None, None), *([(0.0, None)] * bounded)]
     found = minimize(
-        lambda u: u[2], np.zeros(3), jac=lambda u: np.array([0.0, 0.0, 1.0]), method="SLSQP",
-        bounds=[(floor[0], ceiling[0]), (floor[1], ceiling[1]), (None, None)],
+        lambda u: cost @ u, np.zeros(len(cost)), jac=lambda u: cost, method="SLSQP", bounds=limits,
         constraints={"type": "ineq", "fun": models, "jac": rates},
         options={"ftol": 1e-14, "maxiter": 100},
     )  # fmt: skip
-    step = np.clip(found.x[:2], floor, ceiling) * scale * radius
+    step = np.clip(found.x[:size], floor, ceiling) * scale * radius
     return np.clip(step, low, high) if np.all(np.isfinite(step)) else None
 
 
@@ -352,23 +455,26 @@ def _finish(
 ) -> BandTuning:  # fmt: skip
     """Newton's method on equal levels whose weighted slopes cancel; errors from its last step."""
     low, high = _limits(problem)
+    ordered = _in_order(problem, point)
+    again = levels(ordered) if np.any(ordered != point) else None
+    if again is not None:
+        point, here = ordered, again
     scale = _scale(problem, point)
     weight, active, residual = _weights(here, scale, point, low, high)
-    last = np.full(2, min(moved, 1e-6)) * scale
+    last = min(moved, 1e-6) * scale
     for _ in range(_POLISHES):
         step = _newton(problem, point, here, active, weight, scale, low, high)
         if step is None or np.max(np.abs(step / scale)) > 1e-3:
             break
         target = np.clip(point + step, low, high)
         there = levels(target)
-        if there is None or np.max(there.level) > np.max(here.level) + 1e-9:
+        if there is None or there.merit > here.merit + 1e-9:
             break
         point, here, last = target, there, np.abs(step)
         weight, active, residual = _weights(here, scale, point, low, high)
         if np.max(np.abs(step / scale)) < 1e-13:
             break
-    top = float(np.max(here.level))
-    largest, noise = float(np.exp(top)), float(np.max(here.error[active], initial=EPSILON))
+    largest, noise = float(np.exp(here.top)), float(np.max(here.error[active], initial=EPSILON))
     # slopes and levels are rounded, what holds the place is of order one in these units
     off = 4.0 * last + 64.0 * noise * scale
     # what a bound holds is that bound
@@ -376,38 +482,61 @@ def _finish(
         point >= high - 1e-12 * scale, high, np.nan))  # fmt: skip
     off = np.where(np.isnan(at), off, 4.0 * EPSILON * np.abs(at))
     point = np.where(np.isnan(at), point, at)
-    stiffness = float(np.exp(point[0]))
-    edge = "free" if point[0] < low[0] + 1e-9 and stiffness > 2.0 * problem.stiffness[0] else ""
-    if point[0] > high[0] - 1e-9 and stiffness < problem.stiffness[1] * (1.0 - 1e-9):
-        edge = "locked"
+    softest, stiffest = (np.split(part, 2)[0] for part in (low, high))
+    logs, damping = np.split(point, 2)
+    stiffness, stiff_off = np.exp(logs), np.split(off, 2)[0]
+    free = (logs < softest + 1e-9) & (stiffness > 2.0 * problem.stiffness[0])
+    locked = (logs > stiffest - 1e-9) & (stiffness < problem.stiffness[1] * (1.0 - 1e-9))
     return BandTuning(
-        stiffness, float(point[1]), largest, float(stiffness * off[0]), float(off[1]),
+        stiffness, damping, largest, stiffness * stiff_off, np.split(off, 2)[1],
         largest * (noise + float(np.sum((off / scale) ** 2)) + residual * float(
             np.max(off / scale))), here.state[active], here.place[active],
-        np.exp(here.level[active]), weight, residual, count[0], edge,
+        np.exp(here.level[active]) * np.where(here.limit[active] > 0, problem.travel, 1.0), weight,
+        here.limit[active], residual, count[0],
+        tuple(np.where(locked, "locked", np.where(free, "free", ""))),
     )  # fmt: skip
+
+
+def _in_order(problem: BandProblem, point: FloatArray) -> FloatArray:
+    """The point with absorbers that nothing tells apart by rising stiffness."""
+    count = len(problem.mass)
+    if any(carrier >= 0 for carrier in problem.carrier):
+        return point
+    apart = [
+        (m, *shapes)
+        for m, shapes in zip(
+            problem.mass, np.swapaxes(problem.modes.at_absorber, -1, -2).tolist(), strict=True
+        )
+    ]
+    order = np.arange(count)
+    for one in set(apart):
+        alike = [place for place in range(count) if apart[place] == one]
+        order[alike] = sorted(alike, key=lambda place: point[place])
+    return np.asarray(point[np.concatenate([order, order + count])])
 
 
 def _weights(
     here: Levels, scale: FloatArray, point: FloatArray, low: FloatArray, high: FloatArray
 ) -> tuple[FloatArray, IntArray, float]:
-    """Weights of the active levels, no less than zero and one in sum, whose slopes cancel best."""
+    """Weights of the active levels, no less than zero, whose slopes cancel best; those of the
+    response are one in sum."""
     from scipy.optimize import nnls
 
-    top = float(np.max(here.level))
-    active = np.flatnonzero(here.level > top - _ACTIVE)
+    active = np.flatnonzero(here.depth < _ACTIVE)
     slope = here.slope[active] * scale
     # what pushes against a bound is held by it
-    walls = [w for i in range(2) for w in (
-        *([-np.eye(2)[i]] if point[i] <= low[i] + 1e-12 * scale[i] else []),
-        *([np.eye(2)[i]] if point[i] >= high[i] - 1e-12 * scale[i] else []),
-    )]  # fmt: skip
+    sides = np.eye(len(scale))
+    walls = np.concatenate([
+        -sides[point <= low + 1e-12 * scale], sides[point >= high - 1e-12 * scale]
+    ])  # fmt: skip
     size = max(float(np.max(np.abs(slope), initial=0.0)), 1e-300)
-    rows = np.concatenate([slope / size, np.reshape(walls, (-1, 2))])
-    heavy = np.concatenate([np.ones(len(active)), np.zeros(len(walls))])
-    found, _ = nnls(np.vstack([rows.T, 1e3 * heavy]), np.array([0.0, 0.0, 1e3]))
+    rows = np.concatenate([slope / size, walls])
+    of_response = here.limit[active] == 0
+    heavy = np.concatenate([of_response, np.zeros(len(walls))])
+    found, _ = nnls(np.vstack([rows.T, 1e3 * heavy]), np.append(np.zeros(len(scale)), 1e3))
     weight = found[: len(active)]
-    weight = weight / np.sum(weight) if np.sum(weight) else weight
+    share = float(np.sum(weight[of_response]))
+    weight = weight / share if share else weight
     keep = weight > 1e-6
     left = float(np.max(np.abs(found @ rows))) * size
     return weight[keep], active[keep], left
@@ -426,40 +555,56 @@ def _newton(
     bend = _bends(problem, point, some, 1e-5 * scale)
     slope = (some.slope * scale)[:, free]
     curve = np.einsum("p,pij->ij", weight, bend) * scale[:, None] * scale
+    of_response = (some.limit == 0).astype(float)
     table = np.zeros((n + a + 1, n + a + 1))
     table[:n, :n] = curve[np.ix_(free, free)]
     table[:n, n : n + a], table[n : n + a, :n] = slope.T, slope
-    table[n : n + a, -1], table[-1, n : n + a] = -1.0, 1.0
+    table[n : n + a, -1], table[-1, n : n + a] = -of_response, of_response
     right = np.zeros(n + a + 1)
     right[:n] = -slope.T @ weight
-    right[n : n + a] = np.max(some.level) - some.level
+    right[n : n + a] = some.depth
     if np.linalg.cond(table) > 1e12:
         return None
     solved = np.linalg.solve(table, right)
-    step = np.zeros(2)
+    step = np.zeros(len(point))
     step[free] = solved[:n] * scale[free]
     return step
 
 
 # ----------------------------------------------------------------------------
-# Next to a tuning: without an absorber, in other states, with a part off.
+# Next to a tuning: without absorbers, in other states, with a part off.
 # ----------------------------------------------------------------------------
 
 
 def largest_in(
-    problem: BandProblem, stiffness: float, damping: float, states: FloatArray | None = None,
-    response: str | None = None,
+    problem: BandProblem, stiffness: FloatArray, damping: FloatArray,
+    states: FloatArray | None = None, response: str | None = None, absorber: int = 0,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Largest |H| (s,) in each state, and its error; infinite on an undamped resonance."""
     chosen = problem.states if states is None else states
     system, what = problem.systems(stiffness, damping, chosen), response or problem.response
-    return highest(system, problem.excitation, what, problem.low, problem.high)[:2]
+    return highest(system, problem.excitation, what, problem.low, problem.high, absorber)[:2]
 
 
 def largest_alone(problem: BandProblem) -> tuple[float, float]:
-    """Largest |H| in any state without the absorber, and its error."""
-    value, error = largest_in(problem._replace(mass=0.0), 1.0, 0.0)
+    """Largest |H| in any state without the absorbers, and its error."""
+    none = np.zeros_like(problem.mass)
+    value, error = largest_in(problem._replace(mass=none), none + 1.0, none)
     return float(np.max(value)), float(np.max(error))
+
+
+def at_least(
+    problem: BandProblem, stiffness: FloatArray, damping: FloatArray, state: IntArray,
+    place: FloatArray,
+) -> FloatArray:  # fmt: skip
+    """What the largest |H| of pairs (n,) of k and z is not below: |H| at places (p,) in states."""
+    least, asked = np.zeros(len(stiffness)), (problem.excitation, problem.response)
+    for which, x in zip(state, place, strict=True):
+        rows = np.tile(problem.states[which], (len(stiffness), 1))
+        system = problem.systems(stiffness[:, None], damping[:, None], rows)
+        found = response_at(system, np.full(len(stiffness), x), *asked)
+        least = np.maximum(least, np.abs(found.value))
+    return least
 
 
 #: systems, pairs times states, of which all maxima are computed at once, and at most
@@ -485,7 +630,7 @@ def largest_of_pairs(
     for start in range(0, k.size, step):
         some = slice(start, start + step)
         count = len(k.ravel()[some])
-        spring, drag = (np.repeat(part.ravel()[some], states) for part in (k, z))
+        spring, drag = (np.repeat(part.ravel()[some], states)[:, None] for part in (k, z))
         system = problem.systems(spring, drag, np.tile(problem.states, (count, 1)))
         top, slack, _ = highest(system, problem.excitation, response, problem.low, problem.high)
         value[some] = np.max(top.reshape(count, states), axis=1)

@@ -233,6 +233,35 @@ _WITHIN = 1e-9
 Read = Callable[[np.ndarray, np.ndarray, str], tuple[np.ndarray, np.ndarray]]
 
 
+#: heights (n,) of pairs of k (n,) and z (n,)
+Heights = Callable[[np.ndarray, np.ndarray], np.ndarray]
+#: pairs that are examined together
+_AT_ONCE = 50
+
+
+def leading_pairs(
+    spring: np.ndarray, damper: np.ndarray, allowed: np.ndarray, read: Heights, below: Heights,
+    most: int,
+) -> list[tuple[int, int]]:  # fmt: skip
+    """Places of the `most` best of all allowed pairs (s, d) of k (s,) and z (d,), the best first.
+
+    `below` gives a height that the peak of a pair cannot be below, which is cheap; `read` its peak.
+    Pairs are examined by rising bounds, until the next one is above the last that is kept.
+    """
+    first, second = np.nonzero(allowed)
+    bound = below(spring[first], damper[second])
+    order = np.argsort(bound, kind="stable")
+    found: list[tuple[float, int, int]] = []
+    for start in range(0, len(order), _AT_ONCE):
+        some = order[start : start + _AT_ONCE]
+        if len(found) == most and bound[some[0]] > found[-1][0]:
+            break
+        peaks_of = read(spring[first[some]], damper[second[some]])
+        found += zip(peaks_of.tolist(), first[some].tolist(), second[some].tolist(), strict=True)
+        found = sorted(one for one in found if np.isfinite(one[0]))[:most]
+    return [(i, j) for _, i, j in found]
+
+
 class StockChoice(NamedTuple):
     """Every pair of spring (s,) and oil (o,), and the best of them.
 
