@@ -11,7 +11,7 @@ from vibecalc.core.accuracy.kinds import TURN, time_history
 from vibecalc.core.accuracy.topic import Answer, Ask, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.impact.linkage import central_start
-from vibecalc.impact.model import build_joints
+from vibecalc.impact.model import joints_of
 from vibecalc.impact.runs import follow_events
 from vibecalc.impact.setup import DEGREE, REACH
 from vibecalc.numerics.rounding import FloatArray
@@ -25,11 +25,7 @@ def impact_topics(scene: Scene) -> list[Topic]:
     options, joints = scene.case.response, scene.case.machine.joints
     if options is None or options.impact is None or joints is None:
         return []
-    excitation = scene.case.excitation
-    linkage = build_joints(
-        scene.case.machine, excitation.working if excitation else None,
-        gas_towards_crank=options.impact.pressure == "towards_crank",
-    ).linkage  # fmt: skip
+    linkage = joints_of(scene.case).linkage
     if linkage.crank_pin is not None or linkage.bore is not None:
         return []
     chosen = sorted(options.impact.clearances or (float(joints.wrist_pin.clearance),))

@@ -8,7 +8,7 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.axial_force import axial_force
 from vibecalc.impact.linkage import Linkage
-from vibecalc.impact.model import Joints, build_joints
+from vibecalc.impact.model import Joints, joints_of
 from vibecalc.impact.runs import (
     ROUNDINGS,
     Ensemble,
@@ -48,17 +48,10 @@ _DRIFT, _DRIFT_SHARE = 5.0, 0.01
 def run_impact(scene: Scene) -> None:
     """Emit statistics, parting, first contacts, and what leads next to the impacts."""
     options = scene.case.response.impact if scene.case.response else None
-    if options is None or scene.case.machine.joints is None:
-        raise ValueError("impacts need [response.impact] and [machine.joints]")
-    excitation = scene.case.excitation
-    joints = build_joints(
-        scene.case.machine,
-        excitation.working if excitation else None,
-        gas_towards_crank=options.pressure == "towards_crank",
-    )
-    given = (scene.case.machine.joints.wrist_pin.clearance,)
+    assert options is not None  # or the stage is not planned
+    joints = joints_of(scene.case)
     study = Study(
-        np.array(options.clearances or given),
+        np.array(options.clearances or [joints.linkage.wrist_pin.clearance]),
         options.members,
         options.discard,
         options.revolutions,
@@ -67,15 +60,12 @@ def run_impact(scene: Scene) -> None:
     _cite(scene, options)
     exact = run_ensemble(joints.linkage, study, options.perturbation)
     _check_energy(exact)
-    forces, other = exact.forces, None
+    forces, statistic_of = exact.forces, statistics(exact.forces, joints.linkage)
+    errors = numerical_errors(statistic_of, exact, joints.linkage)
     if options.method != "event_exact":
-        other = exact.forces
         forces = run_fixed_steps(joints.linkage, study, options.method, options.steps)
-    statistic_of = statistics(forces, joints.linkage)
-    if other is None:
-        errors = numerical_errors(statistic_of, exact, joints.linkage)
-    else:
-        errors = differences(statistic_of, statistics(other, joints.linkage))
+        followed, statistic_of = statistic_of, statistics(forces, joints.linkage)
+        errors = differences(statistic_of, followed)
     orders = np.arange(1, study.orders + 1)
     axes = {"clearance": study.clearance, "order": orders}
     for name, statistic in statistic_of.items():
@@ -251,17 +241,14 @@ def numerical_errors(
     stiffness = float(linkage.wrist_pin.stiffness)
     smallest = np.maximum(np.min(peak, axis=(1, 2)), np.sqrt(stiffness * energy))
     of_peak = stiffness * energy / np.where(smallest > 0.0, smallest, 1.0)
-    errors = {}
-    for name, statistic in values.items():
-        size_error = (
-            2.0 * relative * np.max(np.abs(statistic.value), axis=0) if "/" in name else force
-        )
-        errors[name] = np.asarray(size_error)
+    errors = dict.fromkeys(values, force)
+    for name, (value, _) in values.items():
+        if name.endswith("impacts"):
+            errors[name] = np.asarray(64.0 * EPSILON * np.max(value))
+        elif "/" in name:
+            errors[name] = np.asarray(2.0 * relative * np.max(np.abs(value), axis=0))
     errors["peak_force"] = errors["peak_force_high"] = of_peak
     errors["contact_share"] = np.asarray(64.0 * EPSILON)
-    for name in values:
-        if name.endswith("impacts"):
-            errors[name] = np.asarray(64.0 * EPSILON * np.max(values[name].value))
     return errors
 
 

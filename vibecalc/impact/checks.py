@@ -26,11 +26,6 @@ class Gap(NamedTuple):
     mobility: float
 
 
-def piston_and_pin(train: parts.CrankTrain, whole: float) -> float:
-    """Mass (kg) beyond the wrist pin's play, of the `whole` mass that moves with the piston."""
-    return whole - rod_nearby_piston(train)
-
-
 def rod_nearby_piston(train: parts.CrankTrain) -> float:
     """The rod's reciprocating point mass, kg; zero for a train without a rod."""
     return 0.0 if train.rod is None else float(train.rod.mass * rod_share(train))
@@ -63,7 +58,7 @@ def gaps(case: Case, problems: list[Problem]) -> list[Gap]:
             )
         )
         return []
-    piston = piston_and_pin(train, moving)
+    piston = moving - rod
     if piston <= 0.0:
         problems.append(
             Problem(

@@ -6,13 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.errors import UsageError
-from vibecalc.impact.checks import piston_and_pin, rod_nearby_piston
+from vibecalc.impact.checks import rod_nearby_piston
 from vibecalc.impact.linkage import GasForce, Joint, Linkage, slider_crank_drive
 from vibecalc.parts import motor_tables as joint_parts
 from vibecalc.parts import tables as parts
 from vibecalc.parts.crank_train import build_crank_train
-from vibecalc.schema import Machine
+from vibecalc.schema import Case, Machine
 
 
 class Joints(NamedTuple):
@@ -40,9 +39,6 @@ def build_joints(
     The mass beyond the wrist pin's play is piston and pin: of a mass that has the rod's share in
     it, and a case that gives the rod, that share is taken off. A reciprocating mass without a rod
     is taken as it is. (The source takes its whole reciprocating mass, with the rod's share.)
-
-    Raises UsageError where the case leaves the piston without mass, or does not tell the rod's
-    part of the reciprocating mass although the rod moves between two joints with play.
     """
     joints, case_train = machine.joints, machine.crank_train
     if joints is None:
@@ -52,14 +48,7 @@ def build_joints(
         (each for each in train.names if working is None or each in working), train.names[0]
     )
     whole = float(train.reciprocating_mass[train.names.index(name)])
-    rod_mass = None if joints.crank_pin is None else _rod_mass(case_train)
-    mass = piston_and_pin(case_train, whole)
-    if not mass > 0.0:
-        raise UsageError(
-            f"the piston of cylinder {name!r} is left with {mass:.6g} kg: impacts in its joints "
-            f"need its mass, and that of the rod is no part of it"
-        )
-    bore = joints.bore
+    bore, rod = joints.bore, rod_nearby_piston(case_train)
     drive = slider_crank_drive(
         train.crank_radius,
         train.rod_length,
@@ -70,33 +59,18 @@ def build_joints(
     linkage = Linkage(
         drive,
         _gas_force(case_train, 1.0 if gas_towards_crank else -1.0),
-        mass,
+        whole - rod,
         _joint(joints.wrist_pin, joints.wrist_pin.spring),
         None if joints.crank_pin is None else _joint(joints.crank_pin, joints.crank_pin.spring),
-        rod_mass,
+        None if joints.crank_pin is None else rod,
         None if bore is None else _joint(bore, "continuous"),
     )
     return Joints(linkage, name, whole)
 
 
-def _rod_mass(train: parts.CrankTrain) -> float:
-    mass = rod_nearby_piston(train)
-    if not mass > 0.0:
-        raise UsageError(
-            "a crank pin with play leaves the rod free between two joints: give the rod its mass "
-            "and a mass centre apart from the crank pin ([machine.crank_train] rod)"
-        )
-    return mass
-
-
 def _joint(play: joint_parts.Play, law: str) -> Joint:
-    return Joint(
-        np.asarray(play.clearance, dtype=np.float64),
-        np.asarray(play.stiffness, dtype=np.float64),
-        np.asarray(play.contact_damping, dtype=np.float64),
-        np.asarray(play.film_damping, dtype=np.float64),
-        law,
-    )
+    given = play.clearance, play.stiffness, play.contact_damping, play.film_damping
+    return Joint(*(np.asarray(one, dtype=np.float64) for one in given), law)
 
 
 def _gas_force(train: parts.CrankTrain, sense: float) -> GasForce:
@@ -105,3 +79,11 @@ def _gas_force(train: parts.CrankTrain, sense: float) -> GasForce:
         return GasForce(np.zeros(0), np.zeros(0))
     area = 0.25 * math.pi * train.bore**2
     return GasForce(np.array(table.crank_angle), sense * area * np.array(table.pressure))
+
+
+def joints_of(case: Case) -> Joints:
+    """Those of a case that has them and asks for impacts."""
+    options = case.response and case.response.impact
+    working = case.excitation.working if case.excitation else None
+    towards_crank = options is None or options.pressure == "towards_crank"
+    return build_joints(case.machine, working, gas_towards_crank=towards_crank)

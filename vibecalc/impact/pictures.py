@@ -30,7 +30,7 @@ from vibecalc.core.report.curves import (
 from vibecalc.core.report.sections import having
 from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Quantity, Result
-from vibecalc.impact.report import standard_errors
+from vibecalc.impact.report import standard_error
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -86,17 +86,12 @@ _WORDS = 8
 
 def _errors(plot: Plot) -> None:
     """Standard errors of the mean, and its numbers where they are few."""
-    quantity, spread = (
-        plot.result.record[_STEM + "mean_force"],
-        standard_errors(plot.result.record, "mean_force"),
-    )
-    force = np.asarray(quantity.values, dtype=float)
-    play = 1e3 * np.asarray(quantity.axes[0].values, dtype=float)
-    rank = np.argsort(play)
+    quantity, spread = plot.result.record[_STEM + "mean_force"], standard_error(plot.result.record)
+    force, play = quantity.values, 1e3 * quantity.axes[0].values
     if spread is not None:
         # A bar that reaches below zero would have no end on a logarithmic axis.
-        bars = np.array([np.minimum(spread, 0.9 * np.abs(force)), spread])[:, rank]
-        plot.axes.errorbar(play[rank], force[rank], bars, fmt="o", color=COLOURS[0], capsize=5,
+        bars = np.array([np.minimum(spread.values, 0.9 * np.abs(force)), spread.values])
+        plot.axes.errorbar(play, force, bars, fmt="o", color=COLOURS[0], capsize=5,
                            label="mean force and its standard error")  # fmt: skip
     # Above its point, or next to the band that a single point stands on.
     shift, align = ((0, 9), "center") if play.size > 1 else ((14, -4), "left")
@@ -108,8 +103,7 @@ def _wide(plot: Plot) -> Ends:
     """Where forces or clearances span decades their axis is logarithmic."""
     play, force = plot.drawn[0][0], np.concatenate([y for _, y in plot.drawn[-3:]])
     if play.min() > 0.0 and play.max() / play.min() > _WIDE:
-        plot.axes.set_xscale("log")
-        plot.axes.set_xlim(play.min() / 1.6, 1.6 * play.max())
+        plot.axes.set(xscale="log", xlim=(play.min() / 1.6, 1.6 * play.max()))
     elif play.size > 1:
         plot.axes.margins(x=0.12)
         plot.axes.autoscale(axis="x")
@@ -170,12 +164,10 @@ def _acting(name: str, share: float = 0.0, place: int | None = None) -> Source:
             return None
         size, axis = np.abs(found.values).reshape(-1), found.axes[-1]
         acting = (size > share * size.max()) & (axis.values > 0)
+        if not acting.any():
+            return None
         places, sizes = broken(axis.values, size, acting)
-        return (
-            replace(found, path="", values=sizes, axes=(replace(axis, values=places),))
-            if acting.any()
-            else None
-        )
+        return replace(found, path="", values=sizes, axes=(replace(axis, values=places),))
 
     return made
 
@@ -203,10 +195,10 @@ def draw_impact_spectrum(result: Result) -> "Figure | None":
         return None
     names = clearance_names(spectrum.axes[0])
     chosen = spread_out(len(names), _MOST_SPECTRA)
-    linear = [_spectrum(i, names[i], i == chosen[0], False) for i in chosen]
-    logarithmic = [_spectrum(i, "", i == chosen[0], True) for i in chosen]
+    panels = [_spectrum(i, "" if log else names[i], i == chosen[0], log)
+              for log in (False, True) for i in chosen]  # fmt: skip
     words, columns = "spectrum of the joint force", len(chosen)
-    return Curves(words, (*linear, *logarithmic), high=2.65, columns=columns, names=2)(result)
+    return Curves(words, tuple(panels), high=2.65, columns=columns, names=2)(result)
 
 
 def _spectrum(i: int, title: str, first: bool, log: bool) -> Panel:
@@ -279,26 +271,16 @@ def _leads(plot: Plot, chosen: list[int]) -> Ends:
     curves = [y[y > 0.0] for _, y in plot.drawn]
     top = max(float(y.max()) for y in curves[: 1 + len(chosen)])
     low = min(float(y.min()) for y in curves[1:] if y.size)
-    plot.axes.set_xlim(
-        0.85, 1.1 * max(float(x[-1]) for x, _ in [*plot.drawn, (np.array([2.0]), 0)])
-    )
+    plot.axes.set_xlim(0.85, 1.1 * max(2.0, *(float(x[-1]) for x, _ in plot.drawn)))
     leads = having(plot.result.record, _STEM + "dominant_from", "clearance")
-    for row, i in enumerate(chosen):
-        if leads is None:
-            break
+    for row, i in enumerate(chosen if leads is not None else ()):
+        assert leads is not None  # or none is chosen
         order, height = int(leads.values[i]), top * 30.0 ** (0.92 - 0.23 * row)
         if order > 0:
             plot.axes.vlines(order, 0.0, height, color=COLOURS[row], linestyle=":", linewidth=1.2)
         words = f"these lead from order {order}" if order > 0 else "these lead nowhere"
-        note(
-            plot.axes,
-            words,
-            (max(order, 1), height),
-            (5, 0),
-            color=COLOURS[row],
-            va="center",
-            bbox=PLATE,
-        )
+        note(plot.axes, words, (max(order, 1), height), (5, 0), color=COLOURS[row], va="center",
+             bbox=PLATE)  # fmt: skip
     return 0.3 * low, 30.0 * top
 
 

@@ -529,11 +529,12 @@ class Plot:
         each = [one.rows(quantity) for one, quantity in self.panel.curves(self.result) if one.bars]
         several, before = sum(map(len, each)), len(self._bars)
         self._bars.append(np.nan_to_num(y))
+        step = float(np.min(np.diff(x), initial=1.0))
         if self.panel.stacked:  # what is negative below zero
             same = [np.where(y * one > 0.0, one, 0.0) for one in self._bars[:-1]]
-            bars(self.axes, x, self._bars[-1], 0.75, np.sum(same, axis=0), **look)
+            bars(self.axes, x, self._bars[-1], 0.75 * step, np.sum(same, axis=0), **look)
             return 0.0
-        width = 0.8 * float(np.min(np.diff(x), initial=1.0)) / several
+        width = 0.8 * step / several
         aside = (before - 0.5 * (several - 1)) * width
         bars(self.axes, x + aside, self._bars[-1], 0.92 * width, **look)
         return aside

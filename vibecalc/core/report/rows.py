@@ -52,8 +52,8 @@ class Cells(NamedTuple):
     people read; "" is none.
     Of a result with a second axis each entry of that is a column, whose name stands for `{}` in the
     `head`; its unit stands at `{unit}`, the larger one that people read where values are large.
-    Words stand at the left, numbers at the right. The `note` stands below the table. With `blank`
-    an infinite entry is none, shown as "-".
+    Words stand at the left, numbers and what is said to at the `right`. The `note` stands below the
+    table. With `blank` an infinite entry is none, shown as "-".
     """
 
     of: str | Made
@@ -61,6 +61,7 @@ class Cells(NamedTuple):
     how: How = ""
     note: str = ""
     blank: bool = False
+    right: bool = False
 
 
 class Rows(NamedTuple):
@@ -72,6 +73,7 @@ class Rows(NamedTuple):
     in a head, stands `a turn`, or `two turns` where half orders act. `places` says which
     entries are shown, `rest` what is said of the others, `none` what if there is none to show.
     A column that is but a path is a `Cells` of that; `note` is said of all of them.
+    Words `above` stand over the table; an `acting` one has no columns of zeros.
     `merge` makes one row of equal ones; `across` turns the table: a row for each result, with its
     unit at the end, of entries along a second axis the largest with its name.
     """
@@ -89,6 +91,8 @@ class Rows(NamedTuple):
     merge: bool = False
     across: bool = False
     note: str = ""
+    above: str = ""
+    acting: bool = False
 
 
 def whole(value: Any, _error: float) -> str:
@@ -234,7 +238,8 @@ def rows_of(record: Record, of: Rows) -> tuple[list[str], set[str]]:
                 own.append(["" if i is None else write(entries[i].item()) for i in there])
         for name in labels(quantity.axes[1]) if len(quantity.axes) > 1 else [""]:
             head = one.head.format(name, unit=_unit(quantity, one)).rstrip()
-            heads.append(head if callable(one.how) else Column(head, right=kind not in "UO"))
+            plain = callable(one.how) and not one.right
+            heads.append(head if plain else Column(head, right=one.right or kind not in "UO"))
         notes += [one.note] * any(map(any, own))
         cells += own
     if of.across:
@@ -245,7 +250,8 @@ def rows_of(record: Record, of: Rows) -> tuple[list[str], set[str]]:
     lines = [list(row) for row in zip(*cells[start:], strict=True)]
     notes += [of.note, of.rest(quantities, places) if of.rest else ""]
     below = [line for words in notes if words for line in paragraph(words)]
-    return table(heads[start:], merged(lines) if of.merge else lines) + below, paths
+    above = paragraph(of.above) if of.above else []
+    return [*above, *table(heads[start:], merged(lines) if of.merge else lines), *below], paths
 
 
 def _turned(words: str, quantity: Quantity, record: Record) -> str:
@@ -267,7 +273,7 @@ def _found(record: Record, of: Rows, one: Cells) -> Quantity | None:
     if len(quantity.axes) - 1 not in ({0, 1} if named else {one.head.count("{}")}):
         return None
     there = quantity.axes[0].name in of.axis.split() and np.size(quantity.values)
-    return quantity if there else None
+    return quantity if there and (not of.acting or np.count_nonzero(quantity.values)) else None
 
 
 #: last words of the paths of what is counted

@@ -3,7 +3,7 @@
 from vibecalc.core.report.canvas import LIMIT
 from vibecalc.core.report.curves import Curve, Curves, Panel, operating
 from vibecalc.torsion.coupling_results import COUPLING
-from vibecalc.torsion.pictures.excitation import misfire_words
+from vibecalc.torsion.pictures.excitation import also
 
 _BESIDE = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
 
@@ -14,9 +14,7 @@ def _full(plot: object) -> None:
 
 
 TORSION_COUPLINGS = Curves(
-    lambda result: ", ".join(
-        ["couplings, use of what is permitted against speed", *misfire_words(result)]
-    ),
+    also("couplings, use of what is permitted against speed"),
     (
         Panel(
             "use",

@@ -1,5 +1,6 @@
 """Pictures of a damper's design: worst section over its values, response with it."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,16 +11,26 @@ from vibecalc.core.report.canvas import (
     QUIET,
     TOTAL,
     canvas,
-    dotted,
-    gaps,
-    operating_line,
     plain_ticks,
     unit_words,
 )
+from vibecalc.core.report.curves import (
+    Curve,
+    Curves,
+    Ends,
+    Panel,
+    Plot,
+    Source,
+    level,
+    operating,
+    sourced,
+)
 from vibecalc.core.report.sections import having, scalar_of, table_of
-from vibecalc.core.report.writing import rpm, show
-from vibecalc.core.results.record import Record, Result
+from vibecalc.core.report.writing import show
+from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.damper_design import DESIGN, OBJECTIVES, objective_of
+from vibecalc.torsion.report.line import place_of
+from vibecalc.units import convert
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,14 +50,15 @@ def draw_damper_map(result: Result) -> "Figure | None":
     """Contours over both on logarithmic axes; None without a map."""
     record, name = result.record, objective_of(result)
     found = having(record, f"{DESIGN}chart/{name}", "chart_stiffness", "chart_damping")
-    best = scalar_of(record, f"{DESIGN}worst_{name}")
-    if found is None or best is None:
+    worst = record.quantities.get(f"{DESIGN}worst_{name}")
+    if found is None or worst is None:
         return None
-    factor, unit, words = OBJECTIVES[name]
+    best = float(worst.values)
+    unit = OBJECTIVES[name]
     from matplotlib.colors import BoundaryNorm
 
     figure = canvas(
-        result, f"largest half range of the {words} over springs and damping of the damper", 6.6
+        result, f"largest half range of the {name} over springs and damping of the damper", 6.6
     )
     axes = figure.subplots()
     k, c = (np.asarray(axis.values, dtype=float) for axis in found.axes)
@@ -74,7 +86,7 @@ def draw_damper_map(result: Result) -> "Figure | None":
     axes.plot(
         [place[0]], [place[1]], "*",
         color=LIMIT, ms=14, zorder=6, clip_on=False, markeredgecolor="white",
-        label=f"optimum, {show(factor * best, digits=4)} {unit_words(unit)[1]}",
+        label=f"optimum, {show(convert(best, worst.unit, unit))} {unit_words(unit)[1]}",
     )  # fmt: skip
     _basins(axes, record)
     axes.set_xscale("log")
@@ -123,58 +135,78 @@ def _basins(axes: "Axes", record: Record) -> None:
 # Largest section of a shaft line against speed: without damper, table value, optimum.
 # ----------------------------------------------------------------------------
 
-_LOOKS = {
-    "none": (QUIET, "--", "no damper"),
-    "table value": (COLOURS[1], "-", "table value"),
-    "optimum": (COLOURS[0], "-", "optimum"),
-}
 #: ratio of the curves from which on the axis is logarithmic
 _FAR = 6.0
+#: look of the maxima that decide the optimum
+_MAXIMA = {"color": COLOURS[0], "linestyle": "", "marker": "o", "markersize": 6, "zorder": 5}
 
 
-def draw_damper_response(result: Result) -> "Figure | None":
-    """One curve for each damper; None without a design."""
-    name = objective_of(result)
-    found = having(result.record, f"{DESIGN}curve/{name}", "damper_curve", "speed")
-    if found is None:
+def _with(name: str) -> Source:
+    """The curve with one of the dampers; that of the optimum goes through its maxima."""
+
+    def made(result: Result) -> Quantity | None:
+        found = sourced(f"{DESIGN}curve/{objective_of(result)}", result)
+        place = place_of(found, name)
+        if found is None or place is None:
+            return None
+        speed, values = found.axes[1].values, found.values[place]
+        held = _held(result) if name == "optimum" else None
+        if held is not None:
+            speed = np.append(speed, held.axes[0].values)
+            values = np.append(values, held.values)
+        order = np.argsort(speed, kind="stable")
+        axis = replace(found.axes[1], values=speed[order])
+        return replace(found, path="", values=values[order], axes=(axis,))
+
+    return made
+
+
+def _held(result: Result) -> Quantity | None:
+    """The maxima that decide the optimum, over their speeds."""
+    kind, speed = (
+        having(result.record, f"{DESIGN}active/{n}", "active") for n in ("kind", "speed")
+    )
+    worst = result.record.quantities.get(f"{DESIGN}worst_{objective_of(result)}")
+    curve = sourced(f"{DESIGN}curve/{objective_of(result)}", result)
+    if kind is None or speed is None or worst is None or curve is None:
         return None
-    factor, unit, words = OBJECTIVES[name]
-    figure = canvas(result, f"largest half range of the {words} of all sections that count", 5.4)
-    axes = figure.subplots()
-    speed = rpm(1.0) * np.asarray(found.axes[1].values, dtype=float)
-    values = factor * np.asarray(found.values, dtype=float)
-    held, worst = _held(result), scalar_of(result.record, f"{DESIGN}worst_{name}")
-    for label, curve in zip(found.axes[0].values, values, strict=True):
-        colour, style, text = _LOOKS[str(label)]
-        x, y = speed, gaps(curve)
-        if label == "optimum" and worst is not None:  # its maxima lie between the speeds
-            order = np.argsort(np.append(x, held), kind="stable")
-            x = np.append(x, held)[order]
-            y = np.append(y, np.full(len(held), factor * worst))[order]
-        axes.plot(x, y, color=colour, linestyle=style, label=text, marker=dotted(len(speed)),
-                  linewidth=1.1 if label == "none" else 1.8)  # fmt: skip
-    if worst is not None:
-        axes.axhline(factor * worst, color=COLOURS[0], linewidth=0.9, linestyle=":",
-                     label="largest of the optimum")  # fmt: skip
-        axes.plot(held, np.full(len(held), factor * worst), "o", color=COLOURS[0], ms=6, zorder=5,
-                  label="maxima that decide it")  # fmt: skip
-        if float(np.nanmax(values)) > _FAR * factor * worst:
-            known = values[np.isfinite(values) & (values > 0.0)]
-            axes.set_yscale("log")
-            axes.set_ylim(0.8 * float(np.min(known)), 1.3 * float(np.max(known)))
-            plain_ticks(axes.yaxis)
-    operating_line(axes, result, *np.asarray(found.axes[1].values, dtype=float)[[0, -1]])
-    axes.set_xlim(speed[0], speed[-1])
-    axes.set_xlabel("crank speed in rpm")
-    axes.set_ylabel(f"{words} in {unit_words(unit)[1]}")
-    figure.legend(loc="outside lower center", ncols=3)
-    return figure
+    at = speed.values[kind.values == 0]
+    axis = replace(curve.axes[1], values=at)
+    return replace(worst, path="", values=np.full(at.shape, float(worst.values)), axes=(axis,))
 
 
-def _held(result: Result) -> np.ndarray:
-    """Speeds in rpm of the maxima that decide the optimum."""
-    kind = having(result.record, DESIGN + "active/kind", "active")
-    speed = having(result.record, DESIGN + "active/speed", "active")
-    if kind is None or speed is None:
-        return np.zeros(0)
-    return np.asarray(rpm(1.0) * speed.values[np.asarray(kind.values) == 0])
+def _worst(result: Result) -> float | None:
+    return scalar_of(result.record, f"{DESIGN}worst_{objective_of(result)}")
+
+
+def _scale(plot: Plot) -> Ends:
+    """Logarithmic where a curve is far above the optimum."""
+    known = np.concatenate([y for _, y in plot.drawn])
+    known = known[np.isfinite(known) & (known > 0.0)]
+    worst = plot.factor * (_worst(plot.result) or np.inf)
+    if not known.size or float(np.max(known)) <= _FAR * worst:
+        return None, None
+    plot.axes.set_yscale("log")
+    return 0.8 * float(np.min(known)), 1.3 * float(np.max(known))
+
+
+def _response(result: Result) -> list[Panel]:
+    thin = {"linewidth": 1.1, "linestyle": "--", "color": QUIET}
+    parts = (
+        Curve(_with("none"), "no damper", thin),
+        Curve(_with("table value"), "table value", {"linewidth": 1.8, "color": COLOURS[1]}),
+        Curve(_with("optimum"), "optimum", {"linewidth": 1.8, "color": COLOURS[0]}),
+        level(_worst, "largest of the optimum", color=COLOURS[0], linestyle=":", linewidth=0.9),
+        Curve(_held, "maxima that decide it", _MAXIMA),
+        operating,
+    )
+    name = objective_of(result)
+    return [Panel(name, parts, unit=OBJECTIVES[name], ends=_scale, needs=(_with("optimum"),))]
+
+
+DAMPER_RESPONSE = Curves(
+    lambda result: f"largest half range of the {objective_of(result)} of all sections that count",
+    _response,
+    high=4.1,
+    names=3,
+)

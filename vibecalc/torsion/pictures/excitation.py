@@ -1,5 +1,8 @@
 """Pictures of what the cylinders do to a shaft line: over a cycle, by order, as vectors."""
 
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -12,26 +15,28 @@ from vibecalc.core.report.canvas import (
     TOTAL,
     TYPE,
     WIDTH,
-    bars,
     canvas,
     note,
-    ticks,
+    unit_words,
     waves,
 )
-from vibecalc.core.report.sections import along, having, labels, speed_of, table_of
+from vibecalc.core.report.curves import Curve, Curves, Ends, Panel, Plot, Source, level, sourced
+from vibecalc.core.report.sections import having, labels, speed_of, table_of
 from vibecalc.core.report.writing import fold, hertz, show
-from vibecalc.core.results.record import Result
+from vibecalc.core.results.record import Quantity, Result
 from vibecalc.torsion.report.line import (
     TORSION,
-    asked,
+    at_speed,
+    cell,
     elastic_modes,
-    entry,
     firing_words,
     joined,
     line_of,
     mode_names,
     order_text,
     place_of,
+    row_of,
+    silent,
     speed_range,
     torque_unit,
     turns,
@@ -48,159 +53,151 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 EXCITATION = TORSION + "excitation/"
-_TORQUES = (("gas_torque", "gas", COLOURS[0]), ("inertia_torque", "inertia", COLOURS[1]),
-            ("total_torque", "both", TOTAL))  # fmt: skip
 #: the second speed is so many times the operating one, if the range goes as far; at least the other
 _TWICE, _LEAST = 2.0, 1.3
+_DASHED = {"color": COLOURS[4], "linestyle": "--", "marker": ""}
 
 
 def torque_words(result: Result) -> str:
     """The one unit of torque in all pictures of a shaft line."""
-    return torque_unit(result.record)[1].replace(" ", "*")
-
-
-def draw_torsion_excitation(result: Result) -> "Figure | None":
-    """Panels over the crank angle; None without a torque over the cycle.
-
-    The orders of the case are drawn over the card and the torque that they come from; a table of
-    tangential effort has no card. A second speed shows how the inertia torque grows: twice the
-    operating one, or where the range ends.
-    """
-    record = result.record
-    total = along(record, EXCITATION + "total_torque", "crank_angle")
-    if total is None:
-        return None
-    speed, second = speed_of(result), _second(result)
-    at = f" at {turns(speed)} rpm" if speed is not None else ""
-    card = along(record, EXCITATION + "pressure", "crank_angle") is not None
-    rows = 2 + card + (second is not None)
-    factor, unit = torque_unit(record)
-    what = f"{'gas pressure and ' * card}torques over one cycle{at}"
-    figure = canvas(result, ", ".join([what, *misfire_words(result)]), 2.6 + 2.0 * rows)
-    panels = list(figure.subplots(rows, 1, sharex=True))
-    below = panels[-1]
-    if card:
-        above = panels.pop(0)
-        _curve(result, above, "pressure", 1e-5, "card", COLOURS[3])
-        _approximated(result, above, "pressure", 1e-5, "bar")
-        above.set_ylabel("gauge pressure\nin bar")
-        above.legend(loc="upper center", ncols=3)
-    for axes, times, rpm_words in (
-        (panels[0], 1.0, at),
-        (panels[-2], second, f" at {turns((second or 0.0) * (speed or 0.0))} rpm"),
-    ):
-        if times is None:
-            continue
-        for name, label, colour in _TORQUES:
-            _curve(result, axes, name, factor, label, colour, times)
-        _approximated(result, axes, "total_torque", factor, unit, times)
-        axes.set_ylabel(f"torque of one\ncylinder in {unit}")
-        axes.legend(loc="upper right", ncols=4)
-        axes.set_title(f"one cylinder from its firing on{rpm_words}", loc="left", fontsize=8)
-        axes.axhline(0.0, color=QUIET, linewidth=0.8)
-        _headroom(axes)
-    _curve(result, below, "engine_torque", factor, "all cylinders", TOTAL)
-    below.set_ylabel(f"torque of all\ncylinders in {unit}")
-    mean = record.quantities.get(EXCITATION + "mean_torque")
-    if mean is not None:
-        level = factor * float(mean.values)
-        below.axhline(level, color=QUIET, linestyle="--", linewidth=1.2,
-                      label=f"mean {show(level, digits=4)} {unit}")  # fmt: skip
-        below.legend(loc="upper right", ncols=2)
-        _headroom(below)
-    cycle = str(table_of(result.case, "machine").get("cycle") or "").replace("_", "-")
-    order = firing_words(record, cycle)
-    if order:
-        ill = "".join(f"; {words}" for words in misfire_words(result))
-        below.set_title(f"all cylinders{at}, {order}{ill}", loc="left", fontsize=8)
-    below.axhline(0.0, color=QUIET, linewidth=0.8)
-    top = float(np.degrees(total[1][-1]))
-    below.set_xlim(0.0, top)
-    ticks(below.xaxis, np.arange(0.0, top + 1.0, 90.0 if top > 400.0 else 45.0))
-    below.set_xlabel("crank angle in deg")
-    return figure
-
-
-def silent(result: Result) -> list[str]:
-    """Names of the cylinders that do not fire in this case."""
-    given = asked(result).get("misfire")
-    return [str(name) for name in given] if isinstance(given, list | tuple) else []
+    return torque_unit(result.record)[1]
 
 
 def misfire_words(result: Result) -> list[str]:
     """`cylinder 3 does not fire`, nothing for an engine that fires as it should."""
     found = silent(result)
-    if not found:
-        return []
     many = len(found) > 1
-    return [f"cylinder{'s' if many else ''} {joined(found)} do{'' if many else 'es'} not fire"]
+    words = f"cylinder{'s' * many} {joined(found)} do{'' if many else 'es'} not fire"
+    return [words] if found else []
+
+
+def also(words: str) -> Callable[[Result], str]:
+    """Words, and what does not fire."""
+    return lambda result: ", ".join([words, *misfire_words(result)])
 
 
 def _second(result: Result) -> float | None:
     """The second speed over the operating one; None without a range or with gas by speed."""
     speed, train = speed_of(result), table_of(result.case, "machine", "crank_train")
-    effort = table_of(train, "tangential_effort")
-    if not speed or train.get("gas_cards") or effort.get("over_speed"):
-        return None
-    if not table_of(result.case, "response", "torsion", "speeds"):
+    by_speed = train.get("gas_cards") or table_of(train, "tangential_effort").get("over_speed")
+    if not speed or by_speed or not table_of(result.case, "response", "torsion", "speeds"):
         return None
     times = min(_TWICE, speed_range(result)[1] / speed)
     return times if times >= _LEAST else None
 
 
-def _values(result: Result, name: str, times: float = 1.0) -> tuple[np.ndarray, np.ndarray] | None:
-    """A curve of the result and its angle; inertia goes with the square of the speed."""
-    found = along(result.record, EXCITATION + name, "crank_angle")
-    if found is None:
-        return None
-    drawn = np.asarray(found[0].values, dtype=float)
-    if times != 1.0:
-        inertia = along(result.record, EXCITATION + "inertia_torque", "crank_angle")
-        part = 0.0 if inertia is None else np.asarray(inertia[0].values, dtype=float)
-        share = {"inertia_torque": 1.0, "total_torque": 1.0}.get(name, 0.0)
-        drawn = drawn + share * (times**2 - 1.0) * part
-    return drawn, np.asarray(found[1], dtype=float)
+def _grown(name: str, times: float, inertia: str) -> Source:
+    """A curve, or harmonics, at so many times the speed: inertia goes with the square of that."""
+
+    def made(result: Result) -> Quantity | None:
+        found = sourced(EXCITATION + name, result)
+        part = sourced(EXCITATION + inertia, result)
+        if found is None or part is None or times == 1.0:
+            return found
+        return replace(found, path="", values=found.values + (times**2 - 1.0) * part.values)
+
+    return made
 
 
-def _curve(
-    result: Result, axes: "Axes", name: str, factor: float, words: str, colour: str,
-    times: float = 1.0,
-) -> None:  # fmt: skip
-    found = _values(result, name, times)
-    if found is not None:
-        axes.plot(np.degrees(found[1]), factor * found[0], color=colour, label=words)
+def _of_orders(curve: Source, harmonics: Source | None) -> Source:
+    """What the orders of the case make of a curve over the cycle."""
 
-
-def _approximated(
-    result: Result, axes: "Axes", name: str, factor: float, unit: str, times: float = 1.0
-) -> None:
-    """What the orders of the case make of a curve, and by how much that misses it."""
-    found = _values(result, name, times)
-    total = having(result.record, EXCITATION + "total", "half_order")
-    if found is None or total is None:
-        return
-    curve, angle = found
-    order = np.asarray(total.axes[0].values, dtype=float)
-    if name == "total_torque":
-        amplitude = np.asarray(total.values)
-        inertia = having(result.record, EXCITATION + "inertia", "half_order")
-        if times != 1.0 and inertia is not None:
-            amplitude = amplitude + (times**2 - 1.0) * np.asarray(inertia.values)
-    else:
+    def made(result: Result) -> Quantity | None:
+        found, total = sourced(curve, result), sourced(EXCITATION + "total", result)
+        if found is None or total is None:
+            return None
+        values, angle = found.values, found.axes[0].values
+        order = np.asarray(total.axes[0].values, dtype=float)
+        made_of = None if harmonics is None else sourced(harmonics, result)
         # the card has no orders in the result: sums over its points, evenly over the cycle
-        amplitude = 2.0 * np.mean(curve[:-1] * np.conj(waves(order, angle[:-1])), axis=1)
-    made = float(np.mean(curve[:-1])) + np.real(amplitude @ waves(order, angle))
-    label = f"of orders {order_text(order[0])} to {order_text(order[-1])}"
-    axes.plot(np.degrees(angle), factor * made, color=COLOURS[4], linestyle="--", label=label)
-    missed = factor * float(np.max(np.abs(made - curve)))
-    axes.set_title(f"the orders miss it by {show(missed, digits=2)} {unit} at most", loc="right",
-                   fontsize=8)  # fmt: skip
+        amplitude = 2.0 * np.mean(values[:-1] * np.conj(waves(order, angle[:-1])), axis=1)
+        amplitude = amplitude if made_of is None else made_of.values
+        values = np.mean(values[:-1]) + np.real(amplitude @ waves(order, angle))
+        return replace(found, path="", values=values)
+
+    return made
 
 
-def _headroom(axes: "Axes") -> None:
+def _orders_words(result: Result) -> str:
+    order = result.record[EXCITATION + "total"].axes[0].values
+    return f"of orders {order_text(order[0])} to {order_text(order[-1])}"
+
+
+def _missed(plot: Plot) -> None:
+    """By how much the orders miss the curve before them."""
+    if len(plot.drawn) > 1:
+        (_, curve), (_, made) = plot.drawn[-2:]
+        missed = f"{show(float(np.max(np.abs(made - curve))), digits=2)} {plot.unit}"
+        words = f"the orders miss it by {missed} at most"
+        plot.axes.set_title(words, loc="right", fontsize=8)
+
+
+def _headroom(plot: Plot) -> Ends:
     """Room for the legend above the curves."""
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.22 * (high - low))
+    low, high = plot.axes.get_ylim()
+    return low, high + 0.22 * (high - low)
+
+
+def _one_cylinder(result: Result, times: float) -> Panel:
+    grown = partial(_grown, times=times, inertia="inertia_torque")
+    total, harmonics = grown("total_torque"), _grown("total", times, "inertia")
+    at = at_speed(result) if times == 1.0 else f" at {turns(times * (speed_of(result) or 0.0))} rpm"
+    return Panel(
+        "torque of one\ncylinder",
+        (
+            Curve(EXCITATION + "gas_torque", "gas", {"color": COLOURS[0]}),
+            Curve(grown("inertia_torque"), "inertia", {"color": COLOURS[1]}),
+            Curve(total, "both", {"color": TOTAL}),
+            Curve(_of_orders(total, harmonics), _orders_words, _DASHED),
+            _missed,
+        ),
+        f"one cylinder from its firing on{at}",
+        unit=torque_words,
+        ends=_headroom,
+        legend={"loc": "upper right", "ncols": 4},
+    )
+
+
+def _over_cycle(result: Result) -> Sequence[Panel]:
+    """The card, one cylinder at the operating speed and at a second one, and all cylinders."""
+    card, second = EXCITATION + "pressure", _second(result)
+    cycle = str(table_of(result.case, "machine").get("cycle") or "").replace("_", "-")
+    order = firing_words(result.record, cycle)
+    words = "; ".join([f"all cylinders{at_speed(result)}, {order}", *misfire_words(result)])
+    return [
+        Panel(
+            "gauge pressure\n",
+            (
+                Curve(card, "card", {"color": COLOURS[3]}),
+                Curve(_of_orders(card, None), _orders_words, _DASHED),
+                _missed,
+            ),
+            unit="bar",
+            legend={"loc": "upper center", "ncols": 3},
+        ),
+        *(_one_cylinder(result, times) for times in (1.0, second) if times),
+        Panel(
+            "torque of all\ncylinders",
+            (
+                Curve(EXCITATION + "engine_torque", "all cylinders", {"color": TOTAL}),
+                level(EXCITATION + "mean_torque", "mean {}"),
+            ),
+            words if order else "",
+            unit=torque_words,
+            ends=_headroom,
+            legend={"loc": "upper right", "ncols": 2},
+        ),
+    ]
+
+
+def _cycle_words(result: Result) -> str:
+    card = "gas pressure and " * (EXCITATION + "pressure" in result.record)
+    return also(f"{card}torques over one cycle{at_speed(result)}")(result)
+
+
+#: the orders of the case are drawn over the card and the torque that they come from; a table of
+#: tangential effort has no card
+TORSION_EXCITATION = Curves(_cycle_words, _over_cycle, high=2.35)
 
 
 # ----------------------------------------------------------------------------
@@ -407,57 +404,79 @@ def _points(places: np.ndarray) -> list[np.ndarray]:
 # ----------------------------------------------------------------------------
 
 _MOST, _NAMED = 40, 5
-_PARTS = (("gas", "gas", COLOURS[0]), ("inertia", "inertia", COLOURS[1]), ("total", "both", TOTAL))
 
 
-def draw_torsion_orders(result: Result) -> "Figure | None":
-    """Bars by order, 0-to-peak; None if the line was not driven."""
-    record = result.record
-    total = having(record, TORSION + "excitation/total", "half_order")
-    torque = having(record, TORSION + "torque", "section", "half_order")
-    section = worst_section(record)
-    place = None if section is None else place_of(torque, section)
-    if total is None or torque is None or section is None or place is None:
-        return None
-    speed = speed_of(result)
-    at = f" at {turns(speed)} rpm" if speed is not None else ""
-    factor, unit = torque_unit(record)
-    figure = canvas(result, f"order spectrum{at}, amplitudes 0-to-peak", 7.0)
-    above, below = figure.subplots(2, 1, sharex=True)
-    order = np.asarray(total.axes[0].values, dtype=float)[:_MOST]
-    step = float(order[1] - order[0]) if order.size > 1 else 1.0
-    for number, (name, words, colour) in enumerate(_PARTS):
-        part = having(record, f"{TORSION}excitation/{name}", "half_order")
-        if part is not None:
-            size = factor * np.abs(np.asarray(part.values))[:_MOST]
-            shift = (number - 1) * 0.27 * step
-            bars(above, order + shift, size, 0.25 * step, color=colour, label=words)
-    above.set_ylabel(f"torque of one cylinder\nin {unit}")
-    above.legend(loc="upper right")
-    row = factor * np.abs(np.asarray(torque.values)[place])[:_MOST]
-    major = vector(record, "excitation/major", "half_order")
-    strong = np.zeros(row.size, bool) if major is None else major[:_MOST] > 0
-    for chosen, colour, words in (
-        (strong, COLOURS[1], "major order"),
-        (~strong, COLOURS[0], "other order"),
-    ):
-        if np.any(chosen):
-            bars(below, order[chosen], row[chosen], 0.6 * step, color=colour, label=words)
-    _name(below, order, row)
-    below.set_ylabel(f"torque in section\n{section} in {unit}")
-    below.set_xlabel("order (multiple of crank speed)")
-    half = entry(having(record, TORSION + "torque_half_range", "section"), section, factor, 4)
-    if half:
-        words = f"half range of all orders together: {half} {unit}"
-        below.set_title(words, loc="left", fontsize=8, color=QUIET)
-    below.legend(loc="upper right")
-    below.set_xlim(order[0] - step, order[-1] + step)
-    ticks(below.xaxis, np.arange(1.0, order[-1] + 0.5, max(1.0, round(order[-1] / 20.0))))
-    return figure
+def _first_orders(of: Source, major: bool | None = None) -> Source:
+    """Sizes of the first orders; of the `major` ones or of the others, if that is said."""
+
+    def made(result: Result) -> Quantity | None:
+        found = sourced(of, result)
+        if found is None:
+            return None
+        found = replace(found, axes=(replace(found.axes[0], values=found.axes[0].values[:_MOST]),),
+                        values=np.abs(found.values[:_MOST]))  # fmt: skip
+        if major is None:
+            return found
+        strong = vector(result.record, "excitation/major", "half_order")
+        chosen = np.zeros(_MOST, bool) if strong is None else strong[:_MOST] > 0
+        own = np.where(chosen[: found.values.size] == major, found.values, 0.0)
+        return replace(found, path="", values=own) if np.any(own) else None
+
+    return made
 
 
-def _name(axes: "Axes", order: np.ndarray, row: np.ndarray) -> None:
+def _in_section(result: Result) -> Quantity | None:
+    return row_of(TORSION + "torque", worst_section(result.record))(result.record)
+
+
+def _half_range(result: Result) -> str:
+    """Of the most loaded section, in words."""
+    half = having(result.record, TORSION + "torque_half_range", "section")
+    place, (factor, unit) = place_of(half, worst_section(result.record)), torque_unit(result.record)
+    if place is None:
+        return ""
+    words = f"{cell(half, place, factor)} {unit_words(unit)[1]}"
+    return f"half range of all orders together: {words}"
+
+
+def _strongest(plot: Plot) -> None:
+    """Numbers of the largest orders."""
+    order, row = plot.drawn[0][0], np.max([y for _, y in plot.drawn], axis=0)
     for i in np.argsort(-row, kind="stable")[:_NAMED]:
         if row[i] > 0.0:
-            note(axes, order_text(order[i]), (order[i], row[i]), (0, 2), ha="center", va="bottom")
-    axes.set_ylim(0.0, 1.15 * float(np.max(row, initial=1e-300)))
+            note(plot.axes, order_text(order[i]), (order[i], row[i]), (0, 2), ha="center",
+                 va="bottom")  # fmt: skip
+
+
+TORSION_ORDERS = Curves(
+    lambda result: f"order spectrum{at_speed(result)}, amplitudes 0-to-peak",
+    (
+        Panel(
+            "torque of one cylinder\n",
+            tuple(
+                Curve(_first_orders(EXCITATION + name), words, {"color": colour}, bars=True)
+                for name, words, colour in (("gas", "gas", COLOURS[0]),
+                    ("inertia", "inertia", COLOURS[1]), ("total", "both", TOTAL))
+            ),
+            unit=torque_words,
+            legend={"loc": "upper right"},
+            needs=(EXCITATION + "total", _in_section),
+        ),
+        Panel(
+            lambda result: f"torque in section\n{worst_section(result.record)}",
+            (
+                Curve(_first_orders(_in_section, True), "major order", {"color": COLOURS[1]},
+                      bars=True),
+                Curve(_first_orders(_in_section, False), "other order", {"color": COLOURS[0]},
+                      bars=True),
+                _strongest,
+            ),
+            _half_range,
+            unit=torque_words,
+            ends=(0.0, None),
+            legend={"loc": "upper right"},
+            stacked=True,
+            needs=(EXCITATION + "total",),
+        ),
+    ),
+)  # fmt: skip

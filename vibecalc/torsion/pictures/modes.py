@@ -9,7 +9,7 @@ import numpy as np
 from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, QUIET, TOTAL, canvas, note, ticks
 from vibecalc.core.report.sections import having, speed_of, table_of
 from vibecalc.core.report.writing import hertz, rpm, show
-from vibecalc.core.results.record import Result
+from vibecalc.core.results.record import Quantity, Result
 from vibecalc.torsion.report.line import (
     TORSION,
     elastic_modes,
@@ -93,57 +93,41 @@ def strands(line: "ShaftLineModel", count: int) -> list[list[int]]:
 
     Each branch begins with the place it hangs on. Loops of shafts are opened somewhere.
     """
-    nearby: dict[int, list[int]] = {place: [] for place in range(count)}
-    for first, second in _joints(line, count):
-        nearby[first].append(second)
-        nearby[second].append(first)
-    free, found = set(range(count)), []
-    path = _longest(nearby, _longest(nearby, [0], free)[-1:], free)
-    ends = [_station(line, place) for place in (path[0], path[-1])]
-    path = path[::-1] if ends[0] > ends[1] else path
-    while path:
-        found.append(path)
-        free -= set(path)
-        starts = [one for one in range(count) if one not in free and set(nearby[one]) & free]
-        if not starts:
-            break
-        best = max(
-            (_longest(nearby, [start, next_], free) for start in starts
-             for next_ in nearby[start] if next_ in free), key=len,
-        )  # fmt: skip
-        path = best
-    return found
-
-
-def _station(line: "ShaftLineModel", place: int) -> int:
-    """The station itself, or the one that carries the ring."""
     stations = len(line.station_names)
-    return place if place < stations else line.dampers[place - stations].station
-
-
-def _joints(line: "ShaftLineModel", count: int) -> list[tuple[int, int]]:
-    stations = len(line.station_names)
+    # the station itself, or the one that carries the ring
+    carrier = [*range(stations), *(one.station for one in line.dampers)]
     pairs = [(int(a), int(b)) for a, b in line.section_ends if b >= 0]
     pairs += [(gear.first, gear.second) for gear in line.gears if gear.element < 0]
     pairs += [(one.station, stations + place) for place, one in enumerate(line.dampers)]
-    return [(a, b) for a, b in pairs if max(a, b) < count]
+    nearby: dict[int, list[int]] = {place: [] for place in range(count)}
+    for first, second in pairs:
+        if max(first, second) < count:
+            nearby[first].append(second)
+            nearby[second].append(first)
+    free, found = set(range(count)), []
+    path = _longest(nearby, _longest(nearby, [0], free)[-1:], free)
+    path = path[::-1] if carrier[path[0]] > carrier[path[-1]] else path
+    while path:
+        found.append(path)
+        free -= set(path)
+        branches = (
+            _longest(nearby, [start, next_], free)
+            for start in range(count) if start not in free
+            for next_ in nearby[start] if next_ in free
+        )  # fmt: skip
+        path = max(branches, key=len, default=[])
+    return found
 
 
 def _longest(nearby: dict[int, list[int]], begun: list[int], free: set[int]) -> list[int]:
     """The longest way on from the end of `begun`, breadth first through places in `free`."""
-    before: dict[int, int | None] = {begun[-1]: None}
-    queue = [begun[-1]]
-    for place in queue:
-        for other in nearby[place]:
-            if other not in before and other in free and other not in begun:
-                before[other] = place
-                queue.append(other)
-    way: list[int] = []
-    at: int | None = queue[-1]
-    while at is not None:
-        way.append(at)
-        at = before[at]
-    return begun[:-1] + way[::-1]
+    queue, met = [begun], {*begun}
+    for way in queue:
+        for other in nearby[way[-1]]:
+            if other in free and other not in met:
+                met.add(other)
+                queue.append([*way, other])
+    return queue[-1]
 
 
 def _strand(
@@ -193,61 +177,57 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
     """Hz and cpm over rpm, order lines named at their ends, crossings dotted, major ones filled."""
     natural = having(result.record, TORSION + "modes/natural_frequency", "mode")
     critical = having(result.record, TORSION + "critical/speed", "mode", "half_order")
-    modes = elastic_modes(result)
-    low, high = speed_range(result)
+    # where pendulums make natural frequencies depend on the speed
+    course = having(result.record, TORSION + "campbell/natural_frequency", "mode", "speed")
+    modes, (low, high) = elastic_modes(result), speed_range(result)
     if natural is None or critical is None or not modes or high <= 0.0:
         return None
     frequency = hertz(1.0) * np.asarray(natural.values, dtype=float)[modes]
-    order = np.asarray(critical.axes[1].values, dtype=float)
     right, top = rpm(high) * 1.04, _ROOM * float(frequency[-1])
-    words, course = "Campbell diagram", _course(result)
+    words = "Campbell diagram"
     if course is None and has_pendulums(result):
         words += ", natural frequencies as they are at the operating speed (pendulums change them)"
     figure = canvas(result, words, 7.0)
     axes = figure.subplots()
-    axes.set_xlim(0.0, right)
-    axes.set_ylim(0.0, top)
+    axes.set(xlim=(0.0, right), ylim=(0.0, top), xlabel="crank speed in rpm",
+             ylabel="frequency in Hz")  # fmt: skip
+    axes.grid(False)
     chosen, major = _chosen(result, modes)
     lines = chosen.any(axis=0)
-    _orders(axes, order[lines], major[lines], right, top)
+    _orders(axes, critical.axes[1].values[lines], major[lines], right, top)
     colours = [COLOURS[i % len(COLOURS)] for i in range(len(modes))]
     aside, below, known = 0, -top, mode_names(result)
     for mode, value, colour in zip(modes, frequency, colours, strict=True):
-        if course is None:
-            axes.axhline(value, color=colour, linewidth=1.8)
-        else:
-            axes.plot(rpm(1.0) * course[0], hertz(1.0) * course[1][mode], color=colour)
-            axes.axhline(value, color=colour, linewidth=0.6, alpha=0.4)
+        thin = {} if course is None else {"linewidth": 0.6, "alpha": 0.4}
+        axes.axhline(value, **{"color": colour, "linewidth": 1.8, **thin})
+        if course is not None:
+            axes.plot(rpm(1.0) * course.axes[1].values, hertz(1.0) * course.values[mode],
+                      color=colour)  # fmt: skip
         # the names of modes that lie close stand side by side
         aside = aside + 1 if value - below < 1.4 * _APART * top else 0
         below = value
         note(axes, f"{known[mode]}: {value:.4g} Hz", (0.0, value), (4 + 92 * aside, 5),
-            color=colour, zorder=4,
-            bbox=PLATE)  # fmt: skip
-    _crossings(result, axes, modes, colours, chosen & ~major, chosen & major)
-    _speeds(result, axes, low, high)
-    axes.set_xlabel("crank speed in rpm")
-    axes.set_ylabel("frequency in Hz")
-    axes.grid(False)
-
-    def to_cpm(value: Any) -> Any:
-        return 60.0 * value
-
-    def to_hertz(value: Any) -> Any:
-        return value / 60.0
-
+             color=colour, zorder=4, bbox=PLATE)  # fmt: skip
+    _crossings(axes, critical, modes, colours, chosen & ~major, chosen & major)
+    if table_of(result.case, "response", "torsion", "speeds"):
+        axes.axvspan(rpm(low), rpm(high), color="#0072B2", alpha=0.07, label="speed range")
+    speed = speed_of(result)
+    if speed is not None:
+        words = f"operating speed {turns(speed)} rpm"
+        axes.axvline(rpm(speed), color=LIMIT, linestyle="--", linewidth=1.3, label=words)
     # the words of the orders stand at the right, so that cycles per minute get room beyond them
-    axes.secondary_yaxis(1.075, functions=(to_cpm, to_hertz)).set_ylabel("frequency in cpm")
+    cpm = axes.secondary_yaxis(1.075, functions=(_to_cpm, _to_hertz))
+    cpm.set_ylabel("frequency in cpm")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.035), ncols=4)
     return figure
 
 
-def _course(result: Result) -> tuple[np.ndarray, np.ndarray] | None:
-    """Speeds and natural frequencies [mode, speed] where pendulums make them depend on it."""
-    found = having(result.record, TORSION + "campbell/natural_frequency", "mode", "speed")
-    if found is None:
-        return None
-    return np.asarray(found.axes[1].values, dtype=float), np.asarray(found.values, dtype=float)
+def _to_cpm(value: Any) -> Any:
+    return 60.0 * value
+
+
+def _to_hertz(value: Any) -> Any:
+    return value / 60.0
 
 
 def _chosen(result: Result, modes: list[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -279,28 +259,22 @@ def _orders(axes: "Axes", order: np.ndarray, major: np.ndarray, right: float, to
     axes.add_collection(
         LineCollection(lines, colors=QUIET, linewidths=widths, alpha=0.7, zorder=1), autolim=False
     )
-    last_y, last_x = -1.0, 2.0
+    up, across = -1.0, 2.0  # of the edges, where the last name stands
     for q in order:
-        end = q * right / 60.0
-        if end <= top:
-            if end / top - last_y < _APART:
-                continue
-            last_y = end / top
-            place, align, shift = (right, end), ("left", "center"), (3, 0)
-        else:
-            across = 60.0 * top / q / right
-            if last_x - across < _APART_ABOVE:
-                continue
-            last_x = across
-            place, align, shift = (across * right, top), ("center", "bottom"), (0, 2)
-        note(axes, order_text(q), place, shift, ha=align[0], va=align[1], color=QUIET,
-            annotation_clip=False)  # fmt: skip
+        end = q * right / 60.0 / top
+        if end <= 1.0 and end - up >= _APART:
+            up = end
+            note(axes, order_text(q), (right, end * top), (3, 0), ha="left", va="center",
+                 color=QUIET, annotation_clip=False)  # fmt: skip
+        if end > 1.0 and across - 1.0 / end >= _APART_ABOVE:
+            across = 1.0 / end
+            note(axes, order_text(q), (across * right, top), (0, 2), ha="center", va="bottom",
+                 color=QUIET, annotation_clip=False)  # fmt: skip
 
 
 def _crossings(
-    result: Result, axes: "Axes", modes: list[int], colours: list[str], *groups: np.ndarray
+    axes: "Axes", critical: Quantity, modes: list[int], colours: list[str], *groups: np.ndarray
 ) -> None:
-    critical = result.record[TORSION + "critical/speed"]
     order = np.asarray(critical.axes[1].values, dtype=float)
     speed = np.asarray(critical.values, dtype=float)[modes]
     for group, filled, words in zip(groups, (False, True), ("strong", "major"), strict=True):
@@ -310,20 +284,5 @@ def _crossings(
                 markerfacecolor=colour if filled else "white", zorder=5,
             )  # fmt: skip
         if group.any():
-            axes.plot(
-                [],
-                [],
-                "o",
-                color=QUIET,
-                markerfacecolor=QUIET if filled else "white",
-                label=f"{words} order",
-            )
-
-
-def _speeds(result: Result, axes: "Axes", low: float, high: float) -> None:
-    if table_of(result.case, "response", "torsion", "speeds"):
-        axes.axvspan(rpm(low), rpm(high), color="#0072B2", alpha=0.07, label="speed range")
-    speed = speed_of(result)
-    if speed is not None:
-        words = f"operating speed {turns(speed)} rpm"
-        axes.axvline(rpm(speed), color=LIMIT, linestyle="--", linewidth=1.3, label=words)
+            axes.plot([], [], "o", color=QUIET, markerfacecolor=QUIET if filled else "white",
+                      label=f"{words} order")  # fmt: skip

@@ -3,7 +3,6 @@
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from vibecalc.core.report.curves import (
 from vibecalc.core.report.sections import having, labels
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.torsion.pictures.excitation import misfire_words, torque_words
+from vibecalc.torsion.pictures.excitation import also, misfire_words, torque_words
 from vibecalc.torsion.report.limits import limits_of, rule_of
 from vibecalc.torsion.report.line import (
     MILLI,
@@ -52,95 +51,81 @@ _HIGH, _STANDS = 0.1, 0.03
 _NAMED = 8
 
 
-class Points(NamedTuple):
-    """Maxima of a section: speed in rad/s, height in SI, mode and order (0: none)."""
+def top_of(
+    record: Record, section: str, load: str = "torque_half_range", root: str = ""
+) -> np.ndarray:
+    """Speed in rad/s, height in SI, mode and order (0: none) of the highest of a section (n, 4).
 
-    speed: np.ndarray
-    height: np.ndarray
-    mode: np.ndarray
-    order: np.ndarray
-
-
-def top_of(record: Record, section: str, load: str = "torque_half_range", root: str = "") -> Points:
-    """The highest of a section at any speed, as far as it is known and has an end."""
-    parts = [_entry(record, f"{root}largest/{name}", section)
-             for name in ("speed", load, "mode", "half_order")]  # fmt: skip
-    known = bool(parts[0].size and parts[1].size and np.isfinite(parts[1]).all())
-    speed, height, mode, order = (
-        (one if one.size else np.zeros(1)) if known else np.zeros(0) for one in parts
-    )
-    return Points(speed, height, mode, order)
+    One row, or none where it is not known or has no end.
+    """
+    parts = []
+    for name in ("speed", load, "mode", "half_order"):
+        quantity = having(record, f"{TORSION}{root}largest/{name}", "section")
+        place = place_of(quantity, section)
+        parts.append(None if quantity is None or place is None else float(quantity.values[place]))
+    if parts[0] is None or parts[1] is None or not np.isfinite(parts[1]):
+        return np.zeros((0, 4))
+    return np.array([[one or 0.0 for one in parts]])
 
 
-def points_of(record: Record, section: str) -> Points:
-    """All maxima of the torque of a section that are reported, by rising speed."""
-    found = [vector(record, f"peak/{name}", "peak")
-             for name in ("speed", "torque_half_range", "mode", "half_order")]  # fmt: skip
-    held = vector(record, "peak/section", "peak")
-    top = top_of(record, section)
-    listed = names(record, "speeds/torque_half_range", "section")
-    if held is None or section not in listed or any(one is None for one in found):
+def points_of(record: Record, section: str) -> np.ndarray:
+    """All maxima of the torque of a section that are reported (n, 4), by rising speed."""
+    columns = ("section", "speed", "torque_half_range", "mode", "half_order")
+    found = [vector(record, f"peak/{name}", "peak") for name in columns]
+    there = [np.asarray(one, dtype=float) for one in found if one is not None]
+    top, listed = top_of(record, section), names(record, "speeds/torque_half_range", "section")
+    if len(there) < len(found) or section not in listed:
         return top
-    speed, height, mode, order = (np.asarray(one, dtype=float) for one in found)
-    own = (held == listed.index(section) + 1) & np.isfinite(height)
+    own = (there[0] == listed.index(section) + 1) & np.isfinite(there[2])
+    peaks = np.stack(there[1:], axis=1)[own]
     # the highest is a maximum between the ends of the range, or at one of them
-    new = not np.any(np.isclose(speed[own], top.speed, rtol=1e-6)) if top.speed.size else False
-    more = top if new else Points(*(np.zeros(0),) * 4)
-    joined = [
-        np.concatenate([one[own], other])
-        for one, other in zip((speed, height, mode, order), more, strict=True)
-    ]
-    rising = np.argsort(joined[0], kind="stable")
-    return Points(*(one[rising] for one in joined))
+    if not np.any(np.isclose(peaks[:, 0], top[:, :1], rtol=1e-6)):
+        peaks = np.concatenate([peaks, top])
+    return np.asarray(peaks[np.argsort(peaks[:, 0], kind="stable")])
 
 
 def through(
-    speed: np.ndarray, curve: np.ndarray, points: Points, factor: float = 1.0
+    speed: np.ndarray, curve: np.ndarray, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """A curve over speeds (rad/s) with the points in it; gaps where it is infinite."""
-    fresh = ~np.isin(points.speed, speed)
-    x = np.concatenate([speed, points.speed[fresh]])
-    y = np.concatenate([curve, factor * points.height[fresh]])
+    fresh = points[~np.isin(points[:, 0], speed)]
+    x, y = np.append(speed, fresh[:, 0]), np.append(curve, fresh[:, 1])
     rising = np.argsort(x, kind="stable")
     return x[rising], gaps(y[rising])
 
 
-def main_of(points: Points, speed: np.ndarray, curve: np.ndarray) -> Points:
+def main_of(points: np.ndarray, speed: np.ndarray, curve: np.ndarray) -> np.ndarray:
     """Maxima that stand out of a curve over speeds in rad/s; of one mode and order the highest."""
-    tops = np.where(np.isfinite(points.height), points.height, 0.0)
+    at, tops = points[:, 0], np.where(np.isfinite(points[:, 1]), points[:, 1], 0.0)
     kept: list[int] = []
-    for i in np.argsort(-tops, kind="stable"):
-        if tops[i] < _HIGH * tops.max() or any(
-            points.mode[i] and points.mode[i] == points.mode[j]
-            and points.order[i] == points.order[j] for j in kept
-        ):  # fmt: skip
+    for i in np.argsort(-tops, kind="stable").tolist():
+        mode, *_ = same = points[i, 2:].tolist()
+        named = mode and any(same == points[j, 2:].tolist() for j in kept)
+        if named or tops[i] < _HIGH * tops.max():
             continue
-        between = [
-            curve[(speed >= min(points.speed[i], points.speed[j]))
-                  & (speed <= max(points.speed[i], points.speed[j]))]
-            for j in kept
-        ]  # fmt: skip
+        ends = [(min(at[i], at[j]), max(at[i], at[j])) for j in kept]
+        between = [curve[(speed >= low) & (speed <= high)] for low, high in ends]
         valley = max((float(np.nanmin(one)) for one in between if one.size), default=0.0)
         if tops[i] - valley >= _STANDS * tops[i]:
-            kept.append(int(i))
-    return Points(*(one[sorted(kept[:_NAMED])] for one in points))
+            kept.append(i)
+    return points[sorted(kept[:_NAMED])]
 
 
-def name_maxima(plot: Plot, points: Points, curve: int) -> None:
+def name_maxima(plot: Plot, points: np.ndarray, curve: int) -> None:
     """Dots, and above the axes the mode / order of each with a line to it."""
     axes, (x, y) = plot.axes, plot.drawn[curve]
     points = main_of(points, x / rpm(1.0), y / plot.factor)
-    if not points.speed.size:
+    if not points.size:
         return
-    at, height, ends = rpm(1.0) * points.speed, plot.factor * points.height, (x[0], x[-1])
+    at, height, ends = rpm(1.0) * points[:, 0], plot.factor * points[:, 1], (x[0], x[-1])
     named = ["", *mode_names(plot.result)]
     axes.plot(at, height, "o", color=COLOURS[0], zorder=6, label="maximum, with mode / order")
     axes.set_title(axes.get_title(loc="left"), loc="left", pad=_ROOM)
-    for where, top, place, mode, order in zip(
-        at, height, spread(at, ends), points.mode, points.order, strict=True
+    for where, top, place, (mode, order) in zip(
+        at, height, spread(at, ends), points[:, 2:].tolist(), strict=True
     ):
         axes.annotate(
-            _words(float(where), named[int(mode)], float(order), ends), (where, top),
+            _words(float(where), named[int(mode)], order, ends), (where, top),
             xytext=(place, 1.012), textcoords=axes.get_xaxis_transform(), rotation=90, ha="center",
             va="bottom", fontsize=8, color=COLOURS[0], annotation_clip=False,
             arrowprops={"arrowstyle": "-", "linewidth": 0.6, "linestyle": ":", "shrinkA": 0.0,
@@ -161,15 +146,6 @@ def _words(at: float, mode: str, order: float, ends: tuple[float, float]) -> str
         return f"{mode} / {order_text(order)}"
     near = _AT_END * (ends[1] - ends[0])
     return "end" if at - ends[0] <= near or ends[1] - at <= near else "several"
-
-
-def _entry(record: Record, path: str, section: str) -> np.ndarray:
-    """One entry of a quantity by section as an array of one, empty if it is not there."""
-    quantity = having(record, TORSION + path, "section")
-    place = place_of(quantity, section)
-    if quantity is None or place is None:
-        return np.zeros(0)
-    return np.asarray(quantity.values, dtype=float)[place : place + 1]
 
 
 # ----------------------------------------------------------------------------
@@ -256,9 +232,7 @@ def _speeds(result: Result) -> list[Panel]:
 
 
 TORSION_SPEEDS = Curves(
-    lambda result: ", ".join(
-        ["half range of all orders together, against speed", *misfire_words(result)]
-    ),
+    also("half range of all orders together, against speed"),
     _speeds,
     high=2.83,
 )
@@ -293,8 +267,8 @@ def _top(result: Result, section: str) -> Panel:
                 plot.points += list(points)
 
     def maxima(plot: Plot) -> None:
-        points = points_of(record, section)
-        name_maxima(plot, points._replace(height=scaled[0] * points.height), len(nearby))
+        factors = np.array([1.0, scaled[0], 1.0, 1.0])
+        name_maxima(plot, factors * points_of(record, section), len(nearby))
 
     return Panel(
         "torque" if stress is None else "stress",
@@ -437,9 +411,9 @@ def _twists(result: Result) -> list[Panel]:
     panels = []
     for name, height in zip(shown, map(_highest, curves), strict=False):
         title = f"{name}\nlargest {show(height, digits=3)}"
-        without = top_of(record, name, _TWIST, "bare/").height
+        without = top_of(record, name, _TWIST, "bare/")
         if without.size and len(name) <= _SHORT:
-            title += f", without {show(MILLI * float(without[0]), digits=3)}"
+            title += f", without {show(MILLI * float(without[0, 1]), digits=3)}"
         nearby = [Curve(_sections(_TWIST, root, [name]), words, {**look, "marker": ""})
                   for root, words, look in _OTHERS]  # fmt: skip
         curve = Curve(own[name], damped, {"color": TOTAL, "linewidth": 1.6})
@@ -449,9 +423,7 @@ def _twists(result: Result) -> list[Panel]:
 
 
 TORSION_DAMPERS = Curves(
-    lambda result: ", ".join(
-        ["twist of the sections against speed, half range of all orders", *misfire_words(result)]
-    ),
+    also("twist of the sections against speed, half range of all orders"),
     _twists,
     high=2.7,
     columns=3,

@@ -14,6 +14,7 @@ from vibecalc.core.report.canvas import (
     canvas,
     crests,
     note,
+    unit_words,
 )
 from vibecalc.core.report.curves import (
     Curve,
@@ -29,11 +30,11 @@ from vibecalc.core.report.curves import (
     operating,
     sourced,
 )
-from vibecalc.core.report.sections import along, having, labels, scalar_of, speed_of, table_of
+from vibecalc.core.report.sections import along, having, labels, scalar_of, table_of
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.pictures.excitation import torque_words
-from vibecalc.torsion.report.line import TORSION, mode_names, place_of, torque_unit, turns
+from vibecalc.torsion.report.line import TORSION, at_speed, mode_names, place_of, torque_unit
 from vibecalc.torsion.report.studies import TRANSIENT, change_in_words
 from vibecalc.torsion.study_results import PASSAGES
 
@@ -216,7 +217,7 @@ def draw_torsion_waterfall(result: Result) -> "Figure | None":
         shading="gouraud", norm=_norm(top), rasterized=True,
     )  # fmt: skip
     bar = figure.colorbar(shades, ax=axes, pad=0.06 if moves else 0.02)
-    bar.set_label(f"amplitude in {unit}")
+    bar.set_label(f"amplitude in {unit_words(unit)[1]}")
     low, high = float(np.min(across)), float(np.max(across))
     axes.set_xlim(low, high)
     axes.set_ylim(0.0, float(frequency[-1]))
@@ -291,11 +292,6 @@ def _of_changed(path: str) -> Source:
     )
 
 
-def _at_speed(result: Result) -> str:
-    speed = speed_of(result)
-    return "" if speed is None else f"at {turns(speed)} rpm, amplitudes 0-to-peak"
-
-
 VARIABLE_INERTIA = Curves(
     lambda result: (
         f"torque in section {_changed(result)}: inertias that change over the revolution"
@@ -306,7 +302,7 @@ VARIABLE_INERTIA = Curves(
             (Curve(_of_changed(TORSION + "torque"), "mean inertias", {"color": QUIET}, bars=True),
              Curve(_of_changed(_ROOT + "torque"), "inertias that change, exact motion",
                    {"color": COLOURS[0]}, bars=True)),
-            _at_speed,
+            lambda result: f"{at_speed(result, 'at ')}, amplitudes 0-to-peak",
             unit=torque_words,
             legend={"loc": "best"},
             needs=(_of_changed(_ROOT + "torque"),),

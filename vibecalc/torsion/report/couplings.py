@@ -17,7 +17,7 @@ from vibecalc.core.report.writing import (
 )
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.torsion.coupling_results import COUPLING, HEALTHY
-from vibecalc.torsion.report.line import joined, line_of, short, turns
+from vibecalc.torsion.report.line import joined, line_of, short, titled, turns
 
 if TYPE_CHECKING:
     from vibecalc.torsion.couplings import Coupling
@@ -27,84 +27,63 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 ICE, _KILO, _TURN = 273.15, 1e-3, 2.0 * np.pi
+#: limit -> name of what is borne of it, and its words
 BORNE = {
-    "T_KN": "mean_torque",
-    "T_Kmax": "peak_torque",
-    "T_KW": "vibratory_torque",
-    "T_KW by orders": "torque_by_orders",
-    "P_KV": "power_loss",
-    "n_max": "",
-    "temperature": "temperature",
+    "T_KN": ("mean_torque", "mean torque, T_KN"),
+    "T_Kmax": ("peak_torque", "peak torque, T_Kmax"),
+    "T_KW": ("vibratory_torque", "vibratory torque, T_KW"),
+    "T_KW by orders": ("torque_by_orders", "  the same by orders"),
+    "P_KV": ("power_loss", "power loss, P_KV"),
+    "n_max": ("", "speed, n_max"),
+    "temperature": ("temperature", "temperature"),
 }
-LIMIT_WORDS = {
-    "T_KN": "mean torque, T_KN",
-    "T_Kmax": "peak torque, T_Kmax",
-    "T_KW": "vibratory torque, T_KW",
-    "T_KW by orders": "  the same by orders",
-    "P_KV": "power loss, P_KV",
-    "n_max": "speed, n_max",
-    "temperature": "temperature",
-}
+_UNITS = {"n_max": "rpm", "temperature": "degC", "P_KV": "W"}
+_FREQUENCY = (
+    "T_KW holds at its own frequency, 10 Hz if the maker says no other; above it a "
+    "vibratory torque counts sqrt(f / 10 Hz) times (DIN 740-2). The half range of all "
+    "orders counts by the frequency of its largest order; by orders: root of the sum of "
+    "squares, each order by its own frequency, which goes with the heat."
+)
 
 
 def torsion_couplings(result: Result) -> Section | None:
     """The section, None without couplings."""
     line = line_of(result)
-    if line is None or not line.couplings or f"{COUPLING}/mean_torque" not in result.record:
+    if line is None or f"{COUPLING}/mean_torque" not in result.record:
         return None
-    lines: list[str] = []
-    for place, one in enumerate(line.couplings):
-        lines += ["", *_identity(result, one, place)] if lines else _identity(result, one, place)
-        lines += ["", *_limits(result, one, place)]
+    blocks = [make(result, one, place) for place, one in enumerate(line.couplings)
+              for make in (_identity, _limits)]  # fmt: skip
     use = having(result.record, f"{COUPLING}/use", "coupling", "coupling_limit")
     if use is not None and "T_KW" in labels(use.axes[1]):
-        lines += ["", *paragraph(
-            "T_KW holds at its own frequency, 10 Hz if the maker says no other; above it a "
-            "vibratory torque counts sqrt(f / 10 Hz) times (DIN 740-2). The half range of all "
-            "orders counts by the frequency of its largest order; by orders: root of the sum of "
-            "squares, each order by its own frequency, which goes with the heat."
-        )]  # fmt: skip
-    return Section("Couplings", lines, frozenset())
+        blocks.append(paragraph(_FREQUENCY))
+    return titled(result, "Couplings", *blocks)
 
 
 def _identity(result: Result, one: "Coupling", place: int) -> list[str]:
     """Type, stiffness and damping at the operating speed, and the temperature."""
     record = result.record
     rows = [(one.name, one.type or "values of the case")]
-    stiffness, loss, main = (
-        np.asarray(record[f"{COUPLING}/{name}"].values)[place]
-        if f"{COUPLING}/{name}" in record
-        else None
-        for name in ("stiffness", "loss_factor", "main_frequency")
-    )
     order = having(record, f"{COUPLING}/stiffness", "coupling", "half_order")
+    loss = having(record, f"{COUPLING}/loss_factor", "coupling", "half_order")
+    main = having(record, f"{COUPLING}/main_frequency", "coupling")
     speed = speed_of(result)
-    if stiffness is not None and loss is not None and main is not None and order and speed:
-        at = int(np.argmin(np.abs(np.asarray(order.axes[1].values) * speed - main)))
+    if loss is not None and main is not None and order and speed:
+        frequency = float(main.values[place])
+        at = int(np.argmin(np.abs(np.asarray(order.axes[1].values) * speed - frequency)))
         rows.append((
             "  dynamic stiffness",
-            f"{show(_KILO * stiffness[at], digits=4)} kN m/rad at {short(hertz(main))} Hz, "
-            f"relative damping {show(_TURN * loss[at], digits=4)}",
+            f"{show(_KILO * order.values[place, at])} kN m/rad at {short(hertz(frequency))} Hz, "
+            f"relative damping {show(_TURN * loss.values[place, at])}",
         ))  # fmt: skip
-    follows = [
-        words
-        for words, rows_of in (
-            ("mean torque", one.mean_torque),
-            ("temperature", one.over_temperature),
-            ("frequency", one.frequency),
-            ("vibratory torque", one.amplitude),
-        )
-        if rows_of is not None
-    ]
-    if follows:
+    laws = {"mean torque": one.mean_torque, "temperature": one.over_temperature,
+            "frequency": one.frequency, "vibratory torque": one.amplitude}  # fmt: skip
+    if follows := [words for words, law in laws.items() if law is not None]:
         rows.append(("  they follow", joined(follows)))
-    heat = record.quantities.get(f"{COUPLING}/temperature")
+    heat = having(record, f"{COUPLING}/temperature", "coupling")
     if one.temperature and heat is not None:
-        found = float(np.asarray(heat.values)[place]) - ICE
-        words = f"{show(found, digits=4)} degC"
+        words = f"{show(float(heat.values[place]) - ICE)} degC"
         if one.resistance:
-            air = one.temperature - ICE
-            words += f", {show(air, digits=4)} degC about it and {one.resistance:.4g} K/W"
+            words += f", {show(one.temperature - ICE)} degC about it and {one.resistance:.4g} K/W"
         rows.append(("  temperature", words))
     return pairs(rows)
 
@@ -113,56 +92,53 @@ def _limits(result: Result, one: "Coupling", place: int) -> list[str]:
     """A row for each limit that the maker says."""
     from vibecalc.torsion.couplings import LIMITS, has_limit
 
-    record = result.record
-    use = having(record, f"{COUPLING}/use", "coupling", "coupling_limit")
+    use = having(result.record, f"{COUPLING}/use", "coupling", "coupling_limit")
     if use is None:
         return paragraph("Its maker says no limits.")
-    more = [
-        (title, quantity, factor)
-        for title, path, factor in (
-            ("largest\n%", f"{COUPLING}/largest_use", 100.0),
-            ("at\nrpm", f"{COUPLING}/largest_use_speed", 0.0),
-            ("all fire\n%", f"{HEALTHY}/use", 100.0),
-            ("largest\n%", f"{HEALTHY}/largest_use", 100.0),
+    shown = [
+        (number(title), quantity)
+        for title, path in (
+            ("use\n%", f"{COUPLING}/use"),
+            ("largest\n%", f"{COUPLING}/largest_use"),
+            ("at\nrpm", f"{COUPLING}/largest_use_speed"),
+            ("all fire\n%", f"{HEALTHY}/use"),
+            ("largest\n%", f"{HEALTHY}/largest_use"),
         )
-        if (quantity := having(record, path, "coupling", "coupling_limit")) is not None
+        if (quantity := having(result.record, path, *(axis.name for axis in use.axes))) is not None
     ]
-    columns = [Column("limit"), number("permitted"), number("at speed"),
-               number("use\n%"), *(number(title) for title, *_ in more)]  # fmt: skip
     said = dict(zip(LIMITS, has_limit(one), strict=True))
     rows = []
     for at, name in enumerate(labels(use.axes[1])):
         if not said[name]:
             continue
-        cells = [_percent(use, (place, at))]
-        for _, quantity, factor in more:
-            value = float(quantity.values[place, at])
-            cells.append(_percent(quantity, (place, at)) if factor else turns(value))
         allowed, unit = permitted(one, name)
         load = borne(result, name, place)
         load = allowed * float(use.values[place, at]) if name == "n_max" else load
         texts = ["" if one is None else f"{as_text(one, unit)} {unit}" for one in (allowed, load)]
-        rows.append([LIMIT_WORDS[name], *texts, *cells])
-    return table(columns, rows)
+        cells = [_cell(quantity, (place, at)) for _, quantity in shown]
+        rows.append([BORNE[name][1], *texts, *cells])
+    heads = [Column("limit"), number("permitted"), number("at speed")]
+    return table([*heads, *(head for head, _ in shown)], rows)
 
 
-def _percent(quantity: Quantity, place: tuple[int, int]) -> str:
-    value = 100.0 * float(quantity.values[place])
-    return show(value, 100.0 * quantity.error_estimate, 4)
+def _cell(quantity: Quantity, place: tuple[int, int]) -> str:
+    value = float(quantity.values[place])
+    if quantity.unit == "rad/s":
+        return turns(value)
+    return show(100.0 * value, 100.0 * quantity.error_estimate)
 
 
 def permitted(one: "Coupling", name: str) -> tuple[float, str]:
     """What the maker permits by one of its limits, in the unit that people read."""
     may = one.permissible
-    torque = {"T_KN": may.mean, "T_Kmax": may.peak}.get(name, may.vibratory)
-    values = {"n_max": may.speed, "temperature": may.temperature, "P_KV": may.power}
-    units = {"n_max": "rpm", "temperature": "degC", "P_KV": "W"}
-    return _as_read(name, values.get(name, torque)), units.get(name, "kN m")
+    values = {"T_KN": may.mean, "T_Kmax": may.peak, "n_max": may.speed,
+              "temperature": may.temperature, "P_KV": may.power}  # fmt: skip
+    return _as_read(name, values.get(name, may.vibratory)), _UNITS.get(name, "kN m")
 
 
 def as_text(value: float, unit: str) -> str:
     """Four digits; of turns without zeros at the end."""
-    return short(value) if unit == "rpm" else show(value, digits=4)
+    return short(value) if unit == "rpm" else show(value)
 
 
 def _as_read(name: str, value: float) -> float:
@@ -176,12 +152,13 @@ def borne(result: Result, name: str, place: int, speed: float | None = None) -> 
 
     None between the speeds of the curve.
     """
-    path, axes = f"{COUPLING}/{BORNE[name]}", ["coupling"]
-    if speed is not None:
-        path, axes = f"{COUPLING}/speeds/{BORNE[name]}", ["coupling", "speed"]
-    quantity, at = having(result.record, path, *axes), 0
-    if quantity is not None and speed is not None:
-        speeds = np.asarray(quantity.axes[1].values, dtype=float)
-        at = int(np.argmin(np.abs(speeds - speed)))
-        quantity = None if abs(speeds[at] - speed) > 1e-9 * speed else quantity
-    return None if quantity is None else _as_read(name, np.ravel(quantity.values[place])[at])
+    over = "" if speed is None else "speeds/"
+    path = f"{COUPLING}/{over}{BORNE[name][0]}"
+    quantity = having(result.record, path, "coupling", *["speed"] * bool(over))
+    if quantity is None:
+        return None
+    values = np.ravel(quantity.values[place])
+    if speed is None:
+        return _as_read(name, values[0])
+    near = np.isclose(quantity.axes[1].values, speed, rtol=1e-9, atol=0.0)
+    return _as_read(name, values[near][0]) if near.any() else None

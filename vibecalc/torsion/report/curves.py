@@ -10,17 +10,16 @@ from vibecalc.core.report.writing import Column, number, paragraph, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.curve_results import QUANTITIES
 from vibecalc.torsion.report.line import (
-    MEGA,
-    MILLI,
     TORSION,
-    Detail,
     cell,
     order_text,
     range_words,
     short,
+    titled,
     torque_unit,
     turns,
 )
+from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
 # Curves of orders: the largest of each order over the speeds, and what was measured.
@@ -28,18 +27,12 @@ from vibecalc.torsion.report.line import (
 
 #: orders of a shaft or station, measured points of a quantity
 _MOST, _POINTS = 6, 40
-
-
-def units(record: Record) -> dict[str, tuple[float, str]]:
-    """Quantity -> factor from SI and the unit that people read."""
-    return {
-        "torque": torque_unit(record),
-        "stress": (MEGA, "N/mm^2"),
-        "twist": (MILLI, "mrad"),
-        "angle": (MILLI, "mrad"),
-        "angular_speed": (1.0, "rad/s"),
-        "angular_acceleration": (1.0, "rad/s^2"),
-    }
+#: what is read in other units than those of results
+_READ = {"stress": "N/mm^2", "twist": "mrad", "angle": "mrad"}
+_AMPLITUDES = (
+    "Amplitudes of single orders, the largest over the speeds; sum of orders: half range of "
+    "all of them with their phases at the speeds of the curves."
+)
 
 
 def drawn(record: Record) -> Iterator[tuple[str, Quantity]]:
@@ -50,51 +43,43 @@ def drawn(record: Record) -> Iterator[tuple[str, Quantity]]:
             yield name, found
 
 
+def _unit(record: Record, name: str, of: Quantity) -> tuple[float, str]:
+    """Factor from SI and the unit that people read."""
+    unit = torque_unit(record)[1] if name == "torque" else _READ.get(name, of.unit)
+    return convert(1.0, of.unit, unit), unit
+
+
 def torsion_curves(result: Result) -> Section | None:
     """The section, None if no curves are asked for."""
     record = result.record
-    lines: list[str] = []
-    for name, found in drawn(record):
-        lines += ["", *_largest(record, name, found)] if lines else _largest(record, name, found)
-    if not lines:
+    tables = [_largest(record, name, found) for name, found in drawn(record)]
+    if not tables:
         return None
-    lines += paragraph(
-        "Amplitudes of single orders, the largest over the speeds; sum of orders: half range of "
-        "all of them with their phases at the speeds of the curves."
-    )
-    points = _measured(record)
-    return Section(
-        f"Curves of orders, {range_words(result)}",
-        [*lines, *(["", *points] if points else [])],
-        frozenset(),
-    )
+    tables[-1] += paragraph(_AMPLITUDES)
+    title = f"Curves of orders, {range_words(result)}"
+    return titled(result, title, *tables, _measured(record))
 
 
 def _largest(record: Record, name: str, found: Quantity) -> list[str]:
     """For each shaft or station of a quantity its strongest orders, and their sum."""
-    factor, unit = units(record)[name]
+    factor, unit = _unit(record, name, found)
     stem = f"{TORSION}curves/{name}"
     top, at, half = (record[f"{stem}/{one}"] for one in ("largest", "largest_speed", "half_range"))
-    orders, speed = top.axes[1].values, half.axes[1].values
-    columns = [
-        Column(found.axes[0].name), Column("order"),
-        number(f"{name.replace('_', ' ')}\n{unit}"), number("at\nrpm")
-    ]  # fmt: skip
-    rows = []
+    speed, rows = half.axes[1].values, list[list[str]]()
     for place, one in enumerate(labels(found.axes[0])):
         sizes = magnitudes(top)[place]
-        strongest = np.sort(np.argsort(-sizes, kind="stable")[:_MOST])
         best = int(np.argmax(half.values[place]))
-        whole = cell(half, (place, best), factor)
-        if np.isinf(sizes).any():  # between the speeds of the curve
-            whole = show(np.inf)
-        rows.append([one, "sum of orders", whole, turns(float(speed[best]))])
+        # between the speeds of the curve
+        endless = np.isinf(sizes).any()
+        whole = show(np.inf) if endless else cell(half, (place, best), factor)
+        rows.append([one, "sum of orders", whole, turns(speed[best])])
         rows += [
-            ["", order_text(orders[i]), cell(top, (place, int(i)), factor),
-             turns(float(at.values[place, i]))]
-            for i in strongest
+            ["", order_text(top.axes[1].values[i]), cell(top, (place, i), factor),
+             turns(at.values[place, i])]
+            for i in np.sort(np.argsort(-sizes, kind="stable")[:_MOST]).tolist()
         ]  # fmt: skip
-    return table(columns, rows)
+    heads = [Column(found.axes[0].name), Column("order")]
+    return table([*heads, number(f"{name.replace('_', ' ')}\n{unit}"), number("at\nrpm")], rows)
 
 
 def _measured(record: Record) -> list[str]:
@@ -102,41 +87,34 @@ def _measured(record: Record) -> list[str]:
     rows = []
     for name, found in drawn(record):
         stem = f"{TORSION}curves/{name}/measured"
-        value = record.quantities.get(f"{stem}/value")
-        if value is None:
+        if f"{stem}/value" not in record:
             continue
-        factor, unit = units(record)[name]
-        axis = found.axes[0]
-        own, speed, order, computed = (
-            record[f"{stem}/{one}"] for one in (axis.name, "speed", "order", "computed")
+        (factor, unit), axis = _unit(record, name, found), found.axes[0]
+        value, own, speed, order, computed = (
+            record[f"{stem}/{one}"] for one in ("value", axis.name, "speed", "order", "computed")
         )
-        named = labels(axis)
         for i in range(min(value.values.size, _POINTS)):
             ratio = value.values[i] / computed.values[i] if computed.values[i] else np.inf
             rows.append([
-                named[int(own.values[i]) - 1], f"{name.replace('_', ' ')}, {unit}",
+                labels(axis)[int(own.values[i]) - 1], f"{name.replace('_', ' ')}, {unit}",
                 order_text(order.values[i]) if order.values[i] else "sum",
-                turns(float(speed.values[i])), cell(value, i, factor), cell(computed, i, factor),
+                turns(speed.values[i]), cell(value, i, factor), cell(computed, i, factor),
                 show(ratio, digits=3),
             ])  # fmt: skip
-    if not rows:
-        return []
-    columns = [
-        Column("measured on"), Column("quantity"), number("order"), number("rpm"),
-        number("measured"), number("computed"), number("ratio")
-    ]  # fmt: skip
-    return table(columns, rows)
+    heads = ("order", "rpm", "measured", "computed", "ratio")
+    return table([Column("measured on"), Column("quantity"), *map(number, heads)], rows)
 
 
 # ----------------------------------------------------------------------------
 # Cyclic irregularity.
 # ----------------------------------------------------------------------------
 
+_ALL = f"{TORSION}conditions"
+
 
 def torsion_irregularity(result: Result) -> Section | None:
     """The section, None if no station is asked for."""
-    lines, _ = rows_of(result.record, _IRREGULARITY)
-    return Section("Cyclic irregularity", lines, frozenset()) if lines else None
+    return titled(result, "Cyclic irregularity", rows_of(result.record, _IRREGULARITY)[0])
 
 
 def _over(degree: float, _error: float) -> str:
@@ -159,7 +137,6 @@ def _worst(path: str, along: str, named: bool = False) -> Made:
     return made
 
 
-_ALL = f"{TORSION}conditions"
 _IRREGULARITY = Rows(
     "station",
     "station",
@@ -174,7 +151,6 @@ _IRREGULARITY = Rows(
         Cells(_worst(f"{_ALL}/irregularity", "condition", named=True), "at speed in"),
     ),
     root=f"{TORSION}irregularity",
-    digits=4,
     note="Cyclic irregularity: highest less lowest angular speed of the station over its mean, "
     "within a cycle; turning of the whole line and vibration together. Electrical angle: half "
     "range of the vibration times the pole pairs.",
@@ -193,8 +169,7 @@ def torsion_conditions(result: Result) -> Section | None:
     record, torque = result.record, f"{_ALL}/torque_half_range"
     if torque not in record:
         return None
-    unit = torque_unit(record)[1].replace(" ", "*")
-    stress, largest = f"{_ALL}/stress_half_range", f"{_ALL}/largest"
+    unit, stress, largest = torque_unit(record)[1], f"{_ALL}/stress_half_range", f"{_ALL}/largest"
     columns = (
         Cells(_all_fire, "all fire\n{unit}", unit),
         Cells(_worst(torque, "condition"), "worst\n{unit}", unit),
@@ -209,15 +184,11 @@ def torsion_conditions(result: Result) -> Section | None:
         f"Half ranges in the worst of {len(record[torque].axes[0].values)} conditions of the "
         "cylinders, at the operating speed and at any speed of the range."
     )
-    lines, _ = rows_of(record, Rows("section", "section", columns, digits=4, note=words))
-    uses, _ = rows_of(record, _USES)
-    return Section(
-        "Misfire and imbalance: the worst condition of each section",
-        [*lines, *(["", *uses] if uses else [])],
-        frozenset(),
-        "every condition at the operating speed",
-        Detail(result, _every),
-    )
+    title = "Misfire and imbalance: the worst condition of each section"
+    blocks = [rows_of(record, one)[0]
+              for one in (Rows("section", "section", columns, note=words), _USES)]  # fmt: skip
+    details = {"every condition at the operating speed": [_every]}
+    return titled(result, title, *blocks, details=details)
 
 
 def _all_fire(record: Record) -> Quantity | None:
@@ -241,7 +212,6 @@ _USES = Rows(
         Cells("operating_use", "{} at\nspeed, %", "%"),
     ),
     root=f"{_ALL}/limit",
-    digits=4,
     places=_highest,
     note="Load over that allowed for lasting.",
 )
@@ -249,7 +219,7 @@ _USES = Rows(
 
 def _every(result: Result) -> list[str]:
     """Largest torque, stress and angle of each condition at the operating speed."""
-    unit = torque_unit(result.record)[1].replace(" ", "*")
+    unit = torque_unit(result.record)[1]
     torque, angle = (f"{_ALL}/{name}_half_range" for name in ("torque", "angle"))
     columns = (
         Cells(f"{_ALL}/mean_torque", "mean torque\n{unit}", unit),
@@ -259,6 +229,5 @@ def _every(result: Result) -> list[str]:
         Cells(_worst(angle, "station"), "angle\n{unit}", "mrad"),
         Cells(_worst(angle, "station", named=True), "of station"),
     )
-    lines, _ = rows_of(result.record, Rows("condition", "condition", columns, digits=4))
     words = "The largest half range of each condition at the operating speed:"
-    return [*paragraph(words), *lines]
+    return rows_of(result.record, Rows("condition", "condition", columns, above=words))[0]

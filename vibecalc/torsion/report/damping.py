@@ -5,9 +5,9 @@ from typing import Any
 
 from vibecalc.core.report.sections import Section, having, labels, table_of
 from vibecalc.core.report.writing import Column, number, paragraph, table
-from vibecalc.core.results.record import Quantity, Result
+from vibecalc.core.results.record import Result
 from vibecalc.torsion.damping_tables import ARCHER
-from vibecalc.torsion.report.line import TORSION, cell, short, together, turns
+from vibecalc.torsion.report.line import TORSION, cell, short, titled, together, turns
 
 # ----------------------------------------------------------------------------
 # Which damping each station and shaft has: its law, and its value at the operating speed.
@@ -16,37 +16,33 @@ from vibecalc.torsion.report.line import TORSION, cell, short, together, turns
 
 def torsion_damping(result: Result) -> Section | None:
     """The section, None where all dampings are numbers of the case."""
-    record = result.record
+    record, line = result.record, table_of(result.case, "machine", "shaft_line")
     station = having(record, TORSION + "damping/station", "station")
+    dashpot, loss = (
+        having(record, f"{TORSION}damping/{name}", "section") for name in ("section", "loss_factor")
+    )
     if station is None:
         return None
-    dashpot = having(record, TORSION + "damping/section", "section")
-    loss = having(record, TORSION + "damping/loss_factor", "section")
-    line = table_of(result.case, "machine", "shaft_line")
-    columns = [Column("part"), Column("damping"), number("N m s/rad"),
-               number("loss\nfactor")]  # fmt: skip
     rows = [
-        [name, "; ".join(_of_station(line, given)), cell(station, place, 1.0), ""]
+        [name, "; ".join(_of_station(line, given)), cell(station, place), ""]
         for place, (name, given) in enumerate(
-            zip(labels(station.axes[0]), line.get("stations") or (), strict=True)
+            zip(labels(station.axes[0]), line["stations"], strict=True)
         )
         if station.values[place]
     ]
     shafts = list(line.get("shafts") or ())
     for place, name in enumerate(labels(dashpot.axes[0]) if dashpot is not None else ()):
-        values = [_some(one, place) for one in (dashpot, loss)]
+        values = [cell(one, place) if one is not None and one.values[place] else ""
+                  for one in (dashpot, loss)]  # fmt: skip
         if any(values):
             words = _of_shaft(shafts[place]) if place < len(shafts) else "as given"
             rows.append([name, words, *values])
+    columns = Column("part"), Column("damping"), number("N m s/rad"), number("loss\nfactor")
     words = (
         "Values at the operating speed, actual, not referred. T is the mean torque that the load "
         "takes, n its speed in rpm, w in rad/s; J the inertia of the station."
     )
-    return Section("Damping", [*table(columns, together(rows)), *paragraph(words)], frozenset())
-
-
-def _some(quantity: Quantity | None, place: int) -> str:
-    return cell(quantity, place, 1.0) if quantity is not None and quantity.values[place] else ""
+    return titled(result, "Damping", [*table(columns, together(rows)), *paragraph(words)])
 
 
 def _of_station(line: Mapping[str, Any], station: Mapping[str, Any]) -> list[str]:
@@ -64,15 +60,16 @@ def _of_station(line: Mapping[str, Any], station: Mapping[str, Any]) -> list[str
 
 
 def _of_engine(given: Mapping[str, Any]) -> str:
-    if given.get("damping") is not None:
-        return "engine, viscous"
     mode = given.get("mode")
     w = f"w of mode {mode}" if mode else "w of the lowest elastic mode"
-    if given.get("magnifier") is not None:
-        return f"engine, J w / M, magnifier M = {short(given['magnifier'])}, {w}"
-    if given.get("damping_ratio") is not None:
-        return f"engine, 2 D J w, Lehr's D = {short(given['damping_ratio'])}, {w}"
-    return f"engine, d J w, loss factor d = {short(given['loss_factor'])}, {w}"
+    for key, law in (
+        ("magnifier", "J w / M, magnifier M = {}"),
+        ("damping_ratio", "2 D J w, Lehr's D = {}"),
+        ("loss_factor", "d J w, loss factor d = {}"),
+    ):
+        if given.get(key) is not None:
+            return f"engine, {law.format(short(given[key]))}, {w}"
+    return "engine, viscous"
 
 
 def _of_propeller(load: Mapping[str, Any]) -> str:
@@ -87,17 +84,14 @@ def _of_propeller(load: Mapping[str, Any]) -> str:
 
 
 def _of_shaft(given: Mapping[str, Any]) -> str:
-    found = []
-    if given.get("damping"):
-        found.append("viscous")
-    if given.get("damping_ratio"):
-        found.append(f"ratio {short(given['damping_ratio'])} of its two neighbours")
-    if given.get("magnifier"):
-        found.append(f"magnifier {short(given['magnifier'])}")
-    if given.get("lehr_ratio"):
-        found.append(f"Lehr's ratio {short(given['lehr_ratio'])}")
-    if given.get("loss_factor"):
-        found.append("loss factor")
+    laws = {
+        "damping": "viscous",
+        "damping_ratio": "ratio {} of its two neighbours",
+        "magnifier": "magnifier {}",
+        "lehr_ratio": "Lehr's ratio {}",
+        "loss_factor": "loss factor",
+    }
+    found = [words.format(short(given[key])) for key, words in laws.items() if given.get(key)]
     return ", ".join(found) + _over(given.get("over_speed"))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from vibecalc.core.report.pages import limit_verdict
 from vibecalc.core.report.sections import Section, having, labels
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
-from vibecalc.core.results.record import BROKEN, Quantity, Record, Result
+from vibecalc.core.results.record import BROKEN, Result
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.torsion.report.limits import (
     has_limits,
@@ -19,16 +19,15 @@ from vibecalc.torsion.report.limits import (
     separation_rule,
 )
 from vibecalc.torsion.report.line import (
-    MEGA,
-    MILLI,
     TORSION,
     Detail,
-    asked,
     elastic_modes,
     joined,
     meeting,
     mode_names,
     names,
+    place_of,
+    silent,
     torque_unit,
     turns,
     vector,
@@ -65,14 +64,23 @@ def torsion(result: Result) -> Section | None:
 
 
 # ----------------------------------------------------------------------------
-# What the table of variants is made of: its columns, its rows, a limit of the case.
+# The table of variants, with limit and flag, and where the values are.
+#
+# A variant is the line with all cylinders firing, with a misfire, or without its dampers. Limits of
+# a case file are for the line as the file describes it; in the other columns they are marks only.
 # ----------------------------------------------------------------------------
 
 HEALTHY, BARE = "healthy/", "bare/"
 ANY, OPERATING = "speed range", "operating"
-CLOSE = "CLOSE"
 #: behind a value above a limit that is for another column
 ABOVE = " !"
+#: words, path below `TORSION` and unit as shown, that of torques where none is said
+_LARGEST = (
+    ("torque, half range", "torque_half_range", ""),
+    ("stress, half range", "stress_half_range", "N/mm^2"),
+    ("twist, half range", "twist_half_range", "mrad"),
+)
+_DAMPERS = (("heat", "W"), ("travel", "mrad"))
 
 
 class Variant(NamedTuple):
@@ -83,254 +91,186 @@ class Variant(NamedTuple):
     prefix: str
 
 
+class Value(NamedTuple):
+    """A cell: size in the unit shown, text, where it is, and at which speed."""
+
+    size: float
+    text: str
+    place: str = ""
+    at: str = ""
+
+
 class SummaryRow(NamedTuple):
-    """A quantity: a text and a place for each variant by its prefix, limit and flag."""
+    """A quantity: its value in each variant by the prefix of that, limit and flag."""
 
     words: str
     unit: str
-    value: dict[str, str]
+    value: dict[str, Value]
+    bound: float = np.inf
     limit: str = ""
     flag: str = ""
-    where: dict[str, tuple[str, str]] = {}  # noqa: RUF012
+
+    def text(self, prefix: str) -> str:
+        """What stands in the column of a variant."""
+        if prefix not in self.value:
+            return ""
+        size, text, *_ = self.value[prefix]
+        return text + ABOVE * bool(prefix and size > self.bound)
 
 
 def variants(result: Result) -> list[Variant]:
     """The columns that the result has: all fire, misfire, without dampers."""
-    record = result.record
-    silent = asked(result).get("misfire")
-    found = []
-    if isinstance(silent, list | tuple) and silent:
-        if any(path.startswith(TORSION + HEALTHY) for path in record):
-            found.append(Variant("all\nfire", "all fire", HEALTHY))
-        name = f"misfire {', '.join(map(str, silent))}"
+
+    def there(prefix: str) -> bool:
+        return any(path.startswith(TORSION + prefix) for path in result.record)
+
+    ill, found = silent(result), [Variant("all\nfire", "all fire", "")]
+    name = f"misfire {', '.join(ill)}" if ill else "all fire"
+    if ill:
+        found = [Variant("all\nfire", "all fire", HEALTHY)] * there(HEALTHY)
         found.append(Variant(name.replace(" ", "\n", 1), name, ""))
-        bare = Variant(f"{name},\nwithout\ndampers", "no dampers", BARE)
-    else:
-        found.append(Variant("all\nfire", "all fire", ""))
-        bare = Variant("all fire,\nwithout\ndampers", "no dampers", BARE)
-    if any(path.startswith(TORSION + BARE) for path in record):
-        found.append(bare)
-    return found
+    return found + [Variant(f"{name},\nwithout\ndampers", "no dampers", BARE)] * there(BARE)
 
 
-def section_entry(record: Record, path: str, section: str) -> float | None:
-    """The entry of a section under `TORSION`, None if it has none."""
-    quantity: Quantity | None = having(record, TORSION + path, "section")
-    names = [] if quantity is None else labels(quantity.axes[0])
-    if quantity is None or section not in names:
-        return None
-    return float(quantity.values[names.index(section)])
-
-
-def bound_of(result: Result, path: str, factor: float) -> tuple[str, str, float]:
-    """The first `[[limit]]` of the case on a whole quantity, its verdict, and its size."""
-    for row in verdicts_of(result):
-        whole = row.quantity == path and not row.where and row.at != "start" and not row.element
-        if whole and row.max is not None:
-            unit = result.record[path].unit
-            bound = factor * convert(row.max, row.unit, unit)
-            return show(bound, digits=4), limit_verdict(row), bound
-    return "", "", np.inf
-
-
-# ----------------------------------------------------------------------------
-# Rows of the table of variants: frequencies, limits; the separation and the gears of the sentence.
-# ----------------------------------------------------------------------------
-
-
-def frequencies(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
-    record = result.record
-    natural = having(record, TORSION + "modes/natural_frequency", "mode")
-    modes = elastic_modes(result)
-    if natural is None or not modes:
-        return
-    first, error = float(natural.values[modes[0]]), natural.error_estimate
-    text = show(hertz(first), hertz(error), 4)
-    value = {variant.prefix: text for variant in columns if variant.prefix != BARE}
-    named = mode_names(result)[modes[0]]
-    where = {columns[0].prefix: (named, f"{show(rpm(first), digits=4)} cpm")}
-    bare = vector(record, BARE + "natural_frequency", "bare_mode")
-    if bare is not None and np.any(bare > 0.0):
-        lowest = int(np.flatnonzero(bare > 0.0)[0])
-        value[BARE] = show(hertz(bare[lowest]), digits=4)
-        where[BARE] = ("1st elastic", f"{show(rpm(bare[lowest]), digits=4)} cpm")
-    yield SummaryRow("lowest natural frequency", "Hz", value, where=where)
-
-
-def stress_limits(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
-    """A row for each limit: use, over the speed range and at the operating speed."""
-    record, flagged = result.record, {ANY: flags(result), OPERATING: flags(result, AT_SPEED)}
-    for i, limit in enumerate(limits_of(result) if has_limits(record) else ()):
-        for scope, path in ((ANY, "limit/largest_use"), (OPERATING, "limit/operating_use")):
-            uses = {
-                variant.prefix: float(use[i])
-                for variant in columns
-                if (use := vector(record, variant.prefix + path, "limit")) is not None
-                and i < use.size
-            }
-            if not uses:
-                continue
-            value = {
-                prefix: show(100.0 * use, digits=4) + (ABOVE if prefix and use > 1.0 else "")
-                for prefix, use in uses.items()
-            }
-            own = [
-                row
-                for row in verdicts_of(result)
-                if scope == ANY
-                and row.element
-                and row.quantity == f"{TORSION}limit/each/use"
-                and row.where["limit"] == i + 1
-            ]
-            worst = max(own, key=lambda row: row.use, default=None)
-            at = f"{turns(worst.speed)} rpm" if worst else OPERATING
-            yield SummaryRow(
-                f"{limited_words(record, some=[i])} over limit {i + 1}, {scope}",
-                "%",
-                value,
-                "100",
-                flagged[scope][i],
-                {"": (worst.element if worst else "", f"{at}: {rule_of(limit).name}")},
-            )  # fmt: skip
-
-
-# ----------------------------------------------------------------------------
-# The table of variants, with limit and flag, and where the values are.
-#
-# A variant is the line with all cylinders firing, with a misfire, or without its dampers. Limits of
-# a case file are for the line as the file describes it; in the other columns they are marks only.
-# ----------------------------------------------------------------------------
-
-#: words, path below `TORSION`, factor from SI, unit as shown
-_LARGEST = (
-    ("torque, half range", "torque_half_range", 1.0, "N m"),
-    ("stress, half range", "stress_half_range", MEGA, "N/mm^2"),
-    ("twist, half range", "twist_half_range", MILLI, "mrad"),
-)
-_DAMPERS = (
-    ("heat in a damper", "damper/heat", 1.0, "W"),
-    ("travel in a damper", "damper/travel", MILLI, "mrad"),
-)
-
-
-def _rows(result: Result) -> list[SummaryRow]:
-    columns = variants(result)
-    parts = (frequencies, _largest, stress_limits, _dampers)
-    return [row for part in parts for row in part(result, columns)]
+def _rows(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
+    yield from _frequencies(result, columns)
+    for words, path, unit in _LARGEST:
+        for scope, of in ((ANY, f"largest/{path}"), (OPERATING, path)):
+            yield from _load(result, columns, f"{words}, {scope}", of, "section", unit)
+    yield from _uses(result, columns)
+    for name, unit in _DAMPERS:
+        words = f"{name} in a damper, {OPERATING}"
+        yield from _load(result, columns, words, f"damper/{name}", "damper", unit)
 
 
 def variant_table(result: Result) -> list[str]:
-    columns, rows = variants(result), _rows(result)
-    head = [Column("quantity"), Column("unit")]
-    head += [number(variant.title) for variant in columns]
-    head += [number("limit"), Column("flag")]
-    lines = table(head, [
-        [row.words, row.unit, *(row.value.get(variant.prefix, "") for variant in columns),
+    """A row for each quantity, with those above a limit of another column marked."""
+    columns = variants(result)
+    rows = [
+        [row.words, row.unit, *(row.text(variant.prefix) for variant in columns),
          row.limit, row.flag]
-        for row in rows
-    ])  # fmt: skip
-    if any(text.endswith(ABOVE) for row in rows for text in row.value.values()):
+        for row in _rows(result, columns)
+    ]  # fmt: skip
+    head = [Column("quantity"), Column("unit"), *(number(variant.title) for variant in columns)]
+    lines = table([*head, number("limit"), Column("flag")], rows)
+    if any(text.endswith(ABOVE) for row in rows for text in row):
         lines += paragraph("!: above the limit, which the case sets for another column.")
     return lines
 
 
 def _where(result: Result) -> list[str]:
     """Section and speed of the values in the table of variants."""
-    columns = variants(result)
-    places = [
-        [row.words if first else "", variant.name, *row.where[prefix]]
-        for row in _rows(result)
-        for first, variant, prefix in _places(row, columns)
-    ]
-    head = [Column("where"), Column("variant"), Column("section or mode"),
-            Column("at")]  # fmt: skip
-    return table(head, places) if places else []
+    columns, places = variants(result), list[list[str]]()
+    for row in _rows(result, columns):
+        there = [one for one in columns if one.prefix in row.value and row.value[one.prefix].at]
+        for one in there:
+            *_, place, at = row.value[one.prefix]
+            places.append([row.words if one is there[0] else "", one.name, place, at])
+    heads = ("where", "variant", "section or mode", "at")
+    return table([Column(head) for head in heads], places)
 
 
-def _places(row: SummaryRow, columns: list[Variant]) -> Iterator[tuple[bool, Variant, str]]:
-    there = [variant for variant in columns if variant.prefix in row.where]
-    for place, variant in enumerate(there):
-        yield place == 0, variant, variant.prefix
+def _frequencies(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
+    quantity = having(result.record, TORSION + "modes/natural_frequency", "mode")
+    modes = elastic_modes(result)
+    if quantity is None or not modes:
+        return
+    first, error = float(quantity.values[modes[0]]), quantity.error_estimate
+    text = show(hertz(first), hertz(error), 4)
+    value = {one.prefix: Value(first, text) for one in columns if one.prefix != BARE}
+    at = f"{show(rpm(first), digits=4)} cpm"
+    value[columns[0].prefix] = Value(first, text, mode_names(result)[modes[0]], at)
+    bare = vector(result.record, BARE + "natural_frequency", "bare_mode")
+    if bare is not None and np.any(bare > 0.0):
+        lowest = bare[bare > 0.0][0]
+        at = f"{show(rpm(lowest), digits=4)} cpm"
+        value[BARE] = Value(lowest, show(hertz(lowest), digits=4), "1st elastic", at)
+    yield SummaryRow("lowest natural frequency", "Hz", value)
 
 
-def _largest(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
-    """Torque, stress and twist: the worst section over the speeds, and at the operating speed."""
-    record = result.record
-    for words, name, factor, unit in _LARGEST:
-        if name == "torque_half_range":
-            factor, unit = torque_unit(record)
-        for scope, path in ((ANY, f"largest/{name}"), (OPERATING, name)):
-            sizes = {
-                variant.prefix: top
-                for variant in columns
-                if (top := _top(record, variant.prefix, path, factor)) is not None
-            }
-            if not sizes:
-                continue
-            limit, flag, most = bound_of(result, TORSION + path, factor)
-            value, where = {}, {}
-            for prefix, (size, text, section) in sizes.items():
-                value[prefix] = text + (ABOVE if prefix and size > most else "")
-                at = _at_speed(result, prefix, name, section) if scope == ANY else OPERATING
-                endless = ("", "undamped criticals, listed below")
-                where[prefix] = (section, at) if np.isfinite(size) else endless
-            yield SummaryRow(f"{words}, {scope}", unit, value, limit, flag, where)
-
-
-def _top(record: Record, prefix: str, path: str, factor: float) -> tuple[float, str, str] | None:
-    """Size, text and section of the largest entry; None if there is none above zero."""
-    quantity = having(record, TORSION + prefix + path, "section")
-    if quantity is None:
-        return None
+def _load(
+    result: Result, columns: list[Variant], words: str, path: str, axis: str, unit: str
+) -> Iterator[SummaryRow]:
+    """The worst section or damper in each variant, with the limit of the case."""
+    record, value = result.record, dict[str, Value]()
+    unit = unit or torque_unit(record)[1]
     # the twist of a damper is the travel of its ring, which has another row
-    rings = set(names(record, "damper/travel", "damper"))
-    named = labels(quantity.axes[0])
-    counts = np.array([label not in rings for label in named])
-    values = np.where(counts, np.asarray(quantity.values, dtype=float), 0.0)
-    if not np.any(values > 0.0):
-        return None
-    place = int(np.argmax(values))
-    size = factor * float(values[place])
-    return size, show(size, factor * quantity.error_estimate, 4), named[place]
+    rings = [] if axis == "damper" else names(record, "damper/travel", "damper")
+    for _, _, prefix in columns:
+        quantity = having(record, TORSION + prefix + path, axis)
+        if quantity is None:
+            continue
+        named, factor = labels(quantity.axes[0]), convert(1.0, quantity.unit, unit)
+        values = np.where(np.isin(named, rings), 0.0, np.asarray(quantity.values, dtype=float))
+        place = int(np.argmax(values))
+        size, at = factor * float(values[place]), OPERATING
+        if size <= 0.0 and axis == "section":
+            continue
+        if path.startswith("largest/"):
+            at = _at_speed(result, prefix, path, named[place])
+        if not np.isfinite(size):
+            named[place], at = "", "undamped criticals, listed below"
+        text = show(size, factor * quantity.error_estimate, 4)
+        value[prefix] = Value(size, text, named[place], at)
+    for row in verdicts_of(result) if value else ():
+        whole = row.quantity == TORSION + path and not row.where and not row.element
+        if whole and row.at != "start" and row.max is not None:
+            bound = convert(row.max, row.unit, unit)
+            text = show(bound, digits=4)
+            yield SummaryRow(words, unit, value, bound, text, limit_verdict(row))
+            return
+    if value:
+        yield SummaryRow(words, unit, value)
 
 
-def _at_speed(result: Result, prefix: str, name: str, section: str) -> str:
+def _at_speed(result: Result, prefix: str, path: str, section: str) -> str:
     """Where the largest entry of a section is; the speed may be that of one quantity."""
-    record = result.record
-    paths = [f"{prefix}largest/{one}" for one in (name.replace("half_range", "speed"), "speed")]
-    speed = next(
-        (s for path in paths if (s := section_entry(record, path, section)) is not None), None
-    )
+
+    def entry(path: str) -> float | None:
+        quantity = having(result.record, TORSION + prefix + path, "section")
+        place = place_of(quantity, section)
+        return None if quantity is None or place is None else float(quantity.values[place])
+
+    speed = entry(path.replace("half_range", "speed"))
+    speed = entry("largest/speed") if speed is None else speed
     if speed is None:
         return ANY
-    mode, order = (
-        section_entry(record, f"{prefix}largest/{part}", section) for part in ("mode", "half_order")
-    )
-    met = "" if mode is None or order is None else meeting(mode_names(result), mode, order)
-    return f"{turns(speed)} rpm" + (f" ({met})" if met else "")
+    mode, order = entry("largest/mode"), entry("largest/half_order")
+    met = meeting(mode_names(result), mode or 0.0, order or 0.0)
+    return f"{turns(speed)} rpm" + f" ({met})" * bool(met)
 
 
-def _dampers(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
-    record = result.record
-    for words, path, factor, unit in _DAMPERS:
-        value, where = {}, {}
-        limit, flag, most = bound_of(result, TORSION + path, factor)
-        for variant in columns:
-            quantity = having(record, TORSION + variant.prefix + path, "damper")
-            if quantity is None:
-                continue
-            sizes = factor * np.asarray(quantity.values, dtype=float)
-            place = int(np.argmax(sizes))
-            text = show(sizes[place], factor * quantity.error_estimate, 4)
-            value[variant.prefix] = text + (ABOVE if variant.prefix and sizes[place] > most else "")
-            where[variant.prefix] = (labels(quantity.axes[0])[place], OPERATING)
-        if value:
-            yield SummaryRow(f"{words}, {OPERATING}", unit, value, limit, flag, where)
+def _uses(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
+    """A row for each limit: use, over the speed range and at the operating speed."""
+    record, flagged = result.record, {ANY: flags(result), OPERATING: flags(result, AT_SPEED)}
+    for i, limit in enumerate(limits_of(result) if has_limits(record) else ()):
+        own = [row for row in verdicts_of(result) if row.element
+               and row.quantity == f"{TORSION}limit/each/use"
+               and row.where["limit"] == i + 1]  # fmt: skip
+        worst = max(own, key=lambda row: row.use, default=None)
+        for scope, path in ((ANY, "limit/largest_use"), (OPERATING, "limit/operating_use")):
+            value, rule = dict[str, Value](), rule_of(limit).name
+            for _, _, prefix in columns:
+                use = vector(record, prefix + path, "limit")
+                if use is not None and i < use.size:
+                    share, place, at = 100.0 * float(use[i]), "", ""
+                    if not prefix:
+                        here = scope == ANY and worst
+                        place = here.element if here else ""
+                        at = f"{f'{turns(here.speed)} rpm' if here else OPERATING}: {rule}"
+                    value[prefix] = Value(share, show(share, digits=4), place, at)
+            if value:
+                words = f"{limited_words(record, some=[i])} over limit {i + 1}, {scope}"
+                yield SummaryRow(words, "%", value, 100.0, "100", flagged[scope][i])
 
 
 # ----------------------------------------------------------------------------
 # One sentence on a shaft line: what it keeps, where it has to be passed, what breaks a limit.
 # ----------------------------------------------------------------------------
+
+#: where limits are broken
+_WHERE = {AT_SPEED: "at the operating speed", PASSING: "even for passing through"}
+_NOT_BARRED = "where the rule lets no range of speeds be barred"
 
 
 def conclusion(result: Result) -> str:
@@ -338,14 +278,12 @@ def conclusion(result: Result) -> str:
     record = result.record
     driven = TORSION + "torque_half_range" in record
     none = "the case sets no limit of the stress" if driven else "nothing drives the line"
-    clauses = list(_of_limits(result)) or [none]
-    clauses += _of_gears(result)
-    clauses += _of_majors(result)
-    if f"{TORSION}masked/from" in record and record[f"{TORSION}masked/from"].values.size:
+    clauses = [*_of_limits(result)] or [none]
+    clauses += [*_of_gears(result), *_of_majors(result)]
+    if vector(record, "masked/from", "masked") is not None:
         clauses.append("at some critical speeds nothing damps the line")
-    silent = asked(result).get("misfire")
-    if isinstance(silent, list | tuple) and silent:
-        clauses.append(f"all values with misfire of cylinder {joined(map(str, silent))}")
+    if ill := silent(result):
+        clauses.append(f"all values with misfire of cylinder {joined(ill)}")
     text = "; ".join(clauses)
     return f"{text[:1].upper()}{text[1:]}."
 
@@ -354,26 +292,21 @@ def _of_limits(result: Result) -> Iterator[str]:
     record, words_of = result.record, flags(result)
     if not has_limits(record):
         return
-    broken = [str(i + 1) for i, word in enumerate(words_of) if word == "BROKEN"]
+    broken = [i for i, word in enumerate(words_of) if word == "BROKEN"]
     if broken:
-        plural = "limits" if len(broken) > 1 else "limit"
-        what = limited_words(record, "or", [int(one) - 1 for one in broken])
+        what = limited_words(record, "or", broken)
         where = [words for kind, words in _WHERE.items() if "BROKEN" in flags(result, kind)]
-        yield f"the {what} exceeds {plural} {joined(broken)} {joined(where or [_NOT_BARRED])}"
+        listed = joined(str(i + 1) for i in broken)
+        plural = "s" * (len(broken) > 1)
+        yield f"the {what} exceeds limit{plural} {listed} {joined(where or [_NOT_BARRED])}"
     else:
-        what = "limits" if len(words_of) > 1 else "limit"
         words = limited_words(record)
-        verb = "are" if " " in words else "is"
-        yield f"the {words} at the operating speed {verb} within the {what}"
+        verb, plural = "are" if " " in words else "is", "s" * (len(words_of) > 1)
+        yield f"the {words} at the operating speed {verb} within the limit{plural}"
     ranges = ranges_in_words(result)
     yield from ranges
     if not ranges and not broken and "pass only" not in words_of:
         yield "no speed range is barred"
-
-
-#: where limits are broken
-_WHERE = {AT_SPEED: "at the operating speed", PASSING: "even for passing through"}
-_NOT_BARRED = "where the rule lets no range of speeds be barred"
 
 
 def _of_majors(result: Result) -> Iterator[str]:
@@ -390,22 +323,22 @@ def _of_majors(result: Result) -> Iterator[str]:
 
 def _of_gears(result: Result) -> Iterator[str]:
     """Gears whose torque reverses: at the operating speed, and in which ranges."""
+    record, places = result.record, dict[str, list[str]]()
     low, high, gear = (
-        vector(result.record, f"hammering/{name}", "hammering") for name in ("from", "to", "gear")
+        vector(record, f"hammering/{name}", "hammering") for name in ("from", "to", "gear")
     )
-    places: dict[str, list[str]] = {}
-    named = names(result.record, "speeds/gear_hammers", "gear")
     for row in verdicts_of(result):
         if "gear" not in row.where or not row.element or row.state != BROKEN:
             continue
         found = places.setdefault(row.element, [])
         if row.limit.endswith(AT_SPEED):
             found.insert(0, "at the operating speed")
-            continue
-        ends = []
-        if low is not None and high is not None and gear is not None:
-            some = np.flatnonzero(gear == named.index(row.element) + 1)
-            ends = [f"{turns(low[i])} to {turns(high[i])}" for i in some]
-        found.append(f"from {joined(ends)} rpm" if ends else "from somewhere")
+        elif low is None or high is None or gear is None:
+            found.append("from somewhere")
+        else:
+            own = gear == names(record, "speeds/gear_hammers", "gear").index(row.element) + 1
+            ends = [f"{turns(one)} to {turns(two)}" for one, two in zip(low[own], high[own],
+                                                                       strict=True)]  # fmt: skip
+            found.append(f"from {joined(ends)} rpm" if ends else "from somewhere")
     for name, where in places.items():
         yield f"gear {name!r} hammers {joined(where)}"

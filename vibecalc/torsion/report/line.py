@@ -8,9 +8,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.report.headline import large_torques
-from vibecalc.core.report.rows import Made, part_of
-from vibecalc.core.report.sections import Section, having, labels, magnitudes, speed_of, table_of
-from vibecalc.core.report.writing import Column, number, pairs, paragraph, rpm, show, table
+from vibecalc.core.report.rows import Found, Made, part_of
+from vibecalc.core.report.sections import (
+    Section,
+    having,
+    labels,
+    magnitudes,
+    speed_of,
+    stacked,
+    table_of,
+)
+from vibecalc.core.report.writing import (
+    Column,
+    many,
+    number,
+    pairs,
+    paragraph,
+    rpm,
+    show,
+    table,
+)
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.given_torques import given_rows
 
@@ -22,8 +39,8 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 TORSION = "response/torsion/"
-#: rad -> mrad, rad -> degrees, Pa -> N/mm^2
-MILLI, DEGREES, MEGA = 1e3, 180.0 / math.pi, 1e-6
+#: rad -> mrad, Pa -> N/mm^2
+MILLI, MEGA = 1e3, 1e-6
 #: orders and modes beyond these are in the result file only
 MOST_ORDERS, MOST_MODES = 60, 6
 #: a speed of so many times the operating one still counts where the case names no range
@@ -31,17 +48,31 @@ _BEYOND = 1.25
 #: the case of the last line that was built, and that line
 _BUILT: "list[tuple[Mapping[str, Any], ShaftLineModel]]" = []
 
+Maker = Callable[[Result], list[str]]
+
 
 class Detail:
     """Blocks of lines for the full report only, made where they are read."""
 
-    def __init__(self, result: Result, *makers: Callable[[Result], list[str]]) -> None:
+    def __init__(self, result: Result, *makers: Maker) -> None:
         self.result, self.makers = result, makers
 
     def __iter__(self) -> Iterator[str]:
         for make in self.makers:
             block = make(self.result)
             yield from ["", *block] if block else []
+
+
+def titled(
+    result: Result, title: str, *blocks: list[str], details: Mapping[str, Iterable[Maker]] = {}
+) -> Section | None:
+    """A section of blocks, None without any; `details` have one name for all of their makers."""
+    lines = stacked(*blocks)
+    if not lines:
+        return None
+    for name, makers in details.items():
+        return Section(title, lines, frozenset(), name, Detail(result, *makers))
+    return Section(title, lines, frozenset())
 
 
 def line_of(result: Result) -> "ShaftLineModel | None":
@@ -73,29 +104,36 @@ def mode_names(result: Result, undamped: bool = False) -> list[str]:
 
     The n-th elastic mode of a row of inertias has n nodes, those in the springs of dampers counted.
     """
-    natural = vector(result.record, "modes/natural_frequency", "mode")
-    if undamped:
-        natural = undamped_frequency(result.record)
-    if natural is None:
-        return []
+    natural = frequencies(result.record, undamped)
     ratio = vector(result.record, "modes/damping_ratio", "mode")
-    line, elastic, names = line_of(result), 0, []
+    line, elastic, found = line_of(result), 0, []
     form = "{}-node" if line is not None and is_chain(line) else "elastic {}"
-    for i, value in enumerate(natural):
+    for i, value in enumerate([] if natural is None else natural):
         elastic += int(value > 0.0)
         still = "overdamped" if ratio is not None and ratio[i] == 1.0 else "rigid"
-        names.append(form.format(elastic) if value > 0.0 else still)
-    return names
+        found.append(form.format(elastic) if value > 0.0 else still)
+    return found
+
+
+def frequencies(record: Record, undamped: bool = False) -> np.ndarray | None:
+    """Natural frequencies, or those of the line without damping, which Holzer's tables are of."""
+    found = vector(record, "modes/undamped_frequency", "mode") if undamped else None
+    return vector(record, "modes/natural_frequency", "mode") if found is None else found
 
 
 def torque_unit(record: Record) -> tuple[float, str]:
     """Factor from N m and unit of all torques of a report, as in the first table."""
-    return (1e-3, "kN m") if large_torques(record, "torsion") else (1.0, "N m")
+    return (1e-3, "kN*m") if large_torques(record, "torsion") else (1.0, "N*m")
 
 
-def asked(result: Result) -> dict[str, object]:
+def asked(result: Result) -> Mapping[str, Any]:
     """The table `response.torsion` of the case."""
-    return dict(table_of(result.case, "response", "torsion"))
+    return table_of(result.case, "response", "torsion")
+
+
+def silent(result: Result) -> list[str]:
+    """Names of the cylinders that do not fire in this case."""
+    return [str(name) for name in asked(result).get("misfire") or ()]
 
 
 def has_pendulums(result: Result) -> bool:
@@ -116,6 +154,12 @@ def range_words(result: Result) -> str:
     """`300 to 1000 rpm`."""
     low, high = (turns(speed) for speed in speed_range(result))
     return f"{low} to {high} rpm"
+
+
+def at_speed(result: Result, lead: str = " at ") -> str:
+    """` at 300 rpm`, the operating speed; nothing without one."""
+    speed = speed_of(result)
+    return "" if speed is None else f"{lead}{turns(speed)} rpm"
 
 
 def turns(speed: float) -> str:
@@ -158,6 +202,20 @@ def meeting(names_: list[str], mode: float, order: float) -> str:
     return f"{name}, order {order_text(order)}"
 
 
+def meetings(result: Result, stem: str) -> Made:
+    """`meeting` of each mode and order below a path."""
+    known = mode_names(result)
+
+    def made(record: Record) -> Quantity | None:
+        mode, order = (record.quantities.get(f"{stem}/{one}") for one in ("mode", "half_order"))
+        if mode is None or order is None:
+            return None
+        words = [meeting(known, *one) for one in zip(mode.values, order.values, strict=True)]
+        return part_of(mode, np.array(words), *mode.axes)
+
+    return made
+
+
 def modes_named(result: Result, path: str) -> Made:
     """Names of the modes whose numbers, from 1, stand at a path, or are its first axis."""
     known = np.array(mode_names(result))
@@ -179,6 +237,35 @@ def vector(record: Record, name: str, axis: str) -> np.ndarray | None:
     return None if quantity is None else magnitudes(quantity)
 
 
+def every(record: Record, stem: str, axes: str, *names_: str) -> list[Quantity]:
+    """Quantities below a stem under `TORSION` over the same axes; none unless all are there."""
+    found = (having(record, f"{TORSION}{stem}/{name}", *axes.split()) for name in names_)
+    there = [one for one in found if one is not None]
+    return there if len(there) == len(names_) else []
+
+
+def row_of(path: str, place: int | str | None) -> Made:
+    """One entry of the first axis, by place or name, over the second one; none without it."""
+
+    def made(record: Record) -> Quantity | None:
+        found = record.quantities.get(path)
+        i = place if isinstance(place, int) else place_of(found, place)
+        if found is None or i is None or len(found.axes) != 2:
+            return None
+        return part_of(found, found.values[i], found.axes[1])
+
+    return made
+
+
+def strongest(most: int, column: int = 0) -> Callable[[Found], np.ndarray]:
+    """The largest entries of a column, in the order of the axis."""
+
+    def places(found: Found) -> np.ndarray:
+        return np.sort(np.argsort(-magnitudes(found[column]), kind="stable")[:most])
+
+    return places
+
+
 def names(record: Record, path: str, axis: str) -> list[str]:
     """Labels of an axis of a quantity under `TORSION`, none if the record does not have it."""
     quantity = record.quantities.get(TORSION + path)
@@ -193,41 +280,8 @@ def cell(
     if quantity is None:
         return ""
     value = np.asarray(quantity.values)[place]
-    size = float(abs(value)) if np.iscomplexobj(value) else float(value)
-    return show(factor * size, abs(factor) * quantity.error_estimate, digits)
-
-
-def rows_by(
-    record: Record,
-    axis: str,
-    columns: Iterable[tuple[str, float, str]],
-    more: Iterable[tuple[Column, Callable[[int], str]]] = (),
-) -> list[str]:
-    """Lines of a table with a row for each name of an axis, none where nothing is there.
-
-    Columns: path under `TORSION`, factor from SI and title, left out where all is zero;
-    `more` are made of the place.
-    """
-    shown = [
-        (quantity, factor, number(title))
-        for path, factor, title in columns
-        if (quantity := having(record, TORSION + path, axis)) and np.any(quantity.values)
-    ]
-    if not shown:
-        return []
-    heads = [Column(axis), *(head for *_, head in shown), *(head for head, _ in more)]
-    rows = [
-        [name, *(entry(quantity, name, factor) for quantity, factor, _ in shown),
-         *(text(i) for _, text in more)]
-        for i, name in enumerate(labels(shown[0][0].axes[0]))
-    ]  # fmt: skip
-    return table(heads, rows)
-
-
-def undamped_frequency(record: Record) -> np.ndarray | None:
-    """Frequencies of the line without damping, which Holzer's tables are of."""
-    found = vector(record, "modes/undamped_frequency", "mode")
-    return vector(record, "modes/natural_frequency", "mode") if found is None else found
+    return show(factor * abs(value) if np.iscomplexobj(value) else factor * float(value),
+                abs(factor) * quantity.error_estimate, digits)  # fmt: skip
 
 
 def elastic_modes(result: Result, undamped: bool = False) -> list[int]:
@@ -235,9 +289,7 @@ def elastic_modes(result: Result, undamped: bool = False) -> list[int]:
 
     At most `MOST_MODES`; the lowest elastic one in any case.
     """
-    natural = vector(result.record, "modes/natural_frequency", "mode")
-    if undamped:
-        natural = undamped_frequency(result.record)
+    natural = frequencies(result.record, undamped)
     if natural is None:
         return []
     top = highest_frequency(result)
@@ -252,16 +304,7 @@ def highest_frequency(result: Result) -> float:
     return highest * speed_range(result)[1]
 
 
-def entry(quantity: Quantity | None, name: str, factor: float = 1.0, digits: int = 4) -> str:
-    """The entry of a section as in `cell`; blank if the quantity does not have this section.
-
-    Stresses belong to sections with a section modulus, what a line has without dampers to others.
-    """
-    place = place_of(quantity, name)
-    return "" if place is None else cell(quantity, place, factor, digits)
-
-
-def place_of(quantity: Quantity | None, name: str) -> int | None:
+def place_of(quantity: Quantity | None, name: str | None) -> int | None:
     """Where a section, station or other thing with a name stands on the first axis."""
     found = [] if quantity is None else np.flatnonzero(quantity.axes[0].values == name).tolist()
     return found[0] if found else None
@@ -292,72 +335,63 @@ def joined(words: Iterable[str]) -> str:
 # ----------------------------------------------------------------------------
 
 _KINDS = {"viscous": "ring in oil", "spring": "ring on springs", "pendulum": "pendulums"}
+_MISFIRES = {"motored": "compression and expansion without combustion"}
 #: absolute difference in rad of firing intervals that are called even
 _EVEN = 1e-9
 
 
 def torsion_line(result: Result) -> Section | None:
     """The section, None without a shaft line or without results of it."""
-    if not any(path.startswith(TORSION) for path in result.record):
-        return None
     line = line_of(result)
-    if line is None:
+    if line is None or not any(path.startswith(TORSION) for path in result.record):
         return None
-    lines = [*pairs(_identity(result, line)), "", *_parts(line)]
-    gears = _gears(line)
-    return Section(
-        "Engine and shaft line" if line.cylinder_station.size else "Shaft line",
-        [*lines, *(["", *gears] if gears else [])],
-        frozenset(),
-        "section moduli",
-        Detail(result, _moduli) if np.any(line.section_modulus) else (),
-    )
+    moduli = {"section moduli": [_moduli]} if np.any(line.section_modulus) else {}
+    title = "Engine and shaft line" if line.cylinder_station.size else "Shaft line"
+    blocks = pairs(_identity(result, line)), _parts(line), _gears(line)
+    return titled(result, title, *blocks, details=moduli)
 
 
 def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
     machine, torsion = table_of(result.case, "machine"), asked(result)
-    rows = _engine(result, machine) if line.cylinder_station.size else []
-    orders = having(result.record, TORSION + "excitation/station_torque", "station", "half_order")
+    engine = line.cylinder_station.size > 0
+    rows = _engine(result, machine) if engine else []
     words = [range_words(result)] if torsion.get("speeds") else []
+    orders = having(result.record, TORSION + "excitation/station_torque", "station", "half_order")
     if orders is not None:
         values = np.asarray(orders.axes[1].values, dtype=float)
         even = values.size > 1 and np.ptp(np.diff(values)) < _EVEN
-        every = f" every {order_text(values[1] - values[0])}" if even else ""
-        words.append(f"orders {order_text(values[0])} to {order_text(values[-1])}{every}")
+        every_ = f" every {order_text(values[1] - values[0])}" if even else ""
+        words.append(f"orders {order_text(values[0])} to {order_text(values[-1])}{every_}")
     rows += [("speeds and orders", ", ".join(words))] if words else []
     rows += given_rows(result, torque_unit(result.record))
-    rows += _misfire(torsion) + _damping(torsion)
+    if ill := silent(result):
+        kind = _MISFIRES.get(str(torsion.get("misfire_kind")), "no gas torque")
+        rows.append(("misfire", f"cylinder{'s' * (len(ill) > 1)} {joined(ill)}: {kind}"))
+    rows += _damping(torsion)
+    # the station whose speed is that of the machine
+    own = line.station_names[int(np.argmin(np.abs(line.station_ratio - 1.0)))]
+    at = "crank speed" if engine else f"the speed of {own!r}"
     total = short(float(np.sum(line.line.inertia)))
-    speed = "" if line.cylinder_station.size else f" of {line.station_names[_reference(line)]!r}"
-    at = f"kg m^2 at the speed{speed}" if speed else "kg m^2 at crank speed"
-    rows.append(("whole line", f"{total} {at}; {_loads(result, line)}"))
-    return rows
-
-
-def _reference(line: "ShaftLineModel") -> int:
-    """The station whose speed is that of the machine."""
-    return int(np.argmin(np.abs(line.station_ratio - 1.0)))
+    return [*rows, ("whole line", f"{total} kg m^2 at {at}; {_loads(result, line)}")]
 
 
 def _engine(result: Result, machine: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Cycle, cylinders, firing order and gas."""
     train = table_of(machine, "crank_train")
     cycle = str(machine.get("cycle") or "four_stroke").replace("_", "-")
-    count = len(train.get("cylinders") or ())
-    words = [f"{cycle}, {count} cylinder{'s' * (count != 1)}{_banks(train)}"]
+    words = [f"{cycle}, {many(len(train.get('cylinders') or ()), 'cylinder')}{_banks(train)}"]
     sizes = ("bore", "bore", 1e3), ("stroke", "crank_radius", 2e3), ("rod", "rod_length", 1e3)
     words += [
         f"{name} {short(factor * float(train[key]))} mm"
         for name, key, factor in sizes
         if train.get(key)
     ]
-    rows = [("engine", ", ".join(words))]
-    rows += [("firing order", words) for words in [firing_words(result.record, cycle)] if words]
-    rows.append(("gas", _gas(train)))
+    rows = [("engine", ", ".join(words)), ("firing order", firing_words(result.record, cycle))]
     pressure = result.record.quantities.get(TORSION + "excitation/mean_indicated_pressure")
+    gas = _gas(train)
     if pressure is not None:
-        rows[-1] = ("gas", f"{_gas(train)}; mean indicated pressure {cell(pressure, (), 1e-5)} bar")
-    return rows
+        gas += f"; mean indicated pressure {cell(pressure, (), 1e-5)} bar"
+    return [row for row in (*rows, ("gas", gas)) if row[1]]
 
 
 def firing_words(record: Record, cycle: str = "") -> str:
@@ -367,21 +401,12 @@ def firing_words(record: Record, cycle: str = "") -> str:
         return ""
     whole = 2.0 * math.pi if cycle == "two-stroke" else 4.0 * math.pi
     order = np.argsort(angle, kind="stable")
-    quantity = record[TORSION + "excitation/firing_angle"]
-    label = labels(quantity.axes[0])
+    label = names(record, "excitation/firing_angle", "cylinder")
     steps = np.diff([*angle[order], angle[order[0]] + whole])
     degrees = [short(math.degrees(step)) for step in steps]
     even = np.ptp(steps) < _EVEN
     text = "-".join(label[i] for i in order)
     return f"{text}, " + (f"every {degrees[0]} deg" if even else f"after {', '.join(degrees)} deg")
-
-
-def first_firing(record: Record) -> str:
-    """`the firing of cylinder '1'`, from which crank angles and phases count."""
-    quantity = record.quantities.get(TORSION + "excitation/firing_angle")
-    if quantity is None:
-        return "crank angle zero"
-    return f"the firing of cylinder {labels(quantity.axes[0])[int(np.argmin(quantity.values))]!r}"
 
 
 def _banks(train: Mapping[str, Any]) -> str:
@@ -392,77 +417,77 @@ def _banks(train: Mapping[str, Any]) -> str:
 
 
 def _gas(train: Mapping[str, Any]) -> str:
-    cards, cycle = train.get("gas_cards") or (), table_of(train, "gas_cycle")
+    cycle = table_of(train, "gas_cycle")
     interpolation = str(train.get("gas_interpolation") or "linear")
-    if cards:
+    if cards := train.get("gas_cards"):
         speeds = ", ".join(turns(float(card["speed"])) for card in cards)
         return f"pressure cards at {speeds} rpm ({interpolation})"
     if cycle:
         return f"computed cycle ({cycle.get('kind')})"
     if train.get("tangential_effort"):
         return "tangential effort over mean indicated pressure"
-    if train.get("gas_pressure"):
-        return f"one pressure card for all speeds ({interpolation})"
-    return "none"
-
-
-def _misfire(torsion: Mapping[str, Any]) -> list[tuple[str, str]]:
-    silent: Any = torsion.get("misfire") or ()
-    kind = {"no_gas": "no gas torque", "motored": "compression and expansion without combustion"}
-    words = kind.get(str(torsion.get("misfire_kind") or "no_gas"), "")
-    plural = "s" if len(silent) > 1 else ""
-    return [("misfire", f"cylinder{plural} {joined(map(str, silent))}: {words}")] if silent else []
+    card = train.get("gas_pressure")
+    return f"one pressure card for all speeds ({interpolation})" if card else "none"
 
 
 def _damping(torsion: Mapping[str, Any]) -> list[tuple[str, str]]:
-    model = torsion.get("damping_model")
-    if not isinstance(model, Mapping):
+    model = table_of(torsion, "damping_model")
+    if not model:
         return []
-    ratios = ", ".join(f"{100.0 * float(ratio):g} %" for ratio in model.get("ratios") or ())
-    words = f"ratios of the modes: {ratios}"
+    words = ", ".join(f"{100.0 * float(ratio):g} %" for ratio in model.get("ratios") or ())
     if model.get("kind") == "rayleigh":
-        modes = ", ".join(str(mode) for mode in model.get("modes") or ())
-        words = f"Rayleigh, {ratios} in modes no. {modes}"
+        words = f"Rayleigh, {words} in modes no. {', '.join(map(str, model.get('modes') or ()))}"
+    else:
+        words = f"ratios of the modes: {words}"
     return [("damping", f"{words}; not that of shafts and dampers")]
+
+
+def _loads(result: Result, line: "ShaftLineModel") -> str:
+    factor, unit = torque_unit(result.record)
+    words = f"mean torque taken up at {line.station_names[line.load_station]!r}"
+    taken = [
+        f"{short(factor * torque)} {unit} at {line.station_names[place]!r}"
+        + " (over the speed by a table)" * bool(len(law.entry))
+        + f" (speed to the power {law.exponent:g})" * bool(law.exponent)
+        for place, torque, law in zip(
+            line.taken_station, line.taken_torque, line.taken_laws, strict=True
+        )
+    ]
+    return words + (f", besides {joined(taken)}" if taken else "")
 
 
 def _parts(line: "ShaftLineModel") -> list[str]:
     """Stations, sections and dampers in one table, equal ones in a row run together."""
     columns = [Column("part"), Column("kind"), number("speed\nratio"),
                number("inertia\nkg m^2"), number("stiffness\nkN m/rad"),
-               number("damping\nN m s/rad"), number("loss")]  # fmt: skip
-    columns += [number("dia.\nmm")] if not np.any(line.section_bore) else [
-        number("dia./bore\nmm")]  # fmt: skip
+               number("damping\nN m s/rad"), number("loss"),
+               number("dia./bore\nmm" if np.any(line.section_bore) else "dia.\nmm")]  # fmt: skip
     cylinders = np.bincount(line.cylinder_station, minlength=len(line.station_names))
     geared = bool(np.any(line.station_ratio != 1.0))
     rows: list[list[str]] = []
     for i, name in enumerate(line.station_names):
-        values = line.station_values[:, i] / line.station_ratio[i] ** 2
+        inertia, damping, stiffness = line.station_values[:, i] / line.station_ratio[i] ** 2
         kind = f"station, {cylinders[i]} cyl." if cylinders[i] else "station"
         ratio = short(line.station_ratio[i]) if geared else ""
-        rows.append([name, kind, ratio, _some(values[0]), _some(1e-3 * values[2]), _some(values[1]),
-                     "", ""])  # fmt: skip
-    rings = {one.name: one for one in line.dampers}
+        values = map(_some, (inertia, 1e-3 * stiffness, damping))
+        rows.append([name, kind, ratio, *values, "", ""])
+    whole, elastic = line.line, {one.element: one for one in line.couplings}
+    loss = dict(zip(line.section_names, map(_some, whole.loss_factor), strict=False))
     for e, name in enumerate(line.section_names):
-        if name in rings:
+        if name in {one.name for one in line.dampers}:
             continue
-        square = line.section_ratio[e] ** 2
-        wide = short(1e3 * line.section_diameter[e]) if line.section_diameter[e] else ""
-        wide += f"/{short(1e3 * line.section_bore[e])}" if line.section_bore[e] else ""
-        stiffness = _some(1e-3 * line.line.stiffness[e] / square)
-        coupling = next((one for one in line.couplings if one.element == e), None)
+        square, coupling = line.section_ratio[e] ** 2, elastic.get(e)
+        wide, bore = (_some(1e3 * one[e]) for one in (line.section_diameter, line.section_bore))
         kind = line.section_kinds[e]
         if coupling is not None:
-            kind = "coupling, nominal" if coupling.varies else "coupling"
-        rows.append([name, kind, "", "", stiffness,
-                     _some(line.line.damping[e] / square), _some(line.line.loss_factor[e]),
-                     wide])  # fmt: skip
+            kind = "coupling" + ", nominal" * coupling.varies
+        values = map(_some, (1e-3 * whole.stiffness[e] / square, whole.damping[e] / square))
+        rows.append([name, kind, "", "", *values, loss[name], wide + f"/{bore}" * bool(bore)])
     for one in line.dampers:
-        kind = f"{_KINDS.get(one.kind, one.kind)}, {line.station_names[one.station]}"
+        kind = f"{_KINDS[one.kind]}, {line.station_names[one.station]}"
         power = " w^2" if one.kind == "pendulum" else ""
-        loss = [line.line.loss_factor[e] for e, n in enumerate(line.section_names) if n == one.name]
         rows.append([one.name, kind, "", _some(one.inertia), _some(1e-3 * one.stiffness) + power,
-                     _some(one.damping), _some(loss[0]) if loss else "", ""])  # fmt: skip
+                     _some(one.damping), loss.get(one.name, ""), ""])  # fmt: skip
     words = "Actual values, not referred; stiffness and damping of a station: to the frame."
     return [*table(columns, together(rows)), *paragraph(words)]
 
@@ -470,11 +495,8 @@ def _parts(line: "ShaftLineModel") -> list[str]:
 def _moduli(result: Result) -> list[str]:
     line = line_of(result)
     assert line is not None  # or there is no section
-    rows = [
-        [name, show(1e6 * modulus, digits=4)]
-        for name, modulus in zip(line.section_names, line.section_modulus, strict=True)
-        if modulus
-    ]
+    both = zip(line.section_names, line.section_modulus, strict=True)
+    rows = [[name, show(1e6 * modulus, digits=4)] for name, modulus in both if modulus]
     return table((Column("section"), number("section modulus\ncm^3")), rows)
 
 
@@ -505,27 +527,11 @@ def _stem(names_: list[str]) -> str:
 
 
 def _gears(line: "ShaftLineModel") -> list[str]:
-    columns = [Column("gear"), Column("from"), Column("to"), number("ratio"),
-               Column("teeth")]  # fmt: skip
-    rows = []
-    for gear in line.gears:
-        teeth = "rigid"
-        if gear.element >= 0:
-            teeth = f"elastic, pitch {short(1e3 * gear.pitch_radius)} mm"
-        first, second = line.station_names[gear.first], line.station_names[gear.second]
-        rows.append([gear.name, first, second, short(gear.ratio), teeth])
-    return table(columns, rows) if rows else []
-
-
-def _loads(result: Result, line: "ShaftLineModel") -> str:
-    factor, unit = torque_unit(result.record)
-    words = f"mean torque taken up at {line.station_names[line.load_station]!r}"
-    taken = [
-        f"{short(factor * torque)} {unit} at {line.station_names[place]!r}"
-        + (" (over the speed by a table)" if len(law.entry) else "")
-        + (f" (speed to the power {law.exponent:g})" if law.exponent else "")
-        for place, torque, law in zip(
-            line.taken_station, line.taken_torque, line.taken_laws, strict=True
-        )
-    ]
-    return words + (f", besides {joined(taken)}" if taken else "")
+    columns = [Column("gear"), Column("from"), Column("to"), number("ratio"), Column("teeth")]
+    rows = [
+        [gear.name, line.station_names[gear.first], line.station_names[gear.second],
+         short(gear.ratio),
+         f"elastic, pitch {short(1e3 * gear.pitch_radius)} mm" if gear.element >= 0 else "rigid"]
+        for gear in line.gears
+    ]  # fmt: skip
+    return table(columns, rows)

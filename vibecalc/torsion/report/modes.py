@@ -4,19 +4,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibecalc.core.report.sections import Section, having, labels, magnitudes, speed_of
-from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
+from vibecalc.core.report.sections import Section, having, labels, magnitudes, speed_of, stacked
+from vibecalc.core.report.writing import Column, hertz, many, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.errors import NumericalFailure
 from vibecalc.torsion.coupling_results import COUPLING
-from vibecalc.torsion.report.first_page import CLOSE
 from vibecalc.torsion.report.limits import separation_rule
 from vibecalc.torsion.report.line import (
     TORSION,
-    Detail,
     asked,
     cell,
     elastic_modes,
+    every,
+    frequencies,
     has_pendulums,
     highest_frequency,
     is_chain,
@@ -25,17 +25,22 @@ from vibecalc.torsion.report.line import (
     mode_names,
     order_text,
     range_words,
-    undamped_frequency,
+    titled,
     vector,
 )
 
 if TYPE_CHECKING:
-    from vibecalc.torsion.holzer import HolzerRows
     from vibecalc.torsion.line import Line
+    from vibecalc.torsion.model import ShaftLineModel
 
 MODES = TORSION + "modes/"
-TRANSFER = MODES + "transfer_matrix_frequency"
 _MOST = 40
+#: modes whose shapes are tabled in a calculation; of the largest angle, what is on a node
+_SHAPES, _NODE = 4, 1e-9
+_PENDULUMS = (
+    "All at the operating speed: the field that pendulums swing in grows with the speed, "
+    "and with it these natural frequencies."
+)
 
 
 def torsion_modes(result: Result) -> Section | None:
@@ -44,108 +49,104 @@ def torsion_modes(result: Result) -> Section | None:
     if natural is None:
         return None
     lines = [*_modes(result, natural), *_bare(result)]
-    if has_pendulums(result):
-        lines += paragraph(
-            "All at the operating speed: the field that pendulums swing in grows with the speed, "
-            "and with it these natural frequencies."
-        )
-    return Section(
-        "Natural frequencies and modes of the line",
-        lines,
-        frozenset(),
-        "all modes and their margins, Holzer tables or mode shapes",
-        Detail(result, _frequencies, _separation, holzer_or_shapes),
-    )
+    lines += paragraph(_PENDULUMS) if has_pendulums(result) else []
+    name = "all modes and their margins, Holzer tables or mode shapes"
+    details = {name: (_frequencies, _separation, holzer_or_shapes)}
+    return titled(result, "Natural frequencies and modes of the line", lines, details=details)
+
+
+class _Margins:
+    """Cells of each mode: the nearest order of each class with its margin, the verdict of a rule.
+
+    There are none where the result does not have them.
+    """
+
+    def __init__(self, result: Result, where: str, what: str) -> None:
+        stem = f"separation/{where}"
+        found = every(result.record, stem, "mode order_class", "margin", "half_order")
+        self.kinds = labels(found[0].axes[1]) if found else []
+        self.found = [np.asarray(one.values, dtype=float) for one in found]
+        enough = having(result.record, f"{TORSION}{stem}/sufficient", "mode", "order_class")
+        self.enough = None if enough is None else enough.values
+        self.rule = separation_rule(result)
+        self.columns = [number(title) for kind in self.kinds
+                        for title in (what.format(kind), "margin\n%")]  # fmt: skip
+        self.columns += [Column("by rule")] if self.rule else []
+
+    def cells(self, mode: int) -> list[str]:
+        """Blank where there is no order near."""
+        cells = list[str]()
+        for k in range(len(self.kinds)):
+            margin, order = (float(one[mode, k]) for one in self.found)
+            near = bool(np.isfinite(margin) and order)
+            away = "inside" if margin < 0.0 else f"{100.0 * margin:.1f}"
+            cells += [order_text(order), away] if near else ["", ""]
+        known = any(cells)
+        if self.rule:
+            enough = [] if self.enough is None else self.enough[mode]
+            cells.append(("kept" if np.all(enough) else "CLOSE") * bool(len(enough)))
+        return cells if known else [""] * len(cells)
 
 
 def _modes(result: Result, natural: Quantity) -> list[str]:
     """The modes that orders of the case meet: frequency, damping ratio, nearest orders."""
-    record, names, chosen = result.record, mode_names(result), elastic_modes(result)
+    record, known, chosen = result.record, mode_names(result), elastic_modes(result)
     if not chosen:
         return paragraph("The line has no elastic mode.")
-    errors = vector(record, "modes/frequency_error", "mode")
+    errors = _errors(natural, record)
     ratio = having(record, MODES + "damping_ratio", "mode")
-    margin, order, sufficient = (
-        having(record, f"{TORSION}separation/operating/{name}", "mode", "order_class")
-        for name in ("margin", "half_order", "sufficient")
-    )
-    kinds = [] if margin is None or order is None else labels(margin.axes[1])
+    margins = _Margins(result, "operating", "nearest\n{}")
     columns = [Column("mode"), number("no."), number("Hz"), number("cpm"),
-               number("damping\nratio")]  # fmt: skip
-    for kind in kinds:
-        columns += [number(f"nearest\n{kind}"), number("margin\n%")]
-    rule = separation_rule(result)
-    columns += [Column("by rule")] if rule else []
-    columns += [Column("strain energy in")]
-    rows = []
-    for i in chosen:
-        value = float(natural.values[i])
-        error = natural.error_estimate if errors is None else float(errors[i])
-        row = [names[i], str(i + 1), show(hertz(value), hertz(error), 4),
-               show(rpm(value), rpm(error), 4), cell(ratio, i, digits=3)]  # fmt: skip
-        for k in range(len(kinds)):
-            assert margin is not None and order is not None  # or there are no kinds
-            row += _away(float(margin.values[i, k]), float(order.values[i, k]))
-        if rule:
-            known = sufficient is not None and any(row[5:])
-            close = sufficient is not None and not np.all(sufficient.values[i])
-            row.append("" if not known else CLOSE if close else "kept")
-        rows.append([*row, _seat(record, i)])
-    more = int(np.count_nonzero(natural.values)) - len(chosen)
-    words = "no.: in result files, where rigid and overdamped modes count. "
-    if kinds and any(away for row in rows for away in row[5 : 5 + 2 * len(kinds)]):
-        words += "Margin: from the nearest order at the operating speed. "
+               number("damping\nratio"), *margins.columns, Column("strain energy in")]  # fmt: skip
+    near = [margins.cells(i) for i in chosen]
+    rows = [
+        [known[i], str(i + 1), show(hertz(natural.values[i]), hertz(errors[i])),
+         show(rpm(natural.values[i]), rpm(errors[i])), cell(ratio, i, digits=3), *cells,
+         _seat(record, i)]
+        for i, cells in zip(chosen, near, strict=True)
+    ]  # fmt: skip
+    words = "no.: in result files, where rigid and overdamped modes count."
+    if any(map(any, near)):
+        words += " Margin: from the nearest order at the operating speed."
     line = line_of(result)
-    if names[chosen[0]].endswith("-node") and line and any(one.stiffness for one in line.dampers):
-        words += "Nodes in springs of dampers count. "
-    if more:
-        words += f"{more} higher mode{'s' * (more > 1)}: `--full`."
-    return [*table(columns, rows), *paragraph(words.strip())]
+    if known[chosen[0]].endswith("-node") and line and any(one.stiffness for one in line.dampers):
+        words += " Nodes in springs of dampers count."
+    if more := int(np.count_nonzero(natural.values)) - len(chosen):
+        words += f" {many(more, 'higher mode')}: `--full`."
+    return [*table(columns, rows), *paragraph(words)]
 
 
-def _away(margin: float, order: float) -> list[str]:
-    """Nearest order and its margin in %, blank where there is none."""
-    if not np.isfinite(margin) or not order:
-        return ["", ""]
-    return [order_text(order), "inside" if margin < 0.0 else f"{100.0 * margin:.1f}"]
+def _errors(natural: Quantity, record: Record) -> np.ndarray:
+    errors = vector(record, "modes/frequency_error", "mode")
+    known = np.full(natural.values.shape, float(natural.error_estimate))
+    return known if errors is None else errors
 
 
 def _frequencies(result: Result) -> list[str]:
     """All modes in rad/s, by a second way where there is one, and what damping does to them."""
     record = result.record
-    natural = record[MODES + "natural_frequency"]
-    errors = vector(record, "modes/frequency_error", "mode")
+    natural, known = record[MODES + "natural_frequency"], mode_names(result)
     undamped = vector(record, "modes/undamped_frequency", "mode")
     # of the undamped line: for frequencies of the damped one it is no second way
-    second = having(record, TRANSFER, "mode") if undamped is None else None
+    second = having(record, MODES + "transfer_matrix_frequency", "mode")
+    second = second if undamped is None else None
     ratio = having(record, MODES + "damping_ratio", "mode")
-    names, values = mode_names(result), np.asarray(natural.values, dtype=float)
-    columns = [Column("mode"), number("no."), number("rad/s"), number("Hz")]
-    columns += [number("by transfer\nmatrix, rad/s"), number("damping\nratio")]
-    columns += [number("undamped\nHz"), Column("strain energy in")]
+    columns = [Column("mode"), number("no."), number("rad/s"), number("Hz"),
+               number("by transfer\nmatrix, rad/s"), number("damping\nratio"),
+               number("undamped\nHz"), Column("strain energy in")]  # fmt: skip
     rows = [
-        [names[i], str(i + 1), show(value, error, 6), show(hertz(value), hertz(error), 6),
+        [known[i], str(i + 1), show(value, error, 6), show(hertz(value), hertz(error), 6),
          cell(second, i, digits=6), cell(ratio, i) if value else "",
          "" if undamped is None or i >= undamped.size else show(hertz(undamped[i]), digits=6),
          _seat(record, i) if value else ""]
-        for i, value in enumerate(values[:_MOST])
-        for error in [natural.error_estimate if errors is None else float(errors[i])]
+        for i, (value, error) in enumerate(
+            zip(natural.values[:_MOST], _errors(natural, record), strict=False))
     ]  # fmt: skip
     lines = table(columns, rows)
-    if values.size > _MOST:
-        lines += paragraph(f"and {values.size - _MOST} higher modes, in the result file")
-    words = _frequency_words(result) if undamped is None else _DAMPED
-    line = line_of(result)
-    if second is not None and line is not None and not is_chain(line):
-        words += (
-            " This line branches: its eigenvalues are found by the same mode count, so that the "
-            "second column repeats the first and is no check of it."
-        )
-    if ratio is not None and asked(result).get("damping_model"):
-        words += " Damping ratio: by the damping model of the case."
-    elif ratio is not None and np.any(ratio.values):
-        words += " Damping ratio: of the pole, -Re s / |s|" + _lossy_words(result) + "."
-    return [*lines, *paragraph(words)]
+    if natural.values.size > _MOST:
+        more = natural.values.size - _MOST
+        lines += paragraph(f"and {more} higher modes, in the result file")
+    return [*lines, *paragraph(_frequency_words(result, second is not None, ratio))]
 
 
 _DAMPED = (
@@ -154,49 +155,42 @@ _DAMPED = (
 )
 
 
-def _frequency_words(result: Result) -> str:
-    methods = "by eigenvalues"
-    if TRANSFER in result.record:
-        methods += " and by transfer matrix with mode count"
-    return f"Natural frequencies of the line without damping, {methods}."
-
-
-def _lossy_words(result: Result) -> str:
-    line = line_of(result)
-    if line is None or not np.any(line.line.loss_factor):
-        return ""
-    return (
-        "; a loss factor counts as its equivalent viscous dashpot, stiffness times factor over the "
-        "frequency, at the frequency of each mode"
-    )
+def _frequency_words(result: Result, twice: bool, ratio: Quantity | None) -> str:
+    line, words = line_of(result), _DAMPED
+    if MODES + "undamped_frequency" not in result.record:
+        words = "Natural frequencies of the line without damping, by eigenvalues"
+        words += " and by transfer matrix with mode count." if twice else "."
+    if twice and line is not None and not is_chain(line):
+        words += (
+            " This line branches: its eigenvalues are found by the same mode count, so that the "
+            "second column repeats the first and is no check of it."
+        )
+    if ratio is not None and asked(result).get("damping_model"):
+        return words + " Damping ratio: by the damping model of the case."
+    if ratio is None or not np.any(ratio.values):
+        return words
+    words += " Damping ratio: of the pole, -Re s / |s|"
+    if line is not None and np.any(line.line.loss_factor):
+        words += (
+            "; a loss factor counts as its equivalent viscous dashpot, stiffness times factor over "
+            "the frequency, at the frequency of each mode"
+        )
+    return words + "."
 
 
 def _separation(result: Result) -> list[str]:
     """Distance of each mode from major and other orders over the range of speeds."""
-    margin, order, sufficient = (
-        having(result.record, f"{TORSION}separation/range/{name}", "mode", "order_class")
-        for name in ("margin", "half_order", "sufficient")
-    )
-    if margin is None or order is None:
+    margins, known = _Margins(result, "range", "nearest {}\norder"), mode_names(result)
+    near = [(name, margins.cells(i)) for i, name in enumerate(known[:_MOST])]
+    rows = [[name, *cells] for name, cells in near if any(cells)]
+    if not margins.kinds or not rows:
         return []
-    rule, names = separation_rule(result), mode_names(result)
-    columns = [Column("mode")]
-    for kind in labels(margin.axes[1]):
-        columns += [number(f"nearest {kind}\norder"), number("margin\n%")]
-    columns += [] if rule is None else [Column("by rule")]
-    rows = []
-    for i in range(min(len(names), _MOST)):
-        pairs_ = zip(margin.values[i], order.values[i], strict=True)
-        row = [cell_ for one in pairs_ for cell_ in _away(float(one[0]), float(one[1]))]
-        if any(row):
-            close = sufficient is not None and not np.all(sufficient.values[i])
-            row += [] if rule is None else [CLOSE if close else "kept"]
-            rows.append([names[i], *row])
     words = f"Margins to the orders over {range_words(result)}; inside: the critical lies in it."
-    if rule is not None:
-        words += f" {rule.rule.name} asks {_asks(rule.margin)}, and nothing of other orders; it is "
-        words += f"for {rule.rule.scope.split(':')[0]}, and informative here."
-    return [*paragraph(words), *table(columns, rows)] if rows else []
+    if margins.rule is not None:
+        rule, asks = margins.rule.rule, _asks(margins.rule.margin)
+        words += f" {rule.name} asks {asks}, and nothing of other orders; it is "
+        words += f"for {rule.scope.split(':')[0]}, and informative here."
+    return [*paragraph(words), *table([Column("mode"), *margins.columns], rows)]
 
 
 def _asks(margin: dict[float, float]) -> str:
@@ -223,44 +217,83 @@ def _bare(result: Result) -> list[str]:
     natural = vector(result.record, "bare/natural_frequency", "bare_mode")
     if natural is None:
         return []
-    listed = ", ".join(show(hertz(value), digits=4) for value in natural[:12] if value > 0.0)
+    listed = ", ".join(show(hertz(value)) for value in natural[:12] if value > 0.0)
     return paragraph(f"Without its dampers the line has {listed} Hz.")
 
 
 def holzer_or_shapes(result: Result) -> list[str]:
     """What a mode looks like, in tables."""
-    return holzer(result) or _shapes(result)
-
-
-def _shapes(result: Result) -> list[str]:
-    """Angles of the stations in each mode, where there is no Holzer table."""
-    shape = having(result.record, MODES + "shape", "mode", "station")
-    modes = elastic_modes(result)
-    if shape is None or not modes:
-        return []
-    names = mode_names(result)
-    columns = [Column("station"), *(number(names[i]) for i in modes)]
-    angle = np.real(shape.values)
-    rows = [
-        [name, *(show(angle[mode, place], shape.error_estimate, 4) for mode in modes)]
-        for place, name in enumerate(labels(shape.axes[1]))
-    ]
     words = "No Holzer tables: the line is too long for them, or has a loop. "
     words += "Mode shapes instead, angles of the stations, each on its own shaft:"
-    return [*paragraph(words), *table(columns, rows)]
+    return holzer(result) or shapes(result, elastic_modes(result), words)
+
+
+def shapes(
+    result: Result, modes: list[int], words: str, titles: list[str] | None = None,
+    totals: list[list[str]] | None = None,
+) -> list[str]:  # fmt: skip
+    """Angles of the stations in each mode below some words, nothing without modes."""
+    shape = having(result.record, MODES + "shape", "mode", "station")
+    if shape is None or not modes:
+        return []
+    known, angle = mode_names(result), np.real(shape.values)
+    rows = [
+        [name, *(show(angle[mode, place], shape.error_estimate) for mode in modes)]
+        for place, name in enumerate(labels(shape.axes[1]))
+    ]
+    heads = titles or [known[i] for i in modes]
+    return [*paragraph(words),
+            *table([Column("station"), *map(number, heads)], rows, totals or [])]  # fmt: skip
+
+
+def node_table(result: Result) -> list[str]:
+    """Angles of the lowest elastic modes, how many nodes they have, and in which sections."""
+    shape = having(result.record, MODES + "shape", "mode", "station")
+    natural, known = frequencies(result.record), mode_names(result)
+    line, modes = line_of(result), elastic_modes(result)[:_SHAPES]
+    if shape is None or natural is None or line is None or not modes:
+        return []
+    titles = [f"{known[i]}\n{show(hertz(natural[i]))} Hz" for i in modes]
+    nodes = [nodes_in(line, np.real(shape.values[i])) for i in modes]
+    listed = "; ".join(
+        f"{known[i]}: {joined(found) or 'none'}" for i, found in zip(modes, nodes, strict=True)
+    )
+    rings = " Rings of dampers are not counted here." if line.dampers else ""
+    lines = shapes(
+        result, modes, "Mode shapes: angles of the stations, each on its own shaft.", titles,
+        [["nodes", *(str(len(found)) for found in nodes)]],
+    )  # fmt: skip
+    return [*lines, *paragraph(f"Nodes lie in: {listed}.{rings}")]
+
+
+def nodes_in(line: "ShaftLineModel", angle: np.ndarray) -> list[str]:
+    """Names of the sections between whose ends the angles (s,), referred, change their sign."""
+    own = angle / line.station_ratio
+    sides = np.where(np.abs(own) > _NODE * np.max(np.abs(own)), np.sign(own), 0.0)
+    return [
+        line.section_names[place]
+        for place, (first, second) in enumerate(line.section_ends)
+        if second >= 0 and sides[first] * sides[second] < 0.0
+    ]
 
 
 # ----------------------------------------------------------------------------
 # Holzer tables of the modes of a shaft line that matter, branch by branch.
 # ----------------------------------------------------------------------------
 
-_MODES = TORSION + "modes/"
 #: rows of all Holzer tables together
 _ROWS = 120
 #: of the largest entry of a Holzer table: less is rounding
 _NOISE = 1e-11
 #: from here on a column is written with powers of ten
 _LARGE = 1e7
+_HOLZER = ("station", "J\nkg m^2", "J w^2\nN m/rad", "angle\nrad", "J w^2\nx angle\nN m",
+           "sum of\ntorques\nN m", "stiffness\nN m/rad", "twist\nrad")  # fmt: skip
+
+
+def lowest_holzer(result: Result) -> list[str]:
+    """Holzer tables of the two lowest elastic modes."""
+    return holzer(result, most=2)
 
 
 def holzer(result: Result, most: int = 0) -> list[str]:
@@ -268,74 +301,63 @@ def holzer(result: Result, most: int = 0) -> list[str]:
 
     Of the lowest `most` modes, where that is not 0, without a word on the others.
     """
-    angle = having(result.record, _MODES + "holzer_angle", "mode", "freedom")
+    angle = having(result.record, MODES + "holzer_angle", "mode", "freedom")
     shaft = line_of(result)
     if angle is None or shaft is None:
         return []
-    from vibecalc.torsion.holzer import holzer_rows
-
     square = (speed_of(result) or 0.0) ** 2
     line = shaft.line._replace(stiffness=shaft.line.stiffness + shaft.speed_stiffness * square)
-    try:
-        rows = holzer_rows(line)
-    except NumericalFailure:
-        return []
     of_mode = result.record.quantities.get(f"{COUPLING}/mode_stiffness")
-    lines: list[str] = []
-    shown: list[int] = []
-    names = mode_names(result, undamped=True)
+    blocks, shown = list[list[str]](), list[int]()
     for mode in elastic_modes(result, undamped=True)[: most or None]:
-        if shown and (len(shown) + 1) * len(rows.freedom) > _ROWS:
+        if shown and (len(shown) + 1) * len(angle.axes[1].values) > _ROWS:
             break
-        lines += [""] if lines else []
         if of_mode is not None:
             stiffness = line.stiffness.copy()
             for place, one in enumerate(shaft.couplings):
                 stiffness[one.element] = one.ratio**2 * of_mode.values[place, mode]
-            rows = holzer_rows(line._replace(stiffness=stiffness))
-        lines += _table(result.record, line, rows, angle, mode, names[mode])
+            line = line._replace(stiffness=stiffness)
+        try:
+            blocks.append(_holzer_table(result, line, angle, mode))
+        except NumericalFailure:
+            return []
         shown.append(mode)
-    return lines if most else lines + _modes_without_table(result, shown)
+    return stacked(*blocks, [] if most else _modes_without_table(result, shown))
 
 
 def _modes_without_table(result: Result, shown: list[int]) -> list[str]:
     """Which modes have no table here, and why."""
-    natural = undamped_frequency(result.record)
+    natural = frequencies(result.record, undamped=True)
     if natural is None:
         return []
-    left = [int(i) for i in np.flatnonzero(natural > 0.0) if i not in shown]
-    top = highest_frequency(result)
-    lines = []
+    left, top = np.setdiff1d(np.flatnonzero(natural > 0.0), shown), highest_frequency(result)
+    lines = list[str]()
     for modes, why in (
-        ([i for i in left if natural[i] <= top], "only the lowest have, for want of room"),
-        ([i for i in left if natural[i] > top],
-         "no order of the case reaches so high within the speeds"),
-    ):  # fmt: skip
-        if modes:
-            what = "Mode {} has" if len(modes) == 1 else "Modes {} have"
-            which = what.format(joined(str(i + 1) for i in modes))
-            which = f"Undamped {which.lower()}" if _differs(result.record) else which
-            lines += paragraph(f"{which} no Holzer table here ({why}): in the result file.")
-    return ["", *lines] if lines else []
+        (left[natural[left] <= top], "only the lowest have, for want of room"),
+        (left[natural[left] > top], "no order of the case reaches so high within the speeds"),
+    ):
+        what = "Mode {} has" if len(modes) == 1 else "Modes {} have"
+        which = what.format(joined(str(i + 1) for i in modes))
+        which = f"Undamped {which.lower()}" if _differs(result.record) else which
+        words = f"{which} no Holzer table here ({why}): in the result file."
+        lines += paragraph(words) if len(modes) else []
+    return lines
 
 
-def _table(
-    record: Record, line: "Line", rows: "HolzerRows", angle: Quantity, mode: int, name: str
-) -> list[str]:
-    frequencies = undamped_frequency(record)
-    assert frequencies is not None  # or there is no table
-    natural = float(frequencies[mode])
-    torque = having(record, _MODES + "holzer_inertia_torque", "mode", "freedom")
-    total = having(record, _MODES + "holzer_torque", "mode", "freedom")
+def _holzer_table(result: Result, line: "Line", angle: Quantity, mode: int) -> list[str]:
+    from vibecalc.torsion.holzer import holzer_rows
+
+    record, rows = result.record, holzer_rows(line)
+    frequency = frequencies(record, undamped=True)
+    assert frequency is not None  # or there is no table
+    natural = float(frequency[mode])
+    torque = having(record, MODES + "holzer_inertia_torque", "mode", "freedom")
+    total = having(record, MODES + "holzer_torque", "mode", "freedom")
     turned = np.asarray(angle.values, dtype=float)[mode]
     inertia, below = line.inertia[rows.freedom], rows.below
     twist = turned[:-1] - turned[below[:-1]]
     # the estimate of the quantity is that of its highest mode, in which errors grow along the line
     noise = _NOISE * float(np.max(np.abs(turned)))
-    columns = [Column("station"), number("J\nkg m^2"), number("J w^2\nN m/rad"),
-               number("angle\nrad"), number("J w^2\nx angle\nN m"),
-               number("sum of\ntorques\nN m"), number("stiffness\nN m/rad"),
-               number("twist\nrad")]  # fmt: skip
     named = labels(angle.axes[1])
     cells = [
         named, [_short(one, 9) for one in inertia], _column(inertia * natural**2, 0.0),
@@ -343,27 +365,27 @@ def _table(
         _torques(total, mode, len(named)), [*_column(rows.stiffness, 0.0), ""],
         [*(show(one, noise, 5) for one in twist), ""],
     ]  # fmt: skip
-    residual = vector(record, "modes/holzer_residual", "mode")
-    words = f"Holzer table of {'undamped ' * _differs(record)}mode {mode + 1} ({name}), "
-    words += f"{show(hertz(natural), digits=4)} Hz = {show(rpm(natural), digits=4)} cpm"
-    words += ", rings of dampers free" if _differs(record) else ""
-    words += ", referred to the crankshaft"
+    residual, differs = vector(record, "modes/holzer_residual", "mode"), _differs(record)
+    name = mode_names(result, undamped=True)[mode]
+    words = f"Holzer table of {'undamped ' * differs}mode {mode + 1} ({name}), "
+    words += f"{show(hertz(natural))} Hz = {show(rpm(natural))} cpm"
+    words += ", rings of dampers free" * differs + ", referred to the crankshaft"
     if residual is not None:
         scale = 1.0 if torque is None else float(np.max(magnitudes(torque)[mode], initial=0.0))
         share = residual[mode] / scale if scale > 0.0 else 0.0
         words += f"; residual {residual[mode]:.1e} N m, {share:.0e} of the largest torque"
-    lines = [*paragraph(words + ":"), *table(columns, zip(*cells, strict=True))]
+    heads = [Column("station"), *map(number, _HOLZER[1:])]
+    lines = [*paragraph(words + ":"), *table(heads, zip(*cells, strict=True))]
     joints = [
         f"{named[i]} joins {named[below[i]]}" for i in range(len(below) - 1) if below[i] != i + 1
     ]
-    if joints:
-        lines += paragraph(f"Branches: {', '.join(joints)}; a sum goes on where its branch joins.")
-    return lines
+    words = f"Branches: {', '.join(joints)}; a sum goes on where its branch joins."
+    return lines + (paragraph(words) if joints else [])
 
 
 def _differs(record: Record) -> bool:
     """Whether a damper makes the modes of the line others than the undamped ones."""
-    return _MODES + "undamped_frequency" in record
+    return MODES + "undamped_frequency" in record
 
 
 def _torques(quantity: Quantity | None, mode: int, count: int) -> list[str]:

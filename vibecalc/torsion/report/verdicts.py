@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.report.sections import having, labels, speed_of
+from vibecalc.core.report.writing import read
 from vibecalc.core.results.record import (
     BARRED,
     BROKEN,
@@ -19,23 +20,18 @@ from vibecalc.core.results.record import (
 )
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.core.results.verdicts import state_of, verdicts_of
-from vibecalc.torsion.report.couplings import LIMIT_WORDS, borne, permitted
-from vibecalc.torsion.report.limits import (
-    exceeded_rows,
-    limits_of,
-    of_torque,
-    rule_of,
-    separation_rule,
-)
+from vibecalc.torsion.report.couplings import BORNE, borne, permitted
+from vibecalc.torsion.report.limits import limits_of, of_torque, rule_of, separation_rule
 from vibecalc.torsion.report.line import (
     MEGA,
     TORSION,
-    asked,
+    every,
     joined,
     line_of,
     mode_names,
     names,
     order_text,
+    silent,
     speed_range,
     torque_unit,
     vector,
@@ -50,8 +46,7 @@ def limit_verdicts(result: Result) -> Iterator[Verdict]:
 
     What holds at all speeds of the range has no row of its own for the operating speed within it.
     """
-    silent: Any = asked(result).get("misfire") or ()
-    words = f"misfire of cylinder {joined(map(str, silent))}" if silent else ""
+    words = f"misfire of cylinder {joined(ill)}" if (ill := silent(result)) else ""
     for part in (_by_use, _of_gears, _separated):
         for row in part(result):
             yield row if row.condition else row._replace(condition=words)
@@ -99,16 +94,18 @@ _USES = {
 class _Use(NamedTuple):
     """A use: `place` among the entries of its limits, in `condition` (from 0), and of what kind."""
 
+    result: Result
     quantity: Quantity
     stem: str
     kind: str
     place: tuple[int, ...]
+    where: Where
     condition: int
     share: float
 
-    def entry(self, record: Record, name: str) -> float | None:
+    def entry(self, name: str) -> float | None:
         """The entry of another result of the same limits in the same condition, finite."""
-        found = record.quantities.get(f"{TORSION}{self.stem}{name}")
+        found = self.result.record.quantities.get(f"{TORSION}{self.stem}{name}")
         if found is None:
             return None
         value = float(_over_conditions(found, self.place)[self.condition])
@@ -133,10 +130,9 @@ def _by_use(result: Result) -> Iterator[Verdict]:
                 covered = kind == AT_SPEED and _covered(result, over)
                 if quantity is None or not shares[worst] > 0.0 or covered:
                     continue
-                use = _Use(quantity, stem, kind, place, worst, float(shares[worst]))
-                speed = use.entry(result.record, paths[3])
-                speed = speed_of(result) if kind == AT_SPEED else speed
-                row = _row(result, use, where, speed)
+                use = _Use(result, quantity, stem, kind, place, where, worst, float(shares[worst]))
+                speed = speed_of(result) if kind == AT_SPEED else use.entry(paths[3])
+                row = _row(use, np.nan if speed is None else speed)
                 over = row.state if kind == CONTINUOUS else over
                 yield row
 
@@ -157,77 +153,81 @@ def _condition(use: _Use) -> str:
     return named[use.condition] + f" (worst of {len(named)})" * (len(named) > 1)
 
 
-def _row(result: Result, use: _Use, where: Where, speed: float | None) -> Verdict:
+def _row(use: _Use, speed: float) -> Verdict:
     """The row of a use, in the unit of what is borne where that is known."""
-    record, quantity, share = result.record, use.quantity, use.share
+    quantity, share = use.quantity, use.share
     state = state_of(1.0 - share, quantity.error_estimate, 1.0)
-    read = _coupling if "coupling" in where else _load
-    words, allowed, load, unit = read(result, use, where, speed)
+    decided_by = remedy(quantity, use.result.case) if state == UNDECIDED else ""
+    load_of = _coupling if "coupling" in use.where else _load
+    words, allowed, load, unit = load_of(use, speed)
     if not load or not allowed or not 0.0 < allowed < np.inf:
         allowed, load, unit = 1.0, share, ""
     margin = allowed - load
     if (margin > 0.0) != (share < 1.0):  # a torque that counts by its frequency
         margin = allowed * (1.0 - share)
-    row = Verdict(
+    if state == BROKEN and use.kind == CONTINUOUS and "limit" in use.where:
+        state, decided_by = _where_barred(use)
+    return Verdict(
         quantity=quantity.path,
-        where=where,
+        where=use.where,
         min=None,
         max=allowed,
         unit=unit,
         computed=load,
-        label=", ".join(f"{axis}={one}" for axis, one in where.items()),
+        label=", ".join(f"{axis}={one}" for axis, one in use.where.items()),
         error_estimate=Estimate(quantity.error_estimate * allowed, 0.0),
         margin=margin,
         state=state,
-        decided_by=remedy(quantity, result.case) if state == UNDECIDED else "",
+        decided_by=decided_by,
         use=share,
         # of the largest use, which may be another than that in passing through
-        speed=np.nan if speed is None or (use.kind == PASSING and not unit) else speed,
+        speed=np.nan if use.kind == PASSING and not unit else speed,
         condition=_condition(use),
         **words,
     )
-    if state != BROKEN or use.kind != CONTINUOUS or "limit" not in where:
-        return row
-    # what is exceeded only where a range may be barred is kept
+
+
+def _where_barred(use: _Use) -> tuple[str, str]:
+    """A limit that is exceeded is kept where that is only in ranges which may be barred."""
     if use.stem == "limit/":
-        ranges = [one for one in exceeded_rows(record) if one.limit == where["limit"]]
-        may = bool(ranges) and all(one.permitted for one in ranges)
-        here = use.entry(record, "operating/use")
-        return row._replace(state=BARRED) if may and not (here or 0.0) > 1.0 else row
-    never = use.entry(record, "unbarred_use")
-    if never is None:  # of an older file
-        never = use.entry(record, "operating_use")
-        if not (never or 0.0) > 1.0:
-            return row._replace(state=UNDECIDED, decided_by="another run")
-    return row._replace(state=BARRED) if not (never or 0.0) > 1.0 else row
+        found = every(use.result.record, "exceeded", "exceeded", "limit", "permitted")
+        limit, permitted_ = (one.values for one in found) if found else 2 * (np.zeros(0),)
+        may = permitted_[limit == use.where["limit"]]
+        unbarred = use.entry("operating/use") if may.size and may.all() else np.inf
+    else:
+        unbarred = use.entry("unbarred_use")
+        if unbarred is None and not (use.entry("operating_use") or 0.0) > 1.0:
+            return UNDECIDED, "another run"  # of an older file
+        unbarred = np.inf if unbarred is None else unbarred
+    return BROKEN if (unbarred or 0.0) > 1.0 else BARRED, ""
 
 
 #: words of a row, what is allowed and what is borne in the unit that people read
 _Read = tuple[dict[str, Any], float | None, float | None, str]
 
 
-def _coupling(result: Result, use: _Use, where: Where, speed: float | None) -> _Read:
-    line, name, limit = line_of(result), where["coupling"], str(where["coupling_limit"])
-    one = None if line is None else line.couplings[use.place[0]]
-    words = LIMIT_WORDS[limit]
+def _coupling(use: _Use, speed: float) -> _Read:
+    line, limit, place = line_of(use.result), str(use.where["coupling_limit"]), use.place[0]
+    one = None if line is None else line.couplings[place]
+    words = BORNE[limit][1]
     if words.startswith(" "):  # another reading of the line above it
-        words = f"{LIMIT_WORDS['T_KW']}, by orders"
-    of = one.type if one else ""
-    source, status = (of, "maker") if of else ("values of the case", "case")
-    told = {"element": name, "limit": words, "source": source, "status": status}
+        words = f"{BORNE['T_KW'][1]}, by orders"
+    source, status = (one.type, "maker") if one and one.type else ("values of the case", "case")
+    told = {"element": use.where["coupling"], "limit": words, "source": source, "status": status}
     allowed, unit = (np.inf, "") if one is None else permitted(one, limit)
     load: float | None = use.share * allowed
     if use.stem == "coupling/" and limit != "n_max":
-        load = borne(result, limit, use.place[0], speed if use.kind == CONTINUOUS else None)
+        at = speed if use.kind == CONTINUOUS and np.isfinite(speed) else None
+        load = borne(use.result, limit, place, at)
     elif limit == "temperature":  # counts by its rise
         load = None
     return told, allowed, load, unit
 
 
-def _load(result: Result, use: _Use, where: Where, speed: float | None) -> _Read:
+def _load(use: _Use, _speed: float) -> _Read:
     """Of a section or gear, by a rule, a table or a share."""
-    record, place, here = result.record, int(where["limit"]) - 1, use.kind == AT_SPEED
-    limit, torques = limits_of(result)[place], of_torque(record)
+    record, place, here = use.result.record, int(use.where["limit"]) - 1, use.kind == AT_SPEED
+    limit, torques = limits_of(use.result)[place], of_torque(record)
     rule, of = rule_of(limit), "torque" if torques[place] else "stress"
     source, status = f"{place + 1}: {rule.name}", "case"
     if limit.get("rule"):
@@ -235,21 +235,21 @@ def _load(result: Result, use: _Use, where: Where, speed: float | None) -> _Read
     prefix = "torque_" * (of == "torque")
     if use.stem == "limit/":
         at = "operating" if here else "each"
-        element = str(where["section"])
+        element = str(use.where["section"])
         allowed = f"{at}/{prefix}{'transient' if use.kind == PASSING else 'allowed'}"
-        load = use.entry(record, f"{at}/{of}")
+        load = use.entry(f"{at}/{of}")
     else:
         at = "operating_" * here
-        number, allowed, load = use.entry(record, f"{at}element"), f"{at}{prefix}allowed", None
+        number, allowed, load = use.entry(f"{at}element"), f"{at}{prefix}allowed", None
         known = names(record, "torque_mean", "section") + names(record, "gear/mean_torque", "gear")
         element = known[int(number) - 1] if number else f"limit {place + 1}"
-    may = use.entry(record, allowed)
+    may = use.entry(allowed)
     load = use.share * may if may and load is None else load
     if may and load and abs(load / may - use.share) > 1e-6 * use.share:
         load = None  # the largest stress stands at another speed
-    factor, unit = torque_unit(record) if of == "torque" else (MEGA, "N/mm^2")
+    factor, unit = (MEGA, "N/mm^2") if of == "stress" else torque_unit(record)
     words = {"element": element, "limit": f"{of}, {use.kind}", "source": source, "status": status}
-    return words, factor * (may or 0.0), factor * (load or 0.0), unit
+    return words, factor * (may or 0.0), factor * (load or 0.0), read(unit)
 
 
 # ----------------------------------------------------------------------------
@@ -276,16 +276,12 @@ def _of_gears(result: Result) -> Iterator[Verdict]:
             speed = speed_of(result) if quantity is here else speed
             parts = np.any(quantity.values[place]) or (quantity is loud and low < -off)
             state = BROKEN if parts else KEPT
-            low, off, of = (
-                factor * low,
-                Estimate(factor * off, 0.0),
-                unit if np.isfinite(low) else "",
-            )
             yield Verdict(
-                quantity.path, {"gear": name}, "sign of the torque of the teeth", 0.0, None, of,
-                low, f"gear={name}", off, low, state, element=name,
-                limit=f"no reversal of the torque, {words}",
-                status="informative", speed=np.nan if speed is None else speed,
+                quantity.path, {"gear": name}, "sign of the torque of the teeth", 0.0, None,
+                read(unit) if np.isfinite(low) else "", factor * low, f"gear={name}",
+                Estimate(factor * off, 0.0), factor * low, state, element=name,
+                limit=f"no reversal of the torque, {words}", status="informative",
+                speed=np.nan if speed is None else speed,
             )  # fmt: skip
 
 
@@ -303,16 +299,17 @@ def _least(record: Record, path: str, gear: int) -> tuple[float, float, float | 
     return float(curve.values[gear, k]), curve.error_estimate, float(curve.axes[1].values[k])
 
 
+_SEPARATED = ("margin", "half_order", "sufficient")
+
+
 def _separated(result: Result) -> Iterator[Verdict]:
     """Distance of the natural frequencies from orders of the operating speed, by a rule."""
     record, rule = result.record, separation_rule(result)
     stem = f"{TORSION}separation/operating"
-    margin, order, enough = (
-        having(record, f"{stem}/{name}", "mode", "order_class")
-        for name in ("margin", "half_order", "sufficient")
-    )
-    if rule is None or margin is None or order is None or enough is None:
+    found = every(record, "separation/operating", "mode order_class", *_SEPARATED)
+    if rule is None or not found:
         return
+    margin, order, enough = found
     named, classes = mode_names(result), labels(margin.axes[1])
     for i, k in np.argwhere(np.isfinite(margin.values) & (np.asarray(order.values) > 0.0)):
         required = 100.0 * rule.margin.get(float(order.values[i, k]), 0.0)

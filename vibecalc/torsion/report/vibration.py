@@ -1,31 +1,27 @@
 """Vibration of a shaft line at the operating speed and over the range of speeds."""
 
-from collections.abc import Callable
-from functools import partial
-
 import numpy as np
 
-from vibecalc.core.report.rows import Cells, Found, Rows, named_at, part_of, rows_of
-from vibecalc.core.report.sections import Section, having, labels, speed_of
-from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
+from vibecalc.core.report.rows import Cells, Found, How, Rows, named_at, part_of, rows_of
+from vibecalc.core.report.sections import Section, having, labels
+from vibecalc.core.report.writing import paragraph, show, show_phase
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import (
-    DEGREES,
-    MEGA,
     MILLI,
     TORSION,
-    Detail,
+    at_speed,
     cell,
-    first_firing,
     joined,
     line_of,
     meeting,
+    meetings,
     mode_names,
-    order_text,
-    place_of,
+    names,
     range_words,
-    rows_by,
+    row_of,
+    strongest,
+    titled,
     torque_unit,
     turns,
     vector,
@@ -37,123 +33,117 @@ from vibecalc.torsion.results import PowerBalance
 # Vibration of a shaft line at the operating speed: sections, stations, dampers, gears, orders.
 # ----------------------------------------------------------------------------
 
+_ROOT = TORSION.rstrip("/")
 _ORDERS = 12
+
+
+def in_turns(speed: float, _error: float) -> str:
+    """A speed in rad/s as rpm without zeros at its end."""
+    return turns(speed)
 
 
 def torsion_steady(result: Result) -> Section | None:
     """The section, None if the line was not driven at the operating speed."""
-    record = result.record
-    if having(record, TORSION + "torque_half_range", "section") is None:
+    if having(result.record, TORSION + "torque_half_range", "section") is None:
         return None
-    lines = _sections(record)
-    for block in (_dampers(record), _gears(record), _balance(result)):
-        lines += ["", *block] if block else []
-    speed = speed_of(result)
-    at = f", {turns(speed)} rpm" if speed is not None else ""
-    return Section(
-        f"Vibration at the operating speed{at}",
-        lines,
-        frozenset(),
-        "orders in the most loaded section, angles of the stations",
-        Detail(result, _orders, _stations),
-    )
+    details = {"orders in the most loaded section, angles of the stations": (_orders, _stations)}
+    return titled(
+        result, f"Vibration at the operating speed{at_speed(result, ', ')}",
+        _sections(result.record), _dampers(result.record), _gears(result.record), _balance(result),
+        details=details,
+    )  # fmt: skip
+
+
+def _table(
+    record: Record, axis: str, columns: list[Cells], note: str = "", above: str = ""
+) -> list[str]:
+    """Of results of the line over an axis, without columns of zeros."""
+    return rows_of(record, Rows(axis, axis, columns, _ROOT, note=note, above=above, acting=True))[0]
 
 
 def _sections(record: Record) -> list[str]:
-    factor, unit = torque_unit(record)
-    torques = ("half_range", "torque"), ("mean", "mean"), ("peak", "peak"), ("bound", "bound")
-    lines = rows_by(record, "section", (
-        *((f"torque_{name}", factor, f"{words}\n{unit}") for name, words in torques),
-        ("stress_half_range", MEGA, "stress\nN/mm^2"),
-        ("twist_half_range", MILLI, "twist\nmrad"), ("section_heat", 1.0, "heat\nW"),
-    ))  # fmt: skip
+    unit = torque_unit(record)[1]
     words = "Torque, stress, twist: half ranges. Peak: with the mean. Bound: sum of all orders' "
     words += "amplitudes."
     half = having(record, TORSION + "angle_half_range", "station")
     if half is not None:
         top = int(np.argmax(half.values))
-        words += f" Largest angle: {cell(half, top, MILLI)} mrad ({cell(half, top, DEGREES)} deg) "
+        degrees = cell(half, top, 180.0 / np.pi)
+        words += f" Largest angle: {cell(half, top, MILLI)} mrad ({degrees} deg) "
         words += f"half range, at {labels(half.axes[0])[top]}."
-    return [*lines, *paragraph(words)]
+    torques = ("half_range", "torque"), ("mean", "mean"), ("peak", "peak"), ("bound", "bound")
+    return _table(record, "section", [
+        *(Cells(f"torque_{name}", f"{head}\n{unit}", unit) for name, head in torques),
+        Cells("stress_half_range", "stress\nN/mm^2", "N/mm^2"),
+        Cells("twist_half_range", "twist\nmrad", "mrad"),
+        Cells("section_heat", "heat\nW", "W"),
+    ], words)  # fmt: skip
 
 
 def _orders(result: Result) -> list[str]:
     """The strongest orders in the most loaded section."""
-    record = result.record
-    torque = having(record, TORSION + "torque", "section", "half_order")
-    name = worst_section(record)
-    place = None if name is None else place_of(torque, name)
-    if torque is None or name is None or place is None:
-        return []
-    stress = having(record, TORSION + "stress", "section", "half_order")
-    twist = having(record, TORSION + "twist", "section", "half_order")
-    row = np.asarray(torque.values)[place]
-    chosen = np.sort(np.argsort(-np.abs(row), kind="stable")[:_ORDERS])
-    factor, unit = torque_unit(record)
-    columns = [number("order"), number(f"torque\n{unit}"), number("phase\ndeg"),
-               number("twist\nmrad"), number("twist\ndeg"),
-               number("stress\nN/mm^2")]  # fmt: skip
-    rows = [
-        [order_text(torque.axes[1].values[i]), cell(torque, (place, i), factor),
-         show_phase(complex(row[i]), torque.error_estimate), cell(twist, (place, i), MILLI),
-         cell(twist, (place, i), DEGREES), _stress_of(stress, name, int(i))]
-        for i in chosen
-    ]  # fmt: skip
-    more = f"; the strongest {_ORDERS} of {row.size}" if row.size > _ORDERS else ""
-    words = f"Orders in section {name!r}, 0-to-peak, phase from {first_firing(record)}{more}:"
-    return [*paragraph(words), *table(columns, rows)]
-
-
-def _stress_of(stress: Quantity | None, name: str, order: int) -> str:
-    place = place_of(stress, name)
-    return "" if place is None else cell(stress, (place, order), MEGA)
+    record, unit = result.record, torque_unit(result.record)[1]
+    name, torque = worst_section(record), TORSION + "torque"
+    count = len(names(record, "torque", "half_order"))
+    first = names(record, "excitation/firing_angle", "cylinder")
+    angle = vector(record, "excitation/firing_angle", "cylinder")
+    since = "crank angle zero" if angle is None else (
+        f"the firing of cylinder {first[int(np.argmin(angle))]!r}")  # fmt: skip
+    more = f"; the strongest {_ORDERS} of {count}" if count > _ORDERS else ""
+    of: tuple[tuple[str, str, How], ...] = (
+        (torque, f"torque\n{unit}", unit),
+        (torque, "phase\ndeg", show_phase),
+        (TORSION + "twist", "twist\nmrad", "mrad"),
+        (TORSION + "twist", "twist\ndeg", "deg"),
+        (TORSION + "stress", "stress\nN/mm^2", "N/mm^2"),
+    )
+    columns = [Cells(row_of(path, name), head, how) for path, head, how in of]
+    return rows_of(record, Rows(
+        "half_order", "order", columns, label="{:.4g}", right=True, places=strongest(_ORDERS),
+        above=f"Orders in section {name!r}, 0-to-peak, phase from {since}{more}:",
+    ))[0]  # fmt: skip
 
 
 def _stations(result: Result) -> list[str]:
-    lines = rows_by(result.record, "station", (
-        ("angle_half_range", MILLI, "half range\nmrad"),
-        ("angle_half_range", DEGREES, "half range\ndeg"),
-        ("angle_peak", MILLI, "peak\nmrad"), ("angle_peak", DEGREES, "peak\ndeg"),
-        ("station_heat", 1.0, "heat\nW"),
-    ))  # fmt: skip
-    words = "Angles of the stations against steady rotation, all orders together:"
-    return [*paragraph(words), *lines] if lines else []
+    of = ("half_range", "half range"), ("peak", "peak")
+    return _table(result.record, "station", [
+        *(Cells(f"angle_{name}", f"{words}\n{unit}", unit)
+          for name, words in of for unit in ("mrad", "deg")),
+        Cells("station_heat", "heat\nW", "W"),
+    ], above="Angles of the stations against steady rotation, all orders together:")  # fmt: skip
 
 
 def _dampers(record: Record) -> list[str]:
-    more: list[tuple[Column, Callable[[int], str]]] = []
-    for name, factor, title in (("heat", 1.0, "heat"), ("travel", MILLI, "travel")):
-        top = having(record, f"{TORSION}largest/{name}", "damper")
-        at = vector(record, f"largest/{name}_speed", "damper")
-        if top is not None and at is not None:
-            unit = "W" if name == "heat" else "mrad"
-            head = number(f"largest {title}\nover speeds, {unit}")
-            more += [(head, partial(cell, top, factor=factor)),
-                     (number("at\nrpm"), partial(_turns, at))]  # fmt: skip
-    return rows_by(record, "damper", (
-        ("damper/heat", 1.0, "heat, mean\nW"),
-        ("damper/travel", MILLI, "travel, peak\nmrad"),
-        ("damper/travel", DEGREES, "travel, peak\ndeg"),
-    ), more)  # fmt: skip
+    columns = [
+        Cells("damper/heat", "heat, mean\nW", "W"),
+        Cells("damper/travel", "travel, peak\nmrad", "mrad"),
+        Cells("damper/travel", "travel, peak\ndeg", "deg"),
+    ]
+    for name, unit in (("heat", "W"), ("travel", "mrad")):
+        if not np.any(vector(record, f"largest/{name}", "damper")):
+            continue
+        columns.append(Cells(f"largest/{name}", f"largest {name}\nover speeds, {unit}", unit))
+        columns.append(Cells(f"largest/{name}_speed", "at\nrpm", in_turns))
+    return _table(record, "damper", columns)
 
 
-def _turns(speed: np.ndarray, place: int) -> str:
-    return turns(float(speed[place]))
+_TEETH = ("  stay in contact", "  HAMMER: torque reverses")
 
 
 def _gears(record: Record) -> list[str]:
-    hammers = vector(record, "gear/hammers", "gear")
-    factor, unit = torque_unit(record)
-    teeth = ("  stay in contact", "  HAMMER: torque reverses")
-    more = [] if hammers is None else [
-        (Column("  teeth"), lambda i: teeth[int(hammers[i])])]  # fmt: skip
-    lines = rows_by(record, "gear", (
-        ("gear/mean_torque", factor, f"mean torque\n{unit}"),
-        ("gear/alternating_torque", factor, f"half range\n{unit}"),
-        ("gear/minimum_torque", factor, f"minimum\n{unit}"),
-    ), more)  # fmt: skip
-    words = "Torque on the first wheel; minimum: in the sense of the mean, negative: teeth part."
-    return [*lines, *paragraph(words)] if lines else []
+    unit = torque_unit(record)[1]
+
+    def teeth(record: Record) -> Quantity | None:
+        found = having(record, TORSION + "gear/hammers", "gear")
+        words = [] if found is None else [_TEETH[int(one)] for one in found.values]
+        return None if found is None else part_of(found, np.array(words), *found.axes)
+
+    of = ("mean", "mean torque"), ("alternating", "half range"), ("minimum", "minimum")
+    return _table(record, "gear", [
+        *(Cells(f"gear/{name}_torque", f"{words}\n{unit}", unit) for name, words in of),
+        Cells(teeth, "  teeth"),
+    ], "Torque on the first wheel; minimum: in the sense of the mean, negative: teeth part."
+    )  # fmt: skip
 
 
 def _balance(result: Result) -> list[str]:
@@ -166,24 +156,21 @@ def _balance(result: Result) -> list[str]:
     torque, power = factor * float(rest.values), record[f"{PowerBalance.ROOT}/rest_power"].values
     does = "takes" if torque >= 0.0 else "has to GIVE"
     words = f"Own shafts. Station '{line.station_names[line.load_station]}' {does} what is left: "
-    words += f"{show(abs(torque), digits=4)} {unit}, {show(1e-3 * abs(float(power)), digits=4)} kW."
+    words += f"{show(abs(torque))} {unit}, {show(1e-3 * abs(float(power)))} kW."
     share = record.quantities.get(f"{PowerBalance.ROOT}/load_share")
     if share is not None and np.isfinite(share.values):
-        words += (
-            f" The loads take {show(100.0 * float(share.values), digits=4)} % of the indicated "
-        )
+        words += f" The loads take {show(100.0 * float(share.values))} % of the indicated "
         words += "power, MORE THAN ALL of it." if share.values > 1.01 else "power."
     columns = [
         Cells(path, f"{name}\n{{unit}}", how)
         for path, name, how in zip(
             paths_of(PowerBalance), ("cylinders", "cylinders", "loads", "loads"),
-            2 * (unit.replace(" ", "*"), "kW"), strict=False,
+            2 * (unit, "kW"), strict=False,
         )
     ]  # fmt: skip
-    rows = Rows(
-        "station", "mean torque and power, of each", columns, digits=4, places=_not_zero, merge=True
-    )
-    return [*rows_of(record, rows)[0], *paragraph(words)]
+    title = "mean torque and power, of each"
+    rows = Rows("station", title, columns, places=_not_zero, merge=True, note=words)
+    return rows_of(record, rows)[0]
 
 
 def _not_zero(found: Found) -> np.ndarray:
@@ -201,82 +188,54 @@ _NAMED = 8
 
 def torsion_speeds(result: Result) -> Section | None:
     """The section, None without a range of speeds."""
-    lines = _worst(result)
-    masked = _masked(result)
-    lines += ["", *masked] if lines and masked else masked
-    if not lines:
-        return None
-    return Section(
-        f"Vibration over the speed range, {range_words(result)}",
-        lines,
-        frozenset(),
-        "peaks over the speed",
-        Detail(result, _peaks),
-    )
+    title = f"Vibration over the speed range, {range_words(result)}"
+    details = {"peaks over the speed": [_peaks]}
+    return titled(result, title, _worst(result), _masked(result), details=details)
 
 
 def _worst(result: Result) -> list[str]:
     """The largest half ranges of each section over the speeds, and those without dampers."""
-    record, names = result.record, mode_names(result)
-    factor, unit = torque_unit(record)
-    speed, mode, order = (
-        vector(record, f"largest/{name}", "section") for name in ("speed", "mode", "half_order")
-    )
-    more = [] if speed is None else [(number("at\nrpm"), lambda i: turns(float(speed[i])))]
-    if mode is not None and order is not None:
-        more.append((Column("mode, order"), lambda i: meeting(names, mode[i], order[i])))
-    lines = rows_by(record, "section", (
-        ("largest/torque_half_range", factor, f"torque\n{unit}"),
-        ("largest/stress_half_range", MEGA, "stress\nN/mm^2"),
-        ("largest/twist_half_range", MILLI, "twist\nmrad"),
-        ("bare/largest/torque_half_range", factor, f"no dampers\n{unit}"),
-        ("reduction", 1.0, "ratio"),
-    ), more)  # fmt: skip
-    words = "Largest half ranges; no mode and order: at an end of the range, or of several orders."
-    return [*lines, *paragraph(words)] if lines else []
+    unit = torque_unit(result.record)[1]
+    return _table(result.record, "section", [
+        Cells("largest/torque_half_range", f"torque\n{unit}", unit),
+        Cells("largest/stress_half_range", "stress\nN/mm^2", "N/mm^2"),
+        Cells("largest/twist_half_range", "twist\nmrad", "mrad"),
+        Cells("bare/largest/torque_half_range", f"no dampers\n{unit}", unit),
+        Cells("reduction", "ratio"),
+        Cells("largest/speed", "at\nrpm", in_turns),
+        Cells(meetings(result, f"{TORSION}largest"), "mode, order"),
+    ], "Largest half ranges; no mode and order: at an end of the range, or of several orders."
+    )  # fmt: skip
 
 
 def _peaks(result: Result) -> list[str]:
-    unit, names = torque_unit(result.record)[1].replace(" ", "*"), mode_names(result)
-    stem = f"{TORSION}peak"
-
-    def met(record: Record) -> Quantity | None:
-        mode, order = (record.quantities.get(f"{stem}/{one}") for one in ("mode", "half_order"))
-        if mode is None or order is None:
-            return None
-        both = zip(mode.values, order.values, strict=True)
-        return part_of(mode, np.array([meeting(names, *one) for one in both]), *mode.axes)
-
+    unit, stem = torque_unit(result.record)[1], f"{TORSION}peak"
     columns = (
         Cells(f"{stem}/speed", "{unit}", "rpm"),
         Cells(f"{stem}/torque_half_range", "torque\n{unit}", unit),
         Cells(named_at(f"{stem}/section", f"{TORSION}torque_half_range"), "in section"),
-        Cells(met, "mode, order"),
+        Cells(meetings(result, stem), "mode, order"),
     )
-    lines, _ = rows_of(result.record, Rows("peak", "", columns, digits=4, places=_strongest))
     words = (
         "Peaks over the speed of the section with most torque and, where it is another, of the "
         f"most stressed one, the highest {_MOST}; mode and order: of the nearest critical whose "
         "order peaks there:"
     )
-    return [*paragraph(words), *lines] if lines else []
-
-
-def _strongest(found: Found) -> np.ndarray:
-    return np.sort(np.argsort(-found[1].values, kind="stable")[:_MOST])
+    return rows_of(result.record, Rows("peak", "", columns, places=strongest(_MOST, 1),
+                                       above=words))[0]  # fmt: skip
 
 
 def _masked(result: Result) -> list[str]:
-    record, names = result.record, mode_names(result)
-    low, high = (vector(record, f"masked/{end}", "masked") for end in ("from", "to"))
+    record, known = result.record, mode_names(result)
+    low, high, mode, order = (
+        vector(record, f"masked/{name}", "masked") for name in ("from", "to", "mode", "half_order")
+    )
     if low is None or high is None:
         return []
-    mode, order = (vector(record, f"masked/{name}", "masked") for name in ("mode", "half_order"))
     words = []
-    for i, (start, stop) in enumerate(zip(low, high, strict=True)):
-        met = "" if mode is None or order is None else meeting(names, mode[i], order[i])
-        ends = turns(start) if turns(start) == turns(stop) else f"{turns(start)} to {turns(stop)}"
-        words.append(f"{ends} rpm" + (f" ({met})" if met else ""))
+    for i, (start, stop) in enumerate(zip(map(turns, low), map(turns, high), strict=True)):
+        met = "" if mode is None or order is None else meeting(known, mode[i], order[i])
+        words.append(f"{start}{f' to {stop}' * (start != stop)} rpm{f' ({met})' * bool(met)}")
     more = len(words) - _NAMED
-    listed = words[:_NAMED] + ([f"{more} more ranges"] if more > 0 else [])
+    listed = words[:_NAMED] + [f"{more} more ranges"] * (more > 0)
     return paragraph(f"Nothing damps the line at {joined(listed)}: vibration is unbounded there.")
