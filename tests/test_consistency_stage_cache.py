@@ -14,14 +14,14 @@ from long_but import long_but
 from shipped_cases import CASES
 
 from vibecalc.core.case.load import validate
-from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text
+from vibecalc.core.case.raw import NOT_COMPUTED, case_at
 from vibecalc.core.case.walk import Shape, keys_of, shape_at
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.plan import plan_case
 from vibecalc.core.run.run import StageCache, check_again, run_case
 from vibecalc.core.study.execute import load_checked
-from vibecalc.errors import CaseError, KeyPath, NumericalFailure
+from vibecalc.errors import CaseError, KeyPath, NumericalFailure, dotted
 from vibecalc.schema import Case
 
 #: long studies made short: what they read stays the same
@@ -180,7 +180,7 @@ def overlooked(name: str, draw: random.Random | None = None, count: int = 0) -> 
     for path, values in every:
         for value in values:
             try:
-                case = validate(case_at(tables, {key_text(path): value}))
+                case = validate(case_at(tables, {dotted(path): value}))
             except CaseError:
                 continue
             if check_again(case, cache):
