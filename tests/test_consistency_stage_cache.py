@@ -228,24 +228,6 @@ def test_no_change_of_some_keys_is_overlooked(name: str) -> None:
     assert ran == 10 and used > 2
 
 
-@pytest.mark.long
-def test_speeds_of_a_shaft_line_are_those_of_each_point() -> None:
-    """The keys whose first value once served all points."""
-    place, path = "response.torsion.speeds", "response/torsion/speeds/torque_half_range"
-    first = {f"{place}.from": 50.0, f"{place}.to": 100.0, f"{place}.points": 3}
-    first["response.torsion.orders.count"] = 6
-    cache, axes = StageCache(), set()
-    for change in ({}, {"from": 60.0}, {"to": 110.0}, {"points": 4}):
-        settings = first | {f"{place}.{key}": value for key, value in change.items()}
-        case = validate(case_at(resolved("engine_damped"), settings))
-        found = run_case(case, wanted=frozenset({path}), cache=cache)[path]
-        plain = run_case(case, wanted=frozenset({path}))[path]
-        assert found.values.tobytes() == plain.values.tobytes()
-        assert found.axes[1].values.tobytes() == plain.axes[1].values.tobytes()
-        axes.add(found.axes[1].values.tobytes())
-    assert cache.ran == {"torsion": 1, "torsion_speeds": 4} and len(axes) == 4
-
-
 def test_a_negative_zero_is_another_number() -> None:
     cache = StageCache()
     for offset in (0.0, -0.0):

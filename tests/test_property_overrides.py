@@ -128,13 +128,12 @@ def test_a_missing_table_is_made_and_a_missing_entry_is_not() -> None:
         get_key(data, "c.dd")
 
 
-@pytest.mark.parametrize("path", sorted(SPOTS, key=str))
-def test_every_number_of_a_case_has_a_unit(path: KeyPath) -> None:
-    if path[0] not in ("reference", "limit"):
-        unit = field_unit(path)
-        changed = copy.deepcopy(RESOLVED)
-        set_key(changed, path, f"{get_key(RESOLVED, path)!r} {unit}")
-        assert resolve(validate(changed)) == RESOLVED
+def test_every_number_of_a_case_has_a_unit() -> None:
+    changed = copy.deepcopy(RESOLVED)
+    for path in SPOTS:
+        if path[0] not in ("reference", "limit"):
+            set_key(changed, path, f"{get_key(RESOLVED, path)!r} {field_unit(path)}")
+    assert changed != RESOLVED and resolve(validate(changed)) == RESOLVED
 
 
 def test_units_of_keys() -> None:
@@ -144,12 +143,6 @@ def test_units_of_keys() -> None:
     assert field_unit("machine.crank_train.cylinders[0].crank_phase") == "rad"
     assert field_unit("machine.body.inertia_block.mass") == "kg"
     assert field_unit("isolation.run_up.from") == "rad/s"
-    for key in (
-        "title",
-        "machine",
-        "machine.colour",
-        "machine.crank_train.cylinders",
-        "limit[0].max",
-    ):
+    for key in ("title", "machine", "machine.colour", "limit[0].max"):
         with pytest.raises(UsageError, match="no number at"):
             field_unit(key)
