@@ -56,7 +56,7 @@ def test_a_name_that_is_nearly_right(tmp_path: Path) -> None:
     message = refusal(tmp_path / "generater.toml")
     assert "does not exist" in message
     assert "did you mean " in message
-    assert "generator.toml?" in message
+    assert "generator.toml'?" in message
 
 
 def test_unreadable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -506,17 +506,15 @@ def help_(
 
         say((carried("docs") / "start.md").read_text(encoding="utf-8"))
         return
-    if command is None:
-        program.get_help()
-        return
     group: Any = program.command
-    named = group.get_command(program, command)
+    named = group if command is None else group.get_command(program, command)
     if named is None:
         from vibecalc.core.results.select import nearest
 
-        near = ", ".join(nearest(command, group.list_commands(program))[:3])
-        raise UsageError(f"no command {command[:40]!r}; there are {near} and others")
-    named.get_help(typer.Context(named, info_name=command, parent=program))
+        near = ", ".join(nearest(str(command), group.list_commands(program))[:3])
+        raise UsageError(f"no command {str(command)[:40]!r}; there are {near} and others")
+    page = typer.Context(named, info_name=command, parent=program) if command else program
+    named.get_help(page)
 
 
 def _load(paths: list[Path], *changes: "Sequence[str] | None") -> "list[LoadedCase]":

@@ -4,6 +4,7 @@ import difflib
 import re
 import tomllib
 from collections.abc import Collection, Iterator, Mapping, MutableMapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from vibecalc.core.case.locate import Overridden
@@ -82,6 +83,14 @@ def nearest(name: str, known: Sequence[str]) -> str:
     lower = {each.lower(): each for each in reversed(known)}
     near = difflib.get_close_matches(name[:80].lower(), lower, n=1, cutoff=0.55)
     return f"did you mean {lower[near[0]]!r}?" if near else ""
+
+
+def similar(path: Path, like: str) -> str:
+    """The same of a file at this place: at a name next to it, of those `like` it."""
+    try:
+        return nearest(path.name, sorted(one.name for one in path.parent.glob(like)))
+    except OSError:
+        return ""
 
 
 def listed(names: list[str]) -> str:
