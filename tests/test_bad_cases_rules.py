@@ -1,6 +1,5 @@
 """Claim: rules are read as written, and all that is wrong with a rules file is said at once."""
 
-import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -57,10 +56,6 @@ def test_defaults_are_filled_in_by_kind() -> None:
     assert completed(silent, "curve").rtol == CURVE_RTOL == 1e-4
     spoken = Rules(default=Rule(rtol=1e-3)).given("a/b")
     assert completed(spoken, "curve").rtol == completed(spoken, "value").rtol == 1e-3
-
-
-def test_an_empty_file_says_nothing(tmp_path: Path) -> None:
-    assert read_rules(write(tmp_path, "")).given("a/b") == Rule(quantity="a/b")
 
 
 def test_a_tolerance_with_a_unit_counts_in_the_unit_of_the_quantity(tmp_path: Path) -> None:
@@ -145,21 +140,3 @@ def test_every_kind_compares_or_says_why_not(kind: str) -> None:
             comparison = compare(one, one, rules)
             assert comparison.same
             assert len(comparison.rows) == (kind != "ignore")
-
-
-def test_a_file_that_is_no_rules_is_refused_as_a_case_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("vibecalc.core.results.text_files._PATIENCE", 0.1)
-    pipe = tmp_path / "pipe.toml"  # to read it would wait for ever
-    os.mkfifo(pipe)
-    for path, words in ((pipe, "is a pipe that nobody writes to"), (tmp_path, "a folder")):
-        with pytest.raises(UsageError, match=words) as error:
-            read_rules(path)
-        assert error.value.exit_code == 2 and str(path) in str(error.value)
-
-
-def test_a_mark_of_utf_8_is_no_part_of_the_rules(tmp_path: Path) -> None:
-    marked = tmp_path / "marked.toml"
-    marked.write_text("[default]\nrtol = 1e-6\n", encoding="utf-8-sig")
-    assert read_rules(marked).default.rtol == 1e-6

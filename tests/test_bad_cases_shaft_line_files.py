@@ -116,21 +116,14 @@ def test_ten_problems_are_eight_and_a_count(tmp_path: Path) -> None:
     assert text.endswith("and 2 more")
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ("# a name", "begin"),
-        (" wheel", "begin"),
-        ("wheel ", "begin"),
-    ],
-)
-def test_a_name_that_no_file_gives_back(change: str, words: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("change", ["# a name", " wheel"])
+def test_a_name_that_no_file_gives_back(change: str, tmp_path: Path) -> None:
     text = (
         f'stations = [{{ name = "{change}", inertia = 1.0, cylinders = ["1", "2"] }}, '
         '{ name = "b", inertia = 2.0 }]\nshafts = [{ stiffness = 1e5 }]\n'
     )
     (tmp_path / "case.toml").write_text(HEAD + text)
-    with pytest.raises(UsageError, match=words):
+    with pytest.raises(UsageError, match="begin"):
         export_shaft_line(load_case(tmp_path / "case.toml"), tmp_path)
     assert not re.findall(r"\.csv", str(list(tmp_path.iterdir())))
 
@@ -171,7 +164,7 @@ def test_nonsense_is_read_or_refused(tmp_path: Path) -> None:
     """In one place or two; nothing else is raised."""
     draw = np.random.default_rng(7)
     refused = 0
-    for _ in range(300):
+    for _ in range(100):
         file = json.loads(ASSEMBLY)
         for _ in range(int(draw.integers(1, 3))):
             there = places(file)
@@ -181,14 +174,14 @@ def test_nonsense_is_read_or_refused(tmp_path: Path) -> None:
             else:
                 holder[key] = NONSENSE[int(draw.integers(len(NONSENSE)))]
         refused += bool(of_assembly(json.dumps(file).encode(), tmp_path))
-    assert 150 < refused < 300
+    assert 50 < refused < 100
 
 
 def test_nonsense_in_csv_files_is_read_or_refused(tmp_path: Path) -> None:
     draw = np.random.default_rng(8)
     cells = ["", ";", ",", '"', "#", "\n", "1e999", "-", "sep=;", "[", "(", "a", "0", "\t", "é"]
     found = []
-    for _ in range(80):
+    for _ in range(40):
         files = dict(FILES)
         name = list(files)[int(draw.integers(3))]
         text = files[name]
@@ -197,4 +190,4 @@ def test_nonsense_in_csv_files_is_read_or_refused(tmp_path: Path) -> None:
         files[name] = text[:at] + put + text[at + int(draw.integers(2)) :]
         found.append(refusal(tmp_path, "case", HEAD + LISTS, **files))
     assert "" in found
-    assert sum(map(bool, found)) > 20
+    assert sum(map(bool, found)) > 10

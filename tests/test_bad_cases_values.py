@@ -19,11 +19,11 @@ from test_property_fuzz import check_broken_starters
 
 from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import load_case, resolve, validate
-from vibecalc.core.case.raw import get_key, key_text, set_key
+from vibecalc.core.case.raw import get_key, set_key
 from vibecalc.core.case.walk import shape_at
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.core.run.run import StageCache, check_again
-from vibecalc.errors import CaseError, KeyPath
+from vibecalc.errors import CaseError, KeyPath, dotted
 
 ROLLERS = {"mass": "80 g", "distance": "92 mm", "diameter": "15 mm"}
 START_UP = {
@@ -126,7 +126,7 @@ def test_no_value_but_a_good_one_is_taken(name: str, bad: Any) -> None:
         with pytest.raises(CaseError) as caught:
             validate(data)
         reported = [problem.path for problem in caught.value.problems]
-        assert any(path[: len(one)] == one for one in reported), (key_text(path), reported)
+        assert any(path[: len(one)] == one for one in reported), (dotted(path), reported)
 
 
 @pytest.mark.parametrize("name", WHOLE)

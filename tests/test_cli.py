@@ -285,25 +285,13 @@ def test_a_schema_is_written_next_to_cases_and_in_the_place_of_an_earlier_one(
     assert outcome.code == 2 and "needs -o" in outcome.err
 
 
-#: starter cases whose run takes seconds
-SLOW_STARTERS = ("impact", "mount_design", "switching")
 QUICK_STARTERS = ("rigid_body", "balance", "plate")
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("scene", SLOW_STARTERS)
-def test_slow_starter_cases_run(scene: str, tmp_path: Path) -> None:
-    path = tmp_path / f"{scene}.toml"
-    assert command("new", scene, "-o", str(path)).code == 0
-    outcome = command("run", str(path), "-q", cap=120)
-    assert outcome.code == 0, outcome.err
 
 
 @pytest.mark.parametrize(
     "running", [QUICK_STARTERS, pytest.param((), marks=pytest.mark.long)], ids=["quick", "all"]
 )
 def test_starter_cases_pass_check_and_run(running: tuple[str, ...], tmp_path: Path) -> None:
-    """All that are not slow run in the long tests."""
     listed = command("new", "list").out.split("\n")
     scenes = [line.split()[0] for line in listed if line.strip()]
     assert {"generator", "rigid_body"} <= set(scenes)
@@ -311,7 +299,7 @@ def test_starter_cases_pass_check_and_run(running: tuple[str, ...], tmp_path: Pa
         path = tmp_path / f"{scene}.toml"
         assert command("new", scene, "-o", str(path)).code == 0
         assert command("check", str(path)).code == 0
-        if scene not in running if running else scene in SLOW_STARTERS:
+        if running and scene not in running:
             continue
         outcome = command("run", str(path), "-q", cap=120)
         assert outcome.code == 0, (scene, outcome.err)

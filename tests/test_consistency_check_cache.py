@@ -2,25 +2,21 @@
 
 import random
 import re
-import tomllib
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
-from shipped_cases import CASES, ROOT
+from shipped_cases import CASES
 from test_consistency_stage_cache import leaves
 
 from vibecalc.core.case.load import load_case, validate
-from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text
+from vibecalc.core.case.raw import NOT_COMPUTED, case_at
 from vibecalc.core.run import machine_checks
 from vibecalc.core.run.machine_checks import OF_PARTS, check_machine
 from vibecalc.core.run.run import StageCache, check_again
 from vibecalc.core.run.stage import subjects
-from vibecalc.errors import CaseError
-from vibecalc.schema import Case
-
-BAD = sorted((ROOT / "tests" / "bad_cases").glob("*.toml"))
+from vibecalc.errors import CaseError, dotted
 
 
 @cache
@@ -52,25 +48,6 @@ def test_all_checks_take_part() -> None:
     assert offers >= WITHIN
 
 
-def read_bad(path: Path) -> Case | None:
-    try:
-        return validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except (CaseError, ValueError):
-        return None  # refused before its physics is examined
-
-
-def test_bad_cases_have_the_same_problems() -> None:
-    cache, refused = StageCache(), 0
-    for _ in range(2):
-        for path in BAD:
-            case = read_bad(path)
-            if case is not None:
-                problems = check_machine(case)
-                refused += bool(problems)
-                assert check_again(case, cache) == problems, path
-    assert refused >= 20
-
-
 @pytest.mark.parametrize(
     "name",
     [
@@ -91,7 +68,7 @@ def test_changed_numbers_have_the_same_problems(name: str) -> None:
             value = value[part]
         for factor in (1.1, 0.0, -1.0, 1e-30, 1e30, 1e3):
             try:
-                case = validate(case_at(tables, {key_text(path): factor * value}))
+                case = validate(case_at(tables, {dotted(path): factor * value}))
             except CaseError:
                 continue
             problems = check_machine(case)

@@ -19,7 +19,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 from shipped_cases import CASES, table_of
 
-from vibecalc.cli.editors import schema_name, with_directive, write_schema
+from vibecalc.cli.editors import schema_name, schema_text, with_directive, write_schema
 from vibecalc.cli.starters import scenes, starter
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import EACH, Data, get_key
@@ -177,10 +177,9 @@ def descriptions(
 
 def test_hovers_end_with_unit_bounds_and_default() -> None:
     train = schema_of("")["$defs"]["CrankTrain"]["properties"]
-    assert train["crank_radius"]["description"] == (
-        "half the stroke; a length > 0 m, e.g. '0.2 m' or '200 mm'"
-    )
-    assert train["wrist_pin_offset"]["description"].endswith("'200 mm'; default 0 m")
+    assert train["crank_radius"]["description"] == ("half the stroke; a length > 0 m")
+    assert schema_of("")["$defs"]["Text_m"]["examples"] == ["0.2 m", "200 mm"]
+    assert train["wrist_pin_offset"]["description"].endswith("; a length; default 0 m")
     assert train["axis"]["description"].endswith("one of 'x', 'y', 'z'; default \"x\"")
     numbers = 0
     for key, field, text in descriptions(Case, (), set()):
@@ -188,8 +187,14 @@ def test_hovers_end_with_unit_bounds_and_default() -> None:
         assert text.startswith(str(field.description)), key
         if shape.kind == "number":
             numbers += 1
-            assert f"; {noun(shape)}" in text, key
+            assert f"; {noun(shape).removesuffix(' without unit')}" in text, key
     assert numbers > 150
+
+
+def test_a_schema_is_small() -> None:
+    sizes = {kind: len(schema_text(kind).encode()) for kind in KINDS}
+    assert max(size for kind, size in sizes.items() if kind != "engine") < 150_000
+    assert sizes["engine"] < 210_000
 
 
 def taken(judge: "TypeAdapter[Any]", value: object) -> bool:

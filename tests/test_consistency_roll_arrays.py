@@ -14,7 +14,7 @@ from shipped_cases import CASES
 from sweep_blocks import quantities
 
 from vibecalc.core.case.load import LoadedCase, load_case, resolve, validate
-from vibecalc.core.case.raw import NOT_COMPUTED, get_key, key_text, parse_key, set_key
+from vibecalc.core.case.raw import NOT_COMPUTED, get_key, parse_key, set_key
 from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import DONE, FAILED
 from vibecalc.core.run.plan import planned_quantities
@@ -23,6 +23,7 @@ from vibecalc.core.study.sweep.at_once import pattern, unsupported
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.evaluate import Evaluator
+from vibecalc.errors import dotted
 from vibecalc.roll.stage import ROLL_KEYS, TOGETHER
 
 LEVEL = "response/roll/level/shell_acceleration"
@@ -154,7 +155,7 @@ def test_each_key_alone(name: str, step: int) -> None:
         if key in before and key[-1] != "rod_length":
             continue
         value = get_key(machine(name).resolved, key)
-        axis = {"key": key_text(key), "values": [value, value * 1.03 if value else 1e-3]}
+        axis = {"key": dotted(key), "values": [value, value * 1.03 if value else 1e-3]}
         # where mounts come and go, and where friction turns at moving dead centres, points are
         # left to single runs
         held = key[-2] == "shell" and not value
@@ -168,7 +169,7 @@ def test_all_keys_at_once_and_every_result(name: str) -> None:
     for key in known_keys(name):
         value = get_key(machine(name).resolved, key)
         if value and (name == "free" or key[-1] not in GEOMETRY):
-            axes.append({"key": key_text(key), "from": 0.98 * value, "to": 1.02 * value})
+            axes.append({"key": dotted(key), "from": 0.98 * value, "to": 1.02 * value})
     points = design(name, axes, sampling="latin_hypercube", points=3)
     same(name, points, known_paths(name))
 

@@ -13,6 +13,7 @@ import numpy as np
 import opentorsion as ot
 import pytest
 from fuzzing import command
+from long_but import long_but
 from scipy.linalg import eigh
 
 from vibecalc.core.case.load import LoadedCase, load_case
@@ -154,7 +155,7 @@ def with_files(case: LoadedCase, folder: Path) -> LoadedCase:
     return load_case(again, changes)
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", long_but(SHIPPED, *SHIPPED[::3]))
 def test_csv_files_of_shipped_cases_give_them_back(name: str, tmp_path: Path) -> None:
     case = load_case(CASES / f"{name}.toml")
     assert with_files(case, tmp_path).resolved == case.resolved
@@ -212,7 +213,7 @@ def held(case: LoadedCase, folder: Path) -> None:
     assert frequencies(load_case(back)) == pytest.approx(found, rel=1e-13)
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", long_but(SHIPPED, *SHIPPED[1::3]))
 def test_an_assembly_of_shipped_cases_has_their_frequencies(name: str, tmp_path: Path) -> None:
     case = load_case(CASES / f"{name}.toml")
     if any(damper.kind == "pendulum" for damper in case.case.machine.shaft_line.dampers):
@@ -270,7 +271,7 @@ def random_line(draw: np.random.Generator) -> str:
     return "".join(f"{key} = [\n{','.join(rows)}\n]\n" for key, rows in lists.items() if rows)
 
 
-@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize("seed", long_but(range(25), *range(8)))
 def test_random_trees_come_back(seed: int, tmp_path: Path) -> None:
     case = loaded(tmp_path, random_line(np.random.default_rng(seed)))
     held(case, tmp_path)

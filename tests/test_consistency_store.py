@@ -67,12 +67,6 @@ def test_xarray_reads_values_and_coordinates(written: Path) -> None:
     tree.close()
 
 
-def test_xarray_reads_one_group_with_its_coordinates(written: Path) -> None:
-    with xarray.open_dataset(written, engine="h5netcdf", group="isolation/support_force") as group:
-        assert set(group.coords) == {"mount", "direction", "order"}
-        assert np.array_equal(group["mount"].values, MOUNT.values)
-
-
 def test_xarray_reads_one_stage(written: Path) -> None:
     with xarray.open_dataset(written, engine="h5netcdf", group="isolation") as stage:
         assert set(stage.data_vars) == {"run_up", "lever"}

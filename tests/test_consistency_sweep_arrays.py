@@ -16,7 +16,7 @@ from shipped_cases import CASES
 from sweep_blocks import quantities
 
 from vibecalc.core.case.load import LoadedCase, load_case
-from vibecalc.core.case.raw import get_key, key_text, parse_key
+from vibecalc.core.case.raw import get_key, parse_key
 from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import DONE, FAILED, REFUSED
 from vibecalc.core.run.columns import PointsScene
@@ -30,7 +30,7 @@ from vibecalc.core.study.sweep.checks import UNSHARED_AXES
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.evaluate import Evaluator, Quantities
 from vibecalc.core.study.sweep.prepare import choose
-from vibecalc.errors import KeyPath
+from vibecalc.errors import KeyPath, dotted
 from vibecalc.isolation.adapters import body
 
 PEAK = "isolation/support_force/steady_peak"
@@ -82,7 +82,7 @@ def scattered(name: str, keys: tuple[KeyPath, ...], points: int, share: float) -
     for key in keys:
         value = get_key(machine(name).resolved, key)
         reach = share * abs(value) or 1e-3
-        axes.append({"key": key_text(key), "from": value - reach, "to": value + reach})
+        axes.append({"key": dotted(key), "from": value - reach, "to": value + reach})
     return design_of(name, axes, sampling="latin_hypercube", points=points)
 
 
@@ -139,7 +139,7 @@ def test_each_key_alone(name: str, step: int) -> None:
             continue  # the truncated series has none, which the next test examines
         value = get_key(machine(name).resolved, key)
         # what the checks refuse is refused at all its points
-        axis = {"key": key_text(key), "values": [value, value * 1.001 if value else 1e-4]}
+        axis = {"key": dotted(key), "values": [value, value * 1.001 if value else 1e-4]}
         assert_equal(name, design_of(name, [axis]), known_paths(name), fewest=0)
 
 
@@ -265,7 +265,7 @@ def test_random_sweeps_of_shipped_cases(name: str) -> None:
         for key in draw.sample(keys, min(len(keys), 3)):
             value = get_key(loaded.resolved, key)
             reach = abs(value) * draw.choice([1e-3, 0.1, 0.5, 2.0]) or 0.1
-            axes.append({"key": key_text(key), "from": value - reach, "to": value + reach})
+            axes.append({"key": dotted(key), "from": value - reach, "to": value + reach})
         if unsupported(case, [parse_key(axis["key"]) for axis in axes], some) is not None:
             continue  # each key by itself, but not these together
         together, alone = both_ways(loaded, axes, some, sampling="latin_hypercube", points=5)

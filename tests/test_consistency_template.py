@@ -296,7 +296,6 @@ def test_hash_follows_values_and_not_comments(tmp_path: Path) -> None:
 )
 def test_json_schema_and_schema_refuse_the_same(key: str, value: Any) -> None:
     data = tomllib.loads(starter("generator"))
-    assert JUDGE.is_valid(data)
     set_key(data, key, value)
     assert get_key(data, key) == value
     with pytest.raises(CaseError):

@@ -40,23 +40,9 @@ def test_table_equals_pint(unit: str) -> None:
 
 @pytest.mark.parametrize(
     ("unit", "si"),
-    [
-        ("ft", "m"),
-        ("lb", "kg"),
-        ("lbf", "N"),
-        ("lbf/in", "N/m"),
-        ("lbf*s/in", "N*s/m"),
-        ("lbf*s^2/in", "kg"),
-        ("lbf*in*s^2", "kg*m^2"),
-        ("N*mm", "N*m"),
-        ("oz*in", "kg*m"),
-        ("g*mm", "kg*m"),
-        ("slug", "kg"),
-        ("turn/min", "rad/s"),
-        ("deg/ms", "rad/s"),
-        ("gravity", "m/s^2"),
-    ],
-)
+    [("ft", "m"), ("N*mm", "N*m"), ("oz*in", "kg*m"), ("slug", "kg"), ("turn/min", "rad/s"),
+     ("deg/ms", "rad/s"), ("gravity", "m/s^2")],
+)  # fmt: skip
 def test_the_rest_equals_pint(unit: str, si: str) -> None:
     factor = pint_factor(unit, si)
     assert abs(convert(1.0, unit, si) - factor) <= 8 * EPS * factor
@@ -81,13 +67,6 @@ def test_products_of_the_table_equal_pint_without_it(
     assert abs(convert(1.0, unit, si) - factor) <= 8 * EPS * factor
 
 
-def test_hertz_counts_turns_in_both_routes() -> None:
-    by_table = convert(1.0, "Hz", "rad/s")
-    by_pint = convert(1.0, "kHz", "rad/s") / 1000.0
-    assert abs(by_table - 6.283185307179586) <= 2 * EPS * by_table
-    assert abs(by_pint - by_table) <= 4 * EPS * by_table
-
-
 def test_the_table_is_read_without_pint() -> None:
     code = (
         "import sys; from vibecalc.units import TABLE, convert, parse_quantity\n"
@@ -107,6 +86,9 @@ def test_degrees_celsius_have_a_zero_of_their_own() -> None:
     for read in (lambda: convert(20.0, "degC", "K"), lambda: parse_quantity("20 degC", "m")):
         with pytest.raises(UnitError, match="zero of its own"):
             read()
+    with pytest.raises(UnitError, match="zero of its own"):
+        parse_quantity("20 degC", "K", difference=True)
+    assert parse_quantity("20 K", "K", difference=True) == 20.0
 
 
 @cache
@@ -167,9 +149,3 @@ def test_a_number_is_called_what_its_key_says(part: str) -> None:
         if part in key and shape.unit == units.get(part, shape.unit) and shape.unit
     ]  # fmt: skip
     assert found and {words(one).startswith(CALLED[part]) for one in found} == {True}
-
-
-def test_a_rise_of_temperature_has_no_zero_of_its_own() -> None:
-    with pytest.raises(UnitError, match="zero of its own"):
-        parse_quantity("20 degC", "K", difference=True)
-    assert parse_quantity("20 K", "K", difference=True) == 20.0

@@ -42,7 +42,8 @@ def test_each_case_reads_in_a_folder_of_its_own(tmp_path: Path) -> None:
         seen.add(others)
         assert command("new", "--example", name, "-o", f"{len(seen)}").code == 0
         copied = tmp_path / f"{len(seen)}" / f"{name}.toml"
-        assert load_case(copied).sha256 == load_case(ROOT / "cases" / f"{name}.toml").sha256, name
+        assert copied.read_bytes() == (ROOT / "cases" / f"{name}.toml").read_bytes()
+        assert load_case(copied).text, name
     assert len(seen) > 10
 
 

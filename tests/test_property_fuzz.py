@@ -91,13 +91,6 @@ def test_mutations_through_check(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.timeout(280)
-def test_mutations_through_run(tmp_path: Path) -> None:
-    codes = run_many(3, tmp_path / "mutated.toml", seed=SEED + 4)
-    assert codes == {0: 3}
-
-
-@pytest.mark.long
 @pytest.mark.timeout(14000)
 @pytest.mark.parametrize("part", range(20))
 def test_hundred_thousand_mutations(part: int, tmp_path: Path) -> None:

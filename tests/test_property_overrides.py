@@ -15,12 +15,11 @@ from vibecalc.core.case.raw import (
     apply_overrides,
     field_unit,
     get_key,
-    key_text,
     parse_key,
     parse_override,
     set_key,
 )
-from vibecalc.errors import KeyPath, UsageError
+from vibecalc.errors import KeyPath, UsageError, dotted
 
 GENERATOR = Path(__file__).parent.parent / "cases" / "generator.toml"
 words = st.from_regex(r"[A-Za-z0-9_-]{1,8}", fullmatch=True)
@@ -32,7 +31,7 @@ paths = st.builds(
 @settings(max_examples=30)
 @given(paths)
 def test_keys_are_read_as_they_are_written(path: KeyPath) -> None:
-    assert parse_key(key_text(path)) == path
+    assert parse_key(dotted(path)) == path
 
 
 @given(st.text(max_size=40))
@@ -41,7 +40,7 @@ def test_any_key_is_a_path_or_a_usage_error(text: str) -> None:
         path = parse_key(text)
     except UsageError:
         return
-    assert key_text(path) == text
+    assert dotted(path) == text
 
 
 @given(
@@ -102,8 +101,8 @@ SPOTS = spots(RESOLVED)
 @given(st.sampled_from(SPOTS), st.floats(0.001, 1000.0))
 def test_only_the_named_key_changes(path: KeyPath, value: float) -> None:
     changed = copy.deepcopy(RESOLVED)
-    apply_overrides(changed, [f"{key_text(path)}={value!r}"])
-    assert get_key(changed, key_text(path)) == value
+    apply_overrides(changed, [f"{dotted(path)}={value!r}"])
+    assert get_key(changed, dotted(path)) == value
     set_key(changed, path, get_key(RESOLVED, path))
     assert changed == RESOLVED
 
@@ -129,13 +128,12 @@ def test_a_missing_table_is_made_and_a_missing_entry_is_not() -> None:
         get_key(data, "c.dd")
 
 
-@pytest.mark.parametrize("path", sorted(SPOTS, key=str))
-def test_every_number_of_a_case_has_a_unit(path: KeyPath) -> None:
-    if path[0] not in ("reference", "limit"):
-        unit = field_unit(path)
-        changed = copy.deepcopy(RESOLVED)
-        set_key(changed, path, f"{get_key(RESOLVED, path)!r} {unit}")
-        assert resolve(validate(changed)) == RESOLVED
+def test_every_number_of_a_case_has_a_unit() -> None:
+    changed = copy.deepcopy(RESOLVED)
+    for path in SPOTS:
+        if path[0] not in ("reference", "limit"):
+            set_key(changed, path, f"{get_key(RESOLVED, path)!r} {field_unit(path)}")
+    assert changed != RESOLVED and resolve(validate(changed)) == RESOLVED
 
 
 def test_units_of_keys() -> None:
@@ -145,12 +143,6 @@ def test_units_of_keys() -> None:
     assert field_unit("machine.crank_train.cylinders[0].crank_phase") == "rad"
     assert field_unit("machine.body.inertia_block.mass") == "kg"
     assert field_unit("isolation.run_up.from") == "rad/s"
-    for key in (
-        "title",
-        "machine",
-        "machine.colour",
-        "machine.crank_train.cylinders",
-        "limit[0].max",
-    ):
+    for key in ("title", "machine", "machine.colour", "limit[0].max"):
         with pytest.raises(UsageError, match="no number at"):
             field_unit(key)

@@ -79,12 +79,6 @@ def test_what_rounds_to_the_printed_value_is_within(
     assert judged(digits * step + outside * step, {"value": printed}).within is False
 
 
-def test_the_edge_of_the_tolerance_is_inside() -> None:
-    assert judged(93.5, {"value": "93 N"}).within is True
-    assert judged(0.0795, {"value": "0.079"}, "").within is True
-    assert judged(np.nextafter(93.5, 94.0) + 1e-10, {"value": "93 N"}).within is False
-
-
 def test_units_convert_before_comparison() -> None:
     row = judged(0.00211739, {"value": "2.1 mm"}, "m")
     assert (row.unit, row.within) == ("mm", True)
@@ -123,12 +117,6 @@ def test_a_miss_is_counted_with_its_numbers() -> None:
     assert len(found) == 1
     for word in (PATH, "93 N", "98", "0.5", "a table"):
         assert word in found[0]
-
-
-def test_a_difference_to_zero_is_undefined() -> None:
-    row = judged(0.2, {"value": "0 N"})
-    assert row.relative_difference is None
-    assert row.within is True
 
 
 def test_an_infinite_result_is_outside() -> None:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sample_results import DIRECTION, MOUNT, ORDER, SPEED, quantity
 
 from vibecalc.core.results.record import Axis, Quantity
-from vibecalc.core.results.select import curving, scalar, select, worst
+from vibecalc.core.results.select import scalar, select, worst
 from vibecalc.errors import ResultError
 
 FORCE = quantity("isolation/force", (MOUNT, DIRECTION, ORDER), is_complex=True)
@@ -124,8 +124,8 @@ def test_between_two_speeds_a_curve_is_a_straight_line_with_its_error(
     assert found == pytest.approx(np.interp(wanted, at, np.sin(at)), abs=3e-9)
     off = abs(found - np.sin(wanted))
     # the next terms of the polynomial, and how close a speed is that of a sample
-    assert off <= curving(curve, where) + 0.05 * step**4 + 5e-8
-    assert curving(curve, where) <= 0.13 * step**2 + 1e-14
+    assert off <= select(curve, where).curving + 0.05 * step**4 + 5e-8
+    assert select(curve, where).curving <= 0.13 * step**2 + 1e-14
     assert worst(curve, where, "max") == (found, f"speed={wanted:.9g} rad/s") or off == 0.0
 
 
@@ -136,12 +136,14 @@ def test_between_speeds_of_some_sections_with_gaps_and_whole_numbers() -> None:
                    values=np.array([at, 2.0 * at, at**2]))  # fmt: skip
     assert np.array_equal(select(rows, {"speed": 25.0}).values, [25.0, 50.0, 650.0])
     assert scalar(rows, {"speed": "25 rad/s", "mount": 3}) == 650.0
-    assert curving(rows, {"speed": 25.0, "mount": 3}) == pytest.approx(25.0)
-    assert curving(rows, {"speed": 25.0, "mount": "left front"}) == pytest.approx(0.0, abs=1e-12)
-    assert curving(rows, {"speed": 20.0}) == 0.0
+    assert select(rows, {"speed": 25.0, "mount": 3}).curving == pytest.approx(25.0)
+    assert select(rows, {"speed": 25.0, "mount": "left front"}).curving == pytest.approx(
+        0.0, abs=1e-12
+    )
+    assert select(rows, {"speed": 20.0}).curving == 0.0
     endless = sampled(np.array([1.0, np.inf, 3.0, 4.0]), at)
     assert scalar(endless, {"speed": 12.0}) == np.inf
-    assert scalar(endless, {"speed": 35.0}) == 3.5 == curving(endless, {"speed": 35.0})
+    assert scalar(endless, {"speed": 35.0}) == 3.5 == select(endless, {"speed": 35.0}).curving
     with pytest.raises(ResultError, match="no entry speed = 15"):
         scalar(sampled(np.array([1, 2, 3, 4]), at), {"speed": 15.0})
     with pytest.raises(ResultError, match="no entry speed = 41"):

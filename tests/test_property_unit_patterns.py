@@ -53,7 +53,7 @@ def taken_is_read(pair: tuple[str, str], text: str) -> None:
         assert reads(text, *pair) >= takes(*pair, text)
 
 
-@settings(max_examples=10, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=4, deadline=None, suppress_health_check=list(HealthCheck))
 @given(TAKEN)
 def test_what_a_pattern_takes_is_read(taken: tuple[tuple[str, str], str]) -> None:
     taken_is_read(*taken)

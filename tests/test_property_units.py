@@ -12,7 +12,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vibecalc.errors import EXIT_USAGE, UnitError, UsageError
-from vibecalc.units import TABLE, convert, describe, parse_quantity, si_value, split_number
+from vibecalc.units import TABLE, convert, describe, parse_quantity, si_value
 
 EPS = sys.float_info.epsilon
 ordinary = st.floats(min_value=1e-100, max_value=1e100)
@@ -39,11 +39,6 @@ def test_there_and_back(value: float, unit: str) -> None:
 def test_without_unit_it_is_si(value: float, unit: str) -> None:
     assert parse_quantity(repr(value), TABLE[unit][1]) == value
     assert parse_quantity(value, TABLE[unit][1]) == value
-
-
-@given(st.floats(allow_nan=False, allow_infinity=False), units)
-def test_split_keeps_what_is_written(value: float, unit: str) -> None:
-    assert split_number(f" {value!r}  {unit} ") == (repr(value), unit)
 
 
 @settings(max_examples=100, deadline=None)

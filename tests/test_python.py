@@ -12,6 +12,7 @@ from fuzzing import command
 from shipped_cases import CASES, ROOT
 
 import vibecalc
+from vibecalc.api import _checked
 
 GENERATOR = CASES["generator"]
 GOLDEN = ROOT / "tests" / "golden"
@@ -285,8 +286,8 @@ SPEED_IN_SI = 100.0 * np.pi
 def test_a_value_brings_its_unit_along(values: Any) -> None:
     for value in values():
         for source, keys in ((GENERATOR, {SPEED_KEY: value}), (with_speed(value), {})):
-            found: Any = vibecalc.run(source, set=keys).case
-            assert found["machine"]["speed"] == pytest.approx(SPEED_IN_SI, rel=4e-16), repr(value)
+            found = _checked(source, keys, {}, ()).case.machine.speed
+            assert found == pytest.approx(SPEED_IN_SI, rel=4e-16), repr(value)
 
 
 def with_speed(value: Any) -> dict[str, Any]:
@@ -336,7 +337,7 @@ def test_a_value_that_cannot_be_is_refused_at_its_key(value: Any, said: str) -> 
 def test_a_series_brings_the_unit_of_its_attributes_along() -> None:
     stiffness = pytest.importorskip("pandas").Series([10.0, 10.0, 20.0])
     stiffness.attrs["units"] = "N/mm"
-    case: Any = vibecalc.run(GENERATOR, set={"machine.mounts.each.stiffness": stiffness}).case
+    case = _checked(GENERATOR, {"machine.mounts.each.stiffness": stiffness}, {}, ()).resolved
     assert case["machine"]["mounts"]["each"]["stiffness"] == [1e4, 1e4, 2e4]
 
 

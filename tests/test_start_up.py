@@ -1,6 +1,5 @@
 """Claim: each command imports what it needs and nothing heavier."""
 
-import copy
 import json
 import subprocess
 import sys
@@ -143,14 +142,8 @@ NOT_FOR_THE_GENERATOR = (
 
 def test_a_shaft_line_needs_no_masked_arrays(tmp_path: Path) -> None:
     """Which numpy imports late, in a tenth of the time that it takes itself."""
-    few = [
-        "--set",
-        "response.torsion.speeds.points=20",
-        "--set",
-        "reference=[]",
-        "--set",
-        "limit=[]",
-    ]
+    keys = ("response.torsion.speeds.points=20", "reference=[]", "limit=[]")
+    few = [word for key in keys for word in ("--set", key)]
     modules = modules_after("run", str(CASES / "engine_damped.toml"), "-q", *few, cwd=tmp_path)
     assert "numpy.ma" not in modules
 
@@ -164,69 +157,6 @@ def test_the_rigid_body_needs_no_pitch_rows(tmp_path: Path) -> None:
     assert "vibecalc.isolation.adapters.pitch" not in modules
 
 
-@pytest.mark.long
-def test_a_table_that_is_absent_costs_no_import(generator_run: set[str], tmp_path: Path) -> None:
-    text = (CASES / "generator.toml").read_text(encoding="utf-8")
-    shorter = tmp_path / "shorter.toml"
-    shorter.write_text(text.split("[isolation]")[0], encoding="utf-8")
-    modules = modules_after("run", str(shorter), "-q", cwd=tmp_path)
-    assert {name for name in computing(generator_run) if name.startswith("isolation")}
-    assert not {name for name in computing(modules) if name.startswith("isolation")}
-
-
-#: tables of [response], the modules that are there for one of them alone
-ONLY_FOR = {
-    "operations": ("response.adapters.operations",),
-    "switching": ("response.adapters.switching", "response.switching.motion"),
-}
-NOT_FOR_A_COMPRESSOR = ("isolation.adapters", "impact.adapter", "core.study.optimise")
-
-
-@pytest.fixture(scope="module")
-def compressor_runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
-    """Modules of a run with all these tables, and with all but one of them."""
-    folder = tmp_path_factory.mktemp("compressor")
-    whole = shipped("compressor_switching")
-    del whole["response"]["energies"]
-    whole["response"]["run_up"] = {"from": 300.0, "to": 310.0}
-    whole["response"]["switching"] |= {
-        "run_down": 0.1, "stand": 0.0, "run_up": 0.1, "after": 0.1, "settled": 0.9,
-    }  # fmt: skip
-    found = {}
-    for left_out in ("", *ONLY_FOR):
-        table = copy.deepcopy(whole)
-        table["response"].pop(left_out, None)
-        if left_out == "operations":  # between which the change goes
-            del table["response"]["switching"]
-        case = folder / f"without_{left_out}.toml"
-        case.write_text(tomli_w.dumps(table), encoding="utf-8")
-        found[left_out] = modules_after("run", str(case), "-q", cwd=folder)
-    return found
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("table", ONLY_FOR)
-def test_what_a_table_of_the_response_needs_goes_with_it(
-    table: str, compressor_runs: dict[str, set[str]]
-) -> None:
-    needed = {f"vibecalc.{name}" for name in ONLY_FOR[table]}
-    assert needed <= compressor_runs[""]
-    assert not needed & compressor_runs[table]
-
-
-@pytest.mark.long
-def test_a_compressor_needs_no_isolation_no_impacts_and_no_search(
-    compressor_runs: dict[str, set[str]],
-) -> None:
-    unwanted = tuple(f"vibecalc.{name}." for name in NOT_FOR_A_COMPRESSOR)
-    for modules in compressor_runs.values():
-        assert "vibecalc.response.adapters.response" in modules
-        assert not {name for name in modules if f"{name}.".startswith(unwanted)}
-        assert not roots(modules) & {"scipy", "pint", "matplotlib", "rich"}
-    without_switching = compressor_runs["switching"]
-    assert not without_switching & {"numpy.ma", "numpy.random", "numpy.fft", "numpy.polynomial"}
-
-
 def test_forces_alone_need_no_response(tmp_path: Path) -> None:
     table = shipped("compressor")
     del table["response"]
@@ -234,4 +164,6 @@ def test_forces_alone_need_no_response(tmp_path: Path) -> None:
     case.write_text(tomli_w.dumps(table), encoding="utf-8")
     modules = modules_after("run", str(case), "-q", cwd=tmp_path)
     assert "vibecalc.excitation.adapter" in modules
+    assert not roots(modules) & {"scipy", "pint", "matplotlib", "rich"}
+    assert not modules & {"vibecalc.isolation.adapters", "vibecalc.core.study.optimise"}
     assert not {name for name in computing(modules) if name.startswith("response")}

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -48,13 +49,20 @@ FORCES = "order,force [N]\n1,2220\n2,620\n"
 RESULT, REPORT = Path("outputs/one.h5"), Path("outputs/one.txt")
 
 
-@pytest.fixture(autouse=True)
-def _with_a_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("one.toml").write_text(CASE, encoding="utf-8")
-    Path("forces.csv").write_text(FORCES, encoding="utf-8")
-    done = command("run", "one.toml", "--if-needed")
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("made")
+    (folder / "one.toml").write_text(CASE, encoding="utf-8")
+    (folder / "forces.csv").write_text(FORCES, encoding="utf-8")
+    done = command("run", f"{folder}/one.toml", "--if-needed", "-o", f"{folder}/outputs/")
     assert done.code == 0 and "up to date" not in done.out, done.err
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def _with_a_result(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(made, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
 
 
 def again(*options: str) -> str:
@@ -77,10 +85,6 @@ def _lacks_its_report() -> None:
     REPORT.unlink()
 
 
-def _has_an_empty_report() -> None:
-    REPORT.write_bytes(b"")
-
-
 def _has_the_report_of_another_case() -> None:
     Path("two.toml").write_text(CASE.replace("0.5 kg", "0.6 kg"), encoding="utf-8")
     assert command("run", "two.toml", "-q", "-o", str(RESULT.with_suffix(".hdf5"))).code == 0
@@ -91,20 +95,8 @@ def _was_edited() -> None:
         file["excitation/force"][...] = 0.0
 
 
-def _was_written_by_others() -> None:
-    vibecalc.write(vibecalc.read(RESULT), RESULT)
-
-
 def _is_cut_short() -> None:
     os.truncate(RESULT, RESULT.stat().st_size - 1)
-
-
-def _is_empty() -> None:
-    RESULT.write_bytes(b"")
-
-
-def _is_something_else() -> None:
-    RESULT.write_text("not a result", encoding="utf-8")
 
 
 def _is_of_another_case() -> None:
@@ -122,9 +114,8 @@ def _file() -> None:
 
 @pytest.mark.parametrize(
     "change",
-    [_lacks_its_report, _has_an_empty_report, _has_the_report_of_another_case, _was_edited,
-     _was_written_by_others, _is_cut_short, _is_empty, _is_something_else, _is_of_another_case,
-     _case, _file],
+    [_lacks_its_report, _has_the_report_of_another_case, _was_edited, _is_cut_short,
+     _is_of_another_case, _case, _file],
 )  # fmt: skip
 def test_runs_again_where_something_has_changed(change: Callable[[], None]) -> None:
     change()
@@ -139,7 +130,7 @@ def test_settings_count_and_so_does_the_version(monkeypatch: pytest.MonkeyPatch)
     assert "up to date" not in again()
     assert "up to date" not in again("--unset", "reference_table")
     assert "up to date" not in again()
-    for name in ("vibecalc", "python", "numpy", "scipy", "h5py"):
+    for name in ("vibecalc", "scipy"):
         other = inputs.versions() | {name: "99.9"}
         with monkeypatch.context() as patched:
             patched.setattr(inputs, "versions", lambda other=other: other)

@@ -356,7 +356,7 @@ def _checked(
     unset: Names,
     texts: Sequence[str] = (),
 ) -> "LoadedCase":
-    from vibecalc.core.case.given import table
+    from vibecalc.core.case.given import plain
     from vibecalc.core.study.execute import load_checked
 
     if isinstance(case, Result):
@@ -367,7 +367,7 @@ def _checked(
         *((key, _value(key, one)) for key, one in {**_keys("set", given), **keys}.items()),
         *texts,
     ]
-    source = table(case) if isinstance(case, Mapping) else os.fspath(case)
+    source = plain(case, of_toml=True) if isinstance(case, Mapping) else os.fspath(case)
     (loaded,) = load_checked([source], settings, _names(unset))
     return loaded
 

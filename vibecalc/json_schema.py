@@ -3,6 +3,7 @@
 import copy
 import functools
 import json
+import re
 from typing import Any
 
 from vibecalc.core.case.data_files import columns_of
@@ -16,6 +17,7 @@ from vibecalc.kinds import FINDING_MOTORS, KINDS, MOTORS, absent_places
 from vibecalc.parts.motor_tables import Motor
 from vibecalc.schema import SCHEMA_VERSION, Case
 from vibecalc.unit_patterns import LESS, NUMBER, SHIFTED, text_pattern
+from vibecalc.unit_table import DIMENSIONS
 
 Schema = dict[str, Any]
 
@@ -151,7 +153,7 @@ def _describe(
                 if columns_of(below):
                     tables[name] = {"anyOf": [tables[name], _CSV_NAME]}
         elif shape.kind not in ("text", "flag"):
-            part["description"] = f"{part['description']}; {words(shape)}"
+            part["description"] += f"; {words(shape, brief=True)}"
         if below is None and "default" in part:
             part["description"] += f"; default {_shown(part['default'], shape)}"
 
@@ -224,7 +226,9 @@ def _number(unit: str, number: Schema, forms: Schema) -> Schema:
     sign = "above_0" if above >= 0 or least > 0 else "from_0" if least == 0 else ""
     name = unit.replace("/", "_per_").replace("*", "_").replace("^", "")
     shifted = sign if unit in SHIFTED else ""
-    pattern = {"type": "string", "maxLength": 120, "pattern": text_pattern(unit, shifted)}
+    pattern: Schema = {"type": "string", "pattern": text_pattern(unit, shifted)}
+    if unit in DIMENSIONS:  # said here once, and not of each key
+        pattern["examples"] = re.findall("'([^']*)'", DIMENSIONS[unit].examples)
     text = _defined("_".join(filter(None, ("Text", name, shifted))), pattern, forms)
     form: Schema = {"anyOf": [{**number, "type": "number"}, text]}
     if sign and not shifted:
@@ -253,6 +257,8 @@ def _tidy(schema: Any, forms: Schema) -> Any:
         tidy.update(tidy.pop("allOf")[0])
     if isinstance(tidy.get("title"), str):
         del tidy["title"]
+    if len(tidy.get("enum", ())) > 1 and tidy.get("type") == "string":
+        del tidy["type"]  # the choices are texts
     if tidy.get("default", 0) in (None, [], {}, ""):
         del tidy["default"]
     if isinstance(tidy.get("unit"), str):
@@ -262,6 +268,9 @@ def _tidy(schema: Any, forms: Schema) -> Any:
     if tidy.get("oneOf") == [{"type": "number"}, {"type": "string"}]:
         del tidy["oneOf"]
         return _with(_defined("Value", _VALUE, forms), tidy, forms)
+    if tidy.get("anyOf") == [{"type": one} for one in ("integer", "number", "string")]:
+        del tidy["anyOf"]  # what names an entry of an axis
+        tidy["type"] = ["number", "string"]
     entries = tidy.get("prefixItems", [])
     if entries and all(entry == entries[0] for entry in entries):
         tidy["items"] = tidy.pop("prefixItems")[0]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 from vibecalc.core.case.raw import Data, entries_at, table_at
 from vibecalc.core.case.rules import Row, both
 from vibecalc.core.results.named import named
-from vibecalc.errors import KeyPath, Problem
+from vibecalc.errors import KeyPath, Problem, dotted
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case, Machine
@@ -290,7 +290,7 @@ def _stages(row: Row, kind: Kind, lacking: list[str], finds: bool) -> Iterator[P
 
 
 def _need(asking: list[KeyPath]) -> str:
-    names = [f"[{'.'.join(map(str, path))}]" for path in asking]
+    names = [f"[{dotted(path)}]" for path in asking]
     return f"{both(names)} {'needs' if len(names) == 1 else 'need'}"
 
 
@@ -339,7 +339,7 @@ def _not_of(row: Row, name: str, finds: bool) -> Iterator[Problem]:
     for place, owners in absent_places(name).items():
         kinds = " or ".join(map(repr, owners))
         for path, value in entries_at(row.case, place):
-            header = f"[{'.'.join(map(str, path))}]" if isinstance(value, dict) else str(path[-1])
+            header = f"[{dotted(path)}]" if isinstance(value, dict) else str(path[-1])
             if owners:
                 message = f"{header} is for a machine of kind {kinds}"
                 words = {"found": f"kind = {name!r}", "allowed": f"kind = {kinds}"}

@@ -1,17 +1,16 @@
 """The units of each dimension as regular expressions, for the JSON schema.
 
 A regular expression cannot count powers, so that it is a list of ways to write a dimension: those
-of `unit_table.py`, with every name that pint has for the units in them, and every prefix. What is
+of `unit_table.py`, with the names and prefixes that engineers use for the units in them. What is
 matched here is read by `units.py` (a test generates texts from the patterns); `units.py` reads
 products in other orders, and units that engineers seldom use, besides.
 """
 
 import functools
-import re
 
 from vibecalc.errors import UnitError
 from vibecalc.unit_table import TABLE
-from vibecalc.units import OTHER_NAMES, convert, read_unit, registry
+from vibecalc.units import convert, read_unit
 
 # ----------------------------------------------------------------------------
 # Numbers. An exponent of two digits keeps every product finite.
@@ -49,61 +48,47 @@ def text_pattern(unit: str, least: str = "") -> str:
 # Names of single units, by their dimension.
 # ----------------------------------------------------------------------------
 
-_SYMBOLS = ["n", "u", "µ", "μ", "m", "c", "d", "h", "k", "M", "G", "T"]
-_WORDS = ["micro", "milli", "centi", "kilo", "mega", "giga"]
-#: units that pint has and `unit_table.py` has not
-_FURTHER = ("hp", "hour")
-#: read as they are, and in no other way
-_ALONE = ("%", "dB", "°")
+#: what may stand before symbols, and before words
+_SYMBOL, _WORD = "[nuµμmcdhkMGT]?", "(?:micro|milli|centi|kilo|mega|giga)?"
+#: a unit of each dimension -> symbols and words that take these, and names that stand as they are
+#: (a min is no inch, a kt no tonne)
+_CALLED: dict[str, tuple[str, str, str]] = {
+    "": ("", "", "%"),
+    "N": ("N|lbf|kgf", "newtons?", ""),
+    "Pa": ("Pa", "pascals?", "[mk]?bar|k?psi"),
+    "Hz": ("Hz|rpm", "hertz", ""),
+    "J": ("J", "joules?", ""),
+    "W": ("W", "watts?", "hp|horsepower"),
+    "V": ("V", "volts?", ""),
+    "H": ("H", "henrys?", ""),
+    "ohm": ("ohm|Ω", "ohms?", ""),
+    "K": ("K", "kelvins?", ""),
+    "St": ("St", "stokes", ""),
+    "m": ("m", "met(?:er|re)s?", "in|inch|inches|ft|foot|feet"),
+    "m^3": ("[lL]", "lit(?:er|re)s?", ""),
+    "kg": ("g", "grams?|tonnes?", "t|lb|oz|pounds?|ounces?|slugs?"),
+    "s": ("s", "seconds?", "sec|min|minutes?|h|hours?"),
+    "rad": ("rad", "radians?", "deg|degrees?|rev|turns?|revolutions?|°"),
+}
 
 Dimension = tuple[tuple[str, float], ...]
 
 
 @functools.cache
-def _dimension(name: str) -> Dimension | None:
-    """The powers of a single unit; None for what is none."""
-    try:
-        return tuple(sorted(read_unit(name)[1].items()))
-    except UnitError:
-        return None
+def _dimension(name: str) -> Dimension:
+    """The powers of a single unit."""
+    return tuple(sorted(read_unit(name)[1].items()))
 
 
 @functools.cache
 def _names() -> dict[Dimension, str]:
     """What a single unit of a dimension may be called, as a regular expression."""
-    factors = {one for unit in TABLE for one, _ in _factors(unit)}
-    plain: dict[str, None] = {}
-    for name in (*sorted(factors - {"%", "dB"}), *OTHER_NAMES, *_FURTHER):
-        prefix, base, _ = registry().parse_unit_name(name)[0]
-        definition = registry()._units[base]
-        aliases = (base, definition.symbol, *definition.aliases, *(() if prefix else (name,)))
-        plain |= dict.fromkeys(one for one in aliases if re.fullmatch(r"[^\W\d_]+", one))
-    found: dict[Dimension, dict[str, list[str]]] = {}
-    for name in plain:
-        dimension = _dimension(name)
-        if dimension is None:
-            continue
-        word = len(name) > 3 and name.islower()
-        known = _WORDS if word else _SYMBOLS
-        prefixes = [one for one in known if _dimension(one + name) == dimension]
-        many = "s?" if word and name[-1] not in "shz" else ""
-        found.setdefault(dimension, {}).setdefault(_any_of(prefixes, "?"), []).append(name + many)
-    for name in _ALONE:
-        found.setdefault(_dimension(name) or (), {}).setdefault("", []).append(name)
-    return {
-        dimension: "|".join(prefix + _any_of(names) for prefix, names in forms.items())
-        for dimension, forms in found.items()
-    }
-
-
-def _any_of(texts: list[str], after: str = "") -> str:
-    if not texts:
-        return ""
-    if len(texts) == 1 and not after:
-        return texts[0]
-    if all(len(one) == 1 for one in texts):
-        return f"[{''.join(texts)}]{after}"
-    return f"(?:{'|'.join(texts)}){after}"
+    found = {}
+    for unit, (symbols, words, others) in _CALLED.items():
+        prefixed = ((_SYMBOL, symbols), (_WORD, words))
+        forms = [f"{before}(?:{names})" for before, names in prefixed if names]
+        found[_dimension(unit)] = "|".join(filter(None, (*forms, others)))
+    return found
 
 
 # ----------------------------------------------------------------------------
@@ -152,7 +137,7 @@ def _fits(name: str, unit: str) -> bool:
     return True
 
 
-Way = tuple[tuple[Dimension | None, int], ...]
+Way = tuple[tuple[Dimension, int], ...]
 
 
 def _of_dimensions(factors: Factors) -> Way:
@@ -174,8 +159,8 @@ def _written(way: Way, unwritten: Dimension | None) -> list[str]:
     return [*texts, *(together + below for together in _together(above))]
 
 
-def _one(dimension: Dimension | None, power: int) -> str:
-    names = _names()[dimension or ()]
+def _one(dimension: Dimension, power: int) -> str:
+    names = _names()[dimension]
     return f"(?:{names if power == 1 else names.removesuffix('|°')})" + _power(power)
 
 
@@ -183,7 +168,7 @@ def _power(power: int) -> str:
     return rf"(?:(?:\^|\*\*)?{power}|{' ²³'[power - 1]})" if power > 1 else ""
 
 
-def _together(above: list[tuple[Dimension | None, int]]) -> list[str]:
+def _together(above: list[tuple[Dimension, int]]) -> list[str]:
     symbols = {_dimension(name): name for name in _TOGETHER}
     names = [symbols.get(dimension, "") for dimension, _ in above]
     for order in _ORDERS:

@@ -66,22 +66,17 @@ def parse_quantity(text: str | float, unit: str, *, difference: bool = False) ->
     try:
         digits, written = split_number(text)
         number = float(digits)
-    except UnitError as error:
-        raise UnitError(
-            error.message, found=error.found, allowed=allowed_words(unit), hint=error.hint
-        ) from None
-    except ValueError:
-        raise UnitError("not a number", found=_quoted(text), allowed=allowed_words(unit)) from None
-    try:
         if unit == "K" and written in _CELSIUS and not difference:
             value = number + _ICE
         else:
             value = number * (_factor(written, unit) if written else 1.0)
     except UnitError as error:
-        unknown = error.message == "unknown unit"
-        found = error.found if unknown else f"{_quoted(text)}, {error.found}"
-        allowed = error.allowed or allowed_words(unit)
+        alone = error.message in ("not a number", "not finite", "unknown unit")
+        found = error.found if alone else f"{_quoted(text)}, {error.found}"
+        allowed = allowed_words(unit) if alone else error.allowed or allowed_words(unit)
         raise UnitError(error.message, found=found, allowed=allowed, hint=error.hint) from None
+    except ValueError:
+        raise UnitError("not a number", found=_quoted(text), allowed=allowed_words(unit)) from None
     vanished = value == 0.0 and re.search("[1-9]", digits.lower().split("e")[0])
     if vanished or not math.isfinite(value):
         size, allowed = "small" if value == 0.0 else "large", allowed_words(unit)
@@ -117,11 +112,8 @@ def describe(unit: str) -> str:
 
 def allowed_words(unit: str) -> str:
     """What may be written for an SI unit: "a length, e.g. '0.2 m' or '200 mm'"."""
-    return (
-        f"{describe(unit)}, e.g. {DIMENSIONS[unit].examples}"
-        if unit in DIMENSIONS
-        else describe(unit)
-    )
+    examples = f", e.g. {DIMENSIONS[unit].examples}" if unit in DIMENSIONS else ""
+    return describe(unit) + examples
 
 
 def _quoted(text: str) -> str:

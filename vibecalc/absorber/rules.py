@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 from vibecalc.absorber.asked_tables import AMPLITUDES
 from vibecalc.absorber.tables import STIFFNESSES
-from vibecalc.core.case.raw import Data, key_text, table_at
+from vibecalc.core.case.raw import Data, table_at
 from vibecalc.core.case.rules import Row, Rule, needs, one_of, refuse, row_at, unique
-from vibecalc.errors import KeyPath, Problem
+from vibecalc.errors import KeyPath, Problem, dotted
 
 # ----------------------------------------------------------------------------
 # Primary and secondaries: in torsion, in translation, or in ratios alone.
@@ -92,7 +92,7 @@ def _secondaries(row: Row) -> Iterator[Problem]:
 
 
 def _secondary(machine: Row, one: Row, ring: bool, built: dict[str, bool]) -> Iterator[Problem]:
-    name = one.header() if len(one.path) == 2 else key_text(one.path[1:])
+    name = one.header() if len(one.path) == 2 else dotted(one.path[1:])
     motion, tuned = _motion(machine.data), isinstance(machine.case.get("tuning"), dict)
     heavy = one.said(*MASSES)
     if ring and heavy:

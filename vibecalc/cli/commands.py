@@ -157,9 +157,10 @@ def run(
     objects: list[dict[str, Any]] = []
     for path in kept.values():
         if asked.json:
+            from vibecalc.core.report.text import as_json
             from vibecalc.core.results.store import read_result
 
-            objects.append(_object(read_result(path), path, full) | {"written": []})
+            objects.append(as_json(read_result(path), path, full=full) | {"written": []})
         say(f"{path} is up to date")
 
     def run_one(case: "LoadedCase") -> Done:
@@ -168,8 +169,10 @@ def run(
         written = write_outputs(result, path, "" if failed else case.inputs)  # tried again
         with reporting("the summary", path):
             if asked.json:
-                files = {"written": [str(one) for one in written]}
-                told = _object(result, path, full) | files
+                from vibecalc.core.report.text import as_json
+
+                told = as_json(result, path, full=full)
+                told["written"] = [str(one) for one in written]
             elif not asked.quiet:
                 from vibecalc.core.report.terminal import print_summary
 
@@ -222,7 +225,7 @@ def verify(
     full: bool = FULL,
 ) -> None:
     """Run cases, exit 1 if a counted reference or limit is missed or undecided; no files."""
-    from vibecalc.core.report.text import render_verdicts
+    from vibecalc.core.report.text import as_json, render_verdicts
     from vibecalc.core.report.verdicts import counted_misses
 
     codes: list[int] = []
@@ -231,7 +234,7 @@ def verify(
         result = _execute(case)
         codes.append(EXIT_DIFFERS if counted_misses(result) else EXIT_FINE)
         say(render_verdicts(result))
-        told = _object(result, None, full) | {"exit_code": codes[-1]} if asked.json else {}
+        told = as_json(result, None, full=full) | {"exit_code": codes[-1]} if asked.json else {}
         return told, result.record.failure
 
     worst = _for_each(_load(cases, settings, unset), verify_one, [])
@@ -503,17 +506,15 @@ def help_(
 
         say((carried("docs") / "start.md").read_text(encoding="utf-8"))
         return
-    if command is None:
-        program.get_help()
-        return
     group: Any = program.command
-    named = group.get_command(program, command)
+    named = group if command is None else group.get_command(program, command)
     if named is None:
         from vibecalc.core.results.select import nearest
 
-        near = ", ".join(nearest(command, group.list_commands(program))[:3])
-        raise UsageError(f"no command {command[:40]!r}; there are {near} and others")
-    named.get_help(typer.Context(named, info_name=command, parent=program))
+        near = ", ".join(nearest(str(command), group.list_commands(program))[:3])
+        raise UsageError(f"no command {str(command)[:40]!r}; there are {near} and others")
+    page = typer.Context(named, info_name=command, parent=program) if command else program
+    named.get_help(page)
 
 
 def _load(paths: list[Path], *changes: "Sequence[str] | None") -> "list[LoadedCase]":
@@ -561,12 +562,6 @@ def _for_each(
     if asked.json:
         say_json([{"exit_code": EXIT_FINE} | one for one in objects])
     return worst
-
-
-def _object(result: "Result", path: Path | None, full: bool) -> dict[str, Any]:
-    from vibecalc.core.report.text import as_json
-
-    return as_json(result, path, full=full)
 
 
 def _execute(case: "LoadedCase") -> "Result":

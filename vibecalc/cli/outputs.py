@@ -59,7 +59,7 @@ def write_outputs(result: "Result", path: Path, made_from: str = "") -> list[Pat
     Defect
         The report, or parts of it, could not be made.
     """
-    from vibecalc.core.case.inputs import last_lines
+    from vibecalc.core.case.inputs import mark
     from vibecalc.core.report.defects import as_defect, defects
     from vibecalc.core.results.store import write_result
 
@@ -82,9 +82,7 @@ def write_outputs(result: "Result", path: Path, made_from: str = "") -> list[Pat
         write_atomically(beside, text)
     if met:
         raise as_defect(met, path)
-    if made_from:
-        with suppress(OSError), open(path, "ab") as stream:  # without it the case runs again
-            stream.write(last_lines(made_from, text))
+    mark(path, made_from, text)
     return [path, beside]
 
 

@@ -1,11 +1,11 @@
 """Cases to begin with: starters, printed as they are, and the examples, copied with their files."""
 
-import difflib
 import tomllib
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from vibecalc.core.case.raw import nearest
 from vibecalc.errors import UsageError
 
 PACKAGE = Path(__file__).parent.parent
@@ -35,9 +35,8 @@ def starter(scene: str) -> str:
     """Return a commented starter case as TOML; UsageError with the list for an unknown scene."""
     names = list(scenes())
     if scene not in names:
-        near = _nearest(scene, names)
-        hint = f"; did you mean {near!r}?" if near else ""
-        raise UsageError(f"no scene {scene[:60]!r}, there is {', '.join(names)}{hint}")
+        known = f"no scene {scene[:60]!r}, there is {', '.join(names)}"
+        raise UsageError("; ".join(filter(None, (known, nearest(scene, names)))))
     return (FOLDER / f"{scene}.toml").read_text(encoding="utf-8")
 
 
@@ -72,9 +71,8 @@ def files_of_example(name: str) -> dict[str, bytes]:
     """
     listed = examples()
     if name not in listed:
-        near = _nearest(name, listed)
-        hint = f"\ndid you mean {near!r}?" if near else ""
-        raise UsageError(f"no example {name[:60]!r}, there is\n{example_table()}{hint}")
+        known = f"no example {name[:60]!r}, there is\n{example_table()}"
+        raise UsageError("\n".join(filter(None, (known, nearest(name, list(listed))))))
     case = carried("cases") / f"{name}.toml"
     there = {path.relative_to(case.parent).as_posix() for path in case.parent.rglob("*.*")}
     texts = dict.fromkeys(_texts(tomllib.loads(case.read_text(encoding="utf-8"))))
@@ -88,7 +86,3 @@ def _texts(value: Any) -> Iterator[str]:
     elif isinstance(value, dict | list):
         for one in value.values() if isinstance(value, dict) else value:
             yield from _texts(one)
-
-
-def _nearest(name: str, known: Collection[str]) -> str:
-    return next(iter(difflib.get_close_matches(name[:60], known, n=1)), "")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibecalc.core.case.inputs import see
-from vibecalc.core.case.raw import nearest
+from vibecalc.core.case.raw import similar
 from vibecalc.core.results.steps import step
 from vibecalc.core.results.text_files import Missing, TooLarge, Unfit, content_of, text_of
 from vibecalc.errors import UnitError
@@ -192,7 +192,7 @@ def content_beside(folder: Path, name: str, largest: int, example: str, like: st
     try:
         content = content_of(path, largest)
     except Missing as error:
-        raise Unreadable(f"the file {error}", hint=_similar(folder, name, like)) from None
+        raise Unreadable(f"the file {error}", hint=similar(path, like)) from None
     except TooLarge as error:
         raise TooLong(f"the file {error}", f"up to {largest / 1e6:g} MB") from None
     except Unfit as error:
@@ -224,14 +224,6 @@ def _head(cells: Sequence[tuple[int, str]], line: int) -> list[tuple[str, str]]:
             )
         names.append((name.strip(), "" if unit.strip() in NO_UNIT else unit.strip()))
     return names
-
-
-def _similar(folder: Path, name: str, like: str) -> str:
-    try:
-        there = (folder / name).parent.glob(like)
-        return nearest(Path(name).name, sorted(entry.name for entry in there))
-    except OSError:
-        return ""
 
 
 # ----------------------------------------------------------------------------

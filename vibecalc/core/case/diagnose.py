@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any
 
 from vibecalc.core.case.fields import UNION_TAGS, Table
-from vibecalc.core.case.raw import key_text
+from vibecalc.core.case.raw import nearest
 from vibecalc.core.case.walk import (
     Shape,
     bound_words,
@@ -18,7 +18,7 @@ from vibecalc.core.case.walk import (
     words,
 )
 from vibecalc.core.results.named import named
-from vibecalc.errors import KeyPath, Problem, UnitError
+from vibecalc.errors import KeyPath, Problem, UnitError, dotted
 
 Error = Mapping[str, Any]
 Explainer = Callable[[KeyPath, Error], Problem]
@@ -112,7 +112,7 @@ def missing_key(path: KeyPath) -> Problem:
 
 
 def _in_table(path: KeyPath) -> str:
-    return f" in [{key_text(path[:-1])}]" if len(path) > 1 else ""
+    return f" in [{dotted(path[:-1])}]" if len(path) > 1 else ""
 
 
 _ONE_SEARCH = (
@@ -160,8 +160,7 @@ def _wrong_type(path: KeyPath, error: Error) -> Problem:
 def _choice(path: KeyPath, error: Error) -> Problem:
     shape, found = shape_at(path), shown(error["input"])
     choices = [str(choice) for choice in shape.choices] if shape else []
-    near = difflib.get_close_matches(str(error["input"])[:60], choices, n=1)
-    hint = f"did you mean {near[0]!r}?" if near else ""
+    hint = nearest(str(error["input"]), choices)
     if path == ("schema",):
         hint = "this version of vibecalc reads cases of schema 1"
     return _said(path, f"unknown {name_of(path)} {found}", found, hint=hint)

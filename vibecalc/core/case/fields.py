@@ -181,19 +181,13 @@ def _read_label(value: Any) -> None:
         raise UnitError("not a label", found=str(value).lower()[:40])
 
 
-def read_labels(value: Any) -> Any:
+def read_labels(value: Any, swept: bool = False) -> Any:
+    """Numbers and texts as they are; of what is `swept` also true and false, lists and tables."""
     rows = value.values() if isinstance(value, dict) else value
     for one in rows if isinstance(value, dict | list | tuple) else ():
-        _read_label(one)
-    return value
-
-
-def _read_swept(value: Any) -> Any:
-    rows = value.values() if isinstance(value, dict) else value
-    for one in rows if isinstance(value, dict | list | tuple) else ():
-        if isinstance(one, dict | list | tuple):
-            _read_swept(one)
-        elif not isinstance(one, bool):
+        if swept and isinstance(one, dict | list | tuple):
+            read_labels(one, swept)
+        elif not (swept and isinstance(one, bool)):
             _read_label(one)
     return value
 
@@ -251,7 +245,7 @@ Labels = Annotated[
 Swept = Annotated[
     tuple[Any, ...],
     Field(max_length=20_000),
-    BeforeValidator(_read_swept),
+    BeforeValidator(functools.partial(read_labels, swept=True)),
     Kind("labels"),
 ]
 Point = tuple[Length, Length, Length]

@@ -9,7 +9,7 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-from vibecalc.errors import CaseError, KeyPath, Problem, UnitError, UsageError
+from vibecalc.errors import CaseError, KeyPath, Problem, UnitError, UsageError, dotted
 from vibecalc.units import read_unit
 
 #: pint's names of what its registries measure by -> factor and the name here
@@ -20,18 +20,12 @@ _CLOSE = 1e-12
 _PLAIN = (bool, int, float, str)
 
 
-def plain(value: Any, path: KeyPath = ()) -> Any:
-    """A value in the types of TOML; CaseError for one that has no such form, with its key."""
-    return _checked(value, path, of_toml=False)
+def plain(value: Any, path: KeyPath = (), *, of_toml: bool = False) -> Any:
+    """A value in the types of TOML; what is neither of them nor a number of another library is left
+    for the schema to refuse, or refused here where all has to be `of_toml`.
 
-
-def table(value: Mapping[str, Any]) -> dict[str, Any]:
-    """A case given as its tables; CaseError with all keys whose values no case can hold."""
-    found: dict[str, Any] = _checked(value, (), of_toml=True)
-    return found
-
-
-def _checked(value: Any, path: KeyPath, of_toml: bool) -> Any:
+    CaseError with every key whose value has no such form.
+    """
     problems: list[Problem] = []
     made = _made(value, path, of_toml, problems)
     if problems:
@@ -45,7 +39,7 @@ def _checked(value: Any, path: KeyPath, of_toml: bool) -> Any:
 
 
 def _made(value: Any, path: KeyPath, of_toml: bool, problems: list[Problem]) -> Any:
-    """A value in the types of TOML; others are left for the schema to refuse, or not `of_toml`."""
+    """As `plain`; adds to `problems`."""
     if isinstance(value, Mapping):
         rows = {str(key): one for key, one in value.items()}
         return {key: _made(one, (*path, key), of_toml, problems) for key, one in rows.items()}
@@ -73,12 +67,11 @@ def _is_toml(value: Any) -> bool:
 
 
 def _problem(value: Any, path: KeyPath, why: str) -> Problem:
-    from vibecalc.core.case.raw import key_text
     from vibecalc.core.case.walk import shape_at, words
 
     shape = shape_at(path) if path else None
     kind = "none" if value is None else f"of the type {type(value).__name__}"
-    message = f"{key_text(path) or 'the value'} cannot be {kind}{f' ({why})' if why else ''}"
+    message = f"{dotted(path) or 'the value'} cannot be {kind}{f' ({why})' if why else ''}"
     return Problem(path, message, repr(value)[:60], words(shape) if shape else "")
 
 

@@ -6,7 +6,6 @@ Both stand behind the end that the file states for its HDF5 data, where readers 
 and plain reading finds them without one; who changes the file with HDF5 cuts them off.
 """
 
-import hashlib
 import json
 import os
 import platform
@@ -18,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from vibecalc import __version__
+from vibecalc.core.results.case_hash import text_hash
 from vibecalc.errors import UsageError
 
 #: bytes at the end of a result file in which the lines are looked for
@@ -42,7 +42,7 @@ def see(name: str, content: bytes) -> None:
     """Note that a file of a name next to the case has been read."""
     seen = _seen.get()
     if seen is not None:
-        seen[name] = _hash(content)
+        seen[name] = text_hash(content)
 
 
 def inputs(
@@ -57,7 +57,7 @@ def inputs(
     made = {
         "versions": versions(),
         "name": case.stem,
-        "case": _hash(text.encode()),
+        "case": text_hash(text),
         "files": files,
         "set": list(settings),
         "unset": list(unset),
@@ -96,7 +96,7 @@ def _for_make(name: str) -> str:
 
 def last_lines(line: str, report: bytes) -> bytes:
     """What stands at the end of the file of a result with this line and report; b"" without one."""
-    return f"\n{line}\n{_hash(report)}".encode() if line else b""
+    return f"\n{line}\n{text_hash(report)}".encode() if line else b""
 
 
 def mark(result: Path, line: str, report: bytes) -> None:
@@ -115,12 +115,8 @@ def is_up_to_date(result: Path, case: Path, settings: Sequence[Any], unset: Sequ
             end = stream.read()
         report = result.with_suffix(".txt").read_bytes()
         names = json.loads(end.rsplit(b"\n", 2)[-2])["files"]
-        files = {name: _hash((case.parent / name).read_bytes()) for name in names}
+        files = {name: text_hash((case.parent / name).read_bytes()) for name in names}
         text = case.read_bytes().decode("utf-8-sig")
         made = inputs(case, text, files, settings, unset)
         return bool(made) and end.endswith(last_lines(made, report))
     return False
-
-
-def _hash(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()

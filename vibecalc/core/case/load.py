@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from vibecalc.core.case.data_files import attach_files
 from vibecalc.core.case.inputs import files_seen, inputs
 from vibecalc.core.case.locate import Overridden, at_line, refused, unreadable
-from vibecalc.core.case.raw import Setting, apply_overrides
+from vibecalc.core.case.raw import Setting, apply_overrides, similar
 from vibecalc.core.case.row_files import Rows, files_of_rows, with_line
 from vibecalc.core.case.rules import cross_check
 from vibecalc.core.results.case_hash import case_hash
@@ -208,7 +208,7 @@ def _read(source: CaseSource) -> tuple[Path, str]:
         if not text.strip():
             raise Unfit("is empty", "`vibecalc new generator` writes a case to start from")
     except Unfit as error:
-        hint = _similar_files(path) if isinstance(error, Missing) else error.hint
+        hint = similar(path, "*.toml") if isinstance(error, Missing) else error.hint
         raise unreadable(str(path), f"{path} {error}", hint) from None
     return path, text
 
@@ -245,17 +245,6 @@ _TOML_WORDS = {
     **dict.fromkeys(("Cannot declare", "Cannot mutate immutable"), "a table that stands twice"),
     "Invalid value": "a value that cannot be read",
 }
-
-
-def _similar_files(path: Path) -> str:
-    """A hint at the case next to this place that may be meant."""
-    from difflib import get_close_matches
-
-    try:
-        near = get_close_matches(path.name, [one.name for one in path.parent.glob("*.toml")], n=1)
-    except OSError:
-        near = []
-    return f"did you mean {path.with_name(near[0])}?" if near else ""
 
 
 #: lists that say something by being empty: no weights for any throw

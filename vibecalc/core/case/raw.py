@@ -4,11 +4,12 @@ import difflib
 import re
 import tomllib
 from collections.abc import Collection, Iterator, Mapping, MutableMapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from vibecalc.core.case.locate import Overridden
 from vibecalc.core.results.visible import fits_a_line
-from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
+from vibecalc.errors import KeyPath, Problem, UnitError, UsageError, dotted
 from vibecalc.units import parse_quantity
 
 # ----------------------------------------------------------------------------
@@ -77,11 +78,19 @@ def misspelt(table: Data, path: KeyPath, *wanted: str) -> bool:
     )
 
 
-def nearest(name: str, known: list[str]) -> str:
+def nearest(name: str, known: Sequence[str]) -> str:
     """Return a hint at the name that may have been meant, capitals apart, or nothing."""
     lower = {each.lower(): each for each in reversed(known)}
-    near = difflib.get_close_matches(name[:80].lower(), lower, n=1)
+    near = difflib.get_close_matches(name[:80].lower(), lower, n=1, cutoff=0.55)
     return f"did you mean {lower[near[0]]!r}?" if near else ""
+
+
+def similar(path: Path, like: str) -> str:
+    """The same of a file at this place: at a name next to it, of those `like` it."""
+    try:
+        return nearest(path.name, sorted(one.name for one in path.parent.glob(like)))
+    except OSError:
+        return ""
 
 
 def listed(names: list[str]) -> str:
@@ -114,12 +123,6 @@ def parse_key(key: str) -> KeyPath:
     if not path or isinstance(path[0], int):
         raise UsageError(f"a key has to start with the name of a table: {_short(key)!r}")
     return path
-
-
-def key_text(path: KeyPath) -> str:
-    """Write a key path the way `parse_key` reads it."""
-    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
-    return text.removeprefix(".")
 
 
 def parse_override(text: str) -> tuple[Overridden, Any]:
@@ -207,12 +210,12 @@ def field_unit(key: str | KeyPath) -> str:
     path = parse_key(key) if isinstance(key, str) else key
     shape = shape_at(path)
     if shape is None or shape.kind not in ("number", "whole"):
-        raise UsageError(f"a case has no number at {key_text(path)}")
+        raise UsageError(f"a case has no number at {dotted(path)}")
     return shape.unit or ""
 
 
 def _step(place: Any, part: str | int, above: KeyPath, create: bool) -> Any:
-    here = key_text(above) or "the case"
+    here = dotted(above) or "the case"
     if isinstance(part, int):
         if not isinstance(place, list):
             raise UsageError(f"{here} is no list, so it has no entry [{part}]")

@@ -17,7 +17,6 @@ from vibecalc.core.case.raw import (
     EACH,
     Data,
     entries_at,
-    key_text,
     misspelt,
     read_number,
     table_at,
@@ -27,7 +26,7 @@ from vibecalc.core.case.raw import (
 from vibecalc.core.case.walk import Shape, keys_of, shape_of, words
 from vibecalc.core.results.named import named
 from vibecalc.core.results.visible import hidden, spelled
-from vibecalc.errors import KeyPath, Problem
+from vibecalc.errors import KeyPath, Problem, dotted
 
 # ----------------------------------------------------------------------------
 # A table as written, and the walk that holds every table of a case to its rules.
@@ -124,7 +123,7 @@ class Row:
 
     def header(self) -> str:
         """The table as a case writes it: `[machine.body]`, or an entry: `limit[0]`."""
-        text = key_text(self.path)
+        text = dotted(self.path)
         return text if text.endswith("]") else f"[{text}]"
 
     def place(self, at: At) -> KeyPath:
@@ -233,14 +232,15 @@ class OneOf:
 
     def schema(self, model: type[Table]) -> list[Schema]:
         """What an editor can hold such a table to."""
-        schemas: list[Schema] = [
-            {"not": _says(model, one, other)}
+        clashes = [
+            _says(model, one, other)
             for first, second in combinations(self.alternatives, 2)
             for one in first
             for other in second
             if not _default(model, one) and not _default(model, other)
         ]
         every = [{"required": [key]} for alternative in self.alternatives for key in alternative]
+        schemas: list[Schema] = [{"not": {"anyOf": clashes}}] if clashes else []
         return [*schemas, {"anyOf": every}] if self.needed is True else schemas
 
 
@@ -279,7 +279,9 @@ class Needs:
 
     def schema(self, model: type[Table]) -> list[Schema]:
         """What an editor can hold such a table to."""
-        others: Schema = {"anyOf": [{"required": [other]} for other in self.others]}
+        others: Schema = {"required": [*self.others]}
+        if len(self.others) > 1:
+            others = {"anyOf": [{"required": [other]} for other in self.others]}
         if self.key:
             others = {"if": _says(model, self.key), "then": others}
         return [] if self.when else [others]
@@ -368,9 +370,11 @@ class ByKind:
             for owners, keys in groups.items()
             if len(owners) < len(self.kinds)
         ]
-        needs = {kind: [*needed] for kind, (needed, _) in self.kinds.items() if needed}
-        rows = ((of(kind, said=True), {"required": keys}) for kind, keys in needs.items())
-        return [*schemas, *({"if": given, "then": then} for given, then in rows)]
+        needs: dict[tuple[str, ...], list[str]] = {}
+        for kind, (needed, _) in self.kinds.items():
+            needs.setdefault(needed, []).append(kind)
+        rows = ((of(*kinds, said=True), [*keys]) for keys, kinds in needs.items() if keys)
+        return [*schemas, *({"if": kind, "then": {"required": keys}} for kind, keys in rows)]
 
 
 by_kind = ByKind

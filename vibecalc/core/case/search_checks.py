@@ -8,14 +8,13 @@ from vibecalc.core.case.raw import (
     Data,
     get_key,
     is_value,
-    key_text,
     nearest,
     parse_key,
     read_number,
 )
 from vibecalc.core.case.rules import At, OneOf, Row
 from vibecalc.core.case.walk import Shape, bound_words, keys_of, shape_at, unit_problem, words
-from vibecalc.errors import KeyPath, Problem, UnitError, UsageError
+from vibecalc.errors import KeyPath, Problem, UnitError, UsageError, dotted
 from vibecalc.units import parse_quantity
 
 # ----------------------------------------------------------------------------
@@ -43,7 +42,7 @@ def changeable(case: Data, key: str, tables: tuple[str, ...], kinds: tuple[str, 
         raise UsageError(no_such_key(target))
     if shape.kind not in kinds:
         what = "a continuous number" if kinds == _CONTINUOUS else "a number or a name"
-        raise UsageError(f"{key_text(target)} is not {what}, but {words(shape)}")
+        raise UsageError(f"{dotted(target)} is not {what}, but {words(shape)}")
     row = _table_of(case, target)
     if row is None or keys_of(row.model)[last].is_required():
         get_key(case, target)
@@ -70,7 +69,7 @@ def no_such_key(target: KeyPath) -> str:
     parent = shape_at(target[:size])
     known = list(keys_of(parent.table)) if parent and parent.table else []
     hint = nearest(str(target[size]), known)
-    where = key_text(target[:size]) or "a case"
+    where = dotted(target[:size]) or "a case"
     return "; ".join(filter(None, (f"{where} has no key {target[size]!r}", hint)))
 
 

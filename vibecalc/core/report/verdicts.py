@@ -6,16 +6,17 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from vibecalc.core.report.writing import rpm, show
-from vibecalc.core.results.printed import is_phase, read_printed, tolerance_of
+from vibecalc.core.results.printed import read_printed, tolerance_of
 from vibecalc.core.results.record import (
     KEPT,
+    TURN,
     UNDECIDED,
     Estimate,
     Result,
     Verdict,
 )
-from vibecalc.core.results.select import curving, scalar, select
-from vibecalc.core.results.tolerance import UNRESOLVED
+from vibecalc.core.results.select import scalar, select
+from vibecalc.core.results.tolerance import UNRESOLVED, circle_of
 from vibecalc.core.results.verdicts import asked, entries, name_of, naming, not_found, verdicts_of
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.units import convert
@@ -139,10 +140,11 @@ def _judge_reference(result: Result, entry: Mapping[str, Any]) -> ReferenceRow:
         printed = read_printed(entry["value"], unit, quantity.unit)
         with naming("reference", entry):
             size = abs(picked) if isinstance(picked := scalar(quantity, where), complex) else picked
-        off = float(select(quantity, where).errors.max()) + curving(quantity, where)
+        found = select(quantity, where)
+        off = float(found.errors.max()) + found.curving
         computed, error = (convert(float(one), quantity.unit, printed.unit) for one in (size, off))
         resolved = not Estimate(off, quantity.estimate.terms).unresolved(abs(size))
-        cyclic = is_phase(quantity.path, quantity.unit)
+        cyclic = circle_of(quantity) == TURN
     tolerance, difference = tolerance_of(entry, printed), computed - printed.number
     slack = _ROUND_OFF * max(abs(printed.number), abs(computed)) if math.isfinite(computed) else 0.0
     if cyclic and math.isfinite(difference):

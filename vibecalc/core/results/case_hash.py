@@ -10,9 +10,9 @@ from vibecalc import __version__
 WRITTEN = "case_toml_sha256"
 
 
-def text_hash(text: str) -> str:
-    """Hash (hexadecimal SHA-256) of a text."""
-    return hashlib.sha256(text.encode()).hexdigest()
+def text_hash(text: str | bytes) -> str:
+    """Hash (hexadecimal SHA-256) of a text, or of bytes."""
+    return hashlib.sha256(text if isinstance(text, bytes) else text.encode()).hexdigest()
 
 
 def case_hash(resolved: dict[str, Any], version: str = __version__) -> str:

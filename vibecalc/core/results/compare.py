@@ -41,6 +41,7 @@ from vibecalc.core.results.record import (
     Verdict,
 )
 from vibecalc.core.results.store import read_result, write_result
+from vibecalc.core.results.text_files import HDF5_BEGINS
 from vibecalc.core.results.tolerance import circle_of, is_diagnostic
 from vibecalc.core.results.verdicts import VERDICTS, name_of, verdicts_of
 from vibecalc.errors import (
@@ -452,8 +453,6 @@ def _results_in(folder: Path) -> list[Path]:
 # Making a result the golden one.
 # ----------------------------------------------------------------------------
 
-_HDF5_BEGINS = b"\x89HDF\r\n\x1a\n"
-
 
 def accept(path: Path | str, golden: Path | str) -> Path:
     """Write the result at `path` over `golden`, and return where that is.
@@ -520,6 +519,6 @@ def _may_be_thinned(axis: Axis) -> bool:
 def _holds_something_else(path: Path) -> bool:
     try:
         with open(path, "rb") as stream:
-            return stream.read(len(_HDF5_BEGINS)) != _HDF5_BEGINS
+            return stream.read(len(HDF5_BEGINS)) != HDF5_BEGINS
     except OSError:  # missing, a folder, unreadable: writing says what is wrong
         return False

@@ -79,7 +79,8 @@ def clear_leftovers(folder: Path) -> None:
         if name.startswith(begin) and name.endswith(".tmp"):
             number = name.removeprefix(begin).partition("-")[0]
             if number.isdigit() and not _is_there(int(number)):
-                _discard(folder / name)
+                with suppress(OSError):
+                    (folder / name).unlink()
 
 
 def _host() -> str:
@@ -89,18 +90,9 @@ def _host() -> str:
 def _is_there(process: int) -> bool:
     try:
         os.kill(process, 0)
-    except (ProcessLookupError, OverflowError):
-        return False
-    except PermissionError:
-        return True
+    except (OSError, OverflowError) as error:
+        return isinstance(error, PermissionError)
     return True
-
-
-def _discard(temporary: Path) -> None:
-    try:
-        temporary.unlink(missing_ok=True)
-    except OSError:
-        return  # the first error says what is wrong with this folder
 
 
 @contextmanager
@@ -126,7 +118,8 @@ def written_aside(target: Path, check: Callable[[Path], None] | None = None) -> 
         untouched = ", the old one is untouched" if os.path.isfile(target) else ""
         raise UsageError(f"cannot write {target}: {_why(error, target)}{untouched}") from error
     finally:
-        _discard(temporary)
+        with suppress(OSError):  # the first error says what is wrong with this folder
+            temporary.unlink(missing_ok=True)
 
 
 @contextmanager

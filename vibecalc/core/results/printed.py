@@ -1,7 +1,6 @@
 """Values as a source prints them: number, unit, what their last digit leaves open."""
 
 import math
-import re
 from collections.abc import Mapping
 from decimal import Decimal
 from typing import Any, NamedTuple
@@ -47,14 +46,6 @@ def read_printed(value: float | str, unit: str = "", default_unit: str = "") -> 
 # ----------------------------------------------------------------------------
 # How far off a reference may be: what the case says of it, else its last digit.
 # ----------------------------------------------------------------------------
-
-#: paths of angles that say the same after a whole turn, but not their uncertainties
-_PHASE = re.compile(r"^(?!.*uncertainty)(.*[/_.])?(phase|phase_lag|lag)(/[^/]*)?$")
-
-
-def is_phase(path: str, unit: str) -> bool:
-    """Whether a quantity says the same after a whole turn."""
-    return unit == "rad" and bool(_PHASE.match(path))
 
 
 def tolerance_of(entry: Mapping[str, Any], printed: PrintedValue) -> float:

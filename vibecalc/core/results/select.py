@@ -93,11 +93,6 @@ def select(quantity: Quantity, where: Where) -> Selection:
     return Selection(values, labels(left), errors, off)
 
 
-def curving(quantity: Quantity, where: Where) -> float:
-    """That of what `where` picks."""
-    return select(quantity, where).curving
-
-
 def _between(quantity: Quantity, axis: Axis, key: Key | None) -> float | None:
     """The place between two samples of a curve that is asked for, None where it is not."""
     if key is None or axis.name not in SAMPLED or len(axis.values) < 2:
@@ -185,7 +180,7 @@ def beside_error(quantity: Quantity, where: Where) -> float:
     """What a place between two samples adds, and of a statistic as many standard errors as a
     comparison of two results grants, in the unit of the quantity."""
     spread = 0.0 if quantity.standard_error is None else STANDARD_ERRORS * quantity.standard_error
-    return curving(quantity, where) + spread
+    return select(quantity, where).curving + spread
 
 
 def scalar(quantity: Quantity, where: Where) -> float | complex:

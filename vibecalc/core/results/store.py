@@ -18,7 +18,7 @@ from vibecalc.core.results.layout import (
     TIMINGS,
     heap_checksum,
 )
-from vibecalc.core.results.record import AMPLITUDES, Axis, Quantity, Result
+from vibecalc.core.results.record import Axis, Quantity, Result
 from vibecalc.core.results.verdicts import VERDICTS, as_objects
 from vibecalc.errors import UsageError
 
@@ -249,12 +249,8 @@ def _check(quantity: Quantity, values: np.ndarray) -> None:
         raise ValueError(
             f"{quantity.path}: values of type {values.dtype} have no place in a result"
         )
-    if quantity.amplitude not in (None, *AMPLITUDES):
-        raise ValueError(f"{quantity.path}: amplitude {quantity.amplitude!r}, not in {AMPLITUDES}")
     if not quantity.error_estimate >= 0.0:
         raise ValueError(f"{quantity.path}: error estimate {quantity.error_estimate}")
-    if quantity.path.partition("/")[0] == PROVENANCE:
-        raise ValueError(f"{quantity.path}: nothing in {PROVENANCE} is a result")
 
 
 def _is_text(values: np.ndarray) -> bool:

@@ -29,14 +29,13 @@ from vibecalc.core.results.record import (
     Result,
 )
 from vibecalc.core.results.steps import step
+from vibecalc.core.results.text_files import HDF5_BEGINS
 from vibecalc.core.results.verdicts import VERDICTS, from_objects
 from vibecalc.core.results.visible import visible
 from vibecalc.errors import ResultError
 
 #: deflate, which a repacked file may use, packs a thousand to one at best
 _LARGEST_RATIO = 1100
-
-_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
 def read_file(path: Path) -> Result:
@@ -75,7 +74,7 @@ def _checked_size(path: Path) -> int:
         if not stat.S_ISREG(status.st_mode):
             raise ResultError(f"{path} is not a regular file")
         with open(path, "rb") as stream:
-            start = stream.read(len(_SIGNATURE))
+            start = stream.read(len(HDF5_BEGINS))
     except FileNotFoundError:
         raise ResultError(f"there is no result file {path}") from None
     except (OSError, ValueError) as error:
@@ -83,7 +82,7 @@ def _checked_size(path: Path) -> int:
         raise ResultError(f"cannot read {path}: {reason.lower()}") from error
     if not start:
         raise ResultError(f"{path} is empty")
-    if start != _SIGNATURE:
+    if start != HDF5_BEGINS:
         raise ResultError(f"{path} is not an HDF5 file (it begins with {start!r})")
     return status.st_size
 

@@ -9,6 +9,8 @@ from vibecalc.errors import UsageError
 
 #: bytes of a case, or of a file of rules
 LARGEST = 1_000_000
+#: how a file of HDF5 begins
+HDF5_BEGINS = b"\x89HDF\r\n\x1a\n"
 #: seconds within which somebody has to write to a pipe
 _PATIENCE = 5.0
 
@@ -57,7 +59,7 @@ def content_of(path: Path, largest: int, streams: bool = False) -> bytes:
 
 def checked(content: bytes, largest: int) -> bytes:
     """The same bytes; Unfit where there are more of them, and for a result or a text in UTF-16."""
-    if content.startswith(b"\x89HDF\r\n\x1a\n"):
+    if content.startswith(HDF5_BEGINS):
         raise Unfit("is a result file (HDF5), which `vibecalc report` reads")
     if len(content) > largest:
         raise TooLarge(f"is larger than {largest / 1e6:g} MB")

@@ -25,7 +25,7 @@ from vibecalc.core.results.record import (
     Result,
     Verdict,
 )
-from vibecalc.core.results.select import Side, beside_error, curving, numbers
+from vibecalc.core.results.select import Side, beside_error, numbers, select
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.errors import ResultError
 from vibecalc.numerics.rounding import first_of_largest
@@ -71,14 +71,12 @@ def _expected(row: Verdict, asked_for: Sequence[Mapping[str, Any]]) -> Verdict:
     row = row._replace(**numbers)
     if row.state != BROKEN:
         return row
-    own = [one for one in asked_for if one["quantity"] == row.quantity]
-    picked = {axis: str(entry) for axis, entry in row.where.items()}
-    expects = [
-        all(picked.get(axis) == str(entry) for axis, entry in (one.get("where") or {}).items())
-        for one in own
-        if one.get("expect") == BROKEN
-    ]
-    return row._replace(expect=BROKEN) if any(expects) else row
+    picked = {(axis, str(entry)) for axis, entry in row.where.items()}
+    for one in asked_for:
+        where = {(axis, str(entry)) for axis, entry in (one.get("where") or {}).items()}
+        if one["quantity"] == row.quantity and one.get("expect") == BROKEN and where <= picked:
+            return row._replace(expect=BROKEN)
+    return row
 
 
 # ----------------------------------------------------------------------------
@@ -216,7 +214,7 @@ def _nearest(
 
 
 def _decided_by(result: Result, quantity: Quantity, where: Mapping[str, Any]) -> str:
-    if curving(quantity, where) > quantity.error_estimate:
+    if select(quantity, where).curving > quantity.error_estimate:
         return "more points of the curve, whose samples lie too far apart here"
     return remedy(quantity, result.case)
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 import numpy as np
 
 from vibecalc.core.case.number_range import present, range_problems
-from vibecalc.core.case.raw import key_text
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Record
 from vibecalc.core.results.steps import step
@@ -20,7 +19,7 @@ from vibecalc.core.run.machine_checks import check_machine, checks_of, machine_w
 from vibecalc.core.run.plan import needed_stages
 from vibecalc.core.run.reads import Reads, TracedEntries, traced, walked, written
 from vibecalc.core.run.stage import Scene, Stage
-from vibecalc.errors import NumericalFailure, Problem
+from vibecalc.errors import NumericalFailure, Problem, dotted
 from vibecalc.parts.machine import PARTS, MachineParts, build_machine
 
 if TYPE_CHECKING:
@@ -266,7 +265,7 @@ def check_again(case: "Case", cache: StageCache) -> list[Problem]:
     """`check_machine` with what `cache` knows of earlier cases."""
     now = cache.at(case, None)
     for place in present(case):
-        if now.once(f"range of {key_text(place)}", partial(range_problems, places=(place,))):
+        if now.once(f"range of {dotted(place)}", partial(range_problems, places=(place,))):
             return check_machine(case)
     first, last = checks_of(case)
     for check in (*first, *last):

@@ -1,10 +1,10 @@
 """References, limits and objectives against the plan: do the results they name exist?"""
 
-import difflib
 import functools
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from vibecalc.core.case.raw import nearest
 from vibecalc.core.results.catalogue import AXES, CATALOGUE, NAMES, OWNER
 from vibecalc.core.results.record import AT_START, Entry
 from vibecalc.core.run.plan import planned_quantities
@@ -153,14 +153,14 @@ def _check_where(path: KeyPath, row: Any, entry: Entry, entries: KnownEntries) -
                 message=f"{row.quantity} has no axis {axis!r}",
                 found=axis,
                 allowed=", ".join(entry.axes) or "no axes: it is one number",
-                hint=_nearest(axis, entry.axes),
+                hint=nearest(axis, entry.axes),
             )
         elif axis in names and str(value) not in names[axis]:  # a CSV file has 3 for "3"
             yield problem._replace(
                 message=f"there is no {axis} named {value!r}",
                 found=repr(value),
                 allowed=", ".join(repr(name) for name in names[axis]),
-                hint=_nearest(str(value), names[axis]),
+                hint=nearest(str(value), names[axis]),
             )
     if not entries.varies or path[0] == "reference":
         named = {axis: value for axis, value in row.where.items() if axis in entry.axes}
@@ -188,7 +188,7 @@ def unknown_quantity(path: KeyPath, quantity: str, known: Mapping[str, Entry]) -
         if "run_up" in quantity:
             hint += "; add run_up to [isolation]"
     else:
-        hint = _nearest(quantity, tuple(known))
+        hint = nearest(quantity, [*known])
     return Problem(
         path=(*path, "quantity"),
         message="this case does not compute such a quantity",
@@ -230,8 +230,3 @@ def _names(case: "Case") -> dict[str, tuple[str, ...]]:
         named = tuple(mount.name for mount in mounts.individual or ())
         names["mount"] = named or tuple(str(i + 1) for i in range(len(mounts.positions or ())))
     return names
-
-
-def _nearest(word: str, allowed: tuple[str, ...]) -> str:
-    close = difflib.get_close_matches(word, allowed, n=1, cutoff=0.5)
-    return f"did you mean {close[0]!r}?" if close else ""

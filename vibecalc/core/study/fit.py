@@ -9,7 +9,7 @@ import numpy as np
 
 from vibecalc.core.case.rules import both
 from vibecalc.core.results.record import Entry, Method, Record
-from vibecalc.core.results.select import curving, scalar
+from vibecalc.core.results.select import scalar, select
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.binding import Varied, rows_of
 from vibecalc.core.study.measured_points import (
@@ -62,7 +62,8 @@ class Residuals:
         for point in self.points:
             quantity = record[point.quantity]
             try:
-                value, curved = scalar(quantity, point.where), curving(quantity, point.where)
+                value = scalar(quantity, point.where)
+                curved = select(quantity, point.where).curving
             except ResultError as error:  # a speed that the curve does not reach with these keys
                 raise NumericalFailure(str(error)) from error
             size = float(abs(value) if isinstance(value, complex) else value)

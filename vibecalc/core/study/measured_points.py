@@ -5,8 +5,8 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibecalc.core.case.raw import field_unit
-from vibecalc.core.results.printed import is_phase, read_printed, uncertainty_of
-from vibecalc.core.results.record import Entry
+from vibecalc.core.results.printed import read_printed, uncertainty_of
+from vibecalc.core.results.record import TURN, Entry
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.study.planned import row_of, tabled
 from vibecalc.core.study.variables import start_problems
@@ -69,7 +69,7 @@ def _point(one: "Reference", planned: Mapping[str, Entry]) -> MeasuredPoint:
     printed = read_printed(one.value, one.unit, unit)
     value = convert(printed.number, printed.unit, unit)
     off = convert(uncertainty_of(entry, printed), printed.unit, unit)
-    cyclic = is_phase(one.quantity, unit)
+    cyclic = planned[one.quantity].circle == TURN
     return MeasuredPoint(one.quantity, dict(one.where), value, abs(off), cyclic)
 
 

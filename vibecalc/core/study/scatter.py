@@ -14,7 +14,7 @@ from vibecalc.core.case.raw import field_unit, parse_key
 from vibecalc.core.case.search_checks import share_or_size
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Axis
-from vibecalc.core.results.select import Side, Where, curving, select, uncertainty, worst
+from vibecalc.core.results.select import Side, Where, select, uncertainty, worst
 from vibecalc.core.run.columns import Column
 from vibecalc.core.study.sweep.at_once import Part, unsupported
 from vibecalc.core.study.sweep.sampling import deviation, drawn, mean
@@ -106,4 +106,4 @@ def _worst(path: str, column: Column, where: Where, side: str) -> tuple[np.ndarr
     values = np.asarray(select(whole, where).values)
     rows = (np.abs(values) if np.iscomplexobj(values) else values).reshape(count, -1)
     chosen = rows.max(axis=1) if side == "max" else rows.min(axis=1)
-    return chosen, column.errors + curving(whole, where)
+    return chosen, column.errors + select(whole, where).curving

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.case.raw import key_text
 from vibecalc.core.run.columns import (
     Column,
     Unvaried,
@@ -20,7 +19,7 @@ from vibecalc.core.run.machine_checks import Check, checks_of, suspects_of
 from vibecalc.core.run.plan import needed_stages, plan_case
 from vibecalc.core.run.run import StageCache
 from vibecalc.core.run.stage import Stage
-from vibecalc.errors import KeyPath, NumericalFailure, PointsApart
+from vibecalc.errors import KeyPath, NumericalFailure, PointsApart, dotted
 from vibecalc.numerics.rounding import BoolArray, IntArray
 from vibecalc.parts.machine import PARTS
 from vibecalc.parts.mount_needs import why_alone
@@ -48,9 +47,9 @@ def unsupported(case: "Case", keys: Collection[KeyPath], keep: Collection[str]) 
             return f"{path} is computed point by point"
     for key in keys:
         if pattern(key) not in known:
-            return f"{key_text(key)} is not among the numbers that arrays can vary"
+            return f"{dotted(key)} is not among the numbers that arrays can vary"
         if not _is_number(case, key):
-            return f"{key_text(key)} is not a number in the case as written"
+            return f"{dotted(key)} is not a number in the case as written"
     alone = why_alone(case)
     if alone and reads(PARTS["mounts"], case_untouchable(case, keys)):
         return alone
@@ -71,7 +70,7 @@ def _may_read(stage: Stage, key: KeyPath) -> bool:
 
 def pattern(key: KeyPath) -> str:
     """A key as stages name it: positions in lists left out."""
-    return key_text(key).translate({ord(digit): None for digit in "0123456789"})
+    return dotted(key).translate({ord(digit): None for digit in "0123456789"})
 
 
 def _is_number(case: "Case", key: KeyPath) -> bool:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from vibecalc.core.case.raw import key_text
 from vibecalc.core.case.study_tables import Along, Axis, Sweep
 from vibecalc.core.case.walk import Shape
 from vibecalc.core.results.catalogue import AXES
@@ -15,7 +14,7 @@ from vibecalc.core.results.sweep_file import SweptKey
 from vibecalc.core.study.sweep.keys import KeyTable, label, read_values, refused, target
 from vibecalc.core.study.sweep.sampling import MOST_POINTS, drawn, drawn_by
 from vibecalc.core.study.sweep.values import AxisValues, ValueList
-from vibecalc.errors import CaseError, KeyPath, Problem, UsageError
+from vibecalc.errors import CaseError, KeyPath, Problem, UsageError, dotted
 from vibecalc.units import split_number
 
 # ----------------------------------------------------------------------------
@@ -122,14 +121,14 @@ class _Reader:
             size = min(len(path), len(other))
             if path[:size] == other[:size]:
                 first, second = sorted((path, other), key=len)
-                whole = f", which is in {key_text(first)}" if path != other else ""
-                message = f"two axes vary {key_text(second)}{whole}"
+                whole = f", which is in {dotted(first)}" if path != other else ""
+                message = f"two axes vary {dotted(second)}{whole}"
                 raise CaseError([Problem(path=(*place, "key"), message=message, also=(*at, "key"))])
         self.seen[path] = place
         read = KeyTable(table, place, path, shape)
         values = read_values(read, self.sampled, points)
         return AxisKey(
-            key=key_text(path),
+            key=dotted(path),
             label=label(path),
             unit=shape.unit or "",
             written_unit=_written_unit(read),

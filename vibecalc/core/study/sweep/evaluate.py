@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.case.load import LoadedCase, resolve, validate
-from vibecalc.core.case.raw import NOT_COMPUTED, case_at, key_text
+from vibecalc.core.case.raw import NOT_COMPUTED, case_at
 from vibecalc.core.results.layout import BUG, DONE, FAILED, REFUSED
 from vibecalc.core.results.record import Quantity
 from vibecalc.core.run.run import StageCache, check_again, run_case
 from vibecalc.core.study.sweep.blocks import Block, combined, one_point
 from vibecalc.core.study.sweep.design import Design
-from vibecalc.errors import CaseError, NumericalFailure, Problem, UsageError
+from vibecalc.errors import CaseError, NumericalFailure, Problem, UsageError, dotted
 
 Quantities = Mapping[str, Quantity]
 
@@ -113,7 +113,7 @@ def refusal(problems: Sequence[Problem]) -> str:
     """All problems of one input in one line."""
     parts = (
         (
-            f"{key_text(one.path)}: {one.message}" if one.path else one.message,
+            f"{dotted(one.path)}: {one.message}" if one.path else one.message,
             one.found and f"found {one.found}",
             one.allowed and f"allowed: {one.allowed}",
         )

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.case.diagnose import shown
-from vibecalc.core.case.raw import get_key, key_text, nearest, parse_key
+from vibecalc.core.case.raw import get_key, nearest, parse_key
 from vibecalc.core.case.search_checks import no_such_key
 from vibecalc.core.case.study_tables import Along, Distribution
 from vibecalc.core.case.walk import Shape, keys_of, shape_at, unit_problem, with_names, words
@@ -19,7 +19,7 @@ from vibecalc.core.study.sweep.values import (
     SpacedValues,
     ValueList,
 )
-from vibecalc.errors import CaseError, KeyPath, Problem, UnitError, UsageError
+from vibecalc.errors import CaseError, KeyPath, Problem, UnitError, UsageError, dotted
 from vibecalc.units import parse_quantity, split_number
 
 # ----------------------------------------------------------------------------
@@ -47,7 +47,7 @@ def target(key: str, resolved: Mapping[str, Any]) -> tuple[KeyPath, Shape]:
     if path[0] not in VARIED:
         raise UsageError(f"only keys below {', '.join(VARIED)} can vary")
     if shape.kind not in _VARIABLE:
-        raise UsageError(f"{key_text(path)} is {words(shape)}, which no sweep varies")
+        raise UsageError(f"{dotted(path)} is {words(shape)}, which no sweep varies")
     if not _may_be_added(path, resolved):
         get_key(resolved, path)
     return path, shape
@@ -69,8 +69,8 @@ def label(path: KeyPath) -> str:
     for size in range(len(path), 0, -1):
         name, parent = path[size - 1], shape_at(path[: size - 1])
         if isinstance(name, str) and parent is not None and parent.table is not None:
-            return keys_of(parent.table)[name].description or key_text(path)
-    return key_text(path)
+            return keys_of(parent.table)[name].description or dotted(path)
+    return dotted(path)
 
 
 # ----------------------------------------------------------------------------

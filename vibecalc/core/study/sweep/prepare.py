@@ -18,7 +18,7 @@ import numpy as np
 
 from vibecalc import __version__
 from vibecalc.core.case.load import LoadedCase, raise_with_location
-from vibecalc.core.case.raw import key_text, parse_key
+from vibecalc.core.case.raw import parse_key
 from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import DONE, UNLUCKY
 from vibecalc.core.results.visible import fits_a_line
@@ -28,7 +28,7 @@ from vibecalc.core.study.sweep.blocks import Block, combined
 from vibecalc.core.study.sweep.checks import stored_paths, sweep_problems
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.journal import Journal
-from vibecalc.errors import UnitError, UsageError
+from vibecalc.errors import UnitError, UsageError, dotted
 from vibecalc.schema import SCHEMA_VERSION
 from vibecalc.units import split_number
 
@@ -220,7 +220,7 @@ def axis_table(text: str, option: str = "--grid") -> dict[str, Any]:
     key, _, spec = text.partition("=")
     if not spec.strip() or len(text) > _LONGEST or not fits_a_line(text):
         raise UsageError(f"{option} needs {_EXAMPLES}; found {text[:80]!r}")
-    table: dict[str, Any] = {"key": key_text(parse_key(key.strip()))}
+    table: dict[str, Any] = {"key": dotted(parse_key(key.strip()))}
     said = f"{option} {text[:80]}"
     if _TOML.search(spec):
         try:
