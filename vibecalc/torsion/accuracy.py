@@ -283,8 +283,9 @@ def damper_design_topics(scene: Scene) -> list[Topic]:
         prepared.sought = []
         seen = chart_of(prepared, int(points))
         found = design_from(prepared, valleys(prepared, seen, 1))
-        place = np.log([found.damper.stiffness, found.damper.damping])
-        return Optimal(place, found.worst, 0.0, float(seen.worst.size + len(prepared.sought)))
+        place = np.log(found.damper.value[1:])
+        asked = float(seen.worst.size + len(prepared.sought))
+        return Optimal(place, float(found.worst.value), 0.0, asked)
 
     ask = Ask("least largest torque", f"order {problem.order[0]:g} alone",
               "damper_design/worst_torque", 7.5,

@@ -345,6 +345,20 @@ class Survey(NamedTuple):
         found = self.table(damper.inertia)
         return peaks(self.system, found, damper, self.scale, share, tolerance)
 
+    def levels(self, tops: DamperPeaks) -> tuple[BoolArray, FloatArray, float]:
+        """Which peaks (p,) are of sections, what all are compared with (p,), the worst section.
+
+        That is the worst one for sections, the limit for heat and travel.
+        """
+        section = tops.row < self.system.twist.shape[0]
+        worst = float(np.max(tops.value[section], initial=-np.inf))
+        return section, np.where(section, worst, self.scale[tops.row]), worst
+
+    @property
+    def step(self) -> float:
+        """That of the grid of speeds."""
+        return float(self.grid[1] - self.grid[0])
+
     @property
     def logarithms(self) -> FloatArray:
         """Bounds (v, 2) of the variables."""
@@ -364,8 +378,3 @@ def survey(problem: DamperProblem, limits: Limits, speeds: int = 161) -> Survey:
         system, limits, bounds, np.flatnonzero(bounds[:, 1] > bounds[:, 0]),
         np.linspace(*problem.speed, speeds), scale, {},
     )  # fmt: skip
-
-
-def worst_section(tops: DamperPeaks, sections: int) -> float:
-    """Largest weighted half range among peaks."""
-    return float(np.max(tops.value[tops.row < sections]))
