@@ -5,6 +5,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, stack, where
+from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.setup import Setup, build_setup
@@ -187,23 +188,20 @@ def _emit_secondary(
 ) -> None:  # fmt: skip
     """Which orders feed which in one section, of the linear motion."""
     linear = steady_response(system, setup.speed, torque, highest)
-    forced = feed(system, setup.speed, linear.angle[0], linear.error[0])
-    actual = forced.twist[..., section] * float(setup.shaft.section_ratio[section])
-    size = np.abs(actual)
-    total = size.sum(axis=1)
-    best = np.argmax(size, axis=1)
-    row = np.arange(len(size))
-    axes = {"half_order": linear.order[1:]}
-    line, uncertainty = system.line, linear.error[0]
+    angle = Bounded(linear.angle[0], linear.error[0])
+    own = float(setup.shaft.section_ratio[section])
+    twist = with_errors(feed, system, setup.speed, angle)[..., section] * own
+    size = np.abs(twist.value)
+    total, best = size.sum(axis=1), np.argmax(size, axis=1)
+    ends = system.line.first[section], system.line.second[section]
     # what orders above the highest feed is missing: the truncation of the response itself
-    error = forced.error[..., section].sum(axis=1)
-    error = error + uncertainty[:, line.first[section]] + uncertainty[:, line.second[section]]
-    error = error * abs(float(setup.shaft.section_ratio[section]))
-    scene.emit(f"{VARIABLE}secondary/twist", actual.sum(axis=1)[1:], error[1:], axes)
+    error = twist.errors.sum(axis=1) + abs(own) * sum(angle.error[:, end] for end in ends)
+    axes = {"half_order": linear.order[1:]}
+    scene.emit(f"{VARIABLE}secondary/twist", twist.value.sum(axis=1)[1:], error[1:], axes)
     scene.emit(f"{VARIABLE}secondary/source", linear.order[best][1:], 0.0, axes)
-    share = np.where(total > 0.0, size[row, best] / np.where(total > 0.0, total, 1.0), 0.0)
+    fed = np.where(total > 0.0, total, 1.0)
     # of what is lost in round-off the share says nothing
-    known = np.where(total > 0.0, error / np.where(total > 0.0, total, 1.0), 0.0)
+    share, known = size.max(axis=1) / fed, np.where(total > 0.0, error / fed, 0.0)
     scene.emit(f"{VARIABLE}secondary/share", share[1:], np.minimum(known[1:], 1.0), axes)
 
 
