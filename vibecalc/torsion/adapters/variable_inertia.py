@@ -321,28 +321,19 @@ def _emit_unstable(scene: Scene, setup: Setup, regions: Wedges) -> None:
         scene.warn("unstable ranges are those of pendulums as they are at the operating speed")
     if setup.model.over_speed is not None:
         scene.warn("unstable ranges are those of the dampings at the operating speed")
-    decay = _decay(setup)
+    # rates of decay in 1/s from the work of undamped shapes
+    line, modes = setup.model.line, setup.modes
+    twist = modes.shape[:, line.first] - modes.shape[:, line.second]
+    work = twist**2 @ line.damping + modes.shape**2 @ line.absolute_damping
+    decay = 0.5 * work / modes.modal_inertia
     held = np.sqrt(decay[regions.first] * decay[regions.second])
     feared = np.flatnonzero(regions.growth > _FEARED * held)[:_MOST_RANGES]
     centre, width = regions.speed[feared], regions.half_width[feared] + regions.error[feared]
     examined = (centre[:, None] + width[:, None] * np.array([-4.0, -1.5, 0.0, 1.5, 4.0])).ravel()
     examined = np.clip(examined, asked.start, asked.stop)
-    ranges = (
-        unstable_ranges(system, np.unique(examined), basis=basis_of(setup, system))
-        if examined.size
-        else []
-    )
+    ranges = unstable_ranges(system, examined, basis=basis_of(setup, system))
     axes = {"unstable": np.arange(1, len(ranges) + 1)}
-    error = np.array([one.error for one in ranges])
-    scene.emit(f"{VARIABLE}unstable/from", np.array([one.low for one in ranges]), error, axes)
-    scene.emit(f"{VARIABLE}unstable/to", np.array([one.high for one in ranges]), error, axes)
-    growth = np.array([one.growth for one in ranges])
+    low, high, error, growth = ranges.T
+    scene.emit(f"{VARIABLE}unstable/from", low, error, axes)
+    scene.emit(f"{VARIABLE}unstable/to", high, error, axes)
     scene.emit(f"{VARIABLE}unstable/growth", growth, 1e-9 * np.abs(growth), axes)
-
-
-def _decay(setup: Setup) -> FloatArray:
-    """Rate of decay of each mode (m,) in 1/s from the work of its undamped shape."""
-    line, modes = setup.model.line, setup.modes
-    twist = modes.shape[:, line.first] - modes.shape[:, line.second]
-    work = twist**2 @ line.damping + modes.shape**2 @ line.absolute_damping
-    return np.asarray(0.5 * work / modes.modal_inertia)
