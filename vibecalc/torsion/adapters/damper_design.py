@@ -71,8 +71,9 @@ def build_problem(setup: Setup, options: DamperDesign) -> DesignTask:
     line, shaft = setup.model.line, setup.shaft
     element, freedom = np.arange(line.stiffness.size), np.arange(line.inertia.size)
     replaced = next((one for one in shaft.dampers if one.name == options.on), None)
+    given: tuple[float | None, ...] = (None, None, None)
     if replaced is None:
-        station, given = shaft.station_names.index(options.on), (None, None, None)
+        station = shaft.station_names.index(options.on)
         carrier = int(shaft.freedom[station])
     else:
         station, carrier = replaced.station, replaced.carrier

@@ -43,12 +43,12 @@ def emit_counting(scene: Scene, setup: Setup, options: CycleCounting, seen: list
     tables = [range_table(one, options.bins) for one in cycles.values()]
     bins = np.arange(1, options.bins + 1)
     off = {place: float(np.max(one.error, initial=0.0)) for place, one in cycles.items()}
-    for name, error in (
+    for name, slack in (
         ("range", max(off.values())),
         ("number", max(float(np.max(one.error)) for one in tables)),
         ("mean", max(one.mean_error for one in tables)),
     ):
-        emit(name, chosen, [getattr(one, name) for one in tables], error, range_bin=bins)
+        emit(name, chosen, [getattr(one, name) for one in tables], slack, range_bin=bins)
     slopes = [lines[one].slope if one in lines else options.slope for one in chosen]
     equal = [equivalent_number(cycles[one], k) for one, k in zip(chosen, slopes, strict=True)]
     number, error = np.array(equal).T

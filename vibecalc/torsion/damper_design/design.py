@@ -270,7 +270,7 @@ def mistuning(problem: DamperProblem, tuned: Design, share: float = 0.1) -> Mist
     increase = Bounded(np.ones((by_stiffness.size, 3)), np.zeros((by_stiffness.size, 3)))
     uncertainty = relative_error(tuned) + 2.0 * EPSILON
     for place in np.ndindex(increase.value.shape):
-        a, b = by_stiffness[place[0]], factor[place[1]]
+        a, b = float(by_stiffness[place[0]]), float(factor[place[1]])
         if a != 1.0 or b != 1.0:
             found = performance(problem, Damper(inertia, a * stiffness, b * damping))
             off = Bounded(np.zeros(()), np.abs(found.slope[0]) @ uncertainty)

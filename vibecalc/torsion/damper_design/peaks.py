@@ -51,11 +51,11 @@ class DamperPeaks(NamedTuple):
 
     def some(self, which: BoolArray | IntArray) -> "DamperPeaks":
         """The peaks that an index names."""
-        return DamperPeaks(*(part[which] for part in self))
+        return DamperPeaks._make(part[which] for part in self)
 
     def joined(self, other: "DamperPeaks") -> "DamperPeaks":
         """These and others."""
-        return DamperPeaks(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
+        return DamperPeaks._make(np.concatenate(pair) for pair in zip(self, other, strict=True))
 
 
 def about(
@@ -121,10 +121,10 @@ def follow(
         nearer = np.where(share > 0.5, 1, 0)
         now = read(guess, row[open_], phase[nearer, open_])
         rising = now.by_speed > 0.0
-        for moved, end in ((up, 1), (down, 0)):
+        for moved, ahead in ((up, 1), (down, 0)):
             some = open_[moved]
-            for ends_of in (place, slope, phase):
-                ends_of[1 - end, some] = ends_of[end, some]
+            for each in (place, slope, phase):
+                each[1 - ahead, some] = each[ahead, some]
         end = np.where(up, 1, np.where(down, 0, np.where(rising, 0, 1)))
         stays = open_[holds & (end == side[open_])]
         slope[1 - side[stays], stays] *= 0.5
@@ -135,7 +135,7 @@ def follow(
         done |= np.diff(place[:, open_], axis=0)[0] <= 4e-16 * guess
         open_ = open_[~(done & holds)]
     first = speed - place[0] < place[1] - speed
-    final = read(speed, row, np.where(first[:, None], *phase), slopes=True)
+    final = read(speed, row, np.where(first[:, None], phase[0], phase[1]), slopes=True)
     bend = np.zeros(row.size)
     if np.any(inside):
         shift = 1e-6 * speed[inside]

@@ -257,7 +257,8 @@ def sliding(course: Course, cycle: float, count: int = 200) -> Windows | None:
         return None
     reach = 0.5 * cycle
     for _ in range(2):
-        middle = np.linspace(*course.time_of(np.array([first + reach, last - reach])), count)
+        start, stop = course.time_of(np.array([first + reach, last - reach])).tolist()
+        middle = np.linspace(start, stop, count)
         angle = course.at(middle)[1]
         cycles = np.ceil(np.max(np.diff(angle), initial=0.0) / cycle - _CLOSE)
         reach = max(reach, 0.5 * cycle * cycles)
@@ -303,7 +304,7 @@ def largest_swings(
     @cache
     def apart(window: int) -> tuple[FloatArray, list[tuple[FloatArray, FloatArray]]]:
         """Times midway and half differences of values a cycle apart, by section, with errors."""
-        angle = np.linspace(*begins[window : window + 2], _OF_CYCLE + 1)
+        angle = np.linspace(begins[window], begins[window + 1], _OF_CYCLE + 1)
         times = run.course.time_of(np.stack([angle, angle + cycle]))
         near = traces(run, times, between=(times[0, 0], times[1, -1]))
         places = [np.searchsorted(one.time, times) for one in near]
