@@ -14,7 +14,7 @@ from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.torsion.damper_design.design import design
 from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, system_of
 from vibecalc.torsion.damper_design.readings import amplitudes, reading_error, readings, table
-from vibecalc.torsion.line import Line, chain
+from vibecalc.torsion.line import Line
 
 ENGINE_LIMITS = Limits((RING, RING), (2e5, 5e6), (1e3, 3e4))
 QUICK = {"map_points": 5, "speeds": 31, "starts": 1}
@@ -150,15 +150,3 @@ def test_an_optimum_where_two_crests_of_one_cycle_change_places() -> None:
         other = minimize(worst, np.log(start), method="Nelder-Mead", options={"maxfev": 45})
         np.testing.assert_allclose(np.exp(other.x), found.damper.value[1:], rtol=0.01)
         assert found.worst.value * (1.0 - 2e-3) < other.fun < found.worst.value * (1.0 + 1e-3)
-
-
-def test_damped_line_on_chain_without_damping_has_a_finite_table() -> None:
-    """On a natural frequency of the bare line the bare receptance is infinite, the table is not."""
-    line = chain(np.array([1.0, 1.0]), np.array([200.0]))
-    source = torque_of_parts(np.array([[1.0, 0.0]]), 0.0)
-    problem = DamperProblem(line, 0, np.array([1.0]), 2.0 * np.pi, source, (10.0, 30.0), np.ones(1))
-    damper = Damper(0.2, 30.0, 0.5)
-    found = table(system_of(problem), Damper(0.2, 10.0, 1.0), np.array([20.0]))
-    section = amplitudes(found, np.array([30.0]), np.array([0.5]))[0][0, 0, 0, 0]
-    truth = direct(problem, damper, np.array([20.0]), 100000)[0, 0]
-    assert abs(abs(section) / truth - 1.0) < 1e-8

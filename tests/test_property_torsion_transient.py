@@ -8,7 +8,7 @@ import pytest
 from vibecalc.torsion.line import chain, dynamic_stiffness
 from vibecalc.torsion.transient import march as transient_pieces
 from vibecalc.torsion.transient.march import TransientRun, transient
-from vibecalc.torsion.transient.motion import course_of, stretch
+from vibecalc.torsion.transient.motion import stretch
 from vibecalc.torsion.transient.trace import extremes, traces
 
 PAIR = chain(np.array([2.0, 3.0]), np.array([4000.0]))._replace(damping=np.array([2.8]))
@@ -80,17 +80,6 @@ def test_error_estimates_bound_the_error_and_the_order_is_high(
         errors.append((np.abs(gap).max(), run.torque_error.max()))
     # sixteen radians of the highest order in a step of the rough march: still distinguished
     assert errors[1][0] > 2**9 * errors[0][0]
-
-
-def test_sixty_seconds_of_an_engine_take_a_bounded_number_of_steps() -> None:
-    course = course_of([stretch(60.0, 3.5, engine_gas())], 0.0)
-    system = transient_pieces.transient_system(ENGINE)
-    parts = transient_pieces.driven(ORDERS, course, [system]).cut(1.0)
-    assert sum(block.steps for block in parts) < 70_000
-    # each block resolves the highest order at its own speed
-    for block in parts:
-        top = 3.5 * (block.offset + block.step * block.steps)
-        assert 15.0 * top * block.step <= transient_pieces.ORDER_STEP * (1 + 1e-12)
 
 
 def test_start_from_rest_ramps_the_torque_in() -> None:

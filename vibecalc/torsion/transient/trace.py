@@ -70,7 +70,7 @@ def _pieces(
 
 def samples(run: TransientRun, begin: float, end: float, finer: int = 1) -> Samples:
     """Section torques at all times of the first sampling, or at `finer` times as many."""
-    times, values = [], []
+    times, values = list[FloatArray](), list[FloatArray]()
     for start, step, value in _pieces(run, finer, begin, end):
         if times:
             times[-1], values[-1] = times[-1][:-1], values[-1][:-1]
@@ -119,7 +119,7 @@ def traces(
 ) -> list[Trace]:  # fmt: skip
     """Those of all sections, with the values `at` times (t,) in s, from steps between two times."""
     asked = np.unique(np.zeros(0) if at is None else at)
-    found = []
+    found = list[FloatArray]()
     for begin, step, value in _pieces(run, finer, *between):
         section, place, height, error, bend = turns(value)
         points = np.stack([section, begin + step * place, height, error, bend / step**2])
