@@ -10,10 +10,9 @@ from refused import changed, refusals
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.torsion.line import Line, chain
-from vibecalc.torsion.transient.cycles import largest_steady
 from vibecalc.torsion.transient.march import transient
 from vibecalc.torsion.transient.motion import stretch
-from vibecalc.torsion.transient.peaks import order_window, section_history
+from vibecalc.torsion.transient.trace import samples, window_amplitudes
 
 PAIR = chain(np.array([2.0, 3.0]), np.array([4000.0]))
 GAS = np.array([[10.0 + 0j], [0.0]])
@@ -80,12 +79,10 @@ def test_too_long_for_its_orders() -> None:
         transient(PAIR, np.array([50.0]), [stretch(1e6, 0.0, GAS)], 500.0)
 
 
-def test_comparison_and_windows_outside_what_is_known() -> None:
-    with pytest.raises(NumericalFailure, match="no steady response to compare with"):
-        largest_steady(np.linspace(1.0, 6.0, 11), np.zeros((11, 1)), (2.0, 3.0))
-    seen = section_history(run(), 0.0, 2.0)
+def test_windows_outside_what_is_known() -> None:
+    seen = samples(run(), 0.0, 2.0)
     with pytest.raises(NumericalFailure, match="reaches beyond the course"):
-        order_window(seen, 0, np.array([1.0]), 0.1, 1.0)
+        window_amplitudes(seen.time, seen.value[:, 0], np.array([9.0]), 0.1, 1.0)
 
 
 def test_standstill_is_held_by_its_static_torque() -> None:

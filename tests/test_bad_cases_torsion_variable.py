@@ -35,7 +35,7 @@ def test_order_on_an_undamped_critical_is_refused() -> None:
     with pytest.raises(NumericalFailure, match="undamped critical"):
         steady_response(one_freedom(0.0), 1.0, torque, 3)
     with pytest.raises(NumericalFailure, match="order 2 meets an undamped natural frequency"):
-        feed(one_freedom(0.1), 0.5, np.ones((4, 1), dtype=complex), np.zeros((4, 1)))
+        feed(one_freedom(0.1), 0.5, np.ones((4, 1), dtype=complex))
 
 
 def test_too_few_orders_are_refused() -> None:

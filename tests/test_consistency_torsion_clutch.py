@@ -36,7 +36,7 @@ def test_two_rigid_parts(driven_speed: float, reversed_: bool) -> None:
     assert found.slip_time == pytest.approx(gap * reduced / 70.0, rel=1e-9)
     assert found.common_speed == pytest.approx((200.0 + 3.0 * driven_speed) / 5.0, rel=1e-12)
     assert found.engagements == 1
-    assert found.run.borders.speed[-1] == pytest.approx(found.common_speed, rel=1e-12)
+    assert found.run.course.speed[-1] == pytest.approx(found.common_speed, rel=1e-12)
     # nothing is left that turns the line as a whole against the mean motion of the crank
     relative = found.run.states[-1][-1][1:3] / np.sqrt(line.inertia)
     assert abs(line.inertia @ relative) < 1e-7
@@ -98,7 +98,7 @@ def simulated(
         absolute_damping=np.zeros(n),
     )
     stiffness, damping = stiffness_matrix(rest), damping_matrix(rest)
-    borders, parts = found.run.borders, found.run.stretches
+    borders, parts = found.run.course, found.run.course.parts
 
     def friction(t: float) -> float:
         share = 1.0 if clutch.engaging_time == 0.0 else (t - before) / clutch.engaging_time
@@ -209,9 +209,9 @@ def test_a_line_with_vibration(
     assert found.engagements == (len(changes) + 1) // 2
     assert found.engagements >= engagements
     last = found.run.states[-1][-1]
-    seen = found.run.systems[-1].torque @ last
+    seen = found.run.drive.systems[-1].torque @ last
     np.testing.assert_allclose(seen, torque, atol=1e-6 * np.abs(torque).max())
-    own = last[-6:-2] / np.sqrt(line.inertia) + found.run.borders.speed[-1]
+    own = last[-6:-2] / np.sqrt(line.inertia) + found.run.course.speed[-1]
     np.testing.assert_allclose(own, velocity, atol=1e-7 * speed)
 
 
@@ -221,7 +221,7 @@ def test_momentum_and_energy() -> None:
     clutch = Clutch(1, 30.0, 0.0, np.array([False, False, True, True]), 5.0)
     found = engaged(line, clutch, still(4), 2.0, 40.0)
     last = found.run.states[-1][-1]
-    velocity = last[-6:-2] / np.sqrt(line.inertia) + found.run.borders.speed[-1]
+    velocity = last[-6:-2] / np.sqrt(line.inertia) + found.run.course.speed[-1]
     begin = np.array([40.0, 40.0, 5.0, 5.0])
     assert line.inertia @ velocity == pytest.approx(line.inertia @ begin, rel=1e-10)
     lost = 0.5 * line.inertia @ (begin**2 - velocity**2)

@@ -8,7 +8,6 @@ import pytest
 from exact_shaft_line import exact_angles
 from long_but import long_but
 
-from vibecalc.torsion import forced as forced_corrected
 from vibecalc.torsion import forced as forced_module
 from vibecalc.torsion.close_elimination import eliminate_closely
 from vibecalc.torsion.forced import forced, forced_masked, modal_damping
@@ -231,35 +230,6 @@ def test_an_undamped_critical_in_a_range_is_masked_and_the_rest_is_right():
     assert found.error[1] == np.inf and not np.any(found.angle[1])
     # (k - w^2 J) / (w^2 J (w^2 J - 2 k)) of the driven station
     assert found.angle[0, 0] == pytest.approx((2.0 - 1.0) / (1.0 * (1.0 - 4.0)), rel=1e-14)
-
-
-def test_an_ordinary_range_is_eliminated_once_and_only_growth_is_solved_again(monkeypatch):
-    again = []
-    by_root, dense = forced_corrected.plan_of, forced_corrected.dense_solution
-
-    def counted(line, root, *shape):
-        again.append(root)
-        return by_root(line, root, *shape)
-
-    def counted_dense(line, frequency, *rest):
-        again.append(frequency.tolist())
-        return dense(line, frequency, *rest)
-
-    monkeypatch.setattr(forced_corrected, "plan_of", counted)
-    monkeypatch.setattr(forced_corrected, "dense_solution", counted_dense)
-    w = np.linspace(20.0, 300.0, 500)[:, None] * np.arange(0.5, 6.5, 0.5)
-    forced(engine(), w, np.ones(7))
-    forced(engine(), w, np.ones(7), estimate=False)
-    # one elimination each, and a few frequencies next to resonances of parts
-    assert again[0] == again[-1] == 0 and sum(map(len, again[1:-1])) < 5
-    again.clear()
-    inner = chain(np.ones(4), np.array([1.0, 2.0, 3.0]))
-    forced(inner, np.array([0.5, 1.0]), np.array([0.0, 0.0, 0.25, 1.0]))
-    assert again[1:] == [[1.0]]
-    # too many for dense solves: closely, and, as a pivot vanishes there, from another root
-    again.clear()
-    forced(inner, np.append(np.full(80, 1.0), 0.5), np.array([0.0, 0.0, 0.25, 1.0]))
-    assert again[1:] == [3, 0]
 
 
 def test_the_sharper_bound_holds_next_to_resonances_of_parts_with_any_root():

@@ -7,10 +7,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from vibecalc.torsion.line import Line, chain, damping_matrix, stiffness_matrix
-from vibecalc.torsion.transient.cycles import section_peaks
 from vibecalc.torsion.transient.march import TransientRun, transient
 from vibecalc.torsion.transient.motion import Stretch, TorqueInTime, stretch
-from vibecalc.torsion.transient.peaks import envelope
+from vibecalc.torsion.transient.trace import section_peaks, traces
 
 NONE = np.zeros(0, dtype=complex)
 QUIET = np.zeros((2, 1), dtype=complex)
@@ -27,9 +26,9 @@ def step_ends(run: TransientRun) -> tuple[np.ndarray, np.ndarray]:
     """Times (k,) and section torques (k, e) at the ends of all steps."""
     times, torques = [], []
     for block, states in zip(run.blocks, run.states, strict=True):
-        since = float(run.borders.time[block.stretch]) + block.offset
+        since = float(run.course.time[block.stretch]) + block.offset
         times.append(since + block.step * np.arange(block.steps + 1))
-        torques.append(states @ run.system_of(block).torque.T)
+        torques.append(states @ run.system.torque.T)
     return np.concatenate(times), np.concatenate(torques)
 
 
@@ -45,7 +44,7 @@ def test_a_constant_torque_at_once_has_the_peak_factor_two() -> None:
     still = 70.0 * J1 / (J1 + J2)
     exact = still * (1.0 - np.cos(np.sqrt(K / REDUCED) * time))
     assert np.abs(found[:, 0] - exact).max() <= run.torque_error[0] < 1e-8
-    peak = section_peaks(run, envelope(run))
+    peak = section_peaks(run, traces(run))
     assert abs(peak.peak[0] - 2.0 * still) <= peak.error[0]
     assert peak.peak[0] == pytest.approx(2.0 * still, rel=1e-6)
 

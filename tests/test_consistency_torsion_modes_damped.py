@@ -128,7 +128,7 @@ def test_without_damping_they_are_the_natural_modes() -> None:
 def test_rigid_motions_are_no_poles_however_rounding_moves_them_apart() -> None:
     """Of free lines, some with a ring in oil or a brake: a pole for each mode that swings."""
     rng = np.random.default_rng(36)
-    for case in range(40):
+    for case in range(20):
         count = int(rng.integers(2, 12))
         line = chain(10.0 ** rng.uniform(-2, 2, count), 10.0 ** rng.uniform(3, 7, count - 1))
         dashpots = 1e-5 * line.stiffness / np.sqrt(line.stiffness / line.inertia[1:])
@@ -280,15 +280,15 @@ def test_nearly_equal_branches_are_told_apart() -> None:
 
 
 def test_weak_damping_of_many_modes_needs_no_eigenvalues() -> None:
-    count = 240
+    count = 202
     rng = np.random.default_rng(7)
     line = chain(rng.uniform(1.0, 2.0, count), rng.uniform(1e5, 2e5, count - 1))
-    line = line._replace(damping=rng.uniform(0.0, 2.0, count - 1), loss_factor=np.full(239, 0.001))
+    line = line._replace(damping=rng.uniform(0.0, 2.0, count - 1), loss_factor=np.full(201, 0.001))
     modes = natural_modes(line)
     assert not moves_modes(line, modes)
     found = poles_of_modes(line, modes, lambda w: line)
-    near = by_scipy(line, float(modes.frequency[120]))
-    assert np.abs(near - found.pole[120]).min() < 1e-9 * modes.frequency[120]
+    near = by_scipy(line, float(modes.frequency[100]))
+    assert np.abs(near - found.pole[100]).min() < 1e-9 * modes.frequency[100]
     assert np.abs(np.abs(found.pole) / np.maximum(modes.frequency, 1e-9) - 1.0)[1:].max() < 1e-3
 
 

@@ -176,10 +176,11 @@ def test_crests_of_one_cycle_that_rise_together_hold_no_corner(inertia: float) -
     assert case.damper_design is not None
     asked = build_problem(build_setup(case), case.damper_design)
     found = search(asked.problem, asked.limits)
-    assert found.curvature > 0.0 and np.all(found.weight > 0.0) and found.residual < 1e-9
+    assert found.curvature.value > 0.0 and np.all(found.weight.value > 0.0)
+    assert found.residual < 1e-9
     for factor in (0.5, 0.98, 1.02, 2.0):
-        nearby = found.damper._replace(damping=factor * found.damper.damping)
-        assert performance(asked.problem, nearby).reading.value[0] > found.worst
+        nearby = found.values._replace(damping=factor * found.values.damping)
+        assert performance(asked.problem, nearby).reading.value[0] > found.worst.value
 
 
 @pytest.mark.long

@@ -118,11 +118,11 @@ def test_feeds_add_up_to_what_the_variation_changes() -> None:
     system, torque = ship_engine(), ship_torque()
     full = steady_response(system, 90.0, torque, 24)
     plain = constant_response(system, 90.0, torque, 24)
-    found = feed(system, 90.0, full.angle[0], full.error[0])
+    twist = feed(system, 90.0, full.angle[0])
     change = section_twist(system.line, full.angle[0] - plain.angle[0])
-    assert np.abs(found.twist.sum(axis=1) - change).max() < 1e-14
+    assert np.abs(twist.sum(axis=1) - change).max() < 1e-14
     # order 5 has little of its own: order 3 feeds it through the inertias' order 2
-    sixth = np.abs(found.twist[10, :, 2])
+    sixth = np.abs(twist[10, :, 2])
     assert np.argmax(sixth) == 6 and np.abs(change[10, 2]) > 20.0 * np.abs(
         section_twist(system.line, plain.angle[0])[10, 2]
     )

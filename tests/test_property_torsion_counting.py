@@ -8,23 +8,21 @@ import pytest
 from vibecalc.torsion.line import chain
 from vibecalc.torsion.transient.counting import (
     Cycles,
-    Reversals,
     Strength,
     equivalent_number,
     miner_sum,
     rainflow_cycles,
     range_table,
-    reversals,
     slope_below,
 )
 from vibecalc.torsion.transient.march import transient
 from vibecalc.torsion.transient.motion import TorqueInTime, stretch
-from vibecalc.torsion.transient.peaks import section_history
+from vibecalc.torsion.transient.trace import samples, traces
 
 
 def of(values: list[float] | np.ndarray, error: float = 0.0, ignore: float = 0.0) -> Cycles:
     value = np.asarray(values, dtype=float)
-    return rainflow_cycles(Reversals(value, np.full(value.size, error)), ignore)
+    return rainflow_cycles(value, np.full(value.size, error), ignore)
 
 
 def test_the_example_of_the_standard() -> None:
@@ -127,16 +125,16 @@ def test_reversals_of_a_run_are_its_crests_and_troughs() -> None:
     gas = np.array([[30.0 + 5j, 8.0], [0.0, 0.0], [0.0, 0.0]])
     parts = [stretch(1.0, 0.0, gas), stretch(1.5, 3.0, gas)._replace(in_time=torque)]
     run = transient(line, np.array([1.0, 2.5]), parts, 30.0)
-    history = section_history(run, 0.0, 2.5, finer=40)
-    for section, found in enumerate(reversals(run, np.arange(2))):
+    history = samples(run, 0.0, 2.5, finer=40)
+    for section, trace in enumerate(traces(run)):
+        rises = np.diff(trace.value) > 0.0
+        turning = np.concatenate([[True], rises[1:] != rises[:-1], [True]])
+        found, error = trace.value[turning], trace.error[turning]
         value = history.value[:, section]
         inner = value[1:-1]
         turns = ((inner > value[:-2]) & (inner >= value[2:])) | (
             (inner < value[:-2]) & (inner <= value[2:])
         )
         expected = np.concatenate([value[:1], inner[turns], value[-1:]])
-        assert found.value.size == expected.size
-        gap = np.abs(found.value - expected)
-        assert np.all(gap <= found.error + 2e-4 * np.abs(value).max())
-        signs = np.sign(np.diff(found.value))
-        assert np.all(signs[1:] == -signs[:-1])
+        assert found.size == expected.size
+        assert np.all(np.abs(found - expected) <= error + 2e-4 * np.abs(value).max())

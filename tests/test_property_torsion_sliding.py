@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from vibecalc.torsion.line import chain
-from vibecalc.torsion.transient.cycles import sliding
 from vibecalc.torsion.transient.march import TransientRun, transient
 from vibecalc.torsion.transient.motion import stretch
-from vibecalc.torsion.transient.peaks import envelope
+from vibecalc.torsion.transient.trace import extremes, section_peaks, sliding, traces
 
 CYCLE = 4.0 * np.pi
 ORDERS = np.arange(1, 17) / 2
@@ -33,22 +32,26 @@ def change() -> TransientRun:
 
 def test_a_steady_motion_has_a_flat_envelope() -> None:
     run = transient(LINE, ORDERS, [stretch(1.0, 0.0, gas())], 83.0, start="steady")
-    found = sliding(run, CYCLE, 61)
-    assert found is not None
-    for values in (found.low, found.high):
-        assert np.all(np.abs(values - values[0]) <= found.error + found.error[0])
-        assert np.ptp(values, axis=0) == pytest.approx(0.0, abs=2e-6 * found.high.max())
-    assert np.all(found.error < 1e-5 * found.high.max())
-    whole = envelope(run, windows=1)
-    assert np.all(np.abs(found.high - whole.high[0]) <= found.error + whole.error[0])
-    assert np.all(np.abs(found.low - whole.low[0]) <= found.error + whole.error[0])
+    windows = sliding(run.course, CYCLE, 61)
+    assert windows is not None
+    seen = traces(run, np.concatenate(windows))
+    for trace in seen:
+        low, high, error = extremes(trace, windows.begin, windows.end)
+        for values in (low, high):
+            assert np.all(np.abs(values - values[0]) <= error + error[0])
+            assert np.ptp(values) == pytest.approx(0.0, abs=2e-6 * high.max())
+        assert np.all(error < 1e-5 * high.max())
+        assert np.all(np.abs(high - trace.value.max()) <= error + error.max())
 
 
 def test_a_long_run_is_left_out_nowhere_and_a_short_one_has_no_envelope() -> None:
     run = change()
-    few, peak = sliding(run, CYCLE, 4), envelope(run)
+    few = sliding(run.course, CYCLE, 4)
     assert few is not None
-    assert np.all(few.high.max(axis=0) == pytest.approx(peak.high.max(axis=0), rel=1e-5))
-    assert np.all(few.low.min(axis=0) == pytest.approx(peak.low.min(axis=0), rel=1e-5))
+    seen = traces(run, np.concatenate(few))
+    peaks = section_peaks(run, seen)
+    for section, trace in enumerate(seen):
+        low, high, _ = extremes(trace, few.begin, few.end)
+        assert max(high.max(), -low.min()) == pytest.approx(peaks.peak[section], rel=1e-5)
     short = transient(LINE, ORDERS, [stretch(0.1, 0.0, gas())], 83.0, start="steady")
-    assert sliding(short, CYCLE) is None
+    assert sliding(short.course, CYCLE) is None

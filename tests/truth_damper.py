@@ -54,23 +54,23 @@ def _truths(asked: DesignTask, found: Design, record: Record, objective: str) ->
     yield row("natural_frequency", [mpmath.sqrt(own[1] / own[0])])
     yield row("damping_ratio", [own[2] / (2 * mpmath.sqrt(own[0] * own[1]))])
     yield row(f"worst_{objective}", [level])
-    order = np.argsort(found.speed, kind="stable")
+    order = np.argsort(found.peaks.speed, kind="stable")
     yield row("active/speed", [speed[i] for i in order])
     yield row("active/level", [1] * len(order))
     yield row("active/weight", [weight[i] for i in order])
     yield row("bound_sensitivity", pull)
     yield row("certificate", [0])
-    if np.isfinite(found.curvature):
+    if np.isfinite(found.curvature.value):
         yield row("curvature", [curvature])
-    near = np.abs(np.log(found.basin[:, 1:] / np.array(found.damper)[1:])) < 0.05
+    near = np.abs(np.log(found.basin.value[:, 1:] / found.damper.value[1:])) < 0.05
     if np.all(near):
-        count = len(found.basin)
+        count = len(found.basin.value)
         yield row("basin/stiffness", [own[1]] * count)
         yield row("basin/damping", [own[2]] * count)
         yield row("basin/worst", [1] * count)
     worst_at = float(record[f"{ROOT}worst_speed"].values)
     yield row("worst_speed", [min(speed, key=lambda one: abs(one - worst_at))])
-    tuned = performance(asked.problem, found.damper)
+    tuned = performance(asked.problem, found.values)
     yield from _asked_of(exact, tuned, x, ratio, row, "")
     if asked.table is not None:
         other = performance(asked.problem, asked.table)
@@ -128,17 +128,17 @@ def _asked_of(
 def _optimum(exact: ExactLine, asked: DesignTask, found: Design) -> tuple[Any, ...]:
     """Newton's method on the conditions: logarithms, level, weights, speeds, pulls, curvature."""
     bounds = asked.limits.bounds
-    values = np.array(found.damper)
+    values = found.damper.value
     moving = [i for i in range(3) if bounds[i, 1] > bounds[i, 0]]
     free = [i for i in moving if values[i] not in bounds[i]]
     x = [_log(one) for one in values]
-    turn = 2.0 * np.pi / asked.problem.cycle
+    phases = np.mod(found.peaks.phase, 2.0 * np.pi)
     peaks = [
-        Peak(int(r), mpf(float(s)), (mpf(a[0] * turn), mpf(a[1] * turn)),
+        Peak(int(r), mpf(float(s)), (mpf(a[0]), mpf(a[1])),
                float(s) in asked.problem.speed)
-        for r, s, a in zip(found.reading, found.speed, found.angle, strict=True)
+        for r, s, a in zip(found.peaks.row, found.peaks.speed, phases, strict=True)
     ]  # fmt: skip
-    level, weight = mpf(found.worst), [mpf(float(one)) for one in found.weight]
+    level, weight = mpf(found.worst.value), [mpf(float(one)) for one in found.weight.value]
     section = [one.row < exact.sections for one in peaks]
     limit = {0: mpf(asked.limits.heat), 1: mpf(asked.limits.travel), 2: mpf(asked.limits.travel)}
     f, p = len(free), len(peaks)
@@ -219,7 +219,7 @@ def _mistuned(
                   float(record_axis(quantity, "damping_factor")[j])]  # fmt: skip
         other = performance(
             asked.problem,
-            Damper(*(a * b for a, b in zip(factor, found.damper, strict=True))),
+            Damper(*(a * b for a, b in zip(factor, found.values, strict=True))),
         )
         its = [a + mpmath.log(mpf(b)) for a, b in zip(x, factor, strict=True)]
         worst, _ = exact.climbed(_peak(other, 0, asked), its)
@@ -255,7 +255,7 @@ def _chart(asked: DesignTask, found: Design, record: Record, objective: str) -> 
     found_at: dict[str, list[float]] = {name: [] for name, _, _ in paths}
     for one in k * square:
         for other in c * square:
-            damper = Damper(found.damper.inertia, float(one), float(other))
+            damper = Damper(found.values.inertia, float(one), float(other))
             fine = np.linspace(*asked.problem.speed, 1501)
             seen = direct(asked.problem, damper, fine, 96)
             columns = {"heat": seen[:, -2], "travel": seen[:, -1]}

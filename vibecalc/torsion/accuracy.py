@@ -51,19 +51,11 @@ from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.transient.march import (
     POINTS,
     StepBlock,
-    cut,
-    march,
-    rest_state,
+    driven,
     steady_start,
     transient_system,
 )
-from vibecalc.torsion.transient.motion import (
-    repeats,
-    speed_after,
-    speed_profile,
-    torque_law,
-    turned_after,
-)
+from vibecalc.torsion.transient.motion import course_of, repeats, speed_after, turned_after
 from vibecalc.torsion.variable_inertia.steady import steady_response
 
 #: longer lines take more than their share of time in long arithmetic, or their first orders only
@@ -291,8 +283,9 @@ def damper_design_topics(scene: Scene) -> list[Topic]:
         prepared.sought = []
         seen = chart_of(prepared, int(points))
         found = design_from(prepared, valleys(prepared, seen, 1))
-        place = np.log([found.damper.stiffness, found.damper.damping])
-        return Optimal(place, found.worst, 0.0, float(seen.worst.size + len(prepared.sought)))
+        place = np.log(found.damper.value[1:])
+        asked = float(seen.worst.size + len(prepared.sought))
+        return Optimal(place, float(found.worst.value), 0.0, asked)
 
     ask = Ask("least largest torque", f"order {problem.order[0]:g} alone",
               "damper_design/worst_torque", 7.5,
@@ -328,16 +321,15 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
     if options is None or options.kind == "clutch_in":
         return []
     path = journey(setup, scene.case.machine, options)
-    whole, steady, first = speed_profile(path.stretches, path.speed), path.start == "steady", 0
+    whole, steady, first = course_of(path.stretches, path.speed), path.start == "steady", 0
     # what lasts at constant speed before the change is no transient
     if steady and len(path.stretches) > 1:
         one = path.stretches[0]
         first = int(one.acceleration == 0.0 and one.acceleration_rate == 0.0)
     part, system = path.stretches[first], transient_system(path.line, path.reaction)
     speed, angle = float(whole.speed[first]), float(whole.angle[first])
-    borders = speed_profile([part], speed, angle)
-    law = torque_law(path.order, part, system.balance, system.inertia, borders.speed)
-    begin = rest_state(system)
+    drive = driven(path.order, course_of([part], speed, angle), [system])
+    law, begin = drive.laws[0], np.zeros(len(system.state_matrix))
     if steady:
         before = path.stretches[max(first - 1, 0)]
         begin = steady_start(system, path.order, before, speed, angle)
@@ -345,10 +337,10 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
     seen = np.linspace(0.0, part.duration, 2001)
     cycle = setup.drive.firing.cycle
     duration = float(np.interp(cycle, turned_after(part, speed, seen), seen))
-    planned = cut([part], borders, float(law.power.max(initial=0.0)) / 2.0, system.fastest, 1.0)
+    planned = drive.cut(1.0)
     steps = sum(min(one.steps, max(0.0, duration - one.offset) / one.step) for one in planned)
     taken = MOMENTS * max(1, round(steps / MOMENTS))
-    m, turned = len(law.power), float(borders.angle[0])
+    m, turned = len(law.power), float(drive.course.angle[0])
     if repeats(law.power):
         turned %= 8.0 * np.pi
     gas, growth, inertia = (one[:, :m] - 1j * one[:, m:] for one in law.harmonic)
@@ -360,7 +352,7 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
         wave = np.exp(0.5j * law.power * at)
         torque = scale * ((gas + (now - speed) * growth + now**2 * inertia) @ wave).real
         torque = torque + law.pull[0] + share * (law.pull[1] - law.pull[0])
-        torque = torque + now**law.exponent @ law.load
+        torque = torque + now**part.exponent @ law.load
         if part.in_time is not None:
             torque = torque + part.in_time.share * part.in_time.at(np.array(time))
         return np.asarray(system.state_matrix @ state + system.input_matrix @ torque)
@@ -371,7 +363,7 @@ def torsion_transient_topics(scene: Scene) -> list[Topic]:
     def propagated(steps: float) -> Answer:
         count = int(steps)
         piece = StepBlock(0, 0.0, duration / count, count)
-        (states,) = march([system], [part], borders, [law], [piece], begin)
+        (states,) = drive.march([piece], begin)
         return Answer(shown(states[:: count // MOMENTS][1:]), 1.5 * POINTS * steps)
 
     ask = Ask("torques in time", f"first {duration:.4g} s of the change",

@@ -1,6 +1,7 @@
 """The damper that makes the worst section of a shaft line best, and what proves it."""
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -41,19 +42,22 @@ from vibecalc.torsion.tables import DamperDesign
 
 #: bounds of a search without any: shares of what the lowest and the highest excited mode ask for
 _STIFFNESS, _DAMPING = (0.05, 4.0), (0.02, 4.0)
+_NAMES = ("inertia", "stiffness", "damping")
+#: from and to, by name
+Spans = dict[str, tuple[float, float]]
 
 
 class DesignTask(NamedTuple):
     """`problem` and `limits` are referred; `ratio` is the own speed ratio of the damper's shaft.
 
-    `element` (e,) are the places, among the sections of the case, of the elements of the line
-    without the ring; `table` is the value to compare with, or None.
+    `freedom` (n,) are the places, among those of the case, of the freedoms of the line without the
+    ring; `table` is the value to compare with, or None.
     """
 
     problem: DamperProblem
     limits: Limits
     ratio: float
-    element: np.ndarray
+    freedom: np.ndarray
     table: Damper | None
 
 
@@ -64,26 +68,28 @@ def build_problem(setup: Setup, options: DamperDesign) -> DesignTask:
             "damping ratios by mode hold for the line as it is; a search for a damper needs "
             "dampings of shafts and stations, or a damping_model of kind 'rayleigh'"
         )
-    shaft = setup.shaft
-    line, element, freedom = _without_ring(setup, options.on)
+    line, shaft = setup.model.line, setup.shaft
+    element, freedom = np.arange(line.stiffness.size), np.arange(line.inertia.size)
+    replaced = next((one for one in shaft.dampers if one.name == options.on), None)
+    given: tuple[float | None, ...] = (None, None, None)
+    if replaced is None:
+        station = shaft.station_names.index(options.on)
+        carrier = int(shaft.freedom[station])
+    else:
+        station, carrier = replaced.station, replaced.carrier
+        given = replaced.inertia, replaced.stiffness, replaced.damping
+        line, element, freedom = without_freedom(line, replaced.ring, replaced.element)
     if np.any(setup.model.speed_stiffness[element]):
         raise NumericalFailure(
             "pendulums change with the speed, which the search for another damper does not follow"
         )
-    replaced = next((one for one in shaft.dampers if one.name == options.on), None)
-    if replaced is not None:
-        station, carrier = replaced.station, replaced.carrier
-    else:
-        station = shaft.station_names.index(options.on)
-        carrier = int(shaft.freedom[station])
     ratio = float(shaft.station_ratio[station])
     task = options.speeds or setup.torsion.speeds
     assert task is not None
     speeds = (task.start, task.stop)
-    replaced_damper = None if replaced is None else Damper(
-        replaced.inertia, replaced.stiffness, replaced.damping
-    )  # fmt: skip
-    limits = _limits(options, replaced_damper, line, speeds, setup, ratio)
+    own = [getattr(options, name) for name in _NAMES]
+    known = [other if one is None else one for one, other in zip(own, given, strict=True)]
+    limits = _limits(options, known, _spans(line, setup, speeds), ratio)
     problem = DamperProblem(
         line=line,
         station=int(np.flatnonzero(freedom == carrier)[0]),
@@ -96,24 +102,11 @@ def build_problem(setup: Setup, options: DamperDesign) -> DesignTask:
     )
     table = None
     if options.compare is not None:
+        # on the ring that is given, or the one that is replaced
+        ring = limits.inertia[0] if known[0] is None else known[0] * ratio**2
         values = (options.compare.stiffness, options.compare.damping)
-        inertia = (
-            limits.inertia[0]
-            if replaced_damper is None or options.inertia
-            else replaced_damper.inertia * ratio**2
-        )
-        table = Damper(inertia, *(value * ratio**2 for value in values))
-    return DesignTask(problem, limits, ratio, element, table)
-
-
-def _without_ring(setup: Setup, name: str) -> tuple[Line, np.ndarray, np.ndarray]:
-    """The line, and which elements and freedoms of the case's line it still has."""
-    line, shaft = setup.model.line, setup.shaft
-    replaced = next((one for one in shaft.dampers if one.name == name), None)
-    n, e = line.inertia.size, line.stiffness.size
-    if replaced is None:
-        return line, np.arange(e), np.arange(n)
-    return without_freedom(line, replaced.ring, replaced.element)
+        table = Damper(ring, *(value * ratio**2 for value in values))
+    return DesignTask(problem, limits, ratio, freedom, table)
 
 
 def _weights(setup: Setup, options: DamperDesign, element: np.ndarray) -> FloatArray:
@@ -122,22 +115,24 @@ def _weights(setup: Setup, options: DamperDesign, element: np.ndarray) -> FloatA
     names = np.array([shaft.section_names[place] for place in element], dtype=object)
     kinds = np.array([shaft.section_kinds[place] for place in element], dtype=object)
     counts = np.isin(names, options.sections) if options.sections else kinds != "damper"
-    ratio, modulus = np.abs(shaft.section_ratio[element]), shaft.section_modulus[element]
-    if options.objective == "twist":
-        return np.asarray(np.where(counts, ratio, 0.0))
-    if options.objective == "torque":
-        return np.asarray(np.where(counts, 1.0 / ratio, 0.0))
-    lacking = counts & (modulus <= 0.0)
-    if options.sections and np.any(lacking):
-        raise NumericalFailure(
-            f"no stress in section {names[lacking][0]!r}: it has neither diameter nor section "
-            "modulus"
-        )
-    known = counts & (modulus > 0.0)
-    if not np.any(known):
-        raise NumericalFailure("no section has a diameter or section modulus: no stress to lower")
-    safe = np.where(known, modulus, 1.0)
-    return np.asarray(np.where(known, 1.0 / (ratio * safe), 0.0))
+    weight = np.abs(shaft.section_ratio[element])
+    if options.objective != "twist":
+        weight = 1.0 / weight
+    if options.objective == "stress":
+        modulus = shaft.section_modulus[element]
+        lacking = counts & (modulus <= 0.0)
+        if options.sections and np.any(lacking):
+            raise NumericalFailure(
+                f"no stress in section {names[lacking][0]!r}: it has neither diameter nor section "
+                "modulus"
+            )
+        counts &= modulus > 0.0
+        if not np.any(counts):
+            raise NumericalFailure(
+                "no section has a diameter or section modulus: no stress to lower"
+            )
+        weight = weight / np.where(counts, modulus, 1.0)
+    return np.asarray(np.where(counts, weight, 0.0))
 
 
 def _torque(setup: Setup, freedom: np.ndarray) -> SpeedTorque:
@@ -149,55 +144,45 @@ def _torque(setup: Setup, freedom: np.ndarray) -> SpeedTorque:
     return speed_torque(gas[..., freedom], inertia[:, freedom], drive.card_speed)
 
 
-def _limits(
-    options: DamperDesign, replaced: Damper | None, line: Line, speeds: tuple[float, float],
-    setup: Setup, ratio: float,
-) -> Limits:  # fmt: skip
-    """Bounds of what is searched, equal ones of what is not; referred."""
-    square = ratio**2
-    bounds = options.bounds
-    given: dict[str, float | None] = {
-        "inertia": options.inertia, "stiffness": options.stiffness, "damping": options.damping,
-    }  # fmt: skip
-    if replaced is not None:
-        for name, value in replaced._asdict().items():
-            given[name] = value if given[name] is None else given[name]
-    ring = given["inertia"]
-    task = None if bounds is None else bounds.inertia
-    if "inertia" in options.find:
-        if task is None:
-            raise NumericalFailure("a ring inertia is looked for between bounds: give them")
-        inertia = (task[0] * square, task[1] * square)
-    elif ring is None:
-        raise NumericalFailure(f"no inertia of the ring on {options.on!r} is known: give one")
-    else:
-        inertia = (ring * square, ring * square)
+def _spans(line: Line, setup: Setup, speeds: tuple[float, float]) -> Callable[[float], Spans]:
+    """Usual bounds of stiffness and damping of a ring inertia, by the modes that are excited."""
     natural = natural_modes(line).frequency
     natural = natural[natural > 0.0]
     if natural.size == 0:
         raise NumericalFailure("the line has no elastic mode that a damper could calm")
-    reach = float(setup.drive.order[-1]) * speeds[1]
-    excited = natural[natural <= reach]
+    excited = natural[natural <= float(setup.drive.order[-1]) * speeds[1]]
     low, high = float(natural[0]), float(excited[-1] if excited.size else natural[0])
-    middle = float(np.sqrt(inertia[0] * inertia[1]))
-    usual = {
-        "stiffness": (_STIFFNESS[0] * middle * low**2, _STIFFNESS[1] * middle * high**2),
-        "damping": (_DAMPING[0] * middle * low, _DAMPING[1] * middle * high),
+    return lambda ring: {
+        "stiffness": (_STIFFNESS[0] * ring * low**2, _STIFFNESS[1] * ring * high**2),
+        "damping": (_DAMPING[0] * ring * low, _DAMPING[1] * ring * high),
     }
-    spans: dict[str, tuple[float, float]] = {}
-    for name, span in usual.items():
-        said = None if bounds is None else getattr(bounds, name)
-        if name in options.find:
-            spans[name] = span if said is None else (said[0] * square, said[1] * square)
-        else:
-            value = given[name]
+
+
+def _limits(
+    options: DamperDesign, known: list[float | None], usual: Callable[[float], Spans], ratio: float
+) -> Limits:
+    """Bounds of what is searched, equal ones of what is not; referred."""
+    square, spans = ratio**2, Spans()
+    for name, value in zip(_NAMES, known, strict=True):
+        said = None if options.bounds is None else getattr(options.bounds, name)
+        if name not in options.find:
+            if value is None and name == "inertia":
+                raise NumericalFailure(
+                    f"no inertia of the ring on {options.on!r} is known: give one"
+                )
             if value is None and name == "damping":
                 raise NumericalFailure("the damping is neither looked for nor given")
-            spans[name] = ((value or 0.0) * square, (value or 0.0) * square)
+            said = (value or 0.0, value or 0.0)
+        elif said is None and name == "inertia":
+            raise NumericalFailure("a ring inertia is looked for between bounds: give them")
+        if said is None:
+            spans[name] = usual(math.sqrt(math.prod(spans["inertia"])))[name]
+        else:
+            spans[name] = (said[0] * square, said[1] * square)
     limits = options.limits
     heat = np.inf if limits is None or limits.heat is None else limits.heat
     travel = np.inf if limits is None or limits.travel is None else limits.travel / abs(ratio)
-    return Limits(inertia, spans["stiffness"], spans["damping"], heat, travel)
+    return Limits(**spans, heat=heat, travel=travel)
 
 
 # ----------------------------------------------------------------------------
@@ -246,10 +231,10 @@ def run_damper_design(scene: Scene) -> None:
 
 def _emit_damper(scene: Scene, task: DesignTask, best: Design) -> None:
     """Own values: referred ones over the square of the speed ratio of its shaft."""
-    values = Bounded(np.array(best.damper), best.damper_error) / rounded(task.ratio**2, 6.0)
-    for place, name in enumerate(("inertia", "stiffness", "damping")):
-        scene.emit(f"{DESIGN}{name}", values[place])
-    inertia, stiffness, damping = (values[place] for place in range(3))
+    values = best.damper / rounded(task.ratio**2, 6.0)
+    inertia, stiffness, damping = each = [values[place] for place in range(3)]
+    for name, value in zip(_NAMES, each, strict=True):
+        scene.emit(f"{DESIGN}{name}", value)
     scene.emit(f"{DESIGN}natural_frequency", sqrt(stiffness / inertia))
     ratio: Bounded | float = math.inf
     if stiffness.value > 0.0:
@@ -272,39 +257,36 @@ def _emit_achieved(
 
 def _emit_proof(scene: Scene, task: DesignTask, best: Design) -> None:
     """The peaks that hold the tuning, from low to high speed, the pull of bounds, the ends."""
-    order = np.argsort(best.speed, kind="stable")
-    row, count = best.reading[order], len(task.problem.weight)
+    order = np.argsort(best.peaks.speed, kind="stable")
+    row, count = best.peaks.row[order], len(task.problem.weight)
     kind = np.where(row < count, _SECTION, np.where(row == count, _HEAT, _TRAVEL))
-    section = np.where(row < count, row + 1, 0)
-    whole = np.array([best.worst, task.limits.heat, task.limits.travel])
-    level = best.value[order] / whole[kind.astype(int)]
+    whole = np.array([best.worst.value, task.limits.heat, task.limits.travel])
+    level = best.peaks.value[order] / whole[kind.astype(int)]
+    slack = best.worst.error / best.worst.value + 2.0 * EPSILON
     axes = {"active": np.arange(1, len(row) + 1)}
     scene.emit(f"{DESIGN}active/kind", kind, 0.0, axes)
-    scene.emit(f"{DESIGN}active/section", section, 0.0, axes)
-    speed = best.speed[order]
-    scene.emit(f"{DESIGN}active/speed", speed, best.speed_error[order], axes)
-    slack = best.worst_error / best.worst + 2.0 * EPSILON
-    scene.emit(f"{DESIGN}active/level", level, slack, axes)
-    scene.emit(f"{DESIGN}active/weight", best.weight[order], best.weight_error[order], axes)
+    scene.emit(f"{DESIGN}active/section", np.where(row < count, row + 1, 0), 0.0, axes)
+    scene.emit(f"{DESIGN}active/speed", best.speed[order], axes=axes)
+    scene.emit(f"{DESIGN}active/level", level, float(slack), axes)
+    scene.emit(f"{DESIGN}active/weight", best.weight[order], axes=axes)
     names = {"design_value": NAMES["design_value"]}
-    scene.emit(f"{DESIGN}bound_sensitivity", best.bound_weight, best.bound_error, names)
+    scene.emit(f"{DESIGN}bound_sensitivity", best.bound_weight, axes=names)
     # zero at an optimum: all of it is error
     scene.emit(f"{DESIGN}certificate", best.residual, best.residual, terms=1.0)
-    scene.emit(f"{DESIGN}curvature", best.curvature, best.curvature_error)
-    axes = {"basin": np.arange(1, len(best.basin) + 1)}
+    scene.emit(f"{DESIGN}curvature", best.curvature)
     # ends of descents: how far the optimum of each basin is from there
-    ends = Bounded(best.basin, best.basin_error) / rounded(task.ratio**2, 6.0)
+    axes, ends = {"basin": np.arange(1, len(best.basin.value) + 1)}, best.basin
+    ends = ends / rounded(task.ratio**2, 6.0)
     scene.emit(f"{DESIGN}basin/stiffness", ends[:, 1], axes=axes)
     scene.emit(f"{DESIGN}basin/damping", ends[:, 2], axes=axes)
-    worst = Bounded(best.basin_worst, best.basin_worst_error) / _worst(best)
-    scene.emit(f"{DESIGN}basin/worst", worst, axes=axes)
+    scene.emit(f"{DESIGN}basin/worst", best.basin_worst / best.worst, axes=axes)
 
 
 def _emit_table(scene: Scene, options: DamperDesign, task: DesignTask, best: Design) -> None:
     assert task.table is not None
     achieved = performance(task.problem, task.table)
     _emit_achieved(scene, "table/", options, task, achieved)
-    scene.emit(f"{DESIGN}table/gain", achieved.reading[0] / _worst(best))
+    scene.emit(f"{DESIGN}table/gain", achieved.reading[0] / best.worst)
     _, heat, travel = achieved.reading.value
     limits = task.limits
     for value, limit, words in (
@@ -313,10 +295,6 @@ def _emit_table(scene: Scene, options: DamperDesign, task: DesignTask, best: Des
     ):
         if value > limit:
             scene.warn(f"the table value of the damper does not keep the limit on the {words}")
-
-
-def _worst(best: Design) -> Bounded:
-    return Bounded(np.asarray(best.worst), np.asarray(best.worst_error))
 
 
 # ----------------------------------------------------------------------------
@@ -336,13 +314,13 @@ def emit_chart(scene: Scene, options: DamperDesign, task: DesignTask, best: Desi
         return
     spans = []
     for place in (1, 2):
-        marked = [best.damper[place]] + ([task.table[place]] if task.table is not None else [])
+        marked = [best.values[place]] + ([task.table[place]] if task.table is not None else [])
         low, high = task.limits.bounds[place]
         positive = [value for value in marked if value > 0.0]
         low = max(low, min(positive) / _AROUND)
         high = min(high, max(positive) * _AROUND)
         spans.append((min(low, min(positive)), max(high, max(positive))))
-    inertia = best.damper.inertia
+    inertia = best.values.inertia
     limits = task.limits._replace(inertia=(inertia, inertia), stiffness=spans[0], damping=spans[1])
     drawn = chart(task.problem, limits, _MAP, _MAP_SPEEDS)
     square = task.ratio**2
@@ -368,7 +346,7 @@ def emit_rings(scene: Scene, options: DamperDesign, task: DesignTask, best: Desi
     rings, rows = [], []
     bounds = options.bounds
     for inertia in (value * task.ratio**2 for value in sorted(options.rings)):
-        share = inertia / best.damper.inertia
+        share = inertia / best.values.inertia
         limits = task.limits._replace(inertia=(inertia, inertia))
         # what suits a ring grows with it
         if bounds is None or bounds.stiffness is None:
@@ -381,9 +359,9 @@ def emit_rings(scene: Scene, options: DamperDesign, task: DesignTask, best: Desi
             actual = inertia / task.ratio**2
             scene.warn(f"no best damper reported for a ring of {actual:.6g} kg m^2: {failure}")
             continue
-        values = Bounded(np.array(one.damper), one.damper_error) / task.ratio**2
+        values = one.damper / task.ratio**2
         rings.append(inertia / task.ratio**2)
-        rows.append(concatenate([values[1:], _worst(one)[None]]))
+        rows.append(concatenate([values[1:], one.worst[None]]))
     if not rows:
         raise NumericalFailure("none of the rings of the case has a best damper")
     table, axes = stack(rows), {"ring_inertia": np.array(rings)}
@@ -409,7 +387,7 @@ def emit_curves(
     dampers: dict[str, Damper | None] = {"none": None}
     if task.table is not None:
         dampers["table value"] = task.table
-    dampers["optimum"] = best.damper
+    dampers["optimum"] = best.values
     rows, errors = [], []
     for damper in dampers.values():
         value, error = largest_section(setup, task, damper, speeds)
@@ -428,7 +406,7 @@ def _of_tuning(
     for place in np.flatnonzero(share):
         factor = np.ones(3)
         factor[place] += _MOVED
-        damper = Damper(*(float(one) for one in factor * np.array(best.damper)))
+        damper = Damper(*(float(one) for one in factor * best.damper.value))
         moved, _ = largest_section(setup, task, damper, speeds)
         known = np.isfinite(moved) & np.isfinite(value)
         slope = np.abs(np.where(known, moved, 0.0) - np.where(known, value, 0.0)) / _MOVED
@@ -442,24 +420,8 @@ def largest_section(
     """Largest weighted half range (s,) at speeds (s,), infinite where nothing damps; its error."""
     problem, drive = task.problem, setup.drive
     line = problem.line if damper is None else with_ring(problem.line, problem.station, *damper)
-    number = {int(old): new for new, old in enumerate(_freedoms(setup, task))}
-    stations = [number[int(place)] for place in drive.freedom]
-    of_twist = problem.quantity == "twist"
+    stations = [int(np.flatnonzero(task.freedom == place)[0]) for place in drive.freedom]
     return largest_half_range(
-        line,
-        drive.order,
-        drive.load,
-        stations,
-        problem.weight,
-        speeds,
-        of_twist=of_twist,
-    )
-
-
-def _freedoms(setup: Setup, task: DesignTask) -> np.ndarray:
-    """Freedoms of the case's line that the line without ring has, in its order."""
-    every = np.arange(setup.model.line.inertia.size)
-    if task.problem.line.inertia.size == every.size:
-        return every
-    rings = {one.ring for one in setup.shaft.dampers if one.element not in task.element}
-    return np.array([place for place in every if place not in rings])
+        line, drive.order, drive.load, stations, problem.weight, speeds,
+        of_twist=problem.quantity == "twist",
+    )  # fmt: skip

@@ -1,6 +1,7 @@
 """A change in time of a shaft line, next to the steady vibration on the way."""
 
-from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -9,39 +10,29 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, concatenate, maximum, where
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.numerics.synthesis import Cycles, over_cycle
-from vibecalc.torsion.adapters.curves import sweep
+from vibecalc.torsion.adapters.limits import over_range
+from vibecalc.torsion.adapters.maxima import added
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.adapters.transient_damping import Equivalent
 from vibecalc.torsion.adapters.transient_motion import Journey, journey, running
+from vibecalc.torsion.critical_speeds import by_machine
 from vibecalc.torsion.section_loads import twist_and_torque
 from vibecalc.torsion.study_results import PASSAGES, TRANSIENT
-from vibecalc.torsion.transient.cycles import (
-    SlidingExtremes,
-    largest_steady,
+from vibecalc.torsion.transient.march import TransientRun, static_state, transient
+from vibecalc.torsion.transient.motion import Stretch, mean_law
+from vibecalc.torsion.transient.trace import (
+    Peaks,
+    Samples,
+    Trace,
+    Windows,
+    extremes,
     largest_swings,
+    points_in,
+    samples,
     section_peaks,
     sliding,
-    time_uncertainty,
-)
-from vibecalc.torsion.transient.march import TransientRun, static_state, transient
-from vibecalc.torsion.transient.motion import (
-    Stretch,
-    acceleration_at,
-    angle_at,
-    load_at,
-    mean_torque,
-    speed_at,
-    torque_law,
-)
-from vibecalc.torsion.transient.peaks import (
-    Envelope,
-    KnownTools,
-    SectionHistory,
-    envelope,
-    frequency_window,
-    order_window,
-    points_in,
-    section_history,
+    traces,
+    window_amplitudes,
 )
 
 # ----------------------------------------------------------------------------
@@ -50,19 +41,45 @@ from vibecalc.torsion.transient.peaks import (
 
 #: tolerance of the march: nothing that is read off it is reported more sharply
 _RTOL = 1e-7
-#: windows in which peaks are searched; of a cycle, in a time of fewer cycles than that, where
-#: the speed stays
-_FEWEST, _MOST, _PER_CYCLE, _SHORT = 4, 400, 6, 20
-#: speeds of the steady curve before its peaks are added
-_SPEEDS = 1201
-#: share of the highest speed below which the line stands: a steady vibration there is rounding
-_STANDS = 1e-6
+#: times of the envelope, and speeds of the steady curve before its peaks are added
+_TIMES, _SPEEDS = 200, 1201
 #: share of a speed that is rounding
 _ROUNDED = 1e-12
 #: share by which the frequency of a loss factor may be off the highest point, in five digits
 _PLACED = 6e-5
-#: peaks of each section that are examined again, and speeds about each
-_PEAKS, _CLOSE, _ZOOMS = 3, 17, 5
+_ENVELOPE = ("speed", "torque_low", "torque_high", "half_range", "quasi_steady")
+
+
+@dataclass(frozen=True)
+class Change:
+    """A run of a case, with the traces of its sections; `windows` of its envelope, where asked."""
+
+    scene: Scene
+    setup: Setup
+    path: Journey
+    run: TransientRun
+    seen: list[Trace]
+    windows: Windows | None
+
+    @property
+    def ratio(self) -> FloatArray:
+        """Of the own shafts of the sections (e,): referred torques over their own."""
+        return self.setup.shaft.section_ratio
+
+    @property
+    def cycle(self) -> float:
+        """Of the machine, in rad."""
+        return self.setup.drive.firing.cycle
+
+    def emit(self, name: str, value: Any, error: Any = 0.0, **axes: Any) -> None:
+        """A result by section where no axes are given."""
+        axes = axes or {"section": self.setup.shaft.section_names}
+        self.scene.emit(TRANSIENT + name, value, error, axes)
+
+    def emit_own(self, name: str, value: FloatArray, error: FloatArray) -> None:
+        """Sizes of referred torques (e,) as those of the own shafts."""
+        size = np.abs(self.ratio)
+        self.emit(name, value / size, error / size)
 
 
 def run_torsion_transient(scene: Scene) -> None:
@@ -81,29 +98,33 @@ def run_torsion_transient(scene: Scene) -> None:
     if options.kind == "clutch_in":
         from vibecalc.torsion.adapters.transient_clutch import run_clutch
 
-        path, run_ = run_clutch(scene, setup, options, rtol)
+        path, run = run_clutch(scene, setup, options, rtol)
     else:
         path = journey(setup, scene.case.machine, options)
-        run_ = transient(
+        run = transient(
             path.line, path.order, path.stretches, path.speed, start=path.start,
             reaction=path.reaction, rtol=rtol,
         )  # fmt: skip
+    windows = _windows(scene, setup, run)
+    times = [np.array(path.moving), run.course.time, *(windows or ())]
+    change = Change(scene, setup, path, run, traces(run, np.concatenate(times)), windows)
     if path.equivalent is not None:
-        emit_equivalent(scene, setup, path.equivalent)
-    extremes = envelope(run_, _windows(setup, run_, not passes))
-    size = np.abs(setup.shaft.section_ratio)
-    slide = emit_envelope(scene, setup, run_)
-    worst = _emit_peaks(scene, setup, run_, extremes)
+        _emit_equivalent(change, path.equivalent)
+    peaks = section_peaks(run, change.seen)
+    _emit_peaks(change, peaks)
+    _emit_envelope(change)
     if passes:
-        _emit_passage(scene, setup, path, run_, extremes, slide)
-        emit_supply(scene, setup, run_, extremes)
-    else:
-        _emit_steps(scene, setup, path, run_, extremes, size)
-    emit_histories(scene, setup, run_, worst)
+        _emit_passage(change)
+        _emit_supply(change)
+    elif path.ends:
+        _emit_steps(change, peaks)
+    worst = int(np.argmax(peaks.peak / np.abs(change.ratio)))
+    _emit_history(change, worst, float(peaks.time[worst]))
+    _emit_waterfalls(change, worst)
     if options.counting is not None:
         from vibecalc.torsion.adapters.transient_counting import emit_counting
 
-        emit_counting(scene, setup, options.counting, run_)
+        emit_counting(scene, setup, options.counting, change.seen)
     scene.cite(
         "exact propagation of the line over steps with the torque as a polynomial, crank speed "
         "prescribed; envelope from states inside the steps",
@@ -113,138 +134,115 @@ def run_torsion_transient(scene: Scene) -> None:
     )
 
 
-def _windows(setup: Setup, run_: TransientRun, constant: bool) -> int:
-    """Windows of a whole cycle at least, but for the slowest part of a start.
-
-    Finer in a short time at one speed, where no half ranges are read from them.
-    """
-    total, cycle = float(run_.borders.time[-1]), setup.drive.firing.cycle
-    mean = float(run_.borders.angle[-1]) / total
-    slowest = max(float(run_.borders.speed.min()), 0.5 * mean)
-    cycles = total * slowest / cycle
-    count = cycles * _PER_CYCLE if constant and cycles < _SHORT else cycles
-    return int(np.clip(count, _FEWEST, _MOST))
-
-
-def _axes(setup: Setup) -> dict[str, object]:
-    return {"section": setup.shaft.section_names}
+def _windows(scene: Scene, setup: Setup, run: TransientRun) -> Windows | None:
+    """Of the envelope; None where nobody asks for it, or no cycle can slide."""
+    if not scene.wants(*(TRANSIENT + name for name in _ENVELOPE)):
+        return None
+    windows = sliding(run.course, setup.drive.firing.cycle, _TIMES)
+    if windows is None:
+        scene.warn(
+            "the change in time is watched for hardly a cycle of the machine: there is no "
+            "envelope over a whole cycle; watch a longer time after it"
+        )
+    return windows
 
 
-def _emit_peaks(scene: Scene, setup: Setup, run_: TransientRun, extremes: Envelope) -> int:
-    """Largest magnitudes; gives the section of the largest, counted from 0."""
-    peaks, axes = section_peaks(run_, extremes), _axes(setup)
-    actual = peaks.peak / np.abs(setup.shaft.section_ratio)
-    scene.emit(f"{TRANSIENT}peak", actual, peaks.error / np.abs(setup.shaft.section_ratio), axes)
-    uncertainty = float(np.max(time_uncertainty(run_, peaks)))
-    scene.emit(f"{TRANSIENT}peak_time", peaks.time, uncertainty, axes)
-    fastest = float(np.max(np.abs(acceleration_at(run_.stretches, run_.borders, extremes.time))))
-    slip = fastest * uncertainty + 8.0 * EPSILON * float(np.max(peaks.speed))
-    scene.emit(f"{TRANSIENT}peak_speed", peaks.speed, slip, axes)
-    worst = int(np.argmax(actual))
-    scene.emit(f"{TRANSIENT}worst_section", worst + 1, 0.0)
-    stressed = np.flatnonzero(setup.shaft.section_modulus)
+def _emit_peaks(change: Change, peaks: Peaks) -> None:
+    """Largest magnitudes, with their stresses, and the section of the largest of all."""
+    change.emit_own("peak", peaks.peak, peaks.error)
+    change.emit("peak_time", peaks.time, float(np.max(peaks.time_error)))
+    speed = change.run.course.at(peaks.time)[0]
+    slip = change.path.fastest * np.max(peaks.time_error) + 8.0 * EPSILON * np.max(speed)
+    change.emit("peak_speed", speed, float(slip))
+    own = Bounded(peaks.peak, peaks.error) / np.abs(change.ratio)
+    change.scene.emit(f"{TRANSIENT}worst_section", int(np.argmax(own.value)) + 1, 0.0)
+    shaft = change.setup.shaft
+    stressed = np.flatnonzero(shaft.section_modulus)
     if len(stressed):
-        modulus = setup.shaft.section_modulus[stressed]
-        error = (peaks.error / np.abs(setup.shaft.section_ratio))[stressed] / modulus
-        of_stressed = {"section": tuple(setup.shaft.section_names[e] for e in stressed)}
-        scene.emit(f"{TRANSIENT}peak_stress", actual[stressed] / modulus, error, of_stressed)
-    return worst
+        stress = own[stressed] / shaft.section_modulus[stressed]
+        change.emit("peak_stress", stress, section=tuple(shaft.section_names[e] for e in stressed))
 
 
-def emit_equivalent(scene: Scene, setup: Setup, found: Equivalent) -> None:
+def _emit_equivalent(change: Change, found: Equivalent) -> None:
     """The dashpots that stand for loss factors, with the frequencies that they are equal at."""
     lossy = np.flatnonzero(found.frequency)
-    names = tuple(setup.shaft.section_names[e] for e in lossy)
-    frequency, own = found.frequency[lossy], setup.shaft.section_ratio[lossy] ** 2
-    damping = found.damping[lossy] / own
-    axes = {"section": names}
-    scene.emit(f"{TRANSIENT}equivalent/frequency", frequency, _PLACED * frequency.max(), axes)
-    scene.emit(f"{TRANSIENT}equivalent/damping", damping, _PLACED * damping.max(), axes)
+    names = tuple(change.setup.shaft.section_names[e] for e in lossy)
+    frequency, damping = found.frequency[lossy], found.damping[lossy] / change.ratio[lossy] ** 2
+    change.emit("equivalent/frequency", frequency, _PLACED * frequency.max(), section=names)
+    change.emit("equivalent/damping", damping, _PLACED * damping.max(), section=names)
     each = ", ".join(
         f"{name!r} at {one / (2.0 * np.pi):.4g} Hz" + (" (natural frequency)" if resonance else "")
         for name, one, resonance in zip(names, frequency, found.resonance[lossy], strict=True)
     )
-    scene.warn(
+    change.scene.warn(
         "a loss factor has no form in time: dashpots of stiffness times loss factor over frequency "
         f"take its place and keep the magnitude at one frequency each: {each}"
     )
 
 
-def _emit_passage(
-    scene: Scene, setup: Setup, path: Journey, run_: TransientRun, extremes: Envelope,
-    slide: SlidingExtremes | None,
-) -> None:  # fmt: skip
-    """Half ranges of the windows next to the steady ones at the same speeds."""
-    size = np.abs(setup.shaft.section_ratio)
-    start, end = path.moving
-    inside = np.flatnonzero(
-        (extremes.time[:-1] >= start - 1e-12) & (extremes.time[1:] <= end + 1e-12)
+def _emit_envelope(change: Change) -> None:
+    """Speed and extremes over a whole cycle that slides along the run."""
+    windows, setup = change.windows, change.setup
+    if windows is None:
+        return
+    speed = change.run.course.at(windows.middle)[0]
+    top = float(np.max(speed, initial=0.0))
+    change.emit("speed", speed, 8.0 * EPSILON * top, transient_time=windows.middle)
+    # an own torque has the sign of its shaft's sense
+    found = [extremes(one, windows.begin, windows.end) for one in change.seen]
+    ends = np.sort(
+        [np.stack(one[:2]) / r for one, r in zip(found, change.ratio, strict=True)], axis=1
     )
-    if inside.size < 3:
+    error = np.array([one[2] for one in found]) / np.abs(change.ratio)[:, None]
+    axes = {"section": setup.shaft.section_names, "transient_time": windows.middle}
+    change.emit("torque_low", ends[:, 0], error, **axes)
+    change.emit("torque_high", ends[:, 1], error, **axes)
+    if change.path.passes:
+        change.emit("half_range", 0.5 * (ends[:, 1] - ends[:, 0]), error, **axes)
+
+
+# ----------------------------------------------------------------------------
+# Adapter, continued: a passage next to the steady vibration at the speeds on the way.
+# ----------------------------------------------------------------------------
+
+
+def _emit_passage(change: Change) -> None:
+    """The largest half range of any cycle next to the largest steady one."""
+    setup, path, course = change.setup, change.path, change.run.course
+    ends = course.at(np.array(path.moving))
+    if ends[1, 1] - ends[1, 0] < change.cycle:
         raise NumericalFailure(
             "the change of speed takes so short a part of the time watched that nothing can be "
             "compared with the steady vibration: watch a shorter time before and after"
         )
-    # with the windows that reach beyond the change: what counts is examined between its ends
-    rows = slice(max(int(inside[0]) - 1, 0), int(inside[-1]) + 2)
-    within = Envelope(
-        extremes.time[rows.start : rows.stop + 1], *(part[rows] for part in extremes[1:])
-    )
-    ends = speed_at(run_.stretches, run_.borders, np.array([start, end]))
-    turning = ends[ends > _STANDS * ends.max()]
-    speeds, steady, uncertainty, damped = _steady(setup, np.concatenate([turning, extremes.speed]))
-    close = EPSILON * float(speeds[-1])
-    between = float(ends.min()) - close, float(ends.max()) + close
-    largest, at_largest = largest_steady(speeds, steady, between)
-    # samples at the ends of the change belong to it
-    slip = 8.0 * EPSILON * float(run_.borders.time[-1])
-    cycle = setup.drive.firing.cycle
-    swings = largest_swings(run_, within, cycle, (start - slip, end + slip))
-    if slide is not None:
-        emit_half_ranges(scene, setup, slide, speeds, steady, uncertainty)
-    axes = _axes(setup)
-    error = swings.error
-    scene.emit(f"{TRANSIENT}peak_half_range", swings.half_range / size, error / size, axes)
-    rate = acceleration_at(run_.stretches, run_.borders, within.time)
-    step = float(np.max(np.abs(rate))) * swings.time_error + 8.0 * EPSILON * float(speeds[-1])
-    scene.emit(f"{TRANSIENT}peak_half_range_speed", swings.speed, step, axes)
-    top = largest if damped else np.full_like(largest, np.inf)
-    slack = _slack(speeds, steady, at_largest)
-    scene.emit(f"{TRANSIENT}steady_half_range", top / size, slack / size, axes)
-    place = np.clip(np.searchsorted(speeds, at_largest), 1, len(speeds) - 2)
-    width = np.maximum(speeds[place + 1] - speeds[place], speeds[place] - speeds[place - 1])
-    scene.emit(f"{TRANSIENT}steady_half_range_speed", at_largest, width, axes)
-    over = swings.half_range / top - 1.0
-    uncertainty_over = np.where(np.isfinite(top), (error + slack) / largest, 0.0)
-    scene.emit(f"{TRANSIENT}overshoot", over, uncertainty_over + 1e-12, axes)
-    lag = np.sign(within.speed[-1] - within.speed[0]) * (swings.speed - at_largest)
-    scene.emit(f"{TRANSIENT}lag", lag, step + width, axes)
-    if not damped:
-        scene.warn(
+    passed = course.at(np.linspace(0.0, course.time[-1], 2 * _TIMES + 1)[1::2])[0]
+    speed = _speeds(setup, np.append(passed, ends[0][ends[0] > _ROUNDED * ends[0].max()]))
+    steady = over_range(setup, speed, False, None)
+    top = Bounded(steady.top.value, steady.top.value_error + _ROUNDED * np.abs(steady.top.value))
+    finite = np.isfinite(top.value)
+    if np.any(top.value <= 0.0):
+        raise NumericalFailure("a section has no steady response to compare with")
+    _emit_quasi_steady(change, steady)
+    swings = largest_swings(change.run, change.seen, change.cycle, path.moving)
+    change.emit_own("peak_half_range", swings.half_range, swings.error)
+    at = course.at(swings.time)[0]
+    step = float(path.fastest * np.max(swings.time_error) + 8.0 * EPSILON * speed[-1])
+    change.emit("peak_half_range_speed", at, step)
+    change.emit_own("steady_half_range", top.value, top.error)
+    change.emit("steady_half_range_speed", steady.top.speed, steady.top.speed_error)
+    over = Bounded(swings.half_range, swings.error) / where(finite, top, 1.0) - 1.0
+    change.emit("overshoot", where(finite, over, -1.0))
+    way = np.sign(ends[0, 1] - ends[0, 0])
+    change.emit("lag", way * (at - steady.top.speed), step + steady.top.speed_error)
+    if not np.all(finite):
+        change.scene.warn(
             "nothing damps the shaft line: its steady vibration has no bound on a critical, the "
             "quasi-steady curve next to the transient is as high as its speeds are close"
         )
 
 
-def _slack(speeds: FloatArray, steady: FloatArray, top: FloatArray) -> FloatArray:
-    """How much higher than the largest value (e,) at the speeds `top` the curve may be next to it.
-
-    The peak may have a corner, where crest and trough change places: half the second difference.
-    """
-    place, section = np.searchsorted(speeds, top), np.arange(len(top))
-    half_range = steady[place, section]
-    sides = steady[np.maximum(place - 1, 0), section], steady[
-        np.minimum(place + 1, len(speeds) - 1), section
-    ]  # fmt: skip
-    bend = np.maximum(half_range - sides[0], 0.0) + np.maximum(half_range - sides[1], 0.0)
-    # at an end of the range nothing lies beyond
-    inside = (place > 0) & (place < len(speeds) - 1)
-    slack: FloatArray = np.where(inside, 0.5 * bend, 0.0) + _ROUNDED * half_range
-    return slack
-
-
-def _steady(setup: Setup, passed: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, bool]:
-    """Speeds (k,), referred half ranges (k, e), their errors (e,), and whether anything damps."""
+def _speeds(setup: Setup, passed: FloatArray) -> FloatArray:
+    """Even steps over the speeds that are passed."""
     low, high = float(passed.min()), float(passed.max())
     cards = setup.drive.card_speed
     if len(cards) > 1:  # an end may be a rounding away from that of the cards
@@ -252,96 +250,82 @@ def _steady(setup: Setup, passed: FloatArray) -> tuple[FloatArray, FloatArray, F
             edge if abs(one - edge) <= _ROUNDED * edge else one
             for one, edge in ((low, float(cards[0])), (high, float(cards[-1])))
         )
-    if len(cards) > 1 and (low < cards[0] or high > cards[-1]):
-        raise NumericalFailure(
-            f"the run goes from {low:.6g} to {high:.6g} rad/s, gas is given from {cards[0]:.6g} "
-            f"to {cards[-1]:.6g} rad/s: no steady vibration to compare with"
-        )
-
-    def curve(speed: FloatArray) -> FloatArray:
-        return sweep(setup.model, setup.drive, speed, None, angles=False).torque
-
-    speeds = np.linspace(low, high, _SPEEDS)
-    values = curve(speeds)
-    coarse = values[::2]
-    bounded = np.all(np.isfinite(values), axis=1)
-    line = setup.model.line
-    damped = bool(
-        np.any(line.damping)
-        or np.any(line.loss_factor)
-        or np.any(line.absolute_damping)
-        or setup.model.modal is not None
-    )
-    uncertainty = np.array([
-        np.max(np.abs(np.interp(speeds[bounded], speeds[::2], coarse[:, s]) - values[bounded, s]))
-        if np.all(bounded) else 0.0
-        for s in range(values.shape[1])
-    ]) / 3.0  # fmt: skip
-    speeds, values = speeds[bounded], values[bounded]
-    if damped and np.all(bounded):
-        speeds, values = _zoomed(curve, speeds, values)
-        # peaks that were not examined again may rise between their speeds
-        inner = values[1:-1]
-        overshoot = 0.5 * (2.0 * inner - values[:-2] - values[2:])
-        top = (inner > values[:-2]) & (inner >= values[2:])
-        uncertainty = np.maximum(uncertainty, np.max(np.where(top, overshoot, 0.0), axis=0))
-    if low == high or len(speeds) < 2:
+        if low < cards[0] or high > cards[-1]:
+            raise NumericalFailure(
+                f"the run goes from {low:.6g} to {high:.6g} rad/s, gas is given from "
+                f"{cards[0]:.6g} to {cards[-1]:.6g} rad/s: no steady vibration to compare with"
+            )
+    if low == high:
         raise NumericalFailure("the speed hardly changes: nothing to compare the run with")
-    return speeds, values, uncertainty, damped
+    return np.linspace(low, high, _SPEEDS)
 
 
-def _zoomed(
-    curve: Callable[[FloatArray], FloatArray], speeds: FloatArray, values: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """The curve with close speeds about the highest peaks of each section, twice closer."""
-    width = float(speeds[1] - speeds[0])
-    for _ in range(_ZOOMS):
-        inner = values[1:-1]
-        local = np.where((inner > values[:-2]) & (inner >= values[2:]), inner, -np.inf)
-        top = 1 + np.argsort(-local, axis=0, kind="stable")[:_PEAKS]
-        tops = np.unique(speeds[np.union1d(top.ravel(), np.argmax(values, axis=0))])
-        close = (tops[:, None] + width * np.linspace(-1.0, 1.0, _CLOSE)).ravel()
-        close = np.setdiff1d(close[(close > speeds[0]) & (close < speeds[-1])], speeds)
-        every = np.concatenate([speeds, close])
-        order = np.argsort(every, kind="stable")
-        speeds, values = every[order], np.concatenate([values, curve(close)])[order]
-        width *= 2.0 / (_CLOSE - 1)
-    return speeds, values
-
-
-def _emit_steps(
-    scene: Scene, setup: Setup, path: Journey, run_: TransientRun, extremes: Envelope,
-    size: FloatArray,
-) -> None:  # fmt: skip
-    """Largest magnitudes of the steady vibration before and after, and what the change adds."""
-    if not path.ends:
+def _emit_quasi_steady(change: Change, steady: Any) -> None:
+    """The largest steady half ranges at the speeds of each window of the envelope."""
+    windows, course = change.windows, change.run.course
+    if windows is None:
         return
-    axes = _axes(setup)
-    ends = [_steady_peak(setup, path, run_, part) for part in path.ends]
+    dense = added(change.setup, steady.dense, by_machine(0, steady.top.speed))
+    bounded = np.all(np.isfinite(dense.torque), axis=1)
+    speed, torque = dense.speed[bounded], dense.torque[bounded]
+    if len(speed) < 2:
+        raise NumericalFailure("the speed hardly changes: nothing to compare the run with")
+    # the speed of a window may turn at a border of two stretches
+    inner = [
+        course.at(np.append([a, b], course.time[(course.time > a) & (course.time < b)]))[0]
+        for a, b in zip(windows.begin, windows.end, strict=True)
+    ]
+    ends = np.array([[one.min(), one.max()] for one in inner])
+    nearby = [np.interp(ends, speed, one).max(axis=1) for one in torque.T]
+    first, last = np.searchsorted(speed, ends[:, 0]), np.searchsorted(speed, ends[:, 1], "right")
+    for row in np.flatnonzero(last > first):
+        for one, curve in zip(nearby, torque.T, strict=True):
+            one[row] = max(one[row], curve[first[row] : last[row]].max())
+    error = np.zeros(len(nearby))
+    if np.all(bounded):
+        coarse = [np.interp(speed, speed[::2], one[::2]) for one in torque.T]
+        error = np.max(np.abs(np.array(coarse) - torque.T), axis=1) / 3.0
+        # a peak may rise between its speeds
+        inner_values = torque[1:-1]
+        rise = 0.5 * (2.0 * inner_values - torque[:-2] - torque[2:])
+        tops = (inner_values > torque[:-2]) & (inner_values >= torque[2:])
+        error = np.maximum(error, np.max(np.where(tops, rise, 0.0), axis=0))
+    size = np.abs(change.ratio)
+    axes = {"section": change.setup.shaft.section_names, "transient_time": windows.middle}
+    change.emit("quasi_steady", np.array(nearby) / size[:, None], error / size, **axes)
+
+
+# ----------------------------------------------------------------------------
+# Adapter, continued: a change at constant speed next to what lasts before and after it.
+# ----------------------------------------------------------------------------
+
+
+def _emit_steps(change: Change, peaks: Peaks) -> None:
+    """Largest magnitudes of the steady vibration before and after, and what the change adds."""
+    ends = [_steady_peak(change, part) for part in change.path.ends]
     for name, end in zip(("before", "after")[-len(ends) :], ends, strict=True):
-        scene.emit(f"{TRANSIENT}steady_{name}", end / size, axes=axes)
-    larger, peaks = maximum(ends[0], ends[-1]), section_peaks(run_, extremes)
+        change.emit(f"steady_{name}", end / np.abs(change.ratio))
+    larger = maximum(ends[0], ends[-1])
     moves = larger.value > 0.0
     factor = Bounded(peaks.peak, peaks.error) / where(moves, larger, 1.0)
-    scene.emit(f"{TRANSIENT}dynamic_factor", where(moves, factor, 1.0), axes=axes)
+    change.emit("dynamic_factor", where(moves, factor, 1.0))
 
 
-def _steady_peak(setup: Setup, path: Journey, run_: TransientRun, part: Stretch) -> Bounded:
+def _steady_peak(change: Change, part: Stretch) -> Bounded:
     """Largest referred torque (e,) of a state that lasts, mean in it."""
-    system, speed = run_.system, path.speed
-    law = torque_law(path.order, part, system.balance, system.inertia, np.array([speed, speed]))
-    mean = load_at(law, np.array(speed)) + law.harmonic[0][:, 0]
-    mean = mean + speed**2 * law.harmonic[2][:, 0]
+    setup, system, speed = change.setup, change.run.system, change.path.speed
+    means = mean_law(part, system.balance, system.inertia, np.array([speed, speed]))
+    mean = means.at(np.zeros(()), np.array(speed), np.zeros(()))
     still = system.torque @ static_state(system, mean)
     load = (part.gas + speed**2 * part.inertia).T[1:]
     every = np.arange(load.shape[1])
-    solved = setup.model.solve(np.array([speed]), speed * path.order[None, 1:], load[None], every)
+    frequency = speed * change.path.order[1:]
+    solved = setup.model.solve(np.array([speed]), frequency[None], load[None], every)
     if np.any(solved.masked):
         raise NumericalFailure(
             f"no steady vibration at {speed:.6g} rad/s: an order meets an undamped natural "
             "frequency"
         )
-    frequency = speed * path.order[1:]
     angle = Bounded(solved.angle[0], solved.error[0][:, None])
     _, torque = twist_and_torque(setup.model.at(speed), frequency, angle)
     whole = concatenate([Bounded(still, 1e-13 * np.abs(still))[None], torque], axis=0)
@@ -356,107 +340,41 @@ def _steady_peak(setup: Setup, path: Journey, run_: TransientRun, part: Stretch)
 # ----------------------------------------------------------------------------
 
 
-def emit_supply(scene: Scene, setup: Setup, run: TransientRun, extremes: Envelope) -> None:
+def _emit_supply(change: Change) -> None:
     """The torque of the acceleration where it is largest, its source, and peaks without it."""
-    system, shaft = run.system, setup.shaft
-    time = np.union1d(run.borders.time, extremes.time)
-    # a value at a border belongs to the stretch behind it: a little before it counts too
-    time = np.union1d(time, np.maximum(time - 1e-9 * time[-1], 0.0))
-    rate = acceleration_at(run.stretches, run.borders, time)
-    place = int(np.argmax(np.abs(rate)))
-    top = float(rate[place])
-    axes = {"section": shaft.section_names}
-    scene.emit(f"{TRANSIENT}acceleration", top, 8.0 * EPSILON * abs(top))
-    inertia = system.inertia
-    whole = top * float(inertia.sum())
-    scene.emit(f"{TRANSIENT}acceleration_torque", whole, 1e-14 * abs(whole))
-    pull = -inertia * top
-    supplied = float((system.balance @ pull - pull)[shaft.load_freedom])
-    # the mean torques of cylinders and loads at that moment, and what they leave to the station
-    number = int(np.clip(np.searchsorted(run.borders.time, time[place], side="right") - 1, 0,
-                         len(run.stretches) - 1))  # fmt: skip
-    part = run.stretches[number]
-    since = float(time[place] - run.borders.time[number])
-    speeds = run.borders.speed[number : number + 2]
-    speed = float(speed_at(run.stretches, run.borders, time[place : place + 1])[0])
-    mean = mean_torque(part, speeds, speed, since)
-    supplied += float((system.balance @ mean - mean)[shaft.load_freedom])
-    station_ratio = float(shaft.station_ratio[shaft.load_station])
-    size = abs(whole) + float(np.abs(mean).sum())
-    scene.emit(
-        f"{TRANSIENT}acceleration_supplied",
-        supplied / station_ratio,
-        1e-12 * size / abs(station_ratio),
-    )
-    scene.emit(f"{TRANSIENT}acceleration_supplied_at", shaft.load_station + 1, 0.0)
-    carried = system.torque @ static_state(system, system.balance @ pull)
-    uncertainty = 1e-12 * np.max(np.abs(carried), initial=0.0)
-    ratio = shaft.section_ratio
-    scene.emit(f"{TRANSIENT}acceleration_part", carried / ratio, uncertainty / np.abs(ratio), axes)
-    middle = 0.5 * (extremes.time[:-1] + extremes.time[1:])
-    ends = acceleration_at(run.stretches, run.borders, extremes.time)
-    now = acceleration_at(run.stretches, run.borders, middle)
-    off = np.maximum(np.abs(ends[:-1] - now), np.abs(ends[1:] - now)) / abs(top)
-    supplied_part = np.outer(now / top, carried)
-    slack = extremes.error + np.outer(off, np.abs(carried)) + uncertainty
-    left = np.maximum(np.abs(extremes.high - supplied_part), np.abs(extremes.low - supplied_part))
-    row, column = left.argmax(axis=0), np.arange(left.shape[1])
-    error = np.maximum(slack[row, column], (left + slack).max(axis=0) - left[row, column])
-    values = left[row, column] / np.abs(ratio)
-    scene.emit(f"{TRANSIENT}peak_without_acceleration", values, error / np.abs(ratio), axes)
-
-
-# ----------------------------------------------------------------------------
-# Adapter, continued: the envelope of a change in time over a cycle that slides along it.
-# ----------------------------------------------------------------------------
-
-#: times of the envelope
-_TIMES = 200
-_RESULTS = ("speed", "torque_low", "torque_high", "half_range", "quasi_steady")
-
-
-def emit_envelope(scene: Scene, setup: Setup, run: TransientRun) -> SlidingExtremes | None:
-    """Emit speed and extremes; None where nobody asks for them, or no cycle can slide."""
-    if not scene.wants(*(TRANSIENT + name for name in _RESULTS)):
-        return None
-    moving = sliding(run, setup.drive.firing.cycle, _TIMES)
-    if moving is None:
-        scene.warn(
-            "the change in time is watched for hardly a cycle of the machine: there is no "
-            "envelope over a whole cycle; watch a longer time after it"
-        )
-        return None
-    axes = {"section": setup.shaft.section_names, "transient_time": moving.time}
-    top = float(np.max(moving.speed, initial=0.0))
-    scene.emit(f"{TRANSIENT}speed", moving.speed, 8.0 * EPSILON * top, axes)
-    # an own torque has the sign of its shaft's sense
-    ratio = setup.shaft.section_ratio
-    ends = np.sort(np.stack([moving.low / ratio, moving.high / ratio]), axis=0)
-    error = moving.error / np.abs(ratio)
-    scene.emit(f"{TRANSIENT}torque_low", ends[0].T, error, axes)
-    scene.emit(f"{TRANSIENT}torque_high", ends[1].T, error, axes)
-    return moving
-
-
-def emit_half_ranges(
-    scene: Scene, setup: Setup, moving: SlidingExtremes, speeds: FloatArray, steady: FloatArray,
-    uncertainty: FloatArray,
-) -> None:  # fmt: skip
-    """Half ranges next to the largest steady ones (k, e) at the speeds (k,) of each window."""
-    size = np.abs(setup.shaft.section_ratio)
-    axes = {"section": setup.shaft.section_names, "transient_time": moving.time}
-    half = 0.5 * (moving.high - moving.low)
-    ends = [
-        np.stack([np.interp(side, speeds, part) for part in steady.T], axis=1)
-        for side in (moving.speed_low, moving.speed_high)
+    course, system, shaft = change.run.course, change.run.system, change.setup.shaft
+    # it grows and fades along straight lines: of a stretch it is largest at an end
+    ends = [(one.acceleration, k, 0.0) for k, one in enumerate(course.parts)]
+    ends += [
+        (one.acceleration + one.acceleration_rate * one.duration, k, 1.0)
+        for k, one in enumerate(course.parts)
     ]
-    nearby = np.maximum(*ends)
-    first = np.searchsorted(speeds, moving.speed_low)
-    last = np.searchsorted(speeds, moving.speed_high, side="right")
-    for row in np.flatnonzero(last > first):
-        nearby[row] = np.maximum(nearby[row], steady[first[row] : last[row]].max(axis=0))
-    scene.emit(f"{TRANSIENT}half_range", (half / size).T, moving.error / size, axes)
-    scene.emit(f"{TRANSIENT}quasi_steady", (nearby / size).T, uncertainty / size, axes)
+    top, number, share = max(ends, key=lambda one: abs(one[0]))
+    change.scene.emit(f"{TRANSIENT}acceleration", top, 8.0 * EPSILON * abs(top))
+    whole = top * float(system.inertia.sum())
+    change.scene.emit(f"{TRANSIENT}acceleration_torque", whole, 1e-14 * abs(whole))
+    # the mean torques of cylinders and loads at that moment, and what they leave to the station
+    part, speeds = course.parts[number], course.speed[number : number + 2]
+    means = mean_law(part, np.eye(len(system.inertia)), system.inertia, speeds)
+    mean = means.at(np.zeros(()), np.array(speeds[int(share)]), np.array(share))
+    station_ratio = float(shaft.station_ratio[shaft.load_station])
+    supplied = float((system.balance @ mean - mean)[shaft.load_freedom]) / station_ratio
+    size = abs(whole) + float(np.abs(mean).sum())
+    slack = 1e-12 * size / abs(station_ratio)
+    change.scene.emit(f"{TRANSIENT}acceleration_supplied", supplied, slack)
+    change.scene.emit(f"{TRANSIENT}acceleration_supplied_at", shaft.load_station + 1, 0.0)
+    carried = system.torque @ static_state(system, system.balance @ (-system.inertia * top))
+    uncertainty = 1e-12 * np.max(np.abs(carried), initial=0.0)
+    change.emit("acceleration_part", carried / change.ratio, uncertainty / np.abs(change.ratio))
+    left = []
+    for trace, own in zip(change.seen, carried, strict=True):
+        share_of_top = course.at(trace.time)[2] / top
+        value = np.abs(trace.value - own * share_of_top)
+        # between two points in turn it is no further off than the acceleration changes
+        apart = np.abs(np.diff(share_of_top, append=share_of_top[-1]))
+        error = trace.error + abs(own) * np.maximum(apart, np.roll(apart, 1)) + uncertainty
+        left.append((value.max(), np.max(value + error) - value.max()))
+    change.emit_own("peak_without_acceleration", *np.array(left).T)
 
 
 # ----------------------------------------------------------------------------
@@ -468,92 +386,71 @@ _WINDOWS, _FREQUENCIES = 60, 160
 _TURNS = 8.0
 #: turns on both sides of the peak, and points that are kept of them
 _ABOUT, _POINTS = 6.0, 3000
-_TABLE = 20001
 #: samples of all sections that are held at once
 _HELD = 4_000_000
 #: radians of the fastest that is there between two points of a waterfall
 _RADIANS = 1.0
 
 
-def emit_histories(scene: Scene, setup: Setup, run: TransientRun, section: int) -> None:
-    """Course and waterfalls of one section, counted from 0."""
-    times = np.linspace(0.0, float(run.borders.time[-1]), _TABLE)
-    angles = angle_at(run.stretches, run.borders, times)
-    ratio = float(setup.shaft.section_ratio[section])
-    _emit_history(scene, run, section, ratio, (times, angles))
-    paths = [f"{TRANSIENT}waterfall/{name}" for name in ("speed", "order", "frequency")]
-    if not scene.wants(*paths):
-        return
-    _emit_waterfalls(scene, setup, run, section, ratio, (times, angles))
-
-
-def _emit_history(
-    scene: Scene, run: TransientRun, section: int, ratio: float,
-    table: tuple[FloatArray, FloatArray],
-) -> None:  # fmt: skip
-    times, angles = table
-    when = float(scene.record[f"{TRANSIENT}peak_time"].values[section]) if (
-        f"{TRANSIENT}peak_time" in scene.record.quantities
-    ) else float(times[-1])  # fmt: skip
-    middle, reach = float(np.interp(when, times, angles)), 2.0 * np.pi * _ABOUT
-    start, end = (float(np.interp(middle + s * reach, angles, times)) for s in (-1.0, 1.0))
-    history = section_history(run, start, max(end, start + 1e-9))
+def _emit_history(change: Change, section: int, when: float) -> None:
+    """Course of one section, counted from 0, about its peak."""
+    run, ratio = change.run, float(change.ratio[section])
+    reach = 2.0 * np.pi * _ABOUT * np.array([-1.0, 1.0])
+    start, end = run.course.time_of(run.course.at(np.array(when))[1] + reach)
+    history = samples(run, start, max(end, start + 1e-9))
     every = max(1, -(-len(history.time) // _POINTS))
-    value = history.value[::every, section] / ratio
-    error = run.torque_error[section] / abs(ratio)
-    axes = {"history_time": history.time[::every]}
-    scene.emit(f"{TRANSIENT}history/torque", value, error, axes)
+    value, error = history.value[::every, section] / ratio, run.torque_error[section] / abs(ratio)
+    change.emit("history/torque", value, error, history_time=history.time[::every])
 
 
-def _thinned(history: SectionHistory, longest: float) -> SectionHistory:
-    """Every so many-th point, no two further apart than `longest` s (or as far as they are)."""
-    every = max(1, int(longest / float(np.max(np.diff(history.time)))))
-    return SectionHistory(*(part[::every] for part in history))
-
-
-def _emit_waterfalls(
-    scene: Scene, setup: Setup, run: TransientRun, section: int, ratio: float,
-    table: tuple[FloatArray, FloatArray],
-) -> None:  # fmt: skip
-    times, angles = table
-    order = setup.drive.order
-    total, whole = float(times[-1]), float(angles[-1])
-    turns = min(_TURNS, whole / (2.0 * np.pi) / 2.5)
-    reach = 0.5 * 2.0 * np.pi * turns * 1.02
-    fastest = float(run.borders.speed.max())
-    natural = setup.modes.frequency
+def _emit_waterfalls(change: Change, section: int) -> None:
+    """Orders and frequencies of one section, counted from 0, in windows along the run."""
+    run, order = change.run, change.setup.drive.order
+    if not change.scene.wants(
+        *(f"{TRANSIENT}waterfall/{n}" for n in ("speed", "order", "frequency"))
+    ):
+        return
+    course, total = run.course, float(run.course.time[-1])
+    begin, whole = float(course.angle[0]), float(course.angle[-1])
+    # of turns and of time
+    turned = 2.0 * np.pi * min(_TURNS, whole / (2.0 * np.pi) / 2.5)
+    fastest, natural = float(course.speed.max()), change.setup.modes.frequency
     top = min(float(order[-1]) * fastest, 1.15 * float(natural[-1]))
     frequency = np.linspace(0.0, top, _FREQUENCIES)
     width = min(4.0 * np.pi / (frequency[1] - frequency[0]), total / 6.0)
-    first = max(float(np.interp(angles[0] + reach, angles, times)), 0.52 * width)
-    last = min(float(np.interp(angles[-1] - reach, angles, times)), total - 0.52 * width)
-    centre = np.linspace(first, last, _WINDOWS)
+    reach = 0.51 * turned
+    first, last = course.time_of(np.array([begin + reach, whole - reach]))
+    centre = np.linspace(max(first, 0.52 * width), min(last, total - 0.52 * width), _WINDOWS)
+    angle = course.at(centre)[1]
+    low = np.maximum(np.minimum(course.time_of(angle - reach), centre - 0.51 * width), 0.0)
+    high = np.minimum(np.maximum(course.time_of(angle + reach), centre + 0.51 * width), total)
     limit = _RADIANS / max(float(order[-1]) * fastest, float(natural[-1]))
-    of_order = np.empty((_WINDOWS, len(order)), dtype=complex)
-    of_frequency = np.empty((_WINDOWS, _FREQUENCIES), dtype=complex)
-    sums, known = np.zeros(2), KnownTools()
     # windows that overlap share their samples, where these are few enough to be held at once
-    samples = sum(one.steps * points_in(run, number) for number, one in enumerate(run.blocks))
-    few = samples * run.torque_error.size <= _HELD
-    whole_run = section_history(run, 0.0, total, known=known) if few else None
-    for row, when in enumerate(centre):
-        place = float(np.interp(when, times, angles))
-        ends = [float(np.interp(place + s * reach, angles, times)) for s in (-1.0, 1.0)]
-        low, high = min(ends[0], when - 0.51 * width), max(ends[1], when + 0.51 * width)
-        low, high = max(low, 0.0), min(high, total)
-        if whole_run is None:
-            near = section_history(run, low, high, known=known)
+    count = sum(one.steps * points_in(run, number) for number, one in enumerate(run.blocks))
+    few = count * run.torque_error.size <= _HELD
+    every = samples(run, 0.0, total) if few else None
+    rows, sums = [], np.zeros(2)
+    for row, (start, end) in enumerate(zip(low, high, strict=True)):
+        if every is None:
+            near = samples(run, start, end)
         else:
-            rows = slice(*np.searchsorted(whole_run.time, [low, np.nextafter(high, np.inf)]))
-            near = SectionHistory(*(part[rows] for part in whole_run))
-        history = _thinned(near, limit)
-        of_order[row], off = order_window(history, section, order, float(when), turns)
-        of_frequency[row], away = frequency_window(history, section, frequency, float(when), width)
-        sums = np.maximum(sums, [off.max(), away.max()])
-    speed = speed_at(run.stretches, run.borders, centre)
-    axes = {"waterfall_time": centre, "half_order": order, "waterfall_frequency": frequency}
-    scene.emit(f"{TRANSIENT}waterfall/speed", speed, 8.0 * EPSILON * fastest, axes)
+            held = slice(*np.searchsorted(every.time, [start, np.nextafter(end, np.inf)]))
+            near = Samples(every.time[held], every.value[held])
+        # no two further apart than that (or as far as they are)
+        step = max(1, int(limit / float(np.max(np.diff(near.time)))))
+        time, value = near.time[::step], near.value[::step, section]
+        of_order = window_amplitudes(course.at(time)[1], value, order, angle[row], turned)
+        of_frequency = window_amplitudes(time, value, frequency, centre[row], width)
+        rows.append((of_order[0], of_frequency[0]))
+        sums = np.maximum(sums, [of_order[1].max(), of_frequency[1].max()])
+    speed = course.at(centre)[0]
+    change.emit("waterfall/speed", speed, 8.0 * EPSILON * fastest, waterfall_time=centre)
     # a mean of values, so that what the values are off adds no more than theirs
+    ratio = float(change.ratio[section])
     error = (2.0 * run.torque_error[section] + sums) / abs(ratio)
-    scene.emit(f"{TRANSIENT}waterfall/order", of_order / ratio, float(error[0]), axes)
-    scene.emit(f"{TRANSIENT}waterfall/frequency", of_frequency / ratio, float(error[1]), axes)
+    axes = {"half_order": order}, {"waterfall_frequency": frequency}
+    for name, values, off, axis in zip(
+        ("order", "frequency"), zip(*rows, strict=True), error, axes, strict=True
+    ):
+        value = np.array(values) / ratio
+        change.emit(f"waterfall/{name}", value, float(off), waterfall_time=centre, **axis)

@@ -62,7 +62,7 @@ def run_clutch(
     held = np.isfinite(found.held)
     ends = (vibrating(found.common_speed),) if held else ()
     path = Journey(
-        line, order, found.run.stretches, found.common_speed, "steady", None, (0.0, 0.0), ends,
+        line, order, found.run.course.parts, found.common_speed, "steady", None, (0.0, 0.0), ends,
         equivalent,
     )  # fmt: skip
     return path, found.run
@@ -80,7 +80,7 @@ def _emit_clutch(
     slack = float(np.max(energy) / np.sqrt(np.min(ends))) + 1e-12 * setup.speed
     inertia = np.array([line.inertia[~clutch.driven].sum(), line.inertia[clutch.driven].sum()])
     rate = clutch.friction_torque * float((1.0 / inertia).sum())
-    late = 2.0 * (1 + found.engagements) * slack / rate + 1e-12 * float(run.borders.time[-1])
+    late = 2.0 * (1 + found.engagements) * slack / rate + 1e-12 * float(run.course.time[-1])
     scene.emit(f"{stem}slip_time", found.slip_time, late)
     heat_error = found.heat_error + clutch.friction_torque * slack * found.slip_time
     scene.emit(f"{stem}heat", found.heat, heat_error)
@@ -92,7 +92,7 @@ def _emit_clutch(
         scene.emit(f"{stem}use", found.use, use_error)
     else:
         scene.warn(
-            f"the clutch still slips after {float(run.borders.time[-1]) - before:.4g} s: watch a "
+            f"the clutch still slips after {float(run.course.time[-1]) - before:.4g} s: watch a "
             "longer time after it for the speed that both parts reach"
         )
     time, slip = _slips(line, clutch, found)
@@ -104,11 +104,13 @@ def _slips(line: Line, clutch: Clutch, found: Engagement) -> tuple[FloatArray, F
     times, values = [], []
     run, last = found.run, found.run.blocks[-1]
     for block, states in zip(run.blocks, run.states, strict=True):
-        since = float(run.borders.time[block.stretch]) + block.offset
+        since = float(run.course.time[block.stretch]) + block.offset
         kept = states if block is last else states[:-1]
         times.append(since + block.step * np.arange(len(kept)))
         slips = found.slip[block.stretch] != 0
-        view = slip_view(run.systems[block.stretch], line, clutch) if slips else 0.0 * states[0]
+        view = (
+            slip_view(run.drive.systems[block.stretch], line, clutch) if slips else 0.0 * states[0]
+        )
         values.append(kept @ view)
     time, value = np.concatenate(times), np.concatenate(values)
     every = max(1, -(-len(time) // _TIMES))

@@ -48,6 +48,20 @@ class Journey(NamedTuple):
     ends: tuple[Stretch, ...] = ()
     equivalent: Equivalent | None = None
 
+    @property
+    def passes(self) -> bool:
+        """Whether the speed changes along a prescribed way."""
+        return self.moving[1] > self.moving[0]
+
+    @property
+    def fastest(self) -> float:
+        """Largest acceleration of the crank in magnitude, in rad/s^2."""
+        ends = [
+            (one.acceleration, one.acceleration + one.acceleration_rate * one.duration)
+            for one in self.stretches
+        ]
+        return float(np.max(np.abs(ends)))
+
 
 def running(case: "Case") -> "Case":
     """The case as it runs during its change: no cylinder of an engine that stops has fuel."""

@@ -5,6 +5,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, stack, where
+from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.setup import Setup, build_setup
@@ -187,23 +188,20 @@ def _emit_secondary(
 ) -> None:  # fmt: skip
     """Which orders feed which in one section, of the linear motion."""
     linear = steady_response(system, setup.speed, torque, highest)
-    forced = feed(system, setup.speed, linear.angle[0], linear.error[0])
-    actual = forced.twist[..., section] * float(setup.shaft.section_ratio[section])
-    size = np.abs(actual)
-    total = size.sum(axis=1)
-    best = np.argmax(size, axis=1)
-    row = np.arange(len(size))
-    axes = {"half_order": linear.order[1:]}
-    line, uncertainty = system.line, linear.error[0]
+    angle = Bounded(linear.angle[0], linear.error[0])
+    own = float(setup.shaft.section_ratio[section])
+    twist = with_errors(feed, system, setup.speed, angle)[..., section] * own
+    size = np.abs(twist.value)
+    total, best = size.sum(axis=1), np.argmax(size, axis=1)
+    ends = system.line.first[section], system.line.second[section]
     # what orders above the highest feed is missing: the truncation of the response itself
-    error = forced.error[..., section].sum(axis=1)
-    error = error + uncertainty[:, line.first[section]] + uncertainty[:, line.second[section]]
-    error = error * abs(float(setup.shaft.section_ratio[section]))
-    scene.emit(f"{VARIABLE}secondary/twist", actual.sum(axis=1)[1:], error[1:], axes)
+    error = twist.errors.sum(axis=1) + abs(own) * sum(angle.error[:, end] for end in ends)
+    axes = {"half_order": linear.order[1:]}
+    scene.emit(f"{VARIABLE}secondary/twist", twist.value.sum(axis=1)[1:], error[1:], axes)
     scene.emit(f"{VARIABLE}secondary/source", linear.order[best][1:], 0.0, axes)
-    share = np.where(total > 0.0, size[row, best] / np.where(total > 0.0, total, 1.0), 0.0)
+    fed = np.where(total > 0.0, total, 1.0)
     # of what is lost in round-off the share says nothing
-    known = np.where(total > 0.0, error / np.where(total > 0.0, total, 1.0), 0.0)
+    share, known = size.max(axis=1) / fed, np.where(total > 0.0, error / fed, 0.0)
     scene.emit(f"{VARIABLE}secondary/share", share[1:], np.minimum(known[1:], 1.0), axes)
 
 
@@ -323,28 +321,19 @@ def _emit_unstable(scene: Scene, setup: Setup, regions: Wedges) -> None:
         scene.warn("unstable ranges are those of pendulums as they are at the operating speed")
     if setup.model.over_speed is not None:
         scene.warn("unstable ranges are those of the dampings at the operating speed")
-    decay = _decay(setup)
+    # rates of decay in 1/s from the work of undamped shapes
+    line, modes = setup.model.line, setup.modes
+    twist = modes.shape[:, line.first] - modes.shape[:, line.second]
+    work = twist**2 @ line.damping + modes.shape**2 @ line.absolute_damping
+    decay = 0.5 * work / modes.modal_inertia
     held = np.sqrt(decay[regions.first] * decay[regions.second])
     feared = np.flatnonzero(regions.growth > _FEARED * held)[:_MOST_RANGES]
     centre, width = regions.speed[feared], regions.half_width[feared] + regions.error[feared]
     examined = (centre[:, None] + width[:, None] * np.array([-4.0, -1.5, 0.0, 1.5, 4.0])).ravel()
     examined = np.clip(examined, asked.start, asked.stop)
-    ranges = (
-        unstable_ranges(system, np.unique(examined), basis=basis_of(setup, system))
-        if examined.size
-        else []
-    )
+    ranges = unstable_ranges(system, examined, basis=basis_of(setup, system))
     axes = {"unstable": np.arange(1, len(ranges) + 1)}
-    error = np.array([one.error for one in ranges])
-    scene.emit(f"{VARIABLE}unstable/from", np.array([one.low for one in ranges]), error, axes)
-    scene.emit(f"{VARIABLE}unstable/to", np.array([one.high for one in ranges]), error, axes)
-    growth = np.array([one.growth for one in ranges])
+    low, high, error, growth = ranges.T
+    scene.emit(f"{VARIABLE}unstable/from", low, error, axes)
+    scene.emit(f"{VARIABLE}unstable/to", high, error, axes)
     scene.emit(f"{VARIABLE}unstable/growth", growth, 1e-9 * np.abs(growth), axes)
-
-
-def _decay(setup: Setup) -> FloatArray:
-    """Rate of decay of each mode (m,) in 1/s from the work of its undamped shape."""
-    line, modes = setup.model.line, setup.modes
-    twist = modes.shape[:, line.first] - modes.shape[:, line.second]
-    work = twist**2 @ line.damping + modes.shape**2 @ line.absolute_damping
-    return np.asarray(0.5 * work / modes.modal_inertia)

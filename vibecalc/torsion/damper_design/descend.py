@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import FloatArray
-from vibecalc.torsion.damper_design.peaks import LEVEL, DamperPeaks, Survey, survey, worst_section
+from vibecalc.torsion.damper_design.peaks import LEVEL, DamperPeaks, Survey, survey
 from vibecalc.torsion.damper_design.problem import DamperProblem, Limits
 from vibecalc.torsion.damper_design.readings import map_readings
 
@@ -118,10 +118,8 @@ def place(
     """The peaks of one damper."""
     damper = prepared.damper(variables)
     tops = prepared.peaks(damper, share, tolerance)
-    sections = prepared.system.twist.shape[0]
-    level = tops.value / prepared.scale[tops.row]
-    worst = worst_section(tops, sections)
-    over = float(np.max(level[tops.row >= sections], initial=1.0)) - 1.0
+    section, scale, worst = prepared.levels(tops)
+    over = float(np.max((tops.value / scale)[~section], initial=1.0)) - 1.0
     merit = worst + penalty * worst * over if penalty < np.inf else over
     return DesignPoint(variables, tops, merit, over)
 
@@ -196,9 +194,7 @@ def _linear_program(
     from scipy.optimize import linprog
 
     tops, moving = here.peaks, prepared.moving
-    section = tops.row < prepared.system.twist.shape[0]
-    worst = float(np.max(tops.value[section]))
-    scale = np.where(section, worst, prepared.scale[tops.row])
+    section, scale, worst = prepared.levels(tops)
     slope = tops.slope[:, moving] / scale[:, None]
     level = tops.value / scale
     # unknowns: step, level of the sections, excess over limits
@@ -240,8 +236,7 @@ def foreseen(prepared: Survey, end: DesignPoint) -> tuple[FloatArray, float]:
     """
     penalty = np.inf if end.over > BROKEN else _PENALTIES[0]
     step, gain = _linear_program(prepared, end, _LEFT, penalty)
-    sections = prepared.system.twist.shape[0]
-    worst = worst_section(end.peaks, sections)
+    worst = prepared.levels(end.peaks)[2]
     return np.abs(step) + _SMALL, abs(gain) * (worst if penalty == np.inf else 1.0) + (
         end.over * worst
     )

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.bounded import Bounded, concatenate
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 from vibecalc.torsion.damper_design.descend import (
     BROKEN,
@@ -27,7 +27,7 @@ from vibecalc.torsion.damper_design.peaks import (
 )
 from vibecalc.torsion.damper_design.problem import Damper, DamperProblem, Limits, system_of
 from vibecalc.torsion.damper_design.readings import map_readings, reading_error
-from vibecalc.torsion.damper_design.settle import Stationary, basin_errors, settle
+from vibecalc.torsion.damper_design.settle import Stationary, basins, settle
 
 # ----------------------------------------------------------------------------
 # The spring and dashpot (and ring) of a damper that make the worst section of a line least.
@@ -42,45 +42,35 @@ _ASKED = (("heat", "W"), ("travel", "rad"), ("travel", "rad"))
 
 
 class Design(NamedTuple):
-    """The tuning, its errors, and what proves it.
+    """The tuning, and what proves it.
 
-    `damper` with absolute `damper_error` (inertia, stiffness, damping); `worst` the largest
-    weighted half range with `worst_error`.
-    Certificate: `reading` (p,) (section number; e for heat, e + 1 and e + 2 for travel with the hub
-    ahead and behind), `speed` (p,) in rad/s, `angle` (p, 2) of the crank at the crest and the
-    trough that are read (heat has none: 0), `value` (p,) and `weight` (p,) of the peaks that
-    hold the tuning; two crests of one cycle are two peaks. Sections are equal, limits are
-    met, all weights are positive, those of sections add up to 1, and the weighted slopes by ln J,
-    ln k, ln c over `worst` cancel but for `bound_weight` (3,), the pull of bounds (positive: a
-    larger value is wanted; zero if held by equal bounds), and `residual`. `curvature` over
-    `worst` is the least along directions that the peaks leave free, infinite where there are
-    none: above 0 the tuning is a strict local minimum. That it is the best of all rests on the
-    map; `basin` (b, 3) are the ends of all descents (J, k, c), `basin_worst` (b,) their objectives.
-    Absolute errors: `weight_error`, `bound_error`, `speed_error`, `curvature_error`; those of the
-    ends, `basin_error` (b, 3) and `basin_worst_error` (b,), are how far they lie from where their
-    own conditions hold.
+    `damper` (3,): ring inertia, stiffness and damping; `worst` the largest weighted half range.
+    Certificate: the peaks `peaks` that hold the tuning, with their `weight` (p,) and `speed` (p,);
+    two crests of one cycle are two peaks. Sections are equal, limits are met, all weights are
+    positive, those of sections add up to 1, and the weighted slopes by ln J, ln k, ln c over
+    `worst` cancel but for `bound_weight` (3,), the pull of bounds (positive: a larger value is
+    wanted; zero if held by equal bounds), and `residual`. `curvature` over `worst` is the least
+    along directions that the peaks leave free, infinite where there are none: above 0 the tuning is
+    a strict local minimum. That it is the best of all rests on the map; `basin` (b, 3) are the ends
+    of all descents (J, k, c), `basin_worst` (b,) their objectives, with errors how far they lie
+    from where their own conditions hold.
     """
 
-    damper: Damper
-    damper_error: FloatArray
-    worst: float
-    worst_error: float
-    reading: IntArray
-    speed: FloatArray
-    angle: FloatArray
-    value: FloatArray
-    weight: FloatArray
-    bound_weight: FloatArray
+    damper: Bounded
+    worst: Bounded
+    peaks: DamperPeaks
+    weight: Bounded
+    speed: Bounded
+    bound_weight: Bounded
     residual: float
-    curvature: float
-    basin: FloatArray
-    basin_worst: FloatArray
-    weight_error: FloatArray
-    bound_error: FloatArray
-    speed_error: FloatArray
-    curvature_error: float
-    basin_error: FloatArray
-    basin_worst_error: FloatArray
+    curvature: Bounded
+    basin: Bounded
+    basin_worst: Bounded
+
+    @property
+    def values(self) -> Damper:
+        """The damper."""
+        return Damper(*self.damper.value.tolist())
 
 
 def design(
@@ -155,50 +145,29 @@ def _keeps_limits(prepared: Survey, ends: list[DesignPoint]) -> None:
     least = ends[0]
     if least.over <= BROKEN:
         return
-    sections = prepared.system.twist.shape[0]
-    asked = least.peaks.row >= sections
-    level = least.peaks.value[asked] / prepared.scale[least.peaks.row[asked]]
-    index = int(np.argmax(level))
-    name, unit = _ASKED[int(least.peaks.row[asked][index]) - sections]
+    section, scale, _ = prepared.levels(least.peaks)
+    worst = least.peaks.some(
+        np.array([np.argmax(np.where(section, 0.0, least.peaks.value / scale))])
+    )
+    name, unit = _ASKED[int(worst.row[0]) - prepared.system.twist.shape[0]]
     damper = prepared.damper(least.variables)
     raise NumericalFailure(
         f"found no damper within the bounds that keeps its limits ({len(ends)} descents, no proof "
         f"that there is none): the least violated one found, k = {damper.stiffness:.6g} N m/rad "
-        f"and c = {damper.damping:.6g} N m s/rad, has a {name} of "
-        f"{least.peaks.value[asked][index]:.6g} {unit} at "
-        f"{least.peaks.speed[asked][index]:.6g} rad/s"
+        f"and c = {damper.damping:.6g} N m s/rad, has a {name} of {worst.value[0]:.6g} {unit} at "
+        f"{worst.speed[0]:.6g} rad/s"
     )
 
 
 def _record(prepared: Survey, held: Stationary, ends: list[DesignPoint]) -> Design:
-    damper = prepared.damper(held.variables)
-    error, pull, pull_error = np.zeros(3), np.zeros(3), np.zeros(3)
-    pull_error[prepared.moving] = held.bound_error
-    away, above = basin_errors(prepared, held, ends)
-    error[prepared.moving] = np.array(damper)[prepared.moving] * held.variable_error
-    pull[prepared.moving] = held.bound_weight
+    moving, values = prepared.moving, np.array(prepared.damper(held.variables.value))
+    damper, pull = Bounded(values, np.zeros(3)), Bounded(np.zeros(3), np.zeros(3))
+    damper.error[moving] = values[moving] * held.variables.error
+    pull.value[moving], pull.error[moving] = held.bound_weight
     return Design(
-        damper=damper,
-        damper_error=error,
-        worst=held.level,
-        worst_error=held.level_error,
-        reading=held.peaks.row,
-        speed=held.peaks.speed,
-        angle=np.mod(held.peaks.phase, 2.0 * np.pi) * prepared.system.problem.cycle / (2.0 * np.pi),
-        value=held.peaks.value,
-        weight=held.weight,
-        bound_weight=pull,
-        residual=held.residual,
-        curvature=held.curvature,
-        basin=np.array([prepared.damper(end.variables) for end in ends]),
-        basin_worst=np.array([end.merit for end in ends]),
-        weight_error=held.weight_error,
-        bound_error=pull_error,
-        speed_error=held.speed_error,
-        curvature_error=held.curvature_error,
-        basin_error=away,
-        basin_worst_error=above,
-    )
+        damper, held.level, held.peaks, held.weight, held.speed, pull, held.residual,
+        held.curvature, *basins(prepared, held, ends),
+    )  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -259,21 +228,19 @@ def performance_of(problem: DamperProblem, tuned: Design, speeds: int = 161) -> 
 
     The worst section is flat to first order there, and has the error of the design.
     """
-    achieved = performance(problem, tuned.damper, speeds)
+    achieved = performance(problem, tuned.values, speeds)
     share = relative_error(tuned)
     step = (problem.speed[1] - problem.speed[0]) / (speeds - 1)
-    moved = np.abs(drift(system_of(problem), tuned.damper, achieved.place, step)) @ share
-    value, error = achieved.reading
-    value, error = value.copy(), error + np.abs(achieved.slope) @ share
-    value[0], error[0] = tuned.worst, tuned.worst_error
-    speed = Bounded(achieved.speed.value, achieved.speed.error + moved)
-    return achieved._replace(reading=Bounded(value, error), speed=speed)
+    moved = np.abs(drift(system_of(problem), tuned.values, achieved.place, step)) @ share
+    reading = achieved.reading + Bounded(np.zeros(3), np.abs(achieved.slope) @ share)
+    reading = concatenate([tuned.worst[None], reading[1:]])
+    return achieved._replace(reading=reading, speed=achieved.speed + Bounded(np.zeros(3), moved))
 
 
 def relative_error(tuned: Design) -> FloatArray:
     """Errors (3,) of ring inertia, stiffness and damping over these; 0 of what is 0."""
-    values = np.array(tuned.damper)
-    share: FloatArray = np.divide(tuned.damper_error, values, where=values > 0.0, out=np.zeros(3))
+    value, error = tuned.damper
+    share: FloatArray = np.divide(error, value, where=value > 0.0, out=np.zeros(3))
     return share + EPSILON * (share > 0.0)
 
 
@@ -297,21 +264,18 @@ class Mistuning(NamedTuple):
 
 def mistuning(problem: DamperProblem, tuned: Design, share: float = 0.1) -> Mistuning:
     """What spring and dashpot off by a share, each and together, do to the worst section."""
-    if not 0.0 < share < 1.0:
-        raise NumericalFailure("an error of spring and dashpot is a share between 0 and 1")
     factor = np.array([1.0 - share, 1.0, 1.0 + share])
-    stiffness_factor = factor if tuned.damper.stiffness > 0.0 else np.ones(1)
-    value, error = np.ones((stiffness_factor.size, 3)), np.zeros((stiffness_factor.size, 3))
+    inertia, stiffness, damping = tuned.values
+    by_stiffness = factor if stiffness > 0.0 else np.ones(1)
+    increase = Bounded(np.ones((by_stiffness.size, 3)), np.zeros((by_stiffness.size, 3)))
     uncertainty = relative_error(tuned) + 2.0 * EPSILON
-    worst = Bounded(np.asarray(tuned.worst), np.asarray(tuned.worst_error))
-    inertia, stiffness, damping = tuned.damper
-    for i, a in enumerate(stiffness_factor):
-        for j, b in enumerate(factor):
-            if a != 1.0 or b != 1.0:
-                found = performance(problem, Damper(inertia, a * stiffness, b * damping))
-                off = found.reading.error[0] + np.abs(found.slope[0]) @ uncertainty
-                value[i, j], error[i, j] = Bounded(found.reading.value[0], off) / worst
-    return Mistuning(stiffness_factor, factor, Bounded(value, error))
+    for place in np.ndindex(increase.value.shape):
+        a, b = float(by_stiffness[place[0]]), float(factor[place[1]])
+        if a != 1.0 or b != 1.0:
+            found = performance(problem, Damper(inertia, a * stiffness, b * damping))
+            off = Bounded(np.zeros(()), np.abs(found.slope[0]) @ uncertainty)
+            increase.value[place], increase.error[place] = (found.reading[0] + off) / tuned.worst
+    return Mistuning(by_stiffness, factor, increase)
 
 
 # ----------------------------------------------------------------------------

@@ -16,6 +16,7 @@ from vibecalc.torsion.damper_design.problem import (
 )
 from vibecalc.torsion.damper_design.readings import (
     NominalTable,
+    Readings,
     map_readings,
     reading_error,
     readings,
@@ -27,8 +28,7 @@ from vibecalc.torsion.damper_design.readings import (
 # One peak over speed, followed to where its slope vanishes on its own crest and trough.
 # ----------------------------------------------------------------------------
 
-_STEPS = 40
-_MOST_MOVES = 30
+_STEPS = 60
 #: slope times bracket, over the value, below which a maximum is found to rounding
 LEVEL = 1e-15
 #: crests closer than this share of a radian of the highest harmonic are one
@@ -51,18 +51,11 @@ class DamperPeaks(NamedTuple):
 
     def some(self, which: BoolArray | IntArray) -> "DamperPeaks":
         """The peaks that an index names."""
-        return DamperPeaks(
-            self.row[which], self.speed[which], self.value[which], self.slope[which],
-            self.bend[which], self.phase[which],
-        )  # fmt: skip
+        return DamperPeaks._make(part[which] for part in self)
 
     def joined(self, other: "DamperPeaks") -> "DamperPeaks":
         """These and others."""
-        return DamperPeaks(
-            np.append(self.row, other.row), np.append(self.speed, other.speed),
-            np.append(self.value, other.value), np.append(self.slope, other.slope, axis=0),
-            np.append(self.bend, other.bend), np.append(self.phase, other.phase, axis=0),
-        )  # fmt: skip
+        return DamperPeaks._make(np.concatenate(pair) for pair in zip(self, other, strict=True))
 
 
 def about(
@@ -88,93 +81,69 @@ def follow(
 ) -> DamperPeaks:  # fmt: skip
     """The maximum of row[i] in or uphill of speeds low[i] to high[i], where the slope is zero.
 
-    Regula falsi with halved ends (Illinois), with a bisection where it stalls, all brackets in one
-    batch. A reading that rises to an end of the range has its maximum there. It ends where slope
-    times bracket falls below `tolerance` of the value. With phases `near` (p, 2) the crest and the
-    trough next to them are followed, otherwise the highest and the lowest are taken at each speed.
+    Brackets move uphill until they hold a peak; then regula falsi with halved ends (Illinois), with
+    a bisection where it stalls, all in one batch. A reading that rises to an end of the range has
+    its maximum there. It ends where slope times bracket falls below `tolerance` of the value. With
+    phases `near` (p, 2) the crest and the trough next to them are followed, otherwise the highest
+    and the lowest are taken at each speed.
     """
-    given_phase = near is not None
-    low, high, left, right, nearby = _uphill(system, damper, row, low, high, near)
-    inside = (left > 0.0) & (right < 0.0)
-    speed = np.where(inside, 0.5 * (low + high), np.where(right >= 0.0, high, low))
-    side = np.zeros(row.size)
-    open_ = np.flatnonzero(inside)
-    for step in range(_STEPS):
+    range_ = system.problem.speed
+
+    def read(speed: FloatArray, row: IntArray, phase: FloatArray, slopes: bool = False) -> Readings:
+        return readings(system, damper, speed, row, None if near is None else phase, slopes)
+
+    both = np.zeros((2 * row.size, 2)) if near is None else np.tile(near, (2, 1))
+    ends = read(np.append(low, high), np.tile(row, 2), both)
+    # of both ends of each bracket
+    place, slope = np.stack([low, high]), ends.by_speed.reshape(2, -1).copy()
+    phase = ends.phase.reshape(2, -1, 2)
+    speed, inside = np.empty(row.size), np.zeros(row.size, dtype=bool)
+    side, tries, open_ = np.full(row.size, -1), np.zeros(row.size, dtype=int), np.arange(row.size)
+    for _ in range(_STEPS):
+        (a, b), (left, right) = place[:, open_], slope[:, open_]
+        up = (right >= 0.0) & (b < range_[1])
+        down = (right < 0.0) & (left <= 0.0) & (a > range_[0])
+        holds = (left > 0.0) & (right < 0.0)
+        inside[open_] = holds
+        speed[open_] = np.where(holds, 0.5 * (a + b), np.where(right >= 0.0, b, a))
+        moves = up | down | holds
+        open_, a, b, left, right, up, down, holds = (
+            one[moves] for one in (open_, a, b, left, right, up, down, holds)
+        )
         if open_.size == 0:
             break
-        a, b, p, q = low[open_], high[open_], left[open_], right[open_]
-        guess = a + (b - a) * p / (p - q)
         # the middle first: on the grid it is the highest of the three
-        guess = np.where(step % 8 == 0, 0.5 * (a + b), guess)
-        first, last = nearby[0, open_], nearby[1, open_]
-        close = np.where((guess - a < b - guess)[:, None], first, last)
-        now = readings(
-            system, damper, guess, row[open_], close if given_phase else None, by_damper=False
-        )
+        middle = tries[open_] % 8 == 0
+        tries[open_] += holds
+        share = np.where(middle | ~holds, 0.5, left / np.where(holds, left - right, 1.0))
+        share = np.where(up, 2.5, np.where(down, -1.5, share))
+        guess = np.clip(a + share * (b - a), *range_)
+        nearer = np.where(share > 0.5, 1, 0)
+        now = read(guess, row[open_], phase[nearer, open_])
         rising = now.by_speed > 0.0
-        nearby[0, open_] = np.where(rising[:, None], now.phase, first)
-        nearby[1, open_] = np.where(rising[:, None], last, now.phase)
-        again = np.where(rising, 1.0, -1.0)
-        same = again == side[open_]
-        low[open_], high[open_] = np.where(rising, guess, a), np.where(rising, b, guess)
-        left[open_] = np.where(rising, now.by_speed, np.where(same, 0.5 * p, p))
-        right[open_] = np.where(rising, np.where(same, 0.5 * q, q), now.by_speed)
-        side[open_], speed[open_] = again, guess
+        for moved, ahead in ((up, 1), (down, 0)):
+            some = open_[moved]
+            for each in (place, slope, phase):
+                each[1 - ahead, some] = each[ahead, some]
+        end = np.where(up, 1, np.where(down, 0, np.where(rising, 0, 1)))
+        stays = open_[holds & (end == side[open_])]
+        slope[1 - side[stays], stays] *= 0.5
+        side[open_] = np.where(holds, end, -1)
+        place[end, open_], slope[end, open_], phase[end, open_] = guess, now.by_speed, now.phase
+        speed[open_] = np.where(holds, guess, speed[open_])
         done = np.abs(now.by_speed) * (b - a) <= tolerance * np.abs(now.value)
-        done |= (high[open_] - low[open_]) <= 4e-16 * guess
-        open_ = open_[~done]
-    close = np.where((speed - low < high - speed)[:, None], nearby[0], nearby[1])
-    final = readings(system, damper, speed, row, close if given_phase else None)
-    shift = 1e-6 * speed[inside]
+        done |= np.diff(place[:, open_], axis=0)[0] <= 4e-16 * guess
+        open_ = open_[~(done & holds)]
+    first = speed - place[0] < place[1] - speed
+    final = read(speed, row, np.where(first[:, None], phase[0], phase[1]), slopes=True)
     bend = np.zeros(row.size)
     if np.any(inside):
-        shifted = readings(
-            system, damper, np.append(speed[inside] - shift, speed[inside] + shift),
-            np.append(row[inside], row[inside]), np.tile(final.phase[inside], (2, 1)),
-            by_damper=False,
-        ).by_speed  # fmt: skip
-        before, after = np.split(shifted, 2)
-        bend[inside] = (after - before) / (2.0 * shift)
+        shift = 1e-6 * speed[inside]
+        around = np.append(speed[inside] - shift, speed[inside] + shift)
+        at, wave = np.tile(row[inside], 2), np.tile(final.phase[inside], (2, 1))
+        shifted = readings(system, damper, around, at, wave, by_damper=False).by_speed
+        bend[inside] = np.diff(shifted.reshape(2, -1), axis=0)[0] / (2.0 * shift)
     return DamperPeaks(row, speed, final.value, final.by_damper, bend, final.phase)
-
-
-def _uphill(
-    system: System, damper: Damper, row: IntArray, low: FloatArray, high: FloatArray,
-    near: FloatArray | None,
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:  # fmt: skip
-    """Brackets (p,), (p,) moved until they hold a peak or an end of the range; slopes and phases
-    (2, p, 2) there."""
-    slowest, fastest = system.problem.speed
-    low, high = low.copy(), high.copy()
-    given_phase = near is not None
-    both = None if near is None else np.tile(near, (2, 1))
-    ends = readings(
-        system, damper, np.append(low, high), np.append(row, row), both, by_damper=False
-    )
-    left, right = np.split(ends.by_speed, 2)
-    phase = ends.phase.reshape(2, -1, 2)
-    for _ in range(_MOST_MOVES):
-        up = (right >= 0.0) & (high < fastest)
-        down = (right < 0.0) & (left <= 0.0) & (low > slowest)
-        moved = np.flatnonzero(up | down)
-        if moved.size == 0:
-            break
-        rising, width = up[moved], (high - low)[moved]
-        beyond = np.where(rising, high[moved] + 1.5 * width, low[moved] - 1.5 * width)
-        beyond = np.clip(beyond, slowest, fastest)
-        first, last = phase[0, moved], phase[1, moved]
-        close = np.where(rising[:, None], last, first)
-        ahead = readings(
-            system, damper, beyond, row[moved], close if given_phase else None, by_damper=False
-        )
-        new = ahead.by_speed
-        phase[0, moved] = np.where(rising[:, None], last, ahead.phase)
-        phase[1, moved] = np.where(rising[:, None], ahead.phase, first)
-        low[moved], high[moved], left[moved], right[moved] = (
-            np.where(rising, high[moved], beyond), np.where(rising, beyond, low[moved]),
-            np.where(rising, right[moved], new), np.where(rising, new, left[moved]),
-        )  # fmt: skip
-    return low, high, left, right, phase
 
 
 # ----------------------------------------------------------------------------
@@ -271,28 +240,24 @@ def peaks(
         low = np.append(low, np.maximum(speed - 3.0 * width, grid[0]))
         high = np.append(high, np.minimum(speed + 3.0 * width, grid[-1]))
         row, value = np.append(row, added), np.append(value, levels)
+
+    def enough(row: IntArray, level: FloatArray, share: float) -> BoolArray:
+        """Which levels reach a share of the worst section, or of the limit of heat and travel."""
+        section = row < scale.size - 3
+        return np.asarray(level >= share * np.where(section, np.max(level[section]), 1.0))
+
+    def highest(tops: DamperPeaks) -> DamperPeaks:
+        return _single(system, tops.some(enough(tops.row, tops.value / scale[tops.row], share)))
+
     # a reading on the grid may lie below its peak: a wide net first, the exact share after
-    high_enough = _high_enough(system, row, value, 0.85 * share)
-    result = follow(
-        system, damper, row[high_enough], low[high_enough], high[high_enough], tolerance
-    )
-    level = result.value / scale[result.row]
-    result = _single(system, result.some(_high_enough(system, result.row, level, share)))
+    wide = enough(row, value, 0.85 * share)
+    result = highest(follow(system, damper, row[wide], low[wide], high[wide], tolerance))
     which, phase = rivals(system, damper, result.speed, result.row, result.phase)
     if which.size == 0:
         return result
     low, high = about(result, system.problem.speed, grid[1] - grid[0])
     nearby = follow(system, damper, result.row[which], low[which], high[which], tolerance, phase)
-    result = result.joined(nearby)
-    level = result.value / scale[result.row]
-    return _single(system, result.some(_high_enough(system, result.row, level, share)))
-
-
-def _high_enough(system: System, row: IntArray, level: FloatArray, share: float) -> BoolArray:
-    """Which levels reach a share of the worst section, or of the limit of heat and travel."""
-    section = row < system.twist.shape[0]
-    enough: BoolArray = level >= share * np.where(section, np.max(level[section]), 1.0)
-    return enough
+    return highest(result.joined(nearby))
 
 
 def narrow_resonances(system: System, damper: Damper, grid: FloatArray) -> FloatArray:
@@ -380,6 +345,20 @@ class Survey(NamedTuple):
         found = self.table(damper.inertia)
         return peaks(self.system, found, damper, self.scale, share, tolerance)
 
+    def levels(self, tops: DamperPeaks) -> tuple[BoolArray, FloatArray, float]:
+        """Which peaks (p,) are of sections, what all are compared with (p,), the worst section.
+
+        That is the worst one for sections, the limit for heat and travel.
+        """
+        section = tops.row < self.system.twist.shape[0]
+        worst = float(np.max(tops.value[section], initial=-np.inf))
+        return section, np.where(section, worst, self.scale[tops.row]), worst
+
+    @property
+    def step(self) -> float:
+        """That of the grid of speeds."""
+        return float(self.grid[1] - self.grid[0])
+
     @property
     def logarithms(self) -> FloatArray:
         """Bounds (v, 2) of the variables."""
@@ -399,8 +378,3 @@ def survey(problem: DamperProblem, limits: Limits, speeds: int = 161) -> Survey:
         system, limits, bounds, np.flatnonzero(bounds[:, 1] > bounds[:, 0]),
         np.linspace(*problem.speed, speeds), scale, {},
     )  # fmt: skip
-
-
-def worst_section(tops: DamperPeaks, sections: int) -> float:
-    """Largest weighted half range among peaks."""
-    return float(np.max(tops.value[tops.row < sections]))

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.least_norm import nonnegative_least_squares
 from vibecalc.numerics.rounding import BoolArray, FloatArray
 from vibecalc.torsion.damper_design.descend import BROKEN, DesignPoint, foreseen
@@ -38,26 +39,21 @@ _SLOPE = 3.0
 class Stationary(NamedTuple):
     """A tuning at which weighted slopes cancel.
 
-    `weight` (p,) of the peaks `peaks`, of sections they add up to 1; `bound_weight` (v,) what
-    bounds pull; `variable_error` (v,) of the logarithms;
-    `weight_error` (p,), `bound_error` (v,), `speed_error` (p,) in rad/s and `curvature_error`;
-    `residual` of the slopes over the level, `curvature` least of the Lagrangian along directions
-    that the peaks leave free, over the level (infinite where they leave none).
+    `variables` (v,) are logarithms, `level` the common height of the sections at the peaks `peaks`,
+    `weight` (p,) of these, of sections they add up to 1; `bound_weight` (v,) what bounds pull;
+    `speed` (p,) in rad/s; `residual` of the slopes over the level, `curvature` least of the
+    Lagrangian along directions that the peaks leave free, over the level (infinite where they leave
+    none).
     """
 
-    variables: FloatArray
-    level: float
+    variables: Bounded
+    level: Bounded
     peaks: DamperPeaks
-    weight: FloatArray
-    bound_weight: FloatArray
-    variable_error: FloatArray
-    level_error: float
+    weight: Bounded
+    bound_weight: Bounded
+    speed: Bounded
     residual: float
-    curvature: float
-    weight_error: FloatArray
-    bound_error: FloatArray
-    speed_error: FloatArray
-    curvature_error: float
+    curvature: Bounded
 
 
 def newton(
@@ -65,25 +61,30 @@ def newton(
 ) -> Stationary | None:
     """Iterate with these active peaks and fixed variables; None where it does not converge."""
     moving, free = prepared.moving, np.flatnonzero(~fixed)
-    x = variables.copy()
-    weight = np.zeros(tops.row.size)
-    last = np.inf
+    f, p = free.size, tops.row.size
+    x, weight, last = variables.copy(), np.zeros(p), np.inf
     for _ in range(_MOST_STEPS):
         now = tracked(prepared, x, tops)
         if now is None:
             return None
         tops = now
-        scale = _scale(prepared, tops)
+        section, scale, _ = prepared.levels(tops)
         slope = tops.slope[:, moving] / scale[:, None]
         if not np.any(weight):
-            weight = _weights(prepared, tops, slope, free)
-        hessian = _hessian(prepared, x, tops, weight, scale)
+            rows = np.vstack([slope.T[free], section.astype(float)])
+            weight = nonnegative_least_squares(rows, np.append(np.zeros(f), 1.0))
+        hessian = _hessian(prepared, x, tops, weight / scale)
         if hessian is None:
             return None
-        matrix, right = _conditions(prepared, tops, slope, hessian, free)
-        solution: FloatArray = np.array(np.linalg.lstsq(matrix, right, rcond=1e-13)[0], dtype=float)
-        step = solution[: free.size]
-        weight = solution[free.size + 1 :]
+        # for step (f,), level and new weights (p,)
+        matrix = np.zeros((f + 1 + p, f + 1 + p))
+        matrix[:f, :f] = hessian[np.ix_(free, free)]
+        matrix[:f, f + 1 :], matrix[f + 1 :, :f] = slope[:, free].T, slope[:, free]
+        matrix[f, f + 1 :], matrix[f + 1 :, f] = section, -section.astype(float)
+        right = np.where(section, 0.0, 1.0) - tops.value / scale
+        right = np.concatenate([np.zeros(f), [1.0], right])
+        solution = np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-13)[0], dtype=float)
+        step, weight = solution[:f], solution[f + 1 :]
         length = float(np.max(np.abs(step), initial=0.0))
         x = x.copy()
         x[free] += step * min(1.0, _LONGEST / max(length, 1e-300))
@@ -96,71 +97,26 @@ def newton(
 def tracked(prepared: Survey, variables: FloatArray, tops: DamperPeaks) -> DamperPeaks | None:
     """The same peaks of a damper close by; None where one has gone from its place."""
     system = prepared.system
-    low, high = about(tops, system.problem.speed, prepared.grid[1] - prepared.grid[0])
+    low, high = about(tops, system.problem.speed, prepared.step)
     now = follow(system, prepared.damper(variables), tops.row, low, high, near=tops.phase)
     reach = 3.0 * np.maximum(high - tops.speed, tops.speed - low)
-    gone = np.abs(now.speed - tops.speed) > reach
-    return None if np.any(gone) else now
-
-
-def _scale(prepared: Survey, tops: DamperPeaks) -> FloatArray:
-    """Worst section for sections, the limit for heat and travel (p,)."""
-    section = tops.row < prepared.system.twist.shape[0]
-    worst = np.max(tops.value[section])
-    return np.where(section, worst, prepared.scale[tops.row])
-
-
-def _weights(
-    prepared: Survey, tops: DamperPeaks, slope: FloatArray, free: np.ndarray
-) -> FloatArray:
-    """First weights (p,), none negative, by least squares."""
-    section = tops.row < prepared.system.twist.shape[0]
-    rows = np.vstack([slope.T[free], section.astype(float)])
-    return nonnegative_least_squares(rows, np.append(np.zeros(free.size), 1.0))
+    return None if np.any(np.abs(now.speed - tops.speed) > reach) else now
 
 
 def _hessian(
-    prepared: Survey, x: FloatArray, tops: DamperPeaks, weight: FloatArray, scale: FloatArray,
+    prepared: Survey, x: FloatArray, tops: DamperPeaks, share: FloatArray,
     difference: float = _DIFFERENCE,
 ) -> FloatArray | None:  # fmt: skip
-    """Curvature (v, v) of the weighted peaks, by central differences of slopes."""
-    count = prepared.moving.size
-    result = np.zeros((count, count))
-    share = weight / scale
-    for column in range(count):
-        pair = []
-        for side in (1.0, -1.0):
-            nearby = x.copy()
-            nearby[column] += side * difference
-            now = tracked(prepared, nearby, tops)
-            if now is None:
-                return None
-            pair.append(share @ now.slope[:, prepared.moving])
-        result[:, column] += (pair[0] - pair[1]) / (2.0 * difference)
+    """Curvature (v, v) of the peaks with shares (p,), by central differences of slopes."""
+    columns = []
+    for move in difference * np.eye(x.size):
+        pair = [tracked(prepared, x + side * move, tops) for side in (1.0, -1.0)]
+        if pair[0] is None or pair[1] is None:
+            return None
+        columns.append(share @ (pair[0].slope - pair[1].slope)[:, prepared.moving])
+    result = np.array(columns).reshape(x.size, x.size) / (2.0 * difference)
     symmetric: FloatArray = 0.5 * (result + result.T)
     return symmetric
-
-
-def _conditions(
-    prepared: Survey,
-    tops: DamperPeaks,
-    slope: FloatArray,
-    hessian: FloatArray,
-    free: np.ndarray,
-) -> tuple[FloatArray, FloatArray]:
-    """Newton's matrix and right-hand side for step (f,), level and new weights (p,)."""
-    section = tops.row < prepared.system.twist.shape[0]
-    f, p = free.size, tops.row.size
-    scale = _scale(prepared, tops)
-    matrix = np.zeros((f + 1 + p, f + 1 + p))
-    matrix[:f, :f] = hessian[np.ix_(free, free)]
-    matrix[:f, f + 1 :] = slope[:, free].T
-    matrix[f, f + 1 :] = section
-    matrix[f + 1 :, :f] = slope[:, free]
-    matrix[f + 1 :, f] = -section.astype(float)
-    level = tops.value / scale
-    right = np.concatenate([np.zeros(f), [1.0], np.where(section, 0.0, 1.0) - level])
-    return matrix, right
 
 
 def _finished(
@@ -174,49 +130,48 @@ def _finished(
     if end is None or nearby is None:
         return None
     moving, free = prepared.moving, np.flatnonzero(~fixed)
-    damper, scale = prepared.damper(x), _scale(prepared, end)
-    section = end.row < prepared.system.twist.shape[0]
-    worst = float(np.max(end.value[section]))
+    system, damper = prepared.system, prepared.damper(x)
+    section, scale, worst = prepared.levels(end)
     slope = end.slope[:, moving] / scale[:, None]
     balance = weight @ slope
-    bound = np.where(fixed, -balance, 0.0)
     # noise of levels: bounds on round-off; of slopes: what a step of 1e-10 changes beyond what
     # their curvature says
-    value_noise = reading_error(prepared.system, damper, end.speed, end.row) / scale
     jump = (nearby.value - end.value) / scale - slope @ inwards
-    value_noise = value_noise + np.abs(jump)
+    value_noise = reading_error(system, damper, end.speed, end.row) / scale + np.abs(jump)
     moved = weight @ (nearby.slope[:, moving] / scale[:, None])
     # differences across a bound are not known: of free variables alone
     probed = np.abs(moved - balance - hessian @ inwards)[free]
-    slope_noise = float(np.max(probed, initial=0.0) + _SLOPE * (np.abs(weight) @ value_noise))
-    noise = np.concatenate([np.full(free.size, slope_noise), [0.0], value_noise])
+    spread = float(np.abs(weight) @ value_noise)
+    slope_noise = float(np.max(probed, initial=0.0) + _SLOPE * spread)
     residual = np.abs(balance[free])
-    noise[: free.size] += residual
+    noise = np.concatenate([slope_noise + residual, [0.0], value_noise])
     unknown = np.abs(np.linalg.pinv(matrix, rcond=1e-13)) @ noise
     unknown = unknown + length**2 + 1e-3 * length
     error = np.zeros(moving.size)
     error[free] = unknown[: free.size]
     weight_error = unknown[free.size + 1 :]
     bound_error = np.abs(slope.T) @ weight_error + np.abs(hessian) @ error + slope_noise
-    level = worst * float(weight[section] @ (end.value[section] / worst))
-    spread = float(np.abs(weight) @ value_noise)
-    unequal = float(np.max(np.abs(end.value[section] / worst - level / worst), initial=0.0))
-    curvature = _curvature(matrix, free.size)
+    share = float(weight[section] @ (end.value[section] / worst))
+    unequal = float(np.max(np.abs(end.value[section] / worst - share), initial=0.0))
     slack = spread + float(np.sum(residual) * np.max(error, initial=0.0)) + unequal
-    step = prepared.grid[1] - prepared.grid[0]
-    by_damper = drift(prepared.system, damper, end, step)[:, moving]
-    speed_error = place_error(prepared.system, damper, end) + np.abs(by_damper) @ error
-    curvature_error = 0.0
+    by_damper = drift(system, damper, end, prepared.step)[:, moving]
+    speed_error = place_error(system, damper, end) + np.abs(by_damper) @ error
+    curvature, curvature_error = _curvature(matrix, free.size), 0.0
     if np.isfinite(curvature):
-        wider = _hessian(prepared, x, end, weight, scale, 2.0 * _DIFFERENCE)
+        wider = _hessian(prepared, x, end, weight / scale, 2.0 * _DIFFERENCE)
         if wider is None:
             return None
         curvature_error = float(np.linalg.norm(wider - hessian, 2)) + slope_noise / _DIFFERENCE
     return Stationary(
-        x, level, end, weight, bound, error, worst * slack,
-        float(np.max(residual, initial=0.0)), curvature,
-        weight_error, np.where(fixed, bound_error, 0.0), speed_error, curvature_error,
-    )  # fmt: skip
+        Bounded(x, error),
+        Bounded(np.asarray(worst * share), np.asarray(worst * slack)),
+        end,
+        Bounded(weight, weight_error),
+        Bounded(np.where(fixed, -balance, 0.0), np.where(fixed, bound_error, 0.0)),
+        Bounded(end.speed, speed_error),
+        float(np.max(residual, initial=0.0)),
+        Bounded(np.asarray(curvature), np.asarray(curvature_error)),
+    )
 
 
 def _curvature(matrix: FloatArray, free: int) -> float:
@@ -283,8 +238,8 @@ def _highest(tops: DamperPeaks) -> DamperPeaks:
 
 def _is_minimum(end: DesignPoint, held: Stationary) -> bool:
     """Whether the refined place is no saddle and no worse than where the descent ended."""
-    lower = held.level <= end.merit * (1.0 + 1e-6) or end.over > 1e-6
-    return held.curvature > 0.0 and lower
+    lower = held.level.value <= end.merit * (1.0 + 1e-6) or end.over > 1e-6
+    return bool(held.curvature.value > 0.0 and lower)
 
 
 def _first_guess(
@@ -292,9 +247,7 @@ def _first_guess(
 ) -> tuple[DamperPeaks, BoolArray]:
     """Peaks near the top and bounds nearby that least squares gives a weight."""
     tops, x = _highest(end.peaks) if alone else end.peaks, end.variables
-    section = tops.row < prepared.system.twist.shape[0]
-    worst = float(np.max(tops.value[section]))
-    scale = np.where(section, worst, prepared.scale[tops.row])
+    section, scale, _ = prepared.levels(tops)
     near = tops.value / scale >= 1.0 - closeness
     tops, section, scale = tops.some(near), section[near], scale[near]
     bounds = prepared.logarithms
@@ -313,29 +266,28 @@ def _first_guess(
 def _iterate(
     prepared: Survey, end: DesignPoint, tops: DamperPeaks, fixed: BoolArray, alone: bool
 ) -> Stationary | None:
-    bounds = prepared.logarithms
-    sections = prepared.system.twist.shape[0]
-    x = end.variables.copy()
+    bounds, x = prepared.logarithms, end.variables.copy()
     for _ in range(_ROUNDS):
-        if not np.any(tops.row < sections):
+        if not np.any(prepared.levels(tops)[0]):
             return None
         nearer = np.where(x < bounds.mean(axis=1), bounds[:, 0], bounds[:, 1])
         x = np.where(fixed, nearer, x)
         held = newton(prepared, x, tops, fixed)
         if held is None:
             return None
-        beyond = (held.variables < bounds[:, 0]) | (held.variables > bounds[:, 1])
+        x, weight, pull = held.variables.value, held.weight.value, held.bound_weight.value
+        beyond = (x < bounds[:, 0]) | (x > bounds[:, 1])
         if np.any(beyond & ~fixed):
             fixed = fixed | beyond
-            x = np.clip(held.variables, bounds[:, 0], bounds[:, 1])
+            x = np.clip(x, bounds[:, 0], bounds[:, 1])
             continue
-        x, tops = held.variables, held.peaks
-        if held.weight.size > 1 and float(np.min(held.weight)) < -_WRONG:
-            tops = tops.some(np.arange(tops.row.size) != int(np.argmin(held.weight)))
+        tops = held.peaks
+        if weight.size > 1 and float(np.min(weight)) < -_WRONG:
+            tops = tops.some(np.arange(weight.size) != int(np.argmin(weight)))
             continue
         # a lower bound holds back a value that would gain by falling, an upper one by rising
         upper = x > bounds.mean(axis=1)
-        wrong = fixed & (np.where(upper, held.bound_weight, -held.bound_weight) < -_WRONG)
+        wrong = fixed & (np.where(upper, pull, -pull) < -_WRONG)
         if np.any(wrong):
             fixed = fixed & ~wrong
             continue
@@ -350,17 +302,17 @@ def _iterate(
 
 def _above(prepared: Survey, held: Stationary) -> DamperPeaks | None:
     """The worst peak above the level or a limit that is not yet held, or None."""
-    tops = prepared.peaks(prepared.damper(held.variables), _SHARE)
-    section = tops.row < prepared.system.twist.shape[0]
-    scale = np.where(section, held.level, prepared.scale[tops.row])
+    tops = prepared.peaks(prepared.damper(held.variables.value), _SHARE)
+    level, known = held.level, held.peaks
+    scale = np.where(prepared.levels(tops)[0], level.value, prepared.scale[tops.row])
     over = tops.value / scale - 1.0
-    for i, (row, speed) in enumerate(zip(tops.row, tops.speed, strict=True)):
-        known = (held.peaks.row == row) & (np.abs(held.peaks.speed / speed - 1.0) < 1e-5)
-        known &= same_branch(prepared.system, held.peaks.phase, tops.phase[i])
-        if np.any(known):
-            over[i] = 0.0
+    same = (known.row == tops.row[:, None]) & same_branch(
+        prepared.system, known.phase, tops.phase[:, None]
+    )
+    same &= np.abs(known.speed / tops.speed[:, None] - 1.0) < 1e-5
+    over[np.any(same, axis=1)] = 0.0
     worst = int(np.argmax(over))
-    if over[worst] <= 1e-10 + 2.0 * held.level_error / held.level:
+    if over[worst] <= 1e-10 + 2.0 * float(level.error / level.value):
         return None
     return tops.some(np.array([worst]))
 
@@ -377,33 +329,31 @@ _SETTLED = 0.01
 _RIVAL = 1.05
 
 
-def basin_errors(
-    prepared: Survey, held: Stationary, ends: list[DesignPoint]
-) -> tuple[FloatArray, FloatArray]:
-    """Errors (b, 3) of J, k, c and (b,) of the objective of all ends.
+def basins(prepared: Survey, held: Stationary, ends: list[DesignPoint]) -> tuple[Bounded, Bounded]:
+    """J, k, c (b, 3) and the objective (b,) of all ends, with what their optima are away.
 
     The way to the optimum that Newton's method finds from an end. Where none proves one, and in
     basins far above the best one, the step that a linear program would still take and its gain.
     """
     away, above = np.zeros((len(ends), 3)), np.zeros(len(ends))
-    known = [held]
+    known, values = [held], np.array([prepared.damper(end.variables) for end in ends])
     for place, end in enumerate(ends):
         tuning = next((one for one in known if _belongs(one, end)), None)
         step, above[place] = foreseen(prepared, end)
         # Newton's method costs as much as a descent: not where nothing more is to be had
-        rival = end.over <= BROKEN and end.merit < _RIVAL * held.level
+        rival = end.over <= BROKEN and end.merit < _RIVAL * held.level.value
         if tuning is None and rival and np.max(step, initial=0.0) > _SETTLED:
             tuning = settle(prepared, end)
             if tuning is not None:
                 known.append(tuning)
         if tuning is not None:
-            step = np.abs(tuning.variables - end.variables) + tuning.variable_error
-            above[place] = abs(tuning.level - end.merit) + tuning.level_error
-        values = np.array(prepared.damper(end.variables))[prepared.moving]
-        away[place, prepared.moving] = values * step
-    return away, above
+            step = np.abs(tuning.variables.value - end.variables) + tuning.variables.error
+            above[place] = abs(tuning.level.value - end.merit) + tuning.level.error
+        away[place, prepared.moving] = values[place, prepared.moving] * step
+    return Bounded(values, away), Bounded(np.array([end.merit for end in ends]), above)
 
 
 def _belongs(held: Stationary, end: DesignPoint) -> bool:
-    near = np.max(np.abs(held.variables - end.variables), initial=0.0) < _SAME
-    return bool(near and abs(end.merit - held.level) < _AS_HIGH * held.level)
+    level = float(held.level.value)
+    near = np.max(np.abs(held.variables.value - end.variables), initial=0.0) < _SAME
+    return bool(near and abs(end.merit - level) < _AS_HIGH * level)

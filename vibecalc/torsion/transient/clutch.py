@@ -1,6 +1,8 @@
 """A clutch that takes one part of a shaft line along until both turn together."""
 
 from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -12,15 +14,14 @@ from vibecalc.torsion.transient.march import (
     StepBlock,
     TransientRun,
     TransientSystem,
-    cut,
-    march,
+    driven,
     propagator,
     steady_start,
     transient,
     transient_system,
 )
-from vibecalc.torsion.transient.motion import Stretch, TorqueInTime, speed_profile, torque_law
-from vibecalc.torsion.transient.peaks import step_values
+from vibecalc.torsion.transient.motion import Stretch, TorqueInTime, course_of
+from vibecalc.torsion.transient.trace import inside
 
 # ----------------------------------------------------------------------------
 # The line with its clutch slipping or holding, each a linear system of the same states.
@@ -68,10 +69,7 @@ def clutch_system(line: Line, clutch: Clutch, slip: int, growth: float) -> Trans
     matrix[:size, :size] = line_system.state_matrix
     matrix[torque, constant] = growth / clutch.friction_torque
     inputs = np.concatenate([line_system.input_matrix, np.zeros((2, n))])
-    twist, read = (
-        np.concatenate([view, np.zeros((view.shape[0], 2))], axis=1)
-        for view in (line_system.twist, line_system.torque)
-    )
+    read = np.pad(line_system.torque, ((0, 0), (0, 2)))
     if slip:
         sign = 0.0 if slip == OPEN else float(slip)
         friction = np.zeros(size + 2)
@@ -89,13 +87,14 @@ def clutch_system(line: Line, clutch: Clutch, slip: int, growth: float) -> Trans
             matrix[own, torque] = sign * stiffness / damping
         elif sign:
             matrix[own, constant] = sign * growth / clutch.friction_torque
-    return line_system._replace(
+    return replace(
+        line_system,
         state_matrix=matrix,
         input_matrix=inputs,
-        twist=twist,
         torque=read,
         balance=np.eye(n),
         idle=np.append(line_system.idle, [True, True]),
+        tools={},
     )
 
 
@@ -147,14 +146,6 @@ class Engagement(NamedTuple):
     use: float
 
 
-class _Marched(NamedTuple):
-    """Where a stretch ends: `duration` in s, `state` (s,), and whether the plates change there."""
-
-    duration: float
-    state: FloatArray
-    changes: bool
-
-
 def engage(
     line: Line,
     order: FloatArray,
@@ -183,12 +174,10 @@ def engage(
     growth = full / clutch.engaging_time if clutch.engaging_time > 0.0 else 0.0
     root = float(np.sqrt(line.stiffness[clutch.element]))
     mean = np.array([speed, clutch.driven_speed])
-    known: dict[tuple[int, bool], TransientSystem] = {}
 
+    @cache
     def system_of(slip: int, grows: bool) -> TransientSystem:
-        if (slip, grows) not in known:
-            known[slip, grows] = clutch_system(line, clutch, slip, growth if grows else 0.0)
-        return known[slip, grows]
+        return clutch_system(line, clutch, slip, growth if grows else 0.0)
 
     def damped(slip: int, *gap: FloatArray) -> TorqueInTime:
         """What absolute damping leaves out: means less the prescribed speed, with their rates."""
@@ -205,7 +194,7 @@ def engage(
     if before > 0.0:
         part = torques(speed)._replace(duration=before, in_time=damped(OPEN, mean - speed))
         parts, systems, slips = [part], [system_of(OPEN, False)], [OPEN]
-        state = _marched(systems[0], order, part, crank, angle, state, None).state
+        _, state, _ = _marched(systems[0], order, part, crank, angle, state, None)
         angle, time = speed * before, before
     # the side on which the plates begin to slip; without a dashpot the element is wound up at once
     relative = float(slip_view(system_of(OPEN, False), line, clutch) @ state)
@@ -248,8 +237,9 @@ def engage(
             own = system.torque[clutch.element]
             watched = np.stack([reserve - own, reserve + own])
             allowed = _ROUNDED * full
-        found = _marched(system, order, part, crank, angle, state, watched, allowed)
-        passed, state = found.duration, found.state
+        passed, state, changes = _marched(
+            system, order, part, crank, angle, state, watched, allowed
+        )
         if passed > _ROUNDED * total:
             parts.append(part._replace(duration=passed))
             systems.append(system)
@@ -258,7 +248,7 @@ def engage(
             crank += (pull + 0.5 * twist * passed) * passed
             mean = mean + (acceleration + 0.5 * bend * passed) * passed
             time += passed
-        if not found.changes:
+        if not changes:
             continue
         if slip:
             slip, engagements = 0, engagements + 1
@@ -277,7 +267,7 @@ def engage(
     heat, heat_error = _heat(run, line, clutch, slips)
     for block, states in zip(run.blocks, run.states, strict=True):
         if slips[block.stretch] == 0:
-            carried = states @ run.systems[block.stretch].torque[clutch.element]
+            carried = states @ run.drive.systems[block.stretch].torque[clutch.element]
             use = max(use, float(np.max(np.abs(carried))) / full)
     return Engagement(
         run, tuple(slips), held, common if np.isfinite(held) else float(mean[0]),
@@ -301,50 +291,39 @@ def _marched(
     state: FloatArray,
     watched: FloatArray | None,
     allowed: float = 0.0,
-) -> _Marched:
+) -> tuple[float, FloatArray, bool]:
     """A stretch to its end, or to where one of the `watched` views (v, s) falls below zero.
 
-    Views that begin at zero, within `allowed`, count once they have been above it.
+    The time in s and the state (s,) there, and whether a view fell. Views that begin at zero,
+    within `allowed`, count once they have been above it.
     """
     from scipy.optimize import brentq
 
-    borders = speed_profile([part], speed, angle)
-    law = torque_law(order, part, system.balance, system.inertia, borders.speed)
-    highest = float(law.power.max(initial=0.0)) / 2.0
-    blocks = cut([part], borders, highest, system.fastest, _FINER)
-
-    def after(block: StepBlock, place: int, begin: FloatArray, time: float) -> FloatArray:
-        one = StepBlock(0, block.offset + place * block.step, time, 1)
-        end: FloatArray = march([system], [part], borders, [law], [one], begin)[0][-1]
-        return end
-
-    for block in blocks:
-        states = march([system], [part], borders, [law], [block], state)[0]
+    drive = driven(order, course_of([part], speed, angle), [system])
+    for block in drive.cut(_FINER):
+        states = drive.march([block], state)[0]
         state = states[-1]
         if watched is None:
             continue
         below = np.flatnonzero(np.min(states[1:] @ watched.T, axis=1) < -allowed)
         if not below.size:
             continue
-        place = int(below[0])
-        begin = states[place]
+        since, begin = block.offset + int(below[0]) * block.step, states[below[0]]
 
-        def least(time: float, block: StepBlock = block, place: int = place,
-                  begin: FloatArray = begin) -> float:  # fmt: skip
-            end = after(block, place, begin, time) if time > 0.0 else begin
-            return float(np.min(watched @ end))
+        def after(time: float, since: float = since, begin: FloatArray = begin) -> FloatArray:
+            one = [StepBlock(0, since, time, 1)]
+            return drive.march(one, begin)[0][-1] if time > 0.0 else begin
+
+        def least(time: float) -> float:
+            return float(np.min(watched @ after(time)))
 
         low = 0.0
         if least(0.0) <= 0.0:
-            tries = block.step * 0.5 ** np.arange(1.0, _HALVINGS)
-            low = next((one for one in tries if least(float(one)) > 0.0), float(tries[-1]))
+            tries = (block.step * 0.5 ** np.arange(1.0, _HALVINGS)).tolist()
+            low = next((one for one in tries if least(one) > 0.0), tries[-1])
         time = low if least(low) <= 0.0 else brentq(least, low, block.step, xtol=1e-16, rtol=1e-15)
-        return _Marched(
-            block.offset + place * block.step + float(time),
-            after(block, place, begin, float(time)),
-            True,
-        )
-    return _Marched(part.duration, state, False)
+        return since + float(time), after(float(time)), True
+    return part.duration, state, False
 
 
 def _heat(run: TransientRun, line: Line, clutch: Clutch, slips: list[int]) -> tuple[float, float]:
@@ -360,15 +339,19 @@ def _heat(run: TransientRun, line: Line, clutch: Clutch, slips: list[int]) -> tu
         slip = slips[block.stretch]
         if slip not in (1, -1):
             continue
-        system = run.systems[block.stretch]
+        system = run.drive.systems[block.stretch]
         size = system.state_matrix.shape[0]
         relative, growth = np.zeros((2, size))
         velocity = slip_view(system, line, clutch)[size - 2 - line.inertia.size : -2]
         relative[size - 2 - line.inertia.size : -2] = velocity
         growth[-1] = slip * np.sqrt(line.stiffness[own]) * system.state_matrix[-2, -1]
-        view = np.stack([system.torque[own], relative, growth, system.twist[own]])
+        twist = np.zeros(size)
+        twist[own] = 1.0 / np.sqrt(line.stiffness[own])
+        view = np.stack([system.torque[own], relative, growth, twist])
         tool = propagator(system, block.step, _POWERS, view)
-        values = step_values(run, number, tool, np.arange(block.steps), view)
+        values = inside(run, number, tool, np.arange(block.steps))
+        begin = (run.states[number][:-1] @ view.T)[:, None]
+        values = np.concatenate([begin, values], axis=1)
         power = values[..., 0] * values[..., 1] + values[..., 2] * values[..., 3]
         wound = run.states[number][[0, -1]] @ view[[0, 3]].T
         sums -= np.diff(wound.prod(axis=1))[0]

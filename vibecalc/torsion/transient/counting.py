@@ -1,78 +1,10 @@
 """Cycles of the torque in a section over a run by rainflow, and the fatigue they use up."""
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.rounding import FloatArray, IntArray
-from vibecalc.torsion.transient.cycles import crests, uneven
-from vibecalc.torsion.transient.march import TransientRun
-from vibecalc.torsion.transient.peaks import KnownTools, points_in, section_history
-
-# ----------------------------------------------------------------------------
-# Reversals of the torques: crests and troughs of a run, its two ends among them.
-# ----------------------------------------------------------------------------
-
-#: the samples are this many times finer than the first sampling
-_FINER = 4
-#: samples of all sections held at once
-_HELD = 400_000
-
-
-class Reversals(NamedTuple):
-    """Crests and troughs of one section in turn, `value` (r,) in N m with its `error` (r,)."""
-
-    value: FloatArray
-    error: FloatArray
-
-
-def reversals(run: TransientRun, sections: IntArray) -> list[Reversals]:
-    """Those of each of some sections over the whole run, referred torques."""
-    known = KnownTools()
-    found: list[list[tuple[FloatArray, FloatArray]]] = [[] for _ in sections]
-    borders, reach = _windows(run)
-    total = float(run.borders.time[-1])
-    for begin, end in pairwise(borders):
-        near = max(begin - reach, 0.0), min(end + reach, total)
-        history = section_history(run, *near, finer=_FINER, known=known)
-        odd = uneven(history.time, run)
-        for row, section in enumerate(sections):
-            place, value, error = _turns(history.value[:, section], odd)
-            inside = (history.time[place] > begin) & (history.time[place] <= end)
-            found[row].append((value[inside], error[inside]))
-            ends = history.value[[0, -1], section]
-            if begin == borders[0]:
-                found[row].insert(0, (ends[:1], np.zeros(1)))
-            if end == borders[-1]:
-                found[row].append((ends[1:], np.zeros(1)))
-    merged = []
-    for row, section in enumerate(sections):
-        value, error = (np.concatenate(parts) for parts in zip(*found[row], strict=True))
-        merged.append(Reversals(value, error + run.torque_error[section]))
-    return merged
-
-
-def _windows(run: TransientRun) -> tuple[FloatArray, float]:
-    """Borders of times that hold few enough samples, and how far to look beyond each."""
-    points = sum(
-        block.steps * points_in(run, number) * _FINER for number, block in enumerate(run.blocks)
-    )
-    count = max(1, -(-points * run.torque_error.size // _HELD))
-    step = max(block.step for block in run.blocks)
-    return np.linspace(0.0, float(run.borders.time[-1]), count + 1), step
-
-
-def _turns(value: FloatArray, odd: np.ndarray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Places of the crests and troughs of a time history (k,), their heights and errors."""
-    sides = [(sign, crests(sign * value, odd)) for sign in (1.0, -1.0) if value.size >= 5]
-    none = np.zeros(0)
-    place = np.concatenate([none.astype(np.int64), *(one[0] for _, one in sides)])
-    height = np.concatenate([none, *(sign * one[1] for sign, one in sides)])
-    error = np.concatenate([none, *(one[3] for _, one in sides)])
-    order = np.argsort(place, kind="stable")
-    return place[order], height[order], error[order]
-
+from vibecalc.numerics.rounding import FloatArray
 
 # ----------------------------------------------------------------------------
 # Cycles of reversals by the rainflow method of ASTM E1049-85, 5.4.4, and their table.
@@ -91,16 +23,16 @@ class Cycles(NamedTuple):
     error: FloatArray
 
 
-def rainflow_cycles(found: Reversals, ignore: float = 0.0) -> Cycles:
-    """Cycles of reversals; those below the share `ignore` of the largest range are left out."""
+def rainflow_cycles(value: FloatArray, error: FloatArray, ignore: float = 0.0) -> Cycles:
+    """Cycles of a trace (r,); those below the share `ignore` of the largest range are left out."""
     from rainflow import extract_cycles
 
-    rows = np.array(list(extract_cycles(found.value)), dtype=float).reshape(-1, 5)
+    rows = np.array(list(extract_cycles(value)), dtype=float).reshape(-1, 5)
     ends = rows[:, 3:].astype(np.int64)
-    error = found.error[ends].sum(axis=1)
+    off = error[ends].sum(axis=1)
     kept = rows[:, 0] >= ignore * np.max(rows[:, 0], initial=0.0)
     kept &= rows[:, 0] > 0.0
-    return Cycles(rows[kept, 0], rows[kept, 1], rows[kept, 2], error[kept])
+    return Cycles(rows[kept, 0], rows[kept, 1], rows[kept, 2], off[kept])
 
 
 class RangeTable(NamedTuple):

@@ -1,6 +1,7 @@
 """A shaft line through a whole run, marched by exact steps of a linear system."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
@@ -12,15 +13,13 @@ from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, BoolArray, Float
 from vibecalc.torsion.line import Line, damping_matrix, free_parts
 from vibecalc.torsion.transient.motion import (
     CYCLE,
-    SpeedProfile,
+    Course,
     Stretch,
     TorqueLaw,
-    load_at,
+    course_of,
     repeats,
     speed_after,
-    speed_profile,
     time_of_speed,
-    torque_at,
     torque_law,
     turned_after,
 )
@@ -35,23 +34,38 @@ from vibecalc.torsion.transient.motion import (
 # ----------------------------------------------------------------------------
 
 
-class TransientSystem(NamedTuple):
+#: propagators of one system that are held at once
+MOST_TOOLS = 400
+
+
+@dataclass(frozen=True, eq=False)
+class TransientSystem:
     """x' = state_matrix x + input_matrix torque, s states, n freedoms, e elements, SI units.
 
-    `twist` (e, s) and `torque` (e, s) read an element's twist and its torque (stiffness and damping
-    part) from the state. `balance` (n, n) turns mean torques into those that leave every part
-    without a ground spring on its prescribed motion. `idle` (s,) marks twists that act on nothing
-    (elements of dashpots only). `fastest` in rad/s bounds the frequency of every mode.
+    `torque` (e, s) reads an element's torque (stiffness and damping part) from the state. `balance`
+    (n, n) turns mean torques into those that leave every part without a ground spring on its
+    prescribed motion. `idle` (s,) marks twists that act on nothing (elements of dashpots only).
+    `fastest` in rad/s bounds the frequency of every mode.
     """
 
     state_matrix: FloatArray
     input_matrix: FloatArray
-    twist: FloatArray
     torque: FloatArray
     balance: FloatArray
     idle: BoolArray
     inertia: FloatArray
     fastest: float
+    tools: "dict[tuple[float, int], Propagator]" = field(default_factory=dict, repr=False)
+
+    def tool(self, step: float, parts: int = 0) -> "Propagator":
+        """The propagator to the torques at parts of a step in s; without parts to its end."""
+        key = step, parts
+        if key not in self.tools:
+            if len(self.tools) >= MOST_TOOLS:
+                self.tools.clear()
+            view = self.torque if parts else None
+            self.tools[key] = propagator(self, step, max(parts, 1), view)
+        return self.tools[key]
 
 
 def balance_matrix(line: Line, reaction: FloatArray | None) -> FloatArray:
@@ -106,18 +120,16 @@ def transient_system(line: Line, reaction: FloatArray | None = None) -> Transien
     matrix[:springs, springs:] = scale[:, None] * difference / root
     matrix[springs:, :springs] = -(difference * (stiffness / scale)[:, None]).T / root[:, None]
     matrix[springs:, springs:] = -damping_matrix(line) / root / root[:, None]
-    twist = np.zeros((e, springs + n))
-    twist[np.arange(e), np.arange(e)] = 1.0 / scale[:e]
-    rate = np.zeros_like(twist)
-    rate[:, springs:] = difference[:e] / root
+    torque = np.zeros((e, springs + n))
+    torque[np.arange(e), np.arange(e)] = line.stiffness / scale[:e]
+    torque[:, springs:] = line.damping[:, None] * difference[:e] / root
     inputs = np.zeros((springs + n, n))
     inputs[springs + np.arange(n), np.arange(n)] = 1.0 / root
     coupling = scale[:, None] * difference / root
     active = coupling[stiffness > 0.0]
     fastest = float(np.linalg.norm(active, 2)) if active.size else 0.0
     return TransientSystem(
-        matrix, inputs, twist,
-        line.stiffness[:, None] * twist + line.damping[:, None] * rate,
+        matrix, inputs, torque,
         balance_matrix(line, reaction),
         np.concatenate([stiffness == 0.0, np.zeros(n, dtype=bool)]),
         line.inertia, fastest,
@@ -280,103 +292,116 @@ class StepBlock(NamedTuple):
     steps: int
 
 
-def cut(
-    stretches: Sequence[Stretch],
-    borders: SpeedProfile,
-    highest: float,
-    fastest: float,
-    finer: float,
-) -> list[StepBlock]:
-    """Blocks with an even number of steps; `highest` order, `fastest` mode in rad/s.
+#: values of torques that are held at once
+CHUNK = 2_000_000
 
-    `finer` divides every step. Raises NumericalFailure beyond MOST_STEPS.
-    """
-    jolts = [part.in_time.fastest for part in stretches if part.in_time is not None]
-    excited = max(highest * float(borders.speed.max()), *jolts, 0.0)
-    followed = min(fastest, FOLLOWED * excited) if excited > 0.0 else fastest
-    # the slowest block is that of 2^-12 of the highest speed, whatever the modes
-    floor = max(followed * ORDER_STEP / MODE_STEP, excited * 2.0**-12)
-    parts: list[StepBlock] = []
-    for number, part in enumerate(stretches):
-        start, end = borders.speed[number], borders.speed[number + 1]
-        level, cuts = max(start, end), [0.0, part.duration]
-        # going down in halves from the higher speed, as far as the orders set the step
-        while start != end and highest * level > max(floor, highest * min(start, end)):
-            level /= 2.0
-            if level > min(start, end):
-                cuts.append(time_of_speed(part, float(start), float(level)))
-        ordered = sorted(cuts)
-        for left, right in pairwise(ordered):
-            speeds = speed_after(part, float(start), np.array([left, right]))
-            rate = max(floor, highest * float(speeds.max()), 1e-300)
-            # the pieces of a table are short, and straight lines need no step of their own
-            fewest = FEWEST if part.in_time is None or part.in_time.fastest else 2
-            length = min(ORDER_STEP / rate, part.duration / fewest) / finer
-            count = 2 * max(1, int(np.ceil((right - left) / length / 2.0)))
-            parts.append(StepBlock(number, left, (right - left) / count, count))
-    if sum(block.steps for block in parts) > MOST_STEPS:
-        raise NumericalFailure(
-            f"the transient needs more than {MOST_STEPS} steps: shorten it or drop high orders"
+
+class Drive(NamedTuple):
+    """A course, with the line as it is in each of its stretches, and the law of the torques."""
+
+    course: Course
+    systems: tuple[TransientSystem, ...]
+    laws: tuple[TorqueLaw, ...]
+
+    @property
+    def highest(self) -> float:
+        """The highest order."""
+        return float(self.laws[0].power.max(initial=0.0)) / 2.0
+
+    def cut(self, finer: float) -> list[StepBlock]:
+        """Blocks with an even number of steps; `finer` divides every step.
+
+        Raises NumericalFailure beyond MOST_STEPS.
+        """
+        highest, course = self.highest, self.course
+        jolts = [part.in_time.fastest for part in course.parts if part.in_time is not None]
+        excited = max(highest * float(course.speed.max()), *jolts, 0.0)
+        fastest = max(one.fastest for one in self.systems)
+        followed = min(fastest, FOLLOWED * excited) if excited > 0.0 else fastest
+        # the slowest block is that of 2^-12 of the highest speed, whatever the modes
+        floor = max(followed * ORDER_STEP / MODE_STEP, excited * 2.0**-12)
+        blocks: list[StepBlock] = []
+        for number, part in enumerate(course.parts):
+            start, end = course.speed[number : number + 2].tolist()
+            level, cuts = max(start, end), [0.0, part.duration]
+            # going down in halves from the higher speed, as far as the orders set the step
+            while start != end and highest * level > max(floor, highest * min(start, end)):
+                level /= 2.0
+                if level > min(start, end):
+                    cuts.append(time_of_speed(part, start, level))
+            for left, right in pairwise(sorted(cuts)):
+                speeds = speed_after(part, start, np.array([left, right]))
+                rate = max(floor, highest * float(speeds.max()), 1e-300)
+                # the pieces of a table are short, and straight lines need no step of their own
+                fewest = FEWEST if part.in_time is None or part.in_time.fastest else 2
+                length = min(ORDER_STEP / rate, part.duration / fewest) / finer
+                count = 2 * max(1, int(np.ceil((right - left) / length / 2.0)))
+                blocks.append(StepBlock(number, left, (right - left) / count, count))
+        if sum(block.steps for block in blocks) > MOST_STEPS:
+            raise NumericalFailure(
+                f"the transient needs more than {MOST_STEPS} steps: shorten it or drop high orders"
+            )
+        return blocks
+
+    def gain(self, block: StepBlock, tool: Propagator, steps: IntArray) -> FloatArray:
+        """What the torque adds to the state at the parts of some steps of a block, (k, parts, s).
+
+        The steps are counted from 0. The angle at the start of each is formed in the widest float
+        and reduced to two turns, where these are a period of all orders.
+        """
+        part, law = self.course.parts[block.stretch], self.laws[block.stretch]
+        begin = block.offset + steps * np.longdouble(block.step)
+        speed = float(self.course.speed[block.stretch])
+        turned = self.course.angle[block.stretch] + turned_after(part, speed, begin)
+        if repeats(law.power):
+            turned = turned % CYCLE
+        reduced = np.asarray(turned, dtype=float)[:, None]
+        since = np.asarray(begin, dtype=float)[:, None]
+        ahead = tool.place * block.step
+        rate = speed_after(part, speed, since)
+        growth = part.acceleration + part.acceleration_rate * since
+        bend = part.acceleration_rate * ahead
+        angle = reduced + (rate + (growth + bend / 3.0) * ahead / 2.0) * ahead
+        torque = law.at(
+            angle, rate + (growth + bend / 2.0) * ahead, (since + ahead) / part.duration
         )
-    return parts
+        parts, size, points, n = tool.weight.shape
+        gain: FloatArray = np.einsum(
+            "ij,kj->ik",
+            torque.transpose(1, 2, 0).reshape(-1, points * n),
+            tool.weight.reshape(parts * size, -1),
+            optimize=True,
+        )
+        return gain.reshape(-1, parts, size)
+
+    def march(self, blocks: Sequence[StepBlock], begin: FloatArray) -> list[FloatArray]:
+        """States (steps + 1, s) of every block, each beginning where the one before ends."""
+        states, current = [], begin
+        for block in blocks:
+            tool = self.systems[block.stretch].tool(block.step)
+            _, size, points, n = tool.weight.shape
+            batch = max(1, CHUNK // (2 * points * max(self.laws[0].power.size, n)))
+            gain = np.empty((block.steps, size))
+            for first in range(0, block.steps, batch):
+                steps = np.arange(first, min(block.steps, first + batch))
+                gain[steps] = self.gain(block, tool, steps)[:, 0]
+            states.append(scan(tool.transition[-1], current, gain))
+            current = states[-1][-1]
+        return states
 
 
-def block_gain(
-    block: StepBlock, law: TorqueLaw, part: Stretch, borders: SpeedProfile, weight: FloatArray,
-    place: FloatArray, steps: IntArray,
-) -> FloatArray:  # fmt: skip
-    """What the torque adds to the state in the given steps (counted from 0) of a block, (steps, s).
-
-    `weight` (s, p, n) of a propagator, `place` (p,) its Gauss points as shares of the step. The
-    angle at the start of each step is formed in the widest float and reduced to two turns, where
-    these are a period of all orders.
-    """
-    begin = block.offset + steps * np.longdouble(block.step)
-    origin, speed = borders.angle[block.stretch], float(borders.speed[block.stretch])
-    turned = origin + turned_after(part, speed, begin)
-    if repeats(law.power):
-        turned = turned % CYCLE
-    reduced = np.asarray(turned, dtype=float)[:, None]
-    since = np.asarray(begin, dtype=float)[:, None]
-    ahead = place * block.step
-    rate = speed_after(part, speed, since)
-    growth = part.acceleration + part.acceleration_rate * since
-    bend = part.acceleration_rate * ahead
-    angle = reduced + (rate + (growth + bend / 3.0) * ahead / 2.0) * ahead
-    torque = torque_at(
-        law, part, angle, rate + (growth + bend / 2.0) * ahead, (since + ahead) / part.duration
+def driven(order: FloatArray, course: Course, systems: Sequence[TransientSystem]) -> Drive:
+    """A course driven by the torques of its stretches at orders (m,), 0 being the mean."""
+    laws = tuple(
+        torque_law(order, part, one.balance, one.inertia, course.speed[k : k + 2])
+        for k, (part, one) in enumerate(zip(course.parts, systems, strict=True))
     )
-    size, points, n = weight.shape
-    gain: FloatArray = np.einsum(
-        "ij,kj->ik",
-        torque.transpose(1, 2, 0).reshape(-1, points * n),
-        weight.reshape(size, -1),
-        optimize=True,
-    )
-    return gain
-
-
-def inside(
-    block: StepBlock, law: TorqueLaw, part: Stretch, borders: SpeedProfile, tool: Propagator,
-    states: FloatArray, steps: IntArray,
-) -> FloatArray:  # fmt: skip
-    """States (steps, parts, s) at the parts of the given steps, whose starts are `states`."""
-    parts, size, points, n = tool.weight.shape
-    merged = tool.weight.reshape(parts * size, points, n)
-    gain = block_gain(block, law, part, borders, merged, tool.place, steps)
-    inner = np.einsum("ks,jts->kjt", states, tool.transition, optimize=True)
-    reached: FloatArray = gain.reshape(-1, parts, size) + inner
-    return reached
+    return Drive(course, tuple(systems), laws)
 
 
 # ----------------------------------------------------------------------------
 # States to start from: everything at rest, or the steady vibration at the first speed.
 # ----------------------------------------------------------------------------
-
-
-def rest_state(system: TransientSystem) -> FloatArray:
-    """The state (s,) without twist and relative velocity."""
-    return np.zeros(system.state_matrix.shape[0])
 
 
 def steady_start(
@@ -402,7 +427,7 @@ def steady_start(
     phase = np.exp(0.5j * law.power * angle)
 
     still = ~moving
-    mean = load_at(law, np.array(speed)) + (torque[:, still] * phase[still]).real.sum(axis=1)
+    mean = law.loads(np.array(speed)) + (torque[:, still] * phase[still]).real.sum(axis=1)
     state = static_state(system, mean)
     if not moving.any():
         return state
@@ -424,7 +449,7 @@ def steady_start(
 
 def static_state(system: TransientSystem, torque: FloatArray) -> FloatArray:
     """State (s,) held by constant balanced torques (n,): the least energy among all solutions."""
-    state = rest_state(system)
+    state = np.zeros(len(system.state_matrix))
     if not np.any(torque):
         return state
     used = ~system.idle
@@ -441,9 +466,6 @@ def static_state(system: TransientSystem, torque: FloatArray) -> FloatArray:
 # The line through a whole run, marched exactly but for the representation of the torque.
 # ----------------------------------------------------------------------------
 
-#: values of torques that are held at once
-CHUNK = 2_000_000
-
 #: halving the step divides the error by 2^POINTS at least; half of that is counted on
 GAIN_OF_HALVING = 2.0 ** (POINTS - 1)
 
@@ -457,25 +479,28 @@ ROUNDINGS = 4.0
 class TransientRun(NamedTuple):
     """A run that was marched: per block the states (count + 1, s) at the ends of its steps.
 
-    `systems` are those of the stretches where they differ, else none.
-
-    `torque_error` and `twist_error` (e,) bound the errors of section torques in N m and twists in
-    rad at every time, absolute.
+    `torque_error` (e,) bounds the errors of section torques in N m at every time, absolute.
     """
 
-    system: TransientSystem
-    stretches: tuple[Stretch, ...]
-    borders: SpeedProfile
-    laws: tuple[TorqueLaw, ...]
+    drive: Drive
     blocks: tuple[StepBlock, ...]
     states: tuple[FloatArray, ...]
     torque_error: FloatArray
-    twist_error: FloatArray
-    systems: tuple[TransientSystem, ...] = ()
 
-    def system_of(self, block: StepBlock) -> TransientSystem:
-        """That of a block, where the stretches have their own."""
-        return self.systems[block.stretch] if self.systems else self.system
+    @property
+    def course(self) -> Course:
+        """The motion of the crank."""
+        return self.drive.course
+
+    @property
+    def system(self) -> TransientSystem:
+        """That of the first stretch."""
+        return self.drive.systems[0]
+
+    @property
+    def longest(self) -> float:
+        """The longest step in s."""
+        return max(block.step for block in self.blocks)
 
 
 def transient(
@@ -489,7 +514,7 @@ def transient(
     rtol: float = 1e-7,
     systems: Sequence[TransientSystem] = (),
 ) -> TransientRun:
-    """March a line from crank speed `speed` (rad/s) at crank angle `angle` through the stretches.
+    """March a line from a crank speed in rad/s and angle in rad through the stretches.
 
     `order` (m,) may hold 0, the mean. `start` is "rest" (no twist, no relative velocity), "steady"
     (the steady vibration at the first speed) or a state (s,). `reaction` (n,) are the shares by
@@ -502,116 +527,71 @@ def transient(
     Raises NumericalFailure for loss factors, freedoms without inertia, orders below zero, a crank
     that would turn backwards, a start on an undamped critical, or if rtol cannot be reached.
     """
-    each = tuple(systems) or (transient_system(line, reaction),) * len(stretches)
-    system = each[0]
-    borders = speed_profile(stretches, speed, angle)
-    laws = tuple(
-        torque_law(order, part, one.balance, one.inertia, borders.speed[k : k + 2])
-        for k, (part, one) in enumerate(zip(stretches, each, strict=True))
-    )
+    each = systems or (transient_system(line, reaction),) * len(stretches)
+    drive = driven(order, course_of(stretches, speed, angle), each)
     if not isinstance(start, str):
         begin = np.asarray(start, dtype=float)
     elif start == "steady":
-        begin = steady_start(system, order, stretches[0], speed, angle)
+        begin = steady_start(each[0], order, stretches[0], speed, angle)
     else:
-        begin = rest_state(system)
-    highest = float(laws[0].power.max(initial=0.0)) / 2.0
-    fastest = max(one.fastest for one in each)
-    kind = np.longdouble if repeats(laws[0].power) else float
-    turned = float(abs(borders.angle).max() * np.finfo(kind).eps)
-    phase = highest * (turned + 8.0 * np.pi * UNIT_ROUNDOFF)
+        begin = np.zeros(len(each[0].state_matrix))
     missed = ""
     for finer in (1.0, 2.0, 4.0, 8.0):
-        parts = cut(stretches, borders, highest, fastest, finer)
-        fine = march(each, stretches, borders, laws, parts, begin)
-        coarse = [block._replace(step=2.0 * block.step, steps=block.steps // 2) for block in parts]
-        rough = march(each, stretches, borders, laws, coarse, begin)
-        errors = [run_error(of, each, parts, fine, rough, phase) for of in ("torque", "twist")]
-        largest = np.max(
-            [
-                np.abs(x @ each[block.stretch].torque.T).max(axis=0)
-                for block, x in zip(parts, fine, strict=True)
-            ],
-            axis=0,
-        )
+        blocks = drive.cut(finer)
+        fine = drive.march(blocks, begin)
+        error, largest = _run_error(drive, blocks, fine, begin)
         largest = np.maximum(largest, SMALL_SECTION * largest.max(initial=0.0))
-        if np.all(errors[0] <= rtol * largest):
-            states, (of_torque, of_twist) = tuple(fine), errors
-            return TransientRun(
-                system, tuple(stretches), borders, laws, tuple(parts), states, of_torque, of_twist,
-                tuple(systems),
-            )  # fmt: skip
-        worst = int(np.argmax(errors[0] - rtol * largest))
-        missed = f"section {worst + 1}: {errors[0][worst]:.3g} of {largest[worst]:.3g} N m"
+        if np.all(error <= rtol * largest):
+            return TransientRun(drive, tuple(blocks), tuple(fine), error)
+        worst = int(np.argmax(error - rtol * largest))
+        missed = f"section {worst + 1}: {error[worst]:.3g} of {largest[worst]:.3g} N m"
     raise NumericalFailure(f"the transient does not reach the tolerance {rtol:g} ({missed})")
 
 
-def march(
-    systems: Sequence[TransientSystem], stretches: Sequence[Stretch], borders: SpeedProfile,
-    laws: Sequence[TorqueLaw], parts: Sequence[StepBlock], begin: FloatArray,
-) -> list[FloatArray]:  # fmt: skip
-    """States (count + 1, s) of every block, each beginning where the one before ends."""
-    states, current, known = [], begin, {}
-    for block in parts:
-        system = systems[block.stretch]
-        if (id(system), block.step) not in known:
-            known[id(system), block.step] = propagator(system, block.step)
-        tool = known[id(system), block.step]
-        part, law = stretches[block.stretch], laws[block.stretch]
-        size = system.state_matrix.shape[0]
-        batch = max(1, CHUNK // (2 * POINTS * max(law.power.size, system.inertia.size)))
-        gain = np.empty((block.steps, size))
-        for first in range(0, block.steps, batch):
-            steps = np.arange(first, min(block.steps, first + batch))
-            gain[steps] = block_gain(block, law, part, borders, tool.weight[-1], tool.place, steps)
-        states.append(scan(tool.transition[-1], current, gain))
-        current = states[-1][-1]
-    return states
+def _run_error(
+    drive: Drive, blocks: list[StepBlock], fine: list[FloatArray], begin: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Absolute error (e,) of section torques: half steps against whole, and rounding; the largest.
 
-
-def run_error(
-    of: str, systems: Sequence[TransientSystem], parts: Sequence[StepBlock],
-    fine: list[FloatArray], rough: list[FloatArray], phase: float,
-) -> FloatArray:  # fmt: skip
-    """Absolute error (e,) of section values `of` a kind: half steps against whole, and rounding.
-
-    They are "torque" or "twist"; `phase` in rad is what rounded crank angles turn the highest
-    order by.
+    Rounded crank angles turn the highest order by some of the phase.
     """
-    gap, lasting, largest = np.zeros((3, systems[0].torque.shape[0]))
-    steps, size = sum(block.steps for block in parts), 0.0
-    known: dict[tuple[int, float], FloatArray] = {}
-    for block, one, other in zip(parts, fine, rough, strict=True):
-        system = systems[block.stretch]
-        view = system.torque if of == "torque" else system.twist
-        largest = np.maximum(largest, np.abs(one @ view.T).max(axis=0))
-        gap = np.maximum(gap, np.abs((one[::2] - other) @ view.T).max(axis=0))
+    coarse = [block._replace(step=2.0 * block.step, steps=block.steps // 2) for block in blocks]
+    gap, lasting, largest = np.zeros((3, len(drive.systems[0].torque)))
+    steps, size = sum(block.steps for block in blocks), 0.0
+    known: dict[tuple[TransientSystem, float], FloatArray] = {}
+    for block, one, other in zip(blocks, fine, drive.march(coarse, begin), strict=True):
+        system = drive.systems[block.stretch]
+        largest = np.maximum(largest, np.abs(one @ system.torque.T).max(axis=0))
+        gap = np.maximum(gap, np.abs((one[::2] - other) @ system.torque.T).max(axis=0))
         size = max(size, float(np.sqrt((one**2).sum(axis=1).max())))
-        key = (id(system), block.step)
+        key = system, block.step
         if key not in known:
-            known[key] = rounding_sum(view, system, block.step, steps)
+            known[key] = rounding_sum(system, block.step, steps)
         lasting = np.maximum(lasting, known[key])
-    error: FloatArray = gap / GAIN_OF_HALVING + UNIT_ROUNDOFF * size * lasting + phase * largest
-    return error
+    kind = np.longdouble if repeats(drive.laws[0].power) else float
+    turned = float(abs(drive.course.angle).max() * np.finfo(kind).eps)
+    phase = drive.highest * (turned + 8.0 * np.pi * UNIT_ROUNDOFF)
+    error = gap / GAIN_OF_HALVING + UNIT_ROUNDOFF * size * lasting + phase * largest
+    return error, largest
 
 
-def rounding_sum(view: FloatArray, system: TransientSystem, step: float, steps: int) -> FloatArray:
-    """What unit errors of the state in all steps add up to in the views (e,), in roundings.
+def rounding_sum(system: TransientSystem, step: float, steps: int) -> FloatArray:
+    """What unit errors of the state in all steps add up to in the torques (e,), in roundings.
 
-    sum_k |view E^k| over the steps, taken at k = 0, 1, 2, 4, ...: damped parts forget. The
+    sum_k |torque E^k| over the steps, taken at k = 0, 1, 2, 4, ...: damped parts forget. The
     transition itself is off by its squarings, as many roundings as |A h| is large. States that
     follow from constant ones alone (a friction torque that grows evenly) are off by roundings of
     their own size only and do not count.
     """
-    power = short_step(system, step)[0]
+    power = system.tool(step).transition[-1]
     each = ROUNDINGS + float(np.linalg.norm(system.state_matrix * step, 1))
     pushed = np.any(system.input_matrix, axis=1)
     changes = np.any(system.state_matrix, axis=1) | pushed
     moved = np.any(system.state_matrix[:, changes], axis=1) | pushed
-    total, reach = np.linalg.norm(view[:, moved], axis=1), 1
+    total, reach = np.linalg.norm(system.torque[:, moved], axis=1), 1
     while reach < steps:
         count = min(reach, steps - reach)
-        total = total + count * np.linalg.norm((view @ power)[:, moved], axis=1)
+        total = total + count * np.linalg.norm((system.torque @ power)[:, moved], axis=1)
         power, reach = power @ power, 2 * reach
     summed: FloatArray = each * total
     return summed

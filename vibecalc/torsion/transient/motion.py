@@ -69,14 +69,6 @@ class Stretch(NamedTuple):
     in_time: TorqueInTime | None = None
 
 
-class SpeedProfile(NamedTuple):
-    """Where the stretches begin: b stretches, b + 1 borders; angle in the widest float there is."""
-
-    time: FloatArray
-    speed: FloatArray
-    angle: np.ndarray
-
-
 def stretch(
     duration: float,
     acceleration: float,
@@ -116,16 +108,6 @@ def turned_after(part: Stretch, speed: float, time: Any) -> Any:
     return (kind(speed) + (kind(part.acceleration) + grown) * time / 2) * time
 
 
-def mean_torque(part: Stretch, speeds: FloatArray, speed: float, time: float) -> FloatArray:
-    """Mean torque (n,) in N m of gas and loads, `time` s after a stretch between `speeds` began."""
-    passed = (speed - speeds[0]) / (speeds[1] - speeds[0]) if speeds[1] != speeds[0] else 0.0
-    gas = part.gas[:, 0] + passed * (part.gas_end - part.gas)[:, 0]
-    mean = (gas + speed**2 * part.inertia[:, 0]).real
-    scale = part.scale_start + (part.scale_end - part.scale_start) * time / part.duration
-    torque: FloatArray = scale * mean + speed**part.exponent @ part.load
-    return torque
-
-
 def time_of_speed(part: Stretch, speed: float, wanted: float) -> float:
     """Time in s after which a stretch that began at `speed` reaches another one on its way."""
     change = wanted - speed
@@ -133,12 +115,49 @@ def time_of_speed(part: Stretch, speed: float, wanted: float) -> float:
     return float(2.0 * change / (part.acceleration + np.copysign(root, change)))
 
 
-def speed_profile(stretches: Sequence[Stretch], speed: float, angle: float = 0.0) -> SpeedProfile:
-    """Time in s, speed in rad/s and crank angle in rad at every border.
+#: halvings of the time in search of an angle
+_HALVINGS = 60
 
-    Raises NumericalFailure if a stretch does not last, its acceleration changes its sign or the
-    crank would turn backwards. A speed
-    within rounding of zero at the end of a stretch is zero: the line stands still.
+
+class Course(NamedTuple):
+    """Stretches on end, with the crank where they begin and the last one ends, (b + 1,) each.
+
+    `time` in s, `speed` in rad/s, `angle` in rad, in the widest float there is.
+    """
+
+    parts: tuple[Stretch, ...]
+    time: FloatArray
+    speed: FloatArray
+    angle: np.ndarray
+
+    def at(self, time: FloatArray) -> FloatArray:
+        """Speed in rad/s, angle in rad and acceleration in rad/s^2 (3, ...) at times (...) in s."""
+        time = np.asarray(time, dtype=float)
+        place = np.searchsorted(self.time, time, side="right") - 1
+        place = np.clip(place, 0, len(self.parts) - 1)
+        values = np.empty((3, *time.shape))
+        for k in np.unique(place):
+            part, here = self.parts[k], place == k
+            since, speed = time[here] - self.time[k], float(self.speed[k])
+            values[0, here] = speed_after(part, speed, since)
+            values[1, here] = float(self.angle[k]) + turned_after(part, speed, since)
+            values[2, here] = part.acceleration + part.acceleration_rate * since
+        return values
+
+    def time_of(self, angle: FloatArray) -> FloatArray:
+        """Times (...) in s at which the crank has turned that far, within the run."""
+        low, high = np.zeros_like(angle), np.full_like(angle, self.time[-1])
+        for _ in range(_HALVINGS):
+            half = 0.5 * (low + high)
+            later = self.at(half)[1] < angle
+            low, high = np.where(later, half, low), np.where(later, high, half)
+        return np.where(low > 0.0, high, low)
+
+
+def course_of(stretches: Sequence[Stretch], speed: float, angle: float = 0.0) -> Course:
+    """Raises NumericalFailure if a stretch does not last, its acceleration changes its sign or the
+    crank would turn backwards. A speed within rounding of zero at the end of a stretch is zero:
+    the line stands still.
     """
     times, speeds, angles = [0.0], [float(speed)], [np.longdouble(angle)]
     for number, part in enumerate(stretches, start=1):
@@ -158,48 +177,10 @@ def speed_profile(stretches: Sequence[Stretch], speed: float, angle: float = 0.0
                 f"the crank would turn backwards in stretch {number} of the transient: its speed "
                 f"goes from {speeds[-1]:.6g} to {end:.6g} rad/s"
             )
-        long = np.longdouble(part.duration)
-        angles.append(angles[-1] + turned_after(part, speeds[-1], long))
+        angles.append(angles[-1] + turned_after(part, speeds[-1], np.longdouble(part.duration)))
         times.append(times[-1] + part.duration)
         speeds.append(end)
-    return SpeedProfile(np.array(times), np.array(speeds), np.array(angles))
-
-
-def speed_at(stretches: Sequence[Stretch], borders: SpeedProfile, time: FloatArray) -> FloatArray:
-    """Speed of the crank in rad/s at times (...) in s from the start of the run."""
-    found: FloatArray = _by_stretch(stretches, borders, time)[0]
-    return found
-
-
-def angle_at(stretches: Sequence[Stretch], borders: SpeedProfile, time: FloatArray) -> FloatArray:
-    """Angle of the crank in rad at times (...) in s from the start of the run."""
-    found: FloatArray = _by_stretch(stretches, borders, time)[1]
-    return found
-
-
-def acceleration_at(
-    stretches: Sequence[Stretch], borders: SpeedProfile, time: FloatArray
-) -> FloatArray:
-    """Acceleration of the crank in rad/s^2 at times (...) in s from the start of the run."""
-    found: FloatArray = _by_stretch(stretches, borders, time)[2]
-    return found
-
-
-def _by_stretch(
-    stretches: Sequence[Stretch], borders: SpeedProfile, time: FloatArray
-) -> FloatArray:
-    """Speeds, angles and accelerations (3, ...)."""
-    time = np.asarray(time, dtype=float)
-    place = np.searchsorted(borders.time, time, side="right") - 1
-    place = np.clip(place, 0, len(stretches) - 1)
-    values = np.empty((3, *time.shape))
-    for k in np.unique(place):
-        part, here = stretches[k], place == k
-        since, speed = time[here] - borders.time[k], float(borders.speed[k])
-        values[0, here] = speed_after(part, speed, since)
-        values[1, here] = float(borders.angle[k]) + turned_after(part, speed, since)
-        values[2, here] = part.acceleration + part.acceleration_rate * since
-    return values
+    return Course(tuple(stretches), np.array(times), np.array(speeds), np.array(angles))
 
 
 # ----------------------------------------------------------------------------
@@ -211,28 +192,42 @@ CYCLE = 8 * np.arctan(np.longdouble(1)) * 2
 
 
 class TorqueLaw(NamedTuple):
-    """Torques of one stretch as matrices; `power` (m,) are the orders times two.
+    """Torques of the stretch `part` as matrices; `power` (m,) are the orders times two.
 
     `harmonic` (3, n, 2 m) takes the real and imaginary parts of exp(i q theta): gas at `speed`, in
     rad/s, that of the begin; gas for each rad/s beyond it; inertia per squared speed. `pull` (2, n)
-    is what the acceleration does at begin and end, `load` (k, n) goes with the powers `exponent`
-    (k,) of the speed; means are balanced already.
+    is what the acceleration does at begin and end, `load` (k, n) what goes with powers of the
+    speed; means are balanced already.
     """
 
+    part: Stretch
     power: FloatArray
     harmonic: FloatArray
     speed: float
     pull: FloatArray
     load: FloatArray
-    exponent: FloatArray
 
+    def loads(self, speed: FloatArray) -> FloatArray:
+        """Balanced loads (n, ...) in N m at speeds (...) in rad/s."""
+        powers = np.maximum(speed, 0.0)[..., None] ** self.part.exponent
+        return np.asarray(np.moveaxis(powers @ self.load, -1, 0))
 
-def doubled_orders(order: FloatArray) -> FloatArray:
-    """Orders (m,) times two; raises NumericalFailure for one below zero."""
-    power = 2.0 * np.asarray(order, dtype=float)
-    if np.any(power < 0.0):
-        raise NumericalFailure("orders of the torque in a transient go from 0 on")
-    return power
+    def at(self, angle: FloatArray, speed: FloatArray, share: FloatArray) -> FloatArray:
+        """Torques (n, ...) in N m at angles, speeds and shares of the stretch passed, all (...)."""
+        part, flat = self.part, basis(self.power, angle.ravel())
+        gas = (self.harmonic[0] @ flat).reshape(-1, *angle.shape)
+        for factor, harmonic in (
+            (speed - self.speed, self.harmonic[1]), (speed**2, self.harmonic[2]),
+        ):  # fmt: skip
+            if np.any(harmonic):
+                gas += factor * (harmonic @ flat).reshape(-1, *angle.shape)
+        scale = part.scale_start + (part.scale_end - part.scale_start) * share
+        outer = (slice(None), *(None,) * angle.ndim)
+        pull = self.pull[0][outer] + (self.pull[1] - self.pull[0])[outer] * share
+        torque: FloatArray = scale * gas + self.loads(speed) + pull
+        if part.in_time is not None:
+            torque += np.multiply.outer(part.in_time.share, part.in_time.at(share * part.duration))
+        return torque
 
 
 def repeats(power: FloatArray) -> bool:
@@ -248,7 +243,9 @@ def torque_law(
     The mean (order 0), the loads and -J acceleration are balanced. At standstill every order is a
     mean: the torque at the angle where the crank stands.
     """
-    power = doubled_orders(order)
+    power = 2.0 * np.asarray(order, dtype=float)
+    if np.any(power < 0.0):
+        raise NumericalFailure("orders of the torque in a transient go from 0 on")
     begin, end = (float(one) for one in speeds)
     mean = power == 0.0 if begin or end else np.ones_like(power, dtype=bool)
     growth = (part.gas_end - part.gas) / (end - begin) if end != begin else 0.0 * part.gas
@@ -258,13 +255,17 @@ def torque_law(
         split.append(np.concatenate([held.real, -held.imag], axis=1))
     last = part.acceleration + part.acceleration_rate * part.duration
     pull = -np.outer([part.acceleration, last], inertia) @ balance.T
-    return TorqueLaw(power, np.array(split), begin, pull, part.load @ balance.T, part.exponent)
+    return TorqueLaw(part, power, np.array(split), begin, pull, part.load @ balance.T)
 
 
-def load_at(law: TorqueLaw, speed: FloatArray) -> FloatArray:
-    """Balanced loads (n, ...) in N m at speeds (...) in rad/s."""
-    powers = np.maximum(speed, 0.0)[..., None] ** law.exponent
-    return np.asarray(np.moveaxis(powers @ law.load, -1, 0))
+def mean_law(
+    part: Stretch, balance: FloatArray, inertia: FloatArray, speeds: FloatArray
+) -> TorqueLaw:
+    """That of the mean torque alone, order 0 being the first of the stretch."""
+    means = part._replace(
+        gas=part.gas[:, :1], gas_end=part.gas_end[:, :1], inertia=part.inertia[:, :1]
+    )
+    return torque_law(np.zeros(1), means, balance, inertia, speeds)
 
 
 def basis(power: FloatArray, angle: FloatArray) -> FloatArray:
@@ -285,21 +286,3 @@ def basis(power: FloatArray, angle: FloatArray) -> FloatArray:
         reached = int(power[place])
         values[place], values[m + place] = current.real, current.imag
     return values
-
-
-def torque_at(
-    law: TorqueLaw, part: Stretch, angle: FloatArray, speed: FloatArray, share: FloatArray
-) -> FloatArray:
-    """Torques (n, ...) in N m at angles, speeds and shares of the stretch passed, all (...)."""
-    flat = basis(law.power, angle.ravel())
-    gas = (law.harmonic[0] @ flat).reshape(-1, *angle.shape)
-    for factor, harmonic in ((speed - law.speed, law.harmonic[1]), (speed**2, law.harmonic[2])):
-        if np.any(harmonic):
-            gas += factor * (harmonic @ flat).reshape(-1, *angle.shape)
-    scale = part.scale_start + (part.scale_end - part.scale_start) * share
-    outer = (slice(None), *(None,) * angle.ndim)
-    pull = law.pull[0][outer] + (law.pull[1] - law.pull[0])[outer] * share
-    torque: FloatArray = scale * gas + load_at(law, speed) + pull
-    if part.in_time is not None:
-        torque += np.multiply.outer(part.in_time.share, part.in_time.at(share * part.duration))
-    return torque

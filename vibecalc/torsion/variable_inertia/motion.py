@@ -1,5 +1,6 @@
 """Equations of a line whose inertias change with the crank angle: exact, harmonic balance."""
 
+import warnings
 from typing import NamedTuple
 
 import numpy as np
@@ -127,25 +128,6 @@ class EquationTerms(NamedTuple):
     gap: FloatArray
 
 
-class TwistMotion(NamedTuple):
-    """Twist of every freedom against uniform turning (S, n), its rate and acceleration."""
-
-    angle: FloatArray
-    rate: FloatArray
-    acceleration: FloatArray
-
-
-def twist_motion(
-    harmonics: ComplexArray, turns: int, speed: float, crank_angle: FloatArray
-) -> TwistMotion:
-    """Values at w t = crank_angle (S,) of harmonics (N + 1, n), orders k / turns, 0-to-peak."""
-    order = np.arange(len(harmonics)) / turns
-    phase = np.exp(1j * np.asarray(crank_angle)[:, None] * order)
-    turn = (1j * speed * order)[:, None]
-    parts = (harmonics, turn * harmonics, turn**2 * harmonics)
-    return TwistMotion(*((phase @ part).real for part in parts))
-
-
 def terms(
     system: VariableLine,
     speed: float,
@@ -160,17 +142,18 @@ def terms(
     `torque` (T, n) holds the gas torque's orders k / turns, 0-to-peak (order 0 its real part); with
     `follows` it is a function of each throw's own angle, else of w t alone.
     """
-    motion = twist_motion(angle, system.turns, speed, crank_angle)
-    place = np.asarray(crank_angle)[:, None] + motion.angle
+    crank = np.asarray(crank_angle)[:, None]
+    phase = np.exp(1j * crank * (np.arange(len(angle)) / system.turns))
+    turn = (1j * speed / system.turns * np.arange(len(angle)))[:, None]
+    twist, rate, faster = ((phase @ part).real for part in (angle, turn * angle, turn**2 * angle))
+    place, turning = crank + twist, speed + rate
     inertia = inertia_at(system, place)
     order = np.arange(len(torque))[:, None] / system.turns
-    at = place if follows else np.broadcast_to(np.asarray(crank_angle)[:, None], place.shape)
+    at = place if follows else np.broadcast_to(crank, place.shape)
     turned = np.exp(1j * at[:, None, :] * order) * torque
     slope = -(order * turned.imag).sum(axis=1) if follows else 0.0
-    turning = speed + motion.rate
-    gap = turned.real.sum(axis=1)
-    gap = gap - inertia.value * motion.acceleration - 0.5 * inertia.slope * turning**2
-    stiffness = inertia.slope * motion.acceleration + 0.5 * inertia.curvature * turning**2 - slope
+    gap = turned.real.sum(axis=1) - inertia.value * faster - 0.5 * inertia.slope * turning**2
+    stiffness = inertia.slope * faster + 0.5 * inertia.curvature * turning**2 - slope
     return EquationTerms(inertia.value, inertia.slope * turning, stiffness, gap)
 
 
@@ -204,7 +187,7 @@ def acceleration(
 # steady torque of the load as the unknown instead.
 # ----------------------------------------------------------------------------
 
-_PATTERNS = 4
+_PATTERNS = (2.0, 3.0, 5.0, 7.0)
 _SAFETY = 4.0
 
 
@@ -296,72 +279,64 @@ def solve(system_blocks: Blocks, highest: int, size: FloatArray) -> HarmonicSolu
     estimate of the truncation. `size` (Q, m) says how large the terms of the right side are.
     None if the matrix is singular to working precision.
     """
+    from scipy.linalg import lu_factor, lu_solve
+
     inside = np.abs(system_blocks.step) <= highest
     matrix, count = _bordered(system_blocks, inside)
-    inner, outer = system_blocks.matrix[inside], system_blocks.matrix[~inside]
-    solver = _factored(matrix)
-    if solver is None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        factors = lu_factor(matrix, check_finite=False)
+    if not np.all(np.diagonal(factors[0])):
         return None
 
     def answer(right: ComplexArray) -> ComplexArray:
         padded = np.zeros((len(matrix), right.shape[1]), dtype=np.complex128)
         padded[:count] = right
-        first = solver(padded)
-        return np.asarray(first + solver(padded - matrix @ first))
+        first = lu_solve(factors, padded, check_finite=False)
+        return np.asarray(first + lu_solve(factors, padded - matrix @ first, check_finite=False))
 
     shape = (int(inside.sum()), system_blocks.gap.shape[1])
-    value = answer(system_blocks.gap[inside].reshape(-1, 1))[:, 0]
-    inner_size = system_blocks.size[inside] @ np.abs(value[:count]).reshape(*shape, 1)
-    size = size + inner_size[..., 0]
-    term = EPSILON * (
-        np.abs(matrix) @ np.abs(value) + np.append(size, np.zeros(len(value) - count))
-    )
+    whole = answer(system_blocks.gap[inside].reshape(-1, 1))[:, 0]
+    value = whole[:count]
+    of_terms = (system_blocks.size[inside] @ np.abs(value).reshape(*shape, 1))[..., 0]
+    term = np.abs(matrix) @ np.abs(whole)
+    term[:count] += (size + of_terms).ravel()
     index = np.arange(1, count + 1)[:, None]
-    signs = np.where(np.sin(index * np.sqrt([2.0, 3.0, 5.0, 7.0][:_PATTERNS])) > 0.0, 1.0, -1.0)
-    spread = answer((signs * term[:count, None]).astype(np.complex128))[:count]
-    rounding = _SAFETY * np.sqrt((np.abs(spread) ** 2).sum(axis=1)).reshape(shape)
-    value = value[:count]
-    if not outer.size:
-        return HarmonicSolution(
-            value.reshape(shape), rounding, np.zeros(shape), system_blocks.gap[:0]
-        )
-    driven = system_blocks.gap[~inside].reshape(-1) - outer[:, :, inside].reshape(-1, count) @ value
-    outer_block = outer[:, :, ~inside].reshape(len(driven), -1)
-    beyond = np.asarray(np.linalg.solve(outer_block, driven), dtype=np.complex128)
-    back = inner[:, :, ~inside].reshape(count, -1) @ beyond
-    truncation = 3.0 * np.abs(answer(back[:, None])[:count, 0])
+    signs = np.where(np.sin(index * np.sqrt(_PATTERNS)) > 0.0, 1.0, -1.0)
+    spread = answer((EPSILON * signs * term[:count, None]).astype(np.complex128))[:count]
+    rounding = _SAFETY * np.sqrt((np.abs(spread) ** 2).sum(axis=1))
+    truncation, beyond = np.zeros(count), system_blocks.gap[:0]
+    if not np.all(inside):
+        inner, outer = system_blocks.matrix[inside], system_blocks.matrix[~inside]
+        driven = system_blocks.gap[~inside].ravel()
+        driven = driven - outer[:, :, inside].reshape(-1, count) @ value
+        outer_block = outer[:, :, ~inside].reshape(len(driven), -1)
+        beyond = np.asarray(np.linalg.solve(outer_block, driven), dtype=np.complex128)
+        back = inner[:, :, ~inside].reshape(count, -1) @ beyond
+        truncation = 3.0 * np.abs(answer(back[:, None])[:count, 0])
     return HarmonicSolution(
-        value.reshape(shape), rounding, truncation.reshape(shape), beyond.reshape(-1, shape[1])
-    )
+        value.reshape(shape), rounding.reshape(shape), truncation.reshape(shape),
+        beyond.reshape(-1, shape[1]),
+    )  # fmt: skip
 
 
 def _bordered(system_blocks: Blocks, inside: np.ndarray) -> tuple[ComplexArray, int]:
     """Inner matrix with the load's torque and the origin of the time at order 0."""
     inner = system_blocks.matrix[inside][:, :, inside]
-    count = inner.shape[0] * inner.shape[1]
-    parts = system_blocks.load.shape[1]
+    n = inner.shape[1]
+    count, parts = inner.shape[0] * n, system_blocks.load.shape[1]
     matrix = np.zeros((count + parts, count + parts), dtype=np.complex128)
     matrix[:count, :count] = inner.reshape(count, count)
     if parts:
-        start = int(np.flatnonzero(system_blocks.step[inside] == 0)[0]) * inner.shape[1]
-        place = slice(start, start + inner.shape[1])
-        scale = np.abs(matrix).max()
-        matrix[place, count:] = -scale * system_blocks.load / np.abs(system_blocks.load).max(axis=0)
-        matrix[count:, place] = (
-            scale * (system_blocks.origin / np.abs(system_blocks.origin).max(axis=0)).T
-        )
+        start = int(np.flatnonzero(system_blocks.step[inside] == 0)[0]) * n
+        load, origin = bordering(system_blocks.load, system_blocks.origin, matrix)
+        matrix[start : start + n, count:], matrix[count:, start : start + n] = -load, origin.T
     return matrix, count
 
 
-def _factored(matrix: ComplexArray):  # type: ignore[no-untyped-def]
-    """A solver by LU with pivoting, or None if a pivot is zero."""
-    from scipy.linalg.lapack import zgetrf, zgetrs
-
-    factor, pivot, wrong = zgetrf(matrix)
-    if wrong:
-        return None
-
-    def solver(right: ComplexArray) -> ComplexArray:
-        return np.asarray(zgetrs(factor, pivot, right)[0])
-
-    return solver
+def bordering(
+    load: FloatArray, origin: FloatArray, matrix: ComplexArray
+) -> tuple[FloatArray, FloatArray]:
+    """Both (n, r), of the size of a matrix that they border."""
+    scale = np.abs(matrix).max()
+    return scale * load / np.abs(load).max(axis=0), scale * origin / np.abs(origin).max(axis=0)

@@ -82,29 +82,27 @@ def stability(
         raise NumericalFailure("stability: a loss factor has no form in time; give shaft damping")
     if np.any(line.inertia <= 0.0) and basis is None:
         raise NumericalFailure("stability: a freedom has no inertia; join it to its neighbour")
-    n = len(line.inertia)
+    n, speed = len(line.inertia), float(speed)
     shapes = np.eye(n) if basis is None else np.asarray(basis, dtype=np.float64)
-    motion = np.zeros((1, n)) if angle is None else np.asarray(angle)
-    force = np.zeros((1, n)) if torque is None else np.asarray(torque)
-    parts = (
-        system,
-        float(speed),
-        motion.astype(np.complex128),
-        force.astype(np.complex128),
-        follows,
-        shapes,
+    none = np.zeros((1, n), dtype=np.complex128)
+    motion, force = (
+        none if given is None else np.asarray(given, dtype=np.complex128)
+        for given in (angle, torque)
     )
-    finer, plain = gauss_rule(_POINTS + 1), gauss_rule(_POINTS)
+
+    def turned(points: int, density: int, motion: ComplexArray) -> tuple[FloatArray, int]:
+        rule = gauss_rule(points)
+        return _turn(system, speed, motion, force, follows, shapes, rule, density)
+
     for density in _DENSITIES:
-        turn, panels = _turn(*parts, finer, density)
-        noise = float(np.linalg.norm(turn - _turn(*parts, plain, density)[0], 2))
+        turn, panels = turned(_POINTS + 1, density, motion)
+        noise = float(np.linalg.norm(turn - turned(_POINTS, density, motion)[0], 2))
         if noise <= _CLOSE * float(np.linalg.norm(turn, 2)):
             break
     if angle_error is not None:
-        moved = parts[2] + np.asarray(angle_error, dtype=np.float64)
-        changed, _ = _turn(system, float(speed), moved, parts[3], follows, shapes, finer, density)
+        changed, _ = turned(_POINTS + 1, density, motion + np.asarray(angle_error))
         noise += 2.0 * float(np.linalg.norm(changed - turn, 2))
-    return _judged(system, float(speed), shapes, turn, panels, noise)
+    return _judged(system, speed, shapes, turn, panels, noise)
 
 
 def refuse_unstable(stability: Stability, speed: float) -> None:
@@ -258,15 +256,6 @@ class Wedges(NamedTuple):
     error: FloatArray
 
 
-class UnstableRange(NamedTuple):
-    """Speeds between which vibration grows, rad/s, with errors, and the fastest growth seen."""
-
-    low: float
-    high: float
-    error: float
-    growth: float
-
-
 def wedges(
     system: VariableLine, frequency: FloatArray, shape: FloatArray, modal_inertia: FloatArray
 ) -> Wedges:
@@ -297,43 +286,35 @@ def wedges(
 
 def unstable_ranges(
     system: VariableLine, speed: ArrayLike, *, basis: FloatArray | None = None
-) -> list[UnstableRange]:
-    """Ranges about uniform turning, with borders by bisection between speeds (S,).
+) -> FloatArray:
+    """Ranges (r, 4) about uniform turning, with borders by bisection between speeds (S,).
 
-    The speeds must be as close as the ranges searched; add the centres of `wedges`. The line's
+    Each from one speed to another in rad/s, with the error of both, and the fastest growth seen in
+    1/s. The speeds must be as close as the ranges searched; add the centres of `wedges`. The line's
     damping counts. A range that reaches an end of the speeds ends there, with the error 0.
     """
-    speeds = np.unique(np.asarray(speed, dtype=np.float64))
-    growth = {float(w): _growth(system, float(w), basis) for w in speeds}
-    ranges: list[UnstableRange] = []
-    inside = np.array([growth[float(w)] > 0.0 for w in speeds])
-    starts = np.flatnonzero(inside & ~np.append(False, inside[:-1]))
-    ends = np.flatnonzero(inside & ~np.append(inside[1:], False))
-    for start, end in zip(starts, ends, strict=True):
-        low, high, error = float(speeds[start]), float(speeds[end]), 0.0
-        if start > 0:
-            low, error = _border(system, low, float(speeds[start - 1]), basis)
-        if end + 1 < len(speeds):
-            high, other = _border(system, high, float(speeds[end + 1]), basis)
-            error = max(error, other)
-        fastest = max(growth[float(w)] for w in speeds[start : end + 1])
-        ranges.append(UnstableRange(low, high, error, fastest))
-    return ranges
+    speeds = np.unique(np.asarray(speed, dtype=np.float64)).tolist()
 
+    def growth(speed: float) -> float:
+        """In 1/s, zero where it is none or cannot be distinguished from round-off."""
+        found = stability(system, speed, basis=basis)
+        return found.growth if found.unstable else 0.0
 
-def _growth(system: VariableLine, speed: float, basis: FloatArray | None) -> float:
-    """Growth in 1/s, zero where it is none or cannot be distinguished from round-off."""
-    found = stability(system, speed, basis=basis)
-    return found.growth if found.unstable else 0.0
+    def border(inside: float, outside: float) -> tuple[float, float]:
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (inside + outside)
+            if growth(middle) > 0.0:
+                inside = middle
+            else:
+                outside = middle
+        return 0.5 * (inside + outside), abs(outside - inside)
 
-
-def _border(
-    system: VariableLine, inside: float, outside: float, basis: FloatArray | None
-) -> tuple[float, float]:
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (inside + outside)
-        if _growth(system, middle, basis) > 0.0:
-            inside = middle
-        else:
-            outside = middle
-    return 0.5 * (inside + outside), abs(outside - inside)
+    seen = np.array([growth(one) for one in speeds])
+    edges = np.diff(np.concatenate([[False], seen > 0.0, [False]]).astype(int))
+    ranges = []
+    for start, end in zip(*(np.flatnonzero(edges == side) for side in (1, -1)), strict=True):
+        low, off = border(speeds[start], speeds[start - 1]) if start else (speeds[0], 0.0)
+        last = speeds[end - 1 : end + 1]
+        high, other = border(*last) if len(last) == 2 else (last[0], 0.0)
+        ranges.append((low, high, max(off, other), seen[start:end].max()))
+    return np.array(ranges).reshape(-1, 4)
