@@ -43,7 +43,7 @@ def test_points_at_once_are_single_runs_to_the_last_bit(name: str) -> None:
 def test_points_that_need_a_run_of_their_own_are_left_to_it() -> None:
     study = binding_of("generator_mount_design")
     undamped = study.first * np.array([1.0, 0.0, 1.0])  # a run-up without bound
-    wanted = frozenset({study.goal.quantity, *(limit.quantity for limit in study.limits)})
+    wanted = frozenset({study.goal.quantity, *(limit.quantity for limit, _ in study.held)})
     assert Foreseen().find(study, study.first, wanted) is not None
     assert Foreseen().find(study, undamped, wanted) is None
     binding = binding_of("compressor_balance")

@@ -26,7 +26,7 @@ SETTLED = 2e-2
 _Plane = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-def settle(values: Values, start: np.ndarray) -> tuple[Refined, np.ndarray] | None:
+def settle(values: Values, start: np.ndarray) -> Refined | None:
     """Descend on a function whose pieces meet in kinks, such as the largest of hidden curves.
 
     Parameters
@@ -40,8 +40,6 @@ def settle(values: Values, start: np.ndarray) -> tuple[Refined, np.ndarray] | No
     -------
     settled : Refined
         None in its place where the surroundings cannot be evaluated, or planes promise a fall.
-    gradients : (j, 1 + m, k) array
-        Those of all planes that meet there.
 
     Notes
     -----
@@ -90,30 +88,34 @@ def settle(values: Values, start: np.ndarray) -> tuple[Refined, np.ndarray] | No
             noise = float(measured_noise(values, unit)[0])
             pulling = (margins > 1e-6) & (vector[1:] < 1e-6)
             sides = walls(values.box, unit) * (np.abs(bounds) > 1e-6)
-            settled = Refined(
-                unit=values.box.fold(unit),
-                error=np.where(sides == 0, radius + step + np.sqrt(2 * noise), 0.0),
+            unit, bias = values.box.fold(unit), values.bias(values.box.fold(unit))
+            held = np.where(pulling, margins, 0.0)
+            gradients = np.array([first for _, _, first in planes])
+            away = radius + step + np.sqrt(2 * noise) + _reach(values, unit, bias, gradients)
+            return Refined(
+                unit=unit,
+                error=np.where(sides == 0, away, 0.0),
                 # a gradient taken across a kink lifts a plane a little: count the promise fourfold
                 # and the pieces bend away from their planes by the square of the radius
-                excess=4 * promised + BEND * radius**2 + 1e-12 + 2 * noise,
+                excess=4 * promised
+                + BEND * radius**2
+                + 1e-12
+                + 2 * noise
+                + float(bias[0] + held @ bias[1:]),
                 objective=float(vector[0]),
-                margins=np.where(pulling, margins, 0.0),
+                margins=held,
                 bounds=np.where(sides != 0, bounds, 0.0),
                 sides=sides,
                 residual=residual,
                 method="sampled planes",
             )
-            return settled, np.array([first for _, _, first in planes])
         vain = 0
         radius = max(LAST_RADIUS, min(0.25 * radius, 4 * step))
     return None
 
 
 def _merit(values: Values, unit: np.ndarray) -> float:
-    vector = values(unit)
-    if vector is None:
-        return np.inf
-    return float(vector[0] + PRICE * np.max(-vector[1:], initial=0.0))
+    return values.top(unit) + PRICE * values.violation(unit)
 
 
 def _plane(values: Values, unit: np.ndarray, size: float, offset: np.ndarray) -> _Plane | None:
@@ -169,7 +171,7 @@ def _lowest(
 FIRST_AWAY, AWAY = 1e-5, 1.6
 
 
-def reach(values: Values, unit: np.ndarray, bias: np.ndarray, gradients: np.ndarray) -> np.ndarray:
+def _reach(values: Values, unit: np.ndarray, bias: np.ndarray, gradients: np.ndarray) -> np.ndarray:
     """How far each coordinate (k,) of an optimum may be off by errors (1 + m,) of the values.
 
     The extents of all points that lie no higher than the optimum by twice the error of the

@@ -198,7 +198,8 @@ def _feasible_point(sampler: Sampler, ends: list[Search]) -> np.ndarray:
         def missing(vector: np.ndarray, most: float = end.violation) -> np.ndarray:
             return -vector[sampler.parts :] / most
 
-        unit = local_search(View(sampler, missing, sum(sampler.entries)), end.end)
+        margins = View(sampler, missing, lambda off: off[sampler.parts :], sum(sampler.entries))
+        unit = local_search(margins, end.end)
         tried.append(unit)
         if sampler.violation(unit) == 0.0:
             return unit

@@ -54,9 +54,7 @@ def walls(box: Box, unit: np.ndarray) -> np.ndarray:
     return np.where(box.around, 0, sides)
 
 
-def polish(
-    values: Values, start: np.ndarray, bias: np.ndarray, leaning: np.ndarray
-) -> Refined | None:
+def polish(values: Values, start: np.ndarray) -> Refined | None:
     """Refine the end of a local search; None where no smooth optimum is found nearby.
 
     Parameters
@@ -64,8 +62,6 @@ def polish(
     values : Sampler or View
     start : (k,) array
         Point of the unit cube close to a local optimum.
-    bias, leaning : (v,) and (v, k) arrays
-        Errors of parts and margins, and their slopes, where the caller knows.
 
     Notes
     -----
@@ -76,7 +72,7 @@ def polish(
     holds is asked anew in each round, among what is close; if that leads nowhere, among more.
     """
     with suppress(NumericalFailure):
-        newton = _Newton(values, start, bias, leaning)
+        newton = _Newton(values, start)
         for closeness in CLOSENESS:
             refined = newton.refined(closeness)
             if refined is not None:
@@ -87,9 +83,9 @@ def polish(
 class _Newton:
     """Newton's method from a start near an optimum."""
 
-    def __init__(self, values: Values, start: np.ndarray, bias: np.ndarray, leaning: np.ndarray):
-        self.values, self.start, self.bias, self.leaning = values, start, bias, leaning
-        self.noise = measured_noise(values, start)
+    def __init__(self, values: Values, start: np.ndarray):
+        self.values, self.start, self.noise = values, start, measured_noise(values, start)
+        self.bias, self.leaning = values.bias(start), values.leaning(start)
 
     def refined(self, closeness: float) -> Refined | None:
         """The optimum, with what is so close as what may hold it."""
@@ -104,9 +100,8 @@ class _Newton:
             lead = int(np.argmax(held.weights[:parts]))
             rows = np.flatnonzero(weights)
             rows = rows[rows != lead]
-            among = np.eye(noise.size)[
-                rows
-            ]  # what is held at zero: less the leading part, of parts
+            # what is held at zero: less the leading part, of parts
+            among = np.eye(noise.size)[rows]
             among[:, lead] -= rows < parts
             inverse, along = _split(among @ slopes.first, free)
             blur = weights @ slopes.error

@@ -161,13 +161,58 @@ class Problem:
         return Box(self.lower, self.upper, self.period)
 
 
-class Sampler:
+class Values:
+    """A function on the unit cube: vectors of `parts` of an objective, then margins.
+
+    A call gives the vector (v,) at a point (k,), or None where there is none. `bias` gives the
+    errors (v,) there that no comparison of values shows; `ahead` says which points are about to be
+    asked for.
+    """
+
+    box: Box
+    #: of the objectives met
+    smallest = -np.inf
+    parts = 1
+
+    def __call__(self, unit: np.ndarray) -> np.ndarray | None:
+        raise NotImplementedError
+
+    def bias(self, unit: np.ndarray) -> np.ndarray:
+        """Errors (v,) at a point; NumericalFailure where there are none."""
+        raise NotImplementedError
+
+    def ahead(self, units: Sequence[np.ndarray]) -> None:
+        """Say which points (k,) are about to be asked for; nothing is counted yet."""
+
+    def top(self, unit: np.ndarray) -> float:
+        """The objective in scaled units, infinite where there is none."""
+        vector = self(unit)
+        return np.inf if vector is None else float(np.max(vector[: self.parts]))
+
+    def violation(self, unit: np.ndarray) -> float:
+        """The most negative margin as a positive number, or 0; infinite where there is none."""
+        vector = self(unit)
+        return np.inf if vector is None else float(np.max(-vector[self.parts :], initial=0.0))
+
+    def leaning(self, unit: np.ndarray) -> np.ndarray:
+        """Slopes (v, k) that errors of the values may have: they change by themselves over a
+        quarter of the cube, or as those around the point do."""
+        bias = self.bias(unit)
+        slopes = np.repeat(CHANGES * bias[:, None], unit.size, axis=1)
+        for step in (*np.eye(unit.size), *-np.eye(unit.size)) if np.any(bias > KNOWN) else ():
+            with suppress(NumericalFailure):
+                change = np.abs(self.bias(self.box.fold(unit + NEARBY * step)) - bias) / NEARBY
+                slopes = np.maximum(slopes, change[:, None] * np.abs(step))
+        return slopes
+
+
+class Sampler(Values):
     """The function of a problem, on the unit cube.
 
     A call gives the vector (parts of the objective / `scale`, margins), or None where the function
     raises NumericalFailure or gives NaN or an infinity. `count` counts true evaluations only: a
-    point met again is looked up. `parts` counts the parts, `entries` the margins of each limit.
-    `flat` says that the objective does not change, `notes` what a search left out.
+    point met again is looked up. `entries` are the margins of each limit, `flat` says that the
+    objective does not change, `notes` what a search left out.
     """
 
     def __init__(self, problem: Problem):
@@ -175,7 +220,6 @@ class Sampler:
         self.notes: list[str] = []
         self.failures: dict[bytes, str] = {}
         self.smallest, self.largest = np.inf, 0.0
-        self.parts = 1
         self.entries: list[int] = []
         self._problem = problem
         self._known: dict[bytes, np.ndarray | None] = {}
@@ -193,16 +237,6 @@ class Sampler:
         scaled[: self.parts] /= self.scale
         return scaled
 
-    def top(self, unit: np.ndarray) -> float:
-        """The objective in scaled units, infinite where there is none."""
-        vector = self(unit)
-        return np.inf if vector is None else float(np.max(vector[: self.parts]))
-
-    def violation(self, unit: np.ndarray) -> float:
-        """The most negative margin as a positive number, or 0; infinite where there is none."""
-        vector = self(unit)
-        return np.inf if vector is None else float(np.max(-vector[self.parts :], initial=0.0))
-
     def infeasible(self, unit: np.ndarray, words: str) -> "Infeasible":
         """That no limits are kept: words with the place {at} and the {worst} margins there."""
         vector, at = self(unit), self.box.values(unit)
@@ -217,7 +251,6 @@ class Sampler:
         return self.failures[self.box.fold(unit).tobytes()]
 
     def bias(self, unit: np.ndarray) -> np.ndarray:
-        """Errors (p + m,) of the values at a point that no comparison of values shows."""
         if self._problem.errors is None:
             return np.zeros(self.parts + sum(self.entries))
         off = np.asarray(self._problem.errors(self.box.values(unit)), dtype=float)
@@ -225,21 +258,7 @@ class Sampler:
         off = np.append(np.full(self.parts, off[0] / self.scale), of_margins)
         return np.where(np.isfinite(off), off, 0.0)
 
-    def leaning(self, unit: np.ndarray) -> np.ndarray:
-        """Slopes (p + m, k) that errors of the values may have: they change by themselves over a
-        quarter of the cube, or as those around the point do."""
-        bias = self.bias(unit)
-        slopes = np.repeat(CHANGES * bias[:, None], unit.size, axis=1)
-        if not np.any(bias > KNOWN):
-            return slopes
-        for step in (*np.eye(unit.size), *-np.eye(unit.size)):
-            with suppress(NumericalFailure):
-                change = np.abs(self.bias(self.box.fold(unit + NEARBY * step)) - bias) / NEARBY
-                slopes = np.maximum(slopes, change[:, None] * np.abs(step))
-        return slopes
-
     def ahead(self, units: Sequence[np.ndarray]) -> None:
-        """Say which points (k,) are about to be asked for; nothing is counted yet."""
         if self._problem.ahead is None:
             return
         fresh = {unit.tobytes(): unit for unit in map(self.box.fold, units)}
@@ -282,32 +301,39 @@ class Sampler:
         return vector
 
 
-#: what becomes of the vector of a sampler before a method sees it
+#: what becomes of the vector of a sampler, or of its errors
 Change = Callable[[np.ndarray], np.ndarray]
 
 
-class View:
-    """Changed vectors of a sampler or view: `parts` of them are the objective, the rest margins."""
+class View(Values):
+    """Changed vectors of a sampler, of which `parts` are the objective, and changed errors."""
 
-    #: what a sampler has met counts for its own objective only
-    smallest = -np.inf
-
-    def __init__(self, values: "Sampler | View", change: Change, parts: int = 1):
-        self._values, self._change, self.parts = values, change, parts
-        self.box: Box = values.box
-        self.ahead: Callable[[Sequence[np.ndarray]], None] = values.ahead
+    def __init__(self, sampler: Sampler, change: Change, off: Change, parts: int = 1):
+        self._sampler, self._change, self._off, self.parts = sampler, change, off, parts
+        self.box = sampler.box
 
     def __call__(self, unit: np.ndarray) -> np.ndarray | None:
-        vector = self._values(unit)
+        vector = self._sampler(unit)
         return None if vector is None else self._change(vector)
 
+    def bias(self, unit: np.ndarray) -> np.ndarray:
+        return self._off(self._sampler.bias(unit))
 
-Values = Sampler | View
+    def ahead(self, units: Sequence[np.ndarray]) -> None:
+        self._sampler.ahead(units)
 
 
-def largest_part(sampler: Sampler) -> View:
-    """The objective itself, which has kinks where parts meet, and the margins."""
-    return View(sampler, lambda v: np.append(np.max(v[: sampler.parts]), v[sampler.parts :]))
+def largest_part(sampler: Sampler, power: int = 1) -> View:
+    """The objective itself, which has kinks where parts meet, or its square, and the margins.
+
+    All parts have one error; that of a zero counts where its square is taken.
+    """
+    parts = sampler.parts
+    return View(
+        sampler,
+        lambda v: np.append(np.max(v[:parts]) ** power, v[parts:]),
+        lambda off: np.append(off[0] * (power == 1), off[parts:]),
+    )
 
 
 # ----------------------------------------------------------------------------

@@ -49,7 +49,7 @@ def slopes_at(problem: Problem, at: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     set_scale(sampler, unit[None, :])
     if sampler(unit) is None:
         raise NumericalFailure(sampler.failure(unit))
-    noise, leaning = measured_noise(whole, unit), sampler.leaning(unit)
+    noise, leaning = measured_noise(whole, unit), whole.leaning(unit)
     first, error = np.full((2, unit.size), np.nan)
     for axis, direction in enumerate(np.eye(unit.size)):
         with suppress(NumericalFailure):
