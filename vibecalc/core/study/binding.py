@@ -232,7 +232,7 @@ class Binding(Varied):
         """The variables by name, in the units that the case gives their bounds in."""
         chosen = [in_words(self.choices, self.picked)] if self.picked else []
         rows = zip(self.keys, variables, self.units, self._written, strict=True)
-        shown = (f"{key} = {shown_as(float(value), *unit)}" for key, value, *unit in rows)
+        shown = (f"{key} = {shown_as(float(x), unit, said)}" for key, x, unit, said in rows)
         return ", ".join([*chosen, *shown])
 
     def broken(self, variables: np.ndarray) -> str:

@@ -309,7 +309,7 @@ def _numbers(along: Along) -> dict[str, tuple[Any, float]]:
         "value": (sample.key, error),
         "ratio": (sample.key / written, error / abs(written)),
         "reached": (sample.value, sample.error),
-        "wanted": along.level or (math.nan, math.nan),
+        "wanted": along.level[:2] if along.level else (math.nan, math.nan),
         "written": (along.written, 0.0),
         "others": (
             np.array([other.key for other in samples], dtype=float),
