@@ -88,7 +88,7 @@ def test_accuracy_of_the_values_reaches_the_errors():
         return (x[0] + 2) ** 2, [x[0] - 0.5 + shift]
 
     rough = minimise(
-        Problem(slack, [0], [1], errors=lambda x: 1e-6 * np.array([slack(x)[0], 1.0])), starts=0
+        Problem(lambda x: (*slack(x), 1e-6 * np.array([slack(x)[0], 1.0])), [0], [1]), starts=0
     )
     off = minimise(Problem(lambda x: slack(x, 1e-6), [0], [1]), starts=0)
     assert abs(off.variables[0] - 0.5) <= rough.variables_error[0] < 1e-5
@@ -163,9 +163,7 @@ def test_what_is_left_out_of_the_values_is_in_the_errors_of_each_variable(kind, 
     for _ in range(trials):
         size, computed, whole, share = known_with_error(rng, kind)
         bounds = [-1.0] * size, [1.0] * size
-        asked = Problem(
-            lambda x, f=computed: (f(x), []), *bounds, errors=lambda x, off=share: np.array([off])
-        )
+        asked = Problem(lambda x, f=computed, off=share: (f(x), [], np.array([off])), *bounds)
         found = minimise(asked, starts=0)
         true = minimise(
             Problem(lambda x, f=whole: (f(x), []), *bounds, first=found.variables), starts=0

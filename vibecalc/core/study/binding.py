@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
 #: results of a candidate: of itself, or of the machines within its tolerances
 Found = Union[Record, "Machines"]
-#: entries of a result, and how far the truth may lie beyond each
-Entries = tuple[np.ndarray, np.ndarray]
 
 
 class Varied:
@@ -126,38 +124,38 @@ class Binding(Varied):
     def problem(self, goals: tuple[Objective, ...] | None = None) -> Problem:
         """What a search takes: of the objective, or of several `goals`."""
         evaluate = self.evaluate if goals is None else partial(self.evaluate_all, goals=goals)
-        errors, ahead = partial(self.errors, goals=goals), partial(self.ahead, goals=goals)
         at = self.lower, self.upper, self.first, self.period
-        return Problem(evaluate, *at, errors, ahead)
+        return Problem(evaluate, *at, partial(self.ahead, goals=goals))
 
-    def evaluate(self, variables: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
-        """The objective, as its parts (p,) to be made small, and the margins of each limit.
+    def evaluate(self, variables: np.ndarray) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
+        """The objective, as its parts (p,) to be made small, the margins of each limit, and the
+        absolute errors of the objective, then of the margins.
 
         Margins are dimensionless and kept where >= 0: those of the whole interval of a value and
         its error, as verdicts are. Parts and margins are those of all entries of a result.
         """
-        (parts,), margins = self.evaluate_all(variables, (self.goal,))
+        (parts,), margins, errors = self.evaluate_all(variables, (self.goal,))
         self.shown(float(np.max(parts)), all((one >= 0.0).all() for one in margins))
-        return parts, margins
+        return parts, margins, errors
 
     def evaluate_all(
         self, variables: np.ndarray, goals: tuple[Objective, ...]
-    ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Some objectives (all to be made small) and the margins."""
-        values, margins = self._found(variables, goals)
-        signed = [sign_of(goal) * one for goal, (one, _) in zip(goals, values, strict=True)]
-        return signed, [one for one, _ in margins]
-
-    def errors(
-        self, variables: np.ndarray, goals: tuple[Objective, ...] | None = None
-    ) -> np.ndarray:
-        """Absolute errors of the objectives, then of the margins."""
-        values, margins = self._found(variables, goals or (self.goal,))
-        return np.array([np.max(off) for _, off in (*values, *margins)])
+    ) -> tuple[list[np.ndarray], list[np.ndarray], np.ndarray]:
+        """Some objectives (all to be made small), the margins, and the errors of all."""
+        found, values, margins, errors = self._results_at(variables, goals), [], [], []
+        for goal in goals:
+            parts, reach = self._entries(found, goal.quantity, goal.where, worse_side(goal))
+            values.append(sign_of(goal) * parts)
+            errors.append(np.max(reach))
+        for limit, bound in self.held:
+            at, reach = self._entries(found, limit.quantity, limit.where, bound.side)
+            margins.append(bound.scaled(bound.left(at) - reach))
+            errors.append(bound.scaled(np.max(reach)))
+        return values, margins, np.array(errors)
 
     def worst(self, variables: np.ndarray) -> tuple[float, np.ndarray]:
         """The objective, and the smallest margin of each limit."""
-        parts, margins = self.evaluate(variables)
+        parts, margins, _ = self.evaluate(variables)
         return float(np.max(parts)), np.array([np.min(one) for one in margins])
 
     def ahead(self, points: np.ndarray, goals: tuple[Objective, ...] | None = None) -> None:
@@ -208,19 +206,13 @@ class Binding(Varied):
         known = self._foreseen.find(self, variables, wanted)
         return self.results(variables, wanted) if known is None else known
 
-    def _found(
-        self, variables: np.ndarray, goals: tuple[Objective, ...]
-    ) -> tuple[list[Entries], list[Entries]]:
-        """Entries of objectives, and margins of limits, each with what it may be off by."""
-        found, margins = self._results_at(variables, goals), []
-        values = [self._entries(found, one.quantity, one.where, worse_side(one)) for one in goals]
-        for limit, bound in self.held:
-            at, reach = self._entries(found, limit.quantity, limit.where, bound.side)
-            margins.append((bound.scaled(bound.left(at) - reach), bound.scaled(reach)))
-        return values, margins
+    def _entries(
+        self, found: Found, path: str, where: Where, side: Side
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Entries of a result, and how far the truth may lie beyond each.
 
-    def _entries(self, found: Found, path: str, where: Where, side: Side) -> Entries:
-        """Those of a result; over tolerances the mean of the worst and some deviations more."""
+        Over tolerances it is the mean of the worst entries and some deviations more.
+        """
         if isinstance(found, Record):
             return parts_of(found[path], where, side)
         assert self.scatter is not None

@@ -189,7 +189,7 @@ def _evolved(binding: "Binding", each: int) -> tuple[Picked, np.ndarray, int]:
             picked, variables = point(place)
             known[key] = np.inf, -AMPLE_MARGIN
             try:
-                parts, margins = binding.with_picked(picked).evaluate(variables)
+                parts, margins, *_ = binding.with_picked(picked).evaluate(variables)
             except NumericalFailure:
                 return known[key]
             least = min((float(np.min(one)) for one in margins), default=0.0)

@@ -47,17 +47,17 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
 
     with counted("optimising", progress, search_runs(case)) as advance:
         binding.shown = _with_the_best(advance, binding.sign)
-        balanced = balance(binding, case) if balances(case) else None
+        balanced = balance(binding) if balances(case) else None
         try:
-            if balanced is not None and balanced.allowed:
-                end = balanced.optimum
+            if balanced is not None and balanced[2]:
+                end = balanced[0]
             elif binding.choices:
                 combined = combine(binding, study, search)
                 binding = binding.with_picked(combined.best.picked)
                 end = combined.optimum()
             else:
                 # where the optimum without limits is known, also from there
-                further = None if balanced is None else balanced.optimum.variables[None, :]
+                further = None if balanced is None else balanced[0].variables[None, :]
                 end = search(binding, further)
         except Infeasible as failure:
             end = failure
@@ -74,7 +74,7 @@ def optimise(loaded: "LoadedCase", *, timings: dict[str, float], progress: bool 
     else:
         add_optimum(out, end)
         if balanced is not None:
-            out.add({"lower_bound": (balanced.lower_bound, 0.0)})
+            out.add({"lower_bound": (balanced[1], 0.0)})
     if combined is not None:
         add_combinations(out, combined)
     _add_start(out)

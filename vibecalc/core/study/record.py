@@ -65,7 +65,7 @@ class Studied:
     def margin_error(self, variables: np.ndarray) -> float:
         """Error of the margins at a point; none where it has no result."""
         with suppress(NumericalFailure):
-            return float(np.max(self.binding.errors(variables)[1:], initial=0.0))
+            return float(np.max(self.binding.evaluate(variables)[2][1:], initial=0.0))
         return 0.0
 
 
@@ -194,9 +194,9 @@ def add_sensitivity(out: Studied, optimum: "Optimum") -> None:
     if out.study.sensitivity != "start":
         _add_deviations(out, optimum)
     with suppress(NumericalFailure):  # said with `optimisation/start`
-        start, _ = written.worst(written.first)
-        error = optimum.objective_error + float(written.errors(written.first)[0])
-        out.add({"gain": (start - optimum.objective, error)})
+        start, _, off = written.evaluate(written.first)
+        error = optimum.objective_error + float(off[0])
+        out.add({"gain": (float(np.max(start)) - optimum.objective, error)})
 
 
 def _add_deviations(out: Studied, optimum: "Optimum") -> None:

@@ -104,25 +104,21 @@ class _Tracer:
     def __init__(self, problem: Problem, objectives: int, rtol: float):
         self.problem, self.rtol = problem, rtol
         self.best, self.span = np.zeros(objectives), np.ones(objectives)
-        self.known: dict[bytes, tuple[list[np.ndarray], list[Any]]] = {}
+        self.known: dict[bytes, tuple[list[np.ndarray], list[Any], np.ndarray]] = {}
         self.notes: list[str] = []
 
-    def at(self, variables: np.ndarray) -> tuple[list[np.ndarray], list[Any]]:
-        """Parts of all objectives, and the margins."""
+    def at(self, variables: np.ndarray) -> tuple[list[np.ndarray], list[Any], np.ndarray]:
+        """Parts of all objectives, the margins, and the errors of both, 0 where not known."""
         key = (variables + 0.0).tobytes()
         if key not in self.known:
-            goals, margins = self.problem.evaluate(variables)
-            self.known[key] = [np.ravel(one) for one in goals], list(margins)
+            goals, margins, *errors = self.problem.evaluate(variables)
+            off = errors[0] if errors else np.zeros(len(goals) + len(margins))
+            self.known[key] = [np.ravel(one) for one in goals], list(margins), np.array(off)
         return self.known[key]
 
     def values(self, variables: np.ndarray) -> np.ndarray:
         """All objectives (m,)."""
         return np.array([np.max(parts) for parts in self.at(variables)[0]])
-
-    def errors(self, variables: np.ndarray) -> np.ndarray:
-        """Errors of all objectives, then of the margins; none where they are not known."""
-        known = self.problem.errors
-        return np.zeros(self.span.size) if known is None else known(variables)
 
     def least(
         self,
@@ -136,30 +132,24 @@ class _Tracer:
         far all can come below a `foot` (m,)."""
         count = self.span.size
 
-        def evaluate(variables: np.ndarray) -> tuple[Any, list[Any]]:
-            parts, margins = self.at(variables)
+        def evaluate(variables: np.ndarray) -> tuple[Any, list[Any], np.ndarray]:
+            parts, margins, errors = self.at(variables)
             shares = [one / span for one, span in zip(parts, self.span, strict=True)]
+            off, more = errors[:count] / self.span, errors[count:]
             if bound is not None:
                 goal, share = bound
                 most, of = self.best[goal] / self.span[goal] + share, shares[goal]
                 # smooth where a norm vanishes just below its bound
                 left = most * abs(most) - of * np.abs(of)
                 margins = [*margins, left / max(abs(most), share)]
+                more = np.append(more, 2.0 * off[goal])
             if foot is not None:
                 below = [one - at for one, at in zip(shares, foot, strict=True)]
-                return np.concatenate(below), margins
-            alone = shares[goals[0]] if len(goals) == 1 else None
-            return sum(np.max(shares[one]) for one in goals) if alone is None else alone, margins
+                return np.concatenate(below), margins, np.append(np.max(off), more)
+            whole = shares[goals[0]] if len(goals) == 1 else sum(np.max(shares[g]) for g in goals)
+            return whole, margins, np.append(np.sum(off[goals]), more)
 
-        def errors(variables: np.ndarray) -> np.ndarray:
-            every = self.errors(variables)
-            shares = every[:count] / self.span
-            more = [] if bound is None else [2.0 * shares[bound[0]]]
-            whole = np.max(shares) if foot is not None else np.sum(shares[goals])
-            return np.array([whole, *every[count:], *more])
-
-        known = None if self.problem.errors is None else errors
-        asked = replace(self.problem, evaluate=evaluate, errors=known, first=first)
+        asked = replace(self.problem, evaluate=evaluate, first=first)
         return minimise(asked, starts, rtol=self.rtol)
 
     def described(self, optimum: Optimum, goal: int | None = None) -> _Point:
@@ -168,7 +158,7 @@ class _Tracer:
         Errors of the others are their own, and those of the variables by their slopes.
         """
         place, away, box = optimum.variables, optimum.variables_error, self.problem.box
-        here, errors = self.values(place), np.array(self.errors(place)[: self.span.size])
+        here, errors = self.values(place), self.at(place)[2][: self.span.size].copy()
         for axis in np.flatnonzero(away):
             step = max(_STEP * (box.upper[axis] - box.lower[axis]), float(away[axis]))
             slopes = [np.zeros_like(here)]
@@ -276,8 +266,8 @@ def front(
     Parameters
     ----------
     problem : Problem
-        Of which `evaluate` gives all objectives, each with its parts, and `errors` those of all
-        objectives, then of the margins.
+        Of which `evaluate` gives all objectives, each with its parts, the margins, and the errors
+        of all objectives, then of the margins.
     starts, rtol
         As of `minimise`; the ends of the front are searched from all starts.
     objectives, points : int

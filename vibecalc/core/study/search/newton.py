@@ -11,7 +11,7 @@ from vibecalc.core.study.search.derivatives import (
     gradient,
     identify,
     measured_noise,
-    slope,
+    slopes_along,
 )
 from vibecalc.core.study.search.problem import Box, Values
 from vibecalc.errors import NumericalFailure
@@ -174,13 +174,14 @@ class _Newton:
         count = along.shape[1]
         if not count:
             return np.zeros(unit.size), np.zeros(unit.size), 0.0, 0, np.zeros(unit.size)
-        table, unsure = np.zeros((count, count)), 0.0
-        for row in range(count):
-            for column in range(row + 1):  # mixed ones by polarisation, from the direction between
-                between = along[:, row] + along[:, column]
-                second = slope(self.values, unit, between / np.linalg.norm(between), self.noise)
-                table[row, column] = table[column, row] = held.weights @ second.second
-                unsure = max(unsure, float(np.abs(held.weights) @ second.second_error))
+        # mixed ones by polarisation, from the directions between
+        pairs = np.array([(row, column) for row in range(count) for column in range(row + 1)])
+        between = along.T[pairs[:, 0]] + along.T[pairs[:, 1]]
+        between /= np.linalg.norm(between, axis=1)[:, None]
+        bend = slopes_along(self.values, unit, between, self.noise)
+        unsure = float(np.max(np.abs(held.weights) @ bend.second_error))
+        table = np.zeros((count, count))
+        table[tuple(pairs.T)] = table[tuple(pairs.T[::-1])] = held.weights @ bend.second
         diagonal = np.diag(table)
         mixed = table - 0.5 * (diagonal[:, None] + diagonal[None, :])
         curvature = np.where(np.eye(count, dtype=bool), table, mixed)

@@ -1,6 +1,6 @@
 """What all searches share: variables, counted evaluations, starting points, what they return."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -101,11 +101,10 @@ class Box:
 # Evaluations: counted, remembered, and with points that cannot be evaluated kept apart.
 # ----------------------------------------------------------------------------
 
-#: variables (n,) -> the objective or its parts (p,), of which the largest counts, and for each
-#: limit its margin or the margins of its entries, of which the smallest counts
-Evaluate = Callable[[np.ndarray], tuple[Any, Iterable[Any]]]
-#: absolute errors of what is evaluated at variables (n,): of objectives, then of each limit
-ErrorsAt = Callable[[np.ndarray], np.ndarray]
+#: variables (n,) -> the objective or its parts (p,), of which the largest counts; for each limit
+#: its margin or the margins of its entries, of which the smallest counts; and, where known,
+#: absolute errors of the objective, then of each limit
+Evaluate = Callable[[np.ndarray], tuple[Any, ...]]
 #: told of points (j, n) that are about to be evaluated, it may compute them at once
 Ahead = Callable[[np.ndarray], None]
 
@@ -126,7 +125,8 @@ class Problem:
     Attributes
     ----------
     evaluate : callable
-        `evaluate(variables (n,)) -> (objective, margins (m,))`. The objective is a number, or
+        `evaluate(variables (n,)) -> (objective, margins (m,), errors (1 + m,))`, the last where
+        known; round-off is always counted and noise is measured. The objective is a number, or
         those of its parts (p,) of which the largest counts. A margin, made dimensionless by its
         limit, is kept where it is >= 0; it is a number, or those of all entries of the limit. The
         largest of smooth parts has kinks, so that parts and entries are better given each. A point
@@ -140,9 +140,6 @@ class Problem:
     period : (n,) array
         After how much a variable repeats itself, as an angle does; 0 where it does not. One whose
         bounds hold a whole period has no bounds, and is counted from its lower bound on.
-    errors : callable
-        `errors(variables (n,)) -> (1 + m,)`, absolute errors of objective and margins, where known;
-        round-off is always counted and noise is measured.
     ahead : callable
         Told of variables (k, n) before they are evaluated one by one.
     """
@@ -152,7 +149,6 @@ class Problem:
     upper: ArrayLike
     first: ArrayLike | None = None
     period: ArrayLike = 0.0
-    errors: ErrorsAt | None = None
     ahead: Ahead | None = None
 
     @property
@@ -223,6 +219,7 @@ class Sampler(Values):
         self.entries: list[int] = []
         self._problem = problem
         self._known: dict[bytes, np.ndarray | None] = {}
+        self._off: dict[bytes, np.ndarray] = {}
 
     def __call__(self, unit: np.ndarray) -> np.ndarray | None:
         unit = self.box.fold(unit)
@@ -251,11 +248,11 @@ class Sampler(Values):
         return self.failures[self.box.fold(unit).tobytes()]
 
     def bias(self, unit: np.ndarray) -> np.ndarray:
-        if self._problem.errors is None:
-            return np.zeros(self.parts + sum(self.entries))
-        off = np.asarray(self._problem.errors(self.box.values(unit)), dtype=float)
-        of_margins = np.repeat(off[1 : 1 + len(self.entries)], self.entries)
-        off = np.append(np.full(self.parts, off[0] / self.scale), of_margins)
+        if self(unit) is None:
+            raise NumericalFailure(self.failure(unit))
+        off = self._off[self.box.fold(unit).tobytes()]
+        off = np.repeat(off, [self.parts, *self.entries])
+        off[: self.parts] /= self.scale
         return np.where(np.isfinite(off), off, 0.0)
 
     def ahead(self, units: Sequence[np.ndarray]) -> None:
@@ -274,7 +271,7 @@ class Sampler(Values):
     def _fresh(self, key: bytes, unit: np.ndarray) -> np.ndarray | None:
         variables = self.box.values(unit)
         try:
-            objective, limits = self._problem.evaluate(variables)
+            objective, limits, *errors = self._problem.evaluate(variables)
         except NumericalFailure as failure:
             self.failures[key] = str(failure)
             return None
@@ -296,6 +293,7 @@ class Sampler(Values):
             self.parts, self.entries = parts, entries
         if (self.parts, self.entries) != (parts, entries):
             raise ValueError("the number of margins changes between points")
+        self._off[key] = np.array(errors[0] if errors else np.zeros(len(groups)), dtype=float)
         self.smallest = min(self.smallest, top)
         self.largest = max(self.largest, abs(top))
         return vector

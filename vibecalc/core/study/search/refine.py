@@ -4,7 +4,7 @@ import numpy as np
 
 from vibecalc.core.study.search.kinks import settle
 from vibecalc.core.study.search.local_search import local_search
-from vibecalc.core.study.search.newton import Refined, polish
+from vibecalc.core.study.search.newton import BALANCED, Refined, polish
 from vibecalc.core.study.search.problem import Sampler, largest_part, spread
 from vibecalc.numerics.rounding import EPSILON
 
@@ -60,8 +60,9 @@ def _lower_nearby(sampler: Sampler, unit: np.ndarray, optimum: Refined | None) -
     """A clearly lower point in the surroundings, as next to a saddle, or None."""
     margin = 1e-9
     if optimum is not None:
-        if optimum.method == "newton" and optimum.free_directions == 0:
-            return None  # its curvature is known
+        pulls = np.abs(optimum.bounds[optimum.sides != 0])
+        if optimum.method == "newton" and not optimum.free_directions and np.all(pulls > BALANCED):
+            return None  # its curvature is known, and bounds hold it
         unit, margin = optimum.unit, 1e-9 + 2 * optimum.excess
     axes = np.eye(unit.size)
     directions = np.vstack([axes, -axes, 2 * spread(4 * unit.size, unit.size) - 1])
