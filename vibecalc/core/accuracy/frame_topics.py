@@ -100,7 +100,7 @@ def find_topics(loaded: "LoadedCase") -> list[Topic]:
     def along(points: int = search.points) -> Along:
         """The case along the key, with nothing remembered."""
         asked = search.model_copy(update={"points": points})
-        return Along(asked, loaded, StageCache())
+        return Along(asked, loaded, StageCache(), lambda _: None)
 
     def chosen(points: float) -> Along:
         curve = along(int(points))

@@ -200,15 +200,20 @@ STARTS = tuple(float(8 * 2**k) for k in range(6))
 FIRST_PLACES, RIVALS = 2001, 3
 
 
-def bounded(curve: Curve, low: float, high: float, tolerance: float) -> tuple[float, float]:
-    """The highest value and its place by scipy's bounded search between two places."""
+def bounded(
+    curve: Curve, low: float, high: float, tolerance: float, about: float = 0.0
+) -> tuple[float, float]:
+    """The highest value and its place by scipy's bounded search between two places.
+
+    Counted from the place `about`, scipy tells it to more digits.
+    """
     from scipy.optimize import minimize_scalar
 
     found = minimize_scalar(
-        lambda at: -float(curve(np.array([at]))[0]), bounds=(low, high), method="bounded",
-        options={"xatol": tolerance},
+        lambda beyond: -float(curve(np.array([about + beyond]))[0]), method="bounded",
+        bounds=(low - about, high - about), options={"xatol": tolerance},
     )  # fmt: skip
-    return -float(found.fun), float(found.x)
+    return -float(found.fun), about + float(found.x)
 
 
 def smooth_place(curve: Curve, at: float, half: float) -> float:
@@ -234,14 +239,9 @@ def _top_of(curve: Curve, low: float, high: float, count: int) -> Reference:
     tops = np.flatnonzero((values >= padded[:-2]) & (values >= padded[2:]))
     found = [(float(values[k]), float(places[k])) for k in (0, -1)]
 
-    def beside(middle: float, beyond: np.ndarray) -> np.ndarray:
-        return curve(middle + beyond)
-
-    for k in tops[np.argsort(-values[tops])][:RIVALS].tolist():
-        middle = float(places[k])  # from there scipy tells places to more digits
-        ends = max(low - middle, -step), min(high - middle, step)
-        value, beyond = bounded(partial(beside, middle), *ends, 1e-12 * step)
-        found.append((value, middle + beyond))
+    for middle in places[tops[np.argsort(-values[tops])][:RIVALS]].tolist():
+        ends = max(low, middle - step), min(high, middle + step)
+        found.append(bounded(curve, *ends, 1e-12 * step, middle))
     best, place = max(found)
     if min(place - low, high - place) > 1e-9 * (high - low):
         nearer = (smooth_place(curve, place, share * step) for share in (0.3, 0.03, 0.003))
@@ -539,7 +539,6 @@ def optimum(
     ask: Ask, search: Solver, problem: Callable[[], Limited],
     bounds: ArrayLike, first: np.ndarray, budgets: Sequence[float],
     methods: Sequence[str], work: str, *, sign: float = 1.0, confirm: int = 60,
-    more: Sequence[Solver] = (),
 ) -> Topic:  # fmt: skip
     """The least objective that keeps its margins; `problem` gives it, with nothing remembered.
 
@@ -580,4 +579,4 @@ def optimum(
         for name in methods
     ]
     ours = search._replace(solve=own)
-    return Topic(of_kind("optimum", ask), work, reference, (ours, *more, *plain))
+    return Topic(of_kind("optimum", ask), work, reference, (ours, *plain))

@@ -51,23 +51,14 @@ class Along:
     """
 
     def __init__(
-        self,
-        search: "Find",
-        loaded: "LoadedCase",
-        cache: StageCache,
-        count: Callable[[str], None] = lambda words: None,
+        self, search: "Find", loaded: "LoadedCase", cache: StageCache, count: Callable[[str], None]
     ):
-        self.search, self._count = search, count
-        self.written = number_at(loaded.resolved, search.key, math.nan)
-        ratios = [float(get_key(loaded.resolved, key)) / self.written for key in search.also]
-        follow = [
-            TiedKey.model_construct(key=key, factor=ratio)
-            for key, ratio in zip(search.also, ratios, strict=True)
-        ]
-        moving = Variable.model_construct(
-            key=search.key, lower=search.lower, upper=search.upper, follow=tuple(follow)
-        )
-        self.at = Varied(loaded, [moving], cache)
+        self.search, self._count, resolved = search, count, loaded.resolved
+        self.written = number_at(resolved, search.key, math.nan)
+        ratios = {key: float(get_key(resolved, key)) / self.written for key in search.also}
+        ties = [TiedKey.model_construct(key=key, factor=ratio) for key, ratio in ratios.items()]
+        along = {"key": search.key, "lower": search.lower, "upper": search.upper, "follow": ties}
+        self.at = Varied(loaded, [Variable.model_construct(**along)], cache)
         self.lower, self.upper = float(self.at.lower[0]), float(self.at.upper[0])
         self._near, period = float(self.at.first[0]), float(self.at.period[0])
         whole = abs(self.upper - self.lower - period) <= 1e-9 * period and not search.also
@@ -231,8 +222,17 @@ def _sign(search: "Find") -> float:
 
 #: of the way to the farther bound, for slopes at the key found
 _STEP = 1e-4
-_BRENT = "Brent's {} on brackets between samples along a key"
-_CITATION = "Brent, Algorithms for Minimization without Derivatives, 1973, ch. "
+_METHODS = [
+    Method(
+        name=f"Brent's {what} on brackets between samples along a key",
+        purpose=purpose,
+        citation=f"Brent, Algorithms for Minimization without Derivatives, 1973, ch. {chapter}",
+    )
+    for what, purpose, chapter in (
+        ("root finding", "values that bring a wanted result", 4),
+        ("minimisation", "extremes along a key", 5),
+    )
+]
 
 
 def add_solutions(
@@ -269,13 +269,7 @@ def add_solutions(
         _add_machine(record, along, frozenset(machine_paths(loaded.case, along.search)))
         record.warnings += [f"find {name!r}: {note}" for note in along.notes]
     seeks = {along.search.seek is not None for along in chosen}
-    for extreme, what, purpose, chapter in (
-        (False, "root finding", "values that bring a wanted result", "4"),
-        (True, "minimisation", "extremes along a key", "5"),
-    ):
-        if extreme in seeks:
-            method = Method(name=_BRENT.format(what), purpose=purpose, citation=_CITATION + chapter)
-            record.methods.append(method)
+    record.methods += [_METHODS[seek] for seek in sorted(seeks)]
     timings[FIND] = time.perf_counter() - started
 
 
@@ -304,21 +298,16 @@ def _numbers(along: Along) -> dict[str, tuple[Any, float]]:
     (sample, error), *others = along.solutions
     written = along.written or math.nan
     settings = along.at.settings(np.array([sample.key]))
-    samples = [other.sample for other in others]
+    keys = np.array([other.sample.key for other in others], dtype=float)
+    values = np.array([other.sample.value for other in others], dtype=float)
     return {
         "value": (sample.key, error),
         "ratio": (sample.key / written, error / abs(written)),
         "reached": (sample.value, sample.error),
         "wanted": along.level[:2] if along.level else (math.nan, math.nan),
         "written": (along.written, 0.0),
-        "others": (
-            np.array([other.key for other in samples], dtype=float),
-            max((other.error for other in others), default=0.0),
-        ),
-        "others_reached": (
-            np.array([other.value for other in samples], dtype=float),
-            max((other.error for other in samples), default=0.0),
-        ),
+        "others": (keys, max((other.error for other in others), default=0.0)),
+        "others_reached": (values, max((other.sample.error for other in others), default=0.0)),
         **{
             f"also/{key}": (settings[key], error * abs(settings[key] / sample.key))
             for key in along.search.also
