@@ -26,7 +26,6 @@ def test_points_at_once_are_single_runs_to_the_last_bit(name: str) -> None:
     binding, wanted = binding_of(name), frozenset({binding_of(name).goal.quantity})
     points, foreseen = points_of(binding, 6), Foreseen()
     foreseen.add(binding, points, wanted)
-    assert len(foreseen) == 6
     for again in (points, points[::-1]):  # the second time one by one, with what was kept
         for point in again:
             found, single = foreseen.find(binding, point, wanted), binding.results(point, wanted)

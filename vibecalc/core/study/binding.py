@@ -307,9 +307,6 @@ class Foreseen:
         #: what is picked, and wanted -> the case whose numbers become arrays; None: they cannot
         self._plans: dict[tuple[tuple[int, ...], frozenset[str]], tuple[Case, Plan] | None] = {}
 
-    def __len__(self) -> int:
-        return len(self._known)
-
     def find(
         self, binding: Binding, variables: np.ndarray, wanted: frozenset[str]
     ) -> Record | None:

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from vibecalc import __version__
 from vibecalc.core.case.load import CaseSource, LoadedCase, load_case, raise_with_location
 from vibecalc.core.case.raw import Setting, read_number, table_at
-from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.results.steps import step
 from vibecalc.core.results.verdicts import judged
@@ -104,7 +103,7 @@ def physics_problems(loaded: LoadedCase) -> list[Problem]:
 
     case, problems = loaded.case, list[Problem]()
     extra: dict[str, Entry] = {}
-    if case.optimisation is not None or case.find or case.fit is not None:
+    if _has_study(case):
         from vibecalc.core.study.measured_points import fit_problems
         from vibecalc.core.study.planned import study_entries
         from vibecalc.core.study.variables import study_problems
@@ -116,6 +115,11 @@ def physics_problems(loaded: LoadedCase) -> list[Problem]:
 
         problems += sweep_problems(loaded)
     return check_machine(case) + check_targets(case, extra) + problems
+
+
+def _has_study(case: "Case") -> bool:
+    """Whether a case runs its stages many times."""
+    return case.optimisation is not None or bool(case.find) or case.fit is not None
 
 
 # ----------------------------------------------------------------------------
@@ -167,13 +171,11 @@ def plan_texts(case: "Case") -> list[dict[str, str]]:
     from vibecalc.core.run.plan import plan_case
 
     rows = [stage.as_texts() for stage in plan_case(case)]
-    studies = {
-        "describe_study": case.optimisation is not None,
-        "describe_find": bool(case.find),
-        "describe_fit": case.fit is not None,
-    }
-    asked = [name for name, there in studies.items() if there]
-    return rows + [named(f"vibecalc.core.study.planned:{name}")(case) for name in asked]
+    if _has_study(case):
+        from vibecalc.core.study.planned import study_rows
+
+        rows += study_rows(case)
+    return rows
 
 
 def as_result(loaded: LoadedCase, record: Record, timings: dict[str, float]) -> Result:

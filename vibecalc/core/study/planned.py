@@ -378,3 +378,10 @@ def describe_study(case: "Case") -> dict[str, str]:
 def study_entries(case: "Case") -> dict[str, Entry]:
     """Catalogue entries of all studies of a case."""
     return optimisation_entries(case) | find_entries(case) | fit_entries(case)
+
+
+def study_rows(case: "Case") -> list[dict[str, str]]:
+    """Rows of the plan of all studies of a case."""
+    rows = [] if case.optimisation is None else [describe_study(case)]
+    rows += [describe_find(case)] if case.find else []
+    return rows if case.fit is None else [*rows, describe_fit(case)]
