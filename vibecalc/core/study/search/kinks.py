@@ -91,17 +91,14 @@ def settle(values: Values, start: np.ndarray) -> Refined | None:
             unit, bias = values.box.fold(unit), values.bias(values.box.fold(unit))
             held = np.where(pulling, margins, 0.0)
             gradients = np.array([first for _, _, first in planes])
+            # a gradient taken across a kink lifts a plane a little: count the promise fourfold
+            # and the pieces bend away from their planes by the square of the radius
+            excess = 4 * promised + BEND * radius**2 + 1e-12 + 2 * noise
             away = radius + step + np.sqrt(2 * noise) + _reach(values, unit, bias, gradients)
             return Refined(
                 unit=unit,
                 error=np.where(sides == 0, away, 0.0),
-                # a gradient taken across a kink lifts a plane a little: count the promise fourfold
-                # and the pieces bend away from their planes by the square of the radius
-                excess=4 * promised
-                + BEND * radius**2
-                + 1e-12
-                + 2 * noise
-                + float(bias[0] + held @ bias[1:]),
+                excess=excess + float(bias[0] + held @ bias[1:]),
                 objective=float(vector[0]),
                 margins=held,
                 bounds=np.where(sides != 0, bounds, 0.0),

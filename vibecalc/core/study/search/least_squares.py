@@ -92,11 +92,9 @@ class LeastSquares:
         lowest = self.searches <= np.min(self.searches) * (1.0 + _SAME)
         best, self.failures = ends[int(np.argmax(lowest))], sampler.failures
         if best is None:
-            reasons = "; ".join(["", *dict.fromkeys([*self.failures.values()][:3])])
-            raise NumericalFailure(
-                f"none of {len(places)} searches for the least squares ended in a minimum"
-                + reasons.replace("; ", ": ", 1)
-            )
+            words = f"none of {len(places)} searches for the least squares ended in a minimum"
+            reasons = "; ".join(dict.fromkeys([*self.failures.values()][:3]))
+            raise NumericalFailure(f"{words}: {reasons}" if reasons else words)
         noise = residuals(box.values(best))[1]
         place, moved, slopes = _mended(sampler, best, noise)
         self.felt = np.linalg.norm(slopes.first, axis=0) > np.linalg.norm(slopes.error, axis=0)
