@@ -22,6 +22,8 @@ from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 
 Curve = Callable[[np.ndarray], np.ndarray]
 Rates = Callable[[float, np.ndarray], np.ndarray]
+#: M, K, C and H (n, n) first: stiffness of w is K - w^2 M + i (H + w C)
+System = tuple[np.ndarray, ...]
 TURN = 2.0 * np.pi
 DIGITS = 40
 #: a way that no case can choose
@@ -113,9 +115,9 @@ def harmonics(
 
 def modes(
     ask: Ask, solvers: Sequence[Solver], mass: np.ndarray, stiffness: np.ndarray,
-    size: np.ndarray | float = 1.0, exact: Callable[[], Any] | None = None,
+    size: np.ndarray | float = 1.0, exact: Callable[[], System] | None = None,
 ) -> Topic:  # fmt: skip
-    """Natural frequencies, rad/s, ascending, over `size`; `exact` has the stiffness in mpmath."""
+    """Natural frequencies, rad/s, ascending, over `size`; `exact` has M and K in mpmath."""
     n = len(mass)
 
     def shown(squares: np.ndarray, work: float) -> Answer:
@@ -133,7 +135,7 @@ def modes(
         import mpmath
 
         with mpmath.workdps(DIGITS):
-            springs = mpmath.matrix((exact() if exact else stiffness).tolist())
+            springs = mpmath.matrix((exact()[1] if exact else stiffness).tolist())
             inverse = mpmath.inverse(mpmath.cholesky(mpmath.matrix(mass.tolist())))
             reduced = inverse * springs * inverse.T
             found = mpmath.eigsy((reduced + reduced.T) / 2, eigvals_only=True)
@@ -152,24 +154,15 @@ def modes(
 # ----------------------------------------------------------------------------
 
 
-class Matrices(NamedTuple):
-    """M, K, C and H (n, n): stiffness of w is K - w^2 M + i (H + w C)."""
-
-    mass: np.ndarray
-    stiffness: np.ndarray
-    damping: np.ndarray
-    structural: np.ndarray
-
-
 def forced(
-    ask: Ask, solvers: Sequence[Solver], parts: Matrices, frequency: np.ndarray, load: np.ndarray,
+    ask: Ask, solvers: Sequence[Solver], system: System, frequency: np.ndarray, load: np.ndarray,
     read: Callable[[np.ndarray], np.ndarray] = np.asarray,
-    exact: Callable[[], Matrices] | None = None,
+    exact: Callable[[], System] | None = None,
 ) -> Topic:  # fmt: skip
     """Amplitudes (m, n) under loads (m, n) at frequencies (m,), rad/s, as `read` shows them."""
 
     def solved(_: float) -> Answer:
-        (m, k, c, h), w = parts, frequency[:, None, None]
+        (m, k, c, h), w = system[:4], frequency[:, None, None]
         found = np.linalg.solve(k - w * w * m + 1j * (h + w * c), load[..., None])[..., 0]
         return Answer(read(found), float(len(load)))
 
@@ -178,7 +171,8 @@ def forced(
 
         found = np.zeros(load.shape, dtype=complex)
         with mpmath.workdps(DIGITS):
-            m, k, c, h = (mpmath.matrix(one.tolist()) for one in (exact() if exact else parts))
+            parts = (exact() if exact else system)[:4]
+            m, k, c, h = (mpmath.matrix(one.tolist()) for one in parts)
             for row in np.flatnonzero(np.any(load != 0.0, axis=1)).tolist():
                 w = mpmath.mpf(float(frequency[row]))
                 right = mpmath.matrix([mpmath.mpc(complex(one)) for one in load[row]])
