@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.study.search.problem import Values
+from vibecalc.core.study.search.problem import Sampler
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.least_norm import nonnegative_least_squares
 from vibecalc.numerics.rounding import EPSILON
@@ -33,7 +33,7 @@ class Slope(NamedTuple):
 
 
 def slopes_along(
-    values: Values, unit: np.ndarray, directions: np.ndarray, noise: np.ndarray
+    values: Sampler, unit: np.ndarray, directions: np.ndarray, noise: np.ndarray
 ) -> Slope:
     """Differentiate along unit directions through five equispaced points inside the unit cube.
 
@@ -60,12 +60,12 @@ def slopes_along(
     return Slope(*(np.stack(one, axis=1) for one in zip(*found, strict=True)))
 
 
-def gradient(values: Values, unit: np.ndarray, noise: np.ndarray) -> Slope:
+def gradient(values: Sampler, unit: np.ndarray, noise: np.ndarray) -> Slope:
     """Derivatives by all coordinates."""
     return slopes_along(values, unit, np.eye(unit.size), noise)
 
 
-def _slope(values: Values, unit: np.ndarray, direction: np.ndarray, noise: np.ndarray) -> Slope:
+def _slope(values: Sampler, unit: np.ndarray, direction: np.ndarray, noise: np.ndarray) -> Slope:
     best: Slope | None = None
     for spacing in SPACINGS:
         nodes, points = _points(values, unit, direction, spacing)
@@ -89,7 +89,7 @@ def _slope(values: Values, unit: np.ndarray, direction: np.ndarray, noise: np.nd
     return best
 
 
-def measured_noise(values: Values, unit: np.ndarray) -> np.ndarray:
+def measured_noise(values: Sampler, unit: np.ndarray) -> np.ndarray:
     """Absolute noise of the values, (v,), from high differences of nine close points.
 
     Round-off of the values is the floor. J. J. More and S. M. Wild, Estimating computational
@@ -111,7 +111,7 @@ def measured_noise(values: Values, unit: np.ndarray) -> np.ndarray:
 
 
 def _points(
-    values: Values, unit: np.ndarray, direction: np.ndarray, spacing: float
+    values: Sampler, unit: np.ndarray, direction: np.ndarray, spacing: float
 ) -> tuple[np.ndarray, list[np.ndarray]]:
     """Five points about one along a direction, within the cube, and their places in spacings."""
     moves = (direction != 0) & ~values.box.around
@@ -180,7 +180,7 @@ class Held(NamedTuple):
     steepest: float
 
 
-def identify(values: Values, unit: np.ndarray, first: np.ndarray, closeness: float) -> Held:
+def identify(values: Sampler, unit: np.ndarray, first: np.ndarray, closeness: float) -> Held:
     """The smallest set of near-active conditions whose gradients (v, k) balance at a point.
 
     `closeness` is the distance on the unit cube within which a condition counts as a candidate.

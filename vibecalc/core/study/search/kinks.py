@@ -4,7 +4,7 @@ import numpy as np
 
 from vibecalc.core.study.search.derivatives import measured_noise
 from vibecalc.core.study.search.newton import Refined, walls
-from vibecalc.core.study.search.problem import KNOWN, Values, spread
+from vibecalc.core.study.search.problem import KNOWN, Sampler, spread
 
 FIRST_RADIUS = 3e-3
 LARGEST_RADIUS = 5e-2
@@ -26,13 +26,13 @@ SETTLED = 2e-2
 _Plane = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-def settle(values: Values, start: np.ndarray) -> Refined | None:
+def settle(values: Sampler, start: np.ndarray) -> Refined | None:
     """Descend on a function whose pieces meet in kinks, such as the largest of hidden curves.
 
     Parameters
     ----------
-    values : View
-        The objective and margins.
+    values : Sampler
+        Of the largest part: the objective and margins.
     start : (k,) array
         Point of the unit cube close to a local optimum.
 
@@ -111,11 +111,11 @@ def settle(values: Values, start: np.ndarray) -> Refined | None:
     return None
 
 
-def _merit(values: Values, unit: np.ndarray) -> float:
+def _merit(values: Sampler, unit: np.ndarray) -> float:
     return values.top(unit) + PRICE * values.violation(unit)
 
 
-def _plane(values: Values, unit: np.ndarray, size: float, offset: np.ndarray) -> _Plane | None:
+def _plane(values: Sampler, unit: np.ndarray, size: float, offset: np.ndarray) -> _Plane | None:
     """The tangent plane at a point alongside `unit`, or None if it cannot be evaluated there."""
     point = values.box.inside(unit + size * offset)
     nearby = point + np.diag(np.where(point < 0.5, 1.0, -1.0) * min(1e-7, 2e-3 * size))
@@ -168,7 +168,9 @@ def _lowest(
 FIRST_AWAY, AWAY = 1e-5, 1.6
 
 
-def _reach(values: Values, unit: np.ndarray, bias: np.ndarray, gradients: np.ndarray) -> np.ndarray:
+def _reach(
+    values: Sampler, unit: np.ndarray, bias: np.ndarray, gradients: np.ndarray
+) -> np.ndarray:
     """How far each coordinate (k,) of an optimum may be off by errors (1 + m,) of the values.
 
     The extents of all points that lie no higher than the optimum by twice the error of the

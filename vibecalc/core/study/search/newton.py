@@ -13,7 +13,7 @@ from vibecalc.core.study.search.derivatives import (
     measured_noise,
     slopes_along,
 )
-from vibecalc.core.study.search.problem import Box, Values
+from vibecalc.core.study.search.problem import Box, Sampler
 from vibecalc.errors import NumericalFailure
 
 #: a curvature below this share of the steepest rise, or of its own noise, is none
@@ -54,12 +54,12 @@ def walls(box: Box, unit: np.ndarray) -> np.ndarray:
     return np.where(box.around, 0, sides)
 
 
-def polish(values: Values, start: np.ndarray) -> Refined | None:
+def polish(values: Sampler, start: np.ndarray) -> Refined | None:
     """Refine the end of a local search; None where no smooth optimum is found nearby.
 
     Parameters
     ----------
-    values : Sampler or View
+    values : Sampler
     start : (k,) array
         Point of the unit cube close to a local optimum.
 
@@ -83,7 +83,7 @@ def polish(values: Values, start: np.ndarray) -> Refined | None:
 class _Newton:
     """Newton's method from a start near an optimum."""
 
-    def __init__(self, values: Values, start: np.ndarray):
+    def __init__(self, values: Sampler, start: np.ndarray):
         self.values, self.start, self.noise = values, start, measured_noise(values, start)
         self.bias, self.leaning = values.bias(start), values.leaning(start)
 

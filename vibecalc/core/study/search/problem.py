@@ -1,5 +1,6 @@
 """What all searches share: variables, counted evaluations, starting points, what they return."""
 
+import copy
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -157,38 +158,82 @@ class Problem:
         return Box(self.lower, self.upper, self.period)
 
 
-class Values:
-    """A function on the unit cube: vectors of `parts` of an objective, then margins.
+#: what becomes of a vector, or of its errors
+Change = Callable[[np.ndarray], np.ndarray]
 
-    A call gives the vector (v,) at a point (k,), or None where there is none. `bias` gives the
-    errors (v,) there that no comparison of values shows; `ahead` says which points are about to be
-    asked for.
+
+class Sampler:
+    """The function of a problem, on the unit cube, or a view of it.
+
+    A call gives the vector (v,) at a point (k,), `parts` of the objective over `scale`, then
+    margins, or None where the function raises NumericalFailure or gives NaN or an infinity; `count`
+    are evaluations, since a point met again is looked up. `entries` are the margins of each limit,
+    `flat` says that the objective does not change, `notes` what a search left out.
     """
 
-    box: Box
-    #: of the objectives met
-    smallest = -np.inf
-    parts = 1
+    def __init__(self, problem: Problem):
+        self.box, self.scale, self.flat = problem.box, 1.0, False
+        self.notes: list[str] = []
+        self.failures: dict[bytes, str] = {}
+        self.parts, self.entries = 1, list[int]()
+        self._problem, self._whole, self._extremes = problem, 1, [np.inf, 0.0]
+        self._known: dict[bytes, np.ndarray | None] = {}
+        self._off: dict[bytes, np.ndarray] = {}
+        self._changes: tuple[Change, Change] | None = None
+
+    def view(self, change: Change, off: Change, parts: int = 1) -> "Sampler":
+        """The same points with changed vectors, of which `parts` are the objective, and errors."""
+        other = copy.copy(self)
+        other._changes, other.parts = (change, off), parts
+        return other
+
+    def largest_part(self, power: int = 1) -> "Sampler":
+        """The objective itself, which has kinks where parts meet, or its square, and the margins.
+
+        All parts have one error; that of a zero counts where its square is taken.
+        """
+        parts = self.parts
+        return self.view(
+            lambda v: np.append(np.max(v[:parts]) ** power, v[parts:]),
+            lambda off: np.append(off[0] * (power == 1), off[parts:]),
+        )
+
+    @property
+    def count(self) -> int:
+        """Evaluations so far."""
+        return len(self._known)
+
+    @property
+    def smallest(self) -> float:
+        """Of the objectives met; of a view it is not known."""
+        return self._extremes[0] if self._changes is None else -np.inf
+
+    @property
+    def largest(self) -> float:
+        """Magnitude of the objectives met."""
+        return self._extremes[1]
 
     def __call__(self, unit: np.ndarray) -> np.ndarray | None:
-        raise NotImplementedError
+        unit = self.box.fold(unit)
+        key = unit.tobytes()
+        if key not in self._known:
+            self._known[key] = self._fresh(key, unit)
+        raw = self._known[key]
+        if raw is None:
+            return None
+        scaled = raw.copy()
+        scaled[: self._whole] /= self.scale
+        return scaled if self._changes is None else self._changes[0](scaled)
 
     def bias(self, unit: np.ndarray) -> np.ndarray:
-        """Errors (v,) at a point; NumericalFailure where there are none."""
-        raise NotImplementedError
-
-    def ahead(self, units: Sequence[np.ndarray]) -> None:
-        """Say which points (k,) are about to be asked for; nothing is counted yet."""
-
-    def top(self, unit: np.ndarray) -> float:
-        """The objective in scaled units, infinite where there is none."""
-        vector = self(unit)
-        return np.inf if vector is None else float(np.max(vector[: self.parts]))
-
-    def violation(self, unit: np.ndarray) -> float:
-        """The most negative margin as a positive number, or 0; infinite where there is none."""
-        vector = self(unit)
-        return np.inf if vector is None else float(np.max(-vector[self.parts :], initial=0.0))
+        """Errors (v,) at a point that no comparison of values shows; NumericalFailure without."""
+        if self(unit) is None:
+            raise NumericalFailure(self.failure(unit))
+        off = self._off[self.box.fold(unit).tobytes()]
+        off = np.repeat(off, [self._whole, *self.entries])
+        off[: self._whole] /= self.scale
+        off = np.where(np.isfinite(off), off, 0.0)
+        return off if self._changes is None else self._changes[1](off)
 
     def leaning(self, unit: np.ndarray) -> np.ndarray:
         """Slopes (v, k) that errors of the values may have: they change by themselves over a
@@ -201,38 +246,15 @@ class Values:
                 slopes = np.maximum(slopes, change[:, None] * np.abs(step))
         return slopes
 
+    def top(self, unit: np.ndarray) -> float:
+        """The objective in scaled units, infinite where there is none."""
+        vector = self(unit)
+        return np.inf if vector is None else float(np.max(vector[: self.parts]))
 
-class Sampler(Values):
-    """The function of a problem, on the unit cube.
-
-    A call gives the vector (parts of the objective / `scale`, margins), or None where the function
-    raises NumericalFailure or gives NaN or an infinity. `count` counts true evaluations only: a
-    point met again is looked up. `entries` are the margins of each limit, `flat` says that the
-    objective does not change, `notes` what a search left out.
-    """
-
-    def __init__(self, problem: Problem):
-        self.box, self.scale, self.count, self.flat = problem.box, 1.0, 0, False
-        self.notes: list[str] = []
-        self.failures: dict[bytes, str] = {}
-        self.smallest, self.largest = np.inf, 0.0
-        self.entries: list[int] = []
-        self._problem = problem
-        self._known: dict[bytes, np.ndarray | None] = {}
-        self._off: dict[bytes, np.ndarray] = {}
-
-    def __call__(self, unit: np.ndarray) -> np.ndarray | None:
-        unit = self.box.fold(unit)
-        key = unit.tobytes()
-        if key not in self._known:
-            self.count += 1
-            self._known[key] = self._fresh(key, unit)
-        raw = self._known[key]
-        if raw is None:
-            return None
-        scaled = raw.copy()
-        scaled[: self.parts] /= self.scale
-        return scaled
+    def violation(self, unit: np.ndarray) -> float:
+        """The most negative margin as a positive number, or 0; infinite where there is none."""
+        vector = self(unit)
+        return np.inf if vector is None else float(np.max(-vector[self.parts :], initial=0.0))
 
     def infeasible(self, unit: np.ndarray, words: str) -> "Infeasible":
         """That no limits are kept: words with the place {at} and the {worst} margins there."""
@@ -247,15 +269,8 @@ class Sampler(Values):
         """Why a point has no values."""
         return self.failures[self.box.fold(unit).tobytes()]
 
-    def bias(self, unit: np.ndarray) -> np.ndarray:
-        if self(unit) is None:
-            raise NumericalFailure(self.failure(unit))
-        off = self._off[self.box.fold(unit).tobytes()]
-        off = np.repeat(off, [self.parts, *self.entries])
-        off[: self.parts] /= self.scale
-        return np.where(np.isfinite(off), off, 0.0)
-
     def ahead(self, units: Sequence[np.ndarray]) -> None:
+        """Say which points (k,) are about to be asked for; nothing is counted yet."""
         if self._problem.ahead is None:
             return
         fresh = {unit.tobytes(): unit for unit in map(self.box.fold, units)}
@@ -289,49 +304,14 @@ class Sampler(Values):
             what = "margin of a limit" if np.isfinite(vector[:parts]).all() else "objective"
             self.failures[key] = f"the {what} is not a finite number"
             return None
-        if self.smallest == np.inf:
-            self.parts, self.entries = parts, entries
-        if (self.parts, self.entries) != (parts, entries):
+        if not self._off:
+            self.parts, self._whole, self.entries = parts, parts, entries
+        if (self._whole, self.entries) != (parts, entries):
             raise ValueError("the number of margins changes between points")
         self._off[key] = np.array(errors[0] if errors else np.zeros(len(groups)), dtype=float)
-        self.smallest = min(self.smallest, top)
-        self.largest = max(self.largest, abs(top))
+        smallest, largest = self._extremes
+        self._extremes[:] = min(smallest, top), max(largest, abs(top))
         return vector
-
-
-#: what becomes of the vector of a sampler, or of its errors
-Change = Callable[[np.ndarray], np.ndarray]
-
-
-class View(Values):
-    """Changed vectors of a sampler, of which `parts` are the objective, and changed errors."""
-
-    def __init__(self, sampler: Sampler, change: Change, off: Change, parts: int = 1):
-        self._sampler, self._change, self._off, self.parts = sampler, change, off, parts
-        self.box = sampler.box
-
-    def __call__(self, unit: np.ndarray) -> np.ndarray | None:
-        vector = self._sampler(unit)
-        return None if vector is None else self._change(vector)
-
-    def bias(self, unit: np.ndarray) -> np.ndarray:
-        return self._off(self._sampler.bias(unit))
-
-    def ahead(self, units: Sequence[np.ndarray]) -> None:
-        self._sampler.ahead(units)
-
-
-def largest_part(sampler: Sampler, power: int = 1) -> View:
-    """The objective itself, which has kinks where parts meet, or its square, and the margins.
-
-    All parts have one error; that of a zero counts where its square is taken.
-    """
-    parts = sampler.parts
-    return View(
-        sampler,
-        lambda v: np.append(np.max(v[:parts]) ** power, v[parts:]),
-        lambda off: np.append(off[0] * (power == 1), off[parts:]),
-    )
 
 
 # ----------------------------------------------------------------------------

@@ -5,7 +5,7 @@ import numpy as np
 from vibecalc.core.study.search.kinks import settle
 from vibecalc.core.study.search.local_search import local_search
 from vibecalc.core.study.search.newton import BALANCED, Refined, polish
-from vibecalc.core.study.search.problem import Sampler, largest_part, spread
+from vibecalc.core.study.search.problem import Sampler, spread
 from vibecalc.numerics.rounding import EPSILON
 
 #: an objective below this share of its change over the bounds may be on its way to zero
@@ -47,7 +47,7 @@ def by_newton(sampler: Sampler, unit: np.ndarray) -> Refined | None:
 
 
 def _planes(sampler: Sampler, unit: np.ndarray) -> Refined | None:
-    return _kept(sampler, settle(largest_part(sampler), unit))
+    return _kept(sampler, settle(sampler.largest_part(), unit))
 
 
 def _kept(sampler: Sampler, refined: Refined | None) -> Refined | None:
@@ -76,7 +76,7 @@ def _zero(sampler: Sampler, unit: np.ndarray) -> Refined | None:
     """A zero of an objective that is never negative and leaves it as a cone; None without one."""
     if sampler.smallest < 0 or sampler.top(unit) > NEAR_ZERO:
         return None
-    largest, squared = sampler.largest / sampler.scale, largest_part(sampler, power=2)
+    largest, squared = sampler.largest / sampler.scale, sampler.largest_part(power=2)
     minimum = polish(squared, unit)
     if minimum is None:
         minimum = polish(squared, local_search(squared, unit, to_the_end=True))

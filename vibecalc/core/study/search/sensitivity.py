@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.core.study.search.derivatives import measured_noise, slopes_along
 from vibecalc.core.study.search.local_search import set_scale
-from vibecalc.core.study.search.problem import Problem, Sampler, largest_part
+from vibecalc.core.study.search.problem import Problem, Sampler
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 
@@ -45,10 +45,10 @@ def slopes_at(problem: Problem, at: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     sampler = Sampler(problem)
     box = sampler.box
     unit = box.unit(np.asarray(at, dtype=float))
-    whole = largest_part(sampler)
     set_scale(sampler, unit[None, :])
     if sampler(unit) is None:
         raise NumericalFailure(sampler.failure(unit))
+    whole = sampler.largest_part()
     noise, leaning = measured_noise(whole, unit), whole.leaning(unit)
     first, error = np.full((2, unit.size), np.nan)
     for axis, direction in enumerate(np.eye(unit.size)):
