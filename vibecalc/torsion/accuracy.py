@@ -115,7 +115,8 @@ def torsion_topics(scene: Scene) -> list[Topic]:
                   "shapes too, each mode to its own last digits")  # fmt: skip
         solver = Solver("factor and mode counts",
                         lambda _: Answer(natural_modes(line).frequency, work))  # fmt: skip
-        found.append(modes(ask, [solver], *_matrices(line)[:2], exact=partial(_exact, line)))
+        mass, stiffness, *_ = _matrices(line)
+        found.append(modes(ask, [solver], mass, stiffness, exact=partial(_exact, line)))
     w = speed * drive.order
     load = _on_freedoms(setup, drive.torque(np.array([speed])).value[0])
     if not _by_modes(setup):

@@ -57,8 +57,10 @@ class Along:
         self.written = number_at(resolved, search.key, math.nan)
         ratios = {key: float(get_key(resolved, key)) / self.written for key in search.also}
         ties = [TiedKey.model_construct(key=key, factor=ratio) for key, ratio in ratios.items()]
-        along = {"key": search.key, "lower": search.lower, "upper": search.upper, "follow": ties}
-        self.at = Varied(loaded, [Variable.model_construct(**along)], cache)
+        moving = Variable.model_construct(
+            key=search.key, lower=search.lower, upper=search.upper, follow=tuple(ties)
+        )
+        self.at = Varied(loaded, [moving], cache)
         self.lower, self.upper = float(self.at.lower[0]), float(self.at.upper[0])
         self._near, period = float(self.at.first[0]), float(self.at.period[0])
         whole = abs(self.upper - self.lower - period) <= 1e-9 * period and not search.also
