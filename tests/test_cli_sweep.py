@@ -225,6 +225,7 @@ GENSET = CASES["genset_points"]
 ORDER = "machine.crank_train.firing_order"
 
 
+@pytest.mark.long
 def test_lists_tables_and_quoted_texts_are_values(tmp_path: Path) -> None:
     """Each is what `--set` gives: throws follow the order of firing, labels are short and whole."""
     rms = "points/velocity_rms"

@@ -123,6 +123,7 @@ def test_indices_of_known_functions(function, axes, exact, sampling):
     assert found.samples == 4096
 
 
+@pytest.mark.long
 def test_standard_errors_of_indices_are_the_scatter_between_samplings():
     found = [sobol_indices(runs_of(ishigami, "monte_carlo", 128, 3, seed), 3) for seed in range(30)]
     for part, truth in enumerate(exact_ishigami()):
