@@ -225,8 +225,6 @@ class _Writer:
         space = h5s.create_simple(stored.shape) if stored.ndim else self.scalar
         h5a.create(place, _encoded(name), in_file, space).write(stored, mtype=in_memory)
 
-    text = number = attribute
-
 
 #: 32 kB of complex numbers or texts; an object header takes 64 kB
 _COMPACT_ENTRIES = 2000
