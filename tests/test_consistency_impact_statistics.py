@@ -49,13 +49,6 @@ from vibecalc.impact.statistics import (
 COMPRESSOR = Linkage(compressor_drive(), gas_towards("crank"), MASS, source_joint())
 
 
-@pytest.fixture(scope="module")
-def ensemble():
-    """64 members of the compressor over one revolution, after four that are forgotten."""
-    study = Study(np.array([CLEARANCE]), members=64, discard=4, revolutions=1, orders=6)
-    return run_ensemble(COMPRESSOR, study, perturbation=2.54e-11)
-
-
 def test_statistics_against_a_direct_count():
     values = np.random.default_rng(5).lognormal(size=(2, 7, 11, 3))
     mean = mean_over_runs(values)
@@ -89,28 +82,6 @@ def test_standard_errors_are_the_scatter_of_disjoint_ensembles():
     # as if revolutions were independent
     naive = np.std(values) / np.sqrt(members * revolutions)
     assert naive < 0.5 * np.std(mean.value)
-
-
-@pytest.mark.long
-def test_ensemble_holds_the_single_revolutions(ensemble):
-    start = spread_starts(COMPRESSOR, np.array([CLEARANCE]), 64)
-    clearance = np.full(3, CLEARANCE)
-    first = Starts(start.gap[0, :3], start.velocity[0, :3])
-    forgotten = follow_events(COMPRESSOR, clearance, first, 4, 1)
-    state = Starts(forgotten.end_gap[:, -1], forgotten.end_velocity[:, -1])
-    run = follow_events(COMPRESSOR, clearance, state, 1, 6)
-    pin, own = ensemble.forces.wrist_pin, run.wrist_pin
-    for found, expected in (
-        (pin.force, own.mean_absolute_force),
-        (pin.peak, own.peak_force),
-        (pin.contacts, own.impact_count),
-        (pin.contact_time, own.contact_time),
-        (pin.harmonics, own.force_harmonics),
-        (ensemble.dissipated, own.contact_dissipation + own.film_dissipation),
-    ):
-        np.testing.assert_allclose(found[0, :3], expected, rtol=1e-10)
-    assert ensemble.distances.shape == (1, 16, 6)
-    np.testing.assert_allclose(ensemble.distances[..., 0], 2.54e-11 / CLEARANCE, rtol=1e-6)
 
 
 @pytest.mark.long
