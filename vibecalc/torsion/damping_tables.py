@@ -63,9 +63,6 @@ class LoadCurve(Table):
 # Damping of a propeller from its torque, and of the cylinders of an engine.
 # ----------------------------------------------------------------------------
 
-#: a of Archer's a T / n, n in rpm, where the case says none
-ARCHER = 30.0
-
 
 class PropellerDamping(Table):
     """Absolute damping from the mean torque T that the load takes at each speed."""

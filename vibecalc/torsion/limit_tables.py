@@ -11,7 +11,6 @@ from vibecalc.core.case.rules import (
     Rule,
     ascending,
     at_most_one,
-    below,
     needs,
     no,
     one_of,
@@ -19,6 +18,7 @@ from vibecalc.core.case.rules import (
     same_length,
 )
 from vibecalc.errors import Problem
+from vibecalc.torsion.shaft_line_tables import CrankDimensions
 
 # ----------------------------------------------------------------------------
 # Limits against the speed, as tables.
@@ -89,27 +89,12 @@ class TorqueCurve(Table):
 # What the rule for crankshafts counts with.
 # ----------------------------------------------------------------------------
 
-_NARROWER = "a bore has to be narrower than what it is in"
 
-
-class Crank(Table):
+class Crank(CrankDimensions):
     """A throw as the rule for crankshafts counts it, solid forged or cast."""
 
-    pin_diameter: Length = Field(gt=0, description="outer, of the crank pin")
-    pin_bore: Length = Field(0.0, ge=0, description="of a hollow pin")
-    journal_diameter: Length = Field(gt=0, description="outer, of the main journal")
-    journal_bore: Length = Field(0.0, ge=0, description="of a hollow journal")
-    web_thickness: Length = Field(gt=0, description="of one web, along the shaft")
-    web_width: Length = Field(gt=0, description="of a web, across the throw")
     pin_fillet: Length = Field(gt=0, description="radius between pin and web")
     journal_fillet: Length = Field(gt=0, description="radius between journal and web")
-    pin_recess: Length = Field(0.0, ge=0, description="of the pin's fillet into the web")
-    journal_recess: Length = Field(0.0, ge=0, description="of the journal's fillet into the web")
-    oil_bore: Length | None = Field(None, gt=0, description="diameter, radial, in the pin")
-    RULES = (
-        below("journal_bore", "journal_diameter", _NARROWER),
-        below("pin_bore", "pin_diameter", _NARROWER),
-    )
 
 
 class CrankBending(Table):

@@ -135,7 +135,7 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
 
 def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
     """Paths of these beginnings that the case has something for."""
-    from vibecalc.torsion.shaft_line_tables import has_laws, has_stress, what_follows
+    from vibecalc.torsion.shaft_line_tables import has_laws, what_follows
 
     line, torsion = shaft_line_of(case), torsion_of(case)
     train = case.machine.crank_train if has_crank_train(case.machine) else None
@@ -165,7 +165,7 @@ def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
         ),
         "bank_factor": train is not None and len({c.bank_angle for c in train.cylinders}) > 1,
         "modal_heat": has_modal_damping(case),
-        "stress": any(has_stress(shaft) for shaft in line.shafts),
+        "stress": any(shaft.has_stress for shaft in line.shafts),
         "/excitation/pressure": train is not None and train.tangential_effort is None,
         "tangential_pressure": train is not None and bool(train.bore),
         "mean_indicated_pressure": train is not None and bool(train.bore),
@@ -277,7 +277,7 @@ def plan_torsion_curves(case: "Case") -> Iterator[Stage]:
 
 def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
     """Paths of curves, irregularity or conditions that the case has something for."""
-    from vibecalc.torsion.curve_tables import curves_of, stressed
+    from vibecalc.torsion.curve_tables import curves_of
 
     torsion, line = torsion_of(case), shaft_line_of(case)
     left_out = _not_allowed(torsion)
@@ -292,7 +292,7 @@ def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
         left_out += [] if torsion.limits else ["/allowed", "/transient"]
     if not any(one.pole_pairs for one in torsion.irregularity):
         left_out.append("/electrical_angle")
-    if not stressed(line):
+    if not any(shaft.has_stress for shaft in line.shafts):
         left_out.append("/stress")
     if name == "conditions" and not torsion.irregularity:
         left_out.append("/irregularity")
@@ -393,10 +393,8 @@ def _transient(case: "Case") -> Stage:
 
 def _not_of_change(case: "Case", change: "Transient") -> tuple[str, ...]:
     """Beginnings of what there is not of a change."""
-    from vibecalc.torsion.shaft_line_tables import has_stress
-
     shafts = shaft_line_of(case).shafts
-    stressed = any(has_stress(shaft) for shaft in shafts)
+    stressed = any(shaft.has_stress for shaft in shafts)
     left_out = [*(OF_STEPS if change.kind in PASSAGES else OF_PASSAGES)]
     there = {
         "clutch/": change.kind == "clutch_in",
@@ -539,16 +537,14 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
     line = case.machine.shaft_line
     if line is None:
         return {}
-    from vibecalc.torsion.shaft_line_tables import section_names
+    from vibecalc.torsion.shaft_line_tables import Layout
 
-    gears = tuple(one.name or " - ".join(one.between) for one in line.gears)
-    elastic = [
-        n for n, one in zip(gears, line.gears, strict=True) if one.mesh_stiffness is not None
-    ]
+    gears = tuple(gear.label for gear in line.gears)
+    elastic = [gear.label for gear in line.gears if gear.mesh_stiffness is not None]
     dampers = tuple(one.name for one in line.dampers)
     return {
         "station": tuple(one.name for one in line.stations),
-        "section": (*section_names(line), *elastic, *dampers),
+        "section": (*Layout(line).sections, *elastic, *dampers),
         "damper": dampers,
         "gear": gears,
         "condition": condition_names(case),
@@ -611,13 +607,7 @@ SUBJECT = Subject(
         "damper_map": Unit(1.0, "maps of dampers with descents", holds=50.0),
         "damper_solve": Unit(1.0e-4, "solves times freedoms of the map"),
     },
-    checks=(
-        "vibecalc.torsion.shaft_line_checks:shaft_line_problems",
-        "vibecalc.torsion.transient_checks:transient_problems",
-        "vibecalc.torsion.checks:torsion_problems",
-        "vibecalc.torsion.curve_checks:curve_problems",
-        "vibecalc.torsion.damping_checks:damping_problems",
-    ),
+    checks=("vibecalc.torsion.checks:line_problems",),
     last_checks=("vibecalc.torsion.checks:modal_problems",),
     cautions=(
         "vibecalc.torsion.model:throw_cautions",
