@@ -94,10 +94,11 @@ def coupling_limits(case: Case) -> tuple[str, ...]:
     found = named_couplings(case)
     if not found:
         return ()
-    from vibecalc.torsion.coupling_tables import limits_of
+    from vibecalc.torsion.coupling_model import permissible
+    from vibecalc.torsion.couplings import LIMITS, has_limit
 
-    said = [limits_of(one) for one in found.values()]
-    return tuple(name for name in said[0] if any(one[name] for one in said))
+    said = zip(*(has_limit(permissible(one)) for one in found.values()), strict=True)
+    return tuple(name for name, of in zip(LIMITS, said, strict=True) if any(of))
 
 
 def asked_orders(case: Case) -> tuple[float, float]:

@@ -25,6 +25,8 @@ from vibecalc.torsion.shaft_line_tables import CrankDimensions
 # ----------------------------------------------------------------------------
 
 _Speeds = Annotated[tuple[AngularSpeed, ...], Field(min_length=2, max_length=2000)]
+_Stresses = Annotated[tuple[Stress, ...], Field(min_length=2, max_length=2000)]
+_Torques = Annotated[tuple[Moment, ...], Field(min_length=2, max_length=2000)]
 _PASSING = "amplitude that is allowed for passing through, one per speed; default: none is said"
 
 
@@ -51,9 +53,7 @@ class StressCurve(Table):
     """A limit of the stress against the speed, straight lines between the entries."""
 
     speed: _Speeds = Field(description="ascending, of the crankshaft")
-    stress: tuple[Stress, ...] = Field(
-        min_length=2, max_length=2000, description="amplitude that is allowed, one per speed"
-    )
+    stress: _Stresses = Field(description="amplitude that is allowed, one per speed")
     transient: tuple[Stress, ...] | None = Field(None, max_length=2000, description=_PASSING)
     RULES = (
         same_length("speed", "stress", "transient"),
@@ -66,10 +66,8 @@ class TorqueCurve(Table):
     """A limit of the vibratory torque against the speed, straight lines between the entries."""
 
     speed: _Speeds = Field(description="ascending, of the crankshaft")
-    torque: tuple[Moment, ...] = Field(
-        min_length=2,
-        max_length=2000,
-        description="amplitude that is allowed, one per speed, on its own shaft",
+    torque: _Torques = Field(
+        description="amplitude that is allowed, one per speed, on its own shaft"
     )
     transient: tuple[Moment, ...] | None = Field(None, max_length=2000, description=_PASSING)
     RULES = (

@@ -463,11 +463,12 @@ def _with_laws(
 
 
 def _couplings(parts: ShaftLine, layout: Layout, ratio: Array) -> tuple["Coupling", ...]:
-    if all(shaft.coupling is None for shaft in parts.shafts):
+    given = [(n, one.coupling) for n, one in enumerate(parts.shafts) if one.coupling is not None]
+    if not given:
         return ()
-    from vibecalc.torsion.coupling_model import couplings_of
+    from vibecalc.torsion.coupling_model import coupling_of
 
-    return couplings_of([shaft.coupling for shaft in parts.shafts], layout.sections, ratio)
+    return tuple(coupling_of(one, layout.sections[n], n, float(ratio[n])) for n, one in given)
 
 
 # ----------------------------------------------------------------------------
