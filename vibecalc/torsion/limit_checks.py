@@ -116,7 +116,6 @@ def _throw(
 ) -> Iterator[Problem]:
     """One throw: everything there, its proportions those of the formulas, torsion left."""
     from vibecalc.torsion import crank_strength as rule
-    from vibecalc.torsion.crank_model import crank_throws, nominal_bending
 
     strength = shaft.tensile_strength or limit.tensile_strength
     if not strength:
@@ -146,7 +145,7 @@ def _throw(
             allowed="oil_bore = '20 MPa', for example, in bending",
             also=(*where, "oil_bore"),
         )
-    throw, fits = crank_throws([given], case.machine.crank_train.crank_radius), True
+    throw, fits = rule.crank_throws([given], case.machine.crank_train.crank_radius), True
     proportions = rule.proportions(throw)
     for key, (name, low, high) in rule.RANGES.items():
         ratio = float(getattr(proportions, key)[0])
@@ -158,11 +157,11 @@ def _throw(
                 found=f"{ratio:.4g} of the pin diameter",
                 allowed=f"{low:g} to {high:g} of it",
             )
-    if not strength or not fits:
+    if not strength or not fits or limit.bending is None:
         return
     factor = rule.CRANKSHAFT_KINDS[limit.crankshaft_kind or "free_form"]
     concentration = rule.stress_concentration(throw)
-    bending = rule.bending_stresses(concentration, nominal_bending(limit))[0]
+    bending = rule.bending_stresses(concentration, limit.bending)[0]
     most = rule.fatigue_strength(throw, np.array([strength]), factor)[0] / rule.ACCEPTABILITY
     for name, stress, allowed in zip(rule.PLACES, bending, most, strict=True):
         if stress >= allowed and (name != rule.PLACES[2] or given.oil_bore):
