@@ -33,7 +33,7 @@ from vibecalc.torsion.tors_form import (
 
 
 class LineRead(NamedTuple):
-    """Tables of a shaft line as a case has them, values as texts with units; what is not carried."""
+    """Tables of a shaft line as a case has them, values as texts with units, and remarks."""
 
     title: str
     stations: list[dict[str, Any]]
