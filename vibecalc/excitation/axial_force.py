@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from vibecalc.parts.motor_tables import Motor
 
 
-def axial_force(motor: "Motor") -> tuple[np.ndarray, OfMotor]:
+def axial_force(motor: "Motor | None") -> tuple[np.ndarray, OfMotor]:
     """Axial force (2 T / D) tan(beta) of a torque T on conductors skewed by beta.
 
     The torque needs the tangential force 2 T / D at the conductors. The force on a conductor is
@@ -36,6 +36,7 @@ def axial_force(motor: "Motor") -> tuple[np.ndarray, OfMotor]:
     NumericalFailure
         A force is not a finite number.
     """
+    assert motor is not None, "only asked of a machine with a motor"
     order = np.asarray(motor.torque.order, dtype=np.int64)
     sequence = np.argsort(order, kind="stable")
     order = order[sequence]

@@ -325,11 +325,16 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
     shafts = shaft_elements(parts, layout, train, inertia)
     # elastic teeth: k R^2 on the shaft of the first wheel
     meshes = [
-        Element(gear.label, "mesh", *(layout.at[name] for name in gear.between),
-                gear.mesh_stiffness * (gear.pitch_radius or 0.0) ** 2)
+        Element(
+            gear.label,
+            "mesh",
+            layout.at[gear.between[0]],
+            layout.at[gear.between[1]],
+            gear.mesh_stiffness * (gear.pitch_radius or 0.0) ** 2,
+        )
         for gear in parts.gears
         if gear.mesh_stiffness is not None
-    ]  # fmt: skip
+    ]
     rings = [damper_element(one, layout.at[one.on]) for one in parts.dampers]
     elements = [*shafts, *meshes, *rings]
     stations, before = int(freedom.max()) + 1, len(shafts) + len(meshes)
@@ -344,13 +349,13 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
     damped = [station.absolute_damping for station in parts.stations]
     held = [station.ground_stiffness for station in parts.stations]
     values = ratio**2 * np.array([inertia, damped, held])
-    gathered = np.zeros((3, len(ring) + stations))
-    np.add.at(gathered, (slice(None), freedom), values)
+    gathered = np.zeros((len(ring) + stations, 3))
+    np.add.at(gathered, freedom, values.T)
     of_rings = [one.inertia * ratio[one.first] ** 2 for one in rings]
     line = Line(
-        inertia=gathered[0] + side_by_side([*np.zeros(stations), *of_rings]),
-        absolute_damping=gathered[1],
-        ground_stiffness=gathered[2],
+        inertia=gathered[:, 0] + side_by_side([*np.zeros(stations), *of_rings]),
+        absolute_damping=gathered[:, 1],
+        ground_stiffness=gathered[:, 2],
         first=freedom[ends[:, 0]],
         second=np.concatenate([freedom[ends[:before, 1]], ring]),
         stiffness=square * column("stiffness"),

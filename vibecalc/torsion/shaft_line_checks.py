@@ -188,12 +188,12 @@ def _inertias(case: Case, line: ShaftLine, layout: Layout) -> Iterator[Problem]:
         try:
             stiffness_of(shaft, radius)
         except NumericalFailure as error:
-            key, other = (
-                ("section", "a thicker wall") if shaft.section else ("throw", "another formula")
-            )
+            key, better = "throw", "another formula"
+            if shaft.section is not None:
+                key, better = "section", "a thicker wall"
             yield Problem(
                 path=(*LINE, "shafts", place, key),
                 message=f"no stiffness follows from the dimensions: {error}",
-                allowed=f"{other}, or stiffness",
+                allowed=f"{better}, or stiffness",
             )
             return
