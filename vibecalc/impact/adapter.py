@@ -298,19 +298,9 @@ def _shaking(scene: Scene, joints: Joints, highest: int) -> Bounded:
 
 def _motor(scene: Scene, orders: np.ndarray) -> Bounded:
     """Axial force (N,) of the motor, N, magnitudes at these orders."""
-    motor = scene.case.machine.motor
-    if motor is None:
-        raise ValueError("the case has no motor")
-    torque = motor.torque
-    force = axial_force(
-        torque.order,
-        torque.cosine,
-        torque.sine,
-        rotor_diameter=motor.rotor_diameter,
-        skew_angle=motor.skew_angle,
-    )
+    own, force = axial_force(scene.case.machine.motor)
     value, error = np.zeros(len(orders)), np.zeros(len(orders))
-    here = np.isin(force.orders, orders)
-    at = force.orders[here] - orders[0]
-    value[at], error[at] = abs(force.harmonics[here])
+    here = np.isin(own, orders)
+    at = own[here] - orders[0]
+    value[at], error[at] = abs(force.axial_force[here])
     return Bounded(value, error)

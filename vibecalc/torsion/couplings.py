@@ -191,9 +191,8 @@ def uses(coupling: Coupling, found: Borne) -> tuple[Bounded, ...]:
     )
 
 
-def has_limit(coupling: Coupling) -> list[bool]:
+def has_limit(may: Permissible) -> list[bool]:
     """Which of `LIMITS` the maker says."""
-    may = coupling.permissible
     said = (may.mean, may.peak, may.vibratory, may.vibratory, may.power, may.speed, may.temperature)
     return [bool(np.isfinite(one)) for one in said]
 

@@ -12,7 +12,7 @@ from vibecalc.numerics.rounding import BoolArray
 from vibecalc.parts.body import body_problems, body_suspects
 from vibecalc.parts.cautions import part_warnings
 from vibecalc.parts.crank_train import crank_train_problems, crank_train_suspects
-from vibecalc.parts.drive_checks import drive_problems, gas_problems
+from vibecalc.parts.drive_checks import gas_problems
 from vibecalc.parts.mount_needs import frequency_counts, loads_count
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def slave_rods(case: "Case") -> list[Problem]:
 
 #: of the parts of a machine
 OF_PARTS: tuple[Check, ...] = (
-    crank_train_problems, slave_rods, body_problems, matrices, mounts, drive_problems, gas_problems,
+    crank_train_problems, slave_rods, body_problems, matrices, mounts, gas_problems,
 )  # fmt: skip
 
 

@@ -77,7 +77,7 @@ class Uses(NamedTuple):
 def uses_of(setup: Setup) -> Uses:
     """Of all couplings of a line."""
     couplings = setup.shaft.couplings
-    kept = np.flatnonzero(np.any([has_limit(one) for one in couplings], axis=0))
+    kept = np.flatnonzero(np.any([has_limit(one.permissible) for one in couplings], axis=0))
     names = tuple(one.name for one in couplings)
     limits = tuple(LIMITS[place] for place in kept)
     return Uses(setup, kept, {"coupling": names, "coupling_limit": limits})

@@ -106,7 +106,7 @@ def _limits(result: Result, one: "Coupling", place: int) -> list[str]:
         )
         if (quantity := having(result.record, path, *(axis.name for axis in use.axes))) is not None
     ]
-    said = dict(zip(LIMITS, has_limit(one), strict=True))
+    said = dict(zip(LIMITS, has_limit(one.permissible), strict=True))
     rows = []
     for at, name in enumerate(labels(use.axes[1])):
         if not said[name]:
