@@ -1,5 +1,6 @@
-"""Claim: rulers show what matplotlib's own axes show, and take as much room."""
+"""Claim: rulers show what matplotlib's own axes show, take as much room, and png files hold it."""
 
+from io import BytesIO
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from vibecalc.core.report.canvas import plain_ticks
 from vibecalc.core.report.paper import Frame, Sheet, lay_out
-from vibecalc.core.report.plots import STYLE
+from vibecalc.core.report.plots import STYLE, png
 
 DPI = 100
 
@@ -91,3 +92,15 @@ def test_labels_above_each_other_stand_in_one_line_beyond_all_numbers() -> None:
     boxes = [axes.yaxis.label.get_window_extent() for axes in panels]
     assert len({round(box.x0, 6) for box in boxes}) == 1
     assert boxes[0].x0 >= 0.0 and wide > 30.0  # 100000
+
+
+def test_a_png_holds_what_was_drawn() -> None:
+    image = pytest.importorskip("PIL.Image")
+    with matplotlib.rc_context(STYLE):
+        figure = Sheet(figsize=(3.0, 2.0), dpi=DPI)
+        FigureCanvasAgg(figure)
+        figure.subplots().plot([0.0, 1.0], [2.0, 1.0], color="#0072B2")
+        read = image.open(BytesIO(png(figure, DPI)))
+        drawn = np.asarray(figure.canvas.buffer_rgba())
+    assert read.info["dpi"] == pytest.approx((DPI, DPI), abs=0.01)
+    np.testing.assert_array_equal(np.asarray(read), drawn[..., :3])

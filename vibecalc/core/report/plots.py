@@ -1,6 +1,8 @@
 """Pictures of a result as files: which there are and how they are written; that of methods."""
 
 import math
+import struct
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
@@ -9,6 +11,8 @@ from io import BytesIO
 from itertools import dropwhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from vibecalc.core.report.accuracy import TopicView, topics_of
 from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, TYPE, canvas, panels_of
@@ -81,11 +85,11 @@ Source = Path | Result
 
 _RESOLUTION = 200
 _DPI = (50, 1200)
-#: no word in a file of the time and the versions that made it; png from 1, quick, to 9, small
-_HOW: dict[str, dict[str, Any]] = {
-    "png": {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": 3}},
-    "svg": {"metadata": {"Date": None, "Creator": None}},
-    "pdf": {"metadata": {"CreationDate": None, "Creator": None, "Producer": None}},
+#: formats, and what a file would say of the time and the versions that made it
+_SILENT: dict[str, dict[str, None]] = {
+    "png": {},
+    "svg": {"Date": None, "Creator": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
 
 
@@ -104,9 +108,9 @@ def look_of(formats: str, dpi: int | None, only: Sequence[str], title: bool) -> 
     """What is asked for on the command line; UsageError for what is not to be had."""
     names = tuple(dict.fromkeys(name.strip().lower() for name in formats.split(",")))
     for name in names:
-        if name not in _HOW:
+        if name not in _SILENT:
             raise UsageError(
-                f"--format {formats}: pictures are written as {', '.join(_HOW)}, found {name!r}"
+                f"--format {formats}: pictures are written as {', '.join(_SILENT)}, found {name!r}"
             )
     if dpi is not None and not _DPI[0] <= dpi <= _DPI[1]:
         raise UsageError(f"--dpi needs a number from {_DPI[0]} to {_DPI[1]}, found {dpi}")
@@ -263,9 +267,41 @@ def _image(figure: "Figure", form: str, dpi: int) -> bytes:
 
     with _matplotlib().rc_context(STYLE):
         lay_out(figure, dpi)
+        if form == "png":
+            return png(figure, dpi)
         image = BytesIO()
-        figure.savefig(image, format=form, dpi=dpi, **_HOW[form])
+        figure.savefig(image, format=form, dpi=dpi, metadata=_SILENT[form])
         return image.getvalue()
+
+
+#: from 1, quick, to 9, small: 6 takes twice the time of 3 for a tenth of the size
+_PACKED = 3
+
+
+def png(figure: "Figure", dpi: int) -> bytes:
+    """A figure as a png file (ISO/IEC 15948): rows of red, green, blue, which nothing filters.
+
+    Curves on white paper are smaller so, and packed in a third of the time, than with the filters
+    that Pillow tries on every row.
+    """
+    canvas: Any = figure.canvas
+    canvas.draw()
+    colours = np.asarray(canvas.buffer_rgba())[..., :3]
+    high, wide, _ = colours.shape
+    rows = np.zeros((high, 1 + 3 * wide), np.uint8)  # each begins with its filter: none
+    rows[:, 1:].reshape(high, wide, 3)[...] = colours
+    dots = round(dpi / 0.0254)
+    chunks = (
+        (b"IHDR", struct.pack(">IIBBBBB", wide, high, 8, 2, 0, 0, 0)),
+        (b"pHYs", struct.pack(">IIB", dots, dots, 1)),
+        (b"IDAT", zlib.compress(rows.data, _PACKED)),
+        (b"IEND", b""),
+    )
+    image = b"\x89PNG\r\n\x1a\n"
+    for name, data in chunks:
+        check = struct.pack(">I", zlib.crc32(name + data))
+        image += struct.pack(">I", len(data)) + name + data + check
+    return image
 
 
 def named_curves() -> dict[str, Curves]:
