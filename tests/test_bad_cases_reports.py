@@ -82,14 +82,28 @@ def test_a_section_that_fails_takes_nothing_along(monkeypatch: pytest.MonkeyPatc
     _mended(monkeypatch)
 
 
-def test_a_report_that_fails_as_a_whole_leaves_the_result(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert _run("-q").code == 0
-    monkeypatch.setattr("vibecalc.core.report.text.identity", _broken)
-    found = _run("-q")
-    assert found.code == 70 and "the text report: IndexError" in found.err
-    assert Path("one.h5").exists() and not Path("one.txt").exists()
+@pytest.mark.parametrize(
+    ("broken", "given", "words"),
+    [
+        ("text.identity", ["run", "-q"], "the text report: IndexError"),
+        ("terminal.print_summary", ["run"], "the summary: IndexError"),
+        (
+            "sweep.text.sweep_lines",
+            ["sweep", "--grid", "machine.speed=300:310:2", "--jobs", "1"],
+            "",
+        ),
+        ("accuracy.accuracy_lines", ["accuracy", "--stage", "excitation", "--longest", "1"], ""),
+    ],
+)
+def test_a_result_stands_whose_words_fail(
+    broken: str, given: list[str], words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(f"vibecalc.core.report.{broken}", _broken)
+    verb, *more = given
+    found = command(verb, GENERATOR, *more, "-o", "one.h5", cap=60)
+    assert found.code == 70 and "one.h5: the result is whole" in found.err and words in found.err
+    assert Path("one.txt").exists() == (verb == "run" and "-q" not in more)
     _mended(monkeypatch)
-    _stands()
     assert command("report", "one.h5").code == 0
 
 
@@ -103,14 +117,6 @@ def test_the_result_stands_before_words_are_made(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("vibecalc.core.report.text.identity", stopped)
     assert _run("-q").code == 130
     _mended(monkeypatch)
-    _stands()
-
-
-def test_a_summary_that_fails_leaves_result_and_report(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vibecalc.core.report.terminal.print_summary", _broken)
-    found = _run()
-    assert found.code == 70 and "the summary: IndexError" in found.err
-    assert Path("one.txt").exists()
     _stands()
 
 
@@ -168,24 +174,6 @@ def test_a_picture_that_fails_takes_nothing_along(monkeypatch: pytest.MonkeyPatc
     calls.clear()
     found = command("report", "--html", "one.h5")
     assert found.code == 70 and Path("one.html").exists()
-
-
-def test_a_sweep_stands_whose_report_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vibecalc.core.report.sweep.text.sweep_lines", _broken)
-    grid = ("--grid", "machine.speed=300:310:2", "--jobs", "1")
-    found = command("sweep", GENERATOR, *grid, "-q", "-o", "one.h5", cap=60)
-    assert found.code == 70 and "one.h5: the result is whole" in found.err
-    _mended(monkeypatch)
-    assert command("report", "one.h5").code == 0
-
-
-def test_measured_methods_stand_whose_report_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vibecalc.core.report.accuracy.accuracy_lines", _broken)
-    given = ("--stage", "excitation", "--longest", "1", "-q", "-o", "one.h5")
-    found = command("accuracy", GENERATOR, *given, cap=60)
-    assert found.code == 70 and "one.h5: the result is whole" in found.err
-    _mended(monkeypatch)
-    assert command("report", "one.h5").code == 0
 
 
 def test_python_has_the_result_and_its_file(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,7 +20,6 @@ from drawn import assert_apart, figure, lines, words
 
 from vibecalc.core.report.canvas import crests
 from vibecalc.core.report.plots import make
-from vibecalc.impact.pictures import broken
 
 OWN = {
     "piston_acceleration": motion,
@@ -144,16 +143,6 @@ def test_force_against_clearance_has_error_bars() -> None:
     assert min(segment[0, 1] for segment in segments) > 0.0
 
 
-@pytest.mark.parametrize(
-    "name",
-    long_but([name for name in OWN if name.startswith(("impact", "dom"))], "impact_clearance"),
-)
-def test_one_clearance_is_enough(name: str) -> None:
-    made = figure(compressor(impact(1)), name)
-    made.canvas.draw()
-    assert len(made.axes) == (2 if name == "impact_spectrum" else 1)
-
-
 def test_the_first_turn_marks_its_contacts() -> None:
     result = compressor()
     panels = figure(result, "impact_time").axes
@@ -201,10 +190,6 @@ def test_dominance_marks_the_order_from_which_impacts_lead() -> None:
 
 
 def test_no_line_joins_orders_across_one_without_force() -> None:
-    places, sizes = broken(np.arange(5), np.array([7.0, 5.0, 4.0, 0.0, 2.0]),
-                           np.array([False, True, True, False, True]))  # fmt: skip
-    np.testing.assert_array_equal(places, [1.0, 2.0, 2.5, 4.0])
-    np.testing.assert_array_equal(sizes, [5.0, 4.0, np.nan, 2.0])
     result = compressor()
     shaking = result.record["response/impact/shaking"]
     acting = shaking.axes[0].values[np.abs(shaking.values) > 0.0]

@@ -25,14 +25,12 @@ from report_samples import (
 )
 from rich.console import Console
 
-from vibecalc.core.report.rows import Cells, Rows, percent, rows_of
 from vibecalc.core.report.terminal import plain_summary, summary
 from vibecalc.core.report.text import render_report, render_verdicts, report_lines
 from vibecalc.core.report.writing import (
     Column,
     Table,
     fold,
-    number,
     show,
     show_percent,
     show_phase,
@@ -93,19 +91,6 @@ def test_special_values_have_words() -> None:
     assert {one: show_percent(one) for one in shares} == {k: f"{v} %" for k, v in shares.items()}
     assert show_phase(-1.0 + 1e-17j) == show_phase(-1.0 - 1e-17j) == "180.00"
     assert show_phase(1.0 - 1e-17j) == "0.00"
-
-
-@given(st.lists(st.text(st.characters(codec="ascii", exclude_categories=["C", "Nd"])), max_size=5))
-def test_tables_keep_their_columns_and_lose_no_letter(cells: list[str]) -> None:
-    columns = ("name", number("value"))
-    rows = [("n", "-1.5e-12"), *((f"n{cell}", "-1.5e-12") for cell in cells)]
-    (block,) = table(columns, rows)
-    assert isinstance(block, Table)
-    lines = block.at(28).split("\n")
-    assert all(len(line) <= 28 for line in lines)
-    wide = lines[1].strip().index(" ")
-    left = "".join(line[2 : 2 + wide] for line in lines[2:]).replace(" ", "")
-    assert left == "".join(f"n{cell}" for cell in ["", *cells]).replace(" ", "")
 
 
 @given(st.lists(st.floats(), min_size=1, max_size=25), st.booleans())
@@ -201,17 +186,6 @@ def test_the_terminal_summary_is_plain_where_there_is_no_terminal() -> None:
     assert "warning" in coloured.getvalue()
 
 
-def test_a_table_has_no_column_without_an_entry() -> None:
-    columns = [Column("name"), number("full"), number("empty"), number("low")]
-    rows = [["a", "1", "", ""], ["b", "", " ", ""]]
-    (shown,) = table(columns, rows)
-    assert shown == "  name  full\n  ----  ----\n  a        1\n  b"
-    with_total = table(columns, rows, [["sum", "", "", "9"]])[0].split("\n")
-    assert with_total[0] == "  name  full  low"
-    assert with_total[-2:] == ["  ---------------", "  sum           9"]
-    assert table(columns, []) == []
-
-
 _NUMBERS = re.compile(r"\d[\d.,]*(?:e[+-]?\d+)?")
 
 
@@ -226,58 +200,8 @@ def test_a_narrow_screen_breaks_no_number(name: str) -> None:
             assert not said - Counter(_NUMBERS.findall(shown))
 
 
-def _modes(*paths: str) -> Record:
-    """A record of two modes of a body with those of its results."""
-    modes = Axis(name="mode", values=np.array([1, 2]))
-    along = Axis(name="coordinate", values=np.array(["x", "y"], dtype=object))
-    record = Record()
-    for one in (
-        quantity("of/frequency", [2.0 * math.pi, 1e-20], "rad/s", modes, error=1e-15),
-        quantity("of/share", [[0.25, 0.75], [1.0, 0.0]], "", modes, along),
-        quantity("of/force", [3.0 - 4.0j, -2.0], "N", modes),
-        quantity("of/stop", [0.001, math.inf], "m", modes),
-    ):
-        if one.path.removeprefix("of/") in paths:
-            record.add(one)
-    return record
-
-
-OF_MODES = Rows(
-    "mode",
-    "mode",
-    (
-        Cells("frequency", "Hz", "Hz"),
-        Cells("share", "{} %", percent(1), note="%: share of energy"),
-        Cells("force", "N"),
-        Cells("force", "deg", show_phase),
-        Cells("stop", "to stop mm", "mm", blank=True),
-    ),
-    root="of",
-)
-
-
 def _cells(lines: list[str]) -> list[list[str]]:
     return [line.split() for line in lines[0].split("\n")]
-
-
-def test_a_described_table_has_the_columns_that_the_result_has() -> None:
-    names = ("frequency", "share", "force", "stop")
-    lines, shown = rows_of(_modes(*names), OF_MODES)
-    assert shown == {f"of/{name}" for name in names}
-    assert _cells(lines)[0] == ["mode", "Hz", "x", "%", "y", "%", "N", "deg", "to", "stop"]
-    assert _cells(lines)[3:] == [
-        ["1", "1.000", "25.0", "75.0", "5.000", "-53.13", "1.000"],
-        ["2", "0", "100.0", "0.0", "2.000", "180.00", "-"],
-    ]
-    assert lines[1].strip() == "%: share of energy"
-    lines, shown = rows_of(_modes("force"), OF_MODES)
-    assert (_cells(lines)[0], len(lines), shown) == (["mode", "N", "deg"], 1, {"of/force"})
-    assert rows_of(_modes(), OF_MODES) == ([], set())
-    # a result over another axis is none of the table; one over both axes is turned
-    lines, shown = rows_of(_modes(*names), OF_MODES._replace(axis="coordinate"))
-    assert (_cells(lines)[2:], shown) == ([["x", "25.0", "100.0"], ["y", "75.0", "0.0"]],
-                                          {"of/share"})  # fmt: skip
-    assert rows_of(_modes("force"), OF_MODES._replace(axis="coordinate")) == ([], set())
 
 
 def test_entries_stand_beside_their_own_order() -> None:

@@ -37,7 +37,7 @@ def _apart(found: Found) -> np.ndarray:
     """Readings that the motion does not meet, the largest residual first."""
     size = np.abs(found[-1].values)
     rank = np.argsort(-size, kind="stable")
-    return rank[size[rank] > _MET][:_MOST]
+    return np.asarray(rank[size[rank] > _MET][:_MOST])
 
 
 _READINGS = Rows(

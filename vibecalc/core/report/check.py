@@ -126,8 +126,8 @@ def _studies(case: "Case", needs: Needs) -> Iterator[tuple[dict[str, str], int, 
         from vibecalc.core.study.measured_points import chosen_references
         from vibecalc.core.study.planned import describe_fit, fit_runs
 
-        wanted, runs = {one.quantity for _, one in chosen_references(case)}, fit_runs(case)
-        yield describe_fit(case), runs, scipy + runs * _each(case, needs, frozenset(wanted))
+        quantities, runs = {one.quantity for _, one in chosen_references(case)}, fit_runs(case)
+        yield describe_fit(case), runs, scipy + runs * _each(case, needs, frozenset(quantities))
 
 
 def _each(case: "Case", needs: Needs, wanted: frozenset[str]) -> float:

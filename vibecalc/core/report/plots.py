@@ -183,9 +183,10 @@ def draw_file(
 
 def _stem(of: Source) -> str:
     """What the names of pictures begin with."""
-    path = of if isinstance(of, Path) else of.swept
-    if path is not None:
-        return path.stem.removesuffix(".sweep")
+    if isinstance(of, Path):
+        return of.stem.removesuffix(".sweep")
+    if of.swept is not None:
+        return _stem(of.swept)
     return f"{of.name}.accuracy" if is_accuracy(of) else of.name
 
 
