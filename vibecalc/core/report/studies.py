@@ -191,7 +191,7 @@ def _combinations(result: Result) -> list[str]:
     if objective is None:
         return []
     best = _OBJECTIVE._replace(how=objective_of(result, objective.unit).unit, blank=True)
-    kept_ = _KEPT._replace(how=_marked("", "no"))
+    columns = best, _KEPT._replace(how=_marked("", "no"))
     possible, examined, kept, runs = (
         int(scalar_of(record, PREFIX + name) or 0)
         for name in ("combinations/possible", "combinations/examined", "combinations/kept",
@@ -202,10 +202,8 @@ def _combinations(result: Result) -> list[str]:
     words += "keep the limits"
     beyond = "; none that differs in one choice from the one found is better"
     words += beyond * (examined < possible)
-    return [
-        *paragraph(words),
-        *rows_of(record, _listed("combination", "combinations", best, kept_))[0],
-    ]
+    lines, _ = rows_of(record, _listed("combination", "combinations", *columns))
+    return paragraph(words) + lines
 
 
 def sigmas_of(result: Result) -> float:
@@ -231,12 +229,9 @@ def _robust(result: Result) -> list[str]:
     left = Rows("limit", "share of the limit that is left", columns, root=root)
     scattered = []
     for one in table_of(result.case, "optimisation", "robust").get("tolerances") or ():
-        even = one.get("half_width")
-        how = (
-            f"evenly within +-{even}"
-            if even
-            else f"normally with a deviation of {one['deviation']}"
-        )
+        how = f"normally with a deviation of {one.get('deviation')}"
+        if one.get("half_width") is not None:
+            how = f"evenly within +-{one['half_width']}"
         scattered.append(f"{one['key']} {how}")
     count, points = (int(scalar_of(record, PREFIX + name) or 0)
                      for name in ("robust/samples", "evaluations"))  # fmt: skip
