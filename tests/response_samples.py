@@ -3,15 +3,11 @@
 from typing import Any
 
 import numpy as np
-from ong_tables import si_matrices
-from report_samples import DIRECTIONS, quantity, result_of
-from scipy.linalg import eigh
+from report_samples import DIRECTIONS, golden, quantity, result_of
 
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 
 SPEED, RADIUS, LENGTH = 361.0, 0.0127, 0.060325
-COORDINATES = Axis(name="coordinate", values=np.array(["x", "y", "z", "rx", "ry", "rz"], object))
-MODES = Axis(name="mode", values=np.arange(1, 7))
 ORDERS = Axis(name="order", values=np.arange(1, 201))
 OPERATIONS = Axis(name="operation", values=np.array(["A+B", "A", "B"], object))
 BALANCES = Axis(name="balance", values=np.array(["A+B", "A", "B"], object))
@@ -41,50 +37,20 @@ def compressor(*parts: list[Quantity], **tables: Any) -> Result:
     return result_of(record, case, name="compressor")
 
 
+def _of(*roots: str) -> list[Quantity]:
+    """What a compressor really has below some roots."""
+    found = golden("compressor").record.items()
+    return [quantity for path, quantity in found if path.startswith(roots)]
+
+
 def motion() -> list[Quantity]:
-    """Acceleration over one turn, its harmonics by quadrature, masses and the rod's inertia."""
-    angle, square = TURN.values, (RADIUS * np.sin(TURN.values)) ** 2
-    root = np.sqrt(LENGTH**2 - square)
-    second = -RADIUS * np.cos(angle) - RADIUS**2 * (
-        np.cos(2.0 * angle) / root + RADIUS**2 * np.sin(2.0 * angle) ** 2 / (4.0 * root**3)
-    )
-    curve = SPEED**2 * second
-    orders = np.arange(0, 21)
-    waves = np.exp(-1j * np.outer(orders, angle[:-1]))
-    harmonics = 2.0 * (waves @ curve[:-1]) / (angle.size - 1)
-    few = Axis(name="order", values=orders)
-    cylinders = Axis(name="cylinder", values=np.array(["A", "B"], object))
-    rod_orders = Axis(name="order", values=np.arange(1, 41))
-    couple = 0.8 * 0.04 ** (rod_orders.values // 2) * 1j * (rod_orders.values % 2)
-    return [
-        quantity("kinematics/acceleration", curve, "m/s^2", TURN),
-        quantity("kinematics/acceleration_harmonics", harmonics, "m/s^2", few, error=1e-9),
-        quantity("excitation/mass/reciprocating", [0.3486, 0.3486], "kg", cylinders),
-        quantity("excitation/mass/rotating", [0.0438, 0.0438], "kg", cylinders),
-        quantity("excitation/rod/split_inertia", 4.19e-5, "kg*m^2"),
-        quantity("excitation/rod/couple", couple, "N*m", rod_orders, error=1e-30),
-        quantity("excitation/rod/couple_peak", 0.83, "N*m"),
-    ]
+    """Motion of the pistons, masses and the rod's inertia."""
+    return _of("kinematics/acceleration", "excitation/mass/", "excitation/rod/")
 
 
 def modes() -> list[Quantity]:
-    """Modes of the published matrices, by another library."""
-    matrices = si_matrices()
-    square, shape = eigh(matrices.stiffness, matrices.mass)
-    natural = np.sqrt(square)
-    share = (shape * (matrices.mass @ shape)).T
-    distance = SPEED / natural - 1.0
-    stem = "response/modes/"
-    other = Axis(name="other_mode", values=MODES.values)
-    return [
-        quantity(stem + "natural_frequency", natural, "rad/s", MODES),
-        quantity(stem + "damping_ratio", 0.03 * np.ones(6), "", MODES),
-        quantity(stem + "nearest_order", np.ones(6, int), "", MODES),
-        quantity(stem + "distance", distance, "", MODES),
-        quantity(stem + "shape", shape.T, "", MODES, COORDINATES),
-        quantity(stem + "energy_fraction", share, "", MODES, COORDINATES),
-        quantity(stem + "assurance", np.eye(6), "", MODES, other),
-    ]
+    """Modes of the body."""
+    return _of("response/modes/")
 
 
 def by_order(first: float) -> np.ndarray:
