@@ -11,12 +11,11 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.numerics.synthesis import sum_error, synthesis
 from vibecalc.torsion.adapters.coupling_criticals import asked_range, met_criticals
-from vibecalc.torsion.adapters.curves import (
-    bounded_orders,
+from vibecalc.torsion.adapters.motion import (
+    Motion,
+    blocks,
     mean_torques,
-    section_heat,
     solved,
-    speeds_at_once,
 )
 from vibecalc.torsion.adapters.setup import Setup, natural_of, undamped_modes
 from vibecalc.torsion.coupling_line import Conditions, CouplingStates, Moved
@@ -52,18 +51,14 @@ def _spread(solver: "_Solver") -> float:
     return largest
 
 
-def coupled(setup: Setup, whole: Setup | None = None) -> Setup:
-    """The same with what its couplings depend on; as it is where they depend on nothing.
-
-    `whole` is the line that the mean torques are of, where `setup` is without its dampers.
-    """
+def coupled(setup: Setup) -> Setup:
+    """The same with what its couplings depend on; as it is where they depend on nothing."""
     varying = tuple(one for one in setup.shaft.couplings if one.varies)
     if not varying:
         return setup
     plain = setup._replace(model=setup.model._replace(couplings=None))
     critical = cache(lambda: met_criticals(found))
-    whole = plain if whole is None else whole._replace(model=whole.model._replace(couplings=None))
-    solver = _Solver(plain, varying, whole)
+    solver = _Solver(plain, varying)
     spread = cache(lambda: _spread(solver))
     states = CouplingStates(varying, solver, critical, spread, solver.moved)
     model = plain.model._replace(couplings=states)
@@ -103,8 +98,8 @@ class _Solver:
     at the nearest end count.
     """
 
-    def __init__(self, plain: Setup, couplings: tuple[Coupling, ...], whole: Setup):
-        self.plain, self.couplings, self.whole = plain, couplings, whole
+    def __init__(self, plain: Setup, couplings: tuple[Coupling, ...]):
+        self.plain, self.couplings = plain, couplings
         self.unknowns = [
             _Unknown(place, kind)
             for place, one in enumerate(couplings)
@@ -117,9 +112,8 @@ class _Solver:
     def __call__(self, speed: FloatArray) -> Conditions:
         speed = np.clip(speed, self.first, self.last)
         new = np.array([one for one in speed.tolist() if one not in self.known])
-        size = speeds_at_once(self.plain.model, self.plain.drive)
-        for start in range(0, len(new), size):
-            at = new[start : start + size]
+        for part in blocks(self.plain, len(new)):
+            at = new[part]
             rows = np.stack(self._found(at), axis=1)
             self.known.update(zip(at.tolist(), rows, strict=True))
         every = np.array([self.known[one] for one in speed.tolist()])
@@ -130,7 +124,7 @@ class _Solver:
         """Own mean torques (u, c)."""
         element = [one.element for one in self.couplings]
         ratio = np.array([one.ratio for one in self.couplings])
-        return mean_torques(self.whole, speed).section[:, element] / ratio
+        return mean_torques(self.plain, speed).section[:, element] / ratio
 
     def _found(self, speed: FloatArray) -> Conditions:
         mean = self.mean(speed).value
@@ -275,16 +269,16 @@ class _Solver:
         if not self.unknowns:
             return errors
         setup, x = self.frozen(found), self._read(found)
-        state = bounded_orders(setup, speed)
-        heat = section_heat(setup, speed, state)
+        motion = Motion(setup, speed, bounded=True)
         answer = self._answer(speed, found, x)
         off = np.abs(answer - x) + 4.0 * EPSILON * np.abs(x)
         for column, unknown in enumerate(self.unknowns):
             one = self.couplings[unknown.place]
             if unknown.kind == _TEMPERATURE:
-                off[:, column] += one.resistance * heat.error[:, one.element]
+                heat = motion.heat(np.array([one.element]))
+                off[:, column] += one.resistance * heat.errors[:, 0]
             else:
-                torque = state.torque[..., one.element]
+                torque = motion.state.torque[..., one.element]
                 off[:, column] += sum_error(torque) / abs(one.ratio)
         for _, moved, share in self.moves(found, errors):
             if np.any(share):

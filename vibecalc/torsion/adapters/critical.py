@@ -11,7 +11,7 @@ from vibecalc.numerics.bounded import Bounded, stack, where
 from vibecalc.numerics.leading import leave_alone
 from vibecalc.numerics.rounding import EPSILON, SINGULAR, BoolArray, FloatArray, IntArray
 from vibecalc.numerics.synthesis import synthesis
-from vibecalc.torsion.adapters.curves import ROWS, solved
+from vibecalc.torsion.adapters.motion import ROWS, solved
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.damped_modes import NO_PEAK
 from vibecalc.torsion.line import stiffness_matrix
