@@ -1,16 +1,11 @@
 """The worst of many conditions of the cylinders: all fire, each misfires, pressures differ."""
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.excitation.cylinder_torque import (
-    CylinderTorque,
-    cylinder_gas,
-    phasor,
-)
-from vibecalc.numerics.bounded import Bounded, reshaped, rounded, stack
+from vibecalc.numerics.bounded import Bounded, stack
 from vibecalc.numerics.rounding import BoolArray, FloatArray
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters import couplings, limits
@@ -20,14 +15,12 @@ from vibecalc.torsion.adapters.irregularity import degrees
 from vibecalc.torsion.adapters.motion import Motion, Reading, blocks, of_finite, readings_of
 from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import (
-    PHASOR_ROUNDINGS,
-    SPEED_ROUNDINGS,
     Drive,
     Setup,
     build_drive,
     line_speeds,
     motored_torque,
-    placed,
+    with_gas,
 )
 from vibecalc.torsion.adapters.steady import setup_of
 from vibecalc.torsion.curve_results import CONDITIONS
@@ -42,55 +35,23 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 
 
-class Condition(NamedTuple):
-    """A name, and the torques that act then."""
-
-    name: str
-    drive: Drive
-
-
-def conditions_of(case: "Case", setup: Setup) -> list[Condition]:
-    """All cylinders firing first, then each misfiring, each out of balance, given pressures."""
+def conditions_of(case: "Case", setup: Setup) -> dict[str, Drive]:
+    """By name: all cylinders firing first, then each out, each out of balance, given pressures."""
     options, shaft = setup.torsion.conditions, setup.shaft
     assert options is not None
     well = build_drive(case, shaft, all_fire=True)
-    names, scale = well.firing.names, np.asarray(well.firing.pressure_scale, dtype=float)
-    count = len(names)
-    each, nobody = np.eye(count, dtype=bool), np.zeros(count, dtype=bool)
-    drives = [well]
-    if options.misfire == "each":
-        without = None
-        if options.misfire_kind == "motored":
-            without = motored_torque(case.machine, well)
-        drives += [changed_drive(setup, well, scale, out, without) for out in each]
-    less = [scale * np.where(one, 1.0 - options.imbalance, 1.0) for one in each
-            if options.imbalance is not None]  # fmt: skip
-    given = [scale * np.array(options.pressure_scale)] if options.pressure_scale else []
-    drives += [changed_drive(setup, well, one, nobody, None) for one in (*less, *given)]
-    called = condition_names(options, names)
-    return [Condition(*both) for both in zip(called, drives, strict=True)]
-
-
-def changed_drive(
-    setup: Setup, drive: Drive, scale: FloatArray, out: BoolArray, motored: CylinderTorque | None
-) -> Drive:
-    """A drive whose cylinders have other factors (c,) on their gas pressure, or misfire.
-
-    What the other cylinders and everything but gas do stays, and its errors with it.
-    """
-    shaft, one, firing = setup.shaft, drive.cylinder, drive.firing
-    old = cylinder_gas(one, firing.pressure_scale)
-    new = cylinder_gas(one, scale, misfiring=out, motored=motored)
-    other = (out | (scale != firing.pressure_scale)).astype(float)
-    gas, mean = (new[0] - old[0]) * other[:, None], (new[1] - old[1]) * other
-    where = placed(np.searchsorted(drive.station, shaft.cylinder_station), len(drive.station))
-    on = where * shaft.station_ratio[shaft.cylinder_station][:, None]
-    turned = rounded(phasor(one.order, firing.angle).T, PHASOR_ROUNDINGS)
-    more = reshaped(gas * turned, lambda part: np.swapaxes(part, -1, -2)) @ on
-    return drive._replace(
-        gas=drive.gas + more,
-        mean=drive.mean + mean @ rounded(on, SPEED_ROUNDINGS),
-    )
+    scale = np.asarray(well.firing.pressure_scale, dtype=float)
+    each, motored = np.eye(len(scale), dtype=bool), None
+    if options.misfire == "each" and options.misfire_kind == "motored":
+        motored = motored_torque(case.machine, well)
+    rows = [(scale, out) for out in each if options.misfire == "each"]
+    less, nobody = options.imbalance, np.zeros(len(scale), dtype=bool)
+    if less is not None:
+        rows += [(scale * np.where(one, 1.0 - less, 1.0), nobody) for one in each]
+    if options.pressure_scale:
+        rows.append((scale * np.array(options.pressure_scale), nobody))
+    drives = [well, *(with_gas(well, shaft, *row, motored) for row in rows)]
+    return dict(zip(condition_names(options, well.firing.names), drives, strict=True))
 
 
 # ----------------------------------------------------------------------------
@@ -143,10 +104,10 @@ def run_torsion_conditions(scene: Scene) -> None:
     """Emit half ranges by condition at speed, and over the range the worst with its condition."""
     setup = setup_of(scene)
     found = conditions_of(scene.case, setup)
-    lines = [coupled(setup._replace(drive=one.drive)) for one in found]
-    at, conditions = np.array([setup.speed]), tuple(one.name for one in found)
+    lines = [coupled(setup._replace(drive=drive)) for drive in found.values()]
+    at = np.array([setup.speed])
     motions = [Motion(one, at, bounded=True) for one in lines]
-    axes: dict[str, Any] = {"condition": conditions}
+    axes: dict[str, Any] = {"condition": tuple(found)}
     limit_axes = {**axes, "limit": np.arange(1, len(setup.torsion.limits) + 1)}
 
     def each(name: str, reading: Reading) -> None:

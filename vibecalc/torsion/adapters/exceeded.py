@@ -7,7 +7,7 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct
-from vibecalc.torsion.adapters.bounds import Bound
+from vibecalc.torsion.adapters.bounds import SAME, Bound
 from vibecalc.torsion.adapters.motion import Motion
 from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup
@@ -62,7 +62,7 @@ def exceeded_of(setup: Setup, search: Search, number: int, bound: Bound) -> Exce
     near = maxima(value, use, speed, section, place + 1, undamped)
     every = [speed, top.speed.value, undamped, near.speed, _dips(excess, use, speed)]
     ranges = barred_ranges(excess, distinct(np.concatenate(every)))
-    start, end = ranges.start, ranges.end
+    start, end = (_at_corner(one, bound.corners) for one in (ranges.start, ranges.end))
     known = np.concatenate([
         [near.value, near.speed, near.speed_error],
         [top.value.value, *top.speed],
@@ -94,6 +94,13 @@ def exceeded_of(setup: Setup, search: Search, number: int, bound: Bound) -> Exce
     moved = 2.0 * np.where(np.isfinite(moved), moved, 0.0) + 8.0 * EPSILON * at
     error = np.max(moved.reshape(2, -1), axis=0)
     return ExceededRanges(start, end, error, peak, peak_error, rule, permitted)
+
+
+def _at_corner(at: FloatArray, corners: FloatArray) -> FloatArray:
+    """Speeds (b,) as those of corners (k,) where they are these but for the last digits."""
+    for corner in corners.tolist():
+        at = np.where(np.isclose(at, corner, rtol=2.0 * SAME, atol=0.0), corner, at)
+    return at
 
 
 def emit_barred(scene: Scene, ranges: list[ExceededRanges], speed: float) -> None:

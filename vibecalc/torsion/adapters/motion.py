@@ -435,7 +435,7 @@ class Motion:
         if signal == "load":
             both = (self._every(one) for one in ("torque", "gear"))
             return OverCycle(*(concatenate(pair) for pair in zip(*both, strict=True)))
-        if signal == "torque" and not self.bounded:
+        if signal == "torque" and not (self.bounded or self.setup.model.machines):
             return self._torques()
         values, own = self.referred(signal)
         # signals in front and orders last, as they lie in memory

@@ -9,6 +9,7 @@ import numpy as np
 
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntArray, distinct
+from vibecalc.torsion.adapters.bounds import SAME
 from vibecalc.torsion.adapters.critical import (
     FREEDOMS,
     STILL,
@@ -35,8 +36,8 @@ from vibecalc.torsion.poles import LinePoles, all_poles, all_poles_by_order, pol
 SHOWN = 1.5
 #: places about a resonance, in half its width
 NEARBY = np.array([-3.0, -1.0, 0.0, 1.0, 3.0])
-#: relative distance up to which two speeds are one, and below which a width has no digits
-SAME, FINEST = 1e-13, 1e-11
+#: relative width below which a resonance has no digits
+FINEST = 1e-11
 #: parts of a range of speeds, each with the dampings of its middle
 PARTS = 12
 NONE = np.zeros(0)
