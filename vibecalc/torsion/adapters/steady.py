@@ -15,12 +15,20 @@ from vibecalc.torsion.adapters.modes import emit_modes
 from vibecalc.torsion.adapters.motion import Motion, emit_readings, readings_of, solved
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_setup, placed
 from vibecalc.torsion.adapters.variants import emit_healthy
-from vibecalc.torsion.results import ROOT, PowerBalance
+from vibecalc.torsion.results import ROOT, PowerBalance, of_line
 from vibecalc.torsion.section_loads import ground_heat
 
 # ----------------------------------------------------------------------------
 # Adapter: a shaft line and its engine to modes, excitation, vibration at operating speed.
 # ----------------------------------------------------------------------------
+
+
+#: what the vibration at the operating speed gives
+_STEADY = tuple(
+    path
+    for path in of_line(ranged=False)
+    if path.split("/")[2] not in ("modes", "excitation", "critical", "damping", "healthy")
+)
 
 
 def run_torsion(scene: Scene) -> None:
@@ -42,34 +50,11 @@ def run_torsion(scene: Scene) -> None:
         from vibecalc.torsion.adapters.dampings import emit_dampings
 
         emit_dampings(scene, setup)
-    if scene.wanted is None or any(_is_steady(path) for path in scene.wanted):
+    if scene.wants(*_STEADY):
         emit_steady(scene, setup)
     emit_critical(scene, setup)
     if setup.torsion.misfire and _wants(scene, "healthy/"):
         emit_healthy(scene, setup)
-
-
-#: folders of what other stages or other parts of this one make
-_ELSEWHERE = tuple(
-    f"{ROOT}/{name}"
-    for name in (
-        *("modes/", "excitation/", "critical/", "damping/", "healthy/", "speeds/", "largest/"),
-        *("masked/", "peak/", "bare/", "reduction", "barred/", "exceeded/", "hammering/"),
-        *(
-            "campbell/",
-            "separation/range/",
-            "limit/largest",
-            "coupling/speeds/",
-            "coupling/largest",
-            "curves/",
-        ),
-        *("irregularity/", "conditions/", "transient/", "variable_inertia/", "as_published/"),
-    )
-)
-
-
-def _is_steady(path: str) -> bool:
-    return path.startswith(f"{ROOT}/") and not path.startswith(_ELSEWHERE)
 
 
 def _wants(scene: Scene, folder: str) -> bool:
