@@ -66,9 +66,12 @@ Once = Callable[[str, Callable[["Case"], Any]], Any]
 # ----------------------------------------------------------------------------
 
 
-NOTHING_GIVEN = GivenTorques(
-    np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=complex), ()
-)
+_NONE, _NOWHERE = np.zeros(0), np.zeros(0, dtype=np.int64)
+NOTHING_GIVEN = GivenTorques(_NOWHERE, _NOWHERE, np.zeros(0, dtype=complex), ())
+_NOBODY = Firing(
+    names=(), angle=_NONE, first=0.0, cycle=2.0 * np.pi, pressure_scale=_NONE,
+    fires=_NONE.astype(bool), bank=_NONE,
+)  # fmt: skip
 #: of the phase with which a cylinder fires, and of what a speed makes of its torque
 PHASOR_ROUNDINGS, SPEED_ROUNDINGS = 16.0, 12.0
 
@@ -85,21 +88,23 @@ class Drive(NamedTuple):
     together and what does not follow the speed.
     """
 
-    orders: Orders
-    given: GivenTorques
-    fires: BoolArray
-    gas: Bounded
-    inertia: Bounded
-    mean: Bounded
-    station: IntArray
-    freedom: IntArray
-    card_speed: FloatArray
-    cards: tuple[GasCard, ...]
-    geometry: CrankGeometry
-    firing: Firing
-    cylinder: CylinderTorque
-    reciprocating_mass: float
-    rod_inertia: float
+    orders: Orders = columns(_NONE, [], 1.0)
+    given: GivenTorques = NOTHING_GIVEN
+    fires: BoolArray = _NONE.astype(bool)
+    gas: Bounded = Bounded(np.zeros((1, 0, 0), dtype=complex), np.zeros((1, 0, 0)))
+    inertia: Bounded = Bounded(np.zeros((0, 0), dtype=complex), np.zeros((0, 0)))
+    mean: Bounded = Bounded(np.zeros((1, 0)), np.zeros((1, 0)))
+    station: IntArray = _NOWHERE
+    freedom: IntArray = _NOWHERE
+    card_speed: FloatArray = _NONE
+    cards: tuple[GasCard, ...] = ()
+    geometry: CrankGeometry = CrankGeometry(0.0, 1.0)
+    firing: Firing = _NOBODY
+    cylinder: CylinderTorque = CylinderTorque(
+        _NONE, rounded(_NONE[None] + 0j, 0.0), rounded(_NONE + 0j, 0.0), rounded(np.zeros(1), 0.0)
+    )
+    reciprocating_mass: float = 0.0
+    rod_inertia: float = 0.0
 
     @property
     def order(self) -> FloatArray:
@@ -173,7 +178,7 @@ def build_drive(
     the torques of a cylinder are those of runs before this one where they are the same.
     """
     if not has_crank_train(case.machine):
-        drive = _no_cylinders()
+        drive = Drive()
     elif once is None or orders is not None:
         drive = _cylinders(case, orders)
     else:
@@ -251,33 +256,6 @@ def with_orders(
     return torque._replace(order=order, gas=gas, inertia=inertia)
 
 
-def _no_cylinders() -> Drive:
-    """Nothing that drives a line; `inertia` (m, c) is by cylinder."""
-    none, nowhere = np.zeros(0), np.zeros(0, dtype=np.int64)
-    inertia = rounded(none.astype(complex), 0.0)
-    nobody = Firing(
-        names=(), angle=none, first=0.0, cycle=2.0 * np.pi, pressure_scale=none,
-        fires=none.astype(bool), bank=none,
-    )  # fmt: skip
-    return Drive(
-        orders=columns(none, [], 1.0),
-        given=NOTHING_GIVEN,
-        fires=none.astype(bool),
-        gas=rounded(np.zeros((1, 0, 0), dtype=complex), 0.0),
-        inertia=rounded(np.zeros((0, 0), dtype=complex), 0.0),
-        mean=rounded(np.zeros((1, 0)), 0.0),
-        station=nowhere,
-        freedom=nowhere,
-        card_speed=none,
-        cards=(),
-        geometry=CrankGeometry(0.0, 1.0),
-        firing=nobody,
-        cylinder=CylinderTorque(none, inertia[None], inertia, rounded(np.zeros(1), 0.0)),
-        reciprocating_mass=0.0,
-        rod_inertia=0.0,
-    )
-
-
 def _cylinders(case: "Case", orders: tuple[float, float] | None = None) -> Drive:
     """One cylinder of an engine, and the moving masses (m, c) of all, wherever they stand."""
     machine = case.machine
@@ -306,7 +284,7 @@ def _cylinders(case: "Case", orders: tuple[float, float] | None = None) -> Drive
     turned = rounded(phasor(one.order, firing.angle).T, PHASOR_ROUNDINGS)  # (cylinders, orders)
     moved = inertia_harmonics(geometry, 1.0, 0.0, one.order)
     rocked = inertia_harmonics(geometry, 0.0, rod_inertia, one.order)
-    return _no_cylinders()._replace(
+    return Drive(
         orders=columns(one.order, [], 1.0),
         inertia=((masses[:, None] * moved + rocked) * turned).T,
         card_speed=card_speed,
@@ -376,13 +354,6 @@ class Model(NamedTuple):
             return self
         line = mapped(self.line, lambda one: one[machine][..., None, :] if one.ndim > 1 else one)
         return self._replace(line=line)
-
-    def own(self, section: IntArray) -> tuple[IntArray, IntArray]:
-        """Machines and own sections (...) of sections that count on from machine to machine."""
-        if not self.machines:
-            return np.zeros_like(section), section
-        machine, own = np.divmod(section, len(self.line.first))
-        return machine, own
 
     def at(self, speed: FloatArray | float, frequency: FloatArray | float = 0.0) -> Line:
         """The line at speeds (...) in rad/s; what follows them then has their axes in front.
