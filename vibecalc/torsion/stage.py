@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibecalc.core.run.stage import (
     Entries,
@@ -68,44 +68,50 @@ _OF_CYLINDERS = (
 )
 
 
+def _stage(
+    case: "Case",
+    name: str,
+    runs: str,
+    asked_by: str,
+    cost: str,
+    quantities: tuple[str, ...],
+    topic: str = "",
+    **more: Any,
+) -> Stage:
+    """A stage of the shaft line, whose adapter `runs`; it is the last one unless `more` says so."""
+    usual = {"orders": orders_words(case), "is_last": True, "harmonics": _half_orders}
+    return Stage(
+        name=name,
+        adapter=f"vibecalc.torsion.adapters.{runs}",
+        why=f"{asked_by} in the case",
+        parts=parts_of(case),
+        cost=cost,
+        quantities=quantities,
+        topics=(f"vibecalc.torsion.accuracy:{topic}_topics",) if topic else (),
+        **usual | more,
+    )
+
+
 def plan_torsion(case: "Case") -> Iterator[Stage]:
     """Modes, excitation and vibration at the operating speed; curves where speeds are given."""
     torsion = asked(case)
     if torsion is None or case.machine.shaft_line is None:
         return
-    line = case.machine.shaft_line
-    stations = len(line.stations)
-    yield Stage(
-        name="torsion",
-        adapter="vibecalc.torsion.adapters.steady:run_torsion",
-        why="[response.torsion] is in the case",
-        parts=parts_of(case),
-        orders=orders_words(case),
-        cost=f"modes of {stations} stations; {solves(case)} solves, one per order, at "
-        f"{case.machine.speed:.6g} rad/s",
-        quantities=_picked(case, ranged=False),
-        harmonics=_half_orders,
-        work=_work_of_torsion,
-        topics=("vibecalc.torsion.accuracy:torsion_topics",),
-        leading=leading(case),
+    cost = (
+        f"modes of {len(case.machine.shaft_line.stations)} stations; {solves(case)} solves, one "
+        f"per order, at {case.machine.speed:.6g} rad/s"
     )
-    if torsion.speeds is None:
-        return
-    speeds = torsion.speeds
-    yield Stage(
-        name="torsion_speeds",
-        adapter="vibecalc.torsion.adapters.speeds:run_torsion_speeds",
-        why="[response.torsion] speeds are in the case",
-        parts=parts_of(case),
-        orders=orders_words(case),
-        cost=_range_cost(case, speeds),
-        quantities=_picked(case, ranged=True),
-        is_last=True,
-        harmonics=_half_orders,
-        work=_work_of_speeds,
-        topics=("vibecalc.torsion.accuracy:torsion_speeds_topics",),
+    yield _stage(
+        case, "torsion", "steady:run_torsion", "[response.torsion] is", cost,
+        _picked(case, ranged=False), "torsion", is_last=False, work=_work_of_torsion,
         leading=leading(case),
-    )
+    )  # fmt: skip
+    if torsion.speeds is not None:
+        yield _stage(
+            case, "torsion_speeds", "speeds:run_torsion_speeds", "[response.torsion] speeds are",
+            _range_cost(case, torsion.speeds), _picked(case, ranged=True), "torsion_speeds",
+            work=_work_of_speeds, leading=leading(case),
+        )  # fmt: skip
 
 
 def _picked(case: "Case", ranged: bool) -> tuple[str, ...]:
@@ -208,25 +214,15 @@ def plan_torsion_curves(case: "Case") -> Iterator[Stage]:
     }
     for name in (name for name, is_asked in asks.items() if is_asked):
         module = "order_curves" if name == "curves" else name
-        yield Stage(
-            name=f"torsion {name}",
-            adapter=f"vibecalc.torsion.adapters.{module}:run_torsion_{name}",
-            why=f"[response.torsion] {name} are in the case"
-            if name == "curves"
-            else f"[response.torsion] {name} is in the case",
-            parts=parts_of(case),
-            orders=orders_words(case),
-            cost=f"{solves(case, points or 1)} solves, one per order and speed"
-            + (
-                f", for {len(condition_names(case))} conditions at once"
-                if name == "conditions"
-                else ""
-            ),
-            quantities=_of_curves(case, name),
-            is_last=True,
-            harmonics=_half_orders,
+        cost = f"{solves(case, points or 1)} solves, one per order and speed"
+        if name == "conditions":
+            cost += f", for {len(condition_names(case))} conditions at once"
+        yield _stage(
+            case, f"torsion {name}", f"{module}:run_torsion_{name}",
+            f"[response.torsion] {name} {'are' if name == 'curves' else 'is'}", cost,
+            _of_curves(case, name),
             work=_work_of_conditions if name == "conditions" else _work_of_curves,
-        )
+        )  # fmt: skip
 
 
 def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
@@ -286,19 +282,13 @@ def _published(case: "Case") -> Stage:
         paths += (f"{PUBLISHED}largest_twist_order",)
     if options.magnifier == "undamped":
         paths = tuple(p for p in paths if "critical" not in p and "largest_twist" not in p)
-    return Stage(
-        name="modal route as published",
-        adapter="vibecalc.torsion.adapters.as_published:run_torsion_as_published",
-        why="[response.torsion.as_published] is in the case",
-        parts=parts_of(case),
-        orders=line_orders(case),
-        cost=f"closed forms for {options.modes} modes, each order"
-        + ("" if torsion.speeds is None else f" and each of {torsion.speeds.points} speeds"),
-        quantities=paths,
-        is_last=True,
-        harmonics=_half_orders,
-        work=_work_of_closed_forms,
-    )
+    cost = f"closed forms for {options.modes} modes, each order"
+    cost += "" if torsion.speeds is None else f" and each of {torsion.speeds.points} speeds"
+    return _stage(
+        case, "modal route as published", "as_published:run_torsion_as_published",
+        "[response.torsion.as_published] is", cost, paths,
+        orders=line_orders(case), work=_work_of_closed_forms,
+    )  # fmt: skip
 
 
 def _variable(case: "Case") -> Stage:
@@ -310,39 +300,28 @@ def _variable(case: "Case") -> Stage:
     if has_loss(case):
         timed = (f"{VARIABLE}growth", f"{VARIABLE}unstable/")
         there = [path for path in there if not path.startswith(timed)]
-    return Stage(
-        name="variable inertia",
-        adapter="vibecalc.torsion.adapters.variable_inertia:run_torsion_variable_inertia",
-        why="[response.torsion.variable_inertia] is in the case",
-        parts=parts_of(case),
-        orders=line_orders(case) + ", and further ones of the motion",
-        cost=_all_orders(torsion.speeds.points if torsion.speeds is not None else 0),
-        quantities=tuple(there),
-        is_last=True,
-        harmonics=_orders_of_variable,
-        work=_work_of_variable,
-        topics=("vibecalc.torsion.accuracy:torsion_variable_topics",),
-    )
+    orders = line_orders(case) + ", and further ones of the motion"
+    return _stage(
+        case, "variable inertia", "variable_inertia:run_torsion_variable_inertia",
+        "[response.torsion.variable_inertia] is",
+        _all_orders(torsion.speeds.points if torsion.speeds is not None else 0), tuple(there),
+        "torsion_variable", orders=orders, harmonics=_orders_of_variable, work=_work_of_variable,
+    )  # fmt: skip
 
 
 def _transient(case: "Case") -> Stage:
     change = torsion_of(case).transient
     assert change is not None
-    quantities = below(TRANSIENT, without=_not_of_change(case, change))
-    return Stage(
-        name="transient",
-        adapter="vibecalc.torsion.adapters.transient:run_torsion_transient",
-        why=f'[response.torsion.transient] is in the case, kind = "{change.kind}"',
-        parts=parts_of(case),
-        orders=line_orders(case),
-        cost=f"matrix exponentials over {round(least_steps(case))} steps of a third of the highest "
-        "order's period, or more",
-        quantities=quantities,
-        is_last=True,
-        harmonics=_half_orders,
-        work=_work_of_transient,
-        topics=("vibecalc.torsion.accuracy:torsion_transient_topics",),
+    cost = (
+        f"matrix exponentials over {round(least_steps(case))} steps of a third of the highest "
+        "order's period, or more"
     )
+    stage = _stage(
+        case, "transient", "transient:run_torsion_transient", "[response.torsion.transient] is",
+        cost, below(TRANSIENT, without=_not_of_change(case, change)), "torsion_transient",
+        orders=line_orders(case), work=_work_of_transient,
+    )  # fmt: skip
+    return stage._replace(why=f'{stage.why}, kind = "{change.kind}"')
 
 
 def _not_of_change(case: "Case", change: "Transient") -> tuple[str, ...]:
@@ -391,20 +370,12 @@ def plan_damper(case: "Case") -> Iterator[Stage]:
         left_out.append(f"{DESIGN}ring/")
     count = 1 + len(options.rings)
     searches = f"{count} searches, one for each ring: " if options.rings else ""
-    yield Stage(
-        name="damper design",
-        adapter="vibecalc.torsion.adapters.damper_design:run_damper_design",
-        why="[damper_design] is in the case",
-        parts=parts_of(case),
-        orders=line_orders(case),
-        cost=f"{searches}a map of dampers by changes of rank one, then descents and Newton's "
-        "method",
-        quantities=below(DESIGN, without=tuple(left_out)),
-        is_last=True,
-        harmonics=_half_orders,
-        work=_work_of_damper,
-        topics=("vibecalc.torsion.accuracy:damper_design_topics",),
-    )
+    cost = f"{searches}a map of dampers by changes of rank one, then descents and Newton's method"
+    yield _stage(
+        case, "damper design", "damper_design:run_damper_design", "[damper_design] is", cost,
+        below(DESIGN, without=tuple(left_out)), "damper_design",
+        orders=line_orders(case), work=_work_of_damper,
+    )  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
