@@ -213,7 +213,7 @@ def what_drives(model: Model, drive: Drive, speed: FloatArray) -> tuple[object, 
     """All that the orders of a line at speeds (s,) hang on; None where that is not in arrays."""
     if model.modal is not None or model.over_speed is not None or model.couplings is not None:
         return None
-    if len(drive.given.column):
+    if drive.given:
         return None
     numbers = (drive.card_speed, drive.gas.value, drive.gas.error, drive.inertia.value)
     others = (drive.inertia.error, drive.freedom, drive.order, drive.orders.fixed)

@@ -48,7 +48,7 @@ from vibecalc.torsion.line import Line, mapped
 from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
 from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.speed_damping import SpeedDamping
-from vibecalc.torsion.station_torques import GivenTorques, Harmonic, Orders, columns, placed_torques
+from vibecalc.torsion.station_torques import Harmonic, Orders, columns, given_torque
 from vibecalc.torsion.tables import LineSpeeds, Torsion
 
 if TYPE_CHECKING:
@@ -67,7 +67,6 @@ Once = Callable[[str, Callable[["Case"], Any]], Any]
 
 
 _NONE, _NOWHERE = np.zeros(0), np.zeros(0, dtype=np.int64)
-NOTHING_GIVEN = GivenTorques(_NOWHERE, _NOWHERE, np.zeros(0, dtype=complex), ())
 _NOBODY = Firing(
     names=(), angle=_NONE, first=0.0, cycle=2.0 * np.pi, pressure_scale=_NONE,
     fires=_NONE.astype(bool), bank=_NONE,
@@ -84,12 +83,12 @@ class Drive(NamedTuple):
     that holds at every speed; a table of tangential effort has such speeds and no `cards`.
     `cylinder` is a healthy one, `reciprocating_mass` in kg and `rod_inertia` in kg m^2 what moves
     in it; a line without cylinders has none of these. `given` are torques at stations beside those
-    of cylinders. `fires` (m,) are the orders of the engine; `orders` has, of all, what repeats
-    together and what does not follow the speed.
+    of cylinders, by column and place. `fires` (m,) are the orders of the engine; `orders` has, of
+    all, what repeats together and what does not follow the speed.
     """
 
     orders: Orders = columns(_NONE, [], 1.0)
-    given: GivenTorques = NOTHING_GIVEN
+    given: tuple[tuple[int, int, Harmonic], ...] = ()
     fires: BoolArray = _NONE.astype(bool)
     gas: Bounded = Bounded(np.zeros((1, 0, 0), dtype=complex), np.zeros((1, 0, 0)))
     inertia: Bounded = Bounded(np.zeros((0, 0), dtype=complex), np.zeros((0, 0)))
@@ -134,9 +133,7 @@ class Drive(NamedTuple):
         gas = reshaped(gas, lambda one: one.reshape(-1, *self.gas.shape[1:]))
         square = rounded(np.square(speed)[:, None, None], SPEED_ROUNDINGS)
         total = gas + square * self.inertia
-        if not len(self.given.column):
-            return total
-        return total + self.given.torque(speed, *self.inertia.shape)
+        return total + given_torque(self.given, speed, *self.inertia.shape) if self.given else total
 
     def load(self, speed: FloatArray) -> ComplexArray:
         """The torques (s, m, k) alone, to the last bit those of `torque`; in memory k is first."""
@@ -145,8 +142,8 @@ class Drive(NamedTuple):
         if len(gas) > 1:  # one alone has the weight 1
             gas = (self.weights(speed) @ gas.reshape(len(gas), -1)).reshape(-1, *gas.shape[1:])
         total += np.moveaxis(gas, -1, 0)
-        if len(self.given.column):
-            total += np.moveaxis(self.given.torque(speed, *self.inertia.shape).value, -1, 0)
+        if self.given:
+            total += np.moveaxis(given_torque(self.given, speed, *self.inertia.shape).value, -1, 0)
         return np.moveaxis(total, 0, -1)
 
     def mean_torque(self, speed: FloatArray) -> Bounded:
@@ -201,7 +198,10 @@ def build_drive(
 
     drive = drive._replace(
         orders=every,
-        given=placed_torques(every, harmonics, {one: k for k, one in enumerate(station.tolist())}),
+        given=tuple(
+            (every.column(one.of), int(np.searchsorted(station, one.of.station)), one)
+            for one in harmonics
+        ),
         fires=fires,
         inertia=reshaped(drive.inertia, spread) @ _on_stations(shaft, station),
         station=station,
