@@ -12,7 +12,17 @@ from vibecalc.torsion.adapters import couplings, limits
 from vibecalc.torsion.adapters.bounds import limit_corners
 from vibecalc.torsion.adapters.coupling_states import coupled
 from vibecalc.torsion.adapters.irregularity import degrees
-from vibecalc.torsion.adapters.motion import Motion, Reading, blocks, of_finite, readings_of
+from vibecalc.torsion.adapters.motion import (
+    ANGLE,
+    STRESS,
+    TORQUE,
+    Motion,
+    Reading,
+    blocks,
+    emit_readings,
+    readings_of,
+    stress_of,
+)
 from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import (
     Drive,
@@ -96,9 +106,6 @@ def half_ranges(
 # Adapter: all conditions at the operating speed, the worst of them over the range.
 # ----------------------------------------------------------------------------
 
-#: readings whose worst condition is told
-WORST = ("torque_half_range", "stress_half_range", "angle_half_range")
-
 
 def run_torsion_conditions(scene: Scene) -> None:
     """Emit half ranges by condition at speed, and over the range the worst with its condition."""
@@ -115,7 +122,7 @@ def run_torsion_conditions(scene: Scene) -> None:
         scene.emit(f"{CONDITIONS}/{name}", value, axes={**axes, reading.axis: reading.names})
 
     known = readings_of(setup)
-    for name in WORST:
+    for name in (TORQUE, STRESS, ANGLE):
         if name in known:
             each(name, known[name])
     mean = stack([one.drive.mean_torque(at).sum()[0] for one in lines], axis=0)
@@ -145,75 +152,49 @@ def run_torsion_conditions(scene: Scene) -> None:
 def _search(lines: list[Setup], speed: FloatArray) -> Search:
     """Torques and angles, of which the worst condition counts, and uses of limits in each."""
     setup = lines[0]
-    known = readings_of(setup)
-    own = {name: known[name] for name in ("torque_half_range", "angle_half_range")}
+    known, sections = readings_of(setup), len(setup.shaft.section_names)
+    own = {name: known[name] for name in (TORQUE, ANGLE)}
     held = [limits.uses(one, unbarred=True) for one in lines]
-    gears = np.arange(len(setup.shaft.gears))
-    last = len(setup.shaft.section_names)
     corners = limit_corners(setup) if held[0] else np.zeros(0)
-    readings = [own | one for one in held]
-    search = Search(lines, speed, readings, list(readings[0]), corners)
+    searched = [own | uses for uses in held]
+    search = Search(lines, speed, searched, list(searched[0]), corners)
+    # sections alone, or gears behind them where some limit is for one
+    gears = any(one.signal == "load" for one in held[0].values())
+    loads = np.arange(sections + gears * len(setup.shaft.gears))
+    load = known[TORQUE]._replace(signal="load" if gears else "torque", place=loads)
+    limited = np.zeros(len(loads) + len(own[ANGLE].place), dtype=bool)
+    for one in held[0].values():
+        limited[one.place] = True
+    half = half_ranges(lines, [load, own[ANGLE]], search.grid, limited)
+    samples = {TORQUE: half[..., :sections], ANGLE: half[..., len(loads) :]}
     # by place over all conditions, by limit in each
-    group, number = np.zeros((len(lines), search.count), dtype=np.int64), 0
-    for name, columns in search.columns.items():
-        size = columns.stop - columns.start
-        if name in own:
-            group[:, columns] = number + np.arange(size)
-            number += size
-        else:
-            group[:, columns] = number + np.arange(len(lines))[:, None]
-            number += len(lines)
-    search.group = group
-    loads = [own["torque_half_range"], own["angle_half_range"]]
-    if any(one.signal == "load" for one in held[0].values()):
-        loads.append(Reading("gear", gears, "half_range", "gear", ()))
-    sizes = np.cumsum([0, *(len(one.place) for one in loads)])
-    limited = np.zeros(sizes[-1], dtype=bool)
-    place = {}
-    for name, reading in held[0].items():
-        behind = reading.place >= last
-        place[name] = np.where(behind, reading.place - last + sizes[2], reading.place)
-        limited[place[name]] = True
-    half = half_ranges(lines, loads, search.grid, limited)
-    samples = np.empty((len(lines), len(search.grid), search.count))
-    for name, columns in search.columns.items():
-        if name in own:
-            first = sizes[list(own).index(name)]
-            samples[..., columns] = half[..., first : first + columns.stop - columns.start]
-            continue
-        for row, uses, loaded in zip(samples, held, half, strict=True):
-            scale = uses[name].scale(search.grid)
-            chosen = loaded[:, place[name]]
-            row[:, columns] = np.where(scale > 0.0, chosen, 0.0) * scale
-    search.samples = samples.reshape(-1, search.count)
+    number = sections + len(own[ANGLE].place)
+    group = [np.tile(np.arange(number), (len(lines), 1))]
+    for name, one in held[0].items():
+        scale = np.stack([uses[name].scales(search.grid) for uses in held])
+        samples[name] = np.where(scale > 0.0, half[..., one.place], 0.0) * scale
+        group.append(np.repeat(number + np.arange(len(lines))[:, None], len(one.place), axis=1))
+        number += len(lines)
+    search.group = np.concatenate(group, axis=1)
+    search.samples = np.concatenate(list(samples.values()), axis=-1).reshape(-1, search.count)
     return search
 
 
 def _emit_worst(scene: Scene, search: Search) -> None:
     """The worst at each speed, and at any of them."""
-    setup, speed = search.lines[0], search.speed
-    known, stressed = readings_of(setup), np.flatnonzero(setup.shaft.section_modulus > 0.0)
-    per = 1.0 / setup.shaft.section_modulus[stressed]
-    for name in ("torque_half_range", "angle_half_range"):
+    setup, speed, place = search.lines[0], search.speed, f"{CONDITIONS}/largest"
+    known = readings_of(setup)
+    for name in (TORQUE, ANGLE):
         reading, top = known[name], search.top(name)
+        axes = {reading.axis: reading.names}
         worst = np.max([search.curves(name, one) for one in range(len(search.lines))], axis=0)
-        off = np.broadcast_to(search.uncertainty(name), worst.shape)
+        curve = Bounded(worst, np.broadcast_to(search.uncertainty(name), worst.shape))
         condition, row = np.argmax(top.value.value, axis=0), np.arange(worst.shape[1])
-        most, axes = top.value[condition, row], {reading.axis: reading.names}
-        curve, over = Bounded(worst, off), {reading.axis: reading.names, "speed": speed}
-        scene.emit(f"{CONDITIONS}/speeds/{name}", curve.T, axes=over)
-        place = f"{CONDITIONS}/largest"
-        scene.emit(f"{place}/{name}", most, axes=axes)
+        most = top.value[condition, row]
         scene.emit(f"{place}/{reading.axis}_speed", top.speed[condition, row], axes=axes)
         scene.emit(f"{place}/{reading.axis}_condition", condition + 1, 0.0, axes)
-        if name == "torque_half_range" and len(stressed):
-            stress = known["stress_half_range"]
-            own = {"section": stress.names}
-            for stem, value in (
-                (f"{CONDITIONS}/speeds", curve[:, stressed].T),
-                (place, most[stressed]),
-            ):
-                by = per[:, None] if value.value.ndim > 1 else per
-                found = of_finite(value, lambda one, by=by: one * by)
-                both = {**own, "speed": speed} if value.value.ndim > 1 else own
-                scene.emit(f"{stem}/stress_half_range", found, axes=both)
+        over, at_any = {name: curve}, {name: most}
+        if name == TORQUE and STRESS in known:
+            over[STRESS], at_any[STRESS] = (stress_of(setup, one) for one in (curve, most))
+        emit_readings(scene, f"{CONDITIONS}/speeds", setup, over, {"speed": speed})
+        emit_readings(scene, place, setup, at_any, {})

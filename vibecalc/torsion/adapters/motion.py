@@ -493,6 +493,10 @@ class Reading(NamedTuple):
     scale: Callable[[FloatArray], FloatArray] | None = None
     roundings: float = 0.0
 
+    def scales(self, speed: FloatArray) -> FloatArray:
+        """What it counts (s, r) at speeds (s,)."""
+        return np.ones((len(speed), len(self.place))) if self.scale is None else self.scale(speed)
+
     def of(self, motion: Motion, at: Rows = EVERY, row: Rows = EVERY) -> Bounded:
         """At all speeds (s, r), or of chosen rows (k,) each at a chosen speed.
 
@@ -504,7 +508,7 @@ class Reading(NamedTuple):
         lost = -np.inf if self.kind == "least" else np.inf
         if self.scale is None:
             return found if self.kind == "mean" else where(clear, found, lost)
-        scale = self.scale(motion.speed[at])
+        scale = self.scales(motion.speed[at])
         if at is not EVERY:
             scale = np.take_along_axis(scale, row[:, None], axis=1)[:, 0]
         endless = np.where(scale > 0.0, lost, 0.0)
@@ -530,6 +534,7 @@ class Reading(NamedTuple):
 
 #: readings of every line
 TORQUE, TWIST, STRESS = "torque_half_range", "twist_half_range", "stress_half_range"
+ANGLE = "angle_half_range"
 HALF = (TWIST, TORQUE, STRESS)
 
 
@@ -575,6 +580,13 @@ def readings_of(setup: Setup) -> dict[str, Reading]:
             lambda speed: np.broadcast_to(per, (len(speed), len(stressed))), 2.0,
         )  # fmt: skip
     return found
+
+
+def stress_of(setup: Setup, torque: Bounded) -> Bounded:
+    """Stresses of sections that have a modulus, of torques (..., e) of all."""
+    stressed = np.flatnonzero(setup.shaft.section_modulus)
+    per = 1.0 / setup.shaft.section_modulus[stressed]
+    return of_finite(torque[..., stressed], lambda one: one * per)
 
 
 def emit_readings(

@@ -177,8 +177,7 @@ def endless(setup: Setup, undamped: UndampedResonances, reading: Any) -> FloatAr
     found = np.full(len(reading.place), np.nan)
     if len(undamped.speed) and reading.kind != "mean":
         rows = moved(setup, undamped, reading.signal)[:, reading.place]
-        if reading.scale is not None:
-            rows = rows & (reading.scale(undamped.speed) > 0.0)
+        rows = rows & (reading.scales(undamped.speed) > 0.0)
         for at, one in zip(undamped.speed[::-1].tolist(), rows[::-1], strict=True):
             found[one] = at
     return found

@@ -20,8 +20,8 @@ from vibecalc.torsion.adapters.motion import (
     TWIST,
     Motion,
     emit_readings,
-    of_finite,
     readings_of,
+    stress_of,
 )
 from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_model, natural_of
@@ -57,13 +57,11 @@ def emit_largest(scene: Scene, stem: str, search: Search) -> Bounded:
     """Largest torques of sections with twists and stresses there; gives the torques (..., e)."""
     setup, place, top = search.lines[0], f"{stem}/largest", search.top(TORQUE)
     only: Any = slice(None) if setup.model.machines else 0
-    found, known = {TORQUE: top.value[only]}, readings_of(setup)
+    found = {TORQUE: top.value[only]}
     if scene.wants(f"{place}/{TWIST}"):
         found[TWIST] = search.beside(TWIST, top)[only]
-    if STRESS in known:
-        section = known[STRESS].place
-        per = 1.0 / setup.shaft.section_modulus[section]
-        found[STRESS] = of_finite(top.value[only][..., section], lambda one: one * per)
+    if STRESS in readings_of(setup):
+        found[STRESS] = stress_of(setup, found[TORQUE])
     emit_readings(scene, place, setup, found, {})
     scene.emit(f"{place}/speed", top.speed[only], axes={"section": setup.shaft.section_names})
     return found[TORQUE]
