@@ -79,7 +79,11 @@ def _stage(
     **more: Any,
 ) -> Stage:
     """A stage of the shaft line, whose adapter `runs`; it is the last one unless `more` says so."""
-    usual = {"orders": orders_words(case), "is_last": True, "harmonics": _half_orders}
+    usual: dict[str, Any] = {
+        "orders": orders_words(case),
+        "is_last": True,
+        "harmonics": _half_orders,
+    }
     return Stage(
         name=name,
         adapter=f"vibecalc.torsion.adapters.{runs}",

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -131,7 +131,7 @@ def _bound(setup: Setup, limit: "TorsionLimit") -> Bound:
     )
 
 
-def _basis(count: int, **known: FloatArray | float) -> Basis:
+def _basis(count: int, **known: Any) -> Basis:
     """Of so many loads, with what is known."""
     none = np.zeros(count)
     return Basis(none, none, none, none, none, 0.0)._replace(**known)

@@ -88,15 +88,13 @@ def highest_torques(scene: Scene, setup: Setup, bare: Setup | None, speed: Float
         pairs = by_machine(np.arange(machines)[:, None], at).ravel()
         pairs = np.unique(pairs, return_index=True)[0]
         errors = search.errors(pairs, ["heat"])["heat"]
-        first = np.searchsorted(pairs.real, np.arange(machines))
-        off = unsure + np.maximum.reduceat(errors, first, axis=0)
-        value = (
-            np.swapaxes(heat, 1, 2),
-            np.broadcast_to(off[..., None], np.swapaxes(heat, 1, 2).shape),
-        )
+        starts = np.searchsorted(pairs.real, np.arange(machines))
+        off = (unsure + np.maximum.reduceat(errors, starts, axis=0))[..., None]
+        value = np.swapaxes(heat, 1, 2)
+        off = np.where(np.isfinite(value), off, 0.0)
         only: Any = slice(None) if setup.model.machines else 0
         axes = {"speed": speed, "damper": known["heat"].names}
-        scene.emit(HEAT, value[0][only], np.where(np.isfinite(value[0]), value[1], 0.0)[only], axes)
+        scene.emit(HEAT, value[only], off[only], axes)
     return search
 
 

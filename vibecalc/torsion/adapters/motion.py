@@ -521,7 +521,8 @@ class Reading(NamedTuple):
             values, own = motion.referred(self.signal)
             return abs(bounded(values[at, 0, place] * own[place]))
         if self.kind in ("half_range", "peak", "bound"):
-            return getattr(motion.sums(self.signal, place, at), self.kind)
+            found: Bounded = getattr(motion.sums(self.signal, place, at), self.kind)
+            return found
         gears = self.signal == "gear"
         mean = (motion.mean.gear if gears else motion.mean.section)[at, place]
         mean = mean * motion.referred(self.signal)[1][place]

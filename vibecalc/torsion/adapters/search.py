@@ -134,9 +134,8 @@ def _poles_of_couplings(setup: Setup, first: float, last: float) -> LinePoles:
                     break
             poles.append(pole)
             places.append(place)
-    shape, none = np.zeros((len(poles), 0)), np.zeros(len(poles), dtype=np.int64)
-    found = np.array(poles, dtype=np.complex128)
-    return LinePoles(found, shape, found, np.array(places, dtype=np.int64), none)
+    none, found = np.zeros(len(poles), dtype=np.int64), np.array(poles, dtype=np.complex128)
+    return LinePoles(found, found[:, None], found, np.array(places, dtype=np.int64), none)
 
 
 # ----------------------------------------------------------------------------
@@ -253,7 +252,7 @@ class Search:
     @property
     def grid(self) -> FloatArray:
         """The speeds of the samples of the first line."""
-        return self.pairs.imag[self.pairs.real == 0.0]
+        return np.asarray(self.pairs.imag[self.pairs.real == 0.0])
 
     def _motions(
         self, pairs: ComplexArray, bounded: bool = False
@@ -330,7 +329,7 @@ class Search:
     @cached_property
     def clear(self) -> BoolArray:
         """Pairs (k,) at which all searched readings have a bound."""
-        return np.all(np.isfinite(self.samples[:, self.sought]), axis=1)
+        return np.asarray(np.all(np.isfinite(self.samples[:, self.sought]), axis=1))
 
     @cached_property
     def sought(self) -> IntArray:
@@ -356,7 +355,7 @@ class Search:
     def number(self, rows: IntArray) -> IntArray:
         """Numbers among all readings of all lines of those (n,) among what is searched."""
         line, own = np.divmod(rows, len(self.sought))
-        return line * self.count + self.sought[own]
+        return np.asarray(line * self.count + self.sought[own])
 
     @cached_property
     def found(self) -> Maxima:
@@ -392,7 +391,7 @@ class Search:
             chosen &= self._highest_of_groups()
         some = some_speeds(self.speed)
         parts = [by_machine(line[chosen], top.speed[chosen])]
-        told = range(self.machines)
+        told = list(range(self.machines))
         if len(self.lines) > 1 and np.any(chosen):
             told = [int(line[np.argmax(np.where(chosen, top.value, -np.inf))])]
         parts += [by_machine(np.full(len(some), one), some) for one in told]
