@@ -65,7 +65,7 @@ class Borne:
             return reshaped(shares, lambda one: one.reshape(len(motion.speed), -1))
         limit, which = np.tile(self.limits, len(self.couplings))[row], self.coupling[row]
         found = np.zeros((2, len(limit)))
-        for one in np.unique(limit).tolist():
+        for one in sorted(set(limit.tolist())):
             own = np.flatnonzero(limit == one)
             share = self._share(one, motion, at[own], which[own])
             found[:, own] = share.value, share.errors

@@ -7,7 +7,7 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntArray, distinct
 from vibecalc.torsion.adapters.motion import HALF, TORQUE, readings_of, solved, speeds_at_once
-from vibecalc.torsion.adapters.search import Search, some_speeds
+from vibecalc.torsion.adapters.search import Search, among, some_speeds
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
 from vibecalc.torsion.critical_speeds import by_machine
 from vibecalc.torsion.hung import BareLine, bare_line, hung, ring_stiffness, torque_under
@@ -102,7 +102,7 @@ def _put_samples(search: Search, torque: FloatArray) -> None:
     """Torques (p, s, e) of the sweep, with those about narrow resonances, as samples."""
     count = torque.shape[-1]
     samples = np.zeros((len(search.pairs), search.count))
-    swept = np.isin(search.pairs.imag, search.speed)
+    swept = among(search.pairs.imag, search.speed)
     samples[swept, :count] = torque.reshape(-1, count)
     samples[~swept] = search.sampled(search.pairs[~swept])
     # the largest ones themselves as any other run has them

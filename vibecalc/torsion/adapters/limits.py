@@ -181,10 +181,12 @@ def emit_uses(
     motions: Sequence[Motion],
     search: Search | None,
     axes: Mapping[str, Any],
+    here: bool = True,
 ) -> None:
-    """In conditions (c,), the `motions` at the operating speed; with a `search` also over speeds.
+    """In conditions (c,), the `motions` at the operating speed, and over those of a `search`.
 
-    Without an axis of conditions in `axes` those of the only one.
+    Without an axis of conditions in `axes` those of the only one, and those of the operating speed
+    only `here`.
     """
     lines = [one.setup for one in motions]
     held = [bounds(one) for one in lines]
@@ -206,11 +208,12 @@ def emit_uses(
             if quantity in of:
                 put(f"{start}{prefix}allowed", known(np.where(of == quantity, allowed, np.inf)))
 
-    here = [[one.of(motion)[0] for one in _only_uses(motion.setup)] for motion in motions]
-    use = stack([stack([one.max() for one in row]) for row in here], axis=0)
-    worst = np.array([[np.argmax(one.value) for one in row] for row in here])
-    put("operating_use", use)
-    element("operating_", worst, np.full(worst.shape, lines[0].speed))
+    uses = [[one.of(motion)[0] for one in _only_uses(motion.setup)] for motion in motions]
+    use = stack([stack([one.max() for one in row]) for row in uses], axis=0)
+    if here:
+        worst = np.array([[np.argmax(one.value) for one in row] for row in uses])
+        put("operating_use", use)
+        element("operating_", worst, np.full(worst.shape, lines[0].speed))
     if search is None:
         return
     best, unbarred = [], []

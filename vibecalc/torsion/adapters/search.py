@@ -92,7 +92,7 @@ def _poles(setup: Setup, first: float, last: float) -> LinePoles:
     # a width is that of the dampings at the speed where the pole meets the order
     met = found.pole.imag / order[found.order]
     part = np.clip(PARTS * (met - first) / (last - first), 0, PARTS - 1).astype(int)
-    for number in np.unique(part).tolist():
+    for number in sorted(set(part.tolist())):
         middle = first + (number + 0.5) * (last - first) / PARTS
         there = _poles_of(model.over_speed.on(line, middle), model, order)
         rows = np.flatnonzero(part == number)
@@ -190,6 +190,12 @@ def endless(setup: Setup, undamped: UndampedResonances, reading: Any) -> FloatAr
 SAMPLES = 16
 
 
+def among(values: FloatArray, known: FloatArray) -> BoolArray:
+    """Which values (k,) are among some that rise; numpy's own imports its masked arrays."""
+    place = np.minimum(np.searchsorted(known, values), len(known) - 1)
+    return np.asarray(known[place] == values)
+
+
 def some_speeds(speed: FloatArray) -> FloatArray:
     """Speeds at equal steps, at which errors of curves are read."""
     place = np.linspace(0, len(speed) - 1, min(SAMPLES, len(speed))).astype(int)
@@ -236,7 +242,7 @@ class Search:
         own = with_narrow(first, speed, corners)
         for one in self.undamped:
             near = np.any((own.imag[:, None] >= one.low) & (own.imag[:, None] <= one.high), axis=1)
-            own = own[~near | np.isin(own.imag, speed)]
+            own = own[~near | among(own.imag, speed)]
         self.pairs = np.concatenate([own + number for number in range(len(lines))])
         sizes = [len(one.place) for one in readings[0].values()]
         ends_of = np.cumsum([0, *sizes]).tolist()
@@ -291,7 +297,7 @@ class Search:
         """Samples (s, r) of a reading at the speeds of the sweep."""
         own = self.pairs.real == line
         at = self.samples[own, self.columns[name]]
-        return np.asarray(at[np.isin(self.pairs.imag[own], self.speed)])
+        return np.asarray(at[among(self.pairs.imag[own], self.speed)])
 
     def errors(self, pairs: ComplexArray, names: Sequence[str]) -> dict[str, FloatArray]:
         """Errors (k, r) at `pairs` (k,) that rise; 0 where there is no bound."""

@@ -189,7 +189,7 @@ def build_drive(
     every = columns(engine, [one.of for one in harmonics], case.machine.speed)
     given = [one.of.station for one in harmonics]
     station = distinct([*shaft.cylinder_station.tolist(), *given]).astype(np.int64)
-    fires = np.isin(every.order, engine) & (every.fixed == 0.0)
+    fires = np.any(every.order[:, None] == engine, axis=1) & (every.fixed == 0.0)
 
     def spread(values: Any) -> Any:
         whole = np.zeros((len(every.order), values.shape[1]), values.dtype)

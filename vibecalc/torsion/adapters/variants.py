@@ -179,7 +179,7 @@ def emit_healthy(scene: Scene, setup: Setup, speed: FloatArray | None = None) ->
         emit_curves(scene, HEALTHY, search, HALF)
         emit_largest(scene, HEALTHY, search)
         if setup.torsion.limits:
-            limits.emit_uses(scene, limit, [motion], search, axes)
+            limits.emit_uses(scene, limit, [motion], search, axes, here=False)
         if "coupling use" in search.columns:
             couplings.emit_largest_uses(scene, f"{HEALTHY}/coupling", search, {})
         return
