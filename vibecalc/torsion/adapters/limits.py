@@ -49,7 +49,8 @@ def uses(setup: Setup, unbarred: bool = False) -> dict[str, Reading]:
 def emit_operating_use(scene: Scene, setup: Setup, motion: Motion) -> None:
     """Limits and what they are made of, with the load of the `motion` at the operating speed."""
     asked, at = bounds(setup), setup.speed
-    table, use = LimitTable(scene, setup, asked), [one.of(motion)[0] for one in _only_uses(setup)]
+    readings, table = _only_uses(setup), LimitTable(scene, setup, asked)
+    use = [one.of(motion)[0] for one in readings]
     largest = stack([one.max() for one in use], axis=0)
     scene.emit(f"{PLACE}/operating_use", largest, axes=table.axes)
     if any(bound.quantity == "stress" for bound in asked):
@@ -59,8 +60,8 @@ def emit_operating_use(scene: Scene, setup: Setup, motion: Motion) -> None:
             table.emit(f"basis/{name}", [bounded(getattr(bound.basis, name)) for bound in asked])
         table.emit("basis/size_factor", [known(bound.basis.size_factor) for bound in asked])
     loads = []
-    for bound in asked:
-        own = Reading("load", bound.load, "half_range", "", ()).of(motion)[0]
+    for bound, reading in zip(asked, readings, strict=True):
+        own = reading._replace(scale=None).of(motion)[0]
         loads.append(of_finite(own, lambda one, by=bound.modulus: one / by))
     table.emit_quantity("operating", "load", loads)
     for name, course in COURSES.items():
