@@ -222,7 +222,7 @@ def torsion_speeds_topics(scene: Scene) -> list[Topic]:
         return []
 
     def curve(at: FloatArray) -> FloatArray:
-        return one.value(np.zeros(1, dtype=np.int64), at[None])[0]
+        return np.asarray(one.value(np.zeros(1, dtype=np.int64), at[None])[0])
 
     def kernel(number: float) -> Answer:
         at = speed if number == points else np.linspace(*ends, int(number))

@@ -71,6 +71,11 @@ class Borne:
             found[:, own] = share.value, share.errors
         return Bounded(*found)
 
+    def errors(self, motion: Motion) -> FloatArray:
+        """As of a reading."""
+        found = self.of(motion)
+        return np.where(np.isfinite(found.value), found.errors, 0.0)
+
     def _value(self, name: str, motion: Motion, at: Rows, which: IntArray) -> Bounded:
         """Of couplings `which` (c,) at all speeds (s, c), or each at its own (c,)."""
         place = self.element[which]

@@ -104,11 +104,18 @@ def _put_samples(search: Search, torque: FloatArray) -> None:
     samples = np.zeros((len(search.pairs), search.count))
     swept = among(search.pairs.imag, search.speed)
     samples[swept, :count] = torque.reshape(-1, count)
-    samples[~swept] = search.sampled(search.pairs[~swept])
+    machine, section = search.pairs.real.astype(np.int64), np.arange(count)
+    best = np.max(torque, axis=1, initial=0.0, where=np.isfinite(torque)).ravel()
+    extra = np.flatnonzero(~swept)
+    for part, _, motion in search.motions(search.pairs[extra]):
+        rows, own = motion.rows("torque", section), extra[part]
+        group = machine[own, None] * count + section
+        cycles = motion.setup.drive.cycles
+        half = near_the_largest(cycles, rows.reshape(group.size, -1), group.ravel(), best)
+        samples[own, :count] = np.where(motion.masked[:, None], np.inf, half.reshape(group.shape))
     # the largest ones themselves as any other run has them
     first = np.flatnonzero(np.diff(search.pairs.real, prepend=-1.0))
     most = np.maximum.reduceat(samples[:, :count], first, axis=0)
-    machine = search.pairs.real.astype(np.int64)
     place, section = np.nonzero(swept[:, None] & (samples[:, :count] == most[machine]))
     own = np.isfinite(samples[place, section])
     place, section = place[own], section[own]

@@ -61,8 +61,9 @@ def emit_operating_use(scene: Scene, setup: Setup, motion: Motion) -> None:
         table.emit("basis/size_factor", [known(bound.basis.size_factor) for bound in asked])
     loads = []
     for bound, reading in zip(asked, readings, strict=True):
+        per = rounded(1.0 / bound.modulus, 2.0)
         own = reading._replace(scale=None).of(motion)[0]
-        loads.append(of_finite(own, lambda one, by=bound.modulus: one / by))
+        loads.append(of_finite(own, per.__mul__))
     table.emit_quantity("operating", "load", loads)
     for name, course in COURSES.items():
         rows = [known(bound.allowed(course, at), bound.roundings) for bound in asked]

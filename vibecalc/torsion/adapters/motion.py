@@ -26,7 +26,7 @@ from vibecalc.numerics.rounding import (
     FloatArray,
     IntArray,
 )
-from vibecalc.numerics.synthesis import OverCycle, over_cycle, synthesis
+from vibecalc.numerics.synthesis import OverCycle, over_cycle, sum_error, synthesis
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup, placed
 from vibecalc.torsion.coupling_line import Moved
 from vibecalc.torsion.line import complex_stiffness, damped_elements, loss_stiffness
@@ -476,6 +476,10 @@ def _own(total: OverCycle, factor: FloatArray) -> OverCycle:
     return OverCycle(peak, half, where(turned, -low, high), where(turned, -high, low), whole)
 
 
+#: what is a sum over the cycle itself
+SUMMED = ("half_range", "peak", "bound")
+
+
 class Reading(NamedTuple):
     """A quantity of places (r,) of a line, the entries `names` of an `axis` of results.
 
@@ -514,13 +518,21 @@ class Reading(NamedTuple):
         endless = np.where(scale > 0.0, lost, 0.0)
         return where(clear, found * rounded(scale, self.roundings), endless)
 
+    def errors(self, motion: Motion) -> FloatArray:
+        """Errors (s, r) at all speeds of a bounded motion; 0 where there is no bound."""
+        if self.scale is None and self.kind in SUMMED:  # without forming the sum
+            error = sum_error(motion.rows(self.signal, self.place))
+            return np.where(motion.masked[:, None], 0.0, error)
+        found = self.of(motion)
+        return np.where(np.isfinite(found.value), found.errors, 0.0)
+
     def _of(self, motion: Motion, at: Rows, place: IntArray) -> Bounded:
         if self.kind == "heat":
             return motion.heat(place, at)
         if self.kind == "amplitude":
             values, own = motion.referred(self.signal)
             return abs(bounded(values[at, 0, place] * own[place]))
-        if self.kind in ("half_range", "peak", "bound"):
+        if self.kind in SUMMED:
             found: Bounded = getattr(motion.sums(self.signal, place, at), self.kind)
             return found
         gears = self.signal == "gear"

@@ -260,7 +260,7 @@ class Search:
         """The speeds of the samples of the first line."""
         return np.asarray(self.pairs.imag[self.pairs.real == 0.0])
 
-    def _motions(
+    def motions(
         self, pairs: ComplexArray, bounded: bool = False
     ) -> Iterator[tuple[slice, int, Motion]]:
         """The lines in motion at `pairs` (k,), by rising line, block by block."""
@@ -288,7 +288,7 @@ class Search:
     def sampled(self, pairs: ComplexArray) -> FloatArray:
         """Values (k, r) of all readings at `pairs` (k,) that rise."""
         found = np.empty((len(pairs), self.count))
-        for part, number, motion in self._motions(pairs):
+        for part, number, motion in self.motions(pairs):
             for name, reading in self.readings[number].items():
                 found[part, self.columns[name]] = reading.of(motion).value
         return found
@@ -302,10 +302,9 @@ class Search:
     def errors(self, pairs: ComplexArray, names: Sequence[str]) -> dict[str, FloatArray]:
         """Errors (k, r) at `pairs` (k,) that rise; 0 where there is no bound."""
         of = {name: np.zeros((len(pairs), self._size(name))) for name in names}
-        for part, number, motion in self._motions(pairs, bounded=True):
+        for part, number, motion in self.motions(pairs, bounded=True):
             for name in names:
-                found = self.readings[number][name].of(motion)
-                of[name][part] = np.where(np.isfinite(found.value), found.errors, 0.0)
+                of[name][part] = self.readings[number][name].errors(motion)
         return of
 
     def _size(self, name: str) -> int:
@@ -320,7 +319,7 @@ class Search:
         flat, back = np.unique(pairs, return_inverse=True)
         back, column = back.ravel(), np.repeat(column, where.shape[1])
         found = np.empty(back.size)
-        for part, number, motion in self._motions(flat):
+        for part, number, motion in self.motions(flat):
             here = np.flatnonzero((back >= part.start) & (back < part.stop))
             of = column[here]
             for name, reading in self.readings[number].items():
@@ -387,27 +386,40 @@ class Search:
         every = np.tile(sense, self.machines), np.tile(shift, self.machines)
         return top._replace(value=every[0] * (top.value - every[1]))
 
+    def _worst_line(self) -> list[int]:
+        """Lines whose errors tell those of curves: all, of conditions the one of the largest."""
+        if len(self.lines) < 2:
+            return list(range(self.machines))
+        value = self.found.value
+        return [int(np.argmax(np.where(np.isfinite(value), value, -np.inf)) // len(self.sought))]
+
     @cached_property
-    def _told(self) -> tuple[ComplexArray, dict[str, FloatArray]]:
-        """Pairs at which errors are taken, and errors there of all readings."""
-        top, shape = self.found, (self.machines, len(self.sought))
-        line = np.repeat(np.arange(shape[0]), shape[1])
-        chosen = np.isfinite(top.value)
-        if self.group is not None:
-            chosen &= self._highest_of_groups()
-        some = some_speeds(self.speed)
-        parts = [by_machine(line[chosen], top.speed[chosen])]
-        told = list(range(self.machines))
-        if len(self.lines) > 1 and np.any(chosen):
-            told = [int(line[np.argmax(np.where(chosen, top.value, -np.inf))])]
-        parts += [by_machine(np.full(len(some), one), some) for one in told]
-        # next to what nothing damps errors are largest
-        grid = self.pairs[self.clear]
-        if len(self.undamped_at) and len(grid):
-            near = np.searchsorted(grid.imag, self.undamped_at)[:, None] + np.array([-1, 0])
-            parts.append(grid[np.clip(near, 0, len(grid) - 1)].ravel())
-        at = np.unique(np.concatenate(parts), return_index=True)[0]
-        return at, self.errors(at, list(self.readings[0]))
+    def _errors(self) -> dict[str, tuple[ComplexArray, dict[str, FloatArray]]]:
+        """Pairs at which errors are taken, and errors there of what may be asked for."""
+        return {}
+
+    def _told(self, where: str) -> tuple[ComplexArray, dict[str, FloatArray]]:
+        """Those at the "tops" of what is searched, or over the "range"."""
+        if where not in self._errors:
+            top = self.found
+            chosen = np.isfinite(top.value)
+            if where == "tops":
+                line = np.repeat(np.arange(self.machines), len(self.sought))
+                if self.group is not None:
+                    chosen &= self._highest_of_groups()
+                parts = [by_machine(line[chosen], top.speed[chosen])]
+            else:
+                some = some_speeds(self.speed)
+                parts = [by_machine(np.full(len(some), one), some) for one in self._worst_line()]
+                # next to what nothing damps errors are largest
+                grid = self.pairs[self.clear]
+                if len(self.undamped_at) and len(grid):
+                    near = np.searchsorted(grid.imag, self.undamped_at)[:, None] + [-1, 0]
+                    parts.append(grid[np.clip(near, 0, len(grid) - 1)].ravel())
+            at = np.unique(np.concatenate(parts), return_index=True)[0]
+            names = [one for one in self.readings[0] if one != "heat" or one in self.searched]
+            self._errors[where] = at, self.errors(at, names)
+        return self._errors[where]
 
     def _highest_of_groups(self) -> BoolArray:
         """Which of what is searched (p r,) are the largest of their group."""
@@ -419,14 +431,28 @@ class Search:
 
     def uncertainty(self, name: str, line: int = 0) -> FloatArray:
         """Largest errors (r,) of a reading over the range."""
-        at, errors = self._told
-        own = (at.real == line) | (len(self.lines) > 1)
-        return np.asarray(np.max(errors[name][own], axis=0, initial=0.0))
+        most = np.zeros(self._size(name))
+        for where in ("tops", "range"):
+            at, errors = self._told(where)
+            own = (at.real == line) | (len(self.lines) > 1)
+            most = np.maximum(most, np.max(errors[name][own], axis=0, initial=0.0))
+        return most
 
     def bounded_curves(self, name: str, line: int = 0) -> Bounded:
         """`curves` (s, r) with their errors."""
         values = self.curves(name, line)
         return Bounded(values, np.broadcast_to(self.uncertainty(name, line), values.shape))
+
+    def _at_tops(self, name: str, speed: FloatArray) -> FloatArray:
+        """Errors of a reading at speeds (p, r) of largest values; 0 where none were taken."""
+        at, errors = self._told("tops")
+        if not len(at):
+            return np.zeros(speed.shape)
+        line = np.broadcast_to(np.arange(len(speed))[:, None], speed.shape)
+        pairs = by_machine(line, speed)
+        place = np.minimum(np.searchsorted(at, pairs), len(at) - 1)
+        found = errors[name][place, np.arange(speed.shape[1])]
+        return np.where(at[place] == pairs, found, 0.0)
 
     def top(self, name: str) -> Top:
         """The largest values of one reading, with the errors at their own speeds."""
@@ -436,12 +462,7 @@ class Search:
         speed, speed_error, value, value_error = (
             one.reshape(shape)[:, own] for one in found[1:]
         )  # fmt: skip
-        at, errors = self._told
-        pairs = by_machine(np.broadcast_to(np.arange(shape[0])[:, None], speed.shape), speed)
-        place = np.searchsorted(at, pairs)
-        there = at[np.minimum(place, len(at) - 1)] == pairs
-        rounding = errors[name][np.minimum(place, len(at) - 1), np.arange(speed.shape[1])]
-        rounding = np.where(there & np.isfinite(value), rounding, 0.0)
+        rounding = np.where(np.isfinite(value), self._at_tops(name, speed), 0.0)
         return Top(Bounded(value, value_error + rounding), Bounded(speed, speed_error))
 
     def beside(self, name: str, top: Top) -> Bounded:
@@ -457,9 +478,7 @@ class Search:
         off = np.where(speed + off > self.speed[-1], -off, off)
         values = self.value(numbers, np.stack([speed.ravel(), (speed + off).ravel()], axis=1))
         finite = np.isfinite(top.value.value)
-        pairs = by_machine(line, speed)
-        at, back = np.unique(pairs, return_inverse=True)
-        errors = self.errors(at, [name])[name][back.ravel(), column.ravel()]
-        error = errors + np.abs(np.where(finite.ravel(), values[:, 1] - values[:, 0], 0.0))
+        moves = np.abs(np.where(finite.ravel(), values[:, 1] - values[:, 0], 0.0))
+        error = self._at_tops(name, speed) + moves.reshape(speed.shape)
         value = np.where(finite, values[:, 0].reshape(speed.shape), np.inf)
-        return Bounded(value, np.where(finite, error.reshape(speed.shape), 0.0))
+        return Bounded(value, np.where(finite, error, 0.0))
