@@ -216,7 +216,7 @@ def sweep_rates() -> tuple[float, float]:
     from sweep import Sweep, make_design, plain
 
     from vibecalc.core.study.execute import load_checked
-    from vibecalc.core.study.sweep.arrays import ArrayEvaluator
+    from vibecalc.core.study.sweep.evaluate import ArrayEvaluator
 
     (loaded,) = load_checked([Path(__file__).resolve().parents[1] / "cases" / "roll.toml"])
     axis = {"key": "machine.crank_train.rod_length", "from": 0.2, "to": 0.6, "points": 1000}

@@ -24,8 +24,8 @@ from timing import Work, each_of
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.study.execute import load_checked
-from vibecalc.core.study.sweep.arrays import ArrayEvaluator
 from vibecalc.core.study.sweep.design import make_design
+from vibecalc.core.study.sweep.evaluate import ArrayEvaluator
 from vibecalc.excitation.inertia_forces import reciprocating_excitation
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.numerics.cycle_peak import cycle_peak

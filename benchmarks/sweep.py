@@ -25,9 +25,8 @@ from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.run import run_case
 from vibecalc.core.study.execute import load_checked
-from vibecalc.core.study.sweep.arrays import ArrayEvaluator
 from vibecalc.core.study.sweep.design import Design, make_design
-from vibecalc.core.study.sweep.evaluate import Evaluator
+from vibecalc.core.study.sweep.evaluate import ArrayEvaluator, Evaluator
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
 TURNS = 2

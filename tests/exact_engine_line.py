@@ -13,7 +13,7 @@ from mpmath import mp, mpc, mpf
 
 from vibecalc.schema import Case
 from vibecalc.torsion.model import build_shaft_line
-from vibecalc.torsion.shaft_line_tables import crank_station, joints, shaft_ends
+from vibecalc.torsion.shaft_line_tables import Layout
 
 
 class ExactLine:
@@ -40,7 +40,7 @@ class ExactLine:
             self.ground[f] += own[2]
         self.elements: list[tuple[int, int, mpf, mpf, mpf, mpf]] = []
         self.section_ratio: list[mpf] = []
-        for shaft, (first, second) in zip(parts.shafts, shaft_ends(parts), strict=True):
+        for shaft, (first, second) in zip(parts.shafts, Layout(parts).ends, strict=True):
             stiffness = _stiffness(shaft)
             damping = mpf(shaft.damping or 0)
             if shaft.damping_ratio:
@@ -100,12 +100,13 @@ def _stiffness(shaft: Any) -> mpf:
 def exact_ratios(parts: Any) -> list[mpf]:
     """Own speed over crank speed, walking from the first station with a cylinder."""
     at = {one.name: k for k, one in enumerate(parts.stations)}
-    links = [(j.first, j.second, mpf(1)) for j in joints(parts)[: len(parts.shafts)]]
+    layout = Layout(parts)
+    links = [(j.first, j.second, mpf(1)) for j in layout.joints[: len(parts.shafts)]]
     for gear in parts.gears:
         size = mpf(gear.ratio) if gear.ratio is not None else mpf(gear.teeth[0]) / gear.teeth[1]
         first, second = (at[name] for name in gear.between)
         links.append((first, second, -size if gear.reverses else size))
-    start = crank_station(parts)
+    start = layout.crank
     ratio: dict[int, mpf] = {start: mpf(1)}
     while len(ratio) < len(parts.stations):
         before = len(ratio)

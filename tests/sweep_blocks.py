@@ -9,9 +9,9 @@ from sweep_samples import DAMPING, SPEED, STIFFNESS, design_of, generator, sprea
 
 from vibecalc.core.results.layout import BUG, DONE, FAILED
 from vibecalc.core.results.record import Axis, Quantity
-from vibecalc.core.results.sweep_file import SweepHead
+from vibecalc.core.results.sweep_file import SweepHead, columns_of
 from vibecalc.core.study.sweep.assemble import sweep_head
-from vibecalc.core.study.sweep.blocks import Block, columns_of, combined, one_point
+from vibecalc.core.study.sweep.blocks import Block, combined, one_point
 from vibecalc.core.study.sweep.design import Design
 from vibecalc.core.study.sweep.journal import Journal
 from vibecalc.core.study.sweep.prepare import identify

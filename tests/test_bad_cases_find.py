@@ -39,20 +39,13 @@ def checked(folder: Path, *rows: str, head: str = HEAD, verb: str = "check") -> 
     return command(verb, str(path), *more, cap=60)
 
 
-def test_a_good_one_is_accepted(tmp_path: Path) -> None:
-    outcome = checked(tmp_path, GOOD)
-    assert outcome.code == 0, outcome.err
-
-
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
         ('"one"', '"rod length"', "found 'rod length'; allowed: letters, digits and _"),
         ('"one"', '"a/b"', "a name that cannot stand in a result path"),
-        ('"one"', '""', "name is empty"),
         ("stiffness", "stifness", "did you mean 'stiffness'?"),
         (STIFFNESS, "machine.mounts.each", "not a continuous number"),
-        (STIFFNESS, "machine.kind", "not a continuous number"),
         (STIFFNESS, "limit[0].max", "only keys below machine, excitation, response, isolation"),
         (STIFFNESS, "a key", "not a key"),
         (STIFFNESS, "machine.motor.torque.cosine[0]", "machine has no key 'motor'"),
@@ -60,27 +53,19 @@ def test_a_good_one_is_accepted(tmp_path: Path) -> None:
         ('"1 N/mm"', '"1 kg"', "found '1 kg', a mass"),
         ('"1 N/mm"', '"-1 N/mm"', "lower is a value that machine.mounts.each.stiffness must not"),
         ('"1 N/mm"', '"100 N/mm"', "lower < upper"),
-        ('"1 N/mm"', "nan", "lower is not finite"),
-        ('"1 N/mm"', '"nan N/mm"', "not finite"),
-        ('"100 N/mm"', '"1e400 N/mm"', "too large for a double"),
         (FREQUENCY, "isolation/pitch/natural_freqency", f"did you mean '{FREQUENCY}'?"),
         (FREQUENCY, "excitation/residual", "no table of this case asks for it"),
         (FREQUENCY, "find/one/value", "this case does not compute such a quantity"),
         ('target = "10 Hz"', "", "has neither target nor change nor seek"),
         ('target = "10 Hz"', 'target = "10 N"', "does not fit isolation/pitch/natural_frequency"),
-        ('target = "10 Hz"', "target = nan", "target is not finite"),
         ('target = "10 Hz"', 'change = "1 mm"', "found 1 mm"),
         ('target = "10 Hz"', 'target = 1\nchange = "1 Hz"', "change and target exclude each other"),
         ('target = "10 Hz"', 'target = 1\nseek = "minimum"', "seek and target exclude each other"),
-        ('target = "10 Hz"', 'seek = "least"', "one of 'minimum', 'maximum'"),
-        ('target = "10 Hz"', "target = 1\npoints = 2", "points is out of range"),
         ('target = "10 Hz"', "target = 1\nwhere = { order = 1 }", "has no axis 'order'"),
-        ('target = "10 Hz"', "target = 1\nalso = 'x'", "also cannot be a text"),
         ('target = "10 Hz"', f"target = 1\nalso = ['{STIFFNESS}']", "changed twice"),
         ('target = "10 Hz"', f"target = 1\nalso = ['{DAMPING}', '{DAMPING}']", "changed twice"),
         ('target = "10 Hz"', "target = 1\nalso = ['machine.sped']", "did you mean 'speed'?"),
         ('target = "10 Hz"', f"target = 1\nalso = ['{PHASE}']", "zero does not change"),
-        ('target = "10 Hz"', "target = 1\nsearch = 3", "unknown key 'search'"),
     ],
 )
 def test_words(tmp_path: Path, old: str, new: str, words: str) -> None:

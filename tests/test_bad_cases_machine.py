@@ -172,10 +172,10 @@ RICH = GENERATOR.replace('model = "pitch"', 'model = "MODEL"').replace(
 
 
 def test_extreme_numbers_are_refused_or_computed_with() -> None:
-    """Five hundred seeded mutations: problems in words, or finite arrays; no overflow, no crash."""
+    """Seeded mutations: problems in words, or finite arrays; no overflow, no crash."""
     rng = np.random.default_rng(42)
     refused = built = 0
-    for _ in range(500):
+    for _ in range(150):
         data = tomllib.loads(RICH.replace("MODEL", str(rng.choice(["pitch", "rigid_body"]))))
         make_extreme(rng, data, leaves(data))
         try:
@@ -194,5 +194,5 @@ def test_extreme_numbers_are_refused_or_computed_with() -> None:
         for array in (parts.body.mass_matrix, parts.mounts.stiffness, parts.crank_train.position):
             assert np.isfinite(array).all()
         built += 1
-    assert refused > 50
-    assert built > 50
+    assert refused > 15
+    assert built > 15

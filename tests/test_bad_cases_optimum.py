@@ -113,11 +113,3 @@ def test_singular_optimum_has_an_honest_error():
     found = minimise(Problem(lambda x: ((x[0] - 0.3) ** 4 + 1.0, []), [-1], [1]), starts=1)
     assert abs(found.variables[0] - 0.3) <= 10 * found.variables_error[0]
     assert abs(found.objective - 1.0) <= found.objective_error < 1e-10
-
-
-def test_changing_number_of_margins_is_a_mistake_of_the_caller():
-    def evaluate(x):
-        return x[0], [1.0] * (1 if x[0] > 0.3 else 2)
-
-    with pytest.raises(ValueError, match="number of margins changes"):
-        minimise(Problem(evaluate, [0], [1]))

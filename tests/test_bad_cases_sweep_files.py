@@ -1,6 +1,5 @@
 """Claim: what is wrong with the files of a sweep is said in words, and nothing half passes."""
 
-import os
 import resource
 import subprocess
 import sys
@@ -13,7 +12,7 @@ import numpy as np
 import pytest
 from long_but import long_but
 from sample_results import result_of
-from sweep_blocks import FORCE, SAG, Made, block_at, grid_of, made
+from sweep_blocks import FORCE, SAG, Made, grid_of, made
 
 from vibecalc.core.results.layout import ERRORS, FAILED, STATUS, VERSION_ATTRIBUTE
 from vibecalc.core.results.store import write_result
@@ -61,18 +60,6 @@ def test_a_full_disk_leaves_the_old_file(sweep: Made, tmp_path: Path, share: flo
     assert sorted(path.name for path in tmp_path.iterdir()) == ["sweep.h5", "sweep.h5.chunks"]
 
 
-def test_a_disk_that_returns_something_else(sweep: Made, monkeypatch: pytest.MonkeyPatch) -> None:
-    journal, before = sweep.journal, sweep.journal.path.read_bytes()
-
-    def fsync(number: int) -> None:
-        os.pwrite(number, b"?", len(before) + 100)
-
-    monkeypatch.setattr(os, "fsync", fsync)
-    with pytest.raises(UsageError, match="does not give back what it got"):
-        journal.write(0, block_at(journal.points(0)))
-    assert journal.path.read_bytes() == before
-
-
 def test_a_chunk_that_breaks_while_the_file_is_written(sweep: Made, tmp_path: Path) -> None:
     journal = sweep.journal
     content = bytearray(journal.path.read_bytes())
@@ -83,15 +70,6 @@ def test_a_chunk_that_breaks_while_the_file_is_written(sweep: Made, tmp_path: Pa
     assert [one.name for one in tmp_path.iterdir()] == ["sweep.h5.chunks"]
     journal.look()
     assert assemble(tmp_path / "sweep.h5", sweep.head, journal).missing == ((15, 23),)
-
-
-def test_a_truncated_file_is_refused(sweep: Made, tmp_path: Path) -> None:
-    output = assemble(tmp_path / "sweep.h5", sweep.head, sweep.journal).path
-    content = output.read_bytes()
-    for share in (0.0, 0.3, 0.8, 0.999):
-        output.write_bytes(content[: int(share * len(content))])
-        with pytest.raises(ResultError, match=r"empty|damaged"):
-            open_sweep(output)
 
 
 def test_changed_texts_and_numbers_are_found(sweep: Made, tmp_path: Path) -> None:
@@ -107,7 +85,7 @@ def test_changed_texts_and_numbers_are_found(sweep: Made, tmp_path: Path) -> Non
     with open_sweep(output) as found:
         for some in ((), (20, 24)):
             with pytest.raises(ResultError, match="damaged") as error:
-                found.values(SAG, *some)
+                found.read(SAG, *some)
             refused(error)
 
 
@@ -182,13 +160,12 @@ def test_a_lock_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     refused(error)
 
 
-@pytest.mark.parametrize("size", ["60k", "100k"])
-def test_a_full_tmpfs(size: str, tmp_path: Path) -> None:
+def test_a_full_tmpfs(tmp_path: Path) -> None:
     """No memory map of a file that can run out of room: the system would end the process."""
     folder = tmp_path / "small"
     folder.mkdir()
     mounted = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", folder],
+        ["mount", "-t", "tmpfs", "-o", "size=60k", "tmpfs", folder],
         check=False,
         capture_output=True,
     )

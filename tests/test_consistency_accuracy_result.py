@@ -51,15 +51,6 @@ def test_two_measurements_do_not_differ(result: Result) -> None:
     assert comparison.same and len(comparison.rows) == 12 + 13
 
 
-def test_a_worse_method_differs(result: Result) -> None:
-    path = f"{folder_of(FULL)}/worst_relative"
-    worse = result.record[path].values.copy()
-    worse[0] *= 1.01
-    record = replace(result.record)
-    record.quantities = {**record.quantities, path: replace(record[path], values=worse)}
-    assert not compare(result, replace(result, record=record)).same
-
-
 def test_the_file_has_every_trial_with_its_cause(result: Result) -> None:
     folder = folder_of(FULL)
     assert folder == "accuracy/rotation/after_one_unit"

@@ -1,14 +1,12 @@
 """Claim: every stage and study that a case can have is measured by some topic."""
 
-import tomllib
 from functools import cache
 
 import pytest
 from shipped_cases import CASES, SLOW
 
 from vibecalc.core.accuracy.run import STUDIES, WHOLE_CASE, Collected, collect, stages_of
-from vibecalc.core.accuracy.topic import Topic, measure
-from vibecalc.core.case.load import validate
+from vibecalc.core.accuracy.topic import measure
 from vibecalc.core.results.named import named
 from vibecalc.core.results.trials import extra
 from vibecalc.core.run.plan import plan_case
@@ -83,17 +81,3 @@ def test_the_default_of_every_topic_is_on_the_front(name: str) -> None:
         if found > 1.001 * topic.ask.extra:
             beaten[topic.stage, topic.ask.name] = (found, topic.ask.extra)
     assert not beaten
-
-
-def test_topics_have_names_of_their_own_in_each_stage() -> None:
-    names = [(topic.stage, topic.ask.name) for topic in _quick_topics()]
-    assert names and len(set(names)) == len(names)
-
-
-def _quick_topics() -> list[Topic]:
-    return topics_of("generator").topics
-
-
-def test_a_bare_case_still_has_its_tolerance() -> None:
-    text = CASES["absorber"].read_text(encoding="utf-8")
-    assert stages_of(validate(tomllib.loads(text)))[-1] == WHOLE_CASE

@@ -1,12 +1,10 @@
 """Claim: slave rods move as their constraints say, and shake the body with all of their masses."""
 
-from copy import deepcopy
 from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
-from shipped_cases import table_of
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
@@ -212,27 +210,7 @@ def test_motion_by_the_constraint_in_forty_digits() -> None:
                 )
 
 
-def test_without_a_knuckle_radius_the_rods_sit_on_one_pin() -> None:
-    table = deepcopy(table_of("radial_articulated"))
-    table = {key: table[key] for key in ("schema", "title", "machine", "excitation")}
-    plain = deepcopy(table)
-    for row, same in zip(
-        table["machine"]["crank_train"]["cylinders"],
-        plain["machine"]["crank_train"]["cylinders"],
-        strict=True,
-    ):
-        if "articulated" in row:
-            row["articulated"] = {"on": "1", "knuckle_radius": 0, "rod_length": "270 mm"}
-            same["rotating_mass"] = 0
-            del same["articulated"]
-    found, expected = (run_case(validate(one)) for one in (table, plain))
-    for path in ("excitation/force", "excitation/couple"):
-        wanted = expected[path].values
-        scale = 1e3 if path.endswith("force") else 1e2
-        assert found[path].values == pytest.approx(wanted, abs=1e-11 * scale)
-
-
-@pytest.mark.parametrize("count", [4, 5, 7, 9])
+@pytest.mark.parametrize("count", [4, 9])
 def test_second_order_of_a_radial_engine_turns_with_the_crank(count: int) -> None:
     """Short cranks: n m R^2 r / (l L), turning twice as fast, and nothing the other way."""
     radius, length, knuckle = 2e-3, 0.25, 0.05

@@ -135,7 +135,6 @@ def test_many_combinations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         starts=1,
         variables=(Variable(key="x", lower=0, upper=1),),
     )
-    case = type("Case", (), {"optimisation": study})()
     for module in (choices_module, combine_module):
         monkeypatch.setattr(module, "MOST_RUNS", 3000)
 
@@ -144,14 +143,14 @@ def test_many_combinations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
             Problem(binding.evaluate, binding.lower, binding.upper), starts=0, further=further
         )
 
-    found = combine(Squares(), case, search, lambda binding: binding.evaluate)  # type: ignore
+    found = combine(Squares(), study, search)  # type: ignore[arg-type]
     grid = np.moveaxis(np.indices((16, 16, 16)), 0, -1).reshape(-1, 3)
     away = grid - (4, 9.4, 12)
     best = np.clip((away[:, 1] + away[:, 2]) / 2.0, 0.0, 1.0)
     values = 1.0 + away[:, 0] ** 2 + (away[:, 1] - best) ** 2 + (away[:, 2] - best) ** 2
     values[grid.sum(axis=1) < 28] = np.inf
     assert found.best.picked == tuple(grid[np.argmin(values)])
-    assert found.best.objective == pytest.approx(np.min(values), rel=1e-9)
+    assert found.best.end.objective == pytest.approx(np.min(values), rel=1e-9)
     assert len(found.examined) < 200 and "is not shown" in found.notes[0]
 
 

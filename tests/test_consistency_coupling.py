@@ -164,7 +164,7 @@ def test_coupling_is_what_a_dense_solve_says(name: str, speed: float) -> None:
     assert use.values[0] == pytest.approx(list(expected.values()), rel=1e-9)
 
 
-@pytest.mark.parametrize("name", COUPLINGS)
+@pytest.mark.parametrize("name", ["catalogue", "constant", "amplitude"])
 def test_modes_are_of_the_line_at_their_own_frequency(name: str) -> None:
     case, record = ran(name, SPEEDS[1])
     temperature, amplitude = (
@@ -179,7 +179,7 @@ def test_modes_are_of_the_line_at_their_own_frequency(name: str) -> None:
     assert np.abs(table[1:4]).max() < 1e-6 * np.abs(shape[1:4]).max()
 
 
-@pytest.mark.parametrize("name", ["catalogue", "amplitude"])
+@pytest.mark.parametrize("name", ["amplitude"])
 def test_two_methods_agree_within_the_errors_that_both_state(name: str) -> None:
     _, record = ran(name, SPEEDS[0])
     data = case_with(name, method="dense")

@@ -6,7 +6,6 @@ gears as constraints, and the pendulum's own equation of motion.
 
 import math
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from engine_cases import CARD, ENGINE, GEARED, cards, replaced
 from scipy.linalg import eigh
 
 from vibecalc.cli.starters import starter
-from vibecalc.core.case.load import load_case, resolve, validate
+from vibecalc.core.case.load import resolve, validate
 from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.excitation.gas_tables import pressure_at
 from vibecalc.excitation.model import build_firing, firing_angle, gas_cards
@@ -160,27 +159,3 @@ def test_a_computed_cycle_reaches_its_peak() -> None:
     angle = np.linspace(-60.0, 90.0, 30001) * DEGREE
     # 130 bar absolute over one atmosphere in the crankcase
     assert np.max(pressure_at(card, angle)) == pytest.approx(130e5 - 101325.0, rel=1e-6)
-
-
-def test_stations_and_shafts_in_files(tmp_path: Path) -> None:
-    stations = ENGINE[ENGINE.index("stations = [") : ENGINE.index("shafts = [")]
-    shafts = ENGINE[ENGINE.index("shafts = [") : ENGINE.index("dampers = [")]
-    text = replaced(
-        ENGINE, (stations, 'stations = "stations.csv"\n'), (shafts, 'shafts = "shafts.csv"\n')
-    )
-    (tmp_path / "stations.csv").write_text(
-        "# as in the drawing\nname, inertia [g*m^2], cylinder, cylinders\n"
-        "a, 100, 1,\nb, 100, 2,\nc, 100, , 3\nflywheel, 2000,,\n"
-    )
-    (tmp_path / "shafts.csv").write_text(
-        "name, stiffness [N*m/rad], between, diameter [mm], damping [N*m*s/rad]\n"
-        ", 1e6, a; b, 70,\n, 1e6, b; c,,\nrear, 2e6, c; flywheel,, 5\n"
-    )
-    path = tmp_path / "line.toml"
-    path.write_text(text)
-    found, wanted = build_shaft_line(load_case(path).case), build_shaft_line(case_of(ENGINE))
-    for got, expected in zip(found.line, wanted.line, strict=True):
-        np.testing.assert_allclose(got, expected, rtol=1e-15)
-    assert found.section_names == wanted.section_names
-    assert found.cylinder_station.tolist() == [0, 1, 2]
-    np.testing.assert_allclose(found.section_modulus, wanted.section_modulus, rtol=1e-15)

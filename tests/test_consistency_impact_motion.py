@@ -24,10 +24,9 @@ from impact_machines import (
 from impact_reference import Reference
 from long_but import long_but
 
-from vibecalc.impact import ledger
 from vibecalc.impact.fixed_step import METHODS, simulate_fixed_steps
 from vibecalc.impact.linkage import Drive, GasForce, Joint
-from vibecalc.impact.simulate import end_states, simulate
+from vibecalc.impact.simulate import simulate
 from vibecalc.numerics.cycle_peak import cycle_peak
 
 TURN = 2.0 * np.pi / SPEED
@@ -310,23 +309,3 @@ def test_fixed_steps_of_three_gaps_approach_the_event_exact_motion():
         error = np.abs(ours.gap[0, ::8] - theirs.gap[0])[:60]
         assert np.max(error) < 2e-3 * float(source_joint().clearance)
         assert np.max(np.abs(theirs.force[0, :60])) > 50.0
-
-
-@pytest.mark.long
-def test_the_motion_does_not_depend_on_what_is_kept_of_it(monkeypatch):
-    """Path to the last bit and totals to rounding, whether books are entered at once or never."""
-    drive, gas, joint = compressor_drive(), gas_towards("crank"), source_joint()
-    gap = near(3)
-    options = {"revolutions": 3, "orders_retained": 1}
-    many = simulate(drive, gas, MASS, joint, gap, 0.0 * gap, **options)
-    monkeypatch.setattr(ledger, "_SEGMENTS", 1)
-    each = simulate(drive, gas, MASS, joint, gap, 0.0 * gap, **options)
-    ends = end_states(drive, gas, MASS, joint, gap, 0.0 * gap, revolutions=3)
-    for run in (many, each):
-        np.testing.assert_array_equal(run.end_gap, ends.gap)
-        np.testing.assert_array_equal(run.end_velocity, ends.velocity)
-    for name, values in many.wrist_pin._asdict().items():
-        size = 1e-13 * np.max(np.abs(values), initial=0.0, where=np.isfinite(values))
-        np.testing.assert_allclose(getattr(each.wrist_pin, name), values, rtol=1e-9, atol=size)
-    np.testing.assert_allclose(each.pin_work, many.pin_work, rtol=1e-12)
-    np.testing.assert_array_equal(each.axial.stored, many.axial.stored)

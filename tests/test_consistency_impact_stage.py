@@ -11,7 +11,7 @@ from vibecalc.core.results.record import Record
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import run_case
 from vibecalc.impact.model import build_joints
-from vibecalc.impact.runs import Study, run_ensemble, run_fixed_steps
+from vibecalc.impact.runs import Study, run_fixed_steps
 from vibecalc.impact.statistics import (
     carried_force,
     gas_harmonics,
@@ -104,27 +104,6 @@ def test_a_crank_pin_with_play_frees_the_rod():
     assert joints.linkage.rod_mass == pytest.approx(ROD_MASS, rel=1e-12)
     assert joints.linkage.mass == pytest.approx(MASS - ROD_MASS, rel=1e-12)
     assert joints.reciprocating_mass == pytest.approx(MASS, rel=1e-12)
-
-
-@pytest.mark.long
-def test_statistics_are_those_of_the_members(exact):
-    linkage = build_joints(case_of().machine, None).linkage
-    runs = run_ensemble(linkage, STUDY, 2.54e-11)
-    pin = runs.forces.wrist_pin
-    mean = mean_over_runs(pin.force)
-    quantity = exact["response/impact/mean_force"]
-    np.testing.assert_allclose(quantity.values, mean.value, rtol=1e-9)
-    assert quantity.standard_error == pytest.approx(mean.standard_error[0], rel=1e-6)
-    np.testing.assert_allclose(value(exact, "mean_force_standard_error"), mean.standard_error)
-    np.testing.assert_allclose(value(exact, "peak_force"), np.mean(pin.peak), rtol=1e-9)
-    np.testing.assert_allclose(value(exact, "impacts"), np.mean(pin.contacts), rtol=1e-12)
-    spectrum = np.mean(np.abs(pin.harmonics), axis=(1, 2))[:, 1:]
-    np.testing.assert_allclose(value(exact, "spectrum"), spectrum, rtol=1e-9)
-    np.testing.assert_allclose(value(exact, "average_amplitude"), spectrum.mean(axis=1), rtol=1e-9)
-    np.testing.assert_allclose(value(exact, "dissipated"), np.mean(runs.dissipated), rtol=1e-9)
-    share = np.mean(pin.contact_time) * 361.0 / (2.0 * np.pi)
-    np.testing.assert_allclose(value(exact, "contact_share"), share, rtol=1e-9)
-    assert value(exact, "energy_residual").max() < 1e-13
 
 
 def test_forces_nearby_the_impacts(exact):

@@ -1,7 +1,6 @@
 """Claim: statistics of impacts are what the single revolutions say, their standard errors what
 disjoint ensembles scatter by, and a motion without chaos has its closed form and no scatter."""
 
-from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -9,9 +8,7 @@ import pytest
 from impact_machines import (
     CLEARANCE,
     DAMPING,
-    LENGTH,
     MASS,
-    RADIUS,
     SPEED,
     STIFFNESS,
     compressor_drive,
@@ -22,7 +19,6 @@ from impact_machines import (
 from scipy.integrate import quad
 
 from vibecalc.errors import UsageError
-from vibecalc.impact.fixed_step import simulate_fixed_steps
 from vibecalc.impact.linkage import (
     Joint,
     Linkage,
@@ -33,7 +29,6 @@ from vibecalc.impact.linkage import (
     velocity_scale,
 )
 from vibecalc.impact.runs import (
-    FirstMotion,
     Study,
     distance,
     first_motion,
@@ -47,24 +42,11 @@ from vibecalc.impact.statistics import (
     carried_force,
     gas_harmonics,
     mean_over_runs,
-    pin_acceleration,
     quantiles,
     spectra,
 )
 
 COMPRESSOR = Linkage(compressor_drive(), gas_towards("crank"), MASS, source_joint())
-
-
-@cache
-def first_of_compressor() -> FirstMotion:
-    return first_motion(COMPRESSOR, np.array([CLEARANCE]))
-
-
-@pytest.fixture(scope="module")
-def ensemble():
-    """64 members of the compressor over one revolution, after four that are forgotten."""
-    study = Study(np.array([CLEARANCE]), members=64, discard=4, revolutions=1, orders=6)
-    return run_ensemble(COMPRESSOR, study, perturbation=2.54e-11)
 
 
 def test_statistics_against_a_direct_count():
@@ -100,28 +82,6 @@ def test_standard_errors_are_the_scatter_of_disjoint_ensembles():
     # as if revolutions were independent
     naive = np.std(values) / np.sqrt(members * revolutions)
     assert naive < 0.5 * np.std(mean.value)
-
-
-@pytest.mark.long
-def test_ensemble_holds_the_single_revolutions(ensemble):
-    start = spread_starts(COMPRESSOR, np.array([CLEARANCE]), 64)
-    clearance = np.full(3, CLEARANCE)
-    first = Starts(start.gap[0, :3], start.velocity[0, :3])
-    forgotten = follow_events(COMPRESSOR, clearance, first, 4, 1)
-    state = Starts(forgotten.end_gap[:, -1], forgotten.end_velocity[:, -1])
-    run = follow_events(COMPRESSOR, clearance, state, 1, 6)
-    pin, own = ensemble.forces.wrist_pin, run.wrist_pin
-    for found, expected in (
-        (pin.force, own.mean_absolute_force),
-        (pin.peak, own.peak_force),
-        (pin.contacts, own.impact_count),
-        (pin.contact_time, own.contact_time),
-        (pin.harmonics, own.force_harmonics),
-        (ensemble.dissipated, own.contact_dissipation + own.film_dissipation),
-    ):
-        np.testing.assert_allclose(found[0, :3], expected, rtol=1e-10)
-    assert ensemble.distances.shape == (1, 16, 6)
-    np.testing.assert_allclose(ensemble.distances[..., 0], 2.54e-11 / CLEARANCE, rtol=1e-6)
 
 
 @pytest.mark.long
@@ -197,15 +157,6 @@ def test_harmonics_of_the_gas_against_quadrature(order):
     assert abs(found - total / np.pi) < 1e-12 * abs(gas_harmonics(gas, 0)[0])
 
 
-def test_inertia_of_the_pin_is_that_of_the_slider_crank():
-    # half a turn apart the odd orders change their sign: R w^2 (1 +- ratio) at the dead centres
-    found = pin_acceleration(compressor_drive(), 40)
-    unit = RADIUS * SPEED**2
-    assert np.sum(found.real) == pytest.approx(unit * (1.0 + RADIUS / LENGTH), rel=1e-12)
-    signs = (-1.0) ** np.arange(41)
-    assert np.sum(signs * found.real) == pytest.approx(-unit * (1.0 - RADIUS / LENGTH), rel=1e-12)
-
-
 @pytest.mark.long
 def test_errors_of_the_first_motion_bound_what_rounding_does():
     clearances = CLEARANCE * np.array([0.1, 1.0, 5.0])
@@ -219,27 +170,6 @@ def test_errors_of_the_first_motion_bound_what_rounding_does():
     assert np.max(first.contacts_error) < 1e-10
     assert np.max(first.force_error) < 1e-8 * np.max(np.abs(first.force))
     assert np.all(np.diff(first.contacts_error, axis=1) >= 0.0)
-
-
-@pytest.mark.long
-def test_fixed_steps_converge_to_the_first_contacts():
-    clearance = np.array([CLEARANCE])
-    start = central_start(COMPRESSOR, clearance)
-    truth = first_of_compressor().contacts[0, :4]
-    errors = []
-    for steps in (256, 1024):
-        run = simulate_fixed_steps(
-            COMPRESSOR.drive, COMPRESSOR.gas, MASS, COMPRESSOR.wrist_pin, start.gap,
-            start.velocity, method="rk4", steps=steps, revolutions=1, orders_retained=1,
-        )  # fmt: skip
-        gap = run.wrist_pin.gap[0]
-        outside = (gap < 0.0) | (gap > CLEARANCE)
-        made = np.flatnonzero(outside[1:] & ~outside[:-1])[:4]
-        face = np.where(gap[made + 1] < 0.0, 0.0, CLEARANCE)
-        part = (face - gap[made]) / (gap[made + 1] - gap[made])
-        errors.append(np.max(np.abs(run.angle[made] + part * run.angle[1] - truth)))
-    assert errors[1] < 0.3 * errors[0]
-    assert errors[1] < 2e-3
 
 
 def test_starts_fill_the_play():

@@ -209,7 +209,7 @@ def in_the_middle(**properties: object) -> dict:
 
 @pytest.mark.parametrize(
     "load",
-    [[0.0, 800.0, 1700.0, 2600.0], [100.0, 200.0, 900.0, 1200.0], [2500.0, 4000.0, 4100.0, 5e3]],
+    [[0.0, 800.0, 1700.0, 2600.0], [2500.0, 4000.0, 4100.0, 5e3]],
 )
 def test_the_sag_is_the_integral_of_the_stiffness_over_the_load(load: list[float]) -> None:
     """dF = k(F) du / ratio up to the weight of each mount, within the rows and beyond them."""

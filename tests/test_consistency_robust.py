@@ -125,30 +125,3 @@ def test_refused(tmp_path: Path, case: str, change: str, place: str, words: list
     said = refused(path)
     for word in (place, *words):
         assert word in said, said
-
-
-@pytest.mark.long
-def test_monte_carlo(tmp_path: Path) -> None:
-    """1500 machines drawn independently by numpy, each a run: mean and deviation agree."""
-    mass = MASS_BY.replace("half_width", "deviation")
-    by = f'{{ key = "{STIFFNESS}", half_width = "15 %" }}, {mass}'
-    content = text("isolation/support_force/steady_peak", by)
-    record = run(tmp_path, content).record
-    binding = written(tmp_path, content)
-    stiffness = float(record[f"optimisation/variable/{STIFFNESS}"].values)
-    rng, forces = np.random.default_rng(7), []
-    for _ in range(1500):
-        settings = {
-            STIFFNESS: stiffness * (1.0 + rng.uniform(-0.15, 0.15)),
-            "machine.body.mass": MASS * (1.0 + 0.1 * rng.standard_normal()),
-        }
-        case = validate(case_at(binding._resolved, settings))
-        found = run_case(case, wanted=frozenset({"isolation/support_force/steady_peak"}))
-        forces.append(float(np.max(found["isolation/support_force/steady_peak"].values)))
-    for name, value, error in (
-        ("mean", np.mean(forces), np.std(forces) / np.sqrt(1500)),
-        ("deviation", np.std(forces, ddof=1), np.std(forces) / np.sqrt(750)),
-    ):
-        ours = float(record[f"optimisation/robust/{name}"].values[-1])
-        known = float(record[f"optimisation/robust/{name}_error"].values[-1])
-        assert abs(ours - value) < 4.0 * np.hypot(error, known)

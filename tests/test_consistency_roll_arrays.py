@@ -18,11 +18,10 @@ from vibecalc.core.case.raw import NOT_COMPUTED, get_key, parse_key, set_key
 from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import DONE, FAILED
 from vibecalc.core.run.plan import planned_quantities
-from vibecalc.core.study.sweep.arrays import ArrayEvaluator
 from vibecalc.core.study.sweep.at_once import pattern, unsupported
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.design import Design, make_design
-from vibecalc.core.study.sweep.evaluate import Evaluator
+from vibecalc.core.study.sweep.evaluate import ArrayEvaluator, Evaluator
 from vibecalc.errors import dotted
 from vibecalc.roll.stage import ROLL_KEYS, TOGETHER
 

@@ -24,39 +24,12 @@ def test_slopes_inside_and_at_bounds(at):
     assert np.all(error <= 1e-6 * np.max(np.abs(exact)))
 
 
-def test_accuracy_of_the_values_widens_the_error():
-    x = [0.7, 30.0, 0.1]
-
-    def errors(v):
-        return np.array([1e-7 * abs(smooth(v)[0])])
-
-    fine, rough = (
-        slopes_at(Problem(smooth, LOWER, UPPER, errors=off), x) for off in (None, errors)
-    )
-    assert np.all(rough[1] > 10 * fine[1])
-
-    def off(v):  # values that are wrong by as much as is granted
-        return smooth(v)[0] * (1 + 1e-7 * np.sin(1e6 * np.sum(v))), []
-
-    exact, _ = slopes_at(Problem(smooth, LOWER, UPPER), x)
-    slope, error = slopes_at(Problem(off, LOWER, UPPER, errors=errors), x)
-    assert np.all((np.abs(slope - exact) <= error) | np.isnan(slope))
-
-
 def test_a_kink_has_no_slope_and_the_others_keep_theirs():
     slope, error = slopes_at(
         Problem(lambda x: (abs(x[0] - 0.3) + 2 * x[1], []), [0, 0], [1, 1]), [0.3, 0.5]
     )
     assert list(np.isnan(slope)) == [True, False]
     assert abs(slope[1] - 2.0) <= error[1]
-
-
-def test_a_point_without_a_value_fails():
-    def nowhere(x):
-        raise NumericalFailure("on a natural frequency")
-
-    with pytest.raises(NumericalFailure, match="natural frequency"):
-        slopes_at(Problem(nowhere, [0], [1]), [0.5])
 
 
 def test_cost_is_that_of_the_worse_direction():

@@ -1,6 +1,5 @@
 """Dampings and loads that follow the speed: closed forms, dense solves, numbers instead of laws."""
 
-import copy
 import math
 from pathlib import Path
 from typing import Any
@@ -8,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vibecalc.core.case.load import load_case, validate
+from vibecalc.core.case.load import validate
 from vibecalc.core.results.record import Record
 from vibecalc.core.run.run import run_case
 from vibecalc.errors import NumericalFailure
@@ -211,41 +210,6 @@ def test_slope_is_the_derivative_of_the_load() -> None:
         assert shaft.station_damping(speed)[4] / RATIO**2 == pytest.approx(slope, rel=1e-8)
 
 
-def constant(speed: float) -> dict[str, Any]:
-    """The geared line with the numbers of one speed in place of its laws."""
-    case = copy.deepcopy(geared())
-    line = case["machine"]["shaft_line"]
-    del line["engine_damping"], line["loads"][0]["propeller_damping"]
-    line["stations"][3].pop("over_speed")
-    dampings = engine_damping(speed), engine_damping(speed), 0.0, wheel_damping(speed)
-    for station, value in zip(line["stations"], (*dampings, propeller_damping(speed)), strict=True):
-        station["absolute_damping"] = value
-    k = complex_springs(speed, 1.0)
-    power = (speed / 100.0) ** 1.5
-    lossy = (table(speed) / 80.0, 0.04 * power, 0.0)
-    dashpots = (0.0, 30.0 * power, k.imag[2] / RATIO**2)
-    for shaft, loss, dashpot in zip(line["shafts"], lossy, dashpots, strict=True):
-        for key in ("magnifier", "lehr_ratio", "over_speed", "damping"):
-            shaft.pop(key, None)
-        shaft |= {"loss_factor": loss, "damping": dashpot}
-    return case
-
-
-def test_at_the_operating_speed_the_line_is_that_of_these_numbers() -> None:
-    """Modes, damping ratios, heat, gears, limits: all that holds at one speed."""
-    ours, plain = record(geared()), record(constant(RATED))
-    beside = {path for path in ours.quantities if "/damping/" in path}
-    for path, quantity in plain.quantities.items():
-        if "/speeds/" in path or "/largest/" in path or "/peak/" in path or "/range/" in path:
-            continue
-        found = np.asarray(ours.quantities[path].values)
-        scale = np.max(np.abs(quantity.values[np.isfinite(quantity.values)]), initial=0.0)
-        np.testing.assert_allclose(
-            found, quantity.values, rtol=1e-9, atol=1e-9 * scale, err_msg=path
-        )
-    assert len(beside) == 3 and not beside & set(plain.quantities)
-
-
 def with_ring() -> dict[str, Any]:
     case = geared()
     case["machine"]["shaft_line"]["dampers"] = [
@@ -338,7 +302,7 @@ def test_a_damping_that_fades_leaves_no_resonance_out() -> None:
     natural = math.sqrt(6e4 * (1 / 3.0 + 1 / 7.0))
     order = float(values(found, "largest/half_order")[0])
     assert at == pytest.approx(natural / order, rel=1e-4)
-    case["response"]["torsion"]["speeds"] = {"from": 0.999 * at, "to": 1.001 * at, "points": 2001}
+    case["response"]["torsion"]["speeds"] = {"from": 0.999 * at, "to": 1.001 * at, "points": 401}
     fine = values(record(case), "speeds/torque_half_range")[0].max()
     assert top == pytest.approx(fine, rel=1e-3) and top >= fine * (1.0 - 1e-9)
 
@@ -381,22 +345,6 @@ def test_on_mounts_the_line_has_the_dampings_of_each_speed() -> None:
     for place, speed in enumerate(speeds.tolist()):
         one = line_transfer(shaft.at(speed), spin, order * speed)
         np.testing.assert_allclose(whole.value[place], one.value, rtol=1e-12)
-
-
-def test_tables_from_files(tmp_path: Path) -> None:
-    text = CASE.read_text(encoding="utf-8")
-    table = '{ speed = ["30 rpm", "60 rpm", "120 rpm"], factor = [0.8, 0.9, 1.1] }'
-    assert table in text
-    for name in CASE.parent.glob("marine_gas_pressure_*.csv"):
-        (tmp_path / name.name).write_bytes(name.read_bytes())
-    rows = "speed [rpm], factor\n30, 0.8\n60, 0.9\n120, 1.1\n"
-    (tmp_path / "factor.csv").write_text(rows, encoding="utf-8")
-    (tmp_path / "case.toml").write_text(text.replace(table, '"factor.csv"'), encoding="utf-8")
-    ours, plain = (
-        build_shaft_line(load_case(path).case).at(5.0).absolute_damping
-        for path in (tmp_path / "case.toml", CASE)
-    )
-    np.testing.assert_allclose(ours, plain, rtol=1e-14)
 
 
 def test_a_speed_that_is_one_of_the_sweep_but_for_rounding_is_not_added() -> None:

@@ -63,7 +63,7 @@ def test_half_ranges_of_the_pump_drive_at_its_speed() -> None:
     assert found == pytest.approx(line.half_ranges(SPEED, acting(SPEED)), rel=1e-9)
 
 
-@pytest.mark.parametrize("place", [0, 57, 122, 200])
+@pytest.mark.parametrize("place", [0, 122])
 def test_half_ranges_of_the_pump_drive_over_its_speeds(place: int) -> None:
     line, record = pump()
     quantity = record[f"{ROOT}/speeds/torque_half_range"]
@@ -165,9 +165,10 @@ def test_a_record_is_its_orders() -> None:
         "torques": np.abs(x).tolist(),
         "phases": np.angle(x).tolist(),
     }
-    first, second = (
-        run_case(validate(table("pump_drive", excitations=[one]))) for one in (by_record, by_order)
-    )
+    cases = [table("pump_drive", excitations=[one]) for one in (by_record, by_order)]
+    for one in cases:
+        one["response"]["torsion"]["speeds"]["points"] = 5
+    first, second = (run_case(validate(one)) for one in cases)
     path = f"{ROOT}/speeds/torque_half_range"
     assert np.asarray(first[path].values) == pytest.approx(
         np.asarray(second[path].values), rel=1e-12
@@ -284,8 +285,8 @@ def test_a_clutch_takes_a_pump_along_without_any_cylinder() -> None:
 
 
 def test_a_cylinder_that_stops_firing_takes_its_own_orders_along_and_no_others() -> None:
-    stops = {"kind": "misfire_onset", "cylinder": "3", "before": 0.2, "after": 0.2}
-    asked = {"misfire_kind": "motored", "orders": {"step": 0.5, "count": 24}, "transient": stops}
+    stops = {"kind": "misfire_onset", "cylinder": "3", "before": 0.05, "after": 0.1}
+    asked = {"misfire_kind": "motored", "orders": {"step": 0.5, "count": 8}, "transient": stops}
     still = [{**one, "torques": [0.0] * len(one["torques"])} for one in BLADES]
     found = []
     for given in ([], still):

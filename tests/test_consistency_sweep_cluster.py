@@ -78,6 +78,7 @@ def test_a_worker_killed_in_the_middle_costs_no_point(cluster: Any) -> None:
     check(done, {})
 
 
+@pytest.mark.long
 def test_a_mistake_on_a_worker_is_raised_here(cluster: Any) -> None:
     start = Start(raising=frozenset({11}))
     with (

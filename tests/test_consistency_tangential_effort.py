@@ -183,16 +183,6 @@ def test_beyond_the_loads_of_the_table_nothing_is_extrapolated(load: list[float]
                       cycle=1.0)  # fmt: skip
 
 
-def test_one_load_over_the_speed_is_one_for_all_speeds() -> None:
-    same = {"speed": [80.0, 210.0], "mean_indicated_pressure": ["9 bar", "9 bar"]}
-    one, other = (ran(engine(**effort(**load))) for load in (
-        {"mean_indicated_pressure": "9 bar"}, {"over_speed": same}
-    ))  # fmt: skip
-    for name in ("torque_half_range", "speeds/torque_half_range", "excitation/gas"):
-        old, new = (np.asarray(record[ROOT + name].values) for record in (one, other))
-        assert np.max(np.abs(new - old)) <= SAME * np.max(np.abs(old)), name
-
-
 @pytest.mark.long
 def test_orders_left_out_are_told_as_far_as_the_table_has_them() -> None:
     def warned(highest: int, rows: Sequence[tuple[float, ...]]) -> str:

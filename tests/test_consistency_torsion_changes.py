@@ -1,5 +1,6 @@
 """Claim: changes in time that a case asks for are what they say, from the case to the report."""
 
+import re
 import tomllib
 from itertools import pairwise
 
@@ -59,6 +60,19 @@ def test_a_slow_passage_with_dashpots_is_as_high_as_the_resonance_with_loss_fact
     frequency = value(record, "equivalent/frequency")
     assert frequency[0] == pytest.approx(best[1], rel=3e-4)
     assert value(record, "equivalent/damping")[0] == pytest.approx(2e3 / frequency[0], rel=1e-12)
+
+
+def test_without_damping_the_steady_vibration_has_no_bound() -> None:
+    text = GENSET.replace("loss_factor = 0.1, ", "").replace(', damping = "5 N*m*s/rad"', "")
+    text = re.sub(r"dampers = .*\n", "", text)
+    change = (
+        'kind = "run_up", from = "1000 rpm", to = "1150 rpm", duration = "1 s", after = "0.1 s"'
+    )
+    names = ("peak_half_range", "steady_half_range", "overshoot")
+    record = run(change, text, names)
+    assert np.all(np.isinf(value(record, "steady_half_range")))
+    assert np.all(value(record, "overshoot") == -1.0)
+    assert any("nothing damps the shaft line" in one for one in record.warnings)
 
 
 def test_after_a_jolt_the_mode_of_the_coupling_counts() -> None:

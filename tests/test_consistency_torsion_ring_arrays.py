@@ -17,11 +17,10 @@ from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import DONE
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import run_case
-from vibecalc.core.study.sweep.arrays import ArrayEvaluator
 from vibecalc.core.study.sweep.at_once import compute, pattern, unsupported
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.design import make_design
-from vibecalc.core.study.sweep.evaluate import Evaluator
+from vibecalc.core.study.sweep.evaluate import ArrayEvaluator, Evaluator
 from vibecalc.torsion.asked import RING_KEYS, TOGETHER
 
 RING = "machine.shaft_line.dampers[0]"

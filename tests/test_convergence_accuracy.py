@@ -158,18 +158,6 @@ def test_a_series_ends_where_its_time_does_and_the_default_is_run(
     assert [one.seconds for one in trials] == [1.5, 6.0, math.inf, 8.0, 0.0]
 
 
-@pytest.mark.parametrize(
-    ("seconds", "runs"), [(1.5, 1), (0.9, 4), (0.1, 4), (0.05, 5), (0.001, 31)]
-)
-def test_how_often_a_trial_is_repeated(
-    seconds: float, runs: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    clock = Clock()
-    monkeypatch.setattr("vibecalc.core.accuracy.topic.time", clock)
-    measure(topic(solver(clock.slow, seconds)))
-    assert clock.now == pytest.approx(runs * seconds)
-
-
 def test_a_reference_that_is_not_finite_is_a_failure() -> None:
     broken = FULL._replace(reference=lambda: Reference(np.array([np.nan]), 0.0, ""))
     with pytest.raises(NumericalFailure, match="not finite"):

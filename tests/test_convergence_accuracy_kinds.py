@@ -9,23 +9,16 @@ import numpy as np
 import pytest
 from shipped_cases import CASES
 
-from vibecalc.core.accuracy.frame_topics import find_topics, optimisation_topics
+from vibecalc.core.accuracy.frame_topics import optimisation_topics
 from vibecalc.core.accuracy.kinds import (
-    Matrices,
     Optimal,
-    forced,
-    harmonics,
-    harmonics_of_samples,
-    integrated,
-    modes,
     optimum,
     peak_over_cycle,
-    peak_over_range,
     periodic,
     within_budget,
 )
 from vibecalc.core.accuracy.record import fitted
-from vibecalc.core.accuracy.topic import Answer, Ask, Measured, Solver, Topic, measure
+from vibecalc.core.accuracy.topic import Ask, Measured, Solver, Topic, measure
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.named import named
 from vibecalc.core.results.trials import Trial, extra
@@ -185,30 +178,10 @@ def test_nothing_blind_to_kinks_comes_near_the_running_state() -> None:
     assert 0.01 < published[0].worst_relative < 0.2
 
 
-@LONG
-@pytest.mark.parametrize("case", ["four_cylinder", "compressor_balance"])
-def test_optima_of_the_shipped_cases(case: str) -> None:
-    (topic,) = optimisation_topics(load_checked([CASES[case]])[0])
-    found = measure(topic, *ONCE)
-    assert found.reference.agreement < 1e-9
-    assert extra(found.trials, found.reference.noise, "work") <= topic.ask.extra
-
-
 def test_a_search_that_would_take_long_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vibecalc.core.accuracy.frame_topics.LONGEST", 1e-6)
     with pytest.raises(NumericalFailure, match="the search would take about"):
         optimisation_topics(load_checked([CASES["four_cylinder"]])[0])
-
-
-@LONG
-@pytest.mark.parametrize("case", ["roll_design", "roll_mounted"])
-def test_searches_of_the_shipped_cases(case: str) -> None:
-    (topic,) = find_topics(load_checked([CASES[case]])[0])
-    found = measure(topic, *ONCE)
-    assert found.reference.agreement < 1e-12
-    assert extra(found.trials, found.reference.noise, "work") <= topic.ask.extra
-    errors = [trial.worst_relative for trial in trials_of(found, "scipy brentq")]
-    assert errors == sorted(errors, reverse=True) and errors[-1] < 1e-12
 
 
 @LONG
@@ -225,52 +198,10 @@ def test_harmonic_balance_converges_geometrically() -> None:
 ASK = Ask("question", "words", "path")
 
 
-def none(_: float) -> Answer:
-    return Answer(np.nan, 1.0)
-
-
-OURS = Solver("ours", none)
-
-
 def errors_of(topic: Topic, solver: str) -> list[float]:
     found = measure(topic, *ONCE)
     assert found.reference.agreement < 1e-9, found.reference
     return [trial.worst_relative for trial in trials_of(found, solver)]
-
-
-def test_harmonics_of_a_kinked_cycle() -> None:
-    """|sin|: -4 / (pi (n^2 - 1)) at even orders."""
-    topic = harmonics(ASK, (), lambda a: np.abs(np.sin(a)), np.array([0, 2, 4]),
-                      np.array([0.0, np.pi, 2.0 * np.pi]))  # fmt: skip
-    truth = topic.reference().values
-    assert truth == pytest.approx([2.0 / np.pi, -4.0 / (3.0 * np.pi), -4.0 / (15.0 * np.pi)])
-    assert order_of(measure(topic, *ONCE), "numpy.fft of samples") == pytest.approx(2.0, abs=0.1)
-
-
-def test_few_samples_are_refused() -> None:
-    wave = np.cos(3.0 * 2.0 * np.pi * np.arange(8) / 8.0)
-    assert np.abs(harmonics_of_samples(wave, 3)) == pytest.approx([0, 0, 0, 1], abs=1e-15)
-    with pytest.raises(NumericalFailure, match="more than 6 are needed"):
-        harmonics_of_samples(np.zeros(6), 3)
-
-
-def test_modes_of_a_uniform_row() -> None:
-    stiffness = 2.0 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1)
-    stiffness[0, 0] = stiffness[-1, -1] = 1.0
-    topic = modes(ASK, (), np.eye(6), stiffness)
-    truth = 2.0 * np.sin(np.pi * np.arange(6) / 12)
-    assert topic.reference().values == pytest.approx(truth, abs=1e-15)
-    # the root of an eigenvalue that is zero has half the digits
-    assert max(errors_of(topic, "scipy.linalg.eigh")) < 1e-7
-
-
-def test_forced_response_of_one_mass() -> None:
-    parts = Matrices(*(np.array([[x]]) for x in (1.0, 4.0, 0.1, 0.2)))
-    w = np.array([1.0, 2.0])
-    topic = forced(ASK, (), parts, w, np.ones((2, 1), dtype=complex))
-    truth = 1.0 / (4.0 - w**2 + 1j * (0.2 + 0.1 * w))
-    assert topic.reference().values[:, 0] == pytest.approx(truth, rel=1e-15)
-    assert errors_of(topic, "numpy.linalg.solve")[0] < 1e-15
 
 
 def test_a_circle_has_a_peak_and_no_place() -> None:
@@ -283,32 +214,6 @@ def test_a_circle_has_a_peak_and_no_place() -> None:
     two = measure(peak_over_cycle(ASK, both, np.array([1, 3]), "angle [rad]"), *ONCE)
     assert two.reference.values == pytest.approx(2.0, rel=1e-15)
     assert max(one.position_error for one in trials_of(two, "cycle_peak")) < 1e-12
-
-
-def test_a_peak_over_a_range_is_known_with_its_place() -> None:
-    def bell(x: np.ndarray) -> np.ndarray:
-        return np.exp(-np.square(x - 0.3)) + 0.1 * x
-
-    # 0.1 = 2 (x - .3) exp(-(x - .3)^2), by its own series
-    d = 0.05
-    for _ in range(60):
-        d = 0.05 * np.exp(d * d)
-    topic = peak_over_range(ASK, OURS, bell, (-1.0, 2.0), 0.3 + d, "place []")
-    found = measure(topic, *ONCE)
-    assert found.reference.position == pytest.approx(0.3 + d, abs=1e-9)
-    assert order_of(found, "grid") == pytest.approx(2.0, abs=0.1)
-    up = peak_over_range(ASK, OURS, lambda x: x, (0.0, 1.0), 1.0, "place []")
-    assert up.reference().position == pytest.approx(1.0, abs=1e-9)
-
-
-def test_scipy_reaches_its_tolerance_or_gives_up() -> None:
-    times = np.array([0.0, 0.3, 2.0])
-    states, calls = integrated(lambda t, x: -x, np.ones(1), times, 1e-12, 1.0)
-    assert states[:, 0] == pytest.approx(np.exp(-times[1:]), rel=1e-10) and calls > 20
-    halted, _ = integrated(lambda t, x: -x, np.ones(1), times, 1e-12, 1.0, stops=np.array([1.0]))
-    assert halted == pytest.approx(states, rel=1e-10)
-    with pytest.raises(NumericalFailure, match="gave up"):
-        integrated(lambda t, x: x * x, np.ones(1), np.array([0.0, 2.0]), 1e-9, 1.0)
 
 
 def test_the_motion_that_comes_back_is_found() -> None:

@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 from drawn import coarse
 from fuzzing import command
-from sweep_runs import objects
 
 from vibecalc.core.results.layout import STATUS_WORDS
 from vibecalc.core.results.sweep_file import open_sweep
@@ -66,54 +65,6 @@ def test_commands_work_in_the_order_printed(
 def test_every_status_is_explained_with_its_words() -> None:
     rows = dict(re.findall(r"^\| (-?\d) \| ([a-z ]+?) \|", PAGE, re.M))
     assert rows == {str(status): words for status, words in STATUS_WORDS.items()}
-
-
-@pytest.mark.long
-def test_make_computes_what_is_out_of_date_and_nothing_else(folder: Path) -> None:
-    (folder / "cases").unlink()
-    (folder / "cases").mkdir()
-    (folder / "Makefile").write_text(block("make", "SWEEPS"), encoding="utf-8")
-    text = (ROOT / "cases" / "generator.toml").read_text(encoding="utf-8")
-
-    def write(name: str, points: int) -> None:
-        axis = f'{{ key = "{STIFFNESS}", from = 5000, to = 50000, points = {points} }}'
-        table = f'[sweep]\nkeep = ["isolation/lever_force/steady_peak"]\naxes = [{axis}]\n\n'
-        content = text.replace("[kinematics]", f"{table}[kinematics]")
-        (folder / "cases" / f"{name}_sweep.toml").write_text(content, encoding="utf-8")
-
-    def points() -> dict[str, int]:
-        found = {}
-        for path in (folder / "outputs").glob("*.h5"):
-            with open_sweep(path) as result:
-                found[path.name] = result.count
-        return found
-
-    write("one", 5)
-    write("two", 6)
-    shell("make -j2 all")
-    assert points() == {"one_sweep.sweep.h5": 5, "two_sweep.sweep.h5": 6}
-    shell("make --question all")
-    write("two", 7)
-    later = (folder / "outputs" / "two_sweep.sweep.h5").stat().st_mtime + 10
-    os.utime(folder / "cases" / "two_sweep.toml", (later, later))
-    before = (folder / "outputs" / "one_sweep.sweep.h5").stat().st_mtime_ns
-    shell("make -j2 all")
-    assert points() == {"one_sweep.sweep.h5": 5, "two_sweep.sweep.h5": 7}
-    assert (folder / "outputs" / "one_sweep.sweep.h5").stat().st_mtime_ns == before
-
-
-@pytest.mark.long
-def test_the_tasks_of_an_array_and_their_merge_give_the_whole_sweep(folder: Path) -> None:
-    script = block("bash", "SLURM_ARRAY_TASK_ID")
-    for task in (3, 1, 4, 2):
-        shell(script, SLURM_ARRAY_TASK_ID=str(task), SLURM_ARRAY_TASK_COUNT="4")
-    shell(block("bash", "merge"))
-    grid = re.search(r'--grid "([^"]+)"', script)
-    assert grid is not None
-    assert command("sweep", "cases/generator.toml", "--grid", grid[1], "-q").code == 0
-    assert objects(folder / "outputs" / "whole.sweep.h5") == objects(
-        folder / "outputs" / "generator.sweep.h5"
-    )
 
 
 @pytest.mark.long

@@ -9,7 +9,6 @@ from vibecalc.torsion.crank_strength import (
     ACCEPTABILITY,
     CRANKSHAFT_KINDS,
     CrankThrow,
-    NominalBending,
     bending_stresses,
     equivalent_stress,
     fatigue_strength,
@@ -18,6 +17,7 @@ from vibecalc.torsion.crank_strength import (
     stress_concentration,
     torsion_ratio,
 )
+from vibecalc.torsion.limit_tables import CrankBending
 from vibecalc.torsion.stress_limits import SHAFT_KINDS, propulsion_shaft_limits
 
 
@@ -117,9 +117,9 @@ def test_fatigue_strength_by_hand() -> None:
 
 def test_acceptability_by_hand() -> None:
     # bending 25, radial force 4, at the bore 12, additional 10 N/mm2; torsion of the pin 20 N/mm2
-    one, stress = throw(), np.array(1e6)
+    one = throw()
     factors = stress_concentration(one)
-    given = NominalBending(25 * stress, 4 * stress, 12 * stress, 10 * stress)
+    given = CrankBending(web=25e6, compressive=4e6, oil_bore=12e6, additional=10e6)
     bending = bending_stresses(factors, given)
     # pin 3.0316960260 * 25 + 10, journal 2.7917017705 * 25 + 2.7568186719 * 4 + 10, bore 2.758 * 12
     assert bending[0] / 1e6 == pytest.approx([85.792400651196, 90.819818950057, 33.096], rel=1e-12)

@@ -29,7 +29,7 @@ def sampled_curve(
 
 
 def found(curve: Curve, lower: float, upper: float, wanted: float, **more) -> list[Solution]:
-    return roots(sampled_curve(curve, lower, upper, **more), Level(wanted, 0.0)).solutions
+    return roots(sampled_curve(curve, lower, upper, **more), Level(wanted, 0.0))[0]
 
 
 def within(solutions: list[Solution], places: list[float]) -> None:
@@ -77,16 +77,16 @@ def test_a_turn_that_stays_off_is_no_solution() -> None:
 
 
 def test_jumps_and_poles_are_no_solutions() -> None:
-    answer = roots(sampled_curve(lambda x: math.floor(x), 0.3, 2.9), Level(1.5, 0.0))
-    assert not answer.solutions
-    assert [one.key for one in answer.jumps] == pytest.approx([2.0], abs=1e-9)
+    solutions, jumps = roots(sampled_curve(lambda x: math.floor(x), 0.3, 2.9), Level(1.5, 0.0))
+    assert not solutions
+    assert [one.key for one in jumps] == pytest.approx([2.0], abs=1e-9)
 
     def pole(x: float) -> float:
         return 1.0 / (x - 1.2345678 - 1e-20)
 
-    answer = roots(sampled_curve(pole, 0.0, 3.0), Level(0.7, 0.0))
-    within(answer.solutions, [1.2345678 + 1.0 / 0.7])
-    assert [one.key for one in answer.jumps] == pytest.approx([1.2345678], abs=1e-9)
+    solutions, jumps = roots(sampled_curve(pole, 0.0, 3.0), Level(0.7, 0.0))
+    within(solutions, [1.2345678 + 1.0 / 0.7])
+    assert [one.key for one in jumps] == pytest.approx([1.2345678], abs=1e-9)
 
 
 def with_hole(low: float, high: float, curve: Curve) -> Curve:
@@ -101,8 +101,8 @@ def with_hole(low: float, high: float, curve: Curve) -> Curve:
 def test_a_solution_nearby_failed_points_counts_and_one_across_does_not() -> None:
     broken = with_hole(1.0, 2.0, lambda x: x**3)
     sampled = sampled_curve(broken, 0.0, 4.0, points=9)
-    within(roots(sampled, Level(0.999**3, 0.0)).solutions, [0.999])
-    within(roots(sampled, Level(2.003**3, 0.0)).solutions, [2.003])
+    within(roots(sampled, Level(0.999**3, 0.0))[0], [0.999])
+    within(roots(sampled, Level(2.003**3, 0.0))[0], [2.003])
     assert roots(sampled, Level(3.0, 0.0)) == ([], [])
     assert {one.failure for one in sampled.failed()} == {"nothing here"}
 
@@ -111,15 +111,15 @@ def test_a_failure_inside_a_bracket_leaves_the_rest_of_it() -> None:
     broken = with_hole(1.45, 1.55, lambda x: x**3)
     sampled = sampled_curve(broken, 0.0, 4.0, points=5)
     assert not sampled.failed()
-    within(roots(sampled, Level(1.7**3, 0.0)).solutions, [1.7])
-    assert not roots(sampled, Level(1.5**3, 0.0)).solutions
+    within(roots(sampled, Level(1.7**3, 0.0))[0], [1.7])
+    assert not roots(sampled, Level(1.5**3, 0.0))[0]
     assert sampled.failed()
 
 
 def test_not_a_number_and_infinity_are_failed_points() -> None:
     for bad in (math.nan, math.inf, -math.inf):
         sampled = sampled_curve(lambda x, bad=bad: bad if x > 2.0 else x, 0.0, 4.0)
-        within(roots(sampled, Level(1.3, 0.0)).solutions, [1.3])
+        within(roots(sampled, Level(1.3, 0.0))[0], [1.3])
         assert "not a finite number" in sampled.failed()[0].failure
 
 
@@ -132,7 +132,8 @@ def test_wide_bounds_are_walked_in_equal_ratios() -> None:
     sampled = sampled_curve(lambda x: x, 0.01, 100.0, points=5)
     assert [one.key for one in sampled.samples] == pytest.approx([0.01, 0.1, 1.0, 10.0, 100.0])
     assert sampled.samples[0].key == 0.01 and sampled.samples[-1].key == 100.0
-    assert not sampled_curve(lambda x: x, 1.0, 4.0).log
+    linear = sampled_curve(lambda x: x, 1.0, 4.0, points=3)
+    assert [one.key for one in linear.samples] == [1.0, 2.5, 4.0]
     within(found(lambda x: x**-2, 0.01, 100.0, 9.0), [1.0 / 3.0])
 
 

@@ -182,18 +182,6 @@ def test_members_may_stand_in_any_order(values, order):
         np.testing.assert_allclose(one.standard_error, two.standard_error, rtol=1e-6, atol=scale)
 
 
-@given(st.floats(-1e9, 1e9), st.integers(2, 9), st.integers(1, 9))
-def test_what_never_changes_has_no_scatter(value, members, revolutions):
-    values = np.full((1, members, revolutions), value)
-    found = quantiles(values, (0.05, 0.95))
-    for statistic in found:
-        assert statistic.value[0] == value
-        assert statistic.standard_error[0] == 0.0
-    mean = mean_over_runs(values)
-    assert abs(mean.value[0] - value) <= 1e-15 * abs(value)
-    assert mean.standard_error[0] <= 1e-15 * abs(value)
-
-
 @given(arrays(np.int64, st.integers(1, 12), elements=st.integers(0, 2)))
 def test_dominant_from_is_a_count_from_the_end(leading):
     order = len(leading)

@@ -46,7 +46,7 @@ def test_power_in_is_heat_work_and_field(seed, cages):
     assert np.all(flow.magnetic_energy > 0.0) and np.all(flow.rotor_copper > 0.0)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(seeds, st.integers(1, 3))
 def test_steady_rotor_heat_is_torque_times_slip(seed, cages):
     rng = np.random.default_rng(seed)
@@ -74,7 +74,7 @@ def test_curve_has_no_higher_point_than_its_breakdown(seed, cages):
     assert torque.max() > 0.9999 * top
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(seeds, st.integers(1, 3))
 def test_transients_decay_at_any_held_speed(seed, cages):
     rng = np.random.default_rng(seed)

@@ -1,12 +1,12 @@
-"""Claim: an optimum does not depend on units, on the order of starts or on the day, and its error
-estimates are honest on random problems whose optimum is known exactly.
+"""Claim: an optimum does not depend on units, and its error estimates are honest on random problems
+whose optimum is known exactly.
 """
 
 import numpy as np
 import pytest
 
 from vibecalc.core.study.search.minimise import minimise
-from vibecalc.core.study.search.problem import Problem, spread
+from vibecalc.core.study.search.problem import Problem
 
 SCALES = [(1.0, 1e3), (1e-6, 1e6), (1e5, 1e-9)]
 
@@ -15,14 +15,6 @@ def valley(x):
     """Two local optima, one limit that holds."""
     objective = (x[0] ** 2 - 1) ** 2 + 0.3 * x[0] + (x[1] - 0.2) ** 2 + 0.5 * x[0] * x[1]
     return objective, [1.2 - x[0] ** 2 - x[1] ** 2 * 0.3, x[1] + 0.4 * x[0] - 0.1]
-
-
-def same(one, two):
-    """Whether two optima agree within their errors."""
-    assert abs(one.objective - two.objective) <= one.objective_error + two.objective_error
-    apart = np.abs(one.variables - two.variables)
-    assert np.all(apart <= one.variables_error + two.variables_error)
-    assert np.array_equal(one.margin_multipliers > 0.0, two.margin_multipliers > 0.0)
 
 
 @pytest.mark.parametrize(("unit", "size"), SCALES)
@@ -37,14 +29,6 @@ def test_units_do_not_matter(unit, size):
     assert found.variables / unit == pytest.approx(plain.variables, rel=1e-9)
     assert found.objective / size == pytest.approx(plain.objective, rel=1e-13)
     assert found.margin_multipliers / size == pytest.approx(plain.margin_multipliers, abs=1e-9)
-
-
-def test_order_of_starts_does_not_matter():
-    starts = 4 * spread(6, 2) - 2
-    forwards = minimise(Problem(valley, [-2, -2], [2, 2]), starts=0, further=starts)
-    backwards = minimise(Problem(valley, [-2, -2], [2, 2]), starts=0, further=starts[::-1])
-    same(forwards, backwards)
-    assert [one.found_by for one in forwards.optima] == [one.found_by for one in backwards.optima]
 
 
 def test_of_equal_optima_the_nearest_to_the_first_start():
@@ -104,7 +88,7 @@ def test_accuracy_of_the_values_reaches_the_errors():
         return (x[0] + 2) ** 2, [x[0] - 0.5 + shift]
 
     rough = minimise(
-        Problem(slack, [0], [1], errors=lambda x: 1e-6 * np.array([slack(x)[0], 1.0])), starts=0
+        Problem(lambda x: (*slack(x), 1e-6 * np.array([slack(x)[0], 1.0])), [0], [1]), starts=0
     )
     off = minimise(Problem(lambda x: slack(x, 1e-6), [0], [1]), starts=0)
     assert abs(off.variables[0] - 0.5) <= rough.variables_error[0] < 1e-5
@@ -179,9 +163,7 @@ def test_what_is_left_out_of_the_values_is_in_the_errors_of_each_variable(kind, 
     for _ in range(trials):
         size, computed, whole, share = known_with_error(rng, kind)
         bounds = [-1.0] * size, [1.0] * size
-        asked = Problem(
-            lambda x, f=computed: (f(x), []), *bounds, errors=lambda x, off=share: np.array([off])
-        )
+        asked = Problem(lambda x, f=computed, off=share: (f(x), [], np.array([off])), *bounds)
         found = minimise(asked, starts=0)
         true = minimise(
             Problem(lambda x, f=whole: (f(x), []), *bounds, first=found.variables), starts=0

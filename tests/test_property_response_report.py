@@ -202,17 +202,6 @@ def test_impacts_stand_in_one_line_for_each_clearance() -> None:
     assert "64 runs of 30 turns that count" in " ".join(text.split())
 
 
-def test_each_clearance_has_its_own_standard_error() -> None:
-    result = compressor(impact())
-    play = result.record["response/impact/mean_force"].axes[0]
-    path = "response/impact/mean_force_standard_error"
-    result.record.add(quantity(path, [0.25, 1.5, 12.0], "N", play))
-    lines = section(result, "Impacts")
-    assert [row(lines, name)[1] for name in ("0.00254", "0.0381", "0.254")] == [
-        "2.5e-01", "1.5e+00", "1.2e+01"
-    ]  # fmt: skip
-
-
 def test_leaders_are_reported_as_ranges_of_orders() -> None:
     orders = np.arange(1, 11)
     assert ranges(orders, orders <= 2) == "1 to 2"

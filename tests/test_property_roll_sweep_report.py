@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from report_samples import quantity
 from shipped_cases import result_of
@@ -56,6 +56,7 @@ def test_a_key_says_whose_it_is(keys: list[str], words: list[str]) -> None:
     assert _short(keys, CASE) == words
 
 
+@settings(max_examples=25)
 @given(st.lists(st.floats(-1.0, 2.0), max_size=12), st.floats(0.01, 0.2))
 def test_names_at_the_right_stay_apart_and_in_order(places: list[float], apart: float) -> None:
     ordered = np.sort(np.array(places))

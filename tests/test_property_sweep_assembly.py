@@ -25,7 +25,7 @@ from sweep_blocks import (
 from sweep_runs import objects
 from sweep_samples import MODEL, SPEED, STIFFNESS, axis, design_of, scattered, spread
 
-from vibecalc.core.results.layout import DONE, NOT_RUN
+from vibecalc.core.results.layout import DONE, ERRORS, NOT_RUN
 from vibecalc.core.results.store import read_result
 from vibecalc.core.results.sweep_file import (
     is_sweep,
@@ -45,13 +45,13 @@ def test_every_point_is_where_it_belongs(tmp_path: Path, sizes: tuple[int, ...],
     path = written(tmp_path, sweep)
     with open_sweep(path) as found:
         assert found.shape == sizes and list(found.quantities) == list(KEPT)
-        assert found.values(FORCE).shape == (*sizes, 3, 6)
+        assert found.read(FORCE).shape == (*sizes, 3, 6)
         for name in found.quantities:
-            whole = found.values(name).reshape(24, *found.values(name).shape[len(sizes) :])
+            whole = found.read(name).reshape(24, *found.read(name).shape[len(sizes) :])
             for point in range(24):
                 wanted = expected(name, point, whole.shape[1:])
                 assert np.array_equal(whole[point], wanted, equal_nan=True)
-            assert np.array_equal(found.values(name, 3, 19), whole[3:19], equal_nan=True)
+            assert np.array_equal(found.read(name, 3, 19), whole[3:19], equal_nan=True)
         status = found.status().ravel()
         assert status.tolist() == [outcome(point)[0] for point in range(24)]
         assert np.array_equal(found.status(2, 9), status[2:9])
@@ -60,15 +60,14 @@ def test_every_point_is_where_it_belongs(tmp_path: Path, sizes: tuple[int, ...],
 def test_errors_are_those_of_each_point_and_the_largest(tmp_path: Path) -> None:
     with open_sweep(written(tmp_path, made(tmp_path))) as found:
         sag, spread_one = found.quantities[SAG], found.quantities[SPREAD]
-        errors = found.errors(SAG).ravel()
+        errors = found.read(f"{ERRORS}/{SAG}").ravel()
         done = [point for point in range(24) if outcome(point)[0] == DONE]
         assert errors[done].tolist() == [1e-12 * point for point in done]
         assert np.isnan(np.delete(errors, done)).all()
         assert sag.error_estimate == 1e-12 * 23 and sag.standard_error is None
-        assert found.standard_errors(SAG) is None and found.standard_errors(SAG, 0, 3) is None
+        assert found.stored(SAG) == (SAG, f"{ERRORS}/{SAG}")
         assert spread_one.standard_error == 1e-3 * 23
-        spread_all = found.standard_errors(SPREAD)
-        assert spread_all is not None
+        spread_all = found.read(found.stored(SPREAD)[2])
         assert spread_all.ravel()[done].tolist() == [1e-3 * point for point in done]
         assert found.quantities[FORCE].amplitude == "0-pk"
 
@@ -90,7 +89,7 @@ def test_it_is_read_as_a_result_and_by_xarray(tmp_path: Path) -> None:
     force = result.record[FORCE]
     assert [one.name for one in force.axes][:3] == ["stiffness", "damping", "machine.speed"]
     with open_sweep(path) as found:
-        assert np.array_equal(force.values, found.values(FORCE), equal_nan=True)
+        assert np.array_equal(force.values, found.read(FORCE), equal_nan=True)
         assert found.case == result.case and found.head.result.version == result.version
     with xarray.open_dataset(path, engine="h5netcdf", group="isolation") as stage:
         assert stage["sag"].dims == ("stiffness", "damping", "machine.speed")
@@ -138,7 +137,7 @@ def test_partial_files_say_what_is_missing(tmp_path: Path) -> None:
     with open_sweep(done.path) as found:
         status = found.status().ravel()
         assert np.flatnonzero(status != NOT_RUN).tolist() == [5, 6, 7, 8, 9, 20, 21, 22, 23]
-        assert np.isnan(found.values(SAG).ravel()[status == NOT_RUN]).all()
+        assert np.isnan(found.read(SAG).ravel()[status == NOT_RUN]).all()
 
 
 def test_equal_input_gives_equal_bytes(tmp_path: Path) -> None:
@@ -178,7 +177,8 @@ import numpy as np
 from sweep_blocks import grid_of, made
 from vibecalc.core.results.record import Quantity
 from vibecalc.core.study.sweep.assemble import assemble
-from vibecalc.core.study.sweep.blocks import Block, columns_of
+from vibecalc.core.results.sweep_file import columns_of
+from vibecalc.core.study.sweep.blocks import Block
 
 folder, rows = Path(sys.argv[1]), int(sys.argv[2])
 kept = ("isolation/a", "isolation/b", "isolation/c")

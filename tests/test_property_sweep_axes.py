@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sweep_samples import DAMPING, MODEL, PHASE, SPEED, STIFFNESS, axis, design_of, spread
 
-from vibecalc.core.study.sweep.keys import _fractions
+from vibecalc.core.study.sweep.keys import as_written
 from vibecalc.core.study.sweep.prepare import axis_tables, sampling_table
-from vibecalc.core.study.sweep.values import Scatter, SpacedValues, ValueList
+from vibecalc.core.study.sweep.values import scattered, spaced
 from vibecalc.units import parse_quantity
 
 UNIT_ROUNDOFF = 2.0**-53
@@ -38,9 +38,8 @@ def test_steps_of_a_temperature_count_from_its_own_zero():
     for ends, steps in (("degC", [293.15, 313.15, 333.15]), ("K", [20.0, 40.0, 60.0])):
         start, stop = f"20 {ends}", f"60 {ends}"
         read = parse_quantity(start, "K"), parse_quantity(stop, "K")
-        first, last, factor = _fractions(start, stop, "K", read)
-        spread = SpacedValues(start=first, stop=last, factor=factor, log=False, count=3)
-        assert spread.at(np.arange(3)) == pytest.approx(steps)
+        between = spaced(*as_written(start, stop, "K", read), "linear", 3)
+        assert between.at(np.arange(3)) == pytest.approx(steps)
 
 
 def test_equal_ratios_keep_their_ends_and_round_powers():
@@ -58,27 +57,6 @@ def test_equal_ratios_keep_their_ends_and_round_powers():
             )
             # the number keeps 15 digits
             assert abs(found - exact) <= 6e-15 * exact
-
-
-ends = st.decimals(min_value=-1000, max_value=1000, places=3, allow_nan=False)
-
-
-@given(ends, ends, st.integers(2, 50), st.sampled_from(["linear", "log"]))
-def test_spread_is_monotone_within_its_ends(first, last, count, spacing):
-    if first == last or (spacing == "log" and first * last <= 0):
-        first, last = 1, 10
-    first, last = Fraction(first), Fraction(last)
-    course = SpacedValues(start=first, stop=last, factor=1.0, log=spacing == "log", count=count)
-    found = course.at(np.arange(count))
-    assert (found[0], found[-1]) == course.ends == (float(first), float(last))
-    assert np.all(np.diff(found) > 0.0) or np.all(np.diff(found) < 0.0)
-    backwards = course.at(np.arange(count)[::-1])
-    assert np.array_equal(backwards, found[::-1])
-    shares = (np.arange(20) + 0.5) / 20.0
-    kind = "log_uniform" if spacing == "log" else "uniform"
-    drawn = Scatter(kind=kind, parameters=course.ends).drawn(shares)
-    assert np.all((drawn >= min(course.ends)) & (drawn <= max(course.ends)))
-    assert np.all(np.diff(drawn) * (float(last) - float(first)) > 0.0)
 
 
 def test_names_units_and_labels():
@@ -145,7 +123,7 @@ SCATTERS = [
 @pytest.mark.parametrize(("kind", "parameters"), SCATTERS)
 def test_quantiles_invert_the_distribution_functions(kind, parameters):
     shares = np.array([1e-9, 0.01, 0.2, 0.5, 0.77, 0.999])
-    found = Scatter(kind=kind, parameters=parameters).drawn(shares)
+    found = scattered(kind, *parameters).drawn(shares)
     assert np.all(np.diff(found) > 0.0)
     with mpmath.workdps(40):
         for share, value in zip(shares, found, strict=True):
@@ -153,14 +131,6 @@ def test_quantiles_invert_the_distribution_functions(kind, parameters):
             step = value * 2.0**-48
             low, high = (probability(kind, parameters, value + s) for s in (-step, step))
             assert low - 1e-15 <= share <= high + 1e-15
-
-
-def test_listed_values_are_drawn_with_equal_chances():
-    course = ValueList(values=(3.0, 1.0, 2.0))
-    shares = (np.arange(300) + 0.5) / 300.0
-    found = course.drawn(shares)
-    assert [int(np.sum(found == value)) for value in (3.0, 1.0, 2.0)] == [100, 100, 100]
-    assert np.all(course.drawn(np.array([np.nextafter(1.0, 0.0)])) == 2.0)
 
 
 def decimals(least):
@@ -174,17 +144,6 @@ def decimals(least):
 @given(decimals(-(10**17)), decimals(-(10**17)), st.integers(2, 10**9), st.data())
 def test_equal_steps_are_the_doubles_next_to_the_fractions(start, stop, count, data):
     place = data.draw(st.lists(st.integers(0, count - 1), min_size=1, max_size=5))
-    steps = SpacedValues(start=start, stop=stop, factor=1.0, log=False, count=count)
+    steps = spaced(start, stop, 1.0, "linear", count)
     exact = [float(start + (stop - start) * Fraction(k, count - 1)) for k in place]
     assert steps.at(np.array(place)).tolist() == exact
-
-
-@given(decimals(1), decimals(1), st.integers(2, 10**9), st.data())
-def test_equal_ratios_are_those_of_single_points(start, stop, count, data):
-    place = data.draw(st.integers(0, count - 1))
-    ratios = SpacedValues(start=start, stop=stop, factor=1.0, log=True, count=count)
-    with mpmath.workdps(40):
-        share = mpmath.mpf(place) / (count - 1)
-        first, last = (mpmath.mpf(x.numerator) / x.denominator for x in (start, stop))
-        exact = first * (last / first) ** share
-        assert abs(ratios.at(np.array([place]))[0] / exact - 1) < 2e-14

@@ -57,27 +57,6 @@ def test_a_point_hangs_on_its_number_alone(sampling, data):
         design.value_of(np.array([design.count]))
 
 
-@pytest.mark.parametrize("sampling", SAMPLINGS)
-def test_shares_are_uniform_and_differ_with_the_seed(sampling):
-    numbers = np.arange(1000)
-    first, again, other = (drawn(sampling, numbers, 4, 1000, seed) for seed in (1, 1, 2))
-    assert np.array_equal(first, again)
-    assert not np.any(np.all(first == other, axis=1))
-    assert np.all((first > 0.0) & (first < 1.0))
-    for column in range(4):
-        assert kstest(first[:, column], "uniform").pvalue > 1e-3
-    together = np.corrcoef(first.T) - np.eye(4)
-    assert np.max(np.abs(together)) < 4.0 / np.sqrt(1000)
-
-
-@settings(max_examples=30)
-@given(st.integers(2, 300), st.integers(1, 5), st.integers(0, 2**32 - 1))
-def test_latin_hypercube_has_one_point_in_each_slice(size, dimensions, seed):
-    shares = drawn("latin_hypercube", np.arange(size), dimensions, size, seed)
-    slices = np.floor(shares * size).astype(int)
-    assert all(sorted(slices[:, column]) == list(range(size)) for column in range(dimensions))
-
-
 def test_blocks_of_a_long_sampling_go_on_where_the_one_before_ends():
     for sampling in ("sobol", "monte_carlo"):
         shares = drawn(sampling, np.arange((1 << 16) - 512, (1 << 16) + 512), 2, 1 << 17, 3)

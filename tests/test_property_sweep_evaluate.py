@@ -49,16 +49,15 @@ def test_points_are_the_runs_of_their_cases_to_the_last_bit() -> None:
 
 
 def test_what_cannot_be_is_refused_in_the_words_of_the_checks() -> None:
-    design = design_of(axis(ROD, 0.05, -1.0, 0.2))
-    block = Evaluator(generator(), design, KEEP)(np.arange(3))
-    assert block.status.tolist() == [REFUSED, REFUSED, DONE]
+    design = design_of(axis(ROD, 0.05, 0.2))
+    block = Evaluator(generator(), design, KEEP)(np.arange(2))
+    assert block.status.tolist() == [REFUSED, DONE]
     assert block.message[0].startswith(
         f"{ROD}: connecting rod must be longer than the crank radius"
     )
     assert "allowed: > 0.06 m" in block.message[0]
-    assert block.message[1].startswith(f"{ROD}: ") and "> 0 m" in block.message[1]
     force = quantities(block)["excitation/force"]
-    assert np.isnan(force.values[:2]).all() and np.isfinite(force.values[2]).all()
+    assert np.isnan(force.values[0]).all() and np.isfinite(force.values[1]).all()
 
 
 def test_a_resonance_is_a_numerical_failure_that_names_it() -> None:
@@ -100,15 +99,6 @@ def test_each_point_of_a_case_with_an_optimisation_is_optimised() -> None:
     for path in keep:
         assert quantities(block)[path].values[0].tobytes() == record[path].values.tobytes()
     assert choose(loaded.case, design, keep).kind == "pool"
-
-
-def test_the_size_of_chunks_hangs_on_the_sweep_alone() -> None:
-    case, keep = generator().case, KEEP
-    for points in (2, 100, 10_000, 1_000_000):
-        design = design_of(spread(END, "1000 rpm", "5000 rpm", points))
-        sizes = {choose(case, design, keep, jobs).chunk_size for jobs in (1, 2, 64)}
-        (size,) = sizes
-        assert 1 <= size <= points and -(-points // size) <= 10_000
 
 
 @pytest.mark.parametrize(

@@ -89,15 +89,6 @@ def test_processes_that_never_start_are_an_error_and_not_a_loop() -> None:
         list(workers.run(CHUNKS))
 
 
-def test_leaving_early_ends_all_processes() -> None:
-    with Workers(Start(seconds=0.01), jobs=2) as workers:
-        _, found = next(workers.run(CHUNKS))
-        process = found[0].process
-        os.kill(process, 0)
-    with pytest.raises(ProcessLookupError):
-        os.kill(process, 0)
-
-
 def test_processes_end_with_the_sweep_even_if_it_is_killed(tmp_path: Path) -> None:
     import subprocess
     import sys

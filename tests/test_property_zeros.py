@@ -79,19 +79,3 @@ def test_a_smooth_zero_is_not_taken_for_a_kink():
     assert found.method == "newton"
     assert found.free_directions == 0
     assert np.all(np.abs(found.variables) <= found.variables_error + 1e-15)
-
-
-def test_a_kink_above_zero_has_an_honest_error():
-    """1 + |r^2 - 1|: no norm that vanishes, yet a surface of kinks; its height is known."""
-    found = minimise(
-        Problem(lambda x: (1.0 + sphere(x)[0], []), *BOX3, first=[0.3, 0.2, 0.9]), starts=0
-    )
-    assert abs(found.objective - 1.0) <= found.objective_error < 1e-8
-
-
-def test_a_difference_that_cannot_vanish_has_a_smooth_optimum():
-    found = minimise(
-        Problem(lambda x: (abs(x @ x + 1.0 - 0.5), []), *BOX3, first=[1, 1, 1]), starts=0
-    )
-    assert found.method == "newton"
-    assert abs(found.objective - 0.5) <= found.objective_error < 1e-13

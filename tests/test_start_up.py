@@ -142,7 +142,7 @@ NOT_FOR_THE_GENERATOR = (
 
 def test_a_shaft_line_needs_no_masked_arrays(tmp_path: Path) -> None:
     """Which numpy imports late, in a tenth of the time that it takes itself."""
-    keys = ("response.torsion.speeds.points=20", "reference=[]", "limit=[]")
+    keys = ("response.torsion.speeds.points=5", "reference=[]", "limit=[]")
     few = [word for key in keys for word in ("--set", key)]
     modules = modules_after("run", str(CASES / "engine_damped.toml"), "-q", *few, cwd=tmp_path)
     assert "numpy.ma" not in modules

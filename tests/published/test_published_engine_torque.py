@@ -81,7 +81,7 @@ def test_equation_4_3_takes_power_from_nothing():
     assert slipped == pytest.approx(-3.2022, abs=1e-4)
     # that is minus speed squared times the mean inertia of the mass, as if it went up and down
     mean = reciprocating_inertia(source.ROTATING_MASS, source.CRANK_RADIUS, source.ROD_LENGTH)
-    assert slipped == pytest.approx(-(400.0**2) * float(mean.value), rel=1e-12)
+    assert slipped == pytest.approx(-(400.0**2) * mean, rel=1e-12)
 
 
 def test_equation_4_5_has_half_of_each_harmonic():

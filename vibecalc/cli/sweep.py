@@ -117,7 +117,7 @@ def sweep(
 
     made = compute(prepared, options)
     line = "" if made.unlucky else loaded.inputs
-    _report(target, made.counts, made.taken_up, made.seconds, line)
+    _report(target, line, taken_up=made.taken_up, seconds=made.seconds)
     raise typer.Exit(EXIT_POINTS_FAILED if made.failed else EXIT_FINE)
 
 
@@ -136,7 +136,7 @@ def merge(
     made = put_together(parts, output, provenance())
     if made.missing:
         note(f"no part has the points {missing_words(made.missing)}")
-    _report(output, {**made.counts}, 0, 0.0, "")
+    _report(output, "", taken_up=0, seconds=0.0)
     raise typer.Exit(EXIT_FINE if made.counts.keys() <= {DONE} else EXIT_POINTS_FAILED)
 
 
@@ -151,14 +151,15 @@ def _kept(output: Path) -> int:
         counts = opened.counts()
         if asked.json:
             points = sum(counts.values())
-            say_json(outcome_object(view_of(opened), output, counts, points, 0.0) | {"written": []})
+            more = {"taken_up": points, "seconds": 0.0, "written": []}
+            say_json(outcome_object(view_of(opened), output) | more)
     return EXIT_FINE if counts.keys() <= {DONE} else EXIT_POINTS_FAILED
 
 
-def _report(output: Path, counts: Any, taken_up: int, seconds: float, made_from: str) -> None:
+def _report(output: Path, made_from: str, **more: Any) -> None:
     """Write the report next to the file, print it or the object, and say on stderr what failed.
 
-    `made_from` is the line by which `--if-needed` knows both again.
+    `made_from` is the line by which `--if-needed` knows both again; the object has `more`.
     """
     from vibecalc.cli.outputs import write_text
     from vibecalc.core.case.inputs import mark
@@ -171,13 +172,13 @@ def _report(output: Path, counts: Any, taken_up: int, seconds: float, made_from:
         view = view_of(opened)
         text = render_sweep(view)
         failed = failure_words(view)
-        outcome = outcome_object(view, output, counts, taken_up, seconds) if asked.json else {}
+        outcome = outcome_object(view, output) if asked.json else {}
     beside = output.with_suffix(".txt")
     write_text(text, beside)
     mark(output, made_from, text.encode("utf-8"))
     for line in [f"some points of {output} have no result:", *failed] if failed else []:
         note(line)
     if asked.json:
-        say_json(outcome | {"written": [str(output), str(beside)]})
+        say_json(outcome | more | {"written": [str(output), str(beside)]})
     say(text)
     say(f"wrote {output} and {beside.name}")

@@ -42,14 +42,11 @@ def motor_topics(scene: Scene) -> list[Topic]:
     motor = scene.case.machine.motor
     if motor is None:
         return []
-    force = axial_force(
-        motor.torque.order, motor.torque.cosine, motor.torque.sine,
-        rotor_diameter=motor.rotor_diameter, skew_angle=motor.skew_angle,
-    )  # fmt: skip
-    if not np.any(force.harmonics.value):
+    order, found = axial_force(motor)
+    if not np.any(found.axial_force.value):
         return []
     ask = Ask("axial force peak", "largest axial force", "excitation/motor/peak")
-    return [peak_over_cycle(ask, force.harmonics.value[None, :], force.orders, _ANGLE)]
+    return [peak_over_cycle(ask, found.axial_force.value[None, :], order, _ANGLE)]
 
 
 def pump_topics(scene: Scene) -> list[Topic]:

@@ -21,7 +21,6 @@ from vibecalc.excitation.results import (
     BankColumns,
     Counterweights,
     Masses,
-    OfMotor,
     OfRod,
     OnBody,
 )
@@ -133,7 +132,11 @@ def run_excitation(scene: Scene) -> None:
     per_square = train_excitation(
         train, scene.parts.rotating_masses, motion, machine, shakes_with_torque(scene.case)
     )
-    _masses(scene, train)
+    masses = Masses(
+        reciprocating=rounded(train.reciprocating_mass, 8),
+        rotating=rounded(train.rotating_mass, 8),
+    )
+    scene.emit_all(masses, {"cylinder": train.names})
     orders = np.arange(1, per_square.shape[-2] + 1)
     forcing = Forcing(per_square, orders, motion.highest_order, motion.tail)
     scene.handed_on["forcing"] = forcing
@@ -172,15 +175,10 @@ def run_excitation(scene: Scene) -> None:
     if options is not None and options.balance is not None and scene.wants(*table):
         _balance(scene, train, np.array(options.balance.orders))
     if options is not None and options.residual is not None:
-        _residual(scene, driven, forcing)
-
-
-def _masses(scene: Scene, train: CrankTrain) -> None:
-    found = Masses(
-        reciprocating=rounded(train.reciprocating_mass, 8),
-        rotating=rounded(train.rotating_mass, 8),
-    )
-    scene.emit_all(found, {"cylinder": train.names})
+        given = options.residual
+        weights = given.force_weight, given.couple_weight, given.reference_length
+        every = residual(driven, *weights)
+        scene.emit_all(OnBody(residual=norm_with_tail(every, forcing)))
 
 
 def _counterweights(scene: Scene, train: CrankTrain) -> None:
@@ -221,19 +219,6 @@ def _rod(scene: Scene, train: CrankTrain, forcing: Forcing) -> None:
     couple = (square * difference)[..., None] * turning
     orders = np.arange(forcing.retained + 1)
     scene.emit_all(OfRod(couple=couple, couple_peak=peak), {"order": orders})
-
-
-def _residual(scene: Scene, driven: Bounded, forcing: Forcing) -> None:
-    options = scene.case.excitation.residual if scene.case.excitation else None
-    if options is None:
-        raise ValueError("the case has no residual")
-    every = residual(
-        driven,
-        force_weight=options.force_weight,
-        couple_weight=options.couple_weight,
-        reference_length=options.reference_length,
-    )
-    scene.emit_all(OnBody(residual=norm_with_tail(every, forcing)))
 
 
 def few_orders(forcing: Forcing) -> tuple[np.ndarray, np.ndarray | float]:
@@ -293,24 +278,8 @@ def _balance(scene: Scene, train: CrankTrain, orders: np.ndarray) -> None:
 
 def run_motor(scene: Scene) -> None:
     """Emit the axial force by order, its mean, bound, peak and effective value."""
-    motor = scene.case.machine.motor
-    if motor is None:
-        raise ValueError("the case has no motor")
-    force = axial_force(
-        motor.torque.order,
-        motor.torque.cosine,
-        motor.torque.sine,
-        rotor_diameter=motor.rotor_diameter,
-        skew_angle=motor.skew_angle,
-    )
-    found = OfMotor(
-        axial_force=force.harmonics,
-        mean_force=force.mean,
-        sum_of_amplitudes=force.sum_of_amplitudes,
-        peak=force.peak,
-        rms=force.rms,
-    )
-    scene.emit_all(found, {"order": force.orders})
+    order, found = axial_force(scene.case.machine.motor)
+    scene.emit_all(found, {"order": order})
     scene.cite(
         "normal force on skewed conductors",
         "axial force of the motor",

@@ -1,40 +1,19 @@
 """Axial force of a rotor whose conductors are skewed, from the harmonics of its torque."""
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.results import OfMotor
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.cycle_peak import cycle_peak
 
-
-class AxialForce(NamedTuple):
-    """Force of the torque on the rotor along its axis, N.
-
-    `harmonics` (..., n) belong to the `orders` (n,) above 0, complex 0-peak amplitudes F with
-    f(t) = Re(F exp(i order angle)). `mean` (...,) is the force of order 0, in none of the others:
-    `sum_of_amplitudes` bounds the `peak` of the signal over a turn, and `rms` is its effective
-    value.
-    """
-
-    orders: np.ndarray
-    harmonics: Bounded
-    mean: Bounded
-    sum_of_amplitudes: Bounded
-    peak: Bounded
-    rms: Bounded
+if TYPE_CHECKING:
+    from vibecalc.parts.motor_tables import Motor
 
 
-def axial_force(
-    orders: ArrayLike,
-    cosine: ArrayLike,
-    sine: ArrayLike,
-    *,
-    rotor_diameter: ArrayLike,
-    skew_angle: ArrayLike,
-) -> AxialForce:
+def axial_force(motor: "Motor | None") -> tuple[np.ndarray, OfMotor]:
     """Axial force (2 T / D) tan(beta) of a torque T on conductors skewed by beta.
 
     The torque needs the tangential force 2 T / D at the conductors. The force on a conductor is
@@ -46,50 +25,38 @@ def axial_force(
     sit in one housing it is internal to the body: it loads the bearing and does not shake the body,
     hence is no part of the excitation.
 
-    Parameters
-    ----------
-    orders
-        (n,) distinct multiples of the crank speed, 0 or above, in any sequence.
-    cosine, sine
-        (..., n) in N m, the torque on the rotor is sum cosine cos(n a) + sine sin(n a). The sine
-        of order 0 is nothing.
-    rotor_diameter, skew_angle
-        D in m, beta in rad within a quarter of a turn, scalars or of the leading axes. A positive
-        beta leans the conductors back against the crank's sense of rotation, seen along the axis;
-        then a torque in that sense pushes the rotor along the axis.
-
-    Returns
-    -------
-    AxialForce
-        Orders sorted.
+    The torque on the rotor is the sum of cosine cos(n a) + sine sin(n a) over the orders n of the
+    crank speed, D in m the diameter of the rotor, beta in rad within a quarter of a turn. A
+    positive beta leans the conductors back against the crank's sense of rotation, seen along the
+    axis; then a torque in that sense pushes the rotor along the axis. Gives the orders above 0,
+    ascending, and the force.
 
     Raises
     ------
     NumericalFailure
         A force is not a finite number.
     """
-    order = np.asarray(orders, dtype=np.int64)
+    assert motor is not None, "only asked of a machine with a motor"
+    order = np.asarray(motor.torque.order, dtype=np.int64)
     sequence = np.argsort(order, kind="stable")
-    torque = np.asarray(cosine, dtype=float) - 1j * np.asarray(sine, dtype=float)
-    beta, diameter = np.asarray(skew_angle, dtype=float), np.asarray(rotor_diameter, dtype=float)
+    order = order[sequence]
+    torque = np.array(motor.torque.cosine) - 1j * np.array(motor.torque.sine)
     with np.errstate(over="ignore", invalid="ignore"):
-        force = np.asarray(torque * (2.0 * np.tan(beta) / diameter)[..., None])[..., sequence]
+        force = (torque * (2.0 * np.tan(motor.skew_angle) / motor.rotor_diameter))[sequence]
     if not np.isfinite(force).all():
         raise NumericalFailure(
             "the axial force of the motor is not a finite number: its torque, the skew angle or "
             "the diameter of its rotor is out of range"
         )
-    order = order[sequence]
     bounded = rounded(force, 8)
-    harmonics, steady = bounded[..., order > 0], bounded[..., order == 0].real.sum()
-    largest = np.abs(force).max(axis=-1, initial=0.0)
-    scale = np.where(largest > 0.0, largest, 1.0)  # free of overflow
+    harmonics = bounded[order > 0]
+    scale = float(np.abs(force).max()) or 1.0  # free of overflow
     peak = cycle_peak(np.where(order > 0, force, 0.0), order)
-    return AxialForce(
-        orders=order[order > 0],
-        harmonics=harmonics,
-        mean=steady,
+    found = OfMotor(
+        axial_force=harmonics,
+        mean_force=bounded[order == 0].real.sum(),
         sum_of_amplitudes=abs(harmonics).sum(),
         peak=Bounded(peak.value, peak.error + harmonics.error.sum(-1)),
-        rms=(harmonics * (np.sqrt(0.5) / scale)[..., None]).norm() * scale,
+        rms=(harmonics * (np.sqrt(0.5) / scale)).norm() * scale,
     )
+    return order[order > 0], found

@@ -88,10 +88,9 @@ def bank_sums(
 
 def residual(
     loads: Bounded,
-    *,
     force_weight: ArrayLike = 1.0,
     couple_weight: ArrayLike = 1.0,
-    reference_length: ArrayLike,
+    reference_length: ArrayLike = 1.0,
 ) -> Bounded:
     """Size (..., n) of the forces and couples (..., n, 6) of each order as one number:
 

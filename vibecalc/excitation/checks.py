@@ -8,7 +8,7 @@ from vibecalc.core.case.raw import listed
 from vibecalc.errors import KeyPath, NumericalFailure, Problem, listing
 from vibecalc.kinds import TRAIN
 from vibecalc.parts.crank_train import turns
-from vibecalc.parts.drive_checks import degrees, pressure_problems
+from vibecalc.parts.drive_checks import degrees, turn_problems
 from vibecalc.parts.firing import CYCLES, TURN
 from vibecalc.parts.tables import CrankTrain
 from vibecalc.schema import Case
@@ -162,7 +162,7 @@ def _cards(train: CrankTrain, cycle: float) -> Iterator[Problem]:
         )
     for place, card in enumerate(train.gas_cards):
         where: KeyPath = (*path, place, "gas_pressure")
-        yield from pressure_problems(where, card.gas_pressure, cycle)
+        yield from turn_problems(where, "gas pressure", card.gas_pressure, cycle)
     interpolation = train.gas_interpolation
     if interpolation is not None and interpolation not in ("linear", "cubic"):
         yield Problem(

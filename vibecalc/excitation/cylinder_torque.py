@@ -108,7 +108,7 @@ def gas_harmonics(
     precision: it costs no digits at high orders.
     """
     orders = np.concatenate([[0.0], np.asarray(order, dtype=float)])
-    radius, length, offset = geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset
+    radius, length, offset = geometry.lengths
     start, width, interval = _panels(card, geometry, orders[-1] if len(orders) > 1 else 0.0)
     degree = card.coefficient.shape[1] - 1
     phase = 0.5 * orders.max() * width.max()
@@ -156,7 +156,7 @@ def inertia_harmonics(
     turn what they have taken.
     """
     orders = np.asarray(order, dtype=float)
-    radius, length, offset = geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset
+    radius, length, offset = geometry.lengths
     highest = max(1, int(np.floor(orders.max(initial=1.0))))
     torque, rod = _of_unit_masses(float(radius), float(length), float(offset), highest)
     mass, moment = rounded(reciprocating_mass * radius**2, 4), rounded(rod_inertia_difference, 2)
@@ -197,7 +197,7 @@ def _of_unit_masses(
 
 def gas_torque_at(card: GasCard, geometry: CrankGeometry, angle: ArrayLike) -> FloatArray:
     """Gas torque, N m, at the cylinder's own angles in rad: -p A s'."""
-    path = piston_path(angle, geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset)
+    path = piston_path(angle, *geometry.lengths)
     return np.asarray(-pressure_at(card, angle) * geometry.piston_area * path.velocity)
 
 
@@ -208,8 +208,8 @@ def inertia_torque_at(
     angle: ArrayLike,
 ) -> FloatArray:
     """Inertia torque at constant speed, N m per (rad/s)^2, at the cylinder's own angles in rad."""
-    radius, length, offset = geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset
-    path = piston_path(angle, radius, length, offset)
+    radius, _, offset = geometry.lengths
+    path = piston_path(angle, *geometry.lengths)
     sine, cosine = np.sin(angle), np.cos(angle)
     turning = radius * cosine / path.rod
     # cos phi phi'' = sin phi phi'^2 - (R/L) sin t, with cos phi = rod / L
@@ -304,7 +304,7 @@ def motored_card(
     The wrist pin at (s, e) sees the crank at equal angles on both sides of the line to it, hence
     the partner of the angle t at 2 arctan(e / s) - t.
     """
-    radius, length, offset = geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset
+    radius, length, offset = geometry.lengths
     top = float(top_dead_centre(radius, length, offset).angle)
 
     def partner(angle: FloatArray) -> FloatArray:

@@ -44,17 +44,16 @@ class LeastSquares(NamedTuple):
 
 
 class FitTable(NamedTuple):
-    """Rows to fit: slips (rad/s), torques (N m), weights; and the motor without its rotor."""
+    """Rows to fit: slips (rad/s) and torques (N m), and the motor without its rotor."""
 
     motor: InductionMotor
     slip: FloatArray
     torque: FloatArray
-    weight: FloatArray
 
     def residual(self, logarithms: FloatArray) -> FloatArray:
-        """Weighted relative differences (..., rows) for parameters (..., 2 cages)."""
+        """Relative differences (..., rows) for parameters (..., 2 cages)."""
         value = torque_of(self._with(logarithms[..., None, :]), self.slip)
-        return np.asarray((value / self.torque - 1.0) * np.sqrt(self.weight))
+        return np.asarray(value / self.torque - 1.0)
 
     def jacobian(self, logarithms: FloatArray) -> FloatArray:
         """Derivatives (rows, 2 cages) of the residual."""
@@ -77,7 +76,6 @@ def best_start(
     motor: InductionMotor,
     slip: FloatArray,
     torque: FloatArray,
-    weight: FloatArray,
     breakdown_slip: float,
 ) -> LeastSquares:
     """Lowest minimum over rotor resistances and leakages, everything else of the motor held.
@@ -87,7 +85,7 @@ def best_start(
     """
     from scipy.optimize import least_squares
 
-    table = FitTable(motor, slip, torque, weight)
+    table = FitTable(motor, slip, torque)
     scale, starts = _starts(table, breakdown_slip)
 
     def descend(start: FloatArray, most: int) -> tuple[float, FloatArray, bool]:
@@ -298,7 +296,6 @@ def fit_induction_motor(
     phase_voltage: float,
     stator_resistance: float,
     cages: int = 2,
-    weight: ArrayLike = 1.0,
     stator_inductance: float | None = None,
     stator_share: float = STATOR_SHARE,
 ) -> MotorFit:
@@ -315,8 +312,6 @@ def fit_induction_motor(
         2: all rows are fitted. 1: those up to the largest torque; one cage cannot have both the
         breakdown and the locked-rotor torque of most motors. 3: as 2; the third stands for the
         crowding of the current in deep bars near standstill.
-    weight
-        Of the squared relative difference of each row.
     stator_inductance
         Leakage plus magnetising inductance, H. Held. Default: `NO_LOAD_RATIO` times
         3 p V^2 / (4 w^2 T), the leakage of a motor without stator resistance whose breakdown torque
@@ -333,7 +328,6 @@ def fit_induction_motor(
     all_slips, all_torques = np.asarray(slip, dtype=float), np.asarray(torque, dtype=float)
     loaded = all_slips > 0.0
     slips, table = all_slips[loaded], all_torques[loaded]
-    weights = np.broadcast_to(np.asarray(weight, dtype=float), all_slips.shape)[loaded]
     if table.size == 0 or not np.all(table > 0.0):
         raise NumericalFailure("a motor is fitted to torques above 0 at slips above 0")
     top = int(np.argmax(table))
@@ -348,7 +342,7 @@ def fit_induction_motor(
         line_frequency, pole_pairs, phase_voltage, stator_resistance, 0.0, inductance,
         np.full(cages, stator_resistance), np.full(cages, leakage),
     )  # fmt: skip
-    minimum = best_start(bare, slips[used], table[used], weights[used], slips[top])
+    minimum = best_start(bare, slips[used], table[used], slips[top])
     resistance, rotor_leakage = np.exp(minimum.logarithms).reshape(2, cages)
     gathered = bare._replace(rotor_resistance=resistance, rotor_leakage=rotor_leakage)
     share = stator_share * transient_inductance(gathered)
@@ -356,7 +350,7 @@ def fit_induction_motor(
     fitted = steady_torque(motor, slips)
     residual = fitted.value - table
     relative = (residual / table)[used]
-    known = identifiability(motor, slips[used], weights[used])
+    known = identifiability(motor, slips[used])
     return MotorFit(
         motor=motor,
         slip=slips,

@@ -84,15 +84,15 @@ class Identifiability(NamedTuple):
     held_spread: FloatArray
 
 
-def identifiability(motor: InductionMotor, slip: FloatArray, weight: FloatArray) -> Identifiability:
-    """Singular values and spreads for the slips (rad/s) and weights (rows,) of a table.
+def identifiability(motor: InductionMotor, slip: FloatArray) -> Identifiability:
+    """Singular values and spreads for the slips (rows,) in rad/s of a table.
 
-    All parameters but line, poles and stator resistance, which are given with the table. A row
-    of weight 1 has the error `TABLE_ERROR`, others that over the root of their weight.
+    All parameters but line, poles and stator resistance, which are given with the table, each row
+    of which has the error `TABLE_ERROR`.
     """
     names = parameter_names(np.asarray(motor.rotor_resistance).shape[-1])[1:]
     torque = torque_of(motor, slip)
-    change = torque_sensitivity(motor, slip)[:, 1:] / torque[:, None] * np.sqrt(weight)[:, None]
+    change = torque_sensitivity(motor, slip)[:, 1:] / torque[:, None]
     _, singular, rows = np.linalg.svd(change, full_matrices=True)
     values = np.zeros(len(names))
     values[: singular.size] = singular

@@ -181,7 +181,7 @@ def motored_cycle(cycle: PressureCycle, geometry: CrankGeometry) -> GasCard:
 def mean_pressure(card: GasCard, geometry: CrankGeometry) -> Bounded:
     """Mean indicated pressure, Pa: the work of one cycle over the swept volume."""
     _, mean = gas_harmonics(card, geometry, np.empty(0))
-    travel = stroke(geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset)
+    travel = stroke(*geometry.lengths)
     return mean * rounded(card.cycle / (geometry.piston_area * float(travel)), 6)
 
 
@@ -189,9 +189,8 @@ def cylinder_volume(
     geometry: CrankGeometry, compression_ratio: float, angle: FloatArray
 ) -> FloatArray:
     """Volume above the piston over the clearance volume: 1 at the top, the ratio at the bottom."""
-    radius, length, offset = geometry.crank_radius, geometry.rod_length, geometry.wrist_pin_offset
-    travel = piston_displacement(angle, radius, length, offset).value
-    return np.asarray(1.0 + (compression_ratio - 1.0) * travel / stroke(radius, length, offset))
+    travel = piston_displacement(angle, *geometry.lengths).value
+    return np.asarray(1.0 + (compression_ratio - 1.0) * travel / stroke(*geometry.lengths))
 
 
 def smooth_step(share: FloatArray) -> FloatArray:
@@ -333,10 +332,8 @@ def pump_turn(liquid: Liquid, geometry: CrankGeometry) -> PumpTurn:
 
 
 def _pump_turn(liquid: Liquid, geometry: CrankGeometry) -> PumpTurn:
-    radius, length, _, offset = geometry
-    top, bottom = (
-        centre(radius, length, offset) for centre in (top_dead_centre, bottom_dead_centre)
-    )
+    radius, length, offset = geometry.lengths
+    top, bottom = (centre(*geometry.lengths) for centre in (top_dead_centre, bottom_dead_centre))
     area = geometry.piston_area
     swept = area * float(stroke(radius, length, offset))
     dead, full = liquid.dead_volume, liquid.dead_volume + swept
@@ -366,15 +363,14 @@ def cylinder_pressure(liquid: Liquid, geometry: CrankGeometry, angle: ArrayLike)
     The plunger goes in from top to bottom dead centre and out from there: each half is read from
     its own end, so that no digits are lost where a stiff liquid is compressed within a degree.
     """
-    radius, length, _, offset = geometry
-    top = float(top_dead_centre(radius, length, offset).angle)
-    bottom = float(bottom_dead_centre(radius, length, offset).angle)
+    top = float(top_dead_centre(*geometry.lengths).angle)
+    bottom = float(bottom_dead_centre(*geometry.lengths).angle)
     given = np.asarray(angle, dtype=float)
     this_turn = (given >= top) & (given <= top + TWO_STROKE)
     turned = np.where(this_turn, given, top + np.mod(given - top, TWO_STROKE))
     area = geometry.piston_area
-    full = liquid.dead_volume + area * float(stroke(radius, length, offset))
-    travel = piston_displacement(turned, radius, length, offset).value
+    full = liquid.dead_volume + area * float(stroke(*geometry.lengths))
+    travel = piston_displacement(turned, *geometry.lengths).value
     low = liquid.discharge_pressure - liquid.bulk_modulus * np.log1p(
         area * travel / liquid.dead_volume
     )
@@ -413,7 +409,7 @@ def _opening(travel: float, start: float, geometry: CrankGeometry, stretch: floa
 
     It leaves `start`, where the linkage is stretched by `stretch`, R at the top, or folded, -R.
     """
-    radius, length, _, offset = geometry
+    radius, length, offset = geometry.lengths
     pin = start - float(np.sign(stretch)) * travel
     reach = float(np.hypot(pin, offset))
     short = travel * (start + pin) / (length + reach + stretch)
@@ -426,6 +422,6 @@ def _travel_from_bottom(angle: FloatArray, geometry: CrankGeometry) -> FloatArra
 
     The folded linkage is a stretched one of a crank of -R, half a turn on.
     """
-    radius, length, _, offset = geometry
+    radius, length, offset = geometry.lengths
     travel = piston_displacement(angle - np.pi, -radius, length, offset).value
     return np.asarray(np.maximum(-travel, 0.0))

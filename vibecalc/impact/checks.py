@@ -115,16 +115,9 @@ class Work(NamedTuple):
     total: float
 
 
-def impact_work(case: Case) -> Work | None:
-    """What the impacts of a case without problems cost; None without a study or its joints."""
-    if case.machine.joints is None or case.response is None or case.response.impact is None:
-        return None
-    return _work(case, gaps(case, []))
-
-
 def cost_problems(case: Case, in_contact: list[Gap]) -> Iterator[Problem]:
     """A problem where the runs of a study would take too long, or not end."""
-    work = _work(case, in_contact)
+    work = impact_work(case, in_contact)
     if work is None:
         return
     from vibecalc.impact.setup import MOST_STEPS  # only a study loads what follows it
@@ -152,25 +145,26 @@ def cost_problems(case: Case, in_contact: list[Gap]) -> Iterator[Problem]:
         )
 
 
-def _work(case: Case, in_contact: list[Gap]) -> Work | None:
+def impact_work(case: Case, in_contact: list[Gap] | None = None) -> Work | None:
+    """What the impacts of a case cost; None without a study or joints that can be followed."""
     study = None if case.response is None else case.response.impact
-    if study is None or not in_contact:
+    if study is None or case.machine.joints is None:
+        return None
+    in_contact = gaps(case, []) if in_contact is None else in_contact
+    if not in_contact:
         return None
     from vibecalc.impact.setup import REACH
 
     turn = TURN / case.machine.speed
-    fastest = 0.0
-    for gap in in_contact:
-        ring = math.sqrt(gap.play.stiffness * gap.mobility)
-        fastest = max(
-            fastest,
-            ring + gap.play.contact_damping * gap.mobility,
-            gap.play.film_damping * gap.mobility,
-        )
+    rings = [math.sqrt(gap.play.stiffness * gap.mobility) for gap in in_contact]
+    rates = [
+        max(ring + gap.play.contact_damping * gap.mobility, gap.play.film_damping * gap.mobility)
+        for ring, gap in zip(rings, in_contact, strict=True)
+    ]
     gas = case.machine.crank_train.gas_pressure
     nodes = 0 if gas is None else len(gas.crank_angle)
     # steps also end at the nodes of the gas, and follow the highest order of the spectrum
-    steps = fastest * turn / REACH + nodes + study.orders
+    steps = max(rates) * turn / REACH + nodes + study.orders
     runs = (study.members + min(study.members, 16)) * max(len(study.clearances), 1)
     turns = study.discard + study.revolutions
     each = steps + (0.0 if study.method == "event_exact" else FIXED_STEP * study.steps)
@@ -193,10 +187,7 @@ LONGEST_STEP = 2.0
 
 def joint_problems(case: Case) -> list[Problem]:
     """Problems of joints with play, and of the study of impacts in them."""
-    joints = case.machine.joints
-    if not has_crank_train(case.machine):
-        return []
-    if joints is None:
+    if not has_crank_train(case.machine) or case.machine.joints is None:
         return []
     problems = [*_clearances(case), *_stands(case)]
     found = gaps(case, problems)

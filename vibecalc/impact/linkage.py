@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.errors import NumericalFailure, UsageError
+from vibecalc.errors import NumericalFailure
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.kinematics.rod_angle import rod_angle_harmonics
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
@@ -30,9 +30,6 @@ from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 # The lateral motion is too small to act back on the axial one (one-way coupling).
 # Source: J. W. Ong's model (2000, eq. 5.1), with the extensions of his section 9.2.1.
 # ----------------------------------------------------------------------------
-
-#: laws of a contact spring; the source prints the second
-LAWS = ("continuous", "full_deflection")
 
 
 class Drive(NamedTuple):
@@ -111,13 +108,8 @@ def assemble_train(
     rod_mass: FloatArray | None,
     wall: Joint | None,
 ) -> Train:
-    """Arrays of the batch from its joints; UsageError for an unknown law or a missing mass."""
+    """Arrays of the batch from its joints; a crank joint has a rod's mass with it."""
     joints = [each for each in (joint, crank_joint, wall) if each is not None]
-    if (crank_joint is None) != (rod_mass is None):
-        raise UsageError("a crank joint with play and a rod mass belong together")
-    for each in joints:
-        if each.law not in LAWS:
-            raise UsageError(f"no contact law {each.law!r}; there are {', '.join(LAWS)}")
     piston = np.broadcast_to(np.asarray(mass, dtype=np.float64), (members,))
     rod = None
     couple = np.zeros((len(joints), len(joints), members))

@@ -70,7 +70,8 @@ def build_joints(
 
 def _joint(play: joint_parts.Play, law: str) -> Joint:
     given = play.clearance, play.stiffness, play.contact_damping, play.film_damping
-    return Joint(*(np.asarray(one, dtype=np.float64) for one in given), law)
+    clearance, stiffness, contact, film = (np.asarray(one, dtype=np.float64) for one in given)
+    return Joint(clearance, stiffness, contact, film, law)
 
 
 def _gas_force(train: parts.CrankTrain, sense: float) -> GasForce:
@@ -83,7 +84,7 @@ def _gas_force(train: parts.CrankTrain, sense: float) -> GasForce:
 
 def joints_of(case: Case) -> Joints:
     """Those of a case that has them and asks for impacts."""
-    options = case.response and case.response.impact
+    options = case.response.impact if case.response else None
     working = case.excitation.working if case.excitation else None
     towards_crank = options is None or options.pressure == "towards_crank"
     return build_joints(case.machine, working, gas_towards_crank=towards_crank)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from vibecalc.core.report.rows import Cells, Rows, part_of, rows_of
-from vibecalc.core.report.sections import Section, having, section, table_of
+from vibecalc.core.report.sections import Part, Section, having, section, table_of
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_error, table
 from vibecalc.core.results.record import Quantity, Record, Result
 
@@ -37,8 +37,8 @@ def impact(result: Result) -> Section | None:
     shown = frozenset(path for path in record if path.startswith(f"{_ROOT}/"))
     words = "; ".join(words for path, words in _NOTES if f"{_ROOT}/{path}" in record)
     counts = rows_of(record, Rows("clearance", "", _counts(result), _ROOT, note=words))
-    blocks = [rows_of(record, _FORCES), counts, _method(result)]
-    details = {
+    blocks: list[Part] = [rows_of(record, _FORCES), counts, _method(result)]
+    details: dict[str, Part] = {
         "largest force by order": _leaders(record),
         "other joints": _other_joints(record),
         "first contacts": rows_of(record, _FIRST),

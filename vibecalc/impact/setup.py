@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.errors import NumericalFailure, UsageError
+from vibecalc.errors import NumericalFailure
 from vibecalc.impact.linkage import FREE, LOWER, UPPER, Drive, GasForce, Law, Train, law_of
 from vibecalc.impact.roots import in_order
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, ComplexArray, FloatArray, IntArray
@@ -377,15 +377,10 @@ def make_setup(
 ) -> Setup:
     """Tables of a batch.
 
-    Raises UsageError for a bore without harmonics of the rod angle or a speed that is not
-    positive, NumericalFailure for contacts too stiff or damped to be followed.
+    Raises NumericalFailure for contacts too stiff or damped to be followed.
     """
-    if not drive.speed > 0.0:
-        raise UsageError("the speed of the crank has to be positive")
     tangent, rate_couple = None, np.abs(train.couple)
-    if train.bore is not None:
-        if drive.rod_tangent is None:
-            raise UsageError("a bore with play needs the harmonics of the rod angle")
+    if train.bore is not None and drive.rod_tangent is not None:
         tangent = tangent_table(drive)
         # the bound on |tan| of the rod angle; a sum of harmonics is never above that of sizes
         rate_couple[train.bore, 0] = np.sum(np.abs(drive.rod_tangent)) / train.mass

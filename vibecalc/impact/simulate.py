@@ -395,8 +395,6 @@ def simulate(
     NumericalFailure
         Contacts too short or too strongly damped to be followed, a run that sticks at the jump
         of a full-deflection law, a state that is not finite.
-    UsageError
-        Parts that do not fit together.
     """
     parts = (drive, gas, mass, joint, crank_joint, rod_mass, wall)
     setup, state = _prepare(parts, gap, gap_velocity, revolutions, orders_retained, subdivision)

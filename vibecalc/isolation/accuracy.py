@@ -6,7 +6,6 @@ import numpy as np
 
 from vibecalc.core.accuracy.kinds import (
     Counted,
-    Matrices,
     forced,
     peak_over_cycle,
     peak_over_range,
@@ -86,7 +85,7 @@ def motion_topic(
         return Answer(read(_motion(system, load, w)), 2.0 * len(w))
 
     solver = Solver("inverse and one step", own)
-    return [forced(ask, [solver], Matrices(*system.matrices[:4]), w, known, read)]
+    return [forced(ask, [solver], system.matrices, w, known, read)]
 
 
 def motion_by_order(

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from vibecalc.core.run.stage import Harmonics, Stage, Subject, Unit, Work, below
+from vibecalc.core.run.stage import Entries, Harmonics, Stage, Subject, Unit, Work, below
 
 if TYPE_CHECKING:
     from vibecalc.measurement.tables import Measurement
@@ -132,9 +132,16 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
     return named | ({"channel": channels} if channels else {})
 
 
+def _entries(case: "Case", path: str, axis: str) -> Entries | None:
+    if axis != "order" or case.measurement is None:
+        return None
+    return Entries(tuple(map(float, case.measurement.orders)), "[measurement] orders")
+
+
 SUBJECT = Subject(
     stages=(plan_measurement,),
     names=names_of,
+    entries=_entries,
     concerns=lambda case: case.measurement is not None or case.machine.kind == "plate",
     files={
         ("measurement", "record"): "vibecalc.measurement.records:attach_records",

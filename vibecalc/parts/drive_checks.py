@@ -11,7 +11,7 @@ from vibecalc.parts.firing import cycle_angle
 from vibecalc.schema import Case
 
 if TYPE_CHECKING:
-    from vibecalc.parts.gas_tables import GasPressure
+    from vibecalc.parts.gas_tables import GasForce, GasPressure
 
 # ----------------------------------------------------------------------------
 # Is a table over one turn of a cylinder a curve that closes?
@@ -23,19 +23,15 @@ CLOSED = 1e-9
 
 
 def turn_problems(
-    path: KeyPath,
-    what: str,
-    angle: Sequence[float],
-    column: str,
-    values: Sequence[float],
-    unit: str,
-    period: float = TURN,
+    path: KeyPath, what: str, table: "GasPressure | GasForce", period: float
 ) -> Iterator[Problem]:
-    """Problems of a table at `path` of `what` ("gas pressure"): angles in rad, `column` in `unit`.
+    """Problems of a table at `path` of `what` ("gas pressure"), over `period`, rad.
 
-    It has to span `period`, one turn or the two of a four-stroke cycle. One problem at most: what
-    follows from the first is not reported.
+    That is one turn, or the two of a four-stroke cycle. One problem at most: what follows from the
+    first is not reported.
     """
+    column, unit = ("pressure", "Pa") if hasattr(table, "pressure") else ("force", "N")
+    angle, values = table.crank_angle, getattr(table, column)
     turns, cycle = ("two turns", "a cycle") if period > TURN else ("one turn", "a turn")
     back = [n for n in range(1, len(angle)) if not angle[n] > angle[n - 1]]
     if back:
@@ -83,33 +79,10 @@ def degrees(angle: float) -> str:
 
 
 # ----------------------------------------------------------------------------
-# Do the tables that drive a machine make sense: gas pressure over a turn, torque of a motor?
+# Are the tables of the gas curves over a turn that can be read between their rows?
 # ----------------------------------------------------------------------------
 
 PRESSURE: KeyPath = ("machine", "crank_train", "gas_pressure")
-
-
-@listing
-def drive_problems(case: Case) -> Iterator[Problem]:
-    """Problems of the table of gas pressure."""
-    if has_crank_train(case.machine):
-        table = case.machine.crank_train.gas_pressure
-        if table is not None:
-            yield from pressure_problems(PRESSURE, table, cycle_angle(case.machine))
-
-
-def pressure_problems(path: KeyPath, table: "GasPressure", period: float) -> Iterator[Problem]:
-    """Problems of a table of gas pressure at `path` over `period`, rad: a turn, or a cycle."""
-    pressure = table.pressure
-    yield from turn_problems(
-        path, "gas pressure", table.crank_angle, "pressure", pressure, "Pa", period
-    )
-
-
-# ----------------------------------------------------------------------------
-# Are the gas forces of the cylinders curves over one turn?
-# ----------------------------------------------------------------------------
-
 #: rows that a way to read a table between its rows needs, the repeated last one counted
 FEWEST = {"linear": 3, "parabola": 4, "cubic": 4, "trigonometric": 3}
 
@@ -122,11 +95,13 @@ def suits(interpolation: str, angle: Sequence[float]) -> bool:
 
 @listing
 def gas_problems(case: Case) -> Iterator[Problem]:
-    """Problems of the gas force of each cylinder, and of how the gas tables are read."""
+    """Problems of the gas pressure, of the gas force of each cylinder, and of how they are read."""
     if not has_crank_train(case.machine):
         return
     train = case.machine.crank_train
-    interpolation = train.gas_interpolation or "linear"
+    interpolation, pressure = train.gas_interpolation or "linear", train.gas_pressure
+    if pressure is not None:
+        yield from turn_problems(PRESSURE, "gas pressure", pressure, cycle_angle(case.machine))
     for place, cylinder in enumerate(train.cylinders):
         table = cylinder.gas_force
         if table is None:
@@ -136,9 +111,8 @@ def gas_problems(case: Case) -> Iterator[Problem]:
         if len(table.crank_angle) < FEWEST["linear"]:
             yield _short(path, what, len(table.crank_angle), FEWEST["linear"])
             continue
-        problems = list(turn_problems(path, what, table.crank_angle, "force", table.force, "N"))
+        problems = list(turn_problems(path, what, table, TURN))
         yield from problems or _readable(path, what, interpolation, table.crank_angle)
-    pressure = train.gas_pressure
     # the others are refused for an engine
     ours = not gas_turns(case.machine) or interpolation == "cubic"
     if pressure is not None and interpolation != "linear" and ours:

@@ -17,6 +17,11 @@ class CrankGeometry(NamedTuple):
     wrist_pin_offset: Any = 0.0
 
     @property
+    def lengths(self) -> tuple[Any, Any, Any]:
+        """Crank radius, rod length, wrist pin offset."""
+        return self.crank_radius, self.rod_length, self.wrist_pin_offset
+
+    @property
     def piston_area(self) -> Any:
         """Area of the piston, m^2."""
         return 0.25 * float(np.pi) * self.bore**2

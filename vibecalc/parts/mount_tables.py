@@ -7,12 +7,15 @@ from pydantic import Field
 from vibecalc.core.case.fields import Force, Frequency, Length, Number, Table, Unit
 from vibecalc.core.case.rules import ascending, at_most_one, needs, same_length
 
-_ROWS = 200
+_Rows = Field(min_length=2, max_length=200)
 Stiff = Annotated[float, Field(gt=0), Unit("N/m")]
 Cubic = Annotated[float, Field(ge=0), Unit("N/m^3", "a cubic stiffness")]
-Factor = Annotated[float, Field(gt=0, le=100), Unit("")]
-Loss = Annotated[float, Field(ge=0, le=10), Unit("")]
-CurveFrequency = Annotated[Frequency, Field(ge=0)]
+Stiffnesses = Annotated[tuple[Stiff, ...], _Rows]
+Factors = Annotated[tuple[Annotated[float, Field(gt=0, le=100), Unit("")], ...], _Rows]
+Losses = Annotated[tuple[Annotated[float, Field(ge=0, le=10), Unit("")], ...], _Rows]
+Frequencies = Annotated[tuple[Annotated[Frequency, Field(ge=0)], ...], _Rows]
+Loads = Annotated[tuple[Force, ...], _Rows]
+Deflections = Annotated[tuple[Length, ...], _Rows]
 
 # ----------------------------------------------------------------------------
 # Dynamic stiffness over frequency and over the load that the mount carries.
@@ -21,21 +24,20 @@ CurveFrequency = Annotated[Frequency, Field(ge=0)]
 # ----------------------------------------------------------------------------
 
 
-class OverFrequency(Table):
+class DynamicStiffness(Table):
+    """A column of stiffness or of a factor on it."""
+
+    stiffness: Stiffnesses | None = Field(
+        None, description="dynamic, in all directions, one per row"
+    )
+    stiffness_factor: Factors | None = Field(None, description="on the stiffness, instead of it")
+
+
+class OverFrequency(DynamicStiffness):
     """Dynamic stiffness and loss factor of a mount against the frequency of its vibration."""
 
-    frequency: tuple[CurveFrequency, ...] = Field(
-        min_length=2, max_length=_ROWS, description="ascending, e.g. '10 Hz'"
-    )
-    stiffness: tuple[Stiff, ...] | None = Field(
-        None, min_length=2, max_length=_ROWS, description="dynamic, in all directions, one per row"
-    )
-    stiffness_factor: tuple[Factor, ...] | None = Field(
-        None, min_length=2, max_length=_ROWS, description="on the stiffness, instead of it"
-    )
-    loss_factor: tuple[Loss, ...] | None = Field(
-        None, min_length=2, max_length=_ROWS, description="one per row"
-    )
+    frequency: Frequencies = Field(description="ascending, e.g. '10 Hz'")
+    loss_factor: Losses | None = Field(None, description="one per row")
     RULES = (
         ascending("frequency"),
         same_length("frequency", "stiffness", "stiffness_factor", "loss_factor"),
@@ -44,18 +46,10 @@ class OverFrequency(Table):
     )
 
 
-class OverLoad(Table):
+class OverLoad(DynamicStiffness):
     """Dynamic stiffness of a mount against its static load; over dynamic_to_static, its tangent."""
 
-    load: tuple[Force, ...] = Field(
-        min_length=2, max_length=_ROWS, description="compression along its axis, ascending"
-    )
-    stiffness: tuple[Stiff, ...] | None = Field(
-        None, min_length=2, max_length=_ROWS, description="dynamic, in all directions, one per row"
-    )
-    stiffness_factor: tuple[Factor, ...] | None = Field(
-        None, min_length=2, max_length=_ROWS, description="on the stiffness, instead of it"
-    )
+    load: Loads = Field(description="compression along its axis, ascending")
     RULES = (
         ascending("load"),
         same_length("load", "stiffness", "stiffness_factor"),
@@ -72,12 +66,8 @@ class OverLoad(Table):
 class LoadDeflection(Table):
     """Static load of a mount over its deflection, both positive in compression."""
 
-    deflection: tuple[Length, ...] = Field(
-        min_length=2, max_length=_ROWS, description="ascending; 0 where the body is placed"
-    )
-    load: tuple[Force, ...] = Field(
-        min_length=2, max_length=_ROWS, description="ascending, one per row"
-    )
+    deflection: Deflections = Field(description="ascending; 0 where the body is placed")
+    load: Loads = Field(description="ascending, one per row")
     RULES = (ascending("deflection"), ascending("load"), same_length("deflection", "load"))
 
 

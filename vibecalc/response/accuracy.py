@@ -7,7 +7,6 @@ import numpy as np
 
 from vibecalc.core.accuracy.kinds import (
     TURN,
-    Matrices,
     forced,
     modes,
     peak_over_range,
@@ -47,7 +46,7 @@ def response_topics(scene: Scene) -> list[Topic]:
     if options is None or system.spectral is not None:
         return []  # the questions are of matrices that no frequency changes
     matrices, found = system.matrices, []
-    parts, size = Matrices(*matrices[:4]), system.shapes.natural_frequency
+    size = system.shapes.natural_frequency
     if np.all(system.shapes.held):
 
         def refined(_: float) -> Answer:
@@ -58,7 +57,7 @@ def response_topics(scene: Scene) -> list[Topic]:
                   "response/modes/natural_frequency", 15.0,
                   "shapes, digits of low modes next to stiff ones, and errors")  # fmt: skip
         solver = Solver("Cholesky, eigh, refined", refined)
-        found.append(modes(ask, [solver], parts.mass, parts.stiffness, size))
+        found.append(modes(ask, [solver], matrices.mass, matrices.stiffness, size))
     loads, speed = body_loads(scene, "response"), scene.case.machine.speed
     load = loads.load[: loads.retained]
     moves = np.any(np.abs(load.value) > 4.0 * load.error, axis=-1)
@@ -83,7 +82,7 @@ def response_topics(scene: Scene) -> list[Topic]:
     ask = Ask("translations by order", f"{count} driven orders at {speed:.6g} rad/s",
               "response/translation_harmonics", extra,
               "an error for every entry; modes are results themselves")  # fmt: skip
-    return [*found, forced(ask, solvers, parts, w, load.value, lambda found: found[:, :3])]
+    return [*found, forced(ask, solvers, matrices, w, load.value, lambda found: found[:, :3])]
 
 
 def operations_topics(scene: Scene) -> list[Topic]:

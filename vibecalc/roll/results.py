@@ -58,8 +58,10 @@ ROLL_ENTRIES = (
     entry(f"{ROLL}/largest_slip", "", "rad/s", "largest slip speed in a turn"),
     entry(f"{ROLL}/mean_torque", "", "N*m", "mean torque of the motor over the crank angle",
           headline=Headline("motor torque, mean", "N*m")),
-    entry(f"{ROLL}/breakdown_margin", "", "", "largest torque of the motor over that mean, less 1",
-          headline=Headline("largest motor torque over the mean, less 1")),
+    entry(f"{ROLL}/largest_torque", "", "N*m", "largest torque of the motor in a turn",
+          headline=Headline("motor torque, largest in a turn", "N*m")),
+    entry(f"{ROLL}/breakdown_margin", "", "", "breakdown torque of the motor over it, less 1",
+          headline=Headline("breakdown torque over the mean motor torque, less 1")),
     entry(f"{ROLL}/shell_drift", "", "rad/s", "mean angular speed of the shell"),
     entry(f"{ROLL}/angular_momentum", "", "N*m*s", "mean angular momentum about the crank axis"),
     *(

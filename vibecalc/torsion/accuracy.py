@@ -1,14 +1,11 @@
 """Questions of shaft lines: modes, torques by order, over a cycle, a range and in time, dampers."""
 
-from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from vibecalc.core.accuracy.kinds import (
     TURN,
-    Matrices,
     Optimal,
     forced,
     harmonics,
@@ -65,24 +62,22 @@ MAPS, TAKEN, GUIDES, SPEEDS = (5, 9, 15), 15, 41, 241
 MOMENTS, SHARES, SAMPLES = 8, (0.125, 0.25, 0.5, 1.0, 2.0), 1024
 
 
-def _matrices(line: Line, number: Callable[[float], Any] = float) -> Matrices:
-    """Inertia, stiffness, damping and loss matrices summed in numbers of a kind, such as mpf."""
-    kind = float if number is float else object
-    line = line._replace(**{
-        name: np.array([number(one) for one in part.tolist()], kind)
-        for name, part in line._asdict().items() if part.dtype.kind == "f"
-    })  # fmt: skip
+def _matrices(line: Line) -> tuple[np.ndarray, ...]:
+    """Inertia, stiffness, damping and loss matrices, in numbers as those of the line."""
     loss = line.stiffness * line.loss_factor
     lossy = line._replace(stiffness=loss, ground_stiffness=0 * line.ground_stiffness)
-    return Matrices(
-        np.diag(line.inertia), stiffness_matrix(line), damping_matrix(line), stiffness_matrix(lossy)
-    )
+    parts = np.diag(line.inertia), stiffness_matrix(line), damping_matrix(line)
+    return *parts, stiffness_matrix(lossy)
 
 
-def _exact(line: Line) -> Matrices:
+def _exact(line: Line) -> tuple[np.ndarray, ...]:
+    """The same summed in long arithmetic."""
     import mpmath
 
-    return _matrices(line, mpmath.mpf)
+    return _matrices(line._replace(**{
+        name: np.array([mpmath.mpf(one) for one in part.tolist()], object)
+        for name, part in line._asdict().items() if part.dtype.kind == "f"
+    }))  # fmt: skip
 
 
 def _on_freedoms(setup: Setup, torque: ComplexArray) -> ComplexArray:
@@ -118,9 +113,8 @@ def torsion_topics(scene: Scene) -> list[Topic]:
                   "shapes too, each mode to its own last digits")  # fmt: skip
         solver = Solver("factor and mode counts",
                         lambda _: Answer(natural_modes(line).frequency, work))  # fmt: skip
-        whole = _matrices(line)
-        found.append(modes(ask, [solver], whole.mass, whole.stiffness,
-                           exact=lambda: _exact(line).stiffness))  # fmt: skip
+        mass, stiffness, *_ = _matrices(line)
+        found.append(modes(ask, [solver], mass, stiffness, exact=partial(_exact, line)))
     w = speed * drive.order
     load = _on_freedoms(setup, drive.torque(np.array([speed])).value[0])
     if not _by_modes(setup):

@@ -82,10 +82,10 @@ def modes_follow_speed(case: Case) -> bool:
 
 def named_couplings(case: Case) -> dict[str, "Coupling"]:
     """Elastic couplings of a line by the names of their shafts."""
-    from vibecalc.torsion.shaft_line_tables import section_names
+    from vibecalc.torsion.shaft_line_tables import Layout
 
     line = shaft_line_of(case)
-    named = zip(section_names(line), line.shafts, strict=True)
+    named = zip(Layout(line).sections, line.shafts, strict=True)
     return {name: shaft.coupling for name, shaft in named if shaft.coupling is not None}
 
 
@@ -94,10 +94,11 @@ def coupling_limits(case: Case) -> tuple[str, ...]:
     found = named_couplings(case)
     if not found:
         return ()
-    from vibecalc.torsion.coupling_tables import limits_of
+    from vibecalc.torsion.coupling_model import permissible
+    from vibecalc.torsion.couplings import LIMITS, has_limit
 
-    said = [limits_of(one) for one in found.values()]
-    return tuple(name for name in said[0] if any(one[name] for one in said))
+    said = zip(*(has_limit(permissible(one)) for one in found.values()), strict=True)
+    return tuple(name for name, of in zip(LIMITS, said, strict=True) if any(of))
 
 
 def asked_orders(case: Case) -> tuple[float, float]:
@@ -164,10 +165,8 @@ def line_orders(case: Case) -> str:
 
 def has_loss(case: Case) -> bool:
     """Whether something on the line has a loss factor, defined for steady vibration only."""
-    from vibecalc.torsion.shaft_line_tables import loss_factor
-
     line = shaft_line_of(case)
-    return any(map(loss_factor, line.shafts)) or any(d.loss_factor for d in line.dampers)
+    return any(one.eta for one in line.shafts) or any(one.loss_factor for one in line.dampers)
 
 
 def freedom_count(case: Case) -> int:

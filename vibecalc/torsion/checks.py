@@ -1,23 +1,22 @@
 """Can what a case asks of its shaft line be answered, and is it what it looks like?"""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from vibecalc.core.case.fields import RunUp
-from vibecalc.core.case.raw import unknown
-from vibecalc.errors import KeyPath, Problem
+from vibecalc.core.case.raw import strangers, unknown
+from vibecalc.errors import KeyPath, Problem, listing
 from vibecalc.excitation.gas_tables import within_cards
 from vibecalc.kinds import has_crank_train
 from vibecalc.parts.firing import is_separate, with_torque
 from vibecalc.schema import Case
+from vibecalc.torsion.asked import asked
+from vibecalc.torsion.curve_checks import curve_problems
+from vibecalc.torsion.damping_checks import damping_problems
 from vibecalc.torsion.excitation_checks import excitation_problems
-from vibecalc.torsion.shaft_line_tables import (
-    ShaftLine,
-    has_stress,
-    loss_factor,
-    section_names,
-)
+from vibecalc.torsion.shaft_line_checks import LINE, shaft_line_problems
+from vibecalc.torsion.shaft_line_tables import Layout, ShaftLine, stressed
 from vibecalc.torsion.tables import AsPublished, LineSpeeds, Torsion
-from vibecalc.torsion.transient_checks import change_problems
+from vibecalc.torsion.transient_checks import change_problems, steps_problems
 
 # ----------------------------------------------------------------------------
 # Can what is asked of a shaft line be answered: speeds, orders, cylinders, sections?
@@ -25,38 +24,53 @@ from vibecalc.torsion.transient_checks import change_problems
 
 TORSION: KeyPath = ("response", "torsion")
 DESIGN: KeyPath = ("damper_design",)
-LINE: KeyPath = ("machine", "shaft_line")
 #: the largest order of the excitation
 HIGHEST = 400.0
+#: an order or a speed that is given, with its key
+At = tuple[KeyPath, float]
 
 
-def torsion_problems(case: Case) -> list[Problem]:
-    """Problems of [response.torsion] and [damper_design] against the machine."""
-    line = case.machine.shaft_line
+@listing
+def line_problems(case: Case) -> Iterator[Problem]:
+    """Problems of the shaft line, of [response.torsion] and [damper_design] against the machine."""
+    line, torsion, speeds = case.machine.shaft_line, asked(case), asked_speeds(case)
     if line is None:
         turned = bool(with_torque(case))
-        counted = [*_speeds(case)] if turned or case.bearing_loads is not None else []
-        return [*counted, *_effort(case)] if turned else counted
-    torsion = None if case.response is None else case.response.torsion
-    problems = [*_speeds(case), *_effort(case), *_run_up(case, line)]
-    problems += excitation_problems(case, line)
+        if turned or case.bearing_loads is not None:
+            yield from _cards(case, speeds)
+        if turned:
+            yield from _effort(case, speeds)
+        return
+    layout = Layout(line)
+    yield from shaft_line_problems(case, line, layout)
+    if torsion is not None and torsion.transient is not None:
+        yield from steps_problems(case, torsion.transient)
+    yield from _cards(case, speeds)
+    yield from _effort(case, speeds)
+    yield from _run_up(case, line)
+    yield from excitation_problems(case, line, layout, torsion)
     if torsion is not None:
-        problems += [*_orders(case, torsion), *change_problems(line, torsion)]
-        problems += [*_damping(line, torsion), *_published(line, torsion)]
+        yield from _orders(case, torsion)
+        yield from change_problems(line, layout, torsion)
+        yield from _damping(line, torsion)
+        yield from _published(line, torsion)
         if torsion.limits:
             from vibecalc.torsion.limit_checks import limit_problems
 
-            problems += limit_problems(case, line, torsion.limits)
+            yield from limit_problems(case, line, layout, torsion.limits)
     if any(shaft.coupling is not None for shaft in line.shafts):
         from vibecalc.torsion.coupling_checks import coupling_problems
 
-        problems += coupling_problems(case)
-    return [*problems, *design_problems(case, line)]
+        yield from coupling_problems(case, line, layout)
+    yield from design_problems(case, line, layout)
+    if torsion is not None:
+        yield from curve_problems(case, torsion)
+    yield from damping_problems(case, line, layout, speeds, most_modes(line))
 
 
 def modal_problems(case: Case) -> list[Problem]:
     """The problem of a sum over modes which the damping couples, at the operating speed."""
-    torsion = None if case.response is None else case.response.torsion
+    torsion = asked(case)
     if torsion is None or torsion.method != "modal" or torsion.damping_model is not None:
         return []
     from vibecalc.torsion.adapters.setup import Model, undamped_modes
@@ -80,24 +94,24 @@ def modal_problems(case: Case) -> list[Problem]:
     ]
 
 
-def asked_speeds(case: Case) -> list[tuple[KeyPath, float]]:
+def asked_speeds(case: Case) -> list[At]:
     """Crank speeds in rad/s at which a case asks for its engine, each with its key."""
-    torsion = None if case.response is None else case.response.torsion
-    asked: list[tuple[KeyPath, float | None]] = [(("machine", "speed"), case.machine.speed)]
+    torsion = asked(case)
     ranges: list[tuple[KeyPath, LineSpeeds | RunUp | None]] = []
+    found: list[tuple[KeyPath, float | None]] = [(("machine", "speed"), case.machine.speed)]
     if torsion is not None:
         ranges.append(((*TORSION, "speeds"), torsion.speeds))
         if torsion.transient is not None:
             path: KeyPath = (*TORSION, "transient")
             change = torsion.transient
-            asked += [((*path, "from"), change.start), ((*path, "to"), change.stop)]
+            found += [((*path, "from"), change.start), ((*path, "to"), change.stop)]
     ranges += run_ups_with_torque(case)
     if case.damper_design is not None:
         ranges.append(((*DESIGN, "speeds"), case.damper_design.speeds))
-    for path, speeds in ranges:
-        if speeds is not None:
-            asked += [((*path, "from"), speeds.start), ((*path, "to"), speeds.stop)]
-    return [(path, speed) for path, speed in asked if speed is not None]
+    for path, given in ranges:
+        if given is not None:
+            found += [((*path, "from"), given.start), ((*path, "to"), given.stop)]
+    return [(path, speed) for path, speed in found if speed is not None]
 
 
 def run_ups_with_torque(case: Case) -> list[tuple[KeyPath, RunUp | None]]:
@@ -106,36 +120,31 @@ def run_ups_with_torque(case: Case) -> list[tuple[KeyPath, RunUp | None]]:
     return [((name, "run_up"), table.run_up) for name, table in tables.items() if table.run_up]
 
 
-def _speeds(case: Case) -> Iterator[Problem]:
+def _cards(case: Case, speeds: Sequence[At]) -> Iterator[Problem]:
     """Between cards pressure is interpolated, beyond them nobody has measured it."""
-    if not has_crank_train(case.machine):
-        return
-    cards = case.machine.crank_train.gas_cards
-    if len(cards) < 2:
-        return
-    low, high = min(c.speed for c in cards), max(c.speed for c in cards)
-    asked = asked_speeds(case)
-    speeds = None if case.bearing_loads is None else case.bearing_loads.speeds
-    if speeds is not None:
-        ends: KeyPath = ("bearing_loads", "speeds")
-        asked += [((*ends, "from"), speeds.start), ((*ends, "to"), speeds.stop)]
-    for path, speed in asked if low < high else ():
-        if not within_cards((low, high), speed):
+    cards = case.machine.crank_train.gas_cards if has_crank_train(case.machine) else ()
+    ends = sorted(card.speed for card in cards)
+    counted = [*speeds]
+    if case.bearing_loads is not None and case.bearing_loads.speeds is not None:
+        path, given = ("bearing_loads", "speeds"), case.bearing_loads.speeds
+        counted += [((*path, "from"), given.start), ((*path, "to"), given.stop)]
+    for key, speed in counted if len({*ends}) > 1 else ():
+        if not within_cards(ends, speed):
             yield Problem(
-                path=path,
+                path=key,
                 message="this speed is outside the range of the gas cards",
                 found=f"{speed:.6g} rad/s",
-                allowed=f"{low:.6g} to {high:.6g} rad/s",
+                allowed=f"{ends[0]:.6g} to {ends[-1]:.6g} rad/s",
                 hint="a card at this speed, or a range that the cards cover",
                 also=("machine", "crank_train", "gas_cards"),
             )
 
 
-def _effort(case: Case) -> Iterator[Problem]:
+def _effort(case: Case, speeds: Sequence[At]) -> Iterator[Problem]:
     if has_crank_train(case.machine) and case.machine.crank_train.tangential_effort is not None:
         from vibecalc.torsion.tangential_effort_checks import effort_problems
 
-        yield from effort_problems(case, asked_speeds(case))
+        yield from effort_problems(case, speeds)
 
 
 def _run_up(case: Case, line: ShaftLine) -> Iterator[Problem]:
@@ -143,12 +152,13 @@ def _run_up(case: Case, line: ShaftLine) -> Iterator[Problem]:
     passed = run_ups_with_torque(case)
     if not passed or is_separate(case) or not line.gears or not line.shafts:
         return
-    damped = bool(line.dampers) or any(
-        s.damping or s.damping_ratio or loss_factor(s) for s in line.shafts
+    damped = (
+        *(line.dampers, line.engine_damping),
+        *(one.damping or one.damping_ratio or one.eta for one in line.shafts),
+        *(one.propeller_damping for one in line.loads),
+        *(one.absolute_damping for one in line.stations),
     )
-    damped = damped or line.engine_damping is not None
-    damped = damped or any(one.propeller_damping is not None for one in line.loads)
-    if not damped and not any(station.absolute_damping for station in line.stations):
+    if not any(damped):
         yield Problem(
             path=passed[0][0],
             message="on its way up the torque passes the resonances of a geared line that nothing "
@@ -246,16 +256,15 @@ def _published(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
 # ----------------------------------------------------------------------------
 
 
-def design_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
+def design_problems(case: Case, line: ShaftLine, layout: Layout) -> Iterator[Problem]:
     """Problems of where the damper hangs, of what is looked for, and of its bounds."""
     design = case.damper_design
     if design is None:
         return
     dampers = {damper.name: damper for damper in line.dampers}
-    stations = [station.name for station in line.stations]
     replaced = dampers.get(design.on)
-    if replaced is None and design.on not in stations:
-        yield unknown((*DESIGN, "on"), "station or damper", design.on, [*stations, *dampers])
+    if replaced is None and design.on not in layout.at:
+        yield unknown((*DESIGN, "on"), "station or damper", design.on, [*layout.names, *dampers])
     if replaced is not None and replaced.kind == "pendulum":
         yield Problem(
             path=(*DESIGN, "on"),
@@ -263,12 +272,12 @@ def design_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
             found=repr(design.on[:60]),
             allowed="a station, or a damper of kind 'viscous' or 'spring'",
         )
-    bounds = design.bounds
     for key in ("inertia", "stiffness", "damping"):
-        bound = None if bounds is None else getattr(bounds, key)
-        sought = key in design.find
-        given = getattr(design, key)
-        path: KeyPath = (*DESIGN, key)
+        bound, given, sought = (
+            getattr(design.bounds, key, None),
+            getattr(design, key),
+            key in design.find,
+        )
         if sought and key == "inertia" and bound is None:
             yield Problem(
                 path=DESIGN,
@@ -277,12 +286,12 @@ def design_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
             )
         if sought and given is not None:
             yield Problem(
-                path=path,
+                path=(*DESIGN, key),
                 message=f"{key} is given and looked for",
                 allowed=f"no {key}, or find without it",
                 also=(*DESIGN, "find") if "find" in design.model_fields_set else None,
             )
-        elif not sought and given is None and replaced is None and design.on in stations:
+        elif not sought and given is None and replaced is None and design.on in layout.at:
             yield Problem(
                 path=DESIGN,
                 message=f"the new damper has no {key}, and it is not looked for",
@@ -294,16 +303,9 @@ def design_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
                 message=f"{key} is not looked for, and bounds hold nothing",
                 allowed=f"{key} in find, or no such bounds",
             )
-    known = section_names(line)
-    for place, name in enumerate(design.sections):
-        if name not in known:
-            yield unknown((*DESIGN, "sections", place), "shaft", name, known)
-    shafts = zip(known, line.shafts, strict=True)
-    if design.objective == "stress" and not any(
-        has_stress(shaft)
-        for name, shaft in shafts
-        if not design.sections or name in design.sections
-    ):
+    yield from strangers((*DESIGN, "sections"), "shaft", design.sections, layout.sections)
+    counted = design.sections or layout.sections
+    if design.objective == "stress" and not {*counted} & {*stressed(line, layout)}:
         yield Problem(
             path=(*DESIGN, "objective"),
             message="no shaft that counts has a section modulus for a stress",
@@ -318,10 +320,9 @@ def design_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
 
 def torsion_cautions(case: Case) -> list[str]:
     """Sentences for the report, on a case without problems."""
-    line, response = case.machine.shaft_line, case.response
-    if line is None or response is None or response.torsion is None:
-        return []
-    torsion, texts = response.torsion, []
+    line, torsion, texts = case.machine.shaft_line, asked(case), list[str]()
+    if line is None or torsion is None:
+        return texts
     cylinders = case.machine.crank_train.cylinders if has_crank_train(case.machine) else ()
     if cylinders and len(torsion.misfire) == len(cylinders):
         texts.append(
@@ -330,5 +331,5 @@ def torsion_cautions(case: Case) -> list[str]:
     if torsion.limits:
         from vibecalc.torsion.limit_checks import limit_cautions
 
-        texts += limit_cautions(line, torsion.limits)
+        texts += limit_cautions(line, Layout(line), torsion.limits)
     return texts

@@ -1,7 +1,6 @@
 """The elastic couplings of a validated shaft line as arrays."""
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -49,38 +48,40 @@ def nominal(given: "tables.Coupling") -> Nominal:
             column, factor = getattr(table, name), getattr(table, f"{name}_factor")
             if column is not None:
                 value[name] = column[0]
-                factors.append(np.array(column) / column[0])
-            else:
-                factors.append(np.ones(len(at)) if factor is None else np.array(factor))
+                factor = np.array(column) / column[0]
+            factors.append(np.ones(len(at)) if factor is None else np.array(factor))
         rows[key] = Rows(at, *factors)
     stiffness, psi = value["stiffness"], value["relative_damping"]
     assert stiffness is not None and psi is not None  # each stands once, say the rules
-    warm = rows.pop("over_temperature", None)
-    if warm is not None and given.temperature is None:
-        rows["over_temperature"] = warm
-    elif warm is not None:
-        of_stiffness, of_loss = warm.factors(np.asarray(given.temperature))
-        stiffness, psi = stiffness * float(of_stiffness), psi * float(of_loss)
+    if given.temperature is not None and "over_temperature" in rows:
+        warm = rows.pop("over_temperature").factors(np.asarray(given.temperature))
+        stiffness, psi = stiffness * float(warm[0]), psi * float(warm[1])
     return Nominal(stiffness, psi, rows)
 
 
-def couplings_of(
-    given: Sequence["tables.Coupling | None"], names: list[str], ratio: FloatArray
-) -> tuple[Coupling, ...]:
-    """Those of shafts with these names and speeds over the crank speed; None: no coupling."""
-    return tuple(
-        _coupling(one, names[place], place, float(ratio[place]))
-        for place, one in enumerate(given)
-        if one is not None
+def permissible(given: "tables.Coupling") -> Permissible:
+    """What the maker of a coupling permits, its power loss at the temperature of the air."""
+    power, rows = given.power_loss, given.power_loss_over_temperature
+    if rows is not None:
+        assert given.ambient_temperature is not None  # its rows want one, says the form
+        power = float(np.interp(given.ambient_temperature, rows.temperature, rows.power_loss))
+    return Permissible(
+        given.nominal_torque or math.inf,
+        given.maximum_torque or math.inf,
+        given.vibratory_torque or math.inf,
+        given.vibratory_frequency,
+        power or math.inf,
+        given.maximum_speed or math.inf,
+        given.maximum_temperature or math.inf,
     )
 
 
-def _coupling(given: "tables.Coupling", name: str, element: int, ratio: float) -> Coupling:
-    own = nominal(given)
-    power = permissible_power(given)
+def coupling_of(given: "tables.Coupling", name: str, element: int, ratio: float) -> Coupling:
+    """The coupling of the shaft number `element`, at so many times the crank speed."""
+    own, may = nominal(given), permissible(given)
     resistance = given.thermal_resistance or 0.0
     if given.temperature_rise is not None:
-        resistance = given.temperature_rise / power
+        resistance = given.temperature_rise / may.power
     warm, service = given.over_temperature, np.zeros((0, 2))
     if warm is not None and warm.service_factor is not None:
         service = np.array([warm.temperature, warm.service_factor]).T
@@ -99,22 +100,5 @@ def _coupling(given: "tables.Coupling", name: str, element: int, ratio: float) -
         temperature=known or 0.0,
         resistance=resistance,
         service=service,
-        permissible=Permissible(
-            given.nominal_torque or math.inf,
-            given.maximum_torque or math.inf,
-            given.vibratory_torque or math.inf,
-            given.vibratory_frequency,
-            power,
-            given.maximum_speed or math.inf,
-            given.maximum_temperature or math.inf,
-        ),
+        permissible=may,
     )
-
-
-def permissible_power(given: "tables.Coupling") -> float:
-    """P_KV in W at the temperature of the air, infinite where the maker does not say it."""
-    rows = given.power_loss_over_temperature
-    if rows is None:
-        return given.power_loss or math.inf
-    assert given.ambient_temperature is not None  # its rows want one, says the form
-    return float(np.interp(given.ambient_temperature, rows.temperature, rows.power_loss))

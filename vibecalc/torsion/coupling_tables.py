@@ -32,7 +32,6 @@ from vibecalc.errors import Problem
 # makers print both. Between the rows values are linear; beyond the first and the last they stay.
 # ----------------------------------------------------------------------------
 
-_ROWS = 200
 Temperature = Annotated[float, Field(gt=0), Unit("K")]
 Rise = Annotated[
     float,
@@ -41,97 +40,78 @@ Rise = Annotated[
 ]
 Power = Annotated[float, Field(gt=0), Unit("W")]
 ThermalResistance = Annotated[float, Field(gt=0), Unit("K/W")]
-Torque = Annotated[Moment, Field(ge=0)]
-CurveFrequency = Annotated[Frequency, Field(ge=0)]
 #: 4 pi: a coupling that loses more than it stores twice over is none
 Psi = Annotated[float, Field(gt=0, le=60), Unit("")]
 Factor = Annotated[float, Field(gt=0, le=100), Unit("")]
-Stiff = Annotated[float, Field(gt=0), Unit("N*m/rad")]
+_Rows = Field(min_length=2, max_length=200)
+Torques = Annotated[tuple[Annotated[Moment, Field(ge=0)], ...], _Rows]
+Frequencies = Annotated[tuple[Annotated[Frequency, Field(ge=0)], ...], _Rows]
+Temperatures = Annotated[tuple[Temperature, ...], _Rows]
+Powers = Annotated[tuple[Power, ...], _Rows]
+Stiffnesses = Annotated[tuple[Annotated[float, Field(gt=0), Unit("N*m/rad")], ...], _Rows]
+Dampings = Annotated[tuple[Psi, ...], _Rows]
+Factors = Annotated[tuple[Factor, ...], _Rows]
 _VALUES = ("stiffness", "stiffness_factor", "relative_damping", "relative_damping_factor")
 
 
-def _of_rows(axis: str) -> tuple[object, ...]:
-    """Rules of rows over `axis`."""
+def _of_rows(axis: str, *others: str) -> tuple[object, ...]:
+    """Rules of rows over `axis`, that may have `others` for a column."""
     return (
         ascending(axis),
-        same_length(axis, *_VALUES, "service_factor"),
+        same_length(axis, *_VALUES, *others),
         at_most_one("stiffness", "stiffness_factor"),
         at_most_one("relative_damping", "relative_damping_factor"),
-        needs("", " ".join(_VALUES)),
+        needs("", " ".join((*_VALUES, *others))),
     )
 
 
 class Dependence(Table):
     """Columns of values at the rows of some quantity."""
 
-    stiffness: tuple[Stiff, ...] | None = Field(
-        None, min_length=2, max_length=_ROWS, description="dynamic torsional stiffness, one per row"
+    stiffness: Stiffnesses | None = Field(
+        None, description="dynamic torsional stiffness, one per row"
     )
-    stiffness_factor: tuple[Factor, ...] | None = Field(
-        None, min_length=2, max_length=_ROWS, description="on the stiffness, instead of it"
-    )
-    relative_damping: tuple[Psi, ...] | None = Field(
-        None, min_length=2, max_length=_ROWS, description="psi, one per row"
-    )
-    relative_damping_factor: tuple[Factor, ...] | None = Field(
-        None, min_length=2, max_length=_ROWS, description="on psi, instead of it"
-    )
+    stiffness_factor: Factors | None = Field(None, description="on the stiffness, instead of it")
+    relative_damping: Dampings | None = Field(None, description="psi, one per row")
+    relative_damping_factor: Factors | None = Field(None, description="on psi, instead of it")
 
 
 class OverMeanTorque(Dependence):
     """Stiffness and damping of a coupling against the mean torque that it carries."""
 
-    torque: tuple[Torque, ...] = Field(
-        min_length=2, max_length=_ROWS, description="mean torque, ascending, on its own shaft"
-    )
+    torque: Torques = Field(description="mean torque, ascending, on its own shaft")
     RULES = _of_rows("torque")
 
 
 class OverAmplitude(Dependence):
     """Stiffness and damping of a coupling against its vibratory torque."""
 
-    torque: tuple[Torque, ...] = Field(
-        min_length=2, max_length=_ROWS, description="half range of all orders, ascending"
-    )
+    torque: Torques = Field(description="half range of all orders, ascending")
     RULES = _of_rows("torque")
 
 
 class OverFrequency(Dependence):
     """Stiffness and damping of a coupling against the frequency of its vibration."""
 
-    frequency: tuple[CurveFrequency, ...] = Field(
-        min_length=2, max_length=_ROWS, description="ascending, e.g. '10 Hz'"
-    )
+    frequency: Frequencies = Field(description="ascending, e.g. '10 Hz'")
     RULES = _of_rows("frequency")
 
 
 class OverTemperature(Dependence):
     """Stiffness and damping of a coupling against the temperature of its element."""
 
-    temperature: tuple[Temperature, ...] = Field(
-        min_length=2, max_length=_ROWS, description="ascending, e.g. '60 degC'"
+    temperature: Temperatures = Field(description="ascending, e.g. '60 degC'")
+    service_factor: Factors | None = Field(
+        None, description="S_theta of DIN 740-2, by which torques count more: 1 where it is cold"
     )
-    service_factor: tuple[Factor, ...] | None = Field(
-        None,
-        min_length=2,
-        max_length=_ROWS,
-        description="S_theta of DIN 740-2, by which torques count more: 1 where it is cold",
-    )
-    RULES = (
-        *_of_rows("temperature")[:-1],
-        needs("", " ".join((*_VALUES, "service_factor"))),
-    )
+    RULES = _of_rows("temperature", "service_factor")
 
 
 class PowerOverTemperature(Table):
     """Permissible power loss of a coupling against the temperature of the air about it."""
 
-    temperature: tuple[Temperature, ...] = Field(
-        min_length=2, max_length=_ROWS, description="of the air, ascending"
-    )
-    power_loss: tuple[Power, ...] = Field(
-        min_length=2, max_length=_ROWS, description="permissible there, one per row"
-    )
+    temperature: Temperatures = Field(description="of the air, ascending")
+    power_loss: Powers = Field(description="permissible there, one per row")
     RULES = (ascending("temperature"), same_length("temperature", "power_loss"))
 
 
@@ -279,18 +259,3 @@ class Coupling(Table):
             "the air about the coupling is as hot as its element may be",
         ),
     )
-
-
-def limits_of(coupling: Coupling) -> dict[str, bool]:
-    """Limit, as results name it, and whether the maker says it."""
-    torque = coupling.vibratory_torque is not None
-    power = coupling.power_loss is not None or coupling.power_loss_over_temperature is not None
-    return {
-        "T_KN": coupling.nominal_torque is not None,
-        "T_Kmax": coupling.maximum_torque is not None,
-        "T_KW": torque,
-        "T_KW by orders": torque,
-        "P_KV": power,
-        "n_max": coupling.maximum_speed is not None,
-        "temperature": coupling.maximum_temperature is not None,
-    }

@@ -121,10 +121,14 @@ def frequency_factor(frequency: FloatArray, reference: float) -> FloatArray:
     return np.sqrt(np.maximum(np.asarray(frequency) / reference, 1.0))
 
 
-def permitted_of(coupling: Coupling) -> tuple[float, ...]:
+def permitted_of(may: Permissible) -> tuple[float, ...]:
     """What the maker permits by each of `LIMITS`, infinite where nothing is said."""
-    may = coupling.permissible
     return (may.mean, may.peak, may.vibratory, may.vibratory, may.power, may.speed, may.temperature)
+
+
+def has_limit(may: Permissible) -> list[bool]:
+    """Which of `LIMITS` the maker says."""
+    return [bool(np.isfinite(one)) for one in permitted_of(may)]
 
 
 # ----------------------------------------------------------------------------

@@ -1,11 +1,16 @@
 """Crankshafts by IACS UR M53: stress concentration, fatigue strength, what torsion may add."""
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.numerics.rounding import FloatArray
+
+if TYPE_CHECKING:
+    from vibecalc.torsion.limit_tables import Crank, CrankBending
+    from vibecalc.torsion.shaft_line_tables import Throw
 
 # ----------------------------------------------------------------------------
 # Proportions of a solid crank throw, and the ranges that the formulas hold in.
@@ -45,6 +50,16 @@ class CrankThrow(NamedTuple):
     pin_recess: FloatArray
     journal_recess: FloatArray
     oil_bore: FloatArray
+
+
+def crank_throws(given: "Sequence[Crank | Throw]", crank_radius: float) -> CrankThrow:
+    """Dimensions (r,) of throws of a case."""
+    keys = CrankThrow._fields
+    rows = [
+        [crank_radius if key == "crank_radius" else getattr(one, key) or 0.0 for key in keys]
+        for one in given
+    ]
+    return CrankThrow(*np.array(rows, dtype=float).reshape(-1, len(keys)).T)
 
 
 class Proportions(NamedTuple):
@@ -159,19 +174,6 @@ def stress_concentration(throw: CrankThrow) -> Concentration:
 # ----------------------------------------------------------------------------
 
 
-class NominalBending(NamedTuple):
-    """Nominal alternating stresses (r,) in Pa that are not of torsion.
-
-    `web` and `compressive` of the web's cross-section by bending moment and radial force,
-    `oil_bore` of the pin's by bending at the bore, `additional` by misalignment and vibration.
-    """
-
-    web: FloatArray
-    compressive: FloatArray
-    oil_bore: FloatArray
-    additional: FloatArray
-
-
 def fatigue_strength(
     throw: CrankThrow, tensile_strength: ArrayLike, kind_factor: ArrayLike
 ) -> FloatArray:
@@ -187,12 +189,12 @@ def fatigue_strength(
     return np.asarray(factor * (0.42 * strength + 39.3) * (size + notch) * 1e6)
 
 
-def bending_stresses(concentration: Concentration, bending: NominalBending) -> FloatArray:
+def bending_stresses(concentration: Concentration, bending: "CrankBending") -> FloatArray:
     """Alternating bending stresses (r, 3) in Pa at the `PLACES`, the additional one in fillets."""
     factor = concentration.bending
     pin = factor[..., 0] * bending.web + bending.additional
     journal = factor[..., 1] * bending.web + concentration.compression * bending.compressive
-    bore = factor[..., 2] * bending.oil_bore
+    bore = factor[..., 2] * (bending.oil_bore or 0.0)
     return np.stack(np.broadcast_arrays(pin, journal + bending.additional, bore), axis=-1)
 
 

@@ -13,8 +13,8 @@ from vibecalc.torsion.curve_tables import (
     READINGS,
     LineCurve,
     curves_of,
-    stressed,
 )
+from vibecalc.torsion.shaft_line_tables import Layout, stressed
 from vibecalc.torsion.stage import names_of
 from vibecalc.torsion.tables import LineSpeeds, Torsion
 
@@ -23,15 +23,8 @@ TORSION: KeyPath = ("response", "torsion")
 _AT_END = 1e-9
 
 
-def curve_problems(case: Case) -> list[Problem]:
+def curve_problems(case: Case, torsion: Torsion) -> Iterator[Problem]:
     """Problems of curves, measured points and conditions against the machine."""
-    return [*_problems(case)]
-
-
-def _problems(case: Case) -> Iterator[Problem]:
-    torsion = None if case.response is None else case.response.torsion
-    if torsion is None or case.machine.shaft_line is None:
-        return
     for place, curve in enumerate(torsion.curves):
         path: KeyPath = (*TORSION, "curves", place)
         yield from _names(path, case, curve)
@@ -61,7 +54,7 @@ def _names(path: KeyPath, case: Case, curve: LineCurve) -> Iterator[Problem]:
                 found=repr(name),
                 allowed=listed(of_it),
             )
-        elif name == "stress" and curve.on not in stressed(line):
+        elif name == "stress" and curve.on not in stressed(line, Layout(line)):
             yield Problem(
                 path=(*path, "of", place),
                 message=f"section {curve.on[:60]!r} has no section modulus for a stress",
@@ -80,17 +73,19 @@ def _names(path: KeyPath, case: Case, curve: LineCurve) -> Iterator[Problem]:
         )
 
 
-def _orders(path: KeyPath, case: Case, orders: Sequence[float]) -> Iterator[Problem]:
-    """Is each of some orders excited?"""
+def _orders(
+    path: KeyPath, case: Case, orders: Sequence[float], or_all: str = ""
+) -> Iterator[Problem]:
+    """Is each of some orders excited? With `or_all` 0 stands for all of them."""
     excited = excited_orders(case)
     for place, order in enumerate(orders):
         # an order behind a gear is typed with the digits that a report shows
-        if min(abs(order - one) / one for one in excited) > 1e-3:
+        if min(abs(order - one) / one for one in excited) > 1e-3 and (order or not or_all):
             yield Problem(
                 path=(*path, place),
                 message=f"the case has no order {order:g}",
                 found=f"{order:g}",
-                allowed=orders_words(case),
+                allowed=orders_words(case) + or_all,
                 hint="orders of [response.torsion] says their step and the highest",
             )
 
@@ -110,16 +105,7 @@ def _measured(path: KeyPath, case: Case, curve: LineCurve, speeds: LineSpeeds) -
                 hint="rad/s, or a text with its unit: '480 rpm'",
                 also=(*TORSION, "speeds"),
             )
-    excited = [(place, one) for place, one in enumerate(points.order) if one]
-    for place, order in excited:
-        for one in _orders((*path, "order"), case, [order]):
-            yield Problem(
-                path=(*path, "order", place),
-                message=one.message,
-                found=one.found,
-                allowed=f"{one.allowed}; 0 for all orders together",
-                hint=one.hint,
-            )
+    yield from _orders((*path, "order"), case, points.order, "; 0 for all orders together")
 
 
 def _conditions(case: Case, torsion: Torsion) -> Iterator[Problem]:

@@ -16,16 +16,19 @@ from vibecalc.core.case.fields import (
     Unit,
 )
 from vibecalc.core.case.rules import Row, at_most_one, needs, once, refers, refuse, same_length
-from vibecalc.torsion.shaft_line_tables import ShaftLine, has_stress, section_names
+from vibecalc.torsion.shaft_line_tables import Layout, ShaftLine, stressed
 
 # ----------------------------------------------------------------------------
 # Every order of what a named shaft or station does, against the speed, with what was measured.
 # ----------------------------------------------------------------------------
 
-Size = Field(ge=0)
-Acceleration = Annotated[float, Size, Unit("rad/s^2")]
+Size, Points = Field(ge=0), Field(max_length=2000)
 LineOrder = Annotated[float, Field(ge=0, le=400), Unit("")]
-Points = Field(max_length=2000)
+Torques = Annotated[tuple[Annotated[Moment, Size], ...], Points]
+Stresses = Annotated[tuple[Annotated[Stress, Size], ...], Points]
+Angles = Annotated[tuple[Annotated[Angle, Size], ...], Points]
+Speeds = Annotated[tuple[Annotated[AngularSpeed, Size], ...], Points]
+Accelerations = Annotated[tuple[Annotated[float, Size, Unit("rad/s^2")], ...], Points]
 #: what is read of sections, and of stations
 OF_SECTIONS, OF_STATIONS = (
     ("torque", "stress", "twist"),
@@ -43,24 +46,12 @@ class MeasuredPoints(Table):
     order: Annotated[tuple[LineOrder, ...], Points] = Field(
         (), description="amplitude of this order; 0 or no column: half range of all orders"
     )
-    torque: Annotated[tuple[Annotated[Moment, Size], ...], Points] = Field(
-        (), description="in the section"
-    )
-    stress: Annotated[tuple[Annotated[Stress, Size], ...], Points] = Field(
-        (), description="in the section"
-    )
-    twist: Annotated[tuple[Annotated[Angle, Size], ...], Points] = Field(
-        (), description="of the section"
-    )
-    angle: Annotated[tuple[Annotated[Angle, Size], ...], Points] = Field(
-        (), description="of the station"
-    )
-    angular_speed: Annotated[tuple[Annotated[AngularSpeed, Size], ...], Points] = Field(
-        (), description="of the station, vibration alone"
-    )
-    angular_acceleration: Annotated[tuple[Acceleration, ...], Points] = Field(
-        (), description="of the station"
-    )
+    torque: Torques = Field((), description="in the section")
+    stress: Stresses = Field((), description="in the section")
+    twist: Angles = Field((), description="of the section")
+    angle: Angles = Field((), description="of the station")
+    angular_speed: Speeds = Field((), description="of the station, vibration alone")
+    angular_acceleration: Accelerations = Field((), description="of the station")
     RULES = (
         needs("", " ".join(READINGS), "what was measured at these speeds"),
         *(same_length("speed", name) for name in ("order", *READINGS)),
@@ -97,20 +88,14 @@ class LineCurve(Table):
     )
 
 
-def stressed(line: ShaftLine) -> list[str]:
-    """Names of the shafts whose section modulus is known."""
-    every = zip(section_names(line), line.shafts, strict=True)
-    return [name for name, shaft in every if has_stress(shaft)]
-
-
 def curves_of(line: ShaftLine, curves: Iterable[LineCurve]) -> dict[str, tuple[str, ...]]:
     """Quantity -> names of the shafts or stations whose curves of it are asked for."""
-    shafts, stations = section_names(line), [station.name for station in line.stations]
+    layout = Layout(line)
     found: dict[str, list[str]] = {name: [] for name in READINGS}
     for curve in curves:
-        alone = curve.on in stations and curve.on not in shafts
+        alone = curve.on in layout.at and curve.on not in layout.sections
         usual: tuple[str, ...] = ("angle",) if alone else ("torque",)
-        if curve.on in stressed(line):
+        if curve.on in stressed(line, layout):
             usual = ("torque", "stress")
         for name in curve.of or usual:
             found[name].append(curve.on)

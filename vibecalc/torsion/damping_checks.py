@@ -1,19 +1,11 @@
 """Can the dampings and loads of a shaft line that follow the speed be what the case says?"""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.schema import Case
-from vibecalc.torsion.checks import LINE, TORSION, asked_speeds, most_modes
-from vibecalc.torsion.shaft_line_tables import (
-    Load,
-    ShaftLine,
-    crank_station,
-    joints,
-    shaft_ends,
-    speed_ratios,
-    what_follows,
-)
+from vibecalc.torsion.shaft_line_tables import Layout, ShaftLine, what_follows
+from vibecalc.torsion.transient_checks import LINE
 
 # ----------------------------------------------------------------------------
 # One damping for each station, torques that a propeller takes, tables that reach far enough.
@@ -25,31 +17,38 @@ _SLIP = 1e-12
 _STEPS = ("load_step", "misfire_onset")
 
 
-def damping_problems(case: Case) -> list[Problem]:
-    """Problems of dampings, and of what follows the speed by a table."""
-    line = case.machine.shaft_line
-    if line is None:
-        return []
-    return [*_twice(line), *_loads(line), *_tables(case, line), *_answers(case, line)]
+def damping_problems(
+    case: Case,
+    line: ShaftLine,
+    layout: Layout,
+    speeds: Sequence[tuple[KeyPath, float]],
+    modes: int,
+) -> Iterator[Problem]:
+    """Problems of dampings, and of what follows the speed by a table; `modes` of the line."""
+    yield from _twice(line)
+    yield from _loads(line)
+    yield from _tables(line, layout, speeds)
+    yield from _answers(case, line, modes)
 
 
 def _twice(line: ShaftLine) -> Iterator[Problem]:
     """A station has one absolute damping: its own, that of the engine, or that of a propeller."""
     seen: dict[str, KeyPath] = {}
+    of_engine: KeyPath = (*LINE, "engine_damping")
     for place, station in enumerate(line.stations):
         key: KeyPath = (*LINE, "stations", place, "absolute_damping")
         if station.absolute_damping:
             seen[station.name] = key
-        if line.engine_damping is not None and (station.cylinder or station.cylinders):
+        if line.engine_damping is not None and station.turned_by:
             if station.absolute_damping:
                 yield Problem(
                     path=key,
                     message=f"station {station.name[:60]!r} has a damping of its own and that of "
                     "the engine",
                     allowed="one of them",
-                    also=(*LINE, "engine_damping"),
+                    also=of_engine,
                 )
-            seen[station.name] = (*LINE, "engine_damping")
+            seen[station.name] = of_engine
     for place, load in enumerate(line.loads):
         if load.propeller_damping is None:
             continue
@@ -90,11 +89,13 @@ def _loads(line: ShaftLine) -> Iterator[Problem]:
             )
 
 
-def _tables(case: Case, line: ShaftLine) -> Iterator[Problem]:
+def _tables(
+    line: ShaftLine, layout: Layout, speeds: Sequence[tuple[KeyPath, float]]
+) -> Iterator[Problem]:
     """Between its entries a table is interpolated, beyond them nobody knows it."""
-    asked = asked_speeds(case)
-    for path, low, high in _spans(line):
-        for key, speed in asked:
+    for path, entries, per_crank in _spans(line, layout):
+        low, high = entries[0] / per_crank, entries[-1] / per_crank
+        for key, speed in speeds:
             if not low * (1.0 - _SLIP) <= speed <= high * (1.0 + _SLIP):
                 yield Problem(
                     path=path,
@@ -107,59 +108,58 @@ def _tables(case: Case, line: ShaftLine) -> Iterator[Problem]:
                 break
 
 
-def _spans(line: ShaftLine) -> Iterator[tuple[KeyPath, float, float]]:
-    """Key, lowest and highest crank speed of each table over the speed."""
-    names = [station.name for station in line.stations]
-    at = {name: place for place, name in enumerate(names)}
-    ratio = speed_ratios(len(names), joints(line), crank_station(line)).ratio
-    given = [
-        ((*LINE, "stations", place, "over_speed"), one.over_speed, ratio[place])
-        for place, one in enumerate(line.stations)
+def _spans(line: ShaftLine, layout: Layout) -> Iterator[tuple[KeyPath, Sequence[float], float]]:
+    """Key and speeds of each table over the speed, and these over the crank speed."""
+    follow = [("stations", n, one.over_speed, n) for n, one in enumerate(line.stations)]
+    follow += [
+        ("shafts", n, one.over_speed, layout.at.get(first, 0))
+        for n, (one, (first, _)) in enumerate(zip(line.shafts, layout.ends, strict=True))
     ]
-    given += [
-        ((*LINE, "shafts", place, "over_speed"), one.over_speed, ratio[at.get(first, 0)])
-        for place, (one, (first, _)) in enumerate(zip(line.shafts, shaft_ends(line), strict=True))
-    ]
-    if line.engine_damping is not None:
-        engine = line.engine_damping.over_speed
-        given.append(((*LINE, "engine_damping", "over_speed"), engine, 1.0))
-    for path, over, own in given:
+    for key, n, over, station in follow:
         if over is not None and over.table is not None:
-            per_crank = abs(own) if over.of == "own" else 1.0
-            low, high = over.table.speed[0], over.table.speed[-1]
-            yield (*path, "table"), low / per_crank, high / per_crank
-    for place, load in enumerate(line.loads):
+            own = abs(layout.ratio[station]) if over.of == "own" else 1.0
+            yield (*LINE, key, n, "over_speed", "table"), over.table.speed, own
+    engine = None if line.engine_damping is None else line.engine_damping.over_speed
+    if engine is not None and engine.table is not None:
+        yield (*LINE, "engine_damping", "over_speed", "table"), engine.table.speed, 1.0
+    for n, load in enumerate(line.loads):
         if load.curve is not None:
-            yield (*LINE, "loads", place, "curve"), load.curve.speed[0], load.curve.speed[-1]
-    for place, one in enumerate(line.excitations):
+            yield (*LINE, "loads", n, "curve"), load.curve.speed, 1.0
+    for n, one in enumerate(line.excitations):
         if one.over_speed is not None:
-            low, high = one.over_speed.speed[0], one.over_speed.speed[-1]
-            yield (*LINE, "excitations", place, "over_speed"), low, high
+            yield (*LINE, "excitations", n, "over_speed"), one.over_speed.speed, 1.0
 
 
-def _answers(case: Case, line: ShaftLine) -> Iterator[Problem]:
+def _answers(case: Case, line: ShaftLine, modes: int) -> Iterator[Problem]:
     """What cannot follow a speed, and a mode that the line does not have."""
     engine = line.engine_damping
-    if engine is not None and (engine.mode or 0) > most_modes(line):
+    if engine is not None and (engine.mode or 0) > modes:
         yield Problem(
             path=(*LINE, "engine_damping", "mode"),
             message=f"the line has no mode {engine.mode}",
-            allowed=f"2 to {most_modes(line)}",
+            allowed=f"2 to {modes}",
         )
     torsion = None if case.response is None else case.response.torsion
     if torsion is None:
         return
     change = torsion.transient
-    if change is not None and change.kind not in _STEPS:
-        for place, load in enumerate(line.loads):
-            if load.curve is not None:
-                yield _table_in_time(place, load)
+    moves = change is not None and change.kind not in _STEPS
+    for place, load in enumerate(line.loads):
+        if moves and load.curve is not None:
+            yield Problem(
+                path=(*LINE, "loads", place, "curve"),
+                message=f"the load on {load.on[:60]!r} is a table, which a change of speed in time "
+                "does not follow",
+                allowed="torque and exponent, or a load_step or misfire_onset, which keep the "
+                "speed",
+                also=("response", "torsion", "transient"),
+            )
     if torsion.damping_model is not None or not any(what_follows(line).values()):
         return
     words = "dampings of the line follow the speed, which "
     if torsion.method == "modal":
         yield Problem(
-            path=(*TORSION, "method"),
+            path=("response", "torsion", "method"),
             message=words + "a sum over modes with one damping each does not",
             found="method = 'modal'",
             allowed="method = 'elimination' or 'dense', or a damping_model",
@@ -170,13 +170,3 @@ def _answers(case: Case, line: ShaftLine) -> Iterator[Problem]:
             message=words + "the search for a damper does not",
             allowed="dampings without over_speed and propeller_damping",
         )
-
-
-def _table_in_time(place: int, load: Load) -> Problem:
-    return Problem(
-        path=(*LINE, "loads", place, "curve"),
-        message=f"the load on {load.on[:60]!r} is a table, which a change of speed in time does "
-        "not follow",
-        allowed="torque and exponent, or a load_step or misfire_onset, which keep the speed",
-        also=(*TORSION, "transient"),
-    )

@@ -11,17 +11,20 @@ from vibecalc.core.case.rules import ascending, at_most_one, needs, one_of, refu
 # How a damping follows the speed: entries of a table, or a power.
 # ----------------------------------------------------------------------------
 
-Speed = Annotated[AngularSpeed, Field(gt=0)]
-Factor = Annotated[Number, Field(gt=0)]
+Speeds = Annotated[
+    tuple[Annotated[AngularSpeed, Field(gt=0)], ...], Field(min_length=2, max_length=2000)
+]
+Factors = Annotated[
+    tuple[Annotated[Number, Field(gt=0)], ...], Field(min_length=2, max_length=2000)
+]
+Torques = Annotated[tuple[Moment, ...], Field(min_length=2, max_length=2000)]
 
 
 class FactorCurve(Table):
     """A factor against the speed, straight lines between the entries."""
 
-    speed: tuple[Speed, ...] = Field(min_length=2, max_length=2000, description="ascending")
-    factor: tuple[Factor, ...] = Field(
-        min_length=2, max_length=2000, description="on the damping that is given, one per speed"
-    )
+    speed: Speeds = Field(description="ascending")
+    factor: Factors = Field(description="on the damping that is given, one per speed")
     RULES = (same_length("speed", "factor"), ascending("speed"))
 
 
@@ -48,23 +51,14 @@ class OverSpeed(Table):
 class LoadCurve(Table):
     """A torque against the speed, straight lines between the entries."""
 
-    speed: tuple[Speed, ...] = Field(
-        min_length=2, max_length=2000, description="ascending, of the crankshaft"
-    )
-    torque: tuple[Moment, ...] = Field(
-        min_length=2,
-        max_length=2000,
-        description="mean, on its own shaft; positive brakes; one per speed",
-    )
+    speed: Speeds = Field(description="ascending, of the crankshaft")
+    torque: Torques = Field(description="mean, on its own shaft; positive brakes; one per speed")
     RULES = (same_length("speed", "torque"), ascending("speed"))
 
 
 # ----------------------------------------------------------------------------
 # Damping of a propeller from its torque, and of the cylinders of an engine.
 # ----------------------------------------------------------------------------
-
-#: a of Archer's a T / n, n in rpm, where the case says none
-ARCHER = 30.0
 
 
 class PropellerDamping(Table):

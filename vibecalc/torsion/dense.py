@@ -4,7 +4,7 @@ import numpy as np
 
 from vibecalc.numerics.rounding import EPSILON, BoolArray, ComplexArray, FloatArray
 from vibecalc.torsion.elimination import LineSolution
-from vibecalc.torsion.line import Line, dynamic_stiffness, mapped
+from vibecalc.torsion.line import Line, dynamic_stiffness
 
 # ----------------------------------------------------------------------------
 # Forced response by dense elimination with pivoting: any network, loops too, and as a check.
@@ -18,7 +18,6 @@ def dense_solution(
     line: Line,
     frequency: FloatArray,
     torque: list[ComplexArray | None],
-    part: slice,
     angle: ComplexArray,
 ) -> LineSolution:
     """As `eliminate`, by inverting the dynamic stiffness; one step of refinement.
@@ -27,8 +26,7 @@ def dense_solution(
     whose matrix is singular have an infinite error.
     """
     n, copies, count = angle.shape
-    taken = mapped(line, lambda one: one[part] if one.ndim > 1 else one)
-    matrix = dynamic_stiffness(taken, frequency)
+    matrix = dynamic_stiffness(line, frequency)
     load = np.zeros((count, n, copies), dtype=np.complex128)
     for i, one in enumerate(torque):
         if one is not None:
@@ -47,7 +45,7 @@ def dense_solution(
     if np.any(frequency == 0.0):
         _held(line, frequency, scaled, right, inverse, solution, singular)
     residual = np.abs(right - scaled @ solution)
-    data = _data_size(taken, frequency) / (scale[:, :, None] * scale[:, None, :])
+    data = _data_size(line, frequency) / (scale[:, :, None] * scale[:, None, :])
     uncertainty = residual + DENSE_ROUNDINGS * ((size + data) @ np.abs(solution) + right_size)
     error = np.abs(inverse) @ uncertainty / scale[..., None]
     angle[...] = (solution / scale[..., None]).transpose(1, 2, 0)

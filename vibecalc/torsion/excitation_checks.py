@@ -6,14 +6,9 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.parts.firing import is_separate, with_torque
 from vibecalc.schema import Case
-from vibecalc.torsion.shaft_line_tables import (
-    ShaftLine,
-    crank_station,
-    joints,
-    section_names,
-    speed_ratios,
-)
+from vibecalc.torsion.shaft_line_tables import Layout, ShaftLine
 from vibecalc.torsion.study_results import PASSAGES
+from vibecalc.torsion.tables import Torsion
 
 TORSION: KeyPath = ("response", "torsion")
 DESIGN: KeyPath = ("damper_design",)
@@ -27,11 +22,11 @@ LINE: KeyPath = ("machine", "shaft_line")
 _OF_CYLINDERS_ALONE = ("as_published", "variable_inertia")
 
 
-def excitation_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
+def excitation_problems(
+    case: Case, line: ShaftLine, layout: Layout, torsion: Torsion | None
+) -> Iterator[Problem]:
     """Problems of [[machine.shaft_line.excitations]], and of a line without cylinders."""
-    torsion = None if case.response is None else case.response.torsion
-    cylinders = has_crank_train(case.machine)
-    if not cylinders and not line.excitations and torsion is not None:
+    if not has_crank_train(case.machine) and not line.excitations and torsion is not None:
         yield Problem(
             path=LINE,
             message="nothing excites this line: it has no cylinders and no excitations",
@@ -39,10 +34,11 @@ def excitation_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
             hint="for natural and critical speeds alone, torques = ['0 N*m'] with the orders that "
             "count",
         )
-    asked = [] if torsion is None else [key for key in _OF_CYLINDERS_ALONE if getattr(torsion, key)]
+    if not line.excitations:
+        return
+    asked = [key for key in _OF_CYLINDERS_ALONE if getattr(torsion, key, None)]
     refused: list[KeyPath] = [(*TORSION, key) for key in asked]
-    refused += [DESIGN] if case.damper_design is not None else []
-    for path in refused if line.excitations else ():
+    for path in (*refused, DESIGN) if case.damper_design is not None else refused:
         yield Problem(
             path=path,
             message=f"{path[-1]} counts the torques of cylinders alone",
@@ -51,10 +47,10 @@ def excitation_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
         )
     change = None if torsion is None else torsion.transient
     if change is not None and change.kind in PASSAGES:
-        yield from _followed_in_passages(line)
+        yield from _followed_in_passages(line, layout)
     elif change is not None and change.clutch is not None:
-        yield from _not_behind_clutch(line, change.clutch)
-    for table in with_torque(case) if line.excitations and not is_separate(case) else ():
+        yield from _not_behind_clutch(line, layout, change.clutch)
+    for table in () if is_separate(case) else with_torque(case):
         yield Problem(
             path=(table,),
             message="the torque on the mounts counts the torques of cylinders alone",
@@ -63,13 +59,12 @@ def excitation_problems(case: Case, line: ShaftLine) -> Iterator[Problem]:
             hint='loads = ["shaking"] leaves the torque out',
             also=(*LINE, "excitations", 0),
         )
-    yield from _followed(case, line)
+    yield from _followed(case, line, layout)
 
 
-def _followed(case: Case, line: ShaftLine) -> Iterator[Problem]:
+def _followed(case: Case, line: ShaftLine, layout: Layout) -> Iterator[Problem]:
     """Shares of a mean torque that there is, frequencies that are no orders."""
-    taking = line.load or line.stations[-1].name
-    loaded = {taking, *(load.on for load in line.loads)}
+    loaded = {layout.names[layout.load], *(load.on for load in line.loads)}
     for place, one in enumerate(line.excitations):
         path: KeyPath = (*LINE, "excitations", place)
         if one.shares and one.on not in loaded:
@@ -91,9 +86,9 @@ def _followed(case: Case, line: ShaftLine) -> Iterator[Problem]:
                 )
 
 
-def _followed_in_passages(line: ShaftLine) -> Iterator[Problem]:
+def _followed_in_passages(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
     """While the speed changes, torques stay as they are or go with its square."""
-    taking = line.load or line.stations[-1].name
+    taking = layout.names[layout.load]
     for place, one in enumerate(line.excitations):
         path: KeyPath = (*LINE, "excitations", place)
         loads = [load for load in line.loads if load.on == one.on]
@@ -113,16 +108,14 @@ def _followed_in_passages(line: ShaftLine) -> Iterator[Problem]:
             )
 
 
-def _not_behind_clutch(line: ShaftLine, clutch: str) -> Iterator[Problem]:
+def _not_behind_clutch(line: ShaftLine, layout: Layout, clutch: str) -> Iterator[Problem]:
     """Orders behind a clutch would count turns of a shaft that slips."""
-    names, known = [station.name for station in line.stations], section_names(line)
-    if clutch not in known:
+    if clutch not in layout.sections:
         return
-    others = [one for n, one in enumerate(joints(line)) if n != known.index(clutch)]
-    part = speed_ratios(len(names), others, 0).part
+    part = layout.parts_without(layout.sections.index(clutch))
     for place, one in enumerate(line.excitations):
         size = one.record or any(one.torques) or any(one.shares)
-        if size and part[names.index(one.on)] != part[crank_station(line)]:
+        if size and part[layout.at[one.on]] != part[layout.crank]:
             yield Problem(
                 path=(*LINE, "excitations", place, "on"),
                 message="this station slips before the clutch holds, and orders of its shaft are "

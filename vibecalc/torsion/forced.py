@@ -153,7 +153,8 @@ def forced_masked(
         ]
         place = angle[..., part]
         if plan is None:
-            solution = dense_solution(flat, flat_w[part], block, part, place)
+            some = mapped(flat, partial(_rows, rows=part))
+            solution = dense_solution(some, flat_w[part], block, place)
         else:
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 solution = eliminate(plan.cut(part), flat_w[part], block, estimate, place, room)
@@ -272,10 +273,10 @@ def corrected(
     left: IntArray = np.arange(len(bad))
     # a handful of small dense solves takes less time than any elimination
     few = n * n * copies * len(bad) <= FEW
-    for method in [_dense, *from_roots] if few else [*from_roots, _dense]:
-        if method is _dense and n >= LONG:
+    for method in [dense_solution, *from_roots] if few else [*from_roots, dense_solution]:
+        if method is dense_solution and n >= LONG:
             left = left[np.any(~(error[:, left] < SINGULAR * largest[:, left]), axis=0)]
-        size = max(1, (ENTRIES // (n * n) if method is _dense else ALONG // n) // copies)
+        size = max(1, (ENTRIES // (n * n) if method is dense_solution else ALONG // n) // copies)
         for start in range(0, len(left), size):
             part = left[start : start + size]
             rows = bad[part]
@@ -301,14 +302,8 @@ def corrected(
     return angle, error, largest
 
 
-def _rows(values: FloatArray, rows: IntArray) -> FloatArray:
+def _rows(values: FloatArray, rows: IntArray | slice) -> FloatArray:
     return values[rows] if values.ndim > 1 else values
-
-
-def _dense(
-    line: Line, frequency: FloatArray, torque: list[ComplexArray | None], angle: ComplexArray
-) -> LineSolution:
-    return dense_solution(line, frequency, torque, slice(0, len(frequency)), angle)
 
 
 def _from_root(
@@ -320,7 +315,7 @@ def _from_root(
 ) -> LineSolution:
     plan = plan_of(line, root)
     if plan is None:
-        return _dense(line, frequency, torque, angle)
+        return dense_solution(line, frequency, torque, angle)
     return eliminate_closely(plan, frequency, torque, angle)
 
 

@@ -11,7 +11,6 @@ from vibecalc.core.case.rules import (
     Rule,
     ascending,
     at_most_one,
-    below,
     needs,
     no,
     one_of,
@@ -19,12 +18,15 @@ from vibecalc.core.case.rules import (
     same_length,
 )
 from vibecalc.errors import Problem
+from vibecalc.torsion.shaft_line_tables import CrankDimensions
 
 # ----------------------------------------------------------------------------
 # Limits against the speed, as tables.
 # ----------------------------------------------------------------------------
 
 _Speeds = Annotated[tuple[AngularSpeed, ...], Field(min_length=2, max_length=2000)]
+_Stresses = Annotated[tuple[Stress, ...], Field(min_length=2, max_length=2000)]
+_Torques = Annotated[tuple[Moment, ...], Field(min_length=2, max_length=2000)]
 _PASSING = "amplitude that is allowed for passing through, one per speed; default: none is said"
 
 
@@ -51,9 +53,7 @@ class StressCurve(Table):
     """A limit of the stress against the speed, straight lines between the entries."""
 
     speed: _Speeds = Field(description="ascending, of the crankshaft")
-    stress: tuple[Stress, ...] = Field(
-        min_length=2, max_length=2000, description="amplitude that is allowed, one per speed"
-    )
+    stress: _Stresses = Field(description="amplitude that is allowed, one per speed")
     transient: tuple[Stress, ...] | None = Field(None, max_length=2000, description=_PASSING)
     RULES = (
         same_length("speed", "stress", "transient"),
@@ -66,10 +66,8 @@ class TorqueCurve(Table):
     """A limit of the vibratory torque against the speed, straight lines between the entries."""
 
     speed: _Speeds = Field(description="ascending, of the crankshaft")
-    torque: tuple[Moment, ...] = Field(
-        min_length=2,
-        max_length=2000,
-        description="amplitude that is allowed, one per speed, on its own shaft",
+    torque: _Torques = Field(
+        description="amplitude that is allowed, one per speed, on its own shaft"
     )
     transient: tuple[Moment, ...] | None = Field(None, max_length=2000, description=_PASSING)
     RULES = (
@@ -89,27 +87,12 @@ class TorqueCurve(Table):
 # What the rule for crankshafts counts with.
 # ----------------------------------------------------------------------------
 
-_NARROWER = "a bore has to be narrower than what it is in"
 
-
-class Crank(Table):
+class Crank(CrankDimensions):
     """A throw as the rule for crankshafts counts it, solid forged or cast."""
 
-    pin_diameter: Length = Field(gt=0, description="outer, of the crank pin")
-    pin_bore: Length = Field(0.0, ge=0, description="of a hollow pin")
-    journal_diameter: Length = Field(gt=0, description="outer, of the main journal")
-    journal_bore: Length = Field(0.0, ge=0, description="of a hollow journal")
-    web_thickness: Length = Field(gt=0, description="of one web, along the shaft")
-    web_width: Length = Field(gt=0, description="of a web, across the throw")
     pin_fillet: Length = Field(gt=0, description="radius between pin and web")
     journal_fillet: Length = Field(gt=0, description="radius between journal and web")
-    pin_recess: Length = Field(0.0, ge=0, description="of the pin's fillet into the web")
-    journal_recess: Length = Field(0.0, ge=0, description="of the journal's fillet into the web")
-    oil_bore: Length | None = Field(None, gt=0, description="diameter, radial, in the pin")
-    RULES = (
-        below("journal_bore", "journal_diameter", _NARROWER),
-        below("pin_bore", "pin_diameter", _NARROWER),
-    )
 
 
 class CrankBending(Table):

@@ -1,6 +1,6 @@
 """A shaft line as degrees of freedom with elastic elements between them: matrices and network."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -241,7 +241,7 @@ def connected_parts(line: Line) -> list[LinePart]:
     return parts
 
 
-def walk(spring: dict[int, dict[int, float]], root: int) -> dict[int, int]:
+def walk(spring: Mapping[int, Mapping[int, float]], root: int) -> dict[int, int]:
     """Stations, each after the one it hangs on, with that one (-1 for the root)."""
     parent = {root: -1}
     queue = [root]

@@ -209,9 +209,8 @@ def tree_modes(part: LinePart) -> tuple[FloatArray, FloatArray, FloatArray]:
     frequency = tree_frequencies(tree, start, error)
     inertia = np.array([part.inertia[name] for name in part.spring])
     place = {name: index for index, name in enumerate(part.spring)}
-    station_z, passed = _messages(part, frequency)
     heavy = np.flatnonzero(inertia > 0.0)
-    meeting = np.abs(np.array([_everything(station_z, passed, part, name) for name in part.spring]))
+    meeting = np.abs(_driven(part, frequency))
     best = np.asarray(heavy)[np.argmin(meeting[heavy] / inertia[heavy, None], axis=0)]
     shape = _shapes(part, frequency, best, place)
     better = np.argmax(shape**2 * inertia, axis=1)
@@ -228,30 +227,21 @@ def tree_modes(part: LinePart) -> tuple[FloatArray, FloatArray, FloatArray]:
     return frequency, shape, frequency * relative_error(len(inertia))
 
 
-def _messages(
-    part: LinePart, frequency: FloatArray
-) -> tuple[dict[int, FloatArray], dict[tuple[int, int], FloatArray]]:
-    """Own Z of each station, and Z that station b sees through the shaft from a, by (a, b)."""
+def _driven(part: LinePart, frequency: FloatArray) -> FloatArray:
+    """Torque over angle (n, m) with which each station would have to be driven; 0 at a mode."""
     square = frequency**2
     station_z = {name: part.ground[name] - part.inertia[name] * square for name in part.spring}
     parent = walk(part.spring, next(iter(part.spring)))
     inwards = [(a, b) for a, b in parent.items() if b >= 0][::-1]
+    # Z that station b sees through the shaft from a, by (a, b)
     passed: dict[tuple[int, int], FloatArray] = {}
     for a, b in inwards + [(b, a) for a, b in inwards[::-1]]:
         # summed anew without the shaft itself: a difference would cancel
         hanging = station_z[a] + sum(passed[other, a] for other in part.spring[a] if other != b)
         passed[a, b] = handed_on(part.spring[a][b], hanging)[2]
-    return station_z, passed
-
-
-def _everything(
-    station_z: dict[int, FloatArray],
-    passed: dict[tuple[int, int], FloatArray],
-    part: LinePart,
-    name: int,
-) -> FloatArray:
-    """Torque over angle with which a station would have to be driven; nearly 0 at a mode."""
-    return station_z[name] + sum(passed[other, name] for other in part.spring[name])
+    return np.array([
+        z + sum(passed[other, name] for other in part.spring[name]) for name, z in station_z.items()
+    ])  # fmt: skip
 
 
 def _shapes(
@@ -300,9 +290,9 @@ def _independent(
     Equal branches have as many shapes at one frequency as there are branches less one. Started
     from each station in turn, the recurrences give them all; `dense` ones stand by.
     """
-    station_z = orthogonal(shape, inertia)
-    if station_z is not None:
-        return station_z
+    own = orthogonal(shape, inertia)
+    if own is not None:
+        return own
     heavy = np.flatnonzero(inertia > 0.0)
     mean = float(np.mean(frequency))
     trial = _shapes(part, np.full(len(heavy), mean), heavy, place)
@@ -382,5 +372,5 @@ def orthogonal_pairs(
     sound: BoolArray = np.abs(cosine) <= 0.9
     cosine = np.where(sound, cosine, 0.0)[:, None]
     total, apart = 0.5 / np.sqrt(1.0 + cosine), 0.5 / np.sqrt(1.0 - cosine)
-    station_z, other = total + apart, total - apart
-    return np.stack([station_z * one + other * two, other * one + station_z * two], axis=1), sound
+    own, other = total + apart, total - apart
+    return np.stack([own * one + other * two, other * one + own * two], axis=1), sound

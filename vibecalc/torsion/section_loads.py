@@ -9,7 +9,7 @@ from vibecalc.numerics.bounded import Bounded, reshaped, rounded, square, where
 from vibecalc.numerics.rounding import ComplexArray, FloatArray
 from vibecalc.numerics.synthesis import over_cycle
 from vibecalc.torsion.forced import forced_masked
-from vibecalc.torsion.line import Line, complex_stiffness, stiffness_matrix
+from vibecalc.torsion.line import Line, complex_stiffness, stiffness_matrix, walk
 
 #: of a complex stiffness
 STIFFNESS_ROUNDINGS = 4.0
@@ -80,49 +80,29 @@ def steady_shares(line: Line) -> FloatArray:
     stiffness carries nothing.
     """
     count, elements = len(line.inertia), len(line.stiffness)
-    neighbours: list[list[tuple[int, int]]] = [[] for _ in range(count)]
+    neighbours: dict[int, dict[int, int]] = {station: {} for station in range(count)}
     springs = np.flatnonzero(line.stiffness).tolist()
     for e in springs:
         a, b = int(line.first[e]), int(line.second[e])
-        neighbours[a].append((b, e))
-        neighbours[b].append((a, e))
-    order, above = _walked(neighbours)
+        neighbours[a][b] = neighbours[b][a] = e
+    above: dict[int, int] = {}
+    for root in range(count):
+        if root not in above:
+            above |= walk(neighbours, root)
     held = np.count_nonzero(line.ground_stiffness)
-    if len(springs) > sum(edge >= 0 for _, edge in above) or held > 1:
+    if len(springs) > sum(parent >= 0 for parent in above.values()) or held > 1:
         inverse = np.linalg.pinv(stiffness_matrix(line), hermitian=True)
         twist = inverse[line.first] - inverse[line.second]
         return np.asarray(line.stiffness[:, None] * twist)
     below = np.eye(count)
     shares = np.zeros((elements, count))
-    for station in reversed(order):
-        parent, edge = above[station]
-        if edge >= 0:
+    for station, parent in reversed(above.items()):
+        if parent >= 0:
             # what stands below an element is kept in balance by it
+            edge = neighbours[station][parent]
             shares[edge] = below[station] * (1.0 if line.first[edge] == station else -1.0)
             below[parent] += below[station]
     return shares
-
-
-def _walked(
-    neighbours: list[list[tuple[int, int]]],
-) -> tuple[list[int], list[tuple[int, int]]]:
-    """Freedoms, each after the one it hangs on, with that one and the element between (or -1)."""
-    above = [(-1, -1)] * len(neighbours)
-    visited = [False] * len(neighbours)
-    order: list[int] = []
-    for root in range(len(neighbours)):
-        if visited[root]:
-            continue
-        visited[root] = True
-        queue = [root]
-        for station in queue:
-            for other, edge in neighbours[station]:
-                if not visited[other]:
-                    visited[other] = True
-                    above[other] = (station, edge)
-                    queue.append(other)
-        order += queue
-    return order, above
 
 
 # ----------------------------------------------------------------------------

@@ -1,21 +1,13 @@
 """Is the shaft line of a case possible: its network, its dimensions, what is said to be on it?"""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from vibecalc.core.case.raw import listed
 from vibecalc.errors import KeyPath, NumericalFailure, Problem
 from vibecalc.kinds import has_crank_train
 from vibecalc.parts.crank_train import turns
 from vibecalc.schema import Case
-from vibecalc.torsion.shaft_line_tables import (
-    ShaftLine,
-    StationJoint,
-    crank_station,
-    joints,
-    merged,
-    shaft_ends,
-    speed_ratios,
-)
+from vibecalc.torsion.shaft_line_tables import Layout, ShaftLine
 
 # ----------------------------------------------------------------------------
 # Does a shaft line hang together, turn, and carry what is said to be on it?
@@ -24,15 +16,11 @@ from vibecalc.torsion.shaft_line_tables import (
 LINE: KeyPath = ("machine", "shaft_line")
 
 
-def shaft_line_problems(case: Case) -> list[Problem]:
+def shaft_line_problems(case: Case, line: ShaftLine, layout: Layout) -> list[Problem]:
     """Problems of names, of the network, of ratios and of the parts of a shaft line."""
-    line = case.machine.shaft_line
-    if line is None:
-        return []
-    train = has_crank_train(case.machine)
-    cylinders = [one.name for one in case.machine.crank_train.cylinders] if train else []
-    problems = [*_count(line), *_places(line), *_cylinders(line, cylinders), *_section_names(line)]
-    return problems or [*_network(line)] or [*_inertias(case, line)]
+    problems = [*_count(line), *_places(line, layout), *_cylinders(case, line)]
+    problems += _section_names(line, layout)
+    return problems or [*_network(line, layout)] or [*_inertias(case, line, layout)]
 
 
 def _count(line: ShaftLine) -> Iterator[Problem]:
@@ -56,10 +44,9 @@ def _count(line: ShaftLine) -> Iterator[Problem]:
         )
 
 
-def _places(line: ShaftLine) -> Iterator[Problem]:
+def _places(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
     """What stands on a station: loads, the rings of dampers."""
-    names = [station.name for station in line.stations]
-    taking = line.load or names[-1]
+    taking = layout.names[layout.load]
     for place, load in enumerate(line.loads):
         if load.on == taking:
             yield Problem(
@@ -70,61 +57,54 @@ def _places(line: ShaftLine) -> Iterator[Problem]:
                 also=(*LINE, "load") if line.load is not None else None,
             )
     for place, damper in enumerate(line.dampers):
-        if damper.name in names:
+        if damper.name in layout.at:
             yield Problem(
                 path=(*LINE, "dampers", place, "name"),
                 message=f"a station is named {damper.name[:60]!r}, too",
                 allowed="a name of its own: the ring of a damper is a station in the results",
-                also=(*LINE, "stations", names.index(damper.name), "name"),
+                also=(*LINE, "stations", layout.at[damper.name], "name"),
             )
 
 
-def _section_names(line: ShaftLine) -> Iterator[Problem]:
+def _section_names(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
     """Shafts, gears and dampers are the sections of the results: one name each."""
     seen: dict[str, KeyPath] = {}
-    shafts = [
-        (one.name or " - ".join(ends), ("shafts", place))
-        for place, (one, ends) in enumerate(zip(line.shafts, shaft_ends(line), strict=True))
-        if ends != ("", "")
-    ]
-    gears = [
-        (one.name or " - ".join(one.between), ("gears", place))
-        for place, one in enumerate(line.gears)
-    ]
-    dampers = [(one.name, ("dampers", place)) for place, one in enumerate(line.dampers)]
-    for name, where in (*shafts, *gears, *dampers):
-        path: KeyPath = (*LINE, *where)
-        if name in seen and (seen[name][2] != where[0] or " - " in name):
-            yield Problem(
-                path=path,
-                message=f"two sections of the line are named {name[:80]!r}",
-                allowed="a name of its own for each shaft, gear and damper",
-                also=seen[name],
-            )
-        seen.setdefault(name, path)
+    for key, names in (
+        ("shafts", layout.sections),
+        ("gears", [gear.label for gear in line.gears]),
+        ("dampers", [damper.name for damper in line.dampers]),
+    ):
+        for place, name in enumerate(names):
+            path: KeyPath = (*LINE, key, place)
+            if name in seen and (seen[name][2] != key or " - " in name):
+                yield Problem(
+                    path=path,
+                    message=f"two sections of the line are named {name[:80]!r}",
+                    allowed="a name of its own for each shaft, gear and damper",
+                    also=seen[name],
+                )
+            seen.setdefault(name, path)
 
 
-def _cylinders(line: ShaftLine, names: Sequence[str]) -> Iterator[Problem]:
+def _cylinders(case: Case, line: ShaftLine) -> Iterator[Problem]:
     """Each cylinder turns one station."""
+    train = case.machine.crank_train
+    names = [one.name for one in train.cylinders] if has_crank_train(case.machine) else []
     seen: dict[str, KeyPath] = {}
     twice = 0
     for place, station in enumerate(line.stations):
-        path: KeyPath = (*LINE, "stations", place)
-        given: list[tuple[KeyPath, str]] = [
-            ((*path, "cylinders", at), name) for at, name in enumerate(station.cylinders)
-        ]
-        if station.cylinder is not None:
-            given.append(((*path, "cylinder"), station.cylinder))
-        for key, name in given:
+        for at, name in enumerate(station.turned_by):
+            path: KeyPath = (*LINE, "stations", place)
+            path = (*path, "cylinder") if station.cylinder else (*path, "cylinders", at)
             if name in seen:
                 twice += 1
                 yield Problem(
-                    path=key,
+                    path=path,
                     message=f"cylinder {name[:60]!r} turns two stations",
                     allowed="each cylinder on one station",
                     also=seen[name],
                 )
-            seen.setdefault(name, key)
+            seen.setdefault(name, path)
     left = [name for name in names if name not in seen]
     if len(left) > twice:  # a name typed twice leaves one out
         yield Problem(
@@ -138,19 +118,14 @@ def _cylinders(line: ShaftLine, names: Sequence[str]) -> Iterator[Problem]:
         )
 
 
-def _network(line: ShaftLine) -> Iterator[Problem]:
+def _network(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
     """One connected part, ratios that agree, cylinders at the speed of the crankshaft."""
-    names = [station.name for station in line.stations]
-    joined = joints(line)
-    crank = crank_station(line)
-    ratios = speed_ratios(len(names), joined, crank)
+    names, ratios = layout.names, layout.ratios
     if ratios.contradiction is not None:
         place, others, stated_ratio = ratios.contradiction
-        gears = len(line.shafts)
-        key = ("gears", place - gears) if place >= gears else ("shafts", place)
-        one: StationJoint = joined[place]
+        gear, one = place - len(line.shafts), layout.joints[place]
         yield Problem(
-            path=(*LINE, *key),
+            path=(*LINE, "shafts", place) if gear < 0 else (*LINE, "gears", gear),
             message="the ratios around a loop contradict each other: the line cannot turn",
             found=f"{names[one.second]!r} turns {others:.9g} times as fast as "
             f"{names[one.first]!r} by the others, {stated_ratio:.9g} times by this one",
@@ -158,7 +133,7 @@ def _network(line: ShaftLine) -> Iterator[Problem]:
             hint="gear wheels turn opposite ways unless reverses = false",
         )
         return
-    strays = [place for place, part in enumerate(ratios.part) if part != ratios.part[crank]]
+    strays = [n for n, part in enumerate(ratios.part) if part != ratios.part[layout.crank]]
     if strays:
         yield Problem(
             path=(*LINE, "stations", strays[0]),
@@ -169,59 +144,56 @@ def _network(line: ShaftLine) -> Iterator[Problem]:
             allowed="a shaft or a gear to each station; what turns alone is a case of its own",
         )
         return
-    at = {name: place for place, name in enumerate(names)}
-    rigid = [g.between for g in line.gears if g.mesh_stiffness is None]
-    freedom = merged(len(names), [(at[a], at[b]) for a, b in rigid])
-    for place, (a, b) in enumerate(shaft_ends(line)):
-        if freedom[at[a]] == freedom[at[b]]:
+    for place, joint in enumerate(layout.joints[: len(line.shafts)]):
+        if layout.freedom[joint.first] == layout.freedom[joint.second]:
             yield Problem(
                 path=(*LINE, "shafts", place),
                 message="rigid gears hold both ends of this shaft: it can never twist",
-                found=f"{a!r} and {b!r}",
+                found=f"{names[joint.first]!r} and {names[joint.second]!r}",
                 allowed="a mesh_stiffness for one of the gears, or no such shaft",
             )
-    for place, station in enumerate(line.stations):
-        ratio = ratios.ratio[place]
-        if (station.cylinder or station.cylinders) and abs(ratio - 1.0) > 1e-9:
+    for place, (fires, ratio) in enumerate(zip(layout.fires, ratios.ratio, strict=True)):
+        if fires and abs(ratio - 1.0) > 1e-9:
             yield Problem(
                 path=(*LINE, "stations", place),
                 message="this station has a cylinder and does not turn as the crankshaft does",
-                found=f"{ratio:.9g} times the speed of {names[crank]!r}",
+                found=f"{ratio:.9g} times the speed of {names[layout.crank]!r}",
                 allowed="all cylinders on one crankshaft, or on shafts of its speed and sense",
             )
 
 
-def _inertias(case: Case, line: ShaftLine) -> Iterator[Problem]:
-    from vibecalc.parts.crank_train import build_crank_train
-    from vibecalc.torsion.model import shaft_elements, station_inertia
+def _inertias(case: Case, line: ShaftLine, layout: Layout) -> Iterator[Problem]:
+    from vibecalc.torsion.model import station_inertia, stiffness_of
 
-    train, built = case.machine.crank_train, None
-    if has_crank_train(case.machine):
-        if not turns(train):
-            return
-        built = build_crank_train(train)
-    inertia = station_inertia(line, train, built)
+    if has_crank_train(case.machine) and not turns(case.machine.crank_train):
+        return
+    inertia = station_inertia(case, line)
     if not any(inertia):
         yield Problem(
             path=(*LINE, "stations"),
             message="the line has no inertia at all",
             allowed="an inertia above zero for one station or more",
         )
-    at = {station.name: place for place, station in enumerate(line.stations)}
-    for place, (a, b) in enumerate(shaft_ends(line)):
-        if line.shafts[place].damping_ratio and not (inertia[at[a]] > 0.0 and inertia[at[b]] > 0.0):
+    for place, (shaft, ends) in enumerate(zip(line.shafts, layout.ends, strict=True)):
+        one, other = (inertia[layout.at[end]] for end in ends)
+        if shaft.damping_ratio and not (one > 0.0 and other > 0.0):
             yield Problem(
                 path=(*LINE, "shafts", place, "damping_ratio"),
                 message="a damping ratio of two neighbours needs an inertia at both ends",
-                found=f"{inertia[at[a]]:g} kg*m^2 at {a!r} and {inertia[at[b]]:g} kg*m^2 at {b!r}",
+                found=f"{one:g} kg*m^2 at {ends[0]!r} and {other:g} kg*m^2 at {ends[1]!r}",
                 allowed="damping in N*m*s/rad instead",
             )
-    try:
-        shaft_elements(line, train, at, inertia)
-    except NumericalFailure as error:
-        place = next(n for n, shaft in enumerate(line.shafts) if shaft.throw is not None)
-        yield Problem(
-            path=(*LINE, "shafts", place, "throw"),
-            message=f"no stiffness follows from the dimensions: {error}",
-            allowed="another formula, or stiffness",
-        )
+    radius = case.machine.crank_train.crank_radius if has_crank_train(case.machine) else 0.0
+    for place, shaft in enumerate(line.shafts):
+        try:
+            stiffness_of(shaft, radius)
+        except NumericalFailure as error:
+            key, better = "throw", "another formula"
+            if shaft.section is not None:
+                key, better = "section", "a thicker wall"
+            yield Problem(
+                path=(*LINE, "shafts", place, key),
+                message=f"no stiffness follows from the dimensions: {error}",
+                allowed=f"{better}, or stiffness",
+            )
+            return

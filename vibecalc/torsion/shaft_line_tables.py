@@ -1,8 +1,9 @@
 """The shaft line in a case: tables of its parts, and how its stations hang together."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -116,17 +117,29 @@ _NARROWER = "a bore has to be narrower than what it is in"
 _TWO_ENDS = "a rectangular web has two ends"
 
 
-class Throw(Table):
-    """One throw of a crankshaft: half a journal, a web, the pin, a web, half a journal."""
+class CrankDimensions(Table):
+    """Journal, pin and web of a throw, solid forged or cast."""
 
     journal_diameter: Length = Field(gt=0, description="outer, of the main journal")
     journal_bore: Length = Field(0.0, ge=0, description="of a hollow journal")
-    journal_length: Length = Field(gt=0, description="of one journal between two webs")
     pin_diameter: Length = Field(gt=0, description="outer, of the crank pin")
     pin_bore: Length = Field(0.0, ge=0, description="of a hollow pin")
-    pin_length: Length = Field(gt=0, description="of the pin between the webs")
     web_thickness: Length = Field(gt=0, description="of one web, along the shaft")
     web_width: Length = Field(gt=0, description="of a web, across the throw")
+    pin_recess: Length = Field(0.0, ge=0, description="of the pin's fillet into the web")
+    journal_recess: Length = Field(0.0, ge=0, description="of the journal's fillet into the web")
+    oil_bore: Length | None = Field(None, gt=0, description="diameter, radial, in the pin")
+    RULES: ClassVar[tuple[Any, ...]] = (
+        below("journal_bore", "journal_diameter", _NARROWER),
+        below("pin_bore", "pin_diameter", _NARROWER),
+    )
+
+
+class Throw(CrankDimensions):
+    """One throw of a crankshaft: half a journal, a web, the pin, a web, half a journal."""
+
+    journal_length: Length = Field(gt=0, description="of one journal between two webs")
+    pin_length: Length = Field(gt=0, description="of the pin between the webs")
     beyond_journal: Length | None = Field(
         None, gt=0, description="reach of a rectangular web behind the axis of the journal"
     )
@@ -147,16 +160,12 @@ class Throw(Table):
     journal_fillet: Length | None = Field(
         None, gt=0, description="radius between journal and web, for that rule"
     )
-    pin_recess: Length = Field(0.0, ge=0, description="of the pin's fillet into the web")
-    journal_recess: Length = Field(0.0, ge=0, description="of the journal's fillet into the web")
-    oil_bore: Length | None = Field(None, gt=0, description="diameter, radial, in the pin")
     RULES = (
         needs("pin_fillet", "journal_fillet", "a throw has both"),
         needs("journal_fillet", "pin_fillet", "a throw has both"),
         needs("beyond_journal", "beyond_pin", _TWO_ENDS),
         needs("beyond_pin", "beyond_journal", _TWO_ENDS),
-        below("journal_bore", "journal_diameter", _NARROWER),
-        below("pin_bore", "pin_diameter", _NARROWER),
+        *CrankDimensions.RULES,
     )
 
 
@@ -194,6 +203,11 @@ class Station(Table):
         at_most_one("cylinder", "cylinders"),
         needs("over_speed", "absolute_damping", "it is a factor on it"),
     )
+
+    @property
+    def turned_by(self) -> tuple[str, ...]:
+        """Names of the cylinders that turn it."""
+        return self.cylinders if self.cylinder is None else (self.cylinder,)
 
 
 def _cone(row: Row) -> Iterator[Problem]:
@@ -300,6 +314,26 @@ class Shaft(Table):
         _TO_ITSELF,
     )
 
+    @property
+    def has_stress(self) -> bool:
+        """Whether the case says enough for torque over section modulus."""
+        given = (self.diameter, self.section_modulus, self.section, self.throw)
+        return any(one is not None for one in given)
+
+    @property
+    def eta(self) -> float:
+        """Of the complex stiffness k (1 + i eta): as given, 1 / M of a magnifier, or 2 D of Lehr's.
+
+        Of a coupling it is psi / (2 pi) with its nominal relative damping.
+        """
+        if self.coupling is not None:
+            from vibecalc.torsion.coupling_model import nominal
+
+            return nominal(self.coupling).relative_damping / (2.0 * math.pi)
+        if self.magnifier is not None:
+            return 1.0 / self.magnifier
+        return self.loss_factor if self.lehr_ratio is None else 2.0 * self.lehr_ratio
+
 
 class Gear(Table):
     """Two stations on two shafts that turn together."""
@@ -324,6 +358,20 @@ class Gear(Table):
         needs("mesh_stiffness", "pitch_radius", "it is along the line of action"),
         _TO_ITSELF,
     )
+
+    @property
+    def label(self) -> str:
+        """Its name, or those of its stations."""
+        return self.name or " - ".join(self.between)
+
+    @property
+    def signed_ratio(self) -> float:
+        """Speed of the second station over that of the first, with its sign."""
+        size = self.ratio
+        if size is None:
+            assert self.teeth is not None  # one of the two, says the form
+            size = self.teeth[0] / self.teeth[1]
+        return -size if self.reverses else size
 
 
 class Load(Table):
@@ -401,7 +449,7 @@ class ShaftLine(Table):
 
 
 # ----------------------------------------------------------------------------
-# How the stations of a shaft line hang together: pieces, speed ratios, rigid gears.
+# How the stations of a shaft line hang together: parts, speed ratios, rigid gears.
 #
 # Stations are numbers 0 .. n - 1 here. A ratio is a station's own speed over that of the
 # crankshaft, negative where it turns the other way.
@@ -431,127 +479,99 @@ class Ratios(NamedTuple):
 SAME_RATIO = 1e-6
 
 
-def gear_ratio(gear: Gear) -> float:
-    """Speed of the second station over that of the first, with its sign."""
-    size = gear.ratio if gear.ratio is not None else _of_teeth(gear)
-    return -size if gear.reverses else size
+class Layout:
+    """Names and places of a line, and what joins them.
 
-
-def _of_teeth(gear: Gear) -> float:
-    assert gear.teeth is not None  # one of the two, says the form
-    return gear.teeth[0] / gear.teeth[1]
-
-
-def shaft_ends(line: ShaftLine) -> list[tuple[str, str]]:
-    """Names of the two stations of each shaft; where none says them, each leads to the next."""
-    names = [station.name for station in line.stations]
-    ends = []
-    for place, shaft in enumerate(line.shafts):
-        follows = (names[place], names[place + 1]) if place + 1 < len(names) else ("", "")
-        ends.append(shaft.between or follows)
-    return ends
-
-
-def joints(line: ShaftLine) -> list[StationJoint]:
-    """All shafts, then all gears; those to stations that do not exist are left out."""
-    at = {station.name: place for place, station in enumerate(line.stations)}
-    ends = [(pair, 1.0) for pair in shaft_ends(line)]
-    ends += [(gear.between, gear_ratio(gear)) for gear in line.gears]
-    return [
-        StationJoint(at[first], at[second], ratio)
-        for (first, second), ratio in ends
-        if first in at and second in at
-    ]
-
-
-def crank_station(line: ShaftLine) -> int:
-    """The station whose speed is that of the crankshaft: the first with a cylinder.
-
-    Without cylinders the one that the case names, or the first.
+    `at` has the number of each of the `names`; `ends` are the names of the two stations of each
+    shaft, where none says them each leads to the next; `sections` are the names of the shafts,
+    those without one after their ends; `joints` all shafts, then all gears. `crank` is the station
+    whose speed is that of the crankshaft: the first with a cylinder, or else the one that the case
+    names, or the first; `load` takes up the mean torque that is left.
     """
-    for place, station in enumerate(line.stations):
-        if station.cylinder is not None or station.cylinders:
-            return place
-    return next((k for k, one in enumerate(line.stations) if one.name == line.speed_of), 0)
+
+    def __init__(self, line: ShaftLine) -> None:
+        self.names = [station.name for station in line.stations]
+        self.at = {name: place for place, name in enumerate(self.names)}
+        following = [*zip(self.names, self.names[1:], strict=False)]
+        following += [("", "")] * len(line.shafts)
+        self.ends = [
+            shaft.between or after for shaft, after in zip(line.shafts, following, strict=False)
+        ]
+        self.sections = [
+            shaft.name or " - ".join(ends)
+            for shaft, ends in zip(line.shafts, self.ends, strict=True)
+        ]
+        joined = [(ends, 1.0) for ends in self.ends]
+        joined += [(gear.between, gear.signed_ratio) for gear in line.gears]
+        self.joints = [
+            StationJoint(self.at[first], self.at[second], ratio)
+            for (first, second), ratio in joined
+            if first in self.at and second in self.at
+        ]
+        self.rigid = [
+            StationJoint(self.at[first], self.at[second])
+            for first, second in (g.between for g in line.gears if g.mesh_stiffness is None)
+        ]
+        self.fires = [bool(station.turned_by) for station in line.stations]
+        self.crank = (
+            self.fires.index(True) if any(self.fires) else self.at.get(line.speed_of or "", 0)
+        )
+        self.load = len(self.names) - 1 if line.load is None else self.at[line.load]
+
+    @cached_property
+    def ratios(self) -> Ratios:
+        """Of all stations."""
+        return self.joined(self.joints)
+
+    @property
+    def ratio(self) -> list[float]:
+        """Own speed of each station over that of the crankshaft."""
+        return self.ratios.ratio
+
+    @cached_property
+    def freedom(self) -> list[int]:
+        """Number of each station among those that can twist: rigid gears hold some together."""
+        numbers: dict[int, int] = {}
+        return [numbers.setdefault(one, len(numbers)) for one in self.joined(self.rigid).part]
+
+    def parts_without(self, place: int) -> list[int]:
+        """The part of each station that hangs together were there not one of the `joints`."""
+        return self.joined([one for n, one in enumerate(self.joints) if n != place]).part
+
+    def joined(self, joints: Sequence[StationJoint]) -> Ratios:
+        """Stations joined one joint after the other; one within a part has to agree with it."""
+        count = len(self.names)
+        ratio, members = [1.0] * count, [[station] for station in range(count)]
+        part = list(range(count))
+        contradiction = None
+        for place, one in enumerate(joints):
+            present, wanted = ratio[one.second], ratio[one.first] * one.ratio
+            if part[one.first] != part[one.second]:
+                small, large = part[one.second], part[one.first]
+                factor = wanted / present
+                if len(members[small]) > len(members[large]):
+                    small, large, factor = large, small, 1.0 / factor
+                for station in members[small]:
+                    ratio[station], part[station] = ratio[station] * factor, large
+                members[large] += members[small]
+            elif contradiction is None and abs(present - wanted) > SAME_RATIO * abs(wanted):
+                contradiction = (place, present / ratio[one.first], one.ratio)
+        for number in set(part):
+            base = ratio[self.crank if part[self.crank] == number else min(members[number])]
+            for station in members[number]:
+                ratio[station] /= base
+        return Ratios(ratio, part, contradiction)
 
 
-def speed_ratios(count: int, joined: Sequence[StationJoint], start: int) -> Ratios:
-    """Join stations one joint after the other; a joint within a part has to agree with it."""
-    ratio, members = [1.0] * count, [[station] for station in range(count)]
-    part = list(range(count))
-    contradiction = None
-    for place, one in enumerate(joined):
-        present, wanted = ratio[one.second], ratio[one.first] * one.ratio
-        if part[one.first] != part[one.second]:
-            small, large = part[one.second], part[one.first]
-            factor = wanted / present
-            if len(members[small]) > len(members[large]):
-                small, large, factor = large, small, 1.0 / factor
-            for station in members[small]:
-                ratio[station], part[station] = ratio[station] * factor, large
-            members[large] += members[small]
-        elif contradiction is None and abs(present - wanted) > SAME_RATIO * abs(wanted):
-            contradiction = (place, present / ratio[one.first], one.ratio)
-    for number in set(part):
-        base = ratio[start if part[start] == number else min(members[number])]
-        for station in members[number]:
-            ratio[station] /= base
-    return Ratios(ratio, part, contradiction)
-
-
-def merged(count: int, rigid: Iterable[tuple[int, int]]) -> list[int]:
-    """Freedom of each station: those that rigid gears hold together share one, in their order."""
-    leader = list(range(count))
-
-    def find(station: int) -> int:
-        while leader[station] != station:
-            leader[station] = leader[leader[station]]
-            station = leader[station]
-        return station
-
-    for first, second in rigid:
-        low, high = sorted((find(first), find(second)))
-        leader[high] = low
-    numbers = {root: place for place, root in enumerate(sorted({find(s) for s in range(count)}))}
-    return [numbers[find(station)] for station in range(count)]
-
-
-# ----------------------------------------------------------------------------
-# Names of the shafts of a line, and which of them have a stress.
-# ----------------------------------------------------------------------------
-
-
-def section_names(line: ShaftLine) -> list[str]:
-    """Names of the shafts of a line, those without one after their ends."""
-    pairs = zip(line.shafts, shaft_ends(line), strict=True)
-    return [shaft.name or " - ".join(ends) for shaft, ends in pairs]
-
-
-def has_stress(shaft: Shaft) -> bool:
-    """Whether the case says enough for torque over section modulus."""
-    given = (shaft.diameter, shaft.section_modulus, shaft.section, shaft.throw)
-    return any(one is not None for one in given)
+def stressed(line: ShaftLine, layout: Layout) -> list[str]:
+    """Names of the shafts whose section modulus is known."""
+    named = zip(layout.sections, line.shafts, strict=True)
+    return [name for name, shaft in named if shaft.has_stress]
 
 
 # ----------------------------------------------------------------------------
 # Dampings that are more than one number of their station or shaft.
 # ----------------------------------------------------------------------------
-
-
-def loss_factor(shaft: Shaft) -> float:
-    """Of the complex stiffness k (1 + i eta): as given, 1 / M of a magnifier, or 2 D of Lehr's.
-
-    Of a coupling it is psi / (2 pi) with its nominal relative damping.
-    """
-    if shaft.coupling is not None:
-        from vibecalc.torsion.coupling_model import nominal
-
-        return nominal(shaft.coupling).relative_damping / (2.0 * math.pi)
-    if shaft.magnifier is not None:
-        return 1.0 / shaft.magnifier
-    if shaft.lehr_ratio is not None:
-        return 2.0 * shaft.lehr_ratio
-    return shaft.loss_factor
 
 
 def has_laws(line: ShaftLine) -> bool:
@@ -583,5 +603,5 @@ def what_follows(line: ShaftLine) -> dict[str, bool]:
     return {
         "station_damping": stations,
         "section_damping": any(one.damping or one.damping_ratio for one in turning),
-        "section_loss_factor": any(map(loss_factor, turning)),
+        "section_loss_factor": any(one.eta for one in turning),
     }

@@ -68,32 +68,16 @@ _OF_CYLINDERS = (
 )
 
 
-def _stage(
-    case: "Case",
-    name: str,
-    runs: str,
-    asked_by: str,
-    cost: str,
-    quantities: tuple[str, ...],
-    topic: str = "",
-    **more: Any,
-) -> Stage:
-    """A stage of the shaft line, whose adapter `runs`; it is the last one unless `more` says so."""
+def _stage(case: "Case", name: str, adapter: str, topics: str = "", **more: Any) -> Stage:
+    """A stage whose excitation is that of the line; it is a last one if nothing else is said."""
     usual: dict[str, Any] = {
+        "parts": parts_of(case),
         "orders": orders_words(case),
-        "is_last": True,
         "harmonics": _half_orders,
+        "is_last": True,
+        "topics": (f"vibecalc.torsion.accuracy:{topics}",) if topics else (),
     }
-    return Stage(
-        name=name,
-        adapter=f"vibecalc.torsion.adapters.{runs}",
-        why=f"{asked_by} in the case",
-        parts=parts_of(case),
-        cost=cost,
-        quantities=quantities,
-        topics=(f"vibecalc.torsion.accuracy:{topic}_topics",) if topic else (),
-        **usual | more,
-    )
+    return Stage(name=name, adapter=f"vibecalc.torsion.adapters.{adapter}", **(usual | more))
 
 
 def plan_torsion(case: "Case") -> Iterator[Stage]:
@@ -101,26 +85,40 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
     torsion = asked(case)
     if torsion is None or case.machine.shaft_line is None:
         return
-    cost = (
-        f"modes of {len(case.machine.shaft_line.stations)} stations; {solves(case)} solves, one "
-        f"per order, at {case.machine.speed:.6g} rad/s"
-    )
+    line = case.machine.shaft_line
+    stations = len(line.stations)
     yield _stage(
-        case, "torsion", "steady:run_torsion", "[response.torsion] is", cost,
-        _picked(case, ranged=False), "torsion", is_last=False, work=_work_of_torsion,
+        case,
+        "torsion",
+        "steady:run_torsion",
+        "torsion_topics",
+        why="[response.torsion] is in the case",
+        cost=f"modes of {stations} stations; {solves(case)} solves, one per order, at "
+        f"{case.machine.speed:.6g} rad/s",
+        quantities=_picked(case, ranged=False),
+        is_last=False,
+        work=_work_of_torsion,
         leading=leading(case),
-    )  # fmt: skip
-    if torsion.speeds is not None:
-        yield _stage(
-            case, "torsion_speeds", "speeds:run_torsion_speeds", "[response.torsion] speeds are",
-            _range_cost(case, torsion.speeds), _picked(case, ranged=True), "torsion_speeds",
-            work=_work_of_speeds, leading=leading(case),
-        )  # fmt: skip
+    )
+    if torsion.speeds is None:
+        return
+    speeds = torsion.speeds
+    yield _stage(
+        case,
+        "torsion_speeds",
+        "speeds:run_torsion_speeds",
+        "torsion_speeds_topics",
+        why="[response.torsion] speeds are in the case",
+        cost=_range_cost(case, speeds),
+        quantities=_picked(case, ranged=True),
+        work=_work_of_speeds,
+        leading=leading(case),
+    )
 
 
 def _picked(case: "Case", ranged: bool) -> tuple[str, ...]:
     """Paths that the case has something for, at the operating speed or over the range."""
-    from vibecalc.torsion.shaft_line_tables import has_laws, has_stress, what_follows
+    from vibecalc.torsion.shaft_line_tables import has_laws, what_follows
 
     line, torsion = shaft_line_of(case), torsion_of(case)
     train = case.machine.crank_train if has_crank_train(case.machine) else None
@@ -142,7 +140,7 @@ def _picked(case: "Case", ranged: bool) -> tuple[str, ...]:
         **dict.fromkeys(("total_load_power", "load_share"), of_loads),
         "bank_factor": train is not None and len({c.bank_angle for c in train.cylinders}) > 1,
         "modal_heat": has_modal_damping(case),
-        "stress": any(has_stress(shaft) for shaft in line.shafts),
+        "stress": any(shaft.has_stress for shaft in line.shafts),
         "/excitation/pressure": train is not None and train.tangential_effort is None,
         **dict.fromkeys(("tangential_pressure", "mean_indicated_pressure"), bored),
         "/coupling/": bool(named_couplings(case)),
@@ -217,21 +215,24 @@ def plan_torsion_curves(case: "Case") -> Iterator[Stage]:
         "conditions": torsion.conditions is not None,
     }
     for name in (name for name, is_asked in asks.items() if is_asked):
-        module = "order_curves" if name == "curves" else name
+        module, are = ("order_curves", "are") if name == "curves" else (name, "is")
         cost = f"{solves(case, points or 1)} solves, one per order and speed"
         if name == "conditions":
             cost += f", for {len(condition_names(case))} conditions at once"
         yield _stage(
-            case, f"torsion {name}", f"{module}:run_torsion_{name}",
-            f"[response.torsion] {name} {'are' if name == 'curves' else 'is'}", cost,
-            _of_curves(case, name),
+            case,
+            f"torsion {name}",
+            f"{module}:run_torsion_{name}",
+            why=f"[response.torsion] {name} {are} in the case",
+            cost=cost,
+            quantities=_of_curves(case, name),
             work=_work_of_conditions if name == "conditions" else _work_of_curves,
-        )  # fmt: skip
+        )
 
 
 def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
     """Paths of curves, irregularity or conditions that the case has something for."""
-    from vibecalc.torsion.curve_tables import curves_of, stressed
+    from vibecalc.torsion.curve_tables import curves_of
 
     torsion, line = torsion_of(case), shaft_line_of(case)
     left_out = _not_allowed(torsion)
@@ -246,7 +247,7 @@ def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
         left_out += [] if torsion.limits else ["/allowed", "/transient"]
     if not any(one.pole_pairs for one in torsion.irregularity):
         left_out.append("/electrical_angle")
-    if not stressed(line):
+    if not any(shaft.has_stress for shaft in line.shafts):
         left_out.append("/stress")
     if name == "conditions" and not torsion.irregularity:
         left_out.append("/irregularity")
@@ -286,54 +287,67 @@ def _published(case: "Case") -> Stage:
         paths += (f"{PUBLISHED}largest_twist_order",)
     if options.magnifier == "undamped":
         paths = tuple(p for p in paths if "critical" not in p and "largest_twist" not in p)
-    cost = f"closed forms for {options.modes} modes, each order"
-    cost += "" if torsion.speeds is None else f" and each of {torsion.speeds.points} speeds"
     return _stage(
-        case, "modal route as published", "as_published:run_torsion_as_published",
-        "[response.torsion.as_published] is", cost, paths,
-        orders=line_orders(case), work=_work_of_closed_forms,
-    )  # fmt: skip
+        case,
+        "modal route as published",
+        "as_published:run_torsion_as_published",
+        why="[response.torsion.as_published] is in the case",
+        orders=line_orders(case),
+        cost=f"closed forms for {options.modes} modes, each order"
+        + ("" if torsion.speeds is None else f" and each of {torsion.speeds.points} speeds"),
+        quantities=paths,
+        work=lambda case, orders: ((1, "closed_forms"),),
+    )
 
 
 def _variable(case: "Case") -> Stage:
     torsion = torsion_of(case)
     there = list(below(VARIABLE))
     if torsion.speeds is None:
-        over = (f"{VARIABLE}{name}" for name in ("speeds/", "wedge/", "unstable/", "largest_"))
-        there = [path for path in there if not path.startswith(tuple(over))]
+        of_range = (f"{VARIABLE}{name}" for name in ("speeds/", "wedge/", "unstable/", "largest_"))
+        there = [path for path in there if not path.startswith(tuple(of_range))]
     if has_loss(case):
         timed = (f"{VARIABLE}growth", f"{VARIABLE}unstable/")
         there = [path for path in there if not path.startswith(timed)]
-    orders = line_orders(case) + ", and further ones of the motion"
+    over = f"{torsion.speeds.points} solves of all orders at once, and " if torsion.speeds else ""
     return _stage(
-        case, "variable inertia", "variable_inertia:run_torsion_variable_inertia",
-        "[response.torsion.variable_inertia] is",
-        _all_orders(torsion.speeds.points if torsion.speeds is not None else 0), tuple(there),
-        "torsion_variable", orders=orders, harmonics=_orders_of_variable, work=_work_of_variable,
-    )  # fmt: skip
+        case,
+        "variable inertia",
+        "variable_inertia:run_torsion_variable_inertia",
+        "torsion_variable_topics",
+        why="[response.torsion.variable_inertia] is in the case",
+        orders=line_orders(case) + ", and further ones of the motion",
+        cost=over + "Newton's method with all orders at the operating speed",
+        quantities=tuple(there),
+        # the motion has more orders than its excitation; so many are tried first
+        harmonics=lambda case: _half_orders(case)._replace(
+            is_least=True, rule="of the excitation; more of the motion"
+        ),
+        work=_work_of_variable,
+    )
 
 
 def _transient(case: "Case") -> Stage:
     change = torsion_of(case).transient
     assert change is not None
-    cost = (
-        f"matrix exponentials over {round(least_steps(case))} steps of a third of the highest "
-        "order's period, or more"
+    return _stage(
+        case,
+        "transient",
+        "transient:run_torsion_transient",
+        "torsion_transient_topics",
+        why=f'[response.torsion.transient] is in the case, kind = "{change.kind}"',
+        orders=line_orders(case),
+        cost=f"matrix exponentials over {round(least_steps(case))} steps of a third of the highest "
+        "order's period, or more",
+        quantities=below(TRANSIENT, without=_not_of_change(case, change)),
+        work=_work_of_transient,
     )
-    stage = _stage(
-        case, "transient", "transient:run_torsion_transient", "[response.torsion.transient] is",
-        cost, below(TRANSIENT, without=_not_of_change(case, change)), "torsion_transient",
-        orders=line_orders(case), work=_work_of_transient,
-    )  # fmt: skip
-    return stage._replace(why=f'{stage.why}, kind = "{change.kind}"')
 
 
 def _not_of_change(case: "Case", change: "Transient") -> tuple[str, ...]:
     """Beginnings of what there is not of a change."""
-    from vibecalc.torsion.shaft_line_tables import has_stress
-
     shafts = shaft_line_of(case).shafts
-    stressed = any(has_stress(shaft) for shaft in shafts)
+    stressed = any(shaft.has_stress for shaft in shafts)
     left_out = [*(OF_STEPS if change.kind in PASSAGES else OF_PASSAGES)]
     there = {
         "clutch/": change.kind == "clutch_in",
@@ -347,11 +361,6 @@ def _not_of_change(case: "Case", change: "Transient") -> tuple[str, ...]:
     return (*left_out, *(TRANSIENT + name for name, has in there.items() if not has))
 
 
-def _all_orders(speeds: int) -> str:
-    over = f"{speeds} solves of all orders at once, and " if speeds else ""
-    return f"{over}Newton's method with all orders at the operating speed"
-
-
 # ----------------------------------------------------------------------------
 # The stage that finds the damper of a shaft line.
 # ----------------------------------------------------------------------------
@@ -362,33 +371,34 @@ def plan_damper(case: "Case") -> Iterator[Stage]:
     options = case.damper_design
     if options is None or case.machine.shaft_line is None:
         return
-    left_out = [f"worst_{name}" for name in OBJECTIVES if name != options.objective]
-    for stem in ("chart/", "ring/", "curve/"):
-        left_out += [f"{stem}{name}" for name in OBJECTIVES if name != options.objective]
-    if options.compare is None:
-        left_out.append(f"{DESIGN}table/")
-    both = {"stiffness", "damping"} <= set(options.find)
-    if not both:
-        left_out.append(f"{DESIGN}chart/")
-    if not options.rings:
-        left_out.append(f"{DESIGN}ring/")
-    count = 1 + len(options.rings)
-    searches = f"{count} searches, one for each ring: " if options.rings else ""
-    cost = f"{searches}a map of dampers by changes of rank one, then descents and Newton's method"
+    others = [name for name in OBJECTIVES if name != options.objective]
+    there = {
+        "table/": options.compare is not None,
+        "chart/": {"stiffness", "damping"} <= set(options.find),
+        "ring/": bool(options.rings),
+    }
+    left_out = [
+        *(f"{stem}{name}" for stem in ("worst_", "chart/", "ring/", "curve/") for name in others),
+        *(DESIGN + name for name, has in there.items() if not has),
+    ]
+    searches = f"{1 + len(options.rings)} searches, one for each ring: " if options.rings else ""
     yield _stage(
-        case, "damper design", "damper_design:run_damper_design", "[damper_design] is", cost,
-        below(DESIGN, without=tuple(left_out)), "damper_design",
-        orders=line_orders(case), work=_work_of_damper,
-    )  # fmt: skip
+        case,
+        "damper design",
+        "damper_design:run_damper_design",
+        "damper_design_topics",
+        why="[damper_design] is in the case",
+        orders=line_orders(case),
+        cost=f"{searches}a map of dampers by changes of rank one, then descents and Newton's "
+        "method",
+        quantities=below(DESIGN, without=tuple(left_out)),
+        work=_work_of_damper,
+    )
 
 
 # ----------------------------------------------------------------------------
 # Harmonics and counted work of each stage, read from the case: nothing is solved.
 # ----------------------------------------------------------------------------
-
-
-def _work_of_closed_forms(case: "Case", orders: int) -> Work:
-    return ((1, "closed_forms"),)
 
 
 def _half_orders(case: "Case") -> Harmonics:
@@ -402,12 +412,6 @@ def _half_orders(case: "Case") -> Harmonics:
     usual = torsion is None or torsion.orders is None
     rule = "the usual ones" if usual else "[response.torsion] orders"
     return Harmonics(round(highest / step), step, highest, rule)
-
-
-def _orders_of_variable(case: "Case") -> Harmonics:
-    """The motion has more orders than its excitation; so many are tried first."""
-    found = _half_orders(case)
-    return found._replace(is_least=True, rule="of the excitation; more of the motion")
 
 
 def _work_of_torsion(case: "Case", orders: int) -> Work:
@@ -468,16 +472,14 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
     line = case.machine.shaft_line
     if line is None:
         return {}
-    from vibecalc.torsion.shaft_line_tables import section_names
+    from vibecalc.torsion.shaft_line_tables import Layout
 
-    gears = tuple(one.name or " - ".join(one.between) for one in line.gears)
-    elastic = [
-        n for n, one in zip(gears, line.gears, strict=True) if one.mesh_stiffness is not None
-    ]
+    gears = tuple(gear.label for gear in line.gears)
+    elastic = [gear.label for gear in line.gears if gear.mesh_stiffness is not None]
     dampers = tuple(one.name for one in line.dampers)
     return {
         "station": tuple(one.name for one in line.stations),
-        "section": (*section_names(line), *elastic, *dampers),
+        "section": (*Layout(line).sections, *elastic, *dampers),
         "damper": dampers,
         "gear": gears,
         "condition": condition_names(case),
@@ -540,13 +542,7 @@ SUBJECT = Subject(
         "damper_map": Unit(1.0, "maps of dampers with descents", holds=50.0),
         "damper_solve": Unit(1.0e-4, "solves times freedoms of the map"),
     },
-    checks=(
-        "vibecalc.torsion.shaft_line_checks:shaft_line_problems",
-        "vibecalc.torsion.transient_checks:transient_problems",
-        "vibecalc.torsion.checks:torsion_problems",
-        "vibecalc.torsion.curve_checks:curve_problems",
-        "vibecalc.torsion.damping_checks:damping_problems",
-    ),
+    checks=("vibecalc.torsion.checks:line_problems",),
     last_checks=("vibecalc.torsion.checks:modal_problems",),
     cautions=(
         "vibecalc.torsion.model:throw_cautions",

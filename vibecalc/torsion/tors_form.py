@@ -46,7 +46,7 @@ class NoAssembly(Exception):
 def parsed(text: str) -> dict[str, Any]:
     """The file as JSON reads it, with components. Raises NoAssembly."""
 
-    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    def unrepeated(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         keys = [key for key, _ in pairs]
         twice = next((key for key in keys if keys.count(key) > 1), None)
         if twice is not None:
@@ -54,7 +54,7 @@ def parsed(text: str) -> dict[str, Any]:
         return dict(pairs)
 
     try:
-        data = json.loads(text, object_pairs_hook=once)
+        data = json.loads(text, object_pairs_hook=unrepeated)
     except json.JSONDecodeError as error:
         line = text.splitlines()[error.lineno - 1].strip()[:60] if text.strip() else ""
         raise NoAssembly(
@@ -144,6 +144,15 @@ def _problems(element: Any, where: str, seen: set[tuple[str, str]]) -> Iterator[
         yield f"{where} has neither teeth nor a diameter"
     if kind == "ShaftContinuous" and _bore_too_wide(element):
         yield f"{where}: innerDiameter is no smaller than outerDiameter"
+
+
+def once(name: str, taken: set[Any], group: Any = None) -> str:
+    """The name, with a number if it is taken among those of a group; it is taken then."""
+    tried, number = name, 2
+    while (group, tried) in taken:
+        tried, number = f"{name} ({number})", number + 1
+    taken.add((group, tried))
+    return tried
 
 
 def _is_name(name: Any) -> bool:

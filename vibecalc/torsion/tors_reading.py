@@ -11,6 +11,7 @@ as R. Every value is that of its own shaft, none is referred to another.
 """
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -22,6 +23,7 @@ from vibecalc.torsion.tors_form import (
     SHEAR_MODULUS,
     NoAssembly,
     components_of,
+    once,
     parsed,
 )
 
@@ -31,47 +33,36 @@ from vibecalc.torsion.tors_form import (
 
 
 class LineRead(NamedTuple):
-    """Tables of a shaft line as a case has them, values as texts with units; remarks on the rest.
-
-    `from_shafts` is the inertia of round shafts, kg m^2, that stands in that of their stations.
-    """
+    """Tables of a shaft line as a case has them, values as texts with units, and remarks."""
 
     title: str
     stations: list[dict[str, Any]]
     shafts: list[dict[str, Any]]
     gears: list[dict[str, Any]]
     dampers: list[dict[str, Any]]
-    from_shafts: float
     remarks: list[str]
 
 
 class Element(NamedTuple):
     """One element of a component, with the name that it has in a case."""
 
-    name: str
-    kind: str
     own: str
     component: str
+    kind: str
     numbers: dict[str, float]
     parent: str | None
+    name: str = ""
 
 
 def read_assembly(text: str) -> LineRead:
     """The shaft line of a TORS file. Raises NoAssembly with all that is wrong with its form."""
-    data = parsed(text)
-    components, order = components_of(data), _order(data)
-    remarks: list[str] = []
-    walked = [
-        Element(f"{one['name']}.{element['name']}", *rest)
-        for one, element, rest in _walk(components, order, remarks)
-    ]
-    short = _names(walked, alone=len(components) == 1)
-    elements = [one._replace(name=name) for one, name in zip(walked, short, strict=True)]
+    data, remarks = parsed(text), list[str]()
+    components = components_of(data)
+    line = _Line(remarks)
+    for element in _named(list(_walk(components, _order(data), remarks)), len(components) == 1):
+        line.add(element)
     title = data.get("name")
     named = isinstance(title, str) and bool(title.strip()) and fits_a_line(title)
-    line = _Line(remarks)
-    for element in elements:
-        line.add(element)
     return line.read(str(title) if named else "a shaft line")
 
 
@@ -106,13 +97,10 @@ def _is_pair(pair: Any) -> bool:
     return isinstance(pair, list) and len(pair) == 2
 
 
-Step = tuple[dict[str, Any], dict[str, Any], tuple[Any, ...]]
-
-
 def _walk(
     components: dict[str, dict[str, Any]], order: dict[str, dict[str, str]], remarks: list[str]
-) -> Iterator[Step]:
-    """Component, element and the rest of an `Element`, in the order of nodes."""
+) -> Iterator[Element]:
+    """Elements without their names, in the order of nodes."""
     hanging = [other for elements in order.values() for other in elements.values()]
     for name in [*order, *hanging]:
         if name not in components:
@@ -163,7 +151,7 @@ def _walk(
                 f"component {one['name'][:40]!r}: gear {element['name'][:40]!r} has the parent "
                 f"{str(parent)[:40]!r}, and no gear before it has that name"
             )
-        yield one, element, (kind, element["name"], one["name"], numbers, parent)
+        yield Element(element["name"], one["name"], kind, numbers, parent)
         other = order.get(one["name"], {}).get(element["name"])
         if other is None:
             continue
@@ -186,23 +174,16 @@ def _walk(
         remarks.append("not carried: " + ", ".join(said[:12]) + ", ..." * (len(said) > 12))
 
 
-def _names(elements: list[Element], alone: bool) -> list[str]:
-    """Names for a case, each once among what is of its kind: short where there is no doubt."""
-    size: dict[str, int] = {}
-    for one in elements:
-        size[one.component] = size.get(one.component, 0) + 1
-    names, seen = [], set()
+def _named(elements: list[Element], alone: bool) -> Iterator[Element]:
+    """With names, each once among what is of its kind: short where there is no doubt."""
+    size = Counter(one.component for one in elements)
+    taken: set[Any] = set()
     for one in elements:
         name = one.own if alone else one.component
         if not alone and size[one.component] > 1:
             name = f"{one.component}, {one.own}"
-        name = tried = name.strip()[-70:].strip()
-        group, number = one.kind == "Disk", 2  # stations, and sections: shafts and gears
-        while (group, tried) in seen:
-            tried, number = f"{name} ({number})", number + 1
-        seen.add((group, tried))
-        names.append(tried)
-    return names
+        # stations, and sections: shafts and gears
+        yield one._replace(name=once(name.strip()[-70:].strip(), taken, one.kind == "Disk"))
 
 
 # ----------------------------------------------------------------------------
@@ -272,7 +253,11 @@ class _Line:
 
     def read(self, title: str) -> LineRead:
         """Tables of all that was added."""
-        names = self._station_names()
+        taken: set[Any] = set()
+        names = [
+            once(one.name or one.gear or f"node {place}", taken)
+            for place, one in enumerate(self.stations)
+        ]
         loose = [shaft for shaft in self.shafts if shaft[2].numbers.get("stiffness") == 0.0]
         dampers, rings = [], set()
         for first, second, one in loose:
@@ -306,19 +291,8 @@ class _Line:
             shafts=[self._shaft(*one, names) for one in self.shafts if one not in loose],
             gears=[_gear_table(names[a], names[b], p, c) for a, b, p, c in self.gears],
             dampers=dampers,
-            from_shafts=self.from_shafts,
             remarks=self.remarks,
         )
-
-    def _station_names(self) -> list[str]:
-        names: list[str] = []
-        for place, station in enumerate(self.stations):
-            name, number = station.name or station.gear or f"node {place}", 2
-            tried = name
-            while tried in names:
-                tried, number = f"{name} ({number})", number + 1
-            names.append(tried)
-        return names
 
     def _ring(self, first: int, second: int, one: Element) -> tuple[int, int]:
         """Carrier and ring of a shaft without stiffness: a damper, if nothing else is on the ring.

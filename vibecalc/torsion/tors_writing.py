@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from vibecalc.errors import UsageError
+from vibecalc.torsion.tors_form import once
 
 
 class Twist(NamedTuple):
@@ -54,19 +55,27 @@ def tors(
     Raises UsageError where joints close a loop, which the format cannot say.
     """
     neighbours: list[list[int]] = [[] for _ in names]
-    _refuse_loops(names, joints)
     for place, joint in enumerate(joints):
         neighbours[joint.first].append(place)
         neighbours[joint.second].append(place)
     start = next((n for n, found in enumerate(neighbours) if len(found) <= 1), 0)
     elements: list[Numbered] = []
     work: list[Numbered | tuple[int, int]] = [(start, -1)]
+    met: set[int] = set()
     while work:
         one = work.pop()
         if isinstance(one, dict):
             elements.append(one)
             continue
         station, came = one
+        if station in met:
+            joint = joints[came]
+            raise UsageError(
+                f"{joint.name!r} between {names[joint.first]!r} and {names[joint.second]!r} closes "
+                "a loop of the line, and the JSON of openTorsion has branches only; CSV files "
+                "carry it"
+            )
+        met.add(station)
         disk = {"inertia": float(inertia[station]), "damping": float(damping[station])}
         begin: list[Numbered | tuple[int, int]] = [{"name": names[station], "type": "Disk", **disk}]
         begin += _branches(station, came, names, [(p, joints[p]) for p in neighbours[station]])
@@ -137,33 +146,9 @@ def _finish(elements: list[Numbered]) -> None:
 
     openTorsion keeps one element of a name and a type only.
     """
-    seen: set[tuple[str, str]] = set()
+    taken: set[Any] = set()
     for one in elements:
-        name, number = one["name"], 2
-        while (one["type"], one["name"]) in seen:
-            one["name"] = f"{name} ({number})"
-            number += 1
-        seen.add((one["type"], one["name"]))
+        one["name"] = once(one["name"], taken, one["type"])
     for one in elements:
         if "parent" in one:
             one["parent"] = one["parent"]["name"]
-
-
-def _refuse_loops(names: Sequence[str], joints: Sequence[Joint]) -> None:
-    leader = list(range(len(names)))
-
-    def find(place: int) -> int:
-        while leader[place] != place:
-            leader[place] = leader[leader[place]]
-            place = leader[place]
-        return place
-
-    for joint in joints:
-        first, second = find(joint.first), find(joint.second)
-        if first == second:
-            raise UsageError(
-                f"{joint.name!r} between {names[joint.first]!r} and {names[joint.second]!r} closes "
-                "a loop of the line, and the JSON of openTorsion has branches only; CSV files "
-                "carry it"
-            )
-        leader[first] = second

@@ -3,18 +3,11 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from vibecalc.core.case.raw import unknown
+from vibecalc.core.case.raw import strangers, unknown
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.schema import Case
-from vibecalc.torsion.asked import asked, least_steps, turned_angles
-from vibecalc.torsion.shaft_line_tables import (
-    ShaftLine,
-    StationJoint,
-    has_stress,
-    joints,
-    section_names,
-    speed_ratios,
-)
+from vibecalc.torsion.asked import least_steps, turned_angles
+from vibecalc.torsion.shaft_line_tables import Layout, ShaftLine
 from vibecalc.torsion.tables import Torsion
 
 if TYPE_CHECKING:
@@ -28,7 +21,7 @@ TRANSIENT_TABLE: KeyPath = ("response", "torsion", "transient")
 LINE: KeyPath = ("machine", "shaft_line")
 
 
-def change_problems(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
+def change_problems(line: ShaftLine, layout: Layout, torsion: Torsion) -> Iterator[Problem]:
     """Problems of [response.torsion.transient] against the line."""
     change = torsion.transient
     if change is None:
@@ -41,10 +34,10 @@ def change_problems(line: ShaftLine, torsion: Torsion) -> Iterator[Problem]:
             also=("response", "torsion", "misfire"),
         )
     if change.clutch is not None:
-        yield from _clutch(line, change, change.clutch)
+        yield from _clutch(line, layout, change.clutch)
     yield from _form(line, torsion, change)
-    yield from _massless(line)
-    yield from _counting(line, change)
+    yield from _massless(line, layout)
+    yield from _counting(line, layout, change)
 
 
 def _form(line: ShaftLine, torsion: Torsion, change: "Transient") -> Iterator[Problem]:
@@ -70,18 +63,12 @@ def _form(line: ShaftLine, torsion: Torsion, change: "Transient") -> Iterator[Pr
         )
 
 
-def _massless(line: ShaftLine) -> Iterator[Problem]:
+def _massless(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
     """Stations without inertia, but those that rigid gears join to an inertia."""
-    at = {station.name: place for place, station in enumerate(line.stations)}
-    rigid = [
-        StationJoint(at[gear.between[0]], at[gear.between[1]], 1.0)
-        for gear in line.gears
-        if not gear.mesh_stiffness and set(gear.between) <= set(at)
-    ]
-    part = speed_ratios(len(line.stations), rigid, 0).part
-    heavy = {part[n] for n, one in enumerate(line.stations) if one.inertia != 0.0}
-    for n, one in enumerate(line.stations):
-        if part[n] not in heavy:
+    named = [*zip(layout.freedom, line.stations, strict=True)]
+    heavy = {freedom for freedom, one in named if one.inertia != 0.0}
+    for n, (freedom, one) in enumerate(named):
+        if freedom not in heavy:
             yield Problem(
                 path=(*LINE, "stations", n, "inertia"),
                 message=f"station {one.name[:60]!r} has no inertia, and a change in time needs one "
@@ -92,30 +79,26 @@ def _massless(line: ShaftLine) -> Iterator[Problem]:
             )
 
 
-def _clutch(line: ShaftLine, change: "Transient", name: str) -> Iterator[Problem]:
+def _clutch(line: ShaftLine, layout: Layout, name: str) -> Iterator[Problem]:
     """A clutch parts the line in two, one of them with all cylinders, and nothing holds either."""
-    path, known = (*TRANSIENT_TABLE, "clutch"), section_names(line)
-    if name not in known:
-        yield unknown(path, "shaft", name, known)
+    path = (*TRANSIENT_TABLE, "clutch")
+    if name not in layout.sections:
+        yield unknown(path, "shaft", name, layout.sections)
         return
-    place, joined = known.index(name), joints(line)
-    ratios = speed_ratios(
-        len(line.stations), [one for n, one in enumerate(joined) if n != place], 0
-    )
-    first, second = joined[place].first, joined[place].second
-    if ratios.part[first] == ratios.part[second]:
-        ends = [line.stations[one].name for one in (first, second)]
+    place = layout.sections.index(name)
+    part, joint = layout.parts_without(place), layout.joints[place]
+    if part[joint.first] == part[joint.second]:
         yield Problem(
             path=path,
-            message=f"stations {ends[0][:60]!r} and {ends[1][:60]!r} are joined by another way, "
-            "too, and cannot turn at two speeds",
+            message=f"stations {layout.names[joint.first][:60]!r} and "
+            f"{layout.names[joint.second][:60]!r} are joined by another way, too, and cannot turn "
+            "at two speeds",
             found=repr(name[:60]),
             allowed="a shaft that is the only way between the two parts of the line",
             also=(*LINE, "shafts", place),
         )
         return
-    fires = {ratios.part[n] for n, one in enumerate(line.stations) if one.cylinder or one.cylinders}
-    if len(fires) > 1:
+    if len({number for number, fires in zip(part, layout.fires, strict=True) if fires}) > 1:
         yield Problem(
             path=path,
             message="there are cylinders on both sides of the clutch",
@@ -133,26 +116,24 @@ def _clutch(line: ShaftLine, change: "Transient", name: str) -> Iterator[Problem
         )
 
 
-def _counting(line: ShaftLine, change: "Transient") -> Iterator[Problem]:
-    counting, known = change.counting, section_names(line)
+def _counting(line: ShaftLine, layout: Layout, change: "Transient") -> Iterator[Problem]:
+    counting = change.counting
     if counting is None:
         return
-    others = [gear.name or " - ".join(gear.between) for gear in line.gears if gear.mesh_stiffness]
-    others += [damper.name for damper in line.dampers]
-    for place, name in enumerate(counting.sections):
-        if name not in (*known, *others):
-            where = (*TRANSIENT_TABLE, "counting", "sections", place)
-            yield unknown(where, "section", name, [*known, *others])
-    for place, shaft in enumerate(line.shafts):
-        asked = not counting.sections or known[place] in counting.sections
+    others = [gear.label for gear in line.gears if gear.mesh_stiffness]
+    known = [*layout.sections, *others, *(damper.name for damper in line.dampers)]
+    path = (*TRANSIENT_TABLE, "counting")
+    yield from strangers((*path, "sections"), "section", counting.sections, known)
+    for place, (shaft, name) in enumerate(zip(line.shafts, layout.sections, strict=True)):
+        asked = not counting.sections or name in counting.sections
         by_stress = shaft.fatigue is not None and shaft.fatigue.stress is not None
-        if asked and by_stress and not has_stress(shaft):
+        if asked and by_stress and not shaft.has_stress:
             yield Problem(
                 path=(*LINE, "shafts", place, "fatigue"),
-                message=f"shaft {known[place][:60]!r} has no section modulus for a stress",
+                message=f"shaft {name[:60]!r} has no section modulus for a stress",
                 allowed="diameter, section_modulus or section on this shaft, or fatigue with a "
                 "torque",
-                also=(*TRANSIENT_TABLE, "counting"),
+                also=path,
             )
 
 
@@ -161,23 +142,18 @@ def _counting(line: ShaftLine, change: "Transient") -> Iterator[Problem]:
 # ----------------------------------------------------------------------------
 
 
-def transient_problems(case: Case) -> list[Problem]:
+def steps_problems(case: Case, change: "Transient") -> Iterator[Problem]:
     """The problem of a change that takes longer than the march in time goes."""
-    torsion = asked(case)
-    if torsion is None or torsion.transient is None or case.machine.shaft_line is None:
-        return []
     from vibecalc.torsion.transient.march import MOST_STEPS
 
-    change = torsion.transient
     steps = least_steps(case)
     if steps <= MOST_STEPS:
-        return []
+        return
     spans = turned_angles(case, change)
-    longest = max(spans, key=lambda key: spans[key])
-    key = longest
-    if longest == "change":
-        key = "acceleration" if change.acceleration is not None else "duration"
-    problem = Problem(
+    key = max(spans, key=lambda key: spans[key])
+    if key == "change":
+        key = "duration" if change.acceleration is None else "acceleration"
+    yield Problem(
         path=(*TRANSIENT_TABLE, key) if key in change.model_fields_set else TRANSIENT_TABLE,
         message="the change takes too many steps in time",
         found=f"{steps:.3g} steps or more, for {sum(spans.values()) / 6.283185307:.3g} turns of "
@@ -185,4 +161,3 @@ def transient_problems(case: Case) -> list[Problem]:
         allowed=f"{MOST_STEPS:.3g} steps",
         hint="a faster change, less time before and after it, or fewer orders",
     )
-    return [problem]

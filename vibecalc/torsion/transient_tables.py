@@ -90,16 +90,16 @@ class DecayingTorque(Table):
     phase: Angle = Field(0.0, description="of the sine; 90 deg for one of frequency 0")
 
 
+Times = Annotated[tuple[Time, ...], Field(min_length=2, max_length=2000)]
+Torques = Annotated[tuple[Moment, ...], Field(min_length=2, max_length=2000)]
+
+
 class TorqueTable(Table):
     """A torque against the time, straight lines between the entries."""
 
-    time: tuple[Time, ...] = Field(
-        min_length=2, max_length=2000, description="from the change on, ascending"
-    )
-    torque: tuple[Moment, ...] = Field(
-        min_length=2,
-        max_length=2000,
-        description="on its own shaft, one per time; positive brakes more than before",
+    time: Times = Field(description="from the change on, ascending")
+    torque: Torques = Field(
+        description="on its own shaft, one per time; positive brakes more than before"
     )
     RULES = (same_length("time", "torque"), ascending("time", 0.0))
 

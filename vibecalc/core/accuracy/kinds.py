@@ -22,6 +22,8 @@ from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 
 Curve = Callable[[np.ndarray], np.ndarray]
 Rates = Callable[[float, np.ndarray], np.ndarray]
+#: M, K, C and H (n, n) first: stiffness of w is K - w^2 M + i (H + w C)
+System = tuple[np.ndarray, ...]
 TURN = 2.0 * np.pi
 DIGITS = 40
 #: a way that no case can choose
@@ -113,9 +115,9 @@ def harmonics(
 
 def modes(
     ask: Ask, solvers: Sequence[Solver], mass: np.ndarray, stiffness: np.ndarray,
-    size: np.ndarray | float = 1.0, exact: Callable[[], Any] | None = None,
+    size: np.ndarray | float = 1.0, exact: Callable[[], System] | None = None,
 ) -> Topic:  # fmt: skip
-    """Natural frequencies, rad/s, ascending, over `size`; `exact` has the stiffness in mpmath."""
+    """Natural frequencies, rad/s, ascending, over `size`; `exact` has M and K in mpmath."""
     n = len(mass)
 
     def shown(squares: np.ndarray, work: float) -> Answer:
@@ -133,7 +135,7 @@ def modes(
         import mpmath
 
         with mpmath.workdps(DIGITS):
-            springs = mpmath.matrix((exact() if exact else stiffness).tolist())
+            springs = mpmath.matrix((exact()[1] if exact else stiffness).tolist())
             inverse = mpmath.inverse(mpmath.cholesky(mpmath.matrix(mass.tolist())))
             reduced = inverse * springs * inverse.T
             found = mpmath.eigsy((reduced + reduced.T) / 2, eigvals_only=True)
@@ -152,24 +154,15 @@ def modes(
 # ----------------------------------------------------------------------------
 
 
-class Matrices(NamedTuple):
-    """M, K, C and H (n, n): stiffness of w is K - w^2 M + i (H + w C)."""
-
-    mass: np.ndarray
-    stiffness: np.ndarray
-    damping: np.ndarray
-    structural: np.ndarray
-
-
 def forced(
-    ask: Ask, solvers: Sequence[Solver], parts: Matrices, frequency: np.ndarray, load: np.ndarray,
+    ask: Ask, solvers: Sequence[Solver], system: System, frequency: np.ndarray, load: np.ndarray,
     read: Callable[[np.ndarray], np.ndarray] = np.asarray,
-    exact: Callable[[], Matrices] | None = None,
+    exact: Callable[[], System] | None = None,
 ) -> Topic:  # fmt: skip
     """Amplitudes (m, n) under loads (m, n) at frequencies (m,), rad/s, as `read` shows them."""
 
     def solved(_: float) -> Answer:
-        (m, k, c, h), w = parts, frequency[:, None, None]
+        (m, k, c, h), w = system[:4], frequency[:, None, None]
         found = np.linalg.solve(k - w * w * m + 1j * (h + w * c), load[..., None])[..., 0]
         return Answer(read(found), float(len(load)))
 
@@ -178,7 +171,8 @@ def forced(
 
         found = np.zeros(load.shape, dtype=complex)
         with mpmath.workdps(DIGITS):
-            m, k, c, h = (mpmath.matrix(one.tolist()) for one in (exact() if exact else parts))
+            parts = (exact() if exact else system)[:4]
+            m, k, c, h = (mpmath.matrix(one.tolist()) for one in parts)
             for row in np.flatnonzero(np.any(load != 0.0, axis=1)).tolist():
                 w = mpmath.mpf(float(frequency[row]))
                 right = mpmath.matrix([mpmath.mpc(complex(one)) for one in load[row]])
@@ -200,15 +194,20 @@ STARTS = tuple(float(8 * 2**k) for k in range(6))
 FIRST_PLACES, RIVALS = 2001, 3
 
 
-def bounded(curve: Curve, low: float, high: float, tolerance: float) -> tuple[float, float]:
-    """The highest value and its place by scipy's bounded search between two places."""
+def bounded(
+    curve: Curve, low: float, high: float, tolerance: float, about: float = 0.0
+) -> tuple[float, float]:
+    """The highest value and its place by scipy's bounded search between two places.
+
+    Counted from the place `about`, scipy tells it to more digits.
+    """
     from scipy.optimize import minimize_scalar
 
     found = minimize_scalar(
-        lambda at: -float(curve(np.array([at]))[0]), bounds=(low, high), method="bounded",
-        options={"xatol": tolerance},
+        lambda beyond: -float(curve(np.array([about + beyond]))[0]), method="bounded",
+        bounds=(low - about, high - about), options={"xatol": tolerance},
     )  # fmt: skip
-    return -float(found.fun), float(found.x)
+    return -float(found.fun), about + float(found.x)
 
 
 def smooth_place(curve: Curve, at: float, half: float) -> float:
@@ -234,14 +233,9 @@ def _top_of(curve: Curve, low: float, high: float, count: int) -> Reference:
     tops = np.flatnonzero((values >= padded[:-2]) & (values >= padded[2:]))
     found = [(float(values[k]), float(places[k])) for k in (0, -1)]
 
-    def beside(middle: float, beyond: np.ndarray) -> np.ndarray:
-        return curve(middle + beyond)
-
-    for k in tops[np.argsort(-values[tops])][:RIVALS].tolist():
-        middle = float(places[k])  # from there scipy tells places to more digits
-        ends = max(low - middle, -step), min(high - middle, step)
-        value, beyond = bounded(partial(beside, middle), *ends, 1e-12 * step)
-        found.append((value, middle + beyond))
+    for middle in places[tops[np.argsort(-values[tops])][:RIVALS]].tolist():
+        ends = max(low, middle - step), min(high, middle + step)
+        found.append(bounded(curve, *ends, 1e-12 * step, middle))
     best, place = max(found)
     if min(place - low, high - place) > 1e-9 * (high - low):
         nearer = (smooth_place(curve, place, share * step) for share in (0.3, 0.03, 0.003))
@@ -539,7 +533,6 @@ def optimum(
     ask: Ask, search: Solver, problem: Callable[[], Limited],
     bounds: ArrayLike, first: np.ndarray, budgets: Sequence[float],
     methods: Sequence[str], work: str, *, sign: float = 1.0, confirm: int = 60,
-    more: Sequence[Solver] = (),
 ) -> Topic:  # fmt: skip
     """The least objective that keeps its margins; `problem` gives it, with nothing remembered.
 
@@ -580,4 +573,4 @@ def optimum(
         for name in methods
     ]
     ours = search._replace(solve=own)
-    return Topic(of_kind("optimum", ask), work, reference, (ours, *more, *plain))
+    return Topic(of_kind("optimum", ask), work, reference, (ours, *plain))

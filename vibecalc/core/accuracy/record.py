@@ -46,10 +46,17 @@ def fitted(trials: Sequence[Trial], agreement: float) -> tuple[str, float]:
         if trial.setting > 0.0 and floor < trial.worst_relative < np.inf
     ]
     fine = [pair for pair in used if pair[1] <= _COARSE]
-    used = _falling(fine if len(fine) >= _LEAST_TRIALS else used)
+    used = fine if len(fine) >= _LEAST_TRIALS else used
     if len(used) < _LEAST_TRIALS:
         return NOT_FITTED, 0.0
-    setting, error = np.array(used).T
+    # without the flat ends: from the largest error on, as far as errors still fall
+    start = int(np.argmax([error for _, error in used]))
+    setting, error = np.array(used[start:]).T
+    drop, step = (np.abs(np.diff(np.log(one))) for one in (error, setting))
+    falls = np.flatnonzero((np.diff(error) < 0.0) & (drop > _FLAT * step))
+    if not falls.size or falls[-1] - falls[0] + 2 < _LEAST_TRIALS:
+        return NOT_FITTED, 0.0
+    setting, error = (one[falls[0] : falls[-1] + 2] for one in (setting, error))
     grows = setting[-1] > setting[0]
     fits = []
     for kind, steps in ((ALGEBRAIC, np.log10(setting)), (GEOMETRIC, setting))[: 1 + int(grows)]:
@@ -57,21 +64,6 @@ def fitted(trials: Sequence[Trial], agreement: float) -> tuple[str, float]:
         fits.append((float(misfit[0]), kind, float(-line[0] if grows else line[0])))
     _, kind, value = min(fits)
     return (kind, value) if value > 0.0 else (NOT_FITTED, 0.0)
-
-
-def _falling(pairs: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Without the flat ends: from the largest error on, as far as errors still fall."""
-    pairs = pairs[max(range(len(pairs)), key=lambda place: pairs[place][1], default=0) :]
-    while len(pairs) > 1 and not _falls(*pairs[-2:]):
-        pairs = pairs[:-1]
-    while len(pairs) > 1 and not _falls(*pairs[:2]):
-        pairs = pairs[1:]
-    return pairs
-
-
-def _falls(before: tuple[float, float], after: tuple[float, float]) -> bool:
-    apart = abs(np.log(after[0] / before[0]))
-    return bool(np.log(before[1] / after[1]) > _FLAT * apart)
 
 
 # ----------------------------------------------------------------------------

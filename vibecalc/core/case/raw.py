@@ -291,3 +291,12 @@ def unknown(path: KeyPath, what: str, name: str, known: Sequence[str]) -> Proble
     names = list(known)
     message = f"no {what} is named {name[:60]!r}"
     return Problem(path, message, allowed=listed(names), hint=nearest(name, names))
+
+
+def strangers(
+    path: KeyPath, what: str, names: Sequence[str], known: Sequence[str]
+) -> Iterator[Problem]:
+    """The problems of those names in a list at `path` that no `what` has."""
+    for place, name in enumerate(names):
+        if name not in known:
+            yield unknown((*path, place), what, name, known)

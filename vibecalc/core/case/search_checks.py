@@ -145,7 +145,8 @@ def read_choice(value: Any, shape: Shape) -> float | int | str:
     found = str(value)[:60]
     if shape.kind == "choice":
         if value not in shape.choices:
-            raise UnitError("no value of this key", found=repr(value)[:60])
+            near = nearest(str(value), [str(one) for one in shape.choices])
+            raise UnitError("no value of this key", found=repr(value)[:60], hint=near)
         return str(value)
     number = shape.number(value)
     if not shape.allows(number):

@@ -121,7 +121,8 @@ def _studies(case: "Case", needs: Needs) -> Iterator[tuple[dict[str, Any], float
         seconds = sum(count * _each(case, needs, wanted) for count, wanted in counts)
         yield _study(describe_find(case), sum(count for count, _ in counts), seconds)
     if case.fit is not None:
-        from vibecalc.core.study.measured_points import chosen_references, describe_fit, fit_runs
+        from vibecalc.core.study.measured_points import chosen_references
+        from vibecalc.core.study.planned import describe_fit, fit_runs
 
         quantities, runs = {one.quantity for _, one in chosen_references(case)}, fit_runs(case)
         yield _study(describe_fit(case), runs, runs * _each(case, needs, frozenset(quantities)))

@@ -43,14 +43,11 @@ def file_image(result: Result) -> bytes:
     stream = io.BytesIO()
     with h5py.File(_new_file(stream)) as file:
         writer = _Writer(file.id)
-        try:
-            writer.identity(result)
-            writer.name_axes({path: quantity.axes for path, quantity in result.items()})
-            for quantity in result.record.values():
-                writer.quantity(quantity)
-            writer.finish(file, result, lambda: heap_checksum(stream))
-        except (UnicodeEncodeError, _NulError) as error:
-            raise UsageError(f"a text of this result cannot be stored in HDF5: {error}") from error
+        writer.identity(result)
+        writer.name_axes({path: quantity.axes for path, quantity in result.items()})
+        for quantity in result.record.values():
+            writer.quantity(quantity)
+        writer.finish(file, result, lambda: heap_checksum(stream))
     return stream.getvalue()
 
 
@@ -70,10 +67,6 @@ def _new_file(stream: io.BytesIO) -> Any:
     access.set_libver_bounds(h5f.LIBVER_V18, h5f.LIBVER_V18)
     access.set_fileobj_driver(h5fd.fileobj_driver, stream)
     return h5f.create(b"result", h5f.ACC_TRUNC, fcpl=created, fapl=access)
-
-
-class _NulError(ValueError):
-    """A text with a zero character, where HDF5 would end it."""
 
 
 class _Writer:
@@ -232,8 +225,6 @@ class _Writer:
         space = h5s.create_simple(stored.shape) if stored.ndim else self.scalar
         h5a.create(place, _encoded(name), in_file, space).write(stored, mtype=in_memory)
 
-    text = number = attribute
-
 
 #: 32 kB of complex numbers or texts; an object header takes 64 kB
 _COMPACT_ENTRIES = 2000
@@ -262,9 +253,13 @@ def _json(content: object) -> str:
 
 
 def _plain(text: str) -> str:
-    if "\0" in text:
-        raise _NulError(f"{text[:40]!r} contains a zero character")
-    text.encode()  # a lone surrogate is found here, with its position
+    """A text as it is; UsageError where HDF5 would end it, or cannot hold it."""
+    try:
+        text.encode()  # a lone surrogate is found here, with its position
+        if "\0" in text:
+            raise ValueError(f"{text[:40]!r} contains a zero character")
+    except ValueError as error:
+        raise UsageError(f"a text of this result cannot be stored in HDF5: {error}") from error
     return text
 
 

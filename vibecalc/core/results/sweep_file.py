@@ -143,6 +143,12 @@ class SweepHead:
 
 _CHUNK_ENTRIES = 1 << 14
 
+
+def columns_of(path: str) -> tuple[str, str, str]:
+    """Names of the columns of a quantity: values, errors and standard errors."""
+    return path, f"{ERRORS}/{path}", f"{STANDARD_ERRORS}/{path}"
+
+
 Box = tuple[tuple[slice, ...], int, int]
 
 
@@ -278,7 +284,10 @@ class SweepResult:
         return self.head.result.case
 
     def read(self, name: str, first: int = 0, last: int | None = None) -> np.ndarray:
-        """A dataset over the points, of all or of some; ResultError where its checksum is wrong."""
+        """A dataset over the points, of all or of some; NaN at points without it.
+
+        ResultError where its checksum is wrong.
+        """
         try:
             dataset = self._file[name]
             if last is None:
@@ -287,29 +296,18 @@ class SweepResult:
         except (OSError, KeyError) as error:
             raise _damaged(self.path, error) from error
 
-    def values(self, path: str, first: int = 0, last: int | None = None) -> np.ndarray:
-        """Values of a quantity; NaN at points without it."""
-        return self.read(path, first, last)
-
-    def errors(self, path: str, first: int = 0, last: int | None = None) -> np.ndarray:
-        """Error estimates of a quantity at each point; NaN at points without it."""
-        return self.read(f"{ERRORS}/{path}", first, last)
-
-    def standard_errors(
-        self, path: str, first: int = 0, last: int | None = None
-    ) -> np.ndarray | None:
-        """Standard errors of a quantity at each point; None if it is no statistic."""
-        if self.quantities[path].standard_error is None:
-            return None
-        return self.read(f"{STANDARD_ERRORS}/{path}", first, last)
+    def stored(self, path: str) -> tuple[str, ...]:
+        """Names of what is there of a quantity: values, errors, and of a statistic its standard
+        errors at each point."""
+        return columns_of(path)[: 2 + (self.quantities[path].standard_error is not None)]
 
     def status(self, first: int = 0, last: int | None = None) -> np.ndarray:
         """What became of each point (axes of the sweep...), or of some (last - first,)."""
         return self.read(STATUS, first, last)
 
-    def counts(self, first: int = 0, last: int | None = None) -> dict[int, int]:
-        """How many points have which status, of all or of some."""
-        statuses, many = np.unique(self.status(first, last), return_counts=True)
+    def counts(self) -> dict[int, int]:
+        """How many points have which status."""
+        statuses, many = np.unique(self.status(), return_counts=True)
         return dict(zip(statuses.tolist(), many.tolist(), strict=True))
 
     def reasons(self) -> dict[int, str]:

@@ -1,7 +1,7 @@
 """Checks of physics on a validated case, all problems and warnings at once."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibecalc.core.case.number_range import range_problems
 from vibecalc.core.results.named import named
@@ -12,7 +12,7 @@ from vibecalc.numerics.rounding import BoolArray
 from vibecalc.parts.body import body_problems, body_suspects
 from vibecalc.parts.cautions import part_warnings
 from vibecalc.parts.crank_train import crank_train_problems, crank_train_suspects
-from vibecalc.parts.drive_checks import drive_problems, gas_problems
+from vibecalc.parts.drive_checks import gas_problems
 from vibecalc.parts.mount_needs import frequency_counts, loads_count
 
 if TYPE_CHECKING:
@@ -55,16 +55,19 @@ def slave_rods(case: "Case") -> list[Problem]:
 
 #: of the parts of a machine
 OF_PARTS: tuple[Check, ...] = (
-    crank_train_problems, slave_rods, body_problems, matrices, mounts, drive_problems, gas_problems,
+    crank_train_problems, slave_rods, body_problems, matrices, mounts, gas_problems,
 )  # fmt: skip
+
+
+def _of_subjects(case: "Case", what: str) -> list[Any]:
+    """What the subjects that a case has to do with name as their checks or cautions."""
+    concerned = [subject for subject in subjects().values() if subject.concerns(case)]
+    return [named(where) for subject in concerned for where in getattr(subject, what)]
 
 
 def checks_of(case: "Case") -> tuple[list[Check], list[Check]]:
     """Checks of the parts and of the subjects that a case has to do with; those that come last."""
-    concerned = [subject for subject in subjects().values() if subject.concerns(case)]
-    first = [named(where) for subject in concerned for where in subject.checks]
-    last = [named(where) for subject in concerned for where in subject.last_checks]
-    return [*OF_PARTS, *first], last
+    return [*OF_PARTS, *_of_subjects(case, "checks")], _of_subjects(case, "last_checks")
 
 
 #: of some checks: which points of a case with arrays they may refuse
@@ -100,10 +103,5 @@ def check_machine(case: "Case") -> list[Problem]:
 
 def machine_warnings(case: "Case") -> list[str]:
     """Sentences for the report, on a case without problems."""
-    cautions = [
-        named(where)
-        for subject in subjects().values()
-        if subject.concerns(case)
-        for where in subject.cautions
-    ]
+    cautions = _of_subjects(case, "cautions")
     return [*part_warnings(case), *(words for caution in cautions for words in caution(case))]

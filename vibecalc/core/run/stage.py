@@ -297,8 +297,7 @@ class Scene:
         finite_errors = np.asarray(error, dtype=float)
         estimate = float(np.max(finite_errors)) if finite_errors.size else 0.0
         own = values.shape == finite_errors.shape and 1 < values.size <= _ENTRIES_WITH_ERRORS
-        if own and np.all(finite_errors == estimate):
-            own = False
+        own = own and bool(np.any(finite_errors != estimate))
         self.record.add(
             entry.quantity(
                 values,

@@ -1,7 +1,7 @@
 """Weights that turn, sought for the least residual: linear in their components, so convex."""
 
 import re
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -33,17 +33,6 @@ _INSIDE = 1e-9
 _ROUNDINGS = 64.0
 
 
-class BalancedWeights(NamedTuple):
-    """The least residual that weights within their bounds reach, lower bounds and limits apart.
-
-    `allowed` says that `optimum` keeps those, too; `lower_bound` holds in any case.
-    """
-
-    optimum: Optimum
-    lower_bound: float
-    allowed: bool
-
-
 def balances(case: "Case") -> bool:
     """Whether [optimisation] seeks the least residual by weights that turn and by nothing else."""
     study = case.optimisation
@@ -56,12 +45,14 @@ def balances(case: "Case") -> bool:
     return asked and _places(tuple(variable.key for variable in study.variables)) is not None
 
 
-def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
-    """Solve for the weights; None where forces turn out not to be linear in them, as with ties.
+def balance(binding: "Binding") -> tuple[Optimum, float, bool] | None:
+    """The least residual that weights within their bounds reach, lower bounds and limits apart;
+    what no weights fall below; and whether the optimum keeps lower bounds and limits, too.
 
-    Raises NumericalFailure where the case has no forces.
+    None where forces turn out not to be linear in them, as with ties. Raises NumericalFailure where
+    the case has no forces.
     """
-    problem = _Weights(binding, case)
+    problem = _Weights(binding)
     reach = problem.radius[problem.block]
     constant, *turned = map(problem.forces, (np.zeros(reach.size), *np.diag(reach)))
     columns = np.stack([one - constant for one in turned], axis=1) / reach
@@ -73,21 +64,20 @@ def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
         if np.linalg.norm(off) > _LINEAR * size:
             return None
     solution = least_norm(constant, columns, problem.block, problem.radius)
-    variables = problem.variables(solution.unknowns)
+    variables, low, high = problem.variables(solution.unknowns), binding.lower, binding.upper
     objective, margins = binding.worst(variables)
     # a bound that is far off must not enlarge errors: of each column by itself
     rounding = float(np.linalg.norm(constant) + length @ np.abs(solution.unknowns))
     rounding *= _ROUNDINGS * EPSILON
-    lower_bound = max(0.0, solution.lower_bound - rounding)
+    least = max(0.0, solution.lower_bound - rounding)
     unit = np.where(length > 0.0, length, 1.0)
     stiffness = np.linalg.svd(columns / unit, compute_uv=False)
     weakest = stiffness[stiffness > 1e-12 * stiffness[0]][-1] if stiffness[0] > 0.0 else 1.0
-    slack = _INSIDE * (binding.upper - binding.lower)
-    inside = (variables >= binding.lower - slack) & (variables <= binding.upper + slack)
-    moved = np.where(inside, np.clip(variables, binding.lower, binding.upper), variables)
-    sides = problem.sides(solution.held, solution.unknowns)
-    moved = np.where(sides == 0, moved, np.where(sides < 0, binding.lower, binding.upper))
-    broken, free = float(np.max(-margins, initial=0.0)), solution.free_directions
+    slack, sides = _INSIDE * (high - low), problem.sides(solution.held, solution.unknowns)
+    inside = (variables >= low - slack) & (variables <= high + slack)
+    moved = np.where(inside, np.clip(variables, low, high), variables)
+    moved = np.where(sides == 0, moved, np.where(sides < 0, low, high))
+    violation, free = float(np.max(-margins, initial=0.0)), solution.free_directions
     note = (
         f"equally good weights form a continuum with {free} free direction"
         f"{'s' if free > 1 else ''}; the smallest or most central are given"
@@ -96,19 +86,19 @@ def balance(binding: "Binding", case: "Case") -> BalancedWeights | None:
         variables=moved,
         variables_error=problem.errors(solution.unknowns, sides, rounding / float(weakest) / unit),
         objective=objective,
-        objective_error=objective - lower_bound if objective > lower_bound else rounding,
+        objective_error=objective - least if objective > least else rounding,
         margins=margins,
         margin_multipliers=np.zeros(margins.size),
         active_bounds=sides,
-        kkt_residual=max(0.0, objective - lower_bound) / size if size else 0.0,
+        kkt_residual=max(0.0, objective - least) / size if size else 0.0,
         free_directions=free,
         method="convex",
         evaluations=problem.evaluations,
-        history=(Search(binding.first, moved, objective, broken, problem.evaluations),),
+        history=(Search(binding.first, moved, objective, violation, problem.evaluations),),
         optima=(LocalOptimum(moved, objective, 1),),
         notes=(note,) if free else (),
     )
-    return BalancedWeights(optimum, lower_bound, bool(np.all(inside)) and broken == 0.0)
+    return optimum, least, bool(np.all(inside)) and violation == 0.0
 
 
 def _places(keys: tuple[str, ...]) -> np.ndarray | None:
@@ -134,8 +124,8 @@ class _Weights:
     (m, n) makes complex weights of them.
     """
 
-    def __init__(self, binding: "Binding", case: "Case"):
-        options, places = case.excitation, _places(binding.keys)
+    def __init__(self, binding: "Binding"):
+        options, places = binding.case.excitation, _places(binding.keys)
         assert options is not None and options.residual is not None and places is not None
         residual = options.residual
         self._binding, self.evaluations = binding, 0

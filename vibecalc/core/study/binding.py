@@ -2,7 +2,7 @@
 
 import copy
 from collections import OrderedDict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Union
 
@@ -17,12 +17,11 @@ from vibecalc.core.results.record import Record
 from vibecalc.core.results.select import Side, Where, parts_of, worst
 from vibecalc.core.results.verdicts import Bound, bounds_of
 from vibecalc.core.run.run import StageCache, check_again, run_case
-from vibecalc.core.study.choices import choices_of, in_words
+from vibecalc.core.study.choices import choices_of, ends_of, in_words, ties_of
 from vibecalc.core.study.search.problem import Problem
 from vibecalc.core.study.sweep.at_once import Part, Plan, compute, planned, unsupported
 from vibecalc.core.study.variables import period_of, shown_as
 from vibecalc.errors import CaseError, NumericalFailure
-from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
     from vibecalc.core.case.load import LoadedCase
@@ -32,9 +31,6 @@ if TYPE_CHECKING:
 #: results of a candidate: of itself, or of the machines within its tolerances
 Found = Union[Record, "Machines"]
 
-#: a key, its bounds as written, and the keys that follow it: each a factor times it and an offset
-Row = tuple[str, Any, Any, tuple[tuple[str, float, float], ...]]
-
 
 class Varied:
     """A case with some of its keys set to numbers between bounds.
@@ -43,19 +39,18 @@ class Varied:
     leaves out the middle of the bounds); `period` (n,) is that of angles, 0 of others.
     """
 
-    def __init__(self, loaded: "LoadedCase", rows: Sequence[Row], cache: StageCache | None = None):
+    def __init__(
+        self, loaded: "LoadedCase", moving: Sequence[Variable], cache: StageCache | None = None
+    ):
         # most points of a search change some parts only, and a front comes back to old points
         self._cache = StageCache() if cache is None else cache
-        self.keys, self.ties = tuple(row[0] for row in rows), tuple(row[3] for row in rows)
+        self.keys, self._ties = tuple(one.key for one in moving), [ties_of(one) for one in moving]
         # what a point of the search is computed from; its own tables hold the rest
-        base = loaded.base([*self.keys, *(key for ties in self.ties for key, _, _ in ties)])
+        base = loaded.base([*self.keys, *(key for ties in self._ties for key, _, _ in ties)])
         self._resolved = {k: v for k, v in base.items() if k not in NOT_COMPUTED}
-        self.units = tuple(field_unit(key) for key in self.keys)
-        self.written = tuple(row[2] for row in rows)
-        self.lower, self.upper = (
-            np.array([parse_quantity(str(row[side]), field_unit(row[0])) for row in rows], float)
-            for side in (1, 2)
-        )
+        self.units = tuple(map(field_unit, self.keys))
+        self._written = tuple(one.upper or 0.0 for one in moving)
+        self.lower, self.upper = np.array([ends_of(one) for one in moving]).reshape(-1, 2).T
         middle = zip(self.keys, (0.5 * (self.lower + self.upper)).tolist(), strict=True)
         self.first = np.array([number_at(loaded.resolved, key, where) for key, where in middle])
         self.period = np.array([period_of(key, loaded.case.machine) for key in self.keys])
@@ -63,7 +58,7 @@ class Varied:
     def settings(self, variables: np.ndarray) -> dict[str, Any]:
         """Keys of the case and what they are set to."""
         settings: dict[str, Any] = {}
-        for key, value, ties in zip(self.keys, map(float, variables), self.ties, strict=True):
+        for key, value, ties in zip(self.keys, map(float, variables), self._ties, strict=True):
             settings[key] = value
             settings |= {tied: factor * value + offset for tied, factor, offset in ties}
         return settings
@@ -84,34 +79,21 @@ class Varied:
         return run_case(self.case_at(variables, more), wanted=wanted, cache=self._cache)
 
 
-def rows_of(variables: Sequence[Variable]) -> list[Row]:
-    """Keys, bounds and what follows them of the variables of a study that move."""
-    return [
-        (
-            one.key,
-            one.lower,
-            one.upper or 0.0,
-            tuple(
-                (tie.key, tie.factor, parse_quantity(tie.offset or 0.0, field_unit(one.key)))
-                for tie in one.follow
-            ),
-        )
-        for one in variables
-    ]
-
-
 class Binding(Varied):
     """Variables, objective and limits of one `[optimisation]` on its case.
 
     The variables are those between bounds; what is picked from lists is as the case has it, or as
-    `with_picked` says.
+    `with_picked` says. `held` is each bound of each limit on the result that decides, in the order
+    of the margins. `shown` is told the objective of each point evaluated, and whether it keeps all
+    limits.
     """
 
     def __init__(self, loaded: "LoadedCase"):
         study = loaded.case.optimisation
         if study is None:
             raise ValueError("the case has no [optimisation]")
-        super().__init__(loaded, rows_of(study.moving))
+        super().__init__(loaded, study.moving)
+        self.case, self.study, self.goal = loaded.case, study, study.objective
         self.choices = choices_of(study)
         self.picked: tuple[int, ...] = ()
         self.scatter: Scatter | None = None
@@ -119,13 +101,9 @@ class Binding(Varied):
             from vibecalc.core.study.scatter import scatter_of
 
             self.scatter = scatter_of(study.robust)
-        self.goal = study.objective
-        self.sign = sign_of(study.objective)
-        self.limits = tuple(
-            one for one in loaded.case.limit if one.at == "optimum" and one.expect == "kept"
-        )
-        limited = (limit.quantity for limit, _ in self.held())
-        self._wanted = frozenset({self.goal.quantity, *limited})
+        self.sign, self.held = sign_of(study.objective), tuple(_held(loaded.case))
+        self.shown: Callable[[float, bool], None] = lambda objective, keeps: None
+        self._limited = frozenset(limit.quantity for limit, _ in self.held)
         self._foreseen = Foreseen()
         self._others: dict[tuple[int, ...], Binding] = {}
 
@@ -143,40 +121,41 @@ class Binding(Varied):
             settings |= choice.options[place].settings
         return settings | super().settings(variables)
 
-    def evaluate(self, variables: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
-        """The objective, as its parts (p,) to be made small, and the margins of each limit.
+    def problem(self, goals: tuple[Objective, ...] | None = None) -> Problem:
+        """What a search takes: of the objective, or of several `goals`."""
+        evaluate = self.evaluate if goals is None else partial(self.evaluate_all, goals=goals)
+        at = self.lower, self.upper, self.first, self.period
+        return Problem(evaluate, *at, partial(self.ahead, goals=goals))
+
+    def evaluate(self, variables: np.ndarray) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
+        """The objective, as its parts (p,) to be made small, the margins of each limit, and the
+        absolute errors of the objective, then of the margins.
 
         Margins are dimensionless and kept where >= 0: those of the whole interval of a value and
         its error, as verdicts are. Parts and margins are those of all entries of a result.
         """
-        (parts,), margins = self.evaluate_all(variables, (self.goal,))
-        return parts, margins
-
-    def problem(self, goals: tuple[Objective, ...] | None = None) -> Problem:
-        """What a search takes: of the objective, or of several `goals`."""
-        evaluate = self.evaluate if goals is None else partial(self.evaluate_all, goals=goals)
-        errors, ahead = partial(self.errors, goals=goals), partial(self.ahead, goals=goals)
-        at = self.lower, self.upper, self.first, self.period
-        return Problem(evaluate, *at, errors, ahead)
+        (parts,), margins, errors = self.evaluate_all(variables, (self.goal,))
+        self.shown(float(np.max(parts)), all((one >= 0.0).all() for one in margins))
+        return parts, margins, errors
 
     def evaluate_all(
         self, variables: np.ndarray, goals: tuple[Objective, ...]
-    ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Some objectives (all to be made small) and the margins."""
-        values, margins = self._found(variables, goals)
-        signed = [sign_of(goal) * one for goal, (one, _) in zip(goals, values, strict=True)]
-        return signed, [one for one, _ in margins]
-
-    def errors(
-        self, variables: np.ndarray, goals: tuple[Objective, ...] | None = None
-    ) -> np.ndarray:
-        """Absolute errors of the objectives, then of the margins."""
-        values, margins = self._found(variables, goals or (self.goal,))
-        return np.array([*(np.max(off) for _, off in values), *(off for _, off in margins)])
+    ) -> tuple[list[np.ndarray], list[np.ndarray], np.ndarray]:
+        """Some objectives (all to be made small), the margins, and the errors of all."""
+        found, values, margins, errors = self._results_at(variables, goals), [], [], []
+        for goal in goals:
+            parts, reach = self._entries(found, goal.quantity, goal.where, worse_side(goal))
+            values.append(sign_of(goal) * parts)
+            errors.append(np.max(reach))
+        for limit, bound in self.held:
+            at, reach = self._entries(found, limit.quantity, limit.where, bound.side)
+            margins.append(bound.scaled(bound.left(at) - reach))
+            errors.append(bound.scaled(np.max(reach)))
+        return values, margins, np.array(errors)
 
     def worst(self, variables: np.ndarray) -> tuple[float, np.ndarray]:
         """The objective, and the smallest margin of each limit."""
-        parts, margins = self.evaluate(variables)
+        parts, margins, _ = self.evaluate(variables)
         return float(np.max(parts)), np.array([np.min(one) for one in margins])
 
     def ahead(self, points: np.ndarray, goals: tuple[Objective, ...] | None = None) -> None:
@@ -185,9 +164,8 @@ class Binding(Varied):
         Does nothing where the stages of the case take no leading axis, and leaves out points that
         need a run of their own.
         """
-        wanted = self._wanted | {goal.quantity for goal in goals or ()}
         if self.scatter is None:
-            self._foreseen.add(self, points, wanted)
+            self._foreseen.add(self, points, self._wanted(goals or (self.goal,)))
 
     def machines_at(
         self, variables: np.ndarray, scatter: "Scatter", wanted: frozenset[str]
@@ -217,24 +195,16 @@ class Binding(Varied):
                 raise NumericalFailure(f"a machine within the tolerances: {failure}") from failure
         return Machines(count, parts, alone)
 
-    def _results_at(self, variables: np.ndarray, wanted: frozenset[str]) -> Found:
-        if self.scatter is None:
-            known = self._foreseen.find(self, variables, wanted)
-            return self.results(variables, wanted) if known is None else known
-        return self.machines_at(variables, self.scatter, wanted)
+    def _wanted(self, goals: tuple[Objective, ...]) -> frozenset[str]:
+        """Results behind objectives and limits."""
+        return self._limited | {goal.quantity for goal in (self.goal, *goals)}
 
-    def _found(
-        self, variables: np.ndarray, goals: tuple[Objective, ...]
-    ) -> tuple[list[tuple[np.ndarray, np.ndarray]], list[tuple[np.ndarray, float]]]:
-        """Entries of objectives with their errors; of each limit margins, and the error of all."""
-        found = self._results_at(variables, self._wanted | {goal.quantity for goal in goals})
-        values = [self._entries(found, one.quantity, one.where, worse_side(one)) for one in goals]
-        margins = []
-        for limit, bound in self.held():
-            at, reach = self._entries(found, limit.quantity, limit.where, bound.side)
-            off = bound.scaled(float(np.max(reach)))
-            margins.append((bound.scaled(bound.left(at) - reach), off))
-        return values, margins
+    def _results_at(self, variables: np.ndarray, goals: tuple[Objective, ...]) -> Found:
+        wanted = self._wanted(goals)
+        if self.scatter is not None:
+            return self.machines_at(variables, self.scatter, wanted)
+        known = self._foreseen.find(self, variables, wanted)
+        return self.results(variables, wanted) if known is None else known
 
     def _entries(
         self, found: Found, path: str, where: Where, side: Side
@@ -250,19 +220,11 @@ class Binding(Varied):
         more = self.scatter.sigmas * apart * (1.0 if side == "max" else -1.0)
         return np.array([middle + more]), np.array([error * max(1.0, self.scatter.sigmas)])
 
-    def held(self) -> Iterator[tuple[Limit, Bound]]:
-        """Each bound of each limit on the result that decides, in the order of the margins."""
-        for limit in self.limits:
-            both = {"max": limit.max, "min": limit.min}
-            for bound in bounds_of(both, CATALOGUE[limit.quantity].unit):
-                path = deciding(limit.quantity, limit.where, bound.side)
-                yield limit.model_copy(update={"quantity": path}), bound
-
     def words(self, variables: np.ndarray) -> str:
         """The variables by name, in the units that the case gives their bounds in."""
         chosen = [in_words(self.choices, self.picked)] if self.picked else []
-        rows = zip(self.keys, variables, self.units, self.written, strict=True)
-        shown = (f"{key} = {shown_as(float(value), *unit)}" for key, value, *unit in rows)
+        rows = zip(self.keys, variables, self.units, self._written, strict=True)
+        shown = (f"{key} = {shown_as(float(x), unit, said)}" for key, x, unit, said in rows)
         return ", ".join([*chosen, *shown])
 
     def broken(self, variables: np.ndarray) -> str:
@@ -270,27 +232,36 @@ class Binding(Varied):
 
         Raises NumericalFailure as a run does.
         """
-        found = self._results_at(variables, self._wanted)
+        found, said = self._results_at(variables, ()), []
         of = "" if self.scatter is None else f"mean and {self.scatter.sigmas:g} deviations of "
-        said = []
-        for limit, bound in self.held():
+        for limit, bound in self.held:
             values, reach = self._entries(found, limit.quantity, limit.where, bound.side)
-            worst_one = int(np.argmin(bound.left(values) - reach))
-            if bound.left(values[worst_one]) < reach[worst_one]:
-                unit, label = CATALOGUE[limit.quantity].unit, ""
+            left, label = bound.left(values) - reach, ""
+            if np.min(left) < 0.0:
                 if isinstance(found, Record):
                     _, label = worst(found[limit.quantity], limit.where, bound.side)
-                most = "at most" if bound.side == "max" else "at least"
+                of_unit = CATALOGUE[limit.quantity].unit, bound.written
                 said.append(
                     f"{of}{limit.quantity}{f' at {label}' if label else ''} is "
-                    f"{shown_as(float(values[worst_one]), unit, bound.written)}, {most} "
-                    f"{shown_as(bound.value, unit, bound.written)} is allowed"
+                    f"{shown_as(float(values[np.argmin(left)]), *of_unit)}, at "
+                    f"{'most' if bound.side == 'max' else 'least'} "
+                    f"{shown_as(bound.value, *of_unit)} is allowed"
                 )
         return "; ".join(said)
 
     def margin_names(self) -> tuple[str, ...]:
         """One name per margin, in the order of `evaluate`."""
-        return tuple(f"{one.quantity} {bound.side} {bound.written}" for one, bound in self.held())
+        return tuple(f"{one.quantity} {bound.side} {bound.written}" for one, bound in self.held)
+
+
+def _held(case: "Case") -> Iterator[tuple[Limit, Bound]]:
+    """Each bound of each limit that the optimum is to keep, on the result that decides."""
+    for limit in case.limit:
+        if limit.at == "optimum" and limit.expect == "kept":
+            both = {"max": limit.max, "min": limit.min}
+            for bound in bounds_of(both, CATALOGUE[limit.quantity].unit):
+                path = deciding(limit.quantity, limit.where, bound.side)
+                yield limit.model_copy(update={"quantity": path}), bound
 
 
 def checked_case(
@@ -336,9 +307,6 @@ class Foreseen:
         #: what is picked, and wanted -> the case whose numbers become arrays; None: they cannot
         self._plans: dict[tuple[tuple[int, ...], frozenset[str]], tuple[Case, Plan] | None] = {}
 
-    def __len__(self) -> int:
-        return len(self._known)
-
     def find(
         self, binding: Binding, variables: np.ndarray, wanted: frozenset[str]
     ) -> Record | None:
@@ -353,31 +321,28 @@ class Foreseen:
         known = self._planned(binding, wanted) if fresh else None
         if known is None:
             return
-        case, plan = known
         settings = [binding.settings(points[place]) for place in fresh]
         varied = {
             parse_key(key): np.array([one[key] for one in settings])
-            for key, value in settings[0].items()
-            if isinstance(value, float)
+            for key in _numbers(settings[0])
         }
-        parts, _ = compute(case, varied, len(fresh), wanted, plan, self._cache)
+        parts, _ = compute(known[0], varied, len(fresh), wanted, known[1], self._cache)
         for part in parts:
             for row, place in enumerate(part.places.tolist()):
-                quantities = {
+                made = {
                     path: CATALOGUE[path].quantity(
                         one.values[row], float(one.errors[row]), one.axes
                     )
                     for path, one in part.columns.items()
                 }
-                self._known[keys[fresh[place]]] = Record(quantities=quantities)
+                self._known[keys[fresh[place]]] = Record(quantities=made)
         while len(self._known) > MOST:
             self._known.popitem(last=False)
 
     def _planned(self, binding: Binding, wanted: frozenset[str]) -> "tuple[Case, Plan] | None":
         what = (binding.picked, wanted)
         if what not in self._plans:
-            settings = binding.settings(binding.first)
-            keys = [parse_key(key) for key, value in settings.items() if isinstance(value, float)]
+            keys = [parse_key(key) for key in _numbers(binding.settings(binding.first))]
             self._plans[what] = None
             try:
                 case = binding.case_at(binding.first).model_copy(update={"optimisation": None})
@@ -386,3 +351,8 @@ class Foreseen:
             if keys and unsupported(case, keys, wanted) is None:
                 self._plans[what] = case, planned(case, wanted, keys, again=True)
         return self._plans[what]
+
+
+def _numbers(settings: Mapping[str, Any]) -> list[str]:
+    """Keys that are set to numbers."""
+    return [key for key, value in settings.items() if isinstance(value, float)]

@@ -1,7 +1,7 @@
 """What [optimisation] picks from: values, whole numbers and stocks, each as a list of options."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibecalc.core.case.raw import field_unit, parse_key
@@ -73,26 +73,34 @@ def examines_all(study: "Optimisation", choices: tuple[Choice, ...]) -> bool:
     return combinations(choices) * runs_of_one(study) <= MOST_RUNS
 
 
+def ends_of(variable: "Variable") -> tuple[float, float]:
+    """Its bounds in SI, 0 for one that it has not."""
+    unit = field_unit(variable.key)
+    return parse_quantity(variable.lower or 0.0, unit), parse_quantity(variable.upper or 0.0, unit)
+
+
+def ties_of(variable: "Variable") -> list[tuple[str, float, float]]:
+    """Keys that follow it, each a factor times it and an offset in SI."""
+    return [
+        (tie.key, tie.factor, parse_quantity(tie.offset or 0.0, field_unit(tie.key)))
+        for tie in variable.follow
+    ]
+
+
 def _of_variable(variable: "Variable") -> Choice:
     shape = shape_at(parse_key(variable.key))
     assert shape is not None
-    low, high = (parse_quantity(one or 0.0, "") for one in (variable.lower, variable.upper))
-    given = variable.choices or whole_numbers(low, high)
+    given = variable.choices or whole_numbers(*ends_of(variable))
     values = [(str(one), read_choice(one, shape)) for one in given]
     is_name = shape.kind == "choice"
     if not is_name:
         values.sort(key=lambda one: float(one[1]))
-    options = tuple(Option(label, dict(_settings(variable, value))) for label, value in values)
+    options = []
+    for label, value in values:
+        follow = {key: factor * float(value) + more for key, factor, more in ties_of(variable)}
+        options.append(Option(label, {variable.key: value, **follow}))
     path = f"{'choice' if is_name else 'variable'}/{variable.key}"
-    return Choice(variable.key, path, options, not is_name)
-
-
-def _settings(variable: "Variable", value: Any) -> Iterator[tuple[str, Any]]:
-    """A variable and what follows it, set to a value."""
-    yield variable.key, value
-    for tie in variable.follow:
-        offset = 0.0 if tie.offset is None else parse_quantity(tie.offset, field_unit(tie.key))
-        yield tie.key, tie.factor * float(value) + offset
+    return Choice(variable.key, path, tuple(options), not is_name)
 
 
 def _of_stock(stock: "Stock") -> Choice:

@@ -20,12 +20,12 @@ from vibecalc.core.study.choices import (
     in_words,
     runs_of_one,
 )
-from vibecalc.core.study.search.problem import AMPLE_MARGIN, Box, Evaluate, Infeasible, Optimum
+from vibecalc.core.study.search.problem import AMPLE_MARGIN, Box, Infeasible, Optimum
 from vibecalc.errors import NumericalFailure
 
 if TYPE_CHECKING:
+    from vibecalc.core.case.study_tables import Optimisation
     from vibecalc.core.study.binding import Binding
-    from vibecalc.schema import Case
 
 Picked = tuple[int, ...]
 #: binding of a combination, and further starts -> its optimum
@@ -38,29 +38,27 @@ _POPULATION, _SEED = 10, 20000301
 
 
 class Examined(NamedTuple):
-    """One combination: its optimum, the point nearest to its limits, or why it has neither."""
+    """One combination, and its optimum or why it has none."""
 
     picked: Picked
-    optimum: Optimum | None = None
-    nearest: Infeasible | None = None
-    why: str = ""
+    end: Optimum | NumericalFailure
 
     @property
-    def objective(self) -> float:
-        """That of the optimum, infinite without one."""
-        return np.inf if self.optimum is None else self.optimum.objective
+    def optimum(self) -> Optimum | None:
+        """The optimum, if it keeps the limits."""
+        return self.end if isinstance(self.end, Optimum) else None
 
     @property
     def evaluations(self) -> int:
         """Points evaluated for it."""
-        ended = self.optimum or self.nearest
-        return 1 if ended is None else ended.evaluations
+        return self.end.evaluations if isinstance(self.end, Optimum | Infeasible) else 1
 
     @property
-    def rank(self) -> tuple[bool, float, float]:
+    def rank(self) -> tuple[float, float]:
         """Those that keep no limits after all that do, and those without a result last."""
-        violation = 0.0 if self.nearest is None else self.nearest.violation
-        return bool(self.why), violation, self.objective
+        if isinstance(self.end, Optimum):
+            return 0.0, self.end.objective
+        return (self.end.violation, np.inf) if isinstance(self.end, Infeasible) else (np.inf, 0.0)
 
 
 @dataclass
@@ -97,15 +95,13 @@ class Combined:
                 "combination that differs from the one found in a single choice, by one step where "
                 "they are numbers, is better; that none of the others is better is not shown"
             )
-        lost = [one for one in self.examined if one.why]
+        lost = [one for one in self.examined if np.isinf(one.rank[0])]
         if lost:
-            words = "; ".join(
-                f"{in_words(self.choices, one.picked)}: {one.why}" for one in lost[:3]
-            )
-            more = f"; and {len(lost) - 3} more" if len(lost) > 3 else ""
+            words = [f"{in_words(self.choices, one.picked)}: {one.end}" for one in lost[:3]]
+            words += [f"and {len(lost) - 3} more"] * (len(lost) > 3)
             notes.append(
                 f"{len(lost)} of the combinations examined have no optimum, so that the best is "
-                f"that of the others: {words}{more}"
+                f"that of the others: {'; '.join(words)}"
             )
         return tuple(notes)
 
@@ -114,54 +110,50 @@ class Combined:
 
         Raises Infeasible where none keeps the limits, NumericalFailure where none has an optimum.
         """
-        best = self.best
-        if best.nearest is not None:
-            best.nearest.evaluations = self.evaluations
-            raise best.nearest
-        if best.optimum is None:
-            raise NumericalFailure(
-                f"no combination has an optimum; {in_words(self.choices, best.picked)}: {best.why}"
-            )
-        notes = (*best.optimum.notes, *self.notes)
-        return replace(best.optimum, evaluations=self.evaluations, notes=notes)
+        picked, end = self.best
+        if isinstance(end, Optimum):
+            notes = (*end.notes, *self.notes)
+            return replace(end, evaluations=self.evaluations, notes=notes)
+        if isinstance(end, Infeasible):
+            end.evaluations = self.evaluations
+            raise end
+        words = in_words(self.choices, picked)
+        raise NumericalFailure(f"no combination has an optimum; {words}: {end}")
 
 
-def combine(
-    binding: "Binding", case: "Case", search: Search, evaluate: Callable[["Binding"], Evaluate]
-) -> Combined:
+def combine(binding: "Binding", study: "Optimisation", search: Search) -> Combined:
     """Examine combinations until the best is known.
 
     `search` brings the optimum of one combination, from further starts (k, n) or as the case has
-    it; `evaluate` gives the function of a binding that is shown as it runs.
+    it.
     """
-    study, choices = case.optimisation, binding.choices
-    assert study is not None
+    choices = binding.choices
     found = Combined(choices, combinations(choices))
+
+    def examine(picked: Picked, warm: np.ndarray) -> None:
+        end: Optimum | NumericalFailure
+        try:
+            end = search(binding.with_picked(picked), warm)
+        except NumericalFailure as failure:
+            end = failure
+        found.examined.append(Examined(picked, end))
+
     if examines_all(study, choices):
         warm = np.empty((0, binding.lower.size))
         for picked in product(*(range(len(choice.options)) for choice in choices)):
-            found.examined.append(_examined(binding, picked, search, warm))
+            examine(picked, warm)
             if found.best.optimum is not None:
                 warm = found.best.optimum.variables[None, :]
         return found
-    first, point, found.further_runs = _evolved(binding, runs_of_one(study), evaluate)
+    first, point, found.further_runs = _evolved(binding, runs_of_one(study))
     fresh = [first]
     while fresh and found.evaluations <= MOST_RUNS:
         for near in fresh:
-            found.examined.append(_examined(binding, near, search, point[None, :]))
+            examine(near, point[None, :])
         best, known = found.best, {one.picked for one in found.examined}
         point = point if best.optimum is None else best.optimum.variables
         fresh = [one for one in _next_to(choices, best.picked) if one not in known]
     return found
-
-
-def _examined(binding: "Binding", picked: Picked, search: Search, warm: np.ndarray) -> Examined:
-    try:
-        return Examined(picked, search(binding.with_picked(picked), warm))
-    except Infeasible as nearest:
-        return Examined(picked, nearest=nearest)
-    except NumericalFailure as failure:
-        return Examined(picked, why=str(failure))
 
 
 def _next_to(choices: tuple[Choice, ...], picked: Picked) -> Iterator[Picked]:
@@ -174,9 +166,7 @@ def _next_to(choices: tuple[Choice, ...], picked: Picked) -> Iterator[Picked]:
                 yield (*picked[:place], other, *picked[place + 1 :])
 
 
-def _evolved(
-    binding: "Binding", each: int, evaluate: Callable[["Binding"], Evaluate]
-) -> tuple[Picked, np.ndarray, int]:
+def _evolved(binding: "Binding", each: int) -> tuple[Picked, np.ndarray, int]:
     """A good combination, its variables, and the points evaluated.
 
     Points that break a limit lose against any that keep all of them, and among themselves by how
@@ -194,18 +184,18 @@ def _evolved(
 
     def at(place: np.ndarray) -> tuple[float, float]:
         """The objective, infinite where there is none, and the least margin."""
-        if place.tobytes() not in known:
+        key = place.tobytes()
+        if key not in known:
             picked, variables = point(place)
-            found = np.inf, -AMPLE_MARGIN
+            known[key] = np.inf, -AMPLE_MARGIN
             try:
-                objective, margins = evaluate(binding.with_picked(picked))(variables)
-                least = min((float(np.min(one)) for one in margins), default=0.0)
-                if np.isfinite(np.max(objective)) and not np.isnan(least):
-                    found = float(np.max(objective)), float(np.clip(least, -AMPLE_MARGIN, 0.0))
+                parts, margins, *_ = binding.with_picked(picked).evaluate(variables)
             except NumericalFailure:
-                pass
-            known[place.tobytes()] = found
-        return known[place.tobytes()]
+                return known[key]
+            least = min((float(np.min(one)) for one in margins), default=0.0)
+            if np.isfinite(np.max(parts)) and not np.isnan(least):
+                known[key] = float(np.max(parts)), float(np.clip(least, -AMPLE_MARGIN, 0.0))
+        return known[key]
 
     solution = differential_evolution(
         lambda place: at(place)[0],

@@ -101,28 +101,25 @@ def physics_problems(loaded: LoadedCase) -> list[Problem]:
     from vibecalc.core.run.machine_checks import check_machine
     from vibecalc.core.run.targets import check_targets
 
-    case = loaded.case
+    case, problems = loaded.case, list[Problem]()
     extra: dict[str, Entry] = {}
-    problems: list[Problem] = []
-    if case.optimisation is not None:
-        from vibecalc.core.study.planned import optimisation_entries
+    if _has_study(case):
+        from vibecalc.core.study.measured_points import fit_problems
+        from vibecalc.core.study.planned import study_entries
         from vibecalc.core.study.variables import study_problems
 
-        extra = optimisation_entries(case)
-        problems = list(study_problems(case))
-    if case.find:
-        from vibecalc.core.study.planned import find_entries
-
-        extra = {**extra, **find_entries(case)}
-    if case.fit is not None:
-        from vibecalc.core.study.measured_points import fit_entries, fit_problems
-
-        extra, problems = fit_entries(case), list(fit_problems(case))
+        extra = study_entries(case)
+        problems += [*study_problems(case), *fit_problems(case)]
     if case.sweep is not None and case.sweep.axes:
         from vibecalc.core.study.sweep.checks import sweep_problems
 
-        problems = [*problems, *sweep_problems(loaded)]
+        problems += sweep_problems(loaded)
     return check_machine(case) + check_targets(case, extra) + problems
+
+
+def _has_study(case: "Case") -> bool:
+    """Whether a case runs its stages many times."""
+    return case.optimisation is not None or bool(case.find) or case.fit is not None
 
 
 # ----------------------------------------------------------------------------
@@ -174,18 +171,10 @@ def plan_texts(case: "Case") -> list[dict[str, str]]:
     from vibecalc.core.run.plan import plan_case
 
     rows = [stage.as_texts() for stage in plan_case(case)]
-    if case.optimisation is not None:
-        from vibecalc.core.study.planned import describe_study
+    if _has_study(case):
+        from vibecalc.core.study.planned import study_rows
 
-        rows.append(describe_study(case))
-    if case.find:
-        from vibecalc.core.study.planned import describe_find
-
-        rows.append(describe_find(case))
-    if case.fit is not None:
-        from vibecalc.core.study.measured_points import describe_fit
-
-        rows.append(describe_fit(case))
+        rows += study_rows(case)
     return rows
 
 

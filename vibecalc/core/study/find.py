@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.case.raw import get_key, number_at
+from vibecalc.core.case.study_tables import TiedKey, Variable
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Method, Record
 from vibecalc.core.results.select import worst
@@ -43,25 +44,25 @@ _REASONS = 3
 class Along:
     """One [[find]] on its case: the result for a value of the key, in SI.
 
-    Keys of `also` keep their ratio to it. `written` is the value of the key in the case. `turn` is
-    the whole turn in rad that the bounds of an angle hold, whose ends are then one; else 0.
-    `choose` finds `solutions`, of which the first is named, and `notes`; `level` is what was
-    wanted, None for an extreme.
+    Keys of `also` keep their ratio to it. `written` is the value of the key in the case, nan where
+    it leaves the key out. `turn` is the whole turn in rad that the bounds of an angle hold, whose
+    ends are then one; else 0. `choose` finds `solutions`, of which the first is named, and `notes`;
+    `level` is what was wanted, None for an extreme. `count` is called with each evaluation.
     """
 
     def __init__(
         self, search: "Find", loaded: "LoadedCase", cache: StageCache, count: Callable[[str], None]
     ):
-        # nan of a key that the case leaves out; solutions are then ordered from the middle
-        self.written = number_at(loaded.resolved, search.key, math.nan)
-        ties = [
-            (key, float(get_key(loaded.resolved, key)) / self.written, 0.0) for key in search.also
-        ]
-        row = (search.key, search.lower, search.upper, tuple(ties))
-        self.search, self.at = search, Varied(loaded, [row], cache)
-        self.unit, self._goal_unit = self.at.units[0], CATALOGUE[search.quantity].unit
+        self.search, self._count, resolved = search, count, loaded.resolved
+        self.written = number_at(resolved, search.key, math.nan)
+        ratios = {key: float(get_key(resolved, key)) / self.written for key in search.also}
+        ties = [TiedKey.model_construct(key=key, factor=ratio) for key, ratio in ratios.items()]
+        moving = Variable.model_construct(
+            key=search.key, lower=search.lower, upper=search.upper, follow=tuple(ties)
+        )
+        self.at = Varied(loaded, [moving], cache)
         self.lower, self.upper = float(self.at.lower[0]), float(self.at.upper[0])
-        self.near, period = float(self.at.first[0]), float(self.at.period[0])
+        self._near, period = float(self.at.first[0]), float(self.at.period[0])
         whole = abs(self.upper - self.lower - period) <= 1e-9 * period and not search.also
         self.turn = period if whole else 0.0
         # around a turn and two steps on, so that what lies where its ends meet has neighbours
@@ -70,20 +71,15 @@ class Along:
         self.level: Level | None = None
         self.solutions: list[Solution] = []
         self.notes: list[str] = []
-        self._count = count
 
     def evaluate(self, value: float) -> tuple[float, float]:
         """The result and its absolute error; NumericalFailure where there is none."""
         self._count("")
-        record = self.results(value, frozenset({self.search.quantity}))
+        record = self.at.results(np.array([value]), frozenset({self.search.quantity}))
         try:
             return self.read(record)
         except ResultError as error:  # an order that this point does not keep, say
             raise NumericalFailure(str(error)) from error
-
-    def results(self, value: float, wanted: frozenset[str]) -> "Record":
-        """Some results of the case with its keys changed; NumericalFailure as in a run."""
-        return self.at.results(np.array([value]), wanted)
 
     def read(self, record: "Record") -> tuple[float, float]:
         """The result and its error from a run; of several entries the largest counts."""
@@ -116,9 +112,8 @@ class Along:
                 f"{self._result(values[0])} at all of {len(computed)} points"
             )
         if search.seek is not None:
-            sign = 1.0 if search.seek == "minimum" else -1.0
-            self.solutions = self._around(extremes(curve, sign))
-            self.notes = [] if self.turn else list(self._beyond(sign))
+            self.solutions = self._around(extremes(curve, _sign(search)))
+            self.notes = list(self._beyond())
         else:
             self.level = self._level(*as_written)
             solutions, jumps = roots(curve, self.level)
@@ -128,7 +123,14 @@ class Along:
                 "that is no solution"
                 for one in jumps
             ]
-        self.notes += self._skipped()
+        failed = curve.failed()
+        if failed:
+            first, last = (self._key(one.key) for one in (failed[0], failed[-1]))
+            between = f"at {first}" if first == last else f"between {first} and {last}"
+            self.notes.append(
+                f"{len(failed)} of {len(curve.samples)} points could not be computed, "
+                f"{between}, and no solution next to or between them is claimed: {self._reasons()}"
+            )
         if not self.solutions:
             raise NumericalFailure("; ".join([self._nothing(), *self.notes]))
 
@@ -147,27 +149,31 @@ class Along:
         return once
 
     def _level(self, value: float, error: float) -> Level:
+        unit = CATALOGUE[self.search.quantity].unit
         if self.search.target is not None:
-            return Level(parse_quantity(self.search.target, self._goal_unit), 0.0)
+            return Level(parse_quantity(self.search.target, unit), 0.0)
         if not math.isfinite(value):
             raise NumericalFailure(
                 f"{self.search.quantity} of the case as written is no finite number"
             )
-        return Level(value + parse_quantity(str(self.search.change), self._goal_unit), error)
+        return Level(value + parse_quantity(str(self.search.change), unit), error)
 
     def _distance(self, solution: Solution) -> float:
+        """From the key as written, or from the middle of the bounds."""
         key = solution.sample.key
-        if self.near > 0.0 and key > 0.0:
-            return abs(math.log(key / self.near))
-        return abs(key - self.near)
+        if self._near > 0.0 and key > 0.0:
+            return abs(math.log(key / self._near))
+        return abs(key - self._near)
 
-    def _beyond(self, sign: float) -> Iterator[str]:
+    def _beyond(self) -> Iterator[str]:
         """Say where a bound, or the end of what can be computed, is better than every extreme."""
+        search, sign = self.search, _sign(self.search)
         ends = [one for stretch in self.curve.stretches() for one in (stretch[0], stretch[-1])]
         best = min(ends, key=lambda one: sign * one.value)
-        if self.solutions and sign * (best.value - self.solutions[0].sample.value) < 0.0:
+        better = self.solutions and sign * (best.value - self.solutions[0].sample.value) < 0.0
+        if better and not self.turn:
             yield (
-                f"the {self.search.seek} is that between the bounds; {self.search.quantity} is "
+                f"the {search.seek} is that between the bounds; {search.quantity} is "
                 f"{'lower' if sign > 0.0 else 'higher'} still, {self._result(best.value)}, "
                 f"{self._place(best)}"
             )
@@ -195,26 +201,21 @@ class Along:
             f"nearest at {self._key(near.key)} with {self._result(near.value)}"
         )
 
-    def _skipped(self) -> Iterator[str]:
-        failed = self.curve.failed()
-        if failed:
-            first, last = (self._key(one.key) for one in (failed[0], failed[-1]))
-            between = f"at {first}" if first == last else f"between {first} and {last}"
-            yield (
-                f"{len(failed)} of {len(self.curve.samples)} points could not be computed, "
-                f"{between}, and no solution next to or between them is claimed: {self._reasons()}"
-            )
-
     def _reasons(self) -> str:
         reasons = list(dict.fromkeys(sample.failure for sample in self.curve.failed()))
         left = len(reasons) - _REASONS
         return "; ".join(reasons[:_REASONS] + [f"and {left} more"] * (left > 0))
 
     def _key(self, value: float) -> str:
-        return f"{value:.6g} {self.unit}".rstrip()
+        return f"{value:.6g} {self.at.units[0]}".rstrip()
 
     def _result(self, value: float) -> str:
-        return f"{value:.6g} {self._goal_unit}".rstrip()
+        return f"{value:.6g} {CATALOGUE[self.search.quantity].unit}".rstrip()
+
+
+def _sign(search: "Find") -> float:
+    """1 where a minimum is sought, -1 for a maximum."""
+    return 1.0 if search.seek == "minimum" else -1.0
 
 
 # ----------------------------------------------------------------------------
@@ -223,7 +224,17 @@ class Along:
 
 #: of the way to the farther bound, for slopes at the key found
 _STEP = 1e-4
-_CITATION = "Brent, Algorithms for Minimization without Derivatives, 1973, ch. "
+_METHODS = [
+    Method(
+        name=f"Brent's {what} on brackets between samples along a key",
+        purpose=purpose,
+        citation=f"Brent, Algorithms for Minimization without Derivatives, 1973, ch. {chapter}",
+    )
+    for what, purpose, chapter in (
+        ("root finding", "values that bring a wanted result", 4),
+        ("minimisation", "extremes along a key", 5),
+    )
+]
 
 
 def add_solutions(
@@ -257,33 +268,29 @@ def add_solutions(
         for path, (value, error) in _numbers(along).items():
             if entry := entries.get(f"{FIND}/{name}/{path}"):
                 record.add(entry.quantity(value, error, axes))
-        _add_machine(record, along, machine_paths(loaded.case, along.search))
+        _add_machine(record, along, frozenset(machine_paths(loaded.case, along.search)))
         record.warnings += [f"find {name!r}: {note}" for note in along.notes]
-    seeks = [along.search.seek is not None for along in chosen]
-    if not all(seeks):
-        record.methods.append(_method("root finding", "values that bring a wanted result", "4"))
-    if any(seeks):
-        record.methods.append(_method("minimisation", "extremes along a key", "5"))
+    seeks = {along.search.seek is not None for along in chosen}
+    record.methods += [_METHODS[seek] for seek in sorted(seeks)]
     timings[FIND] = time.perf_counter() - started
 
 
-def _add_machine(record: Record, along: Along, paths: tuple[str, ...]) -> None:
+def _add_machine(record: Record, along: Along, wanted: frozenset[str]) -> None:
     """Results of the machine that was found, next to those of the case as written.
 
     Their errors count that of the key, by the slope towards the farther bound.
     """
-    root, wanted = f"{FIND}/{along.search.name}/{MACHINE}", frozenset(paths)
-    key, error = along.solutions[0].sample.key, along.solutions[0].error
+    root, key = f"{FIND}/{along.search.name}/{MACHINE}", along.solutions[0].sample.key
     far = along.upper if along.upper - key > key - along.lower else along.lower
     step = _STEP * (far - key)
     try:
-        results, nearby = along.results(key, wanted), along.results(key + step, wanted)
+        results, nearby = (along.at.results(np.array([at]), wanted) for at in (key, key + step))
     except NumericalFailure as failure:  # of what was not sought
         record.warnings.append(f"{root} is left out: {failure}")
         return
     for path, quantity in results.items():
         moved = abs(float(nearby.get(path, quantity).values) - float(quantity.values))
-        off = moved * abs(error / step) if math.isfinite(moved) else 0.0
+        off = moved * abs(along.solutions[0].error / step) if math.isfinite(moved) else 0.0
         uncertainty = quantity.error_estimate + off
         record.add(replace(quantity, path=f"{root}/{path}", error_estimate=uncertainty))
 
@@ -299,17 +306,14 @@ def _numbers(along: Along) -> dict[str, tuple[Any, float]]:
         "value": (sample.key, error),
         "ratio": (sample.key / written, error / abs(written)),
         "reached": (sample.value, sample.error),
-        "wanted": along.level or (math.nan, math.nan),
+        "wanted": along.level[:2] if along.level else (math.nan, math.nan),
         "written": (along.written, 0.0),
         "others": (keys, max((other.error for other in others), default=0.0)),
         "others_reached": (values, max((other.sample.error for other in others), default=0.0)),
-        **{f"also/{key}": (settings[key], error * abs(settings[key] / sample.key))
-           for key in along.search.also},
+        **{
+            f"also/{key}": (settings[key], error * abs(settings[key] / sample.key))
+            for key in along.search.also
+        },
         "evaluations": (along.curve.evaluations, 0.0),
         "failures": (len(along.curve.failed()), 0.0),
-    }  # fmt: skip
-
-
-def _method(what: str, purpose: str, chapter: str) -> Method:
-    name = f"Brent's {what} on brackets between samples along a key"
-    return Method(name=name, purpose=purpose, citation=_CITATION + chapter)
+    }

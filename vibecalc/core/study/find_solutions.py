@@ -43,37 +43,25 @@ class SampledCurve:
     """Samples between two bounds, in order; no value of the key is evaluated twice.
 
     Places are values of the key in SI, or their logarithms where both bounds are positive and
-    far apart (`log`).
+    far apart.
     """
 
     def __init__(self, evaluate: Evaluate, lower: float, upper: float):
-        self._evaluate = evaluate
-        self._ends = (lower, upper)
-        self.log = lower > 0.0 and upper / lower > WIDE
-        self.first, self.last = self.place_of(lower), self.place_of(upper)
+        self._evaluate, self._ends = evaluate, (lower, upper)
+        self._log = lower > 0.0 and upper / lower > WIDE
+        self.first, self.last = (math.log(end) if self._log else end for end in self._ends)
         self._known: dict[float, Sample] = {}
         self.evaluations = 0
 
-    def place_of(self, key: float) -> float:
-        """Place of a value of the key."""
-        return math.log(key) if self.log else key
-
-    def key_of(self, place: float) -> float:
-        """Value of the key at a place, never outside the bounds."""
-        lower, upper = self._ends
-        if place <= self.first or place >= self.last:
-            return lower if place <= self.first else upper
-        return min(max(math.exp(place) if self.log else place, lower), upper)
-
     def resolution(self, place: float) -> float:
         """Distance of places that are still distinguished."""
-        span = max(abs(place), 1.0 if self.log else 1e-6 * (self.last - self.first))
+        span = max(abs(place), 1.0 if self._log else 1e-6 * (self.last - self.first))
         return 4.0 * math.ulp(span)
 
     def know(self, key: float, value: float, error: float) -> None:
         """Take a result that is known already, if its key lies between the bounds."""
         if self._ends[0] <= key <= self._ends[1]:
-            place = self.place_of(key)
+            place = math.log(key) if self._log else key
             self._known[place] = Sample(place, key, value, error)
 
     @property
@@ -84,7 +72,10 @@ class SampledCurve:
     def look(self, place: float) -> Sample:
         """The sample at a place, with its words where there is no result."""
         if place not in self._known:
-            key, value, error = self.key_of(place), math.nan, math.inf
+            (lower, upper), key = self._ends, math.exp(place) if self._log else place
+            if place <= self.first or place >= self.last:
+                key = lower if place <= self.first else upper
+            key, value, error = min(max(key, lower), upper), math.nan, math.inf
             self.evaluations += 1
             try:
                 value, error = self._evaluate(key)
@@ -130,6 +121,39 @@ class SampledCurve:
         return [one for one in self.computed() if left.place <= one.place <= right.place]
 
 
+class Level(NamedTuple):
+    """A value of the result and its own error: one that is wanted, or, with the `sense` of 1 or -1,
+    a minimum or a maximum, which what is lower, or higher, is not off."""
+
+    wanted: float
+    uncertainty: float
+    sense: float = 0.0
+
+    def off(self, sample: Sample) -> float:
+        """How far a result is from it."""
+        apart = sample.value - self.wanted
+        return self.sense * apart if self.sense else abs(apart)
+
+    def unsure(self, sample: Sample) -> float:
+        """What that may be without being anything."""
+        rounding = 2.0 * EPSILON * (abs(sample.value) + abs(self.wanted))
+        return sample.error + self.uncertainty + rounding
+
+    def side(self, sample: Sample) -> int:
+        """1 where a result is certainly above it, -1 below, 0 where neither is."""
+        certain = self.off(sample) > self.unsure(sample)
+        return int(math.copysign(certain, sample.value - self.wanted))
+
+    def groups(self, stretch: list[Sample]) -> Iterator[list[Sample]]:
+        """Neighbours that may all be there, with the certain samples next to them, if any."""
+        start = 0
+        for there, members in groupby(stretch, key=lambda one: self.side(one) == 0):
+            stop = start + len(list(members))
+            if there:
+                yield stretch[max(start - 1, 0) : stop + 1]
+            start = stop
+
+
 # ----------------------------------------------------------------------------
 # Valleys between samples, and what is certain about them.
 # ----------------------------------------------------------------------------
@@ -172,7 +196,9 @@ def bottom(curve: SampledCurve, height: Height, valley: Valley) -> None:
         lambda at: height(known.get(at) or curve.at(left.place + (at - 1.0) * span)),
         bracket=(1.0, middle, 2.0),
         method="brent",
-        tol=max(_FINEST, 0.02 * math.sqrt(min(1.0, _uncertainty(low, low) / depth))),
+        tol=max(
+            _FINEST, 0.02 * math.sqrt(min(1.0, Level(low.value, low.error).unsure(low) / depth))
+        ),
     )
 
 
@@ -189,37 +215,34 @@ def look_next_to_ends(curve: SampledCurve, height: Height) -> None:
 
 def _wall(height: Height, low: Sample, others: list[Sample]) -> Sample | None:
     """The first that is certainly higher, if none before it is lower."""
+    level = Level(low.value, low.error)
     for other in others:
         increase = height(other) - height(low)
-        if increase > _uncertainty(low, other):
+        if increase > level.unsure(other):
             return other
         if increase < 0.0:
             return None
     return None
 
 
-def _uncertainty(one: Sample, other: Sample) -> float:
-    """What a difference of two results may be without being one."""
-    return one.error + other.error + 4.0 * EPSILON * max(abs(one.value), abs(other.value))
-
-
-def _known(
-    curve: SampledCurve, best: Sample, ends: list[Sample], off: Height, unsure: Height, power: float
+def _solution(
+    curve: SampledCurve, group: list[Sample], level: Level, power: float = 1.0
 ) -> Solution:
-    """The sample least `off`, as uncertain as those on both sides that are certainly off are far.
+    """The sample of a group nearest to a level, as uncertain as those on both sides that are
+    certainly off are far.
 
-    From the `ends` steps go towards the `best`, as long as what they meet is `off` by certainly
-    more than it is `unsure`: shares of the way as the slope has it, or a parabola, of which the
-    `power` is 1/2.
+    From the ends of the group steps go towards it, as long as what they meet is certainly off:
+    shares of the way as the slope has it, or a parabola, of which the `power` is 1/2.
     """
-    walls = []
-    for wall in ends:
+    off, unsure = level.off, level.unsure
+    best, walls = min(group, key=off), []
+    for wall in (group[0], group[-1]):
         factor = 1.5
         for _ in range(_NARROWINGS):
             distance = wall.place - best.place
             if off(wall) <= unsure(wall):
                 break
-            share = ((unsure(wall) + abs(off(best))) / off(wall)) ** power
+            share = ((unsure(wall) + off(best)) / off(wall)) ** power
             step = max(factor * share * abs(distance), curve.resolution(best.place))
             if step > 0.6 * abs(distance):
                 break
@@ -231,7 +254,7 @@ def _known(
             else:
                 factor *= 2.0
         walls.append(wall)
-    best = min(curve.between(walls[0], walls[-1]), key=off)  # a better one may have turned up
+    best = min(curve.between(*walls), key=off)  # a better one may have turned up
     far = max(abs(wall.key - best.key) for wall in walls)
     return Solution(best, far + 4.0 * math.ulp(best.key))
 
@@ -266,20 +289,16 @@ def extremes(curve: SampledCurve, sign: float) -> list[Solution]:
     def height(sample: Sample) -> float:
         return sign * sample.value
 
-    def extreme(left: Sample, right: Sample) -> Solution:
+    look_next_to_ends(curve, height)
+    found = []
+    for left, _, right in _each(
+        lambda: valleys(curve, height), lambda valley: bottom(curve, height, valley)
+    ):
         inside = curve.between(left, right)
         low = min(inside, key=height)
-        position = inside.index(low)
-        sides = (inside[:position][::-1], left), (inside[position + 1 :], right)
-        ends = [_wall(height, low, others) or end for others, end in sides]
-        return _known(
-            curve, low, ends, lambda one: height(one) - height(low),
-            lambda one: _uncertainty(low, one), 0.5,
-        )  # fmt: skip
-
-    look_next_to_ends(curve, height)
-    done = _each(lambda: valleys(curve, height), lambda valley: bottom(curve, height, valley))
-    found = [extreme(left, right) for left, _, right in done]
+        level = Level(low.value, low.error, sign)
+        group = next(group for group in level.groups(inside) if low in group)
+        found.append(_solution(curve, group, level, 0.5))
     return sorted(found, key=lambda solution: height(solution.sample))
 
 
@@ -296,36 +315,9 @@ def extremes(curve: SampledCurve, sign: float) -> list[Solution]:
 _JUMP = 1e-6
 
 
-class Level(NamedTuple):
-    """The wanted value and its own error."""
-
-    wanted: float
-    uncertainty: float
-
-    def off(self, sample: Sample) -> float:
-        """How far a result is from the wanted value."""
-        return abs(sample.value - self.wanted)
-
-    def unsure(self, sample: Sample) -> float:
-        """What that may be without being anything."""
-        rounding = 2.0 * EPSILON * (abs(sample.value) + abs(self.wanted))
-        return sample.error + self.uncertainty + rounding
-
-    def side(self, sample: Sample) -> int:
-        """1 where a result is certainly above the wanted value, -1 below, 0 where neither is."""
-        certain = self.off(sample) > self.unsure(sample)
-        return int(math.copysign(certain, sample.value - self.wanted))
-
-
-class Roots(NamedTuple):
-    """Solutions along the key, and samples next to which the result jumps past the wanted value."""
-
-    solutions: list[Solution]
-    jumps: list[Sample]
-
-
-def roots(curve: SampledCurve, level: Level) -> Roots:
-    """All places between the samples of `curve` where the result has the wanted value.
+def roots(curve: SampledCurve, level: Level) -> tuple[list[Solution], list[Sample]]:
+    """All places between the samples of `curve` where the result has the wanted value, and samples
+    next to which it jumps past that.
 
     Two solutions closer together than samples are found where the curve between them shows; what
     lies next to or between failed samples is not claimed. NumericalFailure where all samples are
@@ -354,13 +346,9 @@ def roots(curve: SampledCurve, level: Level) -> Roots:
             groups.extend(list(pair) for pair in _crossings(curve, level) if end in pair)
 
     _each(lambda: _crossings(curve, level), close_in)
-    groups += [group for stretch in curve.stretches() for group in _groups(stretch, level)]
-    found = []
-    for group in groups:
-        best = min(group, key=level.off)
-        ends = [group[0], group[-1]]
-        found.append(_known(curve, best, ends, level.off, level.unsure, 1.0))
-    return Roots(_merged(sorted(found, key=lambda one: one.sample.place), level), jumps)
+    groups += [group for stretch in curve.stretches() for group in level.groups(stretch)]
+    found = [_solution(curve, group, level) for group in groups]
+    return _merged(sorted(found, key=lambda one: one.sample.place), level), jumps
 
 
 def _crossings(curve: SampledCurve, level: Level) -> Iterator[tuple[Sample, Sample]]:
@@ -395,16 +383,6 @@ def _look_into_dips(curve: SampledCurve, level: Level) -> None:
         if low <= max(left, right) - low or (number == 0 and not crossed):
             with suppress(NumericalFailure):  # kept among the samples with its words
                 bottom(curve, towards(level.side(dip[0])), dip)
-
-
-def _groups(stretch: list[Sample], level: Level) -> Iterator[list[Sample]]:
-    """Neighbours that are all solutions, with the certain samples next to them, if any."""
-    start = 0
-    for side, members in groupby(stretch, key=lambda one: level.side(one) == 0):
-        stop = start + len(list(members))
-        if side:
-            yield stretch[max(start - 1, 0) : stop + 1]
-        start = stop
 
 
 def _merged(ends: list[Solution], level: Level) -> list[Solution]:

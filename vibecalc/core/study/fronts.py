@@ -9,7 +9,7 @@ import numpy as np
 from vibecalc.core.results.record import Method
 from vibecalc.core.study.binding import sign_of
 from vibecalc.core.study.choices import MOST_RUNS, in_words
-from vibecalc.core.study.planned import FRONT_NAMES, front_points, front_runs
+from vibecalc.core.study.planned import FRONT_NAMES, FRONT_POINTS, front_runs
 from vibecalc.core.study.record import Numbers, Studied
 from vibecalc.core.study.search.fronts import FrontPoints, front, knee, undominated
 from vibecalc.core.study.search.problem import Infeasible
@@ -19,35 +19,31 @@ if TYPE_CHECKING:
     from vibecalc.core.study.binding import Binding
 
 # ----------------------------------------------------------------------------
-# The front of one combination of what is picked, and that of all.
+# The front of one combination of what is picked, or of all.
 # ----------------------------------------------------------------------------
 
 
-def _of_one(out: Studied, binding: "Binding", first: np.ndarray) -> FrontPoints:
-    """The front where nothing is left to pick."""
-    goals = out.study.goals
-    problem = replace(binding.problem(goals), first=first)
-    points, starts = front_points(out.study), out.study.starts
-    rtol = out.case.accuracy.rtol
-    return front(problem, len(goals), points=points, starts=starts, rtol=rtol)
-
-
-def _of_all(
+def _fronts(
     out: Studied, first: np.ndarray
 ) -> tuple[list[tuple[tuple[int, ...], FrontPoints]], list[str]]:
     """Fronts with what is picked there, and notes: all combinations, or the best of too many."""
-    binding = out.binding
-    choices = binding.choices
-    possible = [range(len(choice.options)) for choice in choices]
-    if not choices or front_runs(out.study, every=True) > MOST_RUNS:
-        found = _of_one(out, binding, first)
-        words = f"the front is that of {in_words(choices, binding.picked)} alone"
-        return [(binding.picked, found)], [words] if choices else found.notes
-    fronts, notes = [], []
-    for picked in product(*possible):
+    study, choices, rtol = out.study, out.binding.choices, out.binding.case.accuracy.rtol
+
+    def traced(binding: "Binding") -> FrontPoints:
+        problem = replace(binding.problem(study.goals), first=first)
+        points = study.front_points or FRONT_POINTS
+        return front(problem, len(study.goals), points=points, starts=study.starts, rtol=rtol)
+
+    if not choices or front_runs(study, every=True) > MOST_RUNS:
+        found = traced(out.binding)
+        words = f"the front is that of {in_words(choices, out.binding.picked)} alone"
+        return [(out.binding.picked, found)], [words] if choices else found.notes
+    fronts: list[tuple[tuple[int, ...], FrontPoints]] = []
+    notes: list[str] = []
+    for picked in product(*(range(len(choice.options)) for choice in choices)):
         words = in_words(choices, picked)
         try:
-            found = _of_one(out, binding.with_picked(picked), first)
+            found = traced(out.binding.with_picked(picked))
         except Infeasible:
             continue
         except NumericalFailure as failure:
@@ -61,20 +57,13 @@ def _of_all(
     return fronts, notes
 
 
-# ----------------------------------------------------------------------------
-# Into the record.
-# ----------------------------------------------------------------------------
-
-
 def add_front(out: Studied, optimum: np.ndarray) -> None:
     """Trace the front from the optimum (n,) on and add `optimisation/front/...`.
 
     Raises NumericalFailure if an end of the front has no optimum.
     """
-    goals, binding = out.study.goals, out.binding
     try:
-        with out.timed("front"):
-            fronts, notes = _of_all(out, optimum)
+        fronts, notes = _fronts(out, optimum)
     except NumericalFailure as failure:
         raise NumericalFailure(f"the front cannot be traced: {failure}") from failure
     values, errors, variables, away = (
@@ -83,22 +72,22 @@ def add_front(out: Studied, optimum: np.ndarray) -> None:
     )
     picked = [picked for picked, of in fronts for _ in of.values]
     kept = undominated(values) if len(fronts) > 1 else np.arange(len(values))
+    axis = {"front_point": np.arange(1, len(kept) + 1)}
     count = sum(one.evaluations for _, one in fronts)
     numbers: Numbers = {"front/evaluations": (count, 0.0)}
-    for place, (name, goal) in enumerate(zip(FRONT_NAMES, goals, strict=False)):
+    for place, (name, goal) in enumerate(zip(FRONT_NAMES, out.study.goals, strict=False)):
         error = float(np.max(errors[kept, place]))
         numbers[f"front/{name}"] = (sign_of(goal) * values[kept, place], error)
-    for i, key in enumerate(binding.keys):
-        numbers[f"front/variable/{key}"] = (variables[kept, i], float(np.max(away[kept, i])))
-    for i, choice in enumerate(binding.choices):
+    for i, choice in enumerate(out.binding.choices):
         along = [choice.value(picked[place][i]) for place in kept.tolist()]
         numbers[f"front/{choice.path}"] = (along, 0.0)
     deepest = knee(values[kept])
     if deepest is not None:
         numbers["front/knee"] = (deepest + 1, 0.0)
-    out.add(numbers, front_point=np.arange(1, len(kept) + 1))
+    out.add(numbers, **axis)
+    out.add_variables("front/variable", variables[kept], np.max(away[kept], axis=0), **axis)
     out.record.warnings += [f"front: {note}" for note in notes]
-    out.record.methods.append(_EPSILON if len(goals) == 2 else _BOUNDARY)
+    out.record.methods.append(_EPSILON if len(out.study.goals) == 2 else _BOUNDARY)
 
 
 _EPSILON = Method(

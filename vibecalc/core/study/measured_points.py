@@ -1,14 +1,12 @@
-"""What [fit] fits to, and what it adds to the results of the stages: paths, plan, problems."""
+"""What [fit] fits to, and what is wrong with it."""
 
 import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from vibecalc.core.case.raw import field_unit
 from vibecalc.core.results.printed import read_printed, uncertainty_of
 from vibecalc.core.results.record import TURN, Entry
 from vibecalc.core.run.plan import planned_quantities
-from vibecalc.core.study.planned import row_of, tabled
 from vibecalc.core.study.variables import start_problems
 from vibecalc.errors import KeyPath, Problem, UnitError
 from vibecalc.units import convert
@@ -20,8 +18,6 @@ if TYPE_CHECKING:
 # ----------------------------------------------------------------------------
 # Measured points: the references that a case is fitted to, in SI.
 # ----------------------------------------------------------------------------
-
-ROOT = "fit"
 
 
 class MeasuredPoint(NamedTuple):
@@ -75,7 +71,8 @@ def _point(one: "Reference", planned: Mapping[str, Entry]) -> MeasuredPoint:
 
 def fit_problems(case: "Case") -> Iterator[Problem]:
     """Problems of [fit] as a whole: its starts, uncertainties, and whether the points suffice."""
-    assert case.fit is not None
+    if case.fit is None:
+        return
     yield from start_problems(case, "fit")
     planned, chosen = planned_quantities(case), list(chosen_references(case))
     for place, one in chosen:
@@ -124,74 +121,3 @@ def _uncertainty_problems(
             found=f"value = {one.value!r}"[:60] + found,
             allowed='uncertainty > 0, as in uncertainty = "2 %" (of a value that is not 0)',
         )
-
-
-# ----------------------------------------------------------------------------
-# Result paths of a fit, and its row of the plan.
-# ----------------------------------------------------------------------------
-
-
-_FITTED = """
-value/{key}             |                         | unit | {key}, fitted
-standard_error/{key}    |                         | unit | standard uncertainty of {key}
-start/{key}             |                         | unit | {key} as written
-active_bound/{key}      |                         |      | -1 at lower bound, 1 at upper, 0 between
-correlation             | variable other_variable |      | correlation of the fitted keys
-chi_square |  |  | sum of the squared residuals over uncertainties
-start_chi_square        |                         |      | the same for the case as written
-degrees_of_freedom      |                         |      | points less keys that they tell
-probability             | | | of a chi square as large, were the uncertainties right
-growth                  | | | factor of all uncertainties that the scatter of the points asks
-residual | measured_point |  | computed less measured over the uncertainty
-start_residual          | measured_point          |      | the same for the case as written
-combination             | combination variable    |      | orthogonal combinations of keys
-combination_uncertainty|combination||standard uncertainty along each, over the way between bounds
-combination_told        | combination             |      | 1 where the points tell it
-search_chi_square       | search                  |      | chi square where searches ended
-evaluations             |                         |      | points evaluated
-failures                |                         |      | points that could not be evaluated
-measured/{path}         | point                   | path | {words}, measured
-uncertainty/{path} | point | path | {words}, standard uncertainty of what was measured
-at_start/{path}         | point                   | path | {words}, computed for the case as written
-computed/{path}         | point                   | path | {words}, computed with the fitted keys
-"""
-
-
-def fit_entries(case: "Case") -> dict[str, Entry]:
-    """Catalogue entries of everything under `fit/`."""
-    if case.fit is None:
-        return {}
-    planned = planned_quantities(case)
-    known = [planned[path] for path in _measured(case) if path in planned]
-    keys = [variable.key for variable in case.fit.variables]
-    each = {
-        "key": [{"key": key, "unit": field_unit(key)} for key in keys],
-        "path": [{"path": one.path, "words": one.long_name} for one in known],
-    }
-    units = {one.path: (one.unit, one.amplitude) for one in known}
-    return tabled(ROOT, _FITTED, units, each, {})
-
-
-def _measured(case: "Case") -> tuple[str, ...]:
-    """The quantities that were measured."""
-    return tuple(dict.fromkeys(one.quantity for _, one in chosen_references(case)))
-
-
-def describe_fit(case: "Case") -> dict[str, str]:
-    """The row of the plan that a fit adds."""
-    assert case.fit is not None
-    keys = [variable.key for variable in case.fit.variables]
-    cost = f"{len(list(chosen_references(case)))} measured points, {case.fit.starts + 1} searches "
-    cost += f"of some {_RUNS * len(keys)} runs each of the stages that make "
-    cost += ", ".join(_measured(case))
-    return row_of("fit", "[fit] is in the case", keys, cost, fit_entries(case))
-
-
-#: runs of one search for each key
-_RUNS = 20
-
-
-def fit_runs(case: "Case") -> int:
-    """Runs of the stages that a fit is likely to take."""
-    assert case.fit is not None
-    return (case.fit.starts + 2) * _RUNS * len(case.fit.variables)

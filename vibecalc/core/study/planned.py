@@ -1,8 +1,9 @@
-"""What a run to an optimum or to a wanted value adds to those of the stages: its result paths."""
+"""What studies add to a run of the stages: their result paths, and their rows of the plan."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from vibecalc.core.case.load import resolve
@@ -19,6 +20,7 @@ from vibecalc.core.study.choices import (
     examines_all,
     runs_of_one,
 )
+from vibecalc.core.study.measured_points import chosen_references
 
 if TYPE_CHECKING:
     from vibecalc.core.case.study_tables import Find, Optimisation
@@ -37,7 +39,7 @@ def tabled(
     table: str,
     units: Units,
     each: Mapping[str, Sequence[Mapping[str, str]]],
-    asked: Mapping[str, object],
+    asked: Mapping[str, object] = MappingProxyType({}),
 ) -> dict[str, Entry]:
     """Catalogue entries below a root, by path.
 
@@ -124,21 +126,88 @@ def describe_find(case: "Case") -> dict[str, str]:
     runs = " + ".join(str(search.points) for search in case.find)
     quantities = ", ".join(dict.fromkeys(search.quantity for search in case.find))
     cost = f"{runs} runs, and some 15 for each solution, of the stages that make {quantities}"
-    return row_of("find", "[[find]] is in the case", keys, cost, find_entries(case))
+    return _row("find", "[[find]]", keys, cost, find_entries(case))
 
 
-def row_of(
-    stage: str, why: str, parts: Iterable[str], cost: str, quantities: Iterable[str]
+def _row(
+    stage: str, table: str, parts: Iterable[str], cost: str, quantities: Iterable[str]
 ) -> dict[str, str]:
     """A row of the plan."""
     return {
         "stage": stage,
-        "why": why,
+        "why": f"{table} is in the case",
         "parts": ", ".join(dict.fromkeys(parts)),
         "orders": "",
         "cost": cost,
         "quantities": ", ".join(quantities),
     }
+
+
+# ----------------------------------------------------------------------------
+# Result paths of a fit, and its row of the plan.
+# ----------------------------------------------------------------------------
+
+FIT = "fit"
+#: runs of one search for each key
+_FIT_RUNS = 20
+_FITTED = """
+value/{key}             |                         | unit | {key}, fitted
+standard_error/{key}    |                         | unit | standard uncertainty of {key}
+start/{key}             |                         | unit | {key} as written
+active_bound/{key}      |                         |      | -1 at lower bound, 1 at upper, 0 between
+correlation             | variable other_variable |      | correlation of the fitted keys
+chi_square |  |  | sum of the squared residuals over uncertainties
+start_chi_square        |                         |      | the same for the case as written
+degrees_of_freedom      |                         |      | points less keys that they tell
+probability             | | | of a chi square as large, were the uncertainties right
+growth                  | | | factor of all uncertainties that the scatter of the points asks
+residual | measured_point |  | computed less measured over the uncertainty
+start_residual          | measured_point          |      | the same for the case as written
+combination             | combination variable    |      | orthogonal combinations of keys
+combination_uncertainty|combination||standard uncertainty along each, over the way between bounds
+combination_told        | combination             |      | 1 where the points tell it
+search_chi_square       | search                  |      | chi square where searches ended
+evaluations             |                         |      | points evaluated
+failures                |                         |      | points that could not be evaluated
+measured/{path}         | point                   | path | {words}, measured
+uncertainty/{path} | point | path | {words}, standard uncertainty of what was measured
+at_start/{path}         | point                   | path | {words}, computed for the case as written
+computed/{path}         | point                   | path | {words}, computed with the fitted keys
+"""
+
+
+def fit_entries(case: "Case") -> dict[str, Entry]:
+    """Catalogue entries of everything under `fit/` for a case that is fitted."""
+    if case.fit is None:
+        return {}
+    planned = planned_quantities(case)
+    known = [planned[path] for path in _measured(case) if path in planned]
+    each = {
+        "key": [{"key": one.key, "unit": field_unit(one.key)} for one in case.fit.variables],
+        "path": [{"path": one.path, "words": one.long_name} for one in known],
+    }
+    return tabled(FIT, _FITTED, {one.path: (one.unit, one.amplitude) for one in known}, each)
+
+
+def _measured(case: "Case") -> dict[str, None]:
+    """The quantities that were measured."""
+    return dict.fromkeys(one.quantity for _, one in chosen_references(case))
+
+
+def describe_fit(case: "Case") -> dict[str, str]:
+    """The row of the plan that a fit adds."""
+    assert case.fit is not None
+    keys = [variable.key for variable in case.fit.variables]
+    cost = f"{len(list(chosen_references(case)))} measured points, {case.fit.starts + 1} searches "
+    cost += f"of some {_FIT_RUNS * len(keys)} runs each of the stages that make "
+    cost += ", ".join(_measured(case))
+    return _row("fit", "[fit]", keys, cost, fit_entries(case))
+
+
+def fit_runs(case: "Case") -> int:
+    """Runs of the stages that a fit is likely to take."""
+    assert case.fit is not None
+    return (case.fit.starts + 2) * _FIT_RUNS * len(case.fit.variables)
 
 
 # ----------------------------------------------------------------------------
@@ -148,7 +217,8 @@ def row_of(
 ROOT = "optimisation"
 #: runs of one point of a front, of weights solved for next to one for each variable
 FRONT_RUNS, _SOLVED = 100, 5
-_FRONT_POINTS = 15
+#: points of a front that says nothing else
+FRONT_POINTS = 15
 #: objectives of a front, in their order
 FRONT_NAMES = tuple(
     f"{number}objective" for number in ("", "second_", "third_", "fourth_", "fifth_")
@@ -202,11 +272,6 @@ front/{choice}           | front_point | unit  | {name} there
 front/variable/{key}     | front_point | unit  | {key} there
 front/evaluations        |             |       | points evaluated for the front
 """
-
-
-def front_points(study: "Optimisation") -> int:
-    """Points of the front that are asked for."""
-    return _FRONT_POINTS if study.front_points is None else study.front_points
 
 
 def optimisation_entries(case: "Case") -> dict[str, Entry]:
@@ -275,7 +340,7 @@ def front_runs(study: "Optimisation", every: bool = False) -> int:
     """Points that the front is likely to take: of `every` combination, or of those traced."""
     if study.second_objective is None:
         return 0
-    each = front_points(study) * FRONT_RUNS if study.moving else 1
+    each = (study.front_points or FRONT_POINTS) * FRONT_RUNS if study.moving else 1
     whole = combinations(choices_of(study)) * each
     return whole if every or whole <= MOST_RUNS else each
 
@@ -287,7 +352,7 @@ def describe_study(case: "Case") -> dict[str, str]:
     keys = [variable.key for variable in study.variables]
     keys += [table for stock in study.stock for table in (stock.table, *stock.also)]
     choices = choices_of(study)
-    possible, points = combinations(choices), front_points(study)
+    possible, points = combinations(choices), study.front_points or FRONT_POINTS
     each = f"of some {runs_of_one(study)} runs each" if study.moving else "of one run each"
     if balances(case):
         cost = "solved as linear least squares within bounds"
@@ -307,4 +372,16 @@ def describe_study(case: "Case") -> dict[str, str]:
         count = front_runs(study) // (points * FRONT_RUNS)
         cost += f" of each of {count} combinations" if count > 1 else ""
     paths = (one for one in optimisation_entries(case) if not one.startswith(f"{ROOT}/start/"))
-    return row_of("optimisation", "[optimisation] is in the case", keys, cost, paths)
+    return _row("optimisation", "[optimisation]", keys, cost, paths)
+
+
+def study_entries(case: "Case") -> dict[str, Entry]:
+    """Catalogue entries of all studies of a case."""
+    return optimisation_entries(case) | find_entries(case) | fit_entries(case)
+
+
+def study_rows(case: "Case") -> list[dict[str, str]]:
+    """Rows of the plan of all studies of a case."""
+    rows = [] if case.optimisation is None else [describe_study(case)]
+    rows += [describe_find(case)] if case.find else []
+    return rows if case.fit is None else [*rows, describe_fit(case)]

@@ -24,16 +24,15 @@ def add_robust(out: Studied, optimum: np.ndarray) -> None:
     The standard error of mean and deviation is how much they differ between independent
     scramblings of the points (A. B. Owen, SIAM J. Numer. Anal. 34 (1997), 1884-1910).
     """
-    robust, goal, limits = out.study.robust, out.study.objective, list(out.binding.held())
+    robust, goal = out.study.robust, out.study.objective
     assert robust is not None
     draws = [scatter_of(robust, draw) for draw in range(SCRAMBLINGS)]
-    wanted = frozenset({goal.quantity, *(limit.quantity for limit, _ in limits)})
+    wanted = frozenset({goal.quantity, *(limit.quantity for limit, _ in out.binding.held)})
     side = worse_side(goal)
     more = robust.sigmas * (1.0 if side == "max" else -1.0)
-    names: list[str] = []
-    rows: list[tuple[float, ...]] = []
+    rows: dict[str, tuple[float, ...]] = {}
     margins: list[tuple[float, ...]] = []
-    offs, margin_offs = [0.0], [0.0]
+    off, margin_off = 0.0, 0.0
     places = ("start", out.as_written, out.as_written.first), ("optimum", out.binding, optimum)
     for name, at, variables in places:
         try:
@@ -45,25 +44,22 @@ def add_robust(out: Studied, optimum: np.ndarray) -> None:
         table = np.array([one.moments(goal.quantity, goal.where, side) for one in found])
         both = np.column_stack([table[:, :2], table[:, 0] + more * table[:, 1]])
         value, _ = worst(nominal[goal.quantity], goal.where, side)
-        names.append(name)
-        rows.append((value, *both[0], *np.std(both, axis=0, ddof=1)))
-        offs.append(float(table[0, 2]))
-        for limit, bound in limits if name == "optimum" else ():
+        rows[name] = (value, *both[0], *np.std(both, axis=0, ddof=1))
+        off = max(off, float(table[0, 2]))
+        for limit, bound in out.binding.held if name == "optimum" else ():
             value, _ = worst(nominal[limit.quantity], limit.where, bound.side)
-            middle, apart, off = found[0].moments(limit.quantity, limit.where, bound.side)
+            middle, apart, error = found[0].moments(limit.quantity, limit.where, bound.side)
             left = bound.left(value), bound.left(middle), apart
             margins.append(tuple(bound.scaled(one) for one in left))
-            margin_offs.append(bound.scaled(off))
-    if not names:
+            margin_off = max(margin_off, bound.scaled(error))
+    if not rows:
         return
-    numbers: Numbers = {
-        f"robust/{key}": (list(column), 0.0 if key.endswith("_error") else max(offs))
-        for key, column in zip(OF_POINTS, zip(*rows, strict=True), strict=True)
-    }
-    numbers["robust/samples"] = (robust.samples, 0.0)
-    for key, column in zip(OF_LIMITS, zip(*margins, strict=True), strict=False):
-        numbers[f"robust/{key}"] = (list(column), max(margin_offs))
-    out.add(numbers, point=np.array(names, dtype=object))
+    numbers: Numbers = {"robust/samples": (robust.samples, 0.0)}
+    for key, column in zip(OF_POINTS, np.array([*rows.values()]).T, strict=True):
+        numbers[f"robust/{key}"] = (column, 0.0 if key.endswith("_error") else off)
+    for key, column in zip(OF_LIMITS, np.array(margins).T, strict=bool(margins)):
+        numbers[f"robust/{key}"] = (column, margin_off)
+    out.add(numbers, point=np.array([*rows], dtype=object))
     out.record.methods.append(
         Method(
             name=f"the same {robust.samples} scrambled Sobol points for all candidates",

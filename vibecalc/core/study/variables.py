@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 from vibecalc.core.case.load import resolve
 from vibecalc.core.case.raw import field_unit, number_at
 from vibecalc.core.run.targets import check_targets
+from vibecalc.core.study.choices import ends_of, ties_of
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.parts.firing import cycle_angle
-from vibecalc.units import convert, parse_quantity, split_number
+from vibecalc.units import convert, split_number
 
 if TYPE_CHECKING:
     from vibecalc.core.case.study_tables import Objective
@@ -129,7 +130,8 @@ _ROUNDING = 1e-9
 def study_problems(case: "Case") -> Iterator[Problem]:
     """Problems of where it starts, of its further objectives and of what is asked of variables."""
     study = case.optimisation
-    assert study is not None
+    if study is None:
+        return
     yield from start_problems(case, "optimisation")
     second: KeyPath = ("second_objective",)
     for place, one in enumerate(study.goals[1:]):
@@ -171,9 +173,7 @@ def start_problems(case: "Case", table: str) -> Iterator[Problem]:
             continue
         path = (table, "variables", position)
         unit, highest = field_unit(variable.key), variable.upper or 0.0
-        lower, upper = (
-            parse_quantity(one or 0.0, unit) for one in (variable.lower, variable.upper)
-        )
+        lower, upper = ends_of(variable)
         written = number_at(resolved, variable.key, 0.5 * (lower + upper))
         period = period_of(variable.key, case.machine)
         around = 0.0 < period <= (upper - lower) * (1.0 + _ROUNDING)
@@ -186,17 +186,16 @@ def start_problems(case: "Case", table: str) -> Iterator[Problem]:
                 allowed=f"{variable.lower} to {variable.upper}",
                 hint="widen the bounds, or write a value between them into the case",
             )
-        for place, tie in enumerate(variable.follow):
-            offset = 0.0 if tie.offset is None else parse_quantity(tie.offset, unit)
-            wanted = tie.factor * written + offset
-            tied = number_at(resolved, tie.key, wanted)
+        for place, (key, factor, offset) in enumerate(ties_of(variable)):
+            wanted = factor * written + offset
+            tied = number_at(resolved, key, wanted)
             off = tied - wanted
-            period = period_of(tie.key, case.machine)
+            period = period_of(key, case.machine)
             off -= period * round(off / period) if period else 0.0
             if abs(off) > 1e-6 * max(abs(wanted), abs(tied), abs(offset), upper - lower):
                 yield Problem(
                     path=(*path, "with", place),
-                    message=f"{tie.key} as written is not what it is to follow {variable.key} by",
+                    message=f"{key} as written is not what it is to follow {variable.key} by",
                     found=shown_as(tied, unit, highest),
                     allowed=shown_as(wanted, unit, highest),
                     hint="write that into the case: the search starts from it",

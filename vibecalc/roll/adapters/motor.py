@@ -95,7 +95,7 @@ def emit_transients(
 def _emit_identifiability(scene: Scene, fitted: FittedMotor) -> None:
     fit = fitted.fit
     chosen = fit.identifiability
-    twin = identifiability(fitted.other.motor, fit.slip[fit.used], np.ones(int(fit.used.sum())))
+    twin = identifiability(fitted.other.motor, fit.slip[fit.used])
     names, count = {"motor_parameter": chosen.names}, len(chosen.names)
     numbers = {"combination": np.arange(1, count + 1)}
     for name, field in (

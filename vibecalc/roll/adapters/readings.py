@@ -200,14 +200,21 @@ def leak_of(solved: MachineTurn) -> float:
 
 
 def extremes_of(solved: MachineTurn) -> dict[str, Value]:
-    """Largest slip and variation of the speed, found between the points."""
+    """Largest slip and motor torque, variation of the speed, found between the points."""
     at = solved.speed or (lambda angles: np.asarray(solved.motion(angles).crank_speed[0]))
     angles, known = solved.turn.crank_angle[0], solved.turn.crank_speed[0]
     slow, one = peak(lambda x: -at(x), (angles, -known) if solved.speed else None)
     fast, other = peak(at, (angles, known) if solved.speed else None)
     speed = 2.0 * np.pi / float(solved.turn.period[0])
     sync = float(np.max(solved.drive.synchronous_speed))
+
+    def torque(angles: FloatArray) -> FloatArray:
+        read = readings(solved.machine, solved.drive, solved.motion(angles))
+        return np.asarray(read.motor_torque[0])
+
+    most, left = peak(torque)
     return {
+        "largest_torque": Value(most, abs(most), left),
         "speed_variation": Value((fast + slow) / speed, 1.0, (one + other) / speed),
         "largest_slip": Value(sync + slow, sync, one),
     }

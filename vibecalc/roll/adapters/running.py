@@ -148,7 +148,8 @@ def _emit_spectra(scene: Scene, parts: RollParts, orders: int, solutions: TurnSo
 def _emit_numbers(scene: Scene, solutions: TurnSolutions) -> None:
     each, leak = solutions.read(numbers_of), leak_of(solutions.solution)
     extremes: frozenset[str] = frozenset()
-    if scene.wants(f"{ROLL}/speed_variation", f"{ROLL}/largest_slip"):
+    names = ("speed_variation", "largest_slip", "largest_torque")
+    if scene.wants(*(f"{ROLL}/{name}" for name in names)):
         for values_of, more in zip(each, solutions.read(extremes_of), strict=True):
             values_of.update(more)
             extremes = frozenset(more)

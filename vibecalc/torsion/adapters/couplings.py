@@ -47,7 +47,7 @@ class Borne:
 
     def __init__(self, setup: Setup, name: str) -> None:
         self.couplings, self.name = setup.shaft.couplings, name
-        said = np.isfinite([permitted_of(one) for one in self.couplings])
+        said = np.isfinite([permitted_of(one.permissible) for one in self.couplings])
         self.limits = np.flatnonzero(np.any(said, axis=0))
         each = len(self.limits) if name == "use" else 1
         self.coupling = np.repeat(np.arange(len(self.couplings)), each)
@@ -123,7 +123,9 @@ class Borne:
 
     def _share(self, limit: int, motion: Motion, at: Rows, which: IntArray) -> Bounded:
         """Use of one of `LIMITS`; 0 where the maker does not say it."""
-        permitted = np.array([permitted_of(one) for one in self.couplings])[which, limit]
+        permitted = np.array([permitted_of(one.permissible) for one in self.couplings])[
+            which, limit
+        ]
 
         def value(name: str) -> Bounded:
             return self._value(name, motion, at, which)

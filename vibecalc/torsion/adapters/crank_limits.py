@@ -5,11 +5,11 @@ import numpy as np
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.crank_model import crank_throws, nominal_bending
 from vibecalc.torsion.crank_strength import (
     ACCEPTABILITY,
     CRANKSHAFT_KINDS,
     bending_stresses,
+    crank_throws,
     equivalent_stress,
     fatigue_strength,
     permissible_torsion,
@@ -48,7 +48,8 @@ class Judged:
         self.kind_factor = CRANKSHAFT_KINDS[limit.crankshaft_kind or "free_form"]
         self.concentration = stress_concentration(self.throw)
         self.strength = fatigue_strength(self.throw, self.tensile, self.kind_factor)
-        self.bending = bending_stresses(self.concentration, nominal_bending(limit))
+        assert limit.bending is not None  # the rule needs it, says the form
+        self.bending = bending_stresses(self.concentration, limit.bending)
         self.bored = np.stack(
             [*np.ones((2, len(self.load)), bool), self.throw.oil_bore > 0.0], axis=-1
         )

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.numerics.rounding import FloatArray
-from vibecalc.torsion.shaft_line_tables import crank_station, joints, speed_ratios
+from vibecalc.torsion.shaft_line_tables import Layout
 from vibecalc.torsion.speed_damping import SpeedLaw
 from vibecalc.torsion.station_torques import (
     Harmonic,
@@ -31,12 +31,10 @@ if TYPE_CHECKING:
 
 
 def _orders_by_entry(line: "ShaftLine") -> list[list[HarmonicOrder]]:
-    names = [station.name for station in line.stations]
-    ratio = speed_ratios(len(names), joints(line), crank_station(line)).ratio
-    found = []
+    layout, found = Layout(line), []
     for one in line.excitations:
-        station = names.index(one.on)
-        counted = 1.0 if one.of == "crankshaft" else abs(ratio[station])
+        station = layout.at[one.on]
+        counted = 1.0 if one.of == "crankshaft" else abs(layout.ratio[station])
         if one.frequencies:
             found.append([HarmonicOrder(station, 0.0, w, w, counted) for w in one.frequencies])
         else:

@@ -230,7 +230,7 @@ def _emit_passage(change: Change) -> None:
     at = course.at(swings.time)[0]
     step = float(path.fastest * np.max(swings.time_error) + 8.0 * EPSILON * speed[-1])
     change.emit("peak_half_range_speed", at, step)
-    change.emit_own("steady_half_range", top.value, top.error)
+    change.emit_own("steady_half_range", top.value, np.where(finite, top.error, 0.0))
     change.emit("steady_half_range_speed", found.speed, found.speed_error)
     over = Bounded(swings.half_range, swings.error) / where(finite, top, 1.0) - 1.0
     change.emit("overshoot", where(finite, over, -1.0))

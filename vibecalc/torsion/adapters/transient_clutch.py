@@ -7,7 +7,7 @@ from vibecalc.numerics.rounding import FloatArray
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.adapters.transient_motion import Journey, dampable, torques
 from vibecalc.torsion.line import Line, part_of
-from vibecalc.torsion.shaft_line_tables import crank_station
+from vibecalc.torsion.shaft_line_tables import Layout
 from vibecalc.torsion.study_results import TRANSIENT
 from vibecalc.torsion.transient.clutch import Clutch, Engagement, engage, slip_view
 from vibecalc.torsion.transient.march import TransientRun
@@ -42,7 +42,7 @@ def run_clutch(
         element,
         options.friction_torque * ratio,
         options.engaging_time or 0.0,
-        np.asarray(part != part[shaft.freedom[crank_station(parts)]]),
+        np.asarray(part != part[shaft.freedom[Layout(parts).crank]]),
         options.driven_speed / ratio,
     )
     order = np.append(0.0, setup.drive.order)

@@ -11,7 +11,7 @@ from vibecalc.torsion.adapters.setup import Setup, motored_torque
 from vibecalc.torsion.adapters.transient_damping import Equivalent, without_loss
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.speed_damping import SpeedLaw
-from vibecalc.torsion.transient.motion import Stretch, TorqueInTime, stretch, time_of_speed
+from vibecalc.torsion.transient.motion import Stretch, TorqueInTime, stretch
 from vibecalc.torsion.transient_tables import AT_CONSTANT_SPEED, Transient
 
 if TYPE_CHECKING:
@@ -171,75 +171,57 @@ def _ramp_share(kind: str) -> float:
     return RAMP if kind == "start" else SWING
 
 
-def _torque_shares(share: FloatArray, kind: str) -> FloatArray:
-    """Share of the cylinders' torque (k,) that there is after shares of the time.
-
-    It grows from rest and leaks away towards standstill.
-    """
-    if kind == "start":
-        return np.minimum(share / RAMP, 1.0)
-    if kind == "stop":
-        return np.minimum((1.0 - share) / RAMP, 1.0)
-    return np.ones_like(share)
-
-
 def _sweep(
     setup: Setup, begin: float, end: float, duration: float, kind: str
 ) -> tuple[Stretch, ...]:
     """From one speed to another; cut at the speeds of the gas cards, between which gas is linear.
 
     The acceleration grows and fades along straight lines: one that jumped would strike the line.
+    The torque of the cylinders grows from rest and leaks away towards standstill.
     """
+    from scipy.optimize import brentq
+
     ramp = _ramp_share(kind)
     plain = np.array([0.0, ramp, 1.0 - SWING, 1.0])
     if kind == "stop":
         plain = np.insert(plain, 2, 1.0 - RAMP)
-    share = np.union1d(plain, _shares(plain, *_profile(plain, ramp, begin, end), setup))
-    border, slope = _profile(share, ramp, begin, end)
+
+    def profile(share: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Speeds (k,) in rad/s and their slopes (k,) against the share of the time."""
+        growth = np.minimum(np.minimum(share / ramp, (1.0 - share) / SWING), 1.0)
+        added = 0.5 * (growth[1:] + growth[:-1]) * np.diff(share)
+        speed = begin + (end - begin) * np.append(0.0, np.cumsum(added) / added.sum())
+        return speed, (end - begin) / added.sum() * growth
+
+    def beyond(at: float, card: float) -> float:
+        share = np.union1d(plain, at)
+        return float(profile(share)[0][np.searchsorted(share, at)] - card)
+
+    known, close = profile(plain)[0], _CLOSE * abs(end - begin)
+    cards = [
+        brentq(beyond, 0.0, 1.0, args=(card,), xtol=1e-16, rtol=1e-15)
+        for card in setup.drive.card_speed
+        if min(begin, end) < card < max(begin, end) and np.all(np.abs(known - card) > close)
+    ]
+    share = np.union1d(plain, cards)
+    speed, slope = profile(share)
+    fired = {"start": share, "stop": 1.0 - share}.get(kind, np.ones_like(share))
+    scale = np.minimum(fired / RAMP, 1.0)
     load, exponent = _taken(setup)
-    parts = []
-    for k, length in enumerate(np.diff(share)):
-        (gas, inertia), (gas_end, _) = (torques(setup, float(one)) for one in border[k : k + 2])
-        scale = _torque_shares(share[k : k + 2], kind)
-        parts.append(
-            stretch(
-                duration * length,
-                float(slope[k]) / duration,
-                gas,
-                inertia,
-                scale=(float(scale[0]), float(scale[1])),
-                load=load,
-                exponent=exponent,
-                acceleration_rate=float(slope[k + 1] - slope[k]) / (duration**2 * length),
-                gas_end=gas_end,
-            )
+    at = [torques(setup, float(one)) for one in speed]
+    return tuple(
+        stretch(
+            duration * length,
+            float(slope[k]) / duration,
+            *at[k],
+            scale=(float(scale[k]), float(scale[k + 1])),
+            load=load,
+            exponent=exponent,
+            acceleration_rate=float(slope[k + 1] - slope[k]) / (duration**2 * length),
+            gas_end=at[k + 1][0],
         )
-    return tuple(parts)
-
-
-def _profile(
-    share: FloatArray, ramp: float, begin: float, end: float
-) -> tuple[FloatArray, FloatArray]:
-    """Speeds (k,) in rad/s and their slopes (k,) against the share of the time, at shares (k,)."""
-    growth = np.minimum(np.minimum(share / ramp, (1.0 - share) / SWING), 1.0)
-    added = 0.5 * (growth[1:] + growth[:-1]) * np.diff(share)
-    speed = begin + (end - begin) * np.append(0.0, np.cumsum(added) / added.sum())
-    return speed, (end - begin) / added.sum() * growth
-
-
-def _shares(share: FloatArray, speed: FloatArray, slope: FloatArray, setup: Setup) -> list[float]:
-    """Shares of the time at which the run passes the speed of a gas card, apart from its ends."""
-    found = []
-    close = _CLOSE * abs(speed[-1] - speed[0])
-    for card in setup.drive.card_speed:
-        if np.all(np.abs(speed - card) > close) and (speed[0] < card) != (speed[-1] < card):
-            k = int(np.flatnonzero((speed[:-1] < card) != (speed[1:] < card))[0])
-            length, bend = share[k + 1] - share[k], slope[k + 1] - slope[k]
-            part = stretch(
-                length, slope[k], np.zeros((1, 1), dtype=complex), acceleration_rate=bend / length
-            )
-            found.append(float(share[k]) + time_of_speed(part, float(speed[k]), float(card)))
-    return found
+        for k, length in enumerate(np.diff(share))
+    )
 
 
 def _steps(

@@ -1,7 +1,6 @@
 """Pictures of the orders of named shafts and stations against speed, with their sums."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -23,7 +22,7 @@ from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.torsion.curve_results import QUANTITIES
 from vibecalc.torsion.report.curves import drawn
-from vibecalc.torsion.report.line import TORSION, order_text, place_of
+from vibecalc.torsion.report.line import TORSION, order_text, place_of, row_of
 
 # ----------------------------------------------------------------------------
 # Orders in thin lines with their number at the maximum, their sum thick, the sum of their
@@ -103,15 +102,12 @@ def _heights(plot: Plot) -> Ends:
 def _own(name: str, path: str, one: str, finite: bool = False) -> Source:
     """The curve of one shaft or station; none where it is `finite` nowhere."""
 
+    row = row_of(f"{TORSION}curves/{name}/{path}", one)
+
     def made(result: Result) -> Quantity | None:
-        found = result.record.quantities.get(f"{TORSION}curves/{name}/{path}")
-        place = place_of(found, one)
-        if found is None or place is None:
-            return None
-        row = np.asarray(found.values[place], dtype=float)
-        if finite and not np.isfinite(row).any():
-            return None
-        return replace(found, values=row, axes=found.axes[-1:])
+        found = row(result.record)
+        known = found is not None and (not finite or np.isfinite(found.values).any())
+        return found if known else None
 
     return made
 

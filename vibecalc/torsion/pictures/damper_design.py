@@ -53,23 +53,19 @@ def draw_damper_map(result: Result) -> "Figure | None":
     worst = record.quantities.get(f"{DESIGN}worst_{name}")
     if found is None or worst is None:
         return None
-    best = float(worst.values)
-    unit = OBJECTIVES[name]
     from matplotlib.colors import BoundaryNorm
 
-    figure = canvas(
-        result, f"largest half range of the {name} over springs and damping of the damper", 6.6
-    )
+    best, unit = float(worst.values), OBJECTIVES[name]
+    words = f"largest half range of the {name} over springs and damping of the damper"
+    figure = canvas(result, words, 6.6)
     axes = figure.subplots()
     k, c = (np.asarray(axis.values, dtype=float) for axis in found.axes)
     over = np.asarray(found.values, dtype=float).T / best
     over = np.where(np.isfinite(over), over, 10.0 * _LEVELS[-1])
-    top = float(np.max(over))
-    least = float(np.min(over))  # a limit may keep the optimum from the best of the map
-    better = [level for level in _BETTER if level > least] if least < _BETTER[-1] else []
-    levels = [*better, 1.0, *(level for level in (*_FINE, *_LEVELS) if level < top)]
-    if top > _LEVELS[3]:
-        levels = [level for level in levels if level not in _FINE]
+    # a limit may keep the optimum from the best of the map
+    least, top = float(np.min(over)), float(np.max(over))
+    above = _LEVELS if top > _LEVELS[3] else (*_FINE, *_LEVELS)
+    levels = [*(one for one in _BETTER if one > least), 1.0, *(one for one in above if one < top)]
     filled = axes.contourf(
         k, c, over, levels=[*levels, top * 1.001], extend="min", cmap="Blues",
         norm=BoundaryNorm([*levels, top * 1.001], 256, extend="min"),
@@ -89,17 +85,13 @@ def draw_damper_map(result: Result) -> "Figure | None":
         label=f"optimum, {show(convert(best, worst.unit, unit))} {unit_words(unit)[1]}",
     )  # fmt: skip
     _basins(axes, record)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlim(k[0], k[-1])
-    axes.set_ylim(c[0], c[-1])
+    axes.set(xscale="log", yscale="log", xlim=k[[0, -1]], ylim=c[[0, -1]],
+             xlabel="stiffness in N m/rad", ylabel="damping in N m s/rad")  # fmt: skip
     plain_ticks(axes.xaxis)
     plain_ticks(axes.yaxis)
     axes.grid(visible=False)
     bar = figure.colorbar(filled, ax=axes, ticks=levels, format="{x:g}")
     bar.set_label("times the optimum")
-    axes.set_xlabel("stiffness in N m/rad")
-    axes.set_ylabel("damping in N m s/rad")
     figure.legend(loc="outside lower center", ncols=3)
     return figure
 
@@ -108,26 +100,21 @@ def _limits(axes: "Axes", result: Result, grid: tuple[np.ndarray, np.ndarray]) -
     """Borders beyond which heat or travel is above its limit."""
     given = table_of(result.case, "damper_design", "limits")
     for name, style in (("heat", "--"), ("travel", ":")):
-        limit = given.get(name)
+        limit = given.get(name) or 0.0
         found = having(result.record, f"{DESIGN}chart/{name}", "chart_stiffness", "chart_damping")
-        if not isinstance(limit, int | float) or found is None:
-            continue
-        values = np.asarray(found.values, dtype=float).T
-        if np.min(values) < limit < np.max(values):
-            axes.contour(*grid, values, levels=[limit], colors=LIMIT, linestyles=style,
+        if found is not None and np.min(found.values) < limit < np.max(found.values):
+            axes.contour(*grid, found.values.T, levels=[limit], colors=LIMIT, linestyles=style,
                          linewidths=1.6)  # fmt: skip
             axes.plot([], [], color=LIMIT, linestyle=style, label=f"limit of the {name}")
 
 
 def _basins(axes: "Axes", record: Record) -> None:
     """Ends of descents that lie elsewhere than the optimum."""
-    k, c = (having(record, f"{DESIGN}basin/{name}", "basin") for name in ("stiffness", "damping"))
-    worst = having(record, DESIGN + "basin/worst", "basin")
-    if k is None or c is None or worst is None:
-        return
-    other = np.asarray(worst.values, dtype=float) > 1.01
-    if np.any(other):
-        axes.plot(k.values[other], c.values[other], "o", color=TOTAL, ms=6, markerfacecolor="none",
+    names = ("stiffness", "damping", "worst")
+    found = [having(record, f"{DESIGN}basin/{name}", "basin") for name in names]
+    ends = np.array([one.values for one in found if one is not None])
+    if len(ends) == len(names) and np.any(ends[2] > 1.01):
+        axes.plot(*ends[:2, ends[2] > 1.01], "o", color=TOTAL, ms=6, markerfacecolor="none",
                   label="other valleys", zorder=5)  # fmt: skip
 
 

@@ -210,6 +210,10 @@ _ALIKE = 1e-6
 _MARGIN = 0.45
 #: of the side of a cell: the room between rows, a line of words in it, arrows of a star, heads
 _ROOM, _LINE, _REACH, _HEAD = 0.22, 0.13, 0.24, 0.07
+#: from, to, colour, width in points, whether dashed; phase zero points upwards
+_Arrow = tuple[complex, complex, str, float, bool]
+#: corners of the vectors that fire, laid end to end from 0, and of the others after them
+_Way = tuple[np.ndarray, np.ndarray]
 
 
 def draw_torsion_vectors(result: Result) -> "Figure | None":
@@ -217,128 +221,96 @@ def draw_torsion_vectors(result: Result) -> "Figure | None":
 
     A cylinder that does not fire is left out of the sums, and drawn next to those that do.
     """
-    record = result.record
+    record, line, modes = result.record, line_of(result), elastic_modes(result)[:_MODES]
     firing = having(record, TORSION + "excitation/firing_angle", "cylinder")
     shape = having(record, TORSION + "modes/shape", "mode", "station")
     total = having(record, TORSION + "excitation/total", "half_order")
     natural = having(record, TORSION + "modes/natural_frequency", "mode")
-    line, modes = line_of(result), elastic_modes(result)[:_MODES]
     if firing is None or shape is None or total is None or natural is None or line is None:
         return None
-    angle = np.asarray(firing.values, dtype=float)
+    angle, named = np.asarray(firing.values, dtype=float), labels(firing.axes[0])
     if angle.size < 2 or not modes:
         return None
-    orders = np.asarray(total.axes[0].values, dtype=float)
-    stars = alike(angle, orders, mirrored=not np.iscomplexobj(shape.values))[:_STARS]
-    named = labels(firing.axes[0])
+    # the mirror image of a star gives the same sums where the shapes are real
+    mirrored, order = not np.iscomplexobj(shape.values), np.asarray(total.axes[0].values)
+    phases = np.exp(-1j * np.multiply.outer(order, angle - angle[0]))
+    stars = alike(phases, mirrored)[:_STARS]
     fires = np.array([name not in silent(result) for name in named])
-    mirrored = "" if np.iscomplexobj(shape.values) else " (mirror images count as equal)"
-    words = (
-        f"phase vectors of the cylinders by order{mirrored};\n"
-        "below, each times the shape of a mode, end to end, over what all in line would be"
-    )
+    words = f"phase vectors of the cylinders by order{' (mirror images count as equal)' * mirrored}"
+    words += ";\nbelow, each times the shape of a mode, end to end, over what all in line would be"
     for ill in misfire_words(result):
         are, they = ("is", "it") if fires.sum() == len(named) - 1 else ("are", "they")
         words += f"\n{ill} and {are} not in the sums (dashed); all: if {they} did"
+    listed = [_order_words(order[group]) for group in stars]
     wide = max(len(stars), 3)
     side = min(10.0 * (WIDTH - _MARGIN) / TYPE / wide, 2.2)
-    room = _ROOM + _LINE * len(misfire_words(result))
-    names_above = max(len(_order_words(group)) for group in stars) + 0.5
-    high = (1.0 + room) * len(modes) + 1.0 + _LINE * names_above
-    figure = canvas(result, words, side * high + 0.8 + 0.2 * words.count("\n"))
+    down = 1.0 + _ROOM + _LINE * len(misfire_words(result))
+    above = 1.0 + _LINE * (max(one.count("\n") for one in listed) + 1.5)
+    high = side * (down * len(modes) + above) + 0.8 + 0.2 * words.count("\n")
+    figure = canvas(result, words, high)
     axes = figure.subplots()
     axes.set_axis_off()
     axes.set_xlim(-10.0 * _MARGIN / TYPE / side, wide)
-    axes.set_ylim(-(1.0 + room) * len(modes), 1.0 + _LINE * names_above)
-    values = hertz(1.0) * np.asarray(natural.values, dtype=float)
-    known = mode_names(result)
-    rows = [f"{known[mode]}\n{show(values[mode], digits=4)} Hz" for mode in modes]
+    axes.set_ylim(-down * len(modes), above)
+    values, known = hertz(1.0) * np.asarray(natural.values, dtype=float), mode_names(result)
+    rows = [f"{known[mode]}\n{show(values[mode])} Hz" for mode in modes]
     for place, name in enumerate(["phases", *rows]):
-        axes.text(-0.06, 0.5 - (1.0 + room) * place, name, rotation=90, ha="right", va="center",
+        axes.text(-0.06, 0.5 - down * place, name, rotation=90, ha="right", va="center",
                   fontsize=8, multialignment="center")  # fmt: skip
+    turned = [np.exp(-1j * order[group[0]] * angle) for group in stars]
     shapes = [np.asarray(shape.values)[mode][line.cylinder_station] for mode in modes]
-    ways = [[_way(row, np.exp(-1j * group[0] * angle), fires) for row in shapes] for group in stars]
-    largest = max(_reach(way) for column in ways for way in column)
+    ways = [[_way(row, one, fires) for row in shapes] for one in turned]
+    largest = max(max(np.ptp(one.real), np.ptp(one.imag))
+                  for column in ways for one in map(np.concatenate, column))  # fmt: skip
     arrows: list[_Arrow] = []
-    for column, group in enumerate(stars):
-        turned = np.exp(-1j * group[0] * angle)
+    for column, (one, text) in enumerate(zip(turned, listed, strict=True)):
         centre = column + 0.5 + 0.5j
-        listed = "\n".join(_order_words(group))
-        axes.text(centre.real, 1.04, listed, ha="center", va="bottom", fontsize=8)
-        arrows += _star(axes, centre - 0.08j, turned, named, fires)
+        axes.text(centre.real, 1.04, text, ha="center", va="bottom", fontsize=8)
+        arrows += _star(axes, centre - 0.08j, one, named, fires)
         for way in ways[column]:
-            centre -= 1j * (1.0 + room)
-            arrows += _polygon(axes, centre, way, 1.0 / max(largest, 1e-300))
+            centre -= 1j * down
+            arrows += _polygon(axes, centre, way, 1.0 / max(float(largest), 1e-300))
     _draw_arrows(axes, arrows)
     return figure
 
 
-def _order_words(orders: list[float]) -> list[str]:
+def _order_words(orders: np.ndarray) -> str:
     """`order 0.5, 3.5, 6.5 ...` in lines as wide as a column."""
-    listed = ", ".join(order_text(q) for q in orders[:4]) + (" ..." if len(orders) > 4 else "")
-    return fold(f"order {listed}", 16)
+    listed = ", ".join(map(order_text, orders[:4])) + " ..." * (len(orders) > 4)
+    return "\n".join(fold(f"order {listed}", 16))
 
 
-def alike(angle: np.ndarray, order: np.ndarray, mirrored: bool = True) -> list[list[float]]:
-    """Orders in groups of equal phases of the cylinders, each group ascending.
-
-    The mirror image of a star gives the same sums where the shapes are real: `mirrored`.
-    """
-    groups: list[list[float]] = []
-    stars: list[np.ndarray] = []
-    for q in order:
-        star = np.exp(-1j * q * (angle - angle[0]))
-        for group, other in zip(groups, stars, strict=True):
-            away = np.abs(star - other).max()
-            if mirrored:
-                away = min(away, np.abs(star.conj() - other).max())
-            if away < _ALIKE:
-                group.append(float(q))
+def alike(rows: np.ndarray, mirrored: bool = False) -> list[list[int]]:
+    """Places of equal rows of phases in groups; with `mirrored`, conjugate ones are equal."""
+    groups: list[list[int]] = []
+    for i, row in enumerate(rows):
+        same = [row, row.conj()] if mirrored else [row]
+        for group in groups:
+            if min(np.abs(one - rows[group[0]]).max() for one in same) < _ALIKE:
+                group.append(i)
                 break
         else:
-            groups.append([float(q)])
-            stars.append(star)
+            groups.append([i])
     return groups
-
-
-#: from, to, colour, width in points, whether dashed; phase zero points upwards
-_Arrow = tuple[complex, complex, str, float, bool]
 
 
 def _star(
     axes: "Axes", centre: complex, turned: np.ndarray, named: list[str], fires: np.ndarray
 ) -> list[_Arrow]:
     """An arrow for each direction, with the cylinders that share it; (3) does not fire."""
-    members: list[tuple[complex, list[str], list[bool]]] = []
-    for one, name, well in zip(turned, named, fires, strict=True):
-        word = name if well else f"({name})"
-        for other, together, alive in members:
-            if abs(one - other) < _ALIKE:
-                together.append(word)
-                alive.append(bool(well))
-                break
-        else:
-            members.append((complex(one), [word], [bool(well)]))
+    words = [name if well else f"({name})" for name, well in zip(named, fires, strict=True)]
     arrows: list[_Arrow] = []
-    for one, together, alive in members:
-        up = 1j * one
-        colour = COLOURS[0] if any(alive) else QUIET
-        arrows.append((centre, centre + _REACH * up, colour, 1.3, not any(alive)))
-        # several lines of names go away from the arrow
+    for group in alike(turned[:, None]):
+        up, fired = 1j * complex(turned[group[0]]), bool(fires[group].any())
+        colour = COLOURS[0] if fired else QUIET
+        arrows.append((centre, centre + _REACH * up, colour, 1.3, not fired))
+        # several lines of names, at most four in a line, go away from the arrow
         side = "bottom" if up.imag > 0.9 else "top" if up.imag < -0.9 else "center"
         across = "center" if side != "center" else "left" if up.real > 0.0 else "right"
-        at = centre + 1.12 * _REACH * up
-        axes.text(at.real, at.imag, _wrapped(together), ha=across, va=side, fontsize=8)
+        at, lines = centre + 1.12 * _REACH * up, range(0, len(group), 4)
+        text = "\n".join(", ".join(words[j] for j in group[i : i + 4]) for i in lines)
+        axes.text(at.real, at.imag, text, ha=across, va=side, fontsize=8)
     return arrows
-
-
-def _wrapped(together: list[str]) -> str:
-    """At most four names in a line."""
-    return "\n".join(", ".join(together[i : i + 4]) for i in range(0, len(together), 4))
-
-
-#: corners of the vectors that fire, laid end to end from 0, and of the others after them
-_Way = tuple[np.ndarray, np.ndarray]
 
 
 def _way(row: np.ndarray, turned: np.ndarray, fires: np.ndarray) -> _Way:
@@ -349,25 +321,17 @@ def _way(row: np.ndarray, turned: np.ndarray, fires: np.ndarray) -> _Way:
     return way, way[-1] + np.concatenate([[0.0], np.cumsum(steps[~fires])])
 
 
-def _reach(way: _Way) -> float:
-    """The larger side of what a way covers."""
-    corners = np.concatenate(way)
-    return float(max(np.ptp(corners.real), np.ptp(corners.imag)))
-
-
 def _polygon(axes: "Axes", centre: complex, way: _Way, scale: float) -> list[_Arrow]:
     """A way about the centre of its cell, all to one scale so that sums compare, and its sum."""
-    every = np.concatenate(way)
-    middle = 0.5 * complex(every.real.max() + every.real.min(), every.imag.max() + every.imag.min())
+    real, imag = (part(np.concatenate(way)) for part in (np.real, np.imag))
+    middle = 0.5 * complex(real.max() + real.min(), imag.max() + imag.min())
     (fired, rest), start = (scale * (one - middle) + centre for one in way), centre - scale * middle
     arrows: list[_Arrow] = []
     if abs(way[0][-1]) > 1e-3:
         arrows.append((start, fired[-1], LIMIT, 2.6, False))
     arrows += [(a, b, COLOURS[0], 1.3, False) for a, b in pairwise(fired)]
     arrows += [(a, b, QUIET, 1.3, True) for a, b in pairwise(rest)]
-    words = f"sum {abs(way[0][-1]):.3f}"
-    if way[1].size > 1:
-        words += f"\nall {abs(way[1][-1]):.3f}"
+    words = f"sum {abs(way[0][-1]):.3f}" + f"\nall {abs(way[1][-1]):.3f}" * (way[1].size > 1)
     axes.text(centre.real, centre.imag - 0.54, words, ha="center", va="top", fontsize=8)
     axes.plot([start.real], [start.imag], "o", color=TOTAL, ms=3)
     return arrows
@@ -381,22 +345,22 @@ def _draw_arrows(axes: "Axes", arrows: list[_Arrow]) -> None:
     start, stop = (np.array([one[i] for one in drawn]) for i in (0, 1))
     colours = [one[2] for one in drawn]
     long = np.abs(stop - start)
-    along_ = (stop - start) / long
-    back = stop - along_ * np.minimum(_HEAD, long)
-    aside = 1j * along_ * np.minimum(_HEAD, long) / 3.0
-    lines = np.stack([start, back], axis=1)
-    heads = np.stack([stop, back + aside, back - aside], axis=1)
+    along = (stop - start) / long
+    back = stop - along * np.minimum(_HEAD, long)
+    aside = 1j * along * np.minimum(_HEAD, long) / 3.0
+    lines, heads = (
+        list(np.stack([places.real, places.imag], axis=-1))
+        for places in (
+            np.stack([start, back], axis=1),
+            np.stack([stop, back + aside, back - aside], axis=1),
+        )
+    )
     shafts = LineCollection(
-        _points(lines), colors=colours, linewidths=[one[3] for one in drawn],
+        lines, colors=colours, linewidths=[one[3] for one in drawn],
         linestyles=["--" if one[4] else "-" for one in drawn],
     )  # fmt: skip
     axes.add_collection(shafts, autolim=False)
-    axes.add_collection(PolyCollection(_points(heads), facecolors=colours), autolim=False)
-
-
-def _points(places: np.ndarray) -> list[np.ndarray]:
-    """Complex places (n, m) as n rows of points (m, 2)."""
-    return list(np.stack([places.real, places.imag], axis=-1))
+    axes.add_collection(PolyCollection(heads, facecolors=colours), autolim=False)
 
 
 # ----------------------------------------------------------------------------

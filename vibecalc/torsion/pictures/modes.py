@@ -198,9 +198,10 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
     colours = [COLOURS[i % len(COLOURS)] for i in range(len(modes))]
     aside, below, known = 0, -top, mode_names(result)
     for mode, value, colour in zip(modes, frequency, colours, strict=True):
-        thin = {} if course is None else {"linewidth": 0.6, "alpha": 0.4}
-        axes.axhline(value, **{"color": colour, "linewidth": 1.8, **thin})
-        if course is not None:
+        if course is None:
+            axes.axhline(value, color=colour, linewidth=1.8)
+        else:
+            axes.axhline(value, color=colour, linewidth=0.6, alpha=0.4)
             axes.plot(rpm(1.0) * course.axes[1].values, hertz(1.0) * course.values[mode],
                       color=colour)  # fmt: skip
         # the names of modes that lie close stand side by side

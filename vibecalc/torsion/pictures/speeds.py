@@ -33,6 +33,7 @@ from vibecalc.torsion.report.line import (
     names,
     order_text,
     place_of,
+    row_of,
     vector,
     worst_section,
 )
@@ -211,11 +212,8 @@ def _sections(
 
 def _row(record: Record, load: str, section: str) -> np.ndarray | None:
     """Values over the speed of one section, None if there are none."""
-    quantity = having(record, f"{TORSION}speeds/{load}", "section", "speed")
-    place = place_of(quantity, section)
-    if quantity is None or place is None:
-        return None
-    return np.asarray(quantity.values[place], dtype=float)
+    found = row_of(f"{TORSION}speeds/{load}", section)(record)
+    return None if found is None else np.asarray(found.values, dtype=float)
 
 
 def _speeds(result: Result) -> list[Panel]:

@@ -26,11 +26,12 @@ from vibecalc.core.report.curves import (
     Plot,
     Source,
     entry_of,
+    first_of,
     level,
     operating,
     sourced,
 )
-from vibecalc.core.report.sections import along, having, labels, scalar_of, table_of
+from vibecalc.core.report.sections import having, labels, scalar_of, table_of
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.pictures.excitation import torque_words
@@ -40,7 +41,6 @@ from vibecalc.torsion.study_results import PASSAGES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.colors import LogNorm
     from matplotlib.figure import Figure
 
 # ----------------------------------------------------------------------------
@@ -190,50 +190,47 @@ _MOVES = 0.05
 
 def draw_torsion_waterfall(result: Result) -> "Figure | None":
     """Colours over speed (or time) and frequency, with orders and natural frequencies."""
-    record = result.record
-    found = having(record, TRANSIENT + "waterfall/frequency", "waterfall_time",
-                   "waterfall_frequency")  # fmt: skip
-    speed = along(record, TRANSIENT + "waterfall/speed", "waterfall_time")
+    record, stem = result.record, TRANSIENT + "waterfall"
+    found = having(record, f"{stem}/frequency", "waterfall_time", "waterfall_frequency")
+    speed = having(record, f"{stem}/speed", "waterfall_time")
     if found is None or speed is None:
         return None
-    turning = rpm(1.0) * np.asarray(speed[0].values, dtype=float)
-    steps = np.diff(turning)
-    moves = bool(np.all(steps >= 0.0) or np.all(steps <= 0.0)) and float(np.ptp(turning)) > (
-        _MOVES * float(np.max(turning))
-    )
-    figure = canvas(result, f"torque in section {_section(result)} during the change", 6.2)
-    axes = figure.subplots()
-    frequency = hertz(1.0) * np.asarray(found.axes[1].values, dtype=float)
+    from matplotlib.colors import LogNorm
+
     factor, unit = torque_unit(record)
-    size = factor * np.abs(np.asarray(found.values))
-    across = turning if moves else np.asarray(found.axes[0].values, dtype=float)
+    size, across = factor * np.abs(found.values), rpm(1.0) * speed.values
+    steps = np.diff(across)
+    one_way = bool(np.all(steps >= 0.0) or np.all(steps <= 0.0))
+    moves = one_way and np.ptp(across) > _MOVES * np.max(across)
     if moves:
         # held speeds at the ends would be drawn on one line
-        kept = np.concatenate([[True], np.abs(np.diff(across)) > 1e-6 * float(np.max(across))])
+        kept = np.append(True, np.abs(steps) > 1e-6 * np.max(across))
         across, size = across[kept], size[kept]
-    top = float(np.max(size))
+    else:
+        across = found.axes[0].values
+    frequency, top = hertz(1.0) * found.axes[1].values, float(np.max(size))
+    low, high, highest = float(np.min(across)), float(np.max(across)), float(frequency[-1])
+    figure = canvas(result, f"torque in section {_section(result)} during the change", 6.2)
+    axes = figure.subplots()
+    least = top * 10.0**-_DECADES
     shades = axes.pcolormesh(
-        across, frequency, np.maximum(size, top * 10.0**-_DECADES).T, cmap="Blues",
-        shading="gouraud", norm=_norm(top), rasterized=True,
+        across, frequency, np.maximum(size, least).T, cmap="Blues", shading="gouraud",
+        norm=LogNorm(vmin=least, vmax=top), rasterized=True,
     )  # fmt: skip
     bar = figure.colorbar(shades, ax=axes, pad=0.06 if moves else 0.02)
     bar.set_label(f"amplitude in {unit_words(unit)[1]}")
-    low, high = float(np.min(across)), float(np.max(across))
-    axes.set_xlim(low, high)
-    axes.set_ylim(0.0, float(frequency[-1]))
-    if moves:
-        _orders(axes, record, low, high, float(frequency[-1]))
-    _natural(axes, result, float(frequency[-1]))
+    axes.set(xlim=(low, high), ylim=(0.0, highest), ylabel="frequency in Hz",
+             xlabel="crank speed in rpm" if moves else "time in s")  # fmt: skip
     axes.grid(visible=False)
-    axes.set_xlabel("crank speed in rpm" if moves else "time in s")
-    axes.set_ylabel("frequency in Hz")
+    if moves:
+        _orders(axes, record, low, high, highest)
+    natural = hertz(1.0) * first_of(record, TORSION + "modes/natural_frequency")
+    for name, value in zip(mode_names(result), natural, strict=True):
+        if 0.0 < value < 0.98 * highest:
+            axes.axhline(value, color=LIMIT, linewidth=0.8, linestyle=":")
+            note(axes, name, (0.0, value), (4, 2), xycoords=axes.get_yaxis_transform(),
+                 color=LIMIT, bbox=PLATE)  # fmt: skip
     return figure
-
-
-def _norm(top: float) -> "LogNorm":
-    from matplotlib.colors import LogNorm
-
-    return LogNorm(vmin=top * 10.0**-_DECADES, vmax=top)
 
 
 def _orders(axes: "Axes", record: Record, low: float, high: float, top: float) -> None:
@@ -249,28 +246,13 @@ def _orders(axes: "Axes", record: Record, low: float, high: float, top: float) -
     there = (size > walls[:, :-2]) & (size > walls[:, 2:])
     score = np.where(there, size, 0.0).max(axis=0)
     best = [place for place in np.argsort(-score, kind="stable")[:_NAMED] if score[place] > 0.0]
-    chosen = np.sort(orders[best])
-    for order in chosen:
+    for order in np.sort(orders[best]):
         slope = order / 60.0
         end = min(high, top / slope)
         axes.plot([low, end], [slope * low, slope * end], color=QUIET, linewidth=0.7, alpha=0.8)
-        right = end >= high
-        note(axes, f"{order:g}", (end, slope * end), (3, 0) if right else (0, 2),
-            ha="left" if right else "center", va="center" if right else "bottom", color=QUIET,
-            annotation_clip=False)  # fmt: skip
-
-
-def _natural(axes: "Axes", result: Result, top: float) -> None:
-    found = result.record.quantities.get("response/torsion/modes/natural_frequency")
-    if found is None:
-        return
-    for name, value in zip(mode_names(result), hertz(1.0) * np.asarray(found.values), strict=True):
-        if not 0.0 < value < 0.98 * top:
-            continue
-        axes.axhline(value, color=LIMIT, linewidth=0.8, linestyle=":")
-        note(axes, name, (0.0, value), (4, 2), xycoords=axes.get_yaxis_transform(),
-            color=LIMIT,
-            bbox=PLATE)  # fmt: skip
+        aside = {"ha": "left", "va": "center"} if end >= high else {"ha": "center", "va": "bottom"}
+        note(axes, f"{order:g}", (end, slope * end), (3, 0) if end >= high else (0, 2),
+             color=QUIET, annotation_clip=False, **aside)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------

@@ -90,7 +90,7 @@ def _identity(result: Result, one: "Coupling", place: int) -> list[str]:
 
 def _limits(result: Result, one: "Coupling", place: int) -> list[str]:
     """A row for each limit that the maker says."""
-    from vibecalc.torsion.couplings import LIMITS, permitted_of
+    from vibecalc.torsion.couplings import LIMITS, has_limit
 
     use = having(result.record, f"{COUPLING}/use", "coupling", "coupling_limit")
     if use is None:
@@ -106,7 +106,7 @@ def _limits(result: Result, one: "Coupling", place: int) -> list[str]:
         )
         if (quantity := having(result.record, path, *(axis.name for axis in use.axes))) is not None
     ]
-    said = dict(zip(LIMITS, np.isfinite(permitted_of(one)).tolist(), strict=True))
+    said = dict(zip(LIMITS, has_limit(one.permissible), strict=True))
     rows = []
     for at, name in enumerate(labels(use.axes[1])):
         if not said[name]:

@@ -6,8 +6,8 @@ from typing import Any
 from vibecalc.core.report.sections import Section, having, labels, table_of
 from vibecalc.core.report.writing import Column, number, paragraph, table
 from vibecalc.core.results.record import Result
-from vibecalc.torsion.damping_tables import ARCHER
 from vibecalc.torsion.report.line import TORSION, cell, short, titled, together, turns
+from vibecalc.torsion.speed_damping import ARCHER
 
 # ----------------------------------------------------------------------------
 # Which damping each station and shaft has: its law, and its value at the operating speed.

@@ -254,8 +254,8 @@ def _by_limit(
     axes = [axis.name for axis in of.axes]
     named, rows = [labels(axis) for axis in of.axes[1:]], list[list[str]]()
     known = [
-        (having(record, _LIMIT + path, *axes) or having(record, _LIMIT + path, "limit"), *how)
-        for path, _, *how in columns
+        (having(record, _LIMIT + path, *axes) or having(record, _LIMIT + path, "limit"), unit, how)
+        for path, _, unit, how in columns
     ]
     for i, *place in np.argwhere(there).tolist():
         row = [str(i + 1), *(own[j] for own, j in zip(named, place, strict=True))]

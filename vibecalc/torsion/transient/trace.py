@@ -74,7 +74,7 @@ def samples(run: TransientRun, begin: float, end: float, finer: int = 1) -> Samp
     for start, step, value in _pieces(run, finer, begin, end):
         if times:
             times[-1], values[-1] = times[-1][:-1], values[-1][:-1]
-        times.append(start + step * np.arange(len(value)))
+        times.append(start + step * np.arange(len(value), dtype=float))
         values.append(value)
     if not times:
         raise NumericalFailure(f"no part of the run lies between {begin:.6g} and {end:.6g} s")

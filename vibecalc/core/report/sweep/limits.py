@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,19 +16,42 @@ from vibecalc.core.results.catalogue import deciding
 from vibecalc.core.results.printed import read_printed
 from vibecalc.core.results.select import STANDARD_ERRORS, Side
 from vibecalc.core.results.tolerance import remedy
-from vibecalc.core.results.verdicts import Bound, bounds_of, held
+from vibecalc.core.results.verdicts import bounds_of, held
 
 # ----------------------------------------------------------------------------
 # Limits of a case judged at every point of its sweep, and the points that keep all of them.
 # ----------------------------------------------------------------------------
 
 
-class Limit(NamedTuple):
-    """One side of a `[[limit]]` at all points, (points,) each; bound and margin are in SI.
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """Whether points keep limits: `state` (points,) is 1 where the whole interval of value and
+    error lies inside, -1 where it lies outside, 0 where neither is so, NaN where there is no value.
+    """
 
-    `margin` is positive inside, NaN where nothing was computed. `kept` says where the whole
-    interval of the value and its error lies inside, `broken` where it lies outside, `open` where
-    neither is so. `shown` is the bound as written, with its unit.
+    state: np.ndarray
+
+    @property
+    def kept(self) -> np.ndarray:
+        """Points (points,) that are computed and keep them."""
+        return np.asarray(self.state > 0)
+
+    @property
+    def broken(self) -> np.ndarray:
+        """Points that break one."""
+        return np.asarray(self.state < 0)
+
+    @property
+    def open(self) -> np.ndarray:
+        """Points that do neither."""
+        return np.asarray(self.state == 0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limit(Judged):
+    """One side of a `[[limit]]`; `bound` and `margin` (points,), positive inside, are in SI.
+
+    `words` are the side and the bound as written, with its unit: `max 100 N`.
     """
 
     quantity: str
@@ -35,55 +59,61 @@ class Limit(NamedTuple):
     source: str
     side: Side
     bound: float
-    shown: str
-    unit: str
+    words: str
     worst: Worst
     margin: np.ndarray
-    kept: np.ndarray
-    broken: np.ndarray
-    open: np.ndarray
-
-    @property
-    def words(self) -> str:
-        """`max 100 N`."""
-        return f"{self.side} {self.shown}"
 
 
-class Judged(NamedTuple):
-    """Limits on what a sweep keeps, in the order of the case, and quantities it does not keep.
-
-    `kept` says which points are computed and keep every limit, (points,), `broken` which break one,
-    `open` which do neither.
-    """
+@dataclass(frozen=True, kw_only=True)
+class Limits(Judged):
+    """All limits on what a sweep keeps, in the order of the case, and quantities it does not."""
 
     limits: list[Limit]
     missing: list[str]
-    kept: np.ndarray
-    broken: np.ndarray
-    open: np.ndarray
 
 
-def judge(sweep: SweepView) -> Judged:
+def judge(sweep: SweepView) -> Limits:
     """All limits of the case at all points."""
     limits: list[Limit] = []
     missing: dict[str, None] = {}
     for row in sweep.case.get("limit") or ():
-        path = str(row["quantity"])
-        sides = [side for side in ("max", "min") if row.get(side) is not None]
+        path, where = str(row["quantity"]), dict(row.get("where") or {})
+        sides: list[Side] = [side for side in ("max", "min") if row.get(side) is not None]
         for side in sides:
-            extreme = deciding(path, row.get("where") or {}, side)
+            extreme = deciding(path, where, side)
             found = extreme if extreme in sweep.quantities else path
-            if found not in sweep.quantities:
+            if found in sweep.quantities:
+                limits.append(_judge(sweep, row, found, side))
+            else:
                 missing[path] = None
-                continue
-            bounds = bounds_of({side: row[side]}, sweep.quantities[found].unit)
-            limits += [_judge(sweep, row, found, bound) for bound in bounds]
-    kept = np.all([sweep.done, *(limit.kept for limit in limits)], axis=0)
-    broken = np.any([np.zeros_like(kept), *(limit.broken for limit in limits)], axis=0)
-    return Judged(limits, list(missing), kept, broken, sweep.done & ~kept & ~broken)
+    known = np.where(sweep.done, 1.0, np.nan)
+    state = np.min([known, *(limit.state for limit in limits)], axis=0)
+    return Limits(state=state, limits=limits, missing=list(missing))
 
 
-def best(sweep: SweepView, judged: Judged) -> tuple[int, str] | None:
+def _judge(sweep: SweepView, row: Mapping[str, Any], path: str, side: Side) -> Limit:
+    (bound,) = bounds_of({side: row[side]}, sweep.quantities[path].unit)
+    printed = read_printed(bound.written, default_unit=sweep.quantities[path].unit)
+    where = dict(row.get("where") or {})
+    counted = worst(sweep, path, where, side)
+    with np.errstate(invalid="ignore"):
+        margin = bound.left(counted.values)
+        spread = 0.0 if counted.spread is None else STANDARD_ERRORS * counted.spread
+        state = held(margin, counted.errors + spread, bound.value)
+    return Limit(
+        state=np.where(sweep.done, state, np.nan),
+        quantity=path,
+        where=where,
+        source=str(row.get("source") or ""),
+        side=side,
+        bound=bound.value,
+        words=f"{side} {printed.number:g} {printed.unit}".rstrip(),
+        worst=counted,
+        margin=margin,
+    )
+
+
+def best(sweep: SweepView, judged: Limits) -> tuple[int, str] | None:
     """The point that keeps all limits with the best objective, and words on it.
 
     That of [sweep], else of [optimisation]. None if no point keeps all limits, or no objective is
@@ -109,40 +139,15 @@ def least_broken(sweep: SweepView, limits: Sequence[Limit]) -> tuple[int, Limit,
 
     Its worst limit is by the smallest share of its bound beyond it; the limit and share are named.
     """
-    if not limits or not sweep.done.any():
+    if not limits:
         return None
     shares = np.stack([limit.margin / (abs(limit.bound) or 1.0) for limit in limits])
     shares = np.where(np.isnan(shares), -np.inf, shares)
-    smallest = np.where(sweep.done, shares.min(axis=0), -np.inf)
+    smallest = shares.min(axis=0)
     point = int(np.argmax(smallest))
     if not math.isfinite(smallest[point]):
         return None
     return point, limits[int(np.argmin(shares[:, point]))], float(-smallest[point])
-
-
-def _judge(sweep: SweepView, row: Mapping[str, Any], path: str, bound: Bound) -> Limit:
-    unit = sweep.quantities[path].unit
-    printed = read_printed(bound.written, default_unit=unit)
-    where = dict(row.get("where") or {})
-    counted = worst(sweep, path, where, bound.side)
-    with np.errstate(invalid="ignore"):
-        margin = bound.left(counted.values)
-        spread = 0.0 if counted.spread is None else STANDARD_ERRORS * counted.spread
-        state = held(margin, counted.errors + spread, bound.value)
-    return Limit(
-        quantity=path,
-        where=where,
-        source=str(row.get("source") or ""),
-        side=bound.side,
-        bound=bound.value,
-        shown=f"{printed.number:g} {printed.unit}".rstrip(),
-        unit=unit,
-        worst=counted,
-        margin=margin,
-        kept=sweep.done & (state > 0),
-        broken=sweep.done & (state < 0),
-        open=sweep.done & (state == 0),
-    )
 
 
 # ----------------------------------------------------------------------------
@@ -190,12 +195,6 @@ def nearest(sweep: SweepView, among: np.ndarray) -> int | None:
     return int(points[np.argmin(distance)])
 
 
-def ranges(sweep: SweepView, among: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Smallest and largest value of each key over the points of `among`, (keys,) each, in SI."""
-    values = sweep.values_of(np.flatnonzero(among))
-    return values.min(axis=0), values.max(axis=0)
-
-
 # ----------------------------------------------------------------------------
 # Where a sweep keeps the limits of its case: shares, nearest points, and the region in words.
 # ----------------------------------------------------------------------------
@@ -206,7 +205,7 @@ _REGION = (
 )  # fmt: skip
 
 
-def limit_lines(sweep: SweepView, judged: Judged) -> list[str]:
+def limit_lines(sweep: SweepView, judged: Limits) -> list[str]:
     """Table of the limits, then the region where all are kept, the best point and the nearest."""
     rows = [_row(sweep, limit) for limit in judged.limits]
     lines = [*table(_LIMITS, rows), "", *_region(sweep, judged)] if rows else []
@@ -215,22 +214,22 @@ def limit_lines(sweep: SweepView, judged: Judged) -> list[str]:
     return lines
 
 
-def share_within_limits(sweep: SweepView, judged: Judged) -> str:
+def share_within_limits(sweep: SweepView, judged: Limits) -> str:
     """`all 3 limits are kept at 120 of 441 (27.2 %) computed points`."""
     limits = judged.limits
     which = {1: "the limit is", 2: "both limits are"}.get(
         len(limits), f"all {len(limits)} limits are"
     )
-    undecided = np.count_nonzero(judged.open & sweep.independent)
-    remedies = (remedy(sweep.quantities[one.quantity], sweep.case)
-                for one in limits if np.any(one.open))  # fmt: skip
-    by = f"{' and '.join(dict.fromkeys(remedies))} would decide it"
-    words = f", undecided at {undecided}: {by}" if undecided else ""
-    return f"{which} kept at {_share(sweep, judged.kept)} computed points{words}"
+    words = f"{which} kept at {_share(sweep, judged)} computed points"
+    if undecided := np.count_nonzero(judged.open & sweep.independent):
+        wanting = (sweep.quantities[one.quantity] for one in limits if np.any(one.open))
+        remedies = dict.fromkeys(remedy(one, sweep.case) for one in wanting)
+        words += f", undecided at {undecided}: {' and '.join(remedies)} would decide it"
+    return words
 
 
 def _row(sweep: SweepView, limit: Limit) -> list[str]:
-    name = read_as(limit.quantity, limit.unit)[0]
+    name = read_as(limit.quantity, sweep.quantities[limit.quantity].unit)[0]
     picks = ", ".join(f"{axis} {entry}" for axis, entry in limit.where.items())
     for remark in (picks, f"({limit.source})" if limit.source else ""):
         name += f"\n  {remark}" if remark else ""
@@ -238,27 +237,30 @@ def _row(sweep: SweepView, limit: Limit) -> list[str]:
     where = "-" if np.any(limit.kept & sweep.independent) else "none"
     if near is not None:
         where = sweep.words_of(near).replace(", ", "\n")
-    share = _share(sweep, limit.kept).replace(" (", "\n(")
+    share = _share(sweep, limit).replace(" (", "\n(")
     open_ = np.count_nonzero(limit.open & sweep.independent)
     share += f"\n{open_} undecided" if open_ else ""
     return [name, limit.words, share, where]
 
 
-def _share(sweep: SweepView, kept: np.ndarray) -> str:
+def _share(sweep: SweepView, judged: Judged) -> str:
     """How many of the computed points that are samples on their own: `120 of 441 (27.2 %)`."""
-    count, total = (np.count_nonzero(one & sweep.independent) for one in (kept, sweep.done))
+    count, total = (np.count_nonzero(one & sweep.independent) for one in (judged.kept, sweep.done))
     return f"{count} of {total}" + (f" ({100.0 * count / total:.3g} %)" if total else "")
 
 
-def _region(sweep: SweepView, judged: Judged) -> list[str]:
+def _region(sweep: SweepView, judged: Limits) -> list[str]:
     if judged.kept.any():
-        _, words = best(sweep, judged) or (0, "")
-        said = filter(None, (words, _nearest(sweep, judged.kept)))
-        below = [line for words in said for line in paragraph(words)]
-        return [*paragraph("where all limits are kept:"), *_extent(sweep, judged.kept), "", *below]
+        lines = [*paragraph("where all limits are kept:"), *_extent(sweep, judged.kept), ""]
+        if found := best(sweep, judged):
+            lines += paragraph(found[1])
+        here, near = case_values(sweep), nearest(sweep, judged.kept)
+        if here is not None and near is not None:
+            words = f"({sweep.words(here)}): {sweep.words_of(near)}"
+            lines += paragraph(f"nearest to the case as written {words}.")
+        return lines
     lines = paragraph("No computed point keeps all limits.")
-    broken = least_broken(sweep, judged.limits)
-    if broken is not None:
+    if broken := least_broken(sweep, judged.limits):
         point, limit, share = broken
         text = f"least broken at {sweep.words_of(point)}: {read_as(limit.quantity, '')[0]} is "
         text += f"{show(100.0 * share, digits=3)} % of its bound beyond it"
@@ -269,31 +271,19 @@ def _region(sweep: SweepView, judged: Judged) -> list[str]:
 
 def _extent(sweep: SweepView, kept: np.ndarray) -> list[str]:
     """The smallest box around all points that keep the limits; `>` where it meets the sweep's."""
-    swept = ranges(sweep, np.ones(sweep.count, dtype=bool))
-    inside = ranges(sweep, kept)
-    values = sweep.values_of(np.flatnonzero(kept))
+    every = sweep.values_of(np.arange(sweep.count))
     rows = []
-    for column, key in enumerate(sweep.keys):
+    for key, swept, inside in zip(sweep.keys, every.T, every[kept].T, strict=True):
         if key.choices:
-            which = sorted({round(float(value)) for value in values[:, column]})
-            names = ", ".join(key.choices[place] for place in which)
+            names = ", ".join(key.choices[place] for place in np.unique(inside).astype(int))
             rows.append([f"{key.label}: {names}", "", "", "", "", "", ""])
             continue
-        ends = [key.number(end[column]) for end in (*swept, *inside)]
-        low, high = (swept[side][column] == inside[side][column] for side in (0, 1))
-        rows.append([key.label, *ends, key.written_unit, "<" * bool(low) + ">" * bool(high)])
+        ends = np.array([(one.min(), one.max()) for one in (swept, inside)])
+        low, high = ends[0] == ends[1]
+        numbers = map(key.number, ends.ravel())
+        rows.append([key.label, *numbers, key.written_unit, "<" * bool(low) + ">" * bool(high)])
     words = (
         "< and >: the region reaches the lower or the upper end of what was swept, and may go on "
         "beyond it"
     )
     return [*table(_REGION, rows), *(paragraph(words) if any(row[-1] for row in rows) else [])]
-
-
-def _nearest(sweep: SweepView, kept: np.ndarray) -> str:
-    here = case_values(sweep)
-    near = nearest(sweep, kept)
-    if here is None or near is None:
-        return ""
-    pairs = zip(sweep.keys, here, strict=True)
-    written = ", ".join(f"{key.label} = {key.shown(value)}" for key, value in pairs)
-    return f"nearest to the case as written ({written}): {sweep.words_of(near)}."

@@ -1,19 +1,15 @@
 """Results of a sweep along one axis, a line for each value of a short second one."""
 
-from dataclasses import replace
-from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibecalc.core.report.canvas import LIMIT, QUIET, keep_apart, note, palette, unit_words
-from vibecalc.core.report.curves import Curve, Curves, Ends, Mark, Panel, Plot, resonances, rows_of
-from vibecalc.core.report.sweep.limits import Limit
+from vibecalc.core.report.curves import Curve, Curves, Panel, Plot, resonances, rows_of
 from vibecalc.core.report.sweep.picture_parts import (
     BEST,
     FEW,
-    HATCH,
     Picture,
     Shown,
     along,
@@ -95,40 +91,31 @@ def _panel(picture: Picture, one: Shown) -> Panel:
         second = picture.grid[1].keys[0]
         names = [unit_words(second.shown(value))[1] for value in picture.grid[1].table[:, 0]]
         words = f"{second.label} = {{}}"
-    places, values = _with_gaps(sweep, x, numbers, values)
-    at_end = separate is not None and len(names) > _ENTRIES
-    if at_end:
+    if at_end := separate is not None and len(names) > _ENTRIES:
         words, notes = "", [f"{sweep.quantities[one.path].axes[0].name} at the right"]
     if one.worst.spread is not None:
         notes.append(f"{'bars' if x.size <= _DENSE else 'band'}: standard error")
+    places, values = _with_gaps(sweep, x, numbers, values)
     choices = np.array([key.shown(value) for value in axis.table[:, 0]], dtype=object)
     along_x = Axis(
         name=key.key, values=choices if key.choices else places, unit="", long_name=key.label
     )
     lines = Axis(name="line", values=np.array(names, dtype=object))
     drawn = Quantity(path="", values=values, unit="", long_name="", axes=(lines, along_x))
-    rows = rows_of(drawn, _LEVELS, np.real)
-
-    def curve(members: list[str], row: np.ndarray, i: int) -> Curve:
-        # an entry has one colour in all panels
-        colour, dashes = palette(i)
-        look = {"color": colour, "linestyle": "none" if key.choices else dashes,
-                "marker": "o" if x.size <= _SEEN else "", "ms": 4}  # fmt: skip
-        line = replace(drawn, values=row, axes=(along_x,))
-        return Curve(lambda _: line, words.replace("{}", ", ".join(members)), look, part=np.real)
+    look = {"marker": "o" if x.size <= _SEEN else "", "ms": 4}
+    look |= {"linestyle": "none"} if key.choices else {}
 
     def marks(plot: Plot) -> None:
         axes = plot.axes
         if one.worst.spread is not None:
-            for _, row, (i,) in rows:
-                _spread(axes, x, row, one.factor * one.worst.spread[numbers[i]], palette(i)[0])
+            for i, (_, row, (line,)) in enumerate(rows_of(drawn, _LEVELS, np.real)):
+                spread = one.factor * one.worst.spread[numbers[line]]
+                _spread(axes, x, row, spread, palette(i)[0])
         unbounded = places[np.isinf(values).any(axis=0)]
         foot = axes.get_xaxis_transform()
         if unbounded.size:
             axes.plot(unbounded, np.full(unbounded.size, 0.97), "^", color=LIMIT, transform=foot,
-                      label="unbounded", clip_on=False)  # fmt: skip
-        for limit in one.limits:
-            _undecided(axes, x, one, limit, numbers)
+                      label="unbounded", clip_on=False, zorder=5)  # fmt: skip
         for mark in picture.marks:
             up, across = np.nonzero(np.isin(numbers, mark.points))
             # one row of crosses for each line
@@ -138,14 +125,16 @@ def _panel(picture: Picture, one: Shown) -> Panel:
             point, at, label = picture.star
             axes.plot(at[:1], [one.values[point]], **BEST, label=label)
         if separate is not None and picture.here is not None:
-            place = picture.here[0]
-            axes.axvline(place, color="black", ls="--", lw=1.0, label="the case as written")
+            axes.axvline(picture.here[0], color="black", ls="--", lw=1.0,
+                         label="the case as written")  # fmt: skip
+        _limits(plot, x, one, numbers, values)
+        if at_end:
+            _name_ends(axes, plot.drawn[0][0], drawn)
 
-    curves = (curve(members, row, i) for members, row, (i,) in rows)
-    parts: tuple[Mark, ...] = (*curves, marks, resonances(_MODES))
+    curve = Curve(lambda _: drawn, words, look, most=_LEVELS, part=np.real)
     return Panel(
-        one.label, parts, one.title(*notes), log="x" if axis.logarithmic else "",
-        ends=partial(_ends, drawn, one, at_end), below=axis_title(axis),
+        one.label, (curve, marks, resonances(_MODES)), one.title(*notes),
+        log="x" if axis.logarithmic else "", below=axis_title(axis),
     )  # fmt: skip
 
 
@@ -169,16 +158,6 @@ def _with_gaps(
     )
 
 
-def _undecided(axes: "Axes", x: np.ndarray, one: Shown, limit: Limit, numbers: np.ndarray) -> None:
-    """Error bars where they reach over a limit."""
-    rows, columns = np.nonzero(limit.open[numbers])
-    if rows.size:
-        points = numbers[rows, columns]
-        value, error = (one.factor * part[points] for part in limit.worst[:2])
-        axes.errorbar(x[columns], value, error, fmt="none", ecolor=QUIET, capsize=3,
-                      label="error where it reaches over a limit: undecided")  # fmt: skip
-
-
 def _spread(axes: "Axes", x: np.ndarray, y: np.ndarray, spread: np.ndarray, colour: str) -> None:
     if x.size <= _DENSE:
         axes.errorbar(x, y, spread, fmt="none", ecolor=colour, capsize=4)
@@ -198,46 +177,30 @@ def _separate(picture: Picture, one: Shown) -> tuple[np.ndarray, list[str]] | No
     return values[picture.points].T * one.factor, list(names)
 
 
-def _ends(lines: Quantity, one: Shown, named: bool, plot: Plot) -> Ends:
-    """Ends of the upright axis, which is given its scale here; limits and names at the right."""
-    axes, values = plot.axes, lines.values
-    drawn = values[np.isfinite(values)]
-    low, high = float(drawn.min()), float(drawn.max())
-    reach = _FAR * max(abs(low), abs(high))
-    placed = [(limit, limit.bound * one.factor) for limit in one.limits]
-    near = [(limit, bound) for limit, bound in placed
-            if abs(bound) <= reach or np.any(limit.broken | limit.open)]  # fmt: skip
-    bounds = [bound for _, bound in near]
-    low, high = min([low, *bounds]), max([high, *bounds])
-    if logarithmic(values) and all(bound > 0.0 for bound in bounds):
-        axes.set_yscale("log")
-        axes.set_ylim(low / 1.5, 1.8 * high)
-    elif bounds:
-        room = 0.12 * (high - low or abs(high) or 1.0)
-        axes.set_ylim(0.0 if 0.0 <= low < 0.5 * high else low - room, high + room)
-    bottom, top = axes.get_ylim()
-    for limit, bound in near:
-        upper, end = limit.side == "max", _freer_end(values, bound)
-        axes.axhline(bound, color=LIMIT, linewidth=1.4)
-        axes.axhspan(*((bound, top) if upper else (bottom, bound)), zorder=0.5, **HATCH)
-        note(axes, limit.words, (end, bound), (4 - 8 * end, -3 if upper else 3),
-            xycoords=axes.get_yaxis_transform(), ha="right" if end else "left",
-            va="top" if upper else "bottom", color=LIMIT, zorder=7)  # fmt: skip
-    far = ", ".join(limit.words for limit, bound in placed if bound not in bounds)
+def _limits(plot: Plot, x: np.ndarray, one: Shown, numbers: np.ndarray, values: np.ndarray) -> None:
+    """Limits, unless they are so far beyond all values that they are only said; a scale with room
+    for both; error bars where they reach over a limit."""
+    axes, finite = plot.axes, values[np.isfinite(values)]
+    reach = _FAR * float(np.max(np.abs(finite)))
+    bounds, far = [], list[str]()
+    for limit in one.limits:
+        bound = limit.bound * one.factor
+        if abs(bound) <= reach or np.any(limit.broken | limit.open):
+            bounds.append(bound)
+            plot.limit(limit.words, bound)
+        else:
+            far.append(limit.words)
+        rows, columns = np.nonzero(limit.open[numbers])
+        if rows.size:
+            points = numbers[rows, columns]
+            value, error = (one.factor * part[points] for part in limit.worst[:2])
+            axes.errorbar(x[columns], value, error, fmt="none", ecolor=QUIET, capsize=3,
+                          label="error where it reaches over a limit: undecided")  # fmt: skip
     if far:
-        axes.annotate(f"limit {far}: kept everywhere", (0.02, 0.97), xycoords="axes fraction",
-                      va="top", color=LIMIT, fontsize=8)  # fmt: skip
-    axes.set_ylim(bottom, top)
-    if named:
-        _name_ends(axes, plot.drawn[0][0], lines)
-    return bottom, top
-
-
-def _freer_end(values: np.ndarray, bound: float) -> int:
-    """0 for the left and 1 for the right, where lines leave more room at the height of a limit."""
-    away = np.abs(np.where(np.isfinite(values), values, np.inf) - bound)
-    third = max(1, away.shape[1] // 3)
-    return int(away[:, -third:].min() >= away[:, :third].min())
+        axes.annotate(f"limit {', '.join(far)}: kept everywhere", (0.02, 0.97),
+                      xycoords="axes fraction", va="top", color=LIMIT, fontsize=8)  # fmt: skip
+    if logarithmic(finite) and min(bounds, default=1.0) > 0.0:
+        axes.set_yscale("log")
 
 
 def _name_ends(axes: "Axes", x: np.ndarray, lines: Quantity) -> None:

@@ -18,7 +18,6 @@ from vibecalc.core.report.canvas import (
 from vibecalc.core.report.sweep.limits import Limit, judge
 from vibecalc.core.report.sweep.picture_parts import (
     BEST,
-    HATCH,
     Picture,
     Shown,
     along,
@@ -163,11 +162,9 @@ def _region(axes: "Axes", picture: Picture) -> None:
     from matplotlib.colors import ListedColormap
 
     (x, y), judged, points = map(along, picture.grid), picture.judged, picture.points.T
-    state = np.ma.masked_where(
-        ~picture.sweep.done[points], 1.0 + judged.kept[points] - judged.broken[points]
-    )
+    state = np.ma.masked_invalid(judged.state[points])
     colours = ListedColormap([_BROKEN, _UNDECIDED, _KEPT])
-    axes.pcolormesh(x, y, state, shading="nearest", cmap=colours, vmin=0.0, vmax=2.0)
+    axes.pcolormesh(x, y, state, shading="nearest", cmap=colours, vmin=-1.0, vmax=1.0)
     title = "limits: all are kept where it is green"
     if np.any(judged.open[points]):
         title += ",\nundecided where it is yellow: the error reaches over a limit"
@@ -259,9 +256,7 @@ def _limit(axes: "Axes", sweep: SweepView, one: Shown, limit: Limit) -> str:
     reach = 0.6 * (right - left)
     if left - reach <= bound <= right + reach and not (bound <= 0.0 and axes.get_xscale() == "log"):
         left, right = min(left, bound - 0.03 * reach), max(right, bound + 0.1 * reach)
-        axes.axvline(bound, color=LIMIT, linewidth=1.6, label=_BEYOND)
-        ends = (bound, right) if limit.side == "max" else (left, bound)
-        axes.axvspan(*ends, zorder=0.5, **HATCH)
+        axes.axvline(bound, color=LIMIT, linestyle="--", linewidth=1.3, label="limit")
         axes.set_xlim(left, right)
     words = f", undecided by {100.0 * open_ / done:.3g} %" if open_ else ""
     return f"{limit.words}: broken by {100.0 * broken / max(done, 1):.3g} %{words}"

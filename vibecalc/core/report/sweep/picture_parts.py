@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, read_in, unit_words
+from vibecalc.core.report.canvas import COLOURS, QUIET, read_in, unit_words
 from vibecalc.core.report.sweep.limits import (
-    Judged,
     Limit,
+    Limits,
     best,
     case_values,
     judge,
@@ -31,10 +31,6 @@ WIDE = 60.0
 BEST: dict[str, Any] = {
     "marker": "*", "color": "#E69F00", "markeredgecolor": "black", "markersize": 15,
     "linestyle": "none", "zorder": 8, "clip_on": False,
-}  # fmt: skip
-#: the side of a limit where it is broken
-HATCH: dict[str, Any] = {
-    "facecolor": "none", "edgecolor": LIMIT, "hatch": "//", "linewidth": 0.0, "alpha": 0.35,
 }  # fmt: skip
 _MARKS = (("x", COLOURS[1]), ("+", COLOURS[3]), ("1", QUIET))
 _WORDS, _LINE = 100, 80
@@ -94,7 +90,7 @@ class Picture(NamedTuple):
     """
 
     sweep: SweepView
-    judged: Judged
+    judged: Limits
     axes: tuple[int, ...]
     points: np.ndarray
     held: str
@@ -165,7 +161,7 @@ def is_map(sweep: SweepView) -> bool:
     return len(long) > 1
 
 
-def panels(sweep: SweepView, judged: Judged, points: np.ndarray, most: int) -> list[Shown]:
+def panels(sweep: SweepView, judged: Limits, points: np.ndarray, most: int) -> list[Shown]:
     """The results worth a panel: those that vary over `points`, those with a limit first."""
     paths, limited = numeric(sweep), {limit.quantity for limit in judged.limits}
     if len(paths) > most:
@@ -184,7 +180,7 @@ def panels(sweep: SweepView, judged: Judged, points: np.ndarray, most: int) -> l
     return found or still[:1]
 
 
-def shown(sweep: SweepView, judged: Judged, path: str) -> Shown:
+def shown(sweep: SweepView, judged: Limits, path: str) -> Shown:
     """A result in the unit that people read values of its size in."""
     counted, quantity = worst(sweep, path), sweep.quantities[path]
     size = np.abs(counted.values)

@@ -1,6 +1,5 @@
 """What a sweep says: before it starts, after it ends, and its report."""
 
-import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -8,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.sweep.limits import Judged, judge, limit_lines, share_within_limits
+from vibecalc.core.report.check import time_in_words
+from vibecalc.core.report.sweep.limits import Limits, judge, limit_lines, share_within_limits
 from vibecalc.core.report.sweep.statistics import extreme_lines, index_lines, statistic_lines
 from vibecalc.core.report.sweep.view import (
     SweepView,
@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 # What `sweep` says before it starts and after it ends, in words and as plain objects.
 # ----------------------------------------------------------------------------
 
-_UNITS = ((86400.0, "d"), (3600.0, "h"), (60.0, "min"), (1.0, "s"))
-
 
 def render_forecast(loaded: "LoadedCase", found: Mapping[str, Any], output: Path) -> str:
     """What a sweep will be, as `forecast` of `core/study/sweep/prepare.py` has it, as text."""
@@ -54,8 +52,8 @@ def render_forecast(loaded: "LoadedCase", found: Mapping[str, Any], output: Path
         ("points", f"{found['points']}{shape}"),
         ("strategy", f"{found['strategy']}: {found['reason']}"),
         ("chunks", f"{chunks}, {size}"),
-        ("time", f"about {duration(found['seconds'])} with {processes}, {tried}"),
-        ("file", f"about {_bytes(found['bytes'])}, {output}"),
+        ("time", f"{time_in_words(found['seconds'])} with {processes}, {tried}"),
+        ("file", f"about {1e-6 * found['bytes']:.3g} MB, {output}"),
     ]
     if failures:
         rows.append(("failed", f"{len(failures)} of those tried: {failures[0]}"))
@@ -64,17 +62,15 @@ def render_forecast(loaded: "LoadedCase", found: Mapping[str, Any], output: Path
     return "\n".join([*lines, "", "nothing was written"])
 
 
-def outcome_object(
-    sweep: SweepView, output: Path, counts: Mapping[int, int], taken_up: int, seconds: float
-) -> dict[str, Any]:
-    """What `--json` prints of a finished sweep."""
+def outcome_object(sweep: SweepView, output: Path) -> dict[str, Any]:
+    """What `--json` prints of the file of a sweep."""
+    counts = Counter(sweep.status.tolist())
     return {
         "case": sweep.name,
         "result": str(output),
         "points": sweep.count,
         "shape": list(sweep.shape),
         "statuses": {STATUS_WORDS[status]: many for status, many in sorted(counts.items())},
-        "taken_up": taken_up,
         "failures": [
             {
                 "status": STATUS_WORDS[cause.status],
@@ -94,14 +90,13 @@ def outcome_object(
                 "quantity": limit.quantity,
                 "where": dict(limit.where),
                 limit.side: limit.bound,
-                "unit": limit.unit,
+                "unit": sweep.quantities[limit.quantity].unit,
                 "kept": int(np.count_nonzero(limit.kept)),
                 "broken": int(np.count_nonzero(limit.broken)),
                 "undecided": int(np.count_nonzero(limit.open)),
             }
             for limit in judge(sweep).limits
         ],
-        "seconds": seconds,
     }
 
 
@@ -109,8 +104,7 @@ def failure_words(sweep: SweepView, most: int = 5) -> list[str]:
     """One line for each of the most frequent causes of failure, for stderr."""
     found = causes(sweep)
     lines = [
-        f"  {many(cause.points.size, 'point')}: {cause.title}; as at "
-        + " ".join(example(sweep, int(cause.points[0]), 10_000).split())
+        f"  {many(cause.points.size, 'point')}: {cause.title}; as at {example(sweep, cause)}"
         for cause in found[:most]
     ]
     if len(found) > most:
@@ -118,26 +112,11 @@ def failure_words(sweep: SweepView, most: int = 5) -> list[str]:
     return lines
 
 
-def duration(seconds: float) -> str:
-    """A time for a person: 0.3 s, 12 s, 2.5 h."""
-    if not math.isfinite(seconds):
-        return "unknown time"
-    size, name = next(((s, n) for s, n in _UNITS if seconds >= 1.5 * s), (1.0, "s"))
-    return f"{seconds / size:.2g} {name}"
-
-
 def _shape_words(one: Mapping[str, Any]) -> str:
     if one["axes"] is None:
         return str(one["reason"])
     axes = " x ".join(f"{name} ({length})" for name, length in one["axes"].items())
     return ", ".join(filter(None, (axes or "one number", one["unit"])))
-
-
-def _bytes(size: int) -> str:
-    for power, name in ((9, "GB"), (6, "MB"), (3, "kB")):
-        if size >= 10**power:
-            return f"{size / 10**power:.3g} {name}"
-    return f"{size} bytes"
 
 
 def missing_words(missing: Sequence[tuple[int, int]], most: int = 4) -> str:
@@ -215,9 +194,7 @@ def file_object(path: Path, *, full: bool = False) -> dict[str, Any]:
     """What `report --json` prints of a file: as the command that wrote it, without its times."""
     with opened(path) as found:
         if isinstance(found, SweepResult):
-            view = view_of(found)
-            whole = outcome_object(view, path, Counter(view.status.tolist()), 0, 0.0)
-            return {name: one for name, one in whole.items() if name not in ("taken_up", "seconds")}
+            return outcome_object(view_of(found), path)
         if is_accuracy(found):
             from vibecalc.core.report.accuracy import accuracy_object
 
@@ -227,7 +204,7 @@ def file_object(path: Path, *, full: bool = False) -> dict[str, Any]:
         return as_json(found, path, full=full)
 
 
-def conclusion(sweep: SweepView, judged: Judged) -> str:
+def conclusion(sweep: SweepView, judged: Limits) -> str:
     """One sentence: how many points were computed, failed or are missing, and what they keep."""
     done, left = (np.count_nonzero(sweep.status == status) for status in (DONE, NOT_RUN))
     failed = sweep.count - done - left

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.report.goals import written_at
-from vibecalc.core.report.writing import fold, number, table
+from vibecalc.core.report.writing import number, table
 from vibecalc.core.results.layout import (
     DAMPING,
     DONE,
@@ -29,8 +29,6 @@ from vibecalc.core.results.sweep_file import SweepHead, SweepResult, SweptAxis, 
 
 #: order up to which passed natural frequencies are looked for
 _HIGHEST = 24.0
-#: letters in a line of a cause
-_CAUSE = 44
 
 
 class StackedResult(NamedTuple):
@@ -147,7 +145,10 @@ class SweepView:
 
     def words_of(self, point: int) -> str:
         """One point as a reader wants it: `stiffness = 12.5 N/mm, damping = 50 N*s/m`."""
-        row = self.values_of(np.array([point]))[0]
+        return self.words(self.values_of(np.array([point]))[0])
+
+    def words(self, row: np.ndarray) -> str:
+        """The same of the values (keys,) of a point."""
         pairs = zip(self.keys, row, strict=True)
         return ", ".join(f"{key.label} = {key.shown(value)}" for key, value in pairs)
 
@@ -197,10 +198,7 @@ def view_of(result: SweepResult) -> SweepView:
     )
 
     def read(path: str) -> StackedResult:
-        every = (path, 0, result.count)
-        return StackedResult(
-            result.values(*every), result.errors(*every), result.standard_errors(*every)
-        )
+        return StackedResult(*(result.read(name, 0, result.count) for name in result.stored(path)))
 
     return SweepView(
         head=replace(head, axes=axes),
@@ -284,14 +282,12 @@ def failure_lines(sweep: SweepView) -> list[str]:
     """A table of the causes with counts, shares and an example; empty if nothing failed."""
     rows = []
     for cause in causes(sweep):
-        head = "\n  ".join(fold(cause.title, _CAUSE)[:8])
         share = f"{100.0 * cause.points.size / sweep.count:.3g} %"
-        rows.append([head, str(cause.points.size), share, example(sweep, int(cause.points[0]), 32)])
-    return table(("cause", number("points"), number("share"), "example"), rows) if rows else []
+        rows.append([cause.title, str(cause.points.size), share, example(sweep, cause)])
+    return table(("cause", number("points"), number("share"), "example"), rows)
 
 
-def example(sweep: SweepView, point: int, width: int) -> str:
-    """A point by number and values, one key on a line where they do not fit into one."""
-    words = sweep.words_of(point)
-    whole = f"point {point}: {words}"
-    return whole if len(whole) <= width else f"point {point}\n" + words.replace(", ", "\n")
+def example(sweep: SweepView, cause: Cause) -> str:
+    """The first point of a cause, by number and values."""
+    point = int(cause.points[0])
+    return f"point {point}: {sweep.words_of(point)}"

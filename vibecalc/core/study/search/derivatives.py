@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.study.search.problem import Values
+from vibecalc.core.study.search.problem import Sampler
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.least_norm import nonnegative_least_squares
 from vibecalc.numerics.rounding import EPSILON
@@ -20,10 +20,9 @@ KINK = 1e-5
 
 
 class Slope(NamedTuple):
-    """First and second derivative along a direction, (v,) each, with their errors.
+    """First and second derivatives along directions, (v, j) each, with their errors.
 
-    `kinked` marks values whose derivative jumps here. `gradient` stacks these of all coordinates,
-    (v, k).
+    `kinked` marks values whose derivative jumps here.
     """
 
     first: np.ndarray
@@ -33,25 +32,43 @@ class Slope(NamedTuple):
     kinked: np.ndarray
 
 
-def slope(values: Values, unit: np.ndarray, direction: np.ndarray, noise: np.ndarray) -> Slope:
-    """Differentiate along a unit direction through five equispaced points inside the unit cube.
+def slopes_along(
+    values: Sampler, unit: np.ndarray, directions: np.ndarray, noise: np.ndarray
+) -> Slope:
+    """Differentiate along unit directions through five equispaced points inside the unit cube.
 
     Parameters
     ----------
-    unit, direction : (k,) arrays
-        Point of the unit cube and direction.
+    unit, directions : (k,) and (j, k) arrays
+        Point of the unit cube and directions.
     noise : (v,) array
         Absolute noise of the values.
+
+    Raises
+    ------
+    NumericalFailure
+        If points around have no value.
 
     Notes
     -----
     Near a wall the five points shift inwards. Truncation is judged from the difference to the
     formula through the three nearest of them; where it exceeds the noise the spacing shrinks.
     """
+    points = [_points(values, unit, one, SPACINGS[0])[1] for one in directions]
+    values.ahead([point for row in points for point in row])
+    found = [_slope(values, unit, one, noise) for one in directions]
+    return Slope(*(np.stack(one, axis=1) for one in zip(*found, strict=True)))
+
+
+def gradient(values: Sampler, unit: np.ndarray, noise: np.ndarray) -> Slope:
+    """Derivatives by all coordinates."""
+    return slopes_along(values, unit, np.eye(unit.size), noise)
+
+
+def _slope(values: Sampler, unit: np.ndarray, direction: np.ndarray, noise: np.ndarray) -> Slope:
     best: Slope | None = None
     for spacing in SPACINGS:
-        nodes = _nodes(values, unit, direction, spacing)
-        points = [unit + spacing * node * direction for node in nodes]
+        nodes, points = _points(values, unit, direction, spacing)
         values.ahead(points)
         rows = [row for row in map(values, points) if row is not None]
         if len(rows) < len(points):
@@ -72,17 +89,7 @@ def slope(values: Values, unit: np.ndarray, direction: np.ndarray, noise: np.nda
     return best
 
 
-def gradient(values: Values, unit: np.ndarray, noise: np.ndarray) -> Slope:
-    """Derivatives by all coordinates, with `slope`."""
-    first, axes = SPACINGS[0], np.eye(unit.size)
-    values.ahead(
-        [unit + first * node * axis for axis in axes for node in _nodes(values, unit, axis, first)]
-    )
-    slopes = [slope(values, unit, axis, noise) for axis in axes]
-    return Slope(*(np.stack(one, axis=1) for one in zip(*slopes, strict=True)))
-
-
-def measured_noise(values: Values, unit: np.ndarray) -> np.ndarray:
+def measured_noise(values: Sampler, unit: np.ndarray) -> np.ndarray:
     """Absolute noise of the values, (v,), from high differences of nine close points.
 
     Round-off of the values is the floor. J. J. More and S. M. Wild, Estimating computational
@@ -103,8 +110,10 @@ def measured_noise(values: Values, unit: np.ndarray) -> np.ndarray:
     return np.asarray(3.0 * noise)
 
 
-def _nodes(values: Values, unit: np.ndarray, direction: np.ndarray, spacing: float) -> np.ndarray:
-    """Places (5,) about a point in spacings along a direction, within the cube."""
+def _points(
+    values: Sampler, unit: np.ndarray, direction: np.ndarray, spacing: float
+) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Five points about one along a direction, within the cube, and their places in spacings."""
     moves = (direction != 0) & ~values.box.around
     speed = np.where(moves, np.abs(direction), 1.0)
     onwards = np.where(direction >= 0, 1.0 - unit, unit)
@@ -112,7 +121,8 @@ def _nodes(values: Values, unit: np.ndarray, direction: np.ndarray, spacing: flo
             for one in (onwards, 1.0 - onwards))  # fmt: skip
     ahead, behind = (min(int(one), 2) for one in room)
     first = -2 if min(ahead, behind) == 2 else (-behind if ahead > behind else ahead - 4)
-    return np.arange(first, first + 5.0)
+    nodes = np.arange(first, first + 5.0)
+    return nodes, [unit + spacing * node * direction for node in nodes]
 
 
 def _at_spacing(
@@ -170,7 +180,7 @@ class Held(NamedTuple):
     steepest: float
 
 
-def identify(values: Values, unit: np.ndarray, first: np.ndarray, closeness: float) -> Held:
+def identify(values: Sampler, unit: np.ndarray, first: np.ndarray, closeness: float) -> Held:
     """The smallest set of near-active conditions whose gradients (v, k) balance at a point.
 
     `closeness` is the distance on the unit cube within which a condition counts as a candidate.

@@ -1,9 +1,7 @@
 """Fronts between several objectives; which points are dominated, and where the knee is."""
 
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from itertools import combinations
 from typing import Any, NamedTuple
 
@@ -100,26 +98,22 @@ class _Point(NamedTuple):
     errors: np.ndarray
 
 
-#: objectives in shares of the front -> what is made small; and its error from those of shares (m,)
-_Parts = Callable[[list[np.ndarray]], Any]
-_ErrorOf = Callable[[np.ndarray], float]
-
-
 class _Tracer:
     """Searches on shares of the front: of each objective from its best, 0, to its worst, 1."""
 
     def __init__(self, problem: Problem, objectives: int, rtol: float):
         self.problem, self.rtol = problem, rtol
         self.best, self.span = np.zeros(objectives), np.ones(objectives)
-        self.known: dict[bytes, tuple[list[np.ndarray], list[Any]]] = {}
+        self.known: dict[bytes, tuple[list[np.ndarray], list[Any], np.ndarray]] = {}
         self.notes: list[str] = []
 
-    def at(self, variables: np.ndarray) -> tuple[list[np.ndarray], list[Any]]:
-        """Parts of all objectives, and the margins."""
+    def at(self, variables: np.ndarray) -> tuple[list[np.ndarray], list[Any], np.ndarray]:
+        """Parts of all objectives, the margins, and the errors of both, 0 where not known."""
         key = (variables + 0.0).tobytes()
         if key not in self.known:
-            goals, margins = self.problem.evaluate(variables)
-            self.known[key] = [np.ravel(one) for one in goals], list(margins)
+            goals, margins, *errors = self.problem.evaluate(variables)
+            off = errors[0] if errors else np.zeros(len(goals) + len(margins))
+            self.known[key] = [np.ravel(one) for one in goals], list(margins), np.array(off)
         return self.known[key]
 
     def values(self, variables: np.ndarray) -> np.ndarray:
@@ -128,51 +122,43 @@ class _Tracer:
 
     def least(
         self,
-        parts: _Parts,
-        error: _ErrorOf,
+        goals: list[int],
         bound: tuple[int, float] | None = None,
         first: ArrayLike | None = None,
         starts: int = 0,
+        foot: np.ndarray | None = None,
     ) -> Optimum:
-        """The optimum of parts of all objectives, one of which may be bounded by a share."""
+        """The optimum of the sum of some objectives, one of which may be bounded by a share; or how
+        far all can come below a `foot` (m,)."""
         count = self.span.size
 
-        def evaluate(variables: np.ndarray) -> tuple[Any, list[Any]]:
-            goals, margins = self.at(variables)
-            shares = [one / span for one, span in zip(goals, self.span, strict=True)]
+        def evaluate(variables: np.ndarray) -> tuple[Any, list[Any], np.ndarray]:
+            parts, margins, errors = self.at(variables)
+            shares = [one / span for one, span in zip(parts, self.span, strict=True)]
+            off, more = errors[:count] / self.span, errors[count:]
             if bound is not None:
                 goal, share = bound
                 most, of = self.best[goal] / self.span[goal] + share, shares[goal]
                 # smooth where a norm vanishes just below its bound
                 left = most * abs(most) - of * np.abs(of)
                 margins = [*margins, left / max(abs(most), share)]
-            return parts(shares), margins
+                more = np.append(more, 2.0 * off[goal])
+            if foot is not None:
+                below = [one - at for one, at in zip(shares, foot, strict=True)]
+                return np.concatenate(below), margins, np.append(np.max(off), more)
+            whole = shares[goals[0]] if len(goals) == 1 else sum(np.max(shares[g]) for g in goals)
+            return whole, margins, np.append(np.sum(off[goals]), more)
 
-        def errors(variables: np.ndarray) -> np.ndarray:
-            assert self.problem.errors is not None
-            every = self.problem.errors(variables)
-            shares = every[:count] / self.span
-            more = [] if bound is None else [2.0 * shares[bound[0]]]
-            return np.array([error(shares), *every[count:], *more])
-
-        known = None if self.problem.errors is None else errors
-        asked = replace(self.problem, evaluate=evaluate, errors=known, first=first)
+        asked = replace(self.problem, evaluate=evaluate, first=first)
         return minimise(asked, starts, rtol=self.rtol)
-
-    def goal(self, goal: int, **asked: Any) -> Optimum:
-        """The optimum of one objective."""
-        return self.least(lambda shares: shares[goal], lambda off: float(off[goal]), **asked)
 
     def described(self, optimum: Optimum, goal: int | None = None) -> _Point:
         """A point of the front; of its objectives one may be that of the optimum.
 
         Errors of the others are their own, and those of the variables by their slopes.
         """
-        place, away = optimum.variables, optimum.variables_error
-        here, errors = self.values(place), np.zeros(self.span.size)
-        if self.problem.errors is not None:
-            errors = np.array(self.problem.errors(place)[: self.span.size])
-        box = self.problem.box
+        place, away, box = optimum.variables, optimum.variables_error, self.problem.box
+        here, errors = self.values(place), self.at(place)[2][: self.span.size].copy()
         for axis in np.flatnonzero(away):
             step = max(_STEP * (box.upper[axis] - box.lower[axis]), float(away[axis]))
             slopes = [np.zeros_like(here)]
@@ -189,39 +175,29 @@ class _Tracer:
     def unique(self, goal: int, end: Optimum) -> _Point:
         """Of all points with the best of one objective nearly the best in the sum of the others."""
         others = [one for one in range(self.span.size) if one != goal]
-        alone = others[0] if len(others) == 1 else None
-
-        def parts(shares: list[np.ndarray]) -> Any:
-            if alone is not None:
-                return shares[alone]
-            return sum(float(np.max(shares[one])) for one in others)
-
-        def error(off: np.ndarray) -> float:
-            return float(np.sum(off[others]))
-
-        starts = 0 if alone is not None else 2
+        one, starts = (others[0], 0) if len(others) == 1 else (None, 2)
         for slack in _SLACKS:
             with suppress(NumericalFailure):
-                return self.described(
-                    self.least(parts, error, (goal, slack), end.variables, starts), alone
-                )
+                found = self.least(others, (goal, slack), end.variables, starts)
+                return self.described(found, one)
         self.notes.append(
             f"objective {goal + 1} is at its best at many points, one of them is taken"
         )
         return self.described(end, goal)
 
     def first_of(
-        self, starts: list[_Point], search: Callable[..., Optimum], goal: int | None, words: str
-    ) -> list[_Point]:
-        """The point that a search ends in, from the first of two starts from which it ends."""
+        self, near: list[_Point], goal: int | None, words: str, **asked: Any
+    ) -> _Point | None:
+        """The point that a search ends in, from the first of two from which it ends."""
         why = ""
-        for count, start in enumerate(starts):
+        for count, start in enumerate(near):
             try:
-                return [self.described(search(first=start.variables, starts=2 * count), goal)]
+                found = self.least([0], first=start.variables, starts=2 * count, **asked)
+                return self.described(found, goal)
             except NumericalFailure as failure:
                 why = str(failure)
         self.notes.append(f"{words}: {why}")
-        return []
+        return None
 
     def halved(self, ends: list[_Point], points: int) -> list[_Point]:
         """Points between the two ends: the next bound halves the gap that may hide most."""
@@ -233,15 +209,16 @@ class _Tracer:
             left, right, high, low = gap
             return max(0.0, float(right.values[0] - left.values[0])) * max(0.0, high - low)
 
-        found, (begin, other) = list(ends), ends
-        gaps = [(begin, other, share(begin), share(other))]
+        found = list(ends)
+        (begin, end), (high, low) = ends, map(share, ends)
+        gaps = [(begin, end, high, low)]
         for _ in range(points - 2):
             left, right, high, low = gaps.pop(int(np.argmax([size(gap) for gap in gaps])))
             middle = 0.5 * (high + low)
             level = self.best[1] + middle * self.span[1]
-            search = partial(self.goal, 0, bound=(1, middle))
             words = f"no optimum with the second objective at {level:.6g}"
-            for point in self.first_of([left, right], search, 0, words):
+            point = self.first_of([left, right], 0, words, bound=(1, middle))
+            if point is not None:
                 found.append(point)
                 reached = min(middle, share(point))
                 gaps += [(left, point, high, middle), (point, right, reached, low)]
@@ -256,16 +233,12 @@ class _Tracer:
             if whole and np.max(weights) == 1.0:
                 continue  # that is an end
             foot = (weights @ corners if whole else weights) + self.best / self.span
-
-            def towards(shares: list[np.ndarray], foot: np.ndarray = foot) -> np.ndarray:
-                return np.concatenate([a - b for a, b in zip(shares, foot, strict=True)])
-
             away = [float(np.linalg.norm(one.values / self.span - foot)) for one in found]
             nearest = [found[near] for near in np.argsort(away, kind="stable")[:2].tolist()]
-            search = partial(self.least, towards, lambda off: float(np.max(off)))
             shown = ", ".join(f"{weight:g}" for weight in weights)
             words = f"no point of the front with the weights {shown}"
-            found += self.first_of(nearest, search, None, words)
+            point = self.first_of(nearest, None, words, foot=foot)
+            found += [] if point is None else [point]
         return found
 
 
@@ -293,8 +266,8 @@ def front(
     Parameters
     ----------
     problem : Problem
-        Of which `evaluate` gives all objectives, each with its parts, and `errors` those of all
-        objectives, then of the margins.
+        Of which `evaluate` gives all objectives, each with its parts, the margins, and the errors
+        of all objectives, then of the margins.
     starts, rtol
         As of `minimise`; the ends of the front are searched from all starts.
     objectives, points : int
@@ -323,7 +296,7 @@ def front(
     where a kink is in the way, which makes it unique. Dominated points are removed.
     """
     tracer = _Tracer(problem, objectives, rtol)
-    ends = [tracer.goal(goal, first=problem.first, starts=starts) for goal in range(objectives)]
+    ends = [tracer.least([goal], first=problem.first, starts=starts) for goal in range(objectives)]
     table = np.array([tracer.values(end.variables) for end in ends])
     span = np.ptp(table, axis=0)
     described = [tracer.described(end, goal) for goal, end in enumerate(ends)]

@@ -4,7 +4,7 @@ import numpy as np
 
 from vibecalc.core.study.search.derivatives import measured_noise
 from vibecalc.core.study.search.newton import Refined, walls
-from vibecalc.core.study.search.problem import KNOWN, Values, spread
+from vibecalc.core.study.search.problem import KNOWN, Sampler, spread
 
 FIRST_RADIUS = 3e-3
 LARGEST_RADIUS = 5e-2
@@ -26,13 +26,13 @@ SETTLED = 2e-2
 _Plane = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-def settle(values: Values, start: np.ndarray) -> tuple[Refined, np.ndarray] | None:
+def settle(values: Sampler, start: np.ndarray) -> Refined | None:
     """Descend on a function whose pieces meet in kinks, such as the largest of hidden curves.
 
     Parameters
     ----------
-    values : View
-        The objective and margins.
+    values : Sampler
+        Of the largest part: the objective and margins.
     start : (k,) array
         Point of the unit cube close to a local optimum.
 
@@ -40,8 +40,6 @@ def settle(values: Values, start: np.ndarray) -> tuple[Refined, np.ndarray] | No
     -------
     settled : Refined
         None in its place where the surroundings cannot be evaluated, or planes promise a fall.
-    gradients : (j, 1 + m, k) array
-        Those of all planes that meet there.
 
     Notes
     -----
@@ -90,33 +88,34 @@ def settle(values: Values, start: np.ndarray) -> tuple[Refined, np.ndarray] | No
             noise = float(measured_noise(values, unit)[0])
             pulling = (margins > 1e-6) & (vector[1:] < 1e-6)
             sides = walls(values.box, unit) * (np.abs(bounds) > 1e-6)
-            settled = Refined(
-                unit=values.box.fold(unit),
-                error=np.where(sides == 0, radius + step + np.sqrt(2 * noise), 0.0),
-                # a gradient taken across a kink lifts a plane a little: count the promise fourfold
-                # and the pieces bend away from their planes by the square of the radius
-                excess=4 * promised + BEND * radius**2 + 1e-12 + 2 * noise,
+            unit, bias = values.box.fold(unit), values.bias(values.box.fold(unit))
+            held = np.where(pulling, margins, 0.0)
+            gradients = np.array([first for _, _, first in planes])
+            # a gradient taken across a kink lifts a plane a little: count the promise fourfold
+            # and the pieces bend away from their planes by the square of the radius
+            excess = 4 * promised + BEND * radius**2 + 1e-12 + 2 * noise
+            away = radius + step + np.sqrt(2 * noise) + _reach(values, unit, bias, gradients)
+            return Refined(
+                unit=unit,
+                error=np.where(sides == 0, away, 0.0),
+                excess=excess + float(bias[0] + held @ bias[1:]),
                 objective=float(vector[0]),
-                margins=np.where(pulling, margins, 0.0),
+                margins=held,
                 bounds=np.where(sides != 0, bounds, 0.0),
                 sides=sides,
                 residual=residual,
                 method="sampled planes",
             )
-            return settled, np.array([first for _, _, first in planes])
         vain = 0
         radius = max(LAST_RADIUS, min(0.25 * radius, 4 * step))
     return None
 
 
-def _merit(values: Values, unit: np.ndarray) -> float:
-    vector = values(unit)
-    if vector is None:
-        return np.inf
-    return float(vector[0] + PRICE * np.max(-vector[1:], initial=0.0))
+def _merit(values: Sampler, unit: np.ndarray) -> float:
+    return values.top(unit) + PRICE * values.violation(unit)
 
 
-def _plane(values: Values, unit: np.ndarray, size: float, offset: np.ndarray) -> _Plane | None:
+def _plane(values: Sampler, unit: np.ndarray, size: float, offset: np.ndarray) -> _Plane | None:
     """The tangent plane at a point alongside `unit`, or None if it cannot be evaluated there."""
     point = values.box.inside(unit + size * offset)
     nearby = point + np.diag(np.where(point < 0.5, 1.0, -1.0) * min(1e-7, 2e-3 * size))
@@ -169,7 +168,9 @@ def _lowest(
 FIRST_AWAY, AWAY = 1e-5, 1.6
 
 
-def reach(values: Values, unit: np.ndarray, bias: np.ndarray, gradients: np.ndarray) -> np.ndarray:
+def _reach(
+    values: Sampler, unit: np.ndarray, bias: np.ndarray, gradients: np.ndarray
+) -> np.ndarray:
     """How far each coordinate (k,) of an optimum may be off by errors (1 + m,) of the values.
 
     The extents of all points that lie no higher than the optimum by twice the error of the

@@ -5,9 +5,9 @@ Residuals are dimensionless, computed less measured over the standard uncertaint
 `problem.Box`; what it ends in is mended by Gauss-Newton steps with a Jacobian of known error.
 """
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,10 +20,6 @@ from vibecalc.numerics.rounding import EPSILON, FloatArray
 #: variables (n,) in SI to residuals (m,) and what their rounding may be (m,)
 Residuals = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
-# ----------------------------------------------------------------------------
-# The search from several starts.
-# ----------------------------------------------------------------------------
-
 #: of a search, which is mended, and of what is no worse
 _SEARCH_TOLERANCE, _TOLERANCE = 1e-7, 1e-12
 _MOST_STEPS = 200
@@ -34,41 +30,16 @@ _MENDINGS = 6
 _SETTLED = 1e-8
 #: Gauss-Newton steps leave alone what is this much weaker than the strongest slope
 _WEAK = 1e-8
+#: standard deviation of a variable of which only the bounds are known, over the way between these
+FROM_BOUNDS = 1.0 / np.sqrt(12.0)
+#: of a unit vector, what is no part of a combination
+_NO_PART = 1e-3
+#: a chi square that chance exceeds less often makes uncertainties grow
+_LEAST_PROBABILITY = 0.05
 
 
-class LeastSquares(NamedTuple):
-    """The best end of all searches.
-
-    `variables` (n,) in SI with their numerical error; `residuals` (m,) and the sum of their
-    squares; `slopes` (m, n) of the residuals over the coordinates of the unit cube, each from one
-    bound to the other, with their error; `widths` (n,) in SI is what one of a coordinate is at the
-    end; `moved_by` (n, m) in SI is how far the variables go with each residual, at most; `active`
-    (n,) is -1 at the lower bound, 1 at the upper one. `searches` (k,) are the sums of squares where
-    each search ended, infinite where it failed.
-    """
-
-    variables: FloatArray
-    variables_error: FloatArray
-    residuals: FloatArray
-    chi_square: float
-    slopes: FloatArray
-    slopes_error: FloatArray
-    widths: FloatArray
-    moved_by: FloatArray
-    active: FloatArray
-    searches: FloatArray
-    evaluations: int
-    failures: tuple[str, ...]
-
-
-def least_squares_within(
-    residuals: Residuals,
-    lower: FloatArray,
-    upper: FloatArray,
-    first: FloatArray,
-    starts: FloatArray,
-) -> LeastSquares:
-    """Make the sum of the squared residuals least.
+class LeastSquares:
+    """The least sum of squared residuals, and what it tells of n variables.
 
     Parameters
     ----------
@@ -81,47 +52,93 @@ def least_squares_within(
     Raises
     ------
     NumericalFailure : no search ends in a minimum.
+
+    Attributes
+    ----------
+    variables, variables_error : (n,) in SI, with their numerical error.
+    residuals, chi_square : (m,) and the sum of their squares.
+    slopes, slopes_error : (m, n) of the residuals over the coordinates of the unit cube, each from
+        one bound to the other.
+    widths : (n,) in SI, what one of a coordinate is at the end.
+    moved_by : (n, m) in SI, how far the variables go with each residual, at most.
+    active : (n,) -1 at the lower bound, 1 at the upper one, else 0.
+    searches : (k + 1,) sums of squares where each search ended, infinite where it failed.
+    spare, probability, growth : degrees of freedom, the probability of a chi square as large, and
+        the factor of all uncertainties: the root of chi square over the degrees of freedom, where
+        chance makes it as large less than once in twenty, else 1.
+    covariance : (n, n) (J^T J)^-1 times the growth squared, by the singular value decomposition of
+        the slopes J; infinite for variables that a combination without any effect is made of. A
+        singular value that the error of the slopes exceeds is none.
+    combinations, deviations : (n, n) orthogonal unit vectors, the best determined first, and the
+        standard uncertainty (n,) along each over the way between the bounds, infinite where no
+        slope is left.
+    told, felt : (n,) False for combinations that are known no better than from the bounds, and for
+        variables that no point depends on.
     """
-    sampler = Sampler(Problem(lambda variables: (residuals(variables)[0], ()), lower, upper))
-    box = sampler.box
-    places = np.vstack([box.unit(first)[None], starts])
-    ends = [_searched(sampler, place) for place in places]
-    costs = np.array([_cost(sampler, end) for end in ends])
-    best = ends[int(np.argmax(costs <= np.min(costs) * (1.0 + _SAME)))]
-    if best is None:
-        reasons = "; ".join(dict.fromkeys([*sampler.failures.values()][:3]))
-        raise NumericalFailure(
-            f"none of {len(places)} searches for the least squares ended in a minimum"
-            + (f": {reasons}" if reasons else "")
-        )
-    noise = residuals(box.values(best))[1]
-    place, moved, slopes = _mended(sampler, best, noise)
-    # what no point feels stays as it was
-    idle = np.linalg.norm(slopes.first, axis=0) <= np.linalg.norm(slopes.error, axis=0)
-    stays = np.where(idle, places[0], place)
-    if _cost(sampler, stays) <= _cost(sampler, place) * (1.0 + _SAME) + _SAME:
-        place = stays
-    at_end, values = sampler(place), box.values(place)
-    assert at_end is not None
-    widths = np.abs(box.slope(values))
-    strongest = max(float(np.linalg.norm(slopes.first, 2)), 1e-300)
-    weak = float(np.clip(np.linalg.norm(slopes.error) / strongest, _WEAK, 1.0))
-    moved_by = np.abs(np.linalg.pinv(slopes.first, rcond=weak)) * widths[:, None]
-    rounding = 64.0 * EPSILON * (np.abs(values) + widths)
-    return LeastSquares(
-        variables=values,
-        variables_error=moved * widths + moved_by @ noise + rounding,
-        residuals=at_end,
-        chi_square=float(at_end @ at_end),
-        slopes=slopes.first,
-        slopes_error=slopes.error,
-        widths=widths,
-        moved_by=moved_by,
-        active=np.where(place <= 0.0, -1.0, np.where(place >= 1.0, 1.0, 0.0)),
-        searches=costs,
-        evaluations=sampler.count,
-        failures=tuple(sampler.failures.values()),
-    )
+
+    def __init__(
+        self,
+        residuals: Residuals,
+        lower: FloatArray,
+        upper: FloatArray,
+        first: FloatArray,
+        starts: FloatArray,
+    ):
+        sampler = Sampler(Problem(lambda variables: (residuals(variables)[0], ()), lower, upper))
+        box = sampler.box
+        places = np.vstack([box.unit(first)[None], starts])
+        ends = [_searched(sampler, place) for place in places]
+        self.searches = np.array([_cost(sampler, end) for end in ends])
+        lowest = self.searches <= np.min(self.searches) * (1.0 + _SAME)
+        best, self.failures = ends[int(np.argmax(lowest))], sampler.failures
+        if best is None:
+            words = f"none of {len(places)} searches for the least squares ended in a minimum"
+            reasons = "; ".join(dict.fromkeys([*self.failures.values()][:3]))
+            raise NumericalFailure(f"{words}: {reasons}" if reasons else words)
+        noise = residuals(box.values(best))[1]
+        place, moved, slopes = _mended(sampler, best, noise)
+        self.felt = np.linalg.norm(slopes.first, axis=0) > np.linalg.norm(slopes.error, axis=0)
+        # what no point feels stays as it was
+        stays = np.where(self.felt, place, places[0])
+        if _cost(sampler, stays) <= _cost(sampler, place) * (1.0 + _SAME) + _SAME:
+            place = stays
+        at_end = sampler(place)
+        assert at_end is not None
+        self.variables, self.residuals = box.values(place), at_end
+        self.chi_square = float(at_end @ at_end)
+        self.slopes, self.slopes_error = slopes.first, slopes.error
+        self.widths = np.abs(box.slope(self.variables))
+        self.active = np.where(place <= 0.0, -1.0, np.where(place >= 1.0, 1.0, 0.0))
+        self.evaluations = sampler.count
+        self._tell()
+        strongest = max(float(np.linalg.norm(slopes.first, 2)), 1e-300)
+        weak = float(np.clip(np.linalg.norm(slopes.error) / strongest, _WEAK, 1.0))
+        self.moved_by = np.abs(np.linalg.pinv(slopes.first, rcond=weak)) * self.widths[:, None]
+        rounding = 64.0 * EPSILON * (np.abs(self.variables) + self.widths)
+        self.variables_error = moved * self.widths + self.moved_by @ noise + rounding
+
+    def _tell(self) -> None:
+        """What the slopes tell of the variables."""
+        from scipy.special import chdtrc
+
+        least = float(np.linalg.norm(self.slopes_error))
+        rank = np.linalg.matrix_rank(self.slopes, tol=least or None)
+        self.spare, self.probability, self.growth = len(self.residuals) - int(rank), 1.0, 1.0
+        if self.spare > 0:
+            self.probability = float(chdtrc(self.spare, self.chi_square))
+        if self.probability < _LEAST_PROBABILITY and self.chi_square > self.spare:
+            self.growth = math.sqrt(self.chi_square / self.spare)
+        _, sizes, rows = np.linalg.svd(self.slopes, full_matrices=False)
+        seen = sizes > max(least, 8.0 * EPSILON * float(sizes[0]))
+        self.deviations = np.where(seen, self.growth / np.where(seen, sizes, 1.0), np.inf)
+        weighed = rows[seen] * self.deviations[seen, None]
+        self.covariance = weighed.T @ weighed
+        lost = np.any(np.abs(rows[~seen]) > _NO_PART, axis=0)
+        self.covariance[lost] = self.covariance[:, lost] = 0.0
+        self.covariance[lost, lost] = np.inf
+        largest = rows[np.arange(len(rows)), np.argmax(np.abs(rows), axis=1)]
+        self.combinations = rows * np.sign(largest)[:, None]
+        self.told = self.deviations < FROM_BOUNDS
 
 
 def _searched(sampler: Sampler, start: FloatArray) -> FloatArray | None:
@@ -141,7 +158,7 @@ def _searched(sampler: Sampler, start: FloatArray) -> FloatArray | None:
             residuals,
             start,
             jac=lambda place: forward_slopes(sampler, place),
-            bounds=(np.zeros(start.size), np.ones(start.size)),
+            bounds=(0.0, 1.0),
             xtol=_SEARCH_TOLERANCE,
             ftol=_SEARCH_TOLERANCE,
             gtol=_TOLERANCE,
@@ -163,7 +180,7 @@ def _mended(
         assert here is not None
         weak = _WEAK * max(float(np.linalg.norm(slopes.first)), 1e-300)
         table = np.vstack([slopes.first, weak * np.eye(place.size)])
-        wanted = np.concatenate([-here, np.zeros(place.size)])
+        wanted = np.append(-here, np.zeros(place.size))
         room = -place - 1e-300, 1.0 - place + 1e-300
         after = place + lsq_linear(table, wanted, bounds=room, method="bvls").x
         after = np.where(np.abs(after - np.round(after)) < 4.0 * EPSILON, np.round(after), after)
@@ -179,55 +196,3 @@ def _mended(
 def _cost(sampler: Sampler, place: FloatArray | None) -> float:
     vector = None if place is None else sampler(place)
     return np.inf if vector is None else float(vector @ vector)
-
-
-# ----------------------------------------------------------------------------
-# What the points tell: covariance, and combinations of variables that they do not tell apart.
-# ----------------------------------------------------------------------------
-
-#: standard deviation of a variable of which only the bounds are known, over the way between these
-FROM_BOUNDS = 1.0 / np.sqrt(12.0)
-#: of a unit vector, what is no part of a combination
-_NO_PART = 1e-3
-
-
-class Determined(NamedTuple):
-    """What least squares tell of n variables, all in ways between their bounds.
-
-    `covariance` (n, n) is infinite for variables that a combination without any effect is made of.
-    `combinations` (n, n) are orthogonal unit vectors, the best determined first, `deviations` (n,)
-    the standard uncertainty along each, infinite where no slope is left; `told` (n,) is False for
-    combinations that are known no better than from the bounds, `felt` (n,) for variables that no
-    point depends on.
-    """
-
-    covariance: FloatArray
-    combinations: FloatArray
-    deviations: FloatArray
-    told: FloatArray
-    felt: FloatArray
-
-
-def what_is_determined(slopes: FloatArray, error: FloatArray, growth: float = 1.0) -> Determined:
-    """Singular values and vectors of a Jacobian (m, n) over the ways between bounds.
-
-    The covariance is (J^T J)^-1 times `growth` squared, by the singular value decomposition; a
-    singular value that the error of the slopes exceeds is none.
-    """
-    _, sizes, rows = np.linalg.svd(slopes, full_matrices=False)
-    floor = max(float(np.linalg.norm(error)), 8.0 * EPSILON * float(sizes[0]))
-    seen = sizes > floor
-    deviations = np.where(seen, growth / np.where(seen, sizes, 1.0), np.inf)
-    weighed = rows[seen] * deviations[seen, None]
-    covariance = weighed.T @ weighed
-    lost = np.any(np.abs(rows[~seen]) > _NO_PART, axis=0)
-    covariance[lost] = covariance[:, lost] = 0.0
-    covariance[lost, lost] = np.inf
-    largest = rows[np.arange(len(rows)), np.argmax(np.abs(rows), axis=1)]
-    return Determined(
-        covariance,
-        rows * np.sign(largest)[:, None],
-        deviations,
-        deviations < FROM_BOUNDS,
-        np.linalg.norm(slopes, axis=0) > np.linalg.norm(error, axis=0),
-    )

@@ -8,8 +8,6 @@ import numpy as np
 from vibecalc.core.study.search.problem import (
     Sampler,
     Search,
-    Values,
-    View,
     spread,
 )
 from vibecalc.errors import NumericalFailure
@@ -31,12 +29,12 @@ class Stranded(Exception):
     """A search cannot go on next to points that cannot be evaluated, or has nothing to gain."""
 
 
-def local_search(values: Values, start: np.ndarray, *, to_the_end: bool = False) -> np.ndarray:
+def local_search(values: Sampler, start: np.ndarray, *, to_the_end: bool = False) -> np.ndarray:
     """Where a search downhill from a start with SLSQP ends (k,), whatever the reason.
 
     Parameters
     ----------
-    values : Sampler or View
+    values : Sampler
     start : (k,) array
         Point of the unit cube at which there are values.
     to_the_end : bool
@@ -104,7 +102,7 @@ def local_search(values: Values, start: np.ndarray, *, to_the_end: bool = False)
     return box.fold(best)
 
 
-def _vanishing(values: Values, vector: np.ndarray) -> bool:
+def _vanishing(values: Sampler, vector: np.ndarray) -> bool:
     """Whether an objective that was never negative is almost zero, with all margins kept."""
     one = values.parts == 1 and values.smallest >= 0
     return one and 0 <= vector[0] < VANISHING and bool(np.all(vector[1:] >= 0))
@@ -114,7 +112,7 @@ def _sides(unit: np.ndarray) -> np.ndarray:
     return np.where(unit < 0.5, STEP, -STEP)
 
 
-def forward_slopes(values: Values, unit: np.ndarray) -> np.ndarray:
+def forward_slopes(values: Sampler, unit: np.ndarray) -> np.ndarray:
     """Slopes (v, k), each from the side that stays inside and can be evaluated; else Stranded."""
     columns, centre = [], values(unit)
     for step in np.diag(_sides(unit)):
@@ -198,7 +196,8 @@ def _feasible_point(sampler: Sampler, ends: list[Search]) -> np.ndarray:
         def missing(vector: np.ndarray, most: float = end.violation) -> np.ndarray:
             return -vector[sampler.parts :] / most
 
-        unit = local_search(View(sampler, missing, sum(sampler.entries)), end.end)
+        margins = sampler.view(missing, lambda off: off[sampler.parts :], sum(sampler.entries))
+        unit = local_search(margins, end.end)
         tried.append(unit)
         if sampler.violation(unit) == 0.0:
             return unit

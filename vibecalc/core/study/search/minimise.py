@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.core.study.search.local_search import search_all
-from vibecalc.core.study.search.newton import BALANCED, Refined, walls
+from vibecalc.core.study.search.newton import Refined, walls
 from vibecalc.core.study.search.problem import (
     FEASIBLE_WITHIN,
     LocalOptimum,
@@ -14,7 +14,7 @@ from vibecalc.core.study.search.problem import (
     Search,
     spread,
 )
-from vibecalc.core.study.search.refine import by_newton, refine
+from vibecalc.core.study.search.refine import refine
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 
@@ -27,9 +27,9 @@ SAME = 1e-3
 #: objectives this close, in scaled units, are equal: of ends of searches, of searches for a zero,
 #: which stop early, and of refined optima
 EQUAL, EQUAL_ZERO, EQUAL_REFINED = 1e-6, 1e-3, 1e-9
-#: end points whose objectives are this close, in scaled units, compete for the last digits
+#: ends whose objectives are this close, in scaled units, to the lowest may be one of many as good
 RIVALS = 1e-2
-#: and those this close to a refined optimum that is lower have stopped short of it
+#: end points this close to a refined optimum that is lower have stopped short of it
 SHORT_OF = 3e-2
 #: ends that are refined, and of equally low ones how many before any other
 MOST_REFINED, MOST_LEVEL = 6, 3
@@ -64,7 +64,12 @@ def _optima(
         optima = [one for one in found if one.method]
         home = _home(sampler, found, end)
         if home is None and len(optima) < MOST_REFINED:
-            end = _refined(sampler, end, optima, end.objective <= lowest + RIVALS) or end
+            below = min((one.objective for one in optima), default=np.inf)
+            refined = refine(sampler, end.unit, below)
+            # a weight of zero has an angle that is free: at another it may have to grow
+            rival = end.objective <= lowest + RIVALS
+            if refined is not None and (rival or not refined.free_directions):
+                end = refined
             home = _home(sampler, found, end)
             if home is None:
                 home = len(found)
@@ -84,21 +89,6 @@ def _optima(
         )
     least = min(one.objective + one.excess for one in optima)
     return min((one for one in optima if one.objective - one.excess <= least), key=rank), optima
-
-
-def _refined(sampler: Sampler, end: Refined, optima: list[Refined], rival: bool) -> Refined | None:
-    """The optimum that an end leads to.
-
-    Only a rival of the lowest is searched further, and may be one of many that are as good. Of
-    others an optimum is one for certain: no direction is free, no bound holds without a pull. A
-    weight of zero has an angle that is free: at another it may have to grow.
-    """
-    if rival:
-        return refine(sampler, end.unit, min((one.objective for one in optima), default=np.inf))
-    found = by_newton(sampler, end.unit)
-    if found is None or found.free_directions:
-        return None
-    return found if np.all(np.abs(found.bounds[found.sides != 0]) > BALANCED) else None
 
 
 def _home(sampler: Sampler, found: list[Refined], end: Refined) -> int | None:

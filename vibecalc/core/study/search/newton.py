@@ -11,9 +11,9 @@ from vibecalc.core.study.search.derivatives import (
     gradient,
     identify,
     measured_noise,
-    slope,
+    slopes_along,
 )
-from vibecalc.core.study.search.problem import Box, Values
+from vibecalc.core.study.search.problem import Box, Sampler
 from vibecalc.errors import NumericalFailure
 
 #: a curvature below this share of the steepest rise, or of its own noise, is none
@@ -54,18 +54,14 @@ def walls(box: Box, unit: np.ndarray) -> np.ndarray:
     return np.where(box.around, 0, sides)
 
 
-def polish(
-    values: Values, start: np.ndarray, bias: np.ndarray, leaning: np.ndarray
-) -> Refined | None:
+def polish(values: Sampler, start: np.ndarray) -> Refined | None:
     """Refine the end of a local search; None where no smooth optimum is found nearby.
 
     Parameters
     ----------
-    values : Sampler or View
+    values : Sampler
     start : (k,) array
         Point of the unit cube close to a local optimum.
-    bias, leaning : (v,) and (v, k) arrays
-        Errors of parts and margins, and their slopes, where the caller knows.
 
     Notes
     -----
@@ -76,7 +72,7 @@ def polish(
     holds is asked anew in each round, among what is close; if that leads nowhere, among more.
     """
     with suppress(NumericalFailure):
-        newton = _Newton(values, start, bias, leaning)
+        newton = _Newton(values, start)
         for closeness in CLOSENESS:
             refined = newton.refined(closeness)
             if refined is not None:
@@ -87,9 +83,9 @@ def polish(
 class _Newton:
     """Newton's method from a start near an optimum."""
 
-    def __init__(self, values: Values, start: np.ndarray, bias: np.ndarray, leaning: np.ndarray):
-        self.values, self.start, self.bias, self.leaning = values, start, bias, leaning
-        self.noise = measured_noise(values, start)
+    def __init__(self, values: Sampler, start: np.ndarray):
+        self.values, self.start, self.noise = values, start, measured_noise(values, start)
+        self.bias, self.leaning = values.bias(start), values.leaning(start)
 
     def refined(self, closeness: float) -> Refined | None:
         """The optimum, with what is so close as what may hold it."""
@@ -104,9 +100,8 @@ class _Newton:
             lead = int(np.argmax(held.weights[:parts]))
             rows = np.flatnonzero(weights)
             rows = rows[rows != lead]
-            among = np.eye(noise.size)[
-                rows
-            ]  # what is held at zero: less the leading part, of parts
+            # what is held at zero: less the leading part, of parts
+            among = np.eye(noise.size)[rows]
             among[:, lead] -= rows < parts
             inverse, along = _split(among @ slopes.first, free)
             blur = weights @ slopes.error
@@ -179,13 +174,14 @@ class _Newton:
         count = along.shape[1]
         if not count:
             return np.zeros(unit.size), np.zeros(unit.size), 0.0, 0, np.zeros(unit.size)
-        table, unsure = np.zeros((count, count)), 0.0
-        for row in range(count):
-            for column in range(row + 1):  # mixed ones by polarisation, from the direction between
-                between = along[:, row] + along[:, column]
-                second = slope(self.values, unit, between / np.linalg.norm(between), self.noise)
-                table[row, column] = table[column, row] = held.weights @ second.second
-                unsure = max(unsure, float(np.abs(held.weights) @ second.second_error))
+        # mixed ones by polarisation, from the directions between
+        pairs = np.array([(row, column) for row in range(count) for column in range(row + 1)])
+        between = along.T[pairs[:, 0]] + along.T[pairs[:, 1]]
+        between /= np.linalg.norm(between, axis=1)[:, None]
+        bend = slopes_along(self.values, unit, between, self.noise)
+        unsure = float(np.max(np.abs(held.weights) @ bend.second_error))
+        table = np.zeros((count, count))
+        table[tuple(pairs.T)] = table[tuple(pairs.T[::-1])] = held.weights @ bend.second
         diagonal = np.diag(table)
         mixed = table - 0.5 * (diagonal[:, None] + diagonal[None, :])
         curvature = np.where(np.eye(count, dtype=bool), table, mixed)

@@ -1,6 +1,7 @@
 """What all searches share: variables, counted evaluations, starting points, what they return."""
 
-from collections.abc import Callable, Iterable, Sequence
+import copy
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -101,11 +102,10 @@ class Box:
 # Evaluations: counted, remembered, and with points that cannot be evaluated kept apart.
 # ----------------------------------------------------------------------------
 
-#: variables (n,) -> the objective or its parts (p,), of which the largest counts, and for each
-#: limit its margin or the margins of its entries, of which the smallest counts
-Evaluate = Callable[[np.ndarray], tuple[Any, Iterable[Any]]]
-#: absolute errors of what is evaluated at variables (n,): of objectives, then of each limit
-ErrorsAt = Callable[[np.ndarray], np.ndarray]
+#: variables (n,) -> the objective or its parts (p,), of which the largest counts; for each limit
+#: its margin or the margins of its entries, of which the smallest counts; and, where known,
+#: absolute errors of the objective, then of each limit
+Evaluate = Callable[[np.ndarray], tuple[Any, ...]]
 #: told of points (j, n) that are about to be evaluated, it may compute them at once
 Ahead = Callable[[np.ndarray], None]
 
@@ -126,7 +126,8 @@ class Problem:
     Attributes
     ----------
     evaluate : callable
-        `evaluate(variables (n,)) -> (objective, margins (m,))`. The objective is a number, or
+        `evaluate(variables (n,)) -> (objective, margins (m,), errors (1 + m,))`, the last where
+        known; round-off is always counted and noise is measured. The objective is a number, or
         those of its parts (p,) of which the largest counts. A margin, made dimensionless by its
         limit, is kept where it is >= 0; it is a number, or those of all entries of the limit. The
         largest of smooth parts has kinks, so that parts and entries are better given each. A point
@@ -140,9 +141,6 @@ class Problem:
     period : (n,) array
         After how much a variable repeats itself, as an angle does; 0 where it does not. One whose
         bounds hold a whole period has no bounds, and is counted from its lower bound on.
-    errors : callable
-        `errors(variables (n,)) -> (1 + m,)`, absolute errors of objective and margins, where known;
-        round-off is always counted and noise is measured.
     ahead : callable
         Told of variables (k, n) before they are evaluated one by one.
     """
@@ -152,7 +150,6 @@ class Problem:
     upper: ArrayLike
     first: ArrayLike | None = None
     period: ArrayLike = 0.0
-    errors: ErrorsAt | None = None
     ahead: Ahead | None = None
 
     @property
@@ -161,37 +158,93 @@ class Problem:
         return Box(self.lower, self.upper, self.period)
 
 
-class Sampler:
-    """The function of a problem, on the unit cube.
+#: what becomes of a vector, or of its errors
+Change = Callable[[np.ndarray], np.ndarray]
 
-    A call gives the vector (parts of the objective / `scale`, margins), or None where the function
-    raises NumericalFailure or gives NaN or an infinity. `count` counts true evaluations only: a
-    point met again is looked up. `parts` counts the parts, `entries` the margins of each limit.
+
+class Sampler:
+    """The function of a problem, on the unit cube, or a view of it.
+
+    A call gives the vector (v,) at a point (k,), `parts` of the objective over `scale`, then
+    margins, or None where the function raises NumericalFailure or gives NaN or an infinity; `count`
+    are evaluations, since a point met again is looked up. `entries` are the margins of each limit,
     `flat` says that the objective does not change, `notes` what a search left out.
     """
 
     def __init__(self, problem: Problem):
-        self.box, self.scale, self.count, self.flat = problem.box, 1.0, 0, False
+        self.box, self.scale, self.flat = problem.box, 1.0, False
         self.notes: list[str] = []
         self.failures: dict[bytes, str] = {}
-        self.smallest, self.largest = np.inf, 0.0
-        self.parts = 1
-        self.entries: list[int] = []
-        self._problem = problem
+        self.parts, self.entries = 1, list[int]()
+        self._problem, self._whole, self._extremes = problem, 1, [np.inf, 0.0]
         self._known: dict[bytes, np.ndarray | None] = {}
+        self._off: dict[bytes, np.ndarray] = {}
+        self._changes: tuple[Change, Change] | None = None
+
+    def view(self, change: Change, off: Change, parts: int = 1) -> "Sampler":
+        """The same points with changed vectors, of which `parts` are the objective, and errors."""
+        other = copy.copy(self)
+        other._changes, other.parts = (change, off), parts
+        return other
+
+    def largest_part(self, power: int = 1) -> "Sampler":
+        """The objective itself, which has kinks where parts meet, or its square, and the margins.
+
+        All parts have one error; that of a zero counts where its square is taken.
+        """
+        parts = self.parts
+        return self.view(
+            lambda v: np.append(np.max(v[:parts]) ** power, v[parts:]),
+            lambda off: np.append(off[0] * (power == 1), off[parts:]),
+        )
+
+    @property
+    def count(self) -> int:
+        """Evaluations so far."""
+        return len(self._known)
+
+    @property
+    def smallest(self) -> float:
+        """Of the objectives met; of a view it is not known."""
+        return self._extremes[0] if self._changes is None else -np.inf
+
+    @property
+    def largest(self) -> float:
+        """Magnitude of the objectives met."""
+        return self._extremes[1]
 
     def __call__(self, unit: np.ndarray) -> np.ndarray | None:
         unit = self.box.fold(unit)
         key = unit.tobytes()
         if key not in self._known:
-            self.count += 1
             self._known[key] = self._fresh(key, unit)
         raw = self._known[key]
         if raw is None:
             return None
         scaled = raw.copy()
-        scaled[: self.parts] /= self.scale
-        return scaled
+        scaled[: self._whole] /= self.scale
+        return scaled if self._changes is None else self._changes[0](scaled)
+
+    def bias(self, unit: np.ndarray) -> np.ndarray:
+        """Errors (v,) at a point that no comparison of values shows; NumericalFailure without."""
+        if self(unit) is None:
+            raise NumericalFailure(self.failure(unit))
+        off = self._off[self.box.fold(unit).tobytes()]
+        off = np.repeat(off, [self._whole, *self.entries])
+        off[: self._whole] /= self.scale
+        off = np.where(np.isfinite(off), off, 0.0)
+        return off if self._changes is None else self._changes[1](off)
+
+    def leaning(self, unit: np.ndarray) -> np.ndarray:
+        """Slopes (v, k) that errors of the values may have: they change by themselves over a
+        quarter of the cube, or as those around the point do."""
+        bias = self.bias(unit)
+        slopes = np.repeat(CHANGES * bias[:, None], unit.size, axis=1)
+        for step in (*np.eye(unit.size), *-np.eye(unit.size)) if np.any(bias > KNOWN) else ():
+            with suppress(NumericalFailure):
+                change = np.abs(self.bias(self.box.fold(unit + NEARBY * step)) - bias) / NEARBY
+                slopes = np.maximum(slopes, change[:, None] * np.abs(step))
+        return slopes
 
     def top(self, unit: np.ndarray) -> float:
         """The objective in scaled units, infinite where there is none."""
@@ -216,28 +269,6 @@ class Sampler:
         """Why a point has no values."""
         return self.failures[self.box.fold(unit).tobytes()]
 
-    def bias(self, unit: np.ndarray) -> np.ndarray:
-        """Errors (p + m,) of the values at a point that no comparison of values shows."""
-        if self._problem.errors is None:
-            return np.zeros(self.parts + sum(self.entries))
-        off = np.asarray(self._problem.errors(self.box.values(unit)), dtype=float)
-        of_margins = np.repeat(off[1 : 1 + len(self.entries)], self.entries)
-        off = np.append(np.full(self.parts, off[0] / self.scale), of_margins)
-        return np.where(np.isfinite(off), off, 0.0)
-
-    def leaning(self, unit: np.ndarray) -> np.ndarray:
-        """Slopes (p + m, k) that errors of the values may have: they change by themselves over a
-        quarter of the cube, or as those around the point do."""
-        bias = self.bias(unit)
-        slopes = np.repeat(CHANGES * bias[:, None], unit.size, axis=1)
-        if not np.any(bias > KNOWN):
-            return slopes
-        for step in (*np.eye(unit.size), *-np.eye(unit.size)):
-            with suppress(NumericalFailure):
-                change = np.abs(self.bias(self.box.fold(unit + NEARBY * step)) - bias) / NEARBY
-                slopes = np.maximum(slopes, change[:, None] * np.abs(step))
-        return slopes
-
     def ahead(self, units: Sequence[np.ndarray]) -> None:
         """Say which points (k,) are about to be asked for; nothing is counted yet."""
         if self._problem.ahead is None:
@@ -255,7 +286,7 @@ class Sampler:
     def _fresh(self, key: bytes, unit: np.ndarray) -> np.ndarray | None:
         variables = self.box.values(unit)
         try:
-            objective, limits = self._problem.evaluate(variables)
+            objective, limits, *errors = self._problem.evaluate(variables)
         except NumericalFailure as failure:
             self.failures[key] = str(failure)
             return None
@@ -273,41 +304,14 @@ class Sampler:
             what = "margin of a limit" if np.isfinite(vector[:parts]).all() else "objective"
             self.failures[key] = f"the {what} is not a finite number"
             return None
-        if self.smallest == np.inf:
-            self.parts, self.entries = parts, entries
-        if (self.parts, self.entries) != (parts, entries):
+        if not self._off:
+            self.parts, self._whole, self.entries = parts, parts, entries
+        if (self._whole, self.entries) != (parts, entries):
             raise ValueError("the number of margins changes between points")
-        self.smallest = min(self.smallest, top)
-        self.largest = max(self.largest, abs(top))
+        self._off[key] = np.array(errors[0] if errors else np.zeros(len(groups)), dtype=float)
+        smallest, largest = self._extremes
+        self._extremes[:] = min(smallest, top), max(largest, abs(top))
         return vector
-
-
-#: what becomes of the vector of a sampler before a method sees it
-Change = Callable[[np.ndarray], np.ndarray]
-
-
-class View:
-    """Changed vectors of a sampler or view: `parts` of them are the objective, the rest margins."""
-
-    #: what a sampler has met counts for its own objective only
-    smallest = -np.inf
-
-    def __init__(self, values: "Sampler | View", change: Change, parts: int = 1):
-        self._values, self._change, self.parts = values, change, parts
-        self.box: Box = values.box
-        self.ahead: Callable[[Sequence[np.ndarray]], None] = values.ahead
-
-    def __call__(self, unit: np.ndarray) -> np.ndarray | None:
-        vector = self._values(unit)
-        return None if vector is None else self._change(vector)
-
-
-Values = Sampler | View
-
-
-def largest_part(sampler: Sampler) -> View:
-    """The objective itself, which has kinks where parts meet, and the margins."""
-    return View(sampler, lambda v: np.append(np.max(v[: sampler.parts]), v[sampler.parts :]))
 
 
 # ----------------------------------------------------------------------------

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from vibecalc.core.study.search.kinks import reach, settle
+from vibecalc.core.study.search.kinks import settle
 from vibecalc.core.study.search.local_search import local_search
-from vibecalc.core.study.search.newton import Refined, polish
-from vibecalc.core.study.search.problem import Sampler, View, largest_part, spread
+from vibecalc.core.study.search.newton import BALANCED, Refined, polish
+from vibecalc.core.study.search.problem import Sampler, spread
 from vibecalc.numerics.rounding import EPSILON
 
 #: an objective below this share of its change over the bounds may be on its way to zero
@@ -43,36 +43,26 @@ def refine(sampler: Sampler, unit: np.ndarray, below: float = np.inf) -> Refined
 
 def by_newton(sampler: Sampler, unit: np.ndarray) -> Refined | None:
     """A smooth local optimum near the end of a search, None where there is none or limits break."""
-    refined = polish(sampler, unit, sampler.bias(unit), sampler.leaning(unit))
-    return refined if refined is not None and _keeps(sampler, refined.unit) else None
+    return _kept(sampler, polish(sampler, unit))
 
 
 def _planes(sampler: Sampler, unit: np.ndarray) -> Refined | None:
-    whole = largest_part(sampler)
-    found = settle(whole, unit)
-    if found is None or not _keeps(sampler, found[0].unit):
-        return None
-    settled, gradients = found
-    bias = sampler.bias(settled.unit)[sampler.parts - 1 :]  # all parts have one error
-    away = reach(whole, settled.unit, bias, gradients)
-    return settled._replace(
-        error=np.where(settled.sides == 0, settled.error + away, 0.0),
-        excess=settled.excess + float(bias[0] + settled.margins @ bias[1:]),
-    )
+    return _kept(sampler, settle(sampler.largest_part(), unit))
 
 
-def _keeps(sampler: Sampler, unit: np.ndarray) -> bool:
-    """Whether all margins are kept at a point of the unit cube, but for round-off."""
-    vector = sampler(unit)
-    return vector is not None and bool(np.all(vector[sampler.parts :] >= -MARGIN_WITHIN))
+def _kept(sampler: Sampler, refined: Refined | None) -> Refined | None:
+    """An optimum if it keeps all margins, but for round-off."""
+    keeps = refined is not None and sampler.violation(refined.unit) <= MARGIN_WITHIN
+    return refined if keeps else None
 
 
 def _lower_nearby(sampler: Sampler, unit: np.ndarray, optimum: Refined | None) -> np.ndarray | None:
     """A clearly lower point in the surroundings, as next to a saddle, or None."""
     margin = 1e-9
     if optimum is not None:
-        if optimum.method == "newton" and optimum.free_directions == 0:
-            return None  # its curvature is known
+        pulls = np.abs(optimum.bounds[optimum.sides != 0])
+        if optimum.method == "newton" and not optimum.free_directions and np.all(pulls > BALANCED):
+            return None  # its curvature is known, and bounds hold it
         unit, margin = optimum.unit, 1e-9 + 2 * optimum.excess
     axes = np.eye(unit.size)
     directions = np.vstack([axes, -axes, 2 * spread(4 * unit.size, unit.size) - 1])
@@ -86,18 +76,12 @@ def _zero(sampler: Sampler, unit: np.ndarray) -> Refined | None:
     """A zero of an objective that is never negative and leaves it as a cone; None without one."""
     if sampler.smallest < 0 or sampler.top(unit) > NEAR_ZERO:
         return None
-    largest, top = sampler.largest / sampler.scale, slice(sampler.parts - 1, None)
-    squared = View(
-        sampler, lambda v: np.append(np.max(v[: sampler.parts]) ** 2, v[sampler.parts :])
-    )
-    bias, leaning = sampler.bias(unit)[top], sampler.leaning(unit)[top]
-    # of a square the error is that of the zero, which counts below
-    bias[0], leaning[0] = 0.0, 0.0
-    minimum = polish(squared, unit, bias, leaning)
+    largest, squared = sampler.largest / sampler.scale, sampler.largest_part(power=2)
+    minimum = polish(squared, unit)
     if minimum is None:
-        nearer = local_search(squared, unit, to_the_end=True)
-        minimum = polish(squared, nearer, bias, leaning)
-    if minimum is None or not _keeps(sampler, minimum.unit):
+        minimum = polish(squared, local_search(squared, unit, to_the_end=True))
+    minimum = _kept(sampler, minimum)
+    if minimum is None:
         return None
     objective = sampler.top(minimum.unit)
     if objective > ZERO * largest or not _is_cone(sampler, minimum.unit):

@@ -5,9 +5,9 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibecalc.core.study.search.derivatives import measured_noise, slope
+from vibecalc.core.study.search.derivatives import measured_noise, slopes_along
 from vibecalc.core.study.search.local_search import set_scale
-from vibecalc.core.study.search.problem import Problem, Sampler, largest_part
+from vibecalc.core.study.search.problem import Problem, Sampler
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON
 
@@ -39,23 +39,23 @@ def slopes_at(problem: Problem, at: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 
     Notes
     -----
-    Five-point differences with `derivatives.slope`; the error counts truncation, measured noise
-    and the slopes that errors of the values may have.
+    Five-point differences with `derivatives.slopes_along`; the error counts truncation, measured
+    noise and the slopes that errors of the values may have.
     """
     sampler = Sampler(problem)
     box = sampler.box
     unit = box.unit(np.asarray(at, dtype=float))
-    whole = largest_part(sampler)
     set_scale(sampler, unit[None, :])
     if sampler(unit) is None:
         raise NumericalFailure(sampler.failure(unit))
-    noise, leaning = measured_noise(whole, unit), sampler.leaning(unit)
+    whole = sampler.largest_part()
+    noise, leaning = measured_noise(whole, unit), whole.leaning(unit)
     first, error = np.full((2, unit.size), np.nan)
     for axis, direction in enumerate(np.eye(unit.size)):
         with suppress(NumericalFailure):
-            one = slope(whole, unit, direction, noise)
-            if not one.kinked[0]:
-                first[axis], error[axis] = one.first[0], one.error[0] + leaning[0, axis]
+            one = slopes_along(whole, unit, direction[None], noise)
+            if not one.kinked[0, 0]:
+                first[axis], error[axis] = one.first[0, 0], one.error[0, 0] + leaning[0, axis]
     scale = sampler.scale / box.slope(box.values(unit))
     return first * scale, (error + 8.0 * EPSILON * np.abs(first)) * scale
 
@@ -75,18 +75,18 @@ def cost_of_deviation(problem: Problem, at: ArrayLike) -> np.ndarray:
     """
     box, point = problem.box, np.asarray(at, dtype=float)
     low, high = box.lower, box.upper
-    here, rows = float(np.max(problem.evaluate(point)[0])), np.full((point.size, 4), np.nan)
+    goal, _, *off = problem.evaluate(point)
+    here, rows = float(np.max(goal)), np.full((point.size, 4), np.nan)
     for axis, step in enumerate(np.diag(DEVIATION * (high - low))):
         found = []
         for moved in (point + step, point - step):
             if box.around[axis] or low[axis] <= moved[axis] <= high[axis]:
                 with suppress(NumericalFailure):
-                    objective, margins = problem.evaluate(moved)
-                    there = float(np.max(objective))
+                    goal, margins, *more = problem.evaluate(moved)
+                    there = float(np.max(goal))
                     least = min((float(np.min(one)) for one in margins), default=np.inf)
                     error = 4.0 * EPSILON * (abs(there) + abs(here))
-                    if problem.errors is not None:
-                        error += float(problem.errors(moved)[0] + problem.errors(point)[0])
+                    error += sum(float(one[0]) for one in (*off, *more))
                     if np.isfinite(there):
                         found.append((moved[axis] - point[axis], there - here, error, least))
         if found:

@@ -18,7 +18,7 @@ from vibecalc.core.results.sweep_file import (
     SweptAxis,
     open_sweep,
 )
-from vibecalc.core.study.sweep.blocks import Block, columns_of, combined, rows_of
+from vibecalc.core.study.sweep.blocks import Block, combined
 from vibecalc.core.study.sweep.design import Design
 from vibecalc.core.study.sweep.journal import Journal
 from vibecalc.core.study.sweep.output import otherwise
@@ -55,12 +55,12 @@ def assemble(
     chunks are "not run". UsageError, with the reason, if the file cannot be written, and
     ResultError for a chunk that is damaged; an old file is then as it was.
     """
-    wanted = journal.places if numbers is None else set(numbers)
+    wanted = sorted(journal.places if numbers is None else set(numbers))
 
     def blocks() -> Iterator[Block]:
-        for block in journal.blocks(wanted):
+        for number in wanted:
             between()
-            yield block
+            yield journal.read(number)
         between()
 
     return _written(fresh_output(output), head, blocks)
@@ -77,19 +77,15 @@ def _written(target: Path, head: SweepHead, blocks: Callable[[], Iterator[Block]
 
 def sweep_head(result: Result, design: Design, identity: str, stored: Sequence[str]) -> SweepHead:
     """What a file says of a sweep; `result` has case, plan and provenance, and no quantities."""
+    along = [(SAMPLE, design.every, design.count)]
     if design.sampling == "grid":
-        pairs = zip(design.axes, design.shape, strict=True)
-        along = [(axis.name, axis.keys, axis.at(np.arange(size))) for axis, size in pairs]
-    else:
-        along = [(SAMPLE, design.every, design.value_of(np.arange(design.count)))]
+        along = [(one.name, one.keys, one.count or 0) for one in design.axes]
     axes = []
-    for name, keys, values in along:
-        whole = [bool(key.choices) or key.shape.kind == "whole" for key in keys]
-        columns = [
-            column.astype(np.int64 if one else float)
-            for column, one in zip(values.T, whole, strict=True)
-        ]
-        axes.append(SweptAxis(name=name, keys=keys, columns=tuple(columns)))
+    for place, (name, keys, count) in enumerate(along):
+        values_at = design.axes[place].at if design.sampling == "grid" else design.value_of
+        pairs = zip(keys, values_at(np.arange(count)).T, strict=True)
+        columns = tuple(column.astype(np.int64 if key.whole else float) for key, column in pairs)
+        axes.append(SweptAxis(name=name, keys=keys, columns=columns))
     return SweepHead(
         result=result,
         axes=tuple(axes),
@@ -140,22 +136,19 @@ def _together(parts: Sequence[SweepResult]) -> Iterator[Block]:
     """All points that a part has, ascending; UsageError where two parts do not agree."""
     count, keep = parts[0].count, parts[0].head.stored
     left_out = {path: why for part in reversed(parts) for path, why in part.left_out.items()}
-    entries = max(
-        sum(math.prod(len(axis.values) for axis in one.axes) for one in part.quantities.values())
-        for part in parts
-    )
+    sizes = [[len(axis.values) for axis in q.axes] for p in parts for q in p.quantities.values()]
+    entries = sum(map(math.prod, sizes))
     step = max(1, min(_AT_ONCE, _ENTRIES // max(entries, 1)))
     words = [part.reasons() for part in parts]
     for first in range(0, count, step):
         numbers = np.arange(first, min(first + step, count))
-        blocks: list[Block] = []
-        for part, told in zip(parts, words, strict=True):
-            mine = _block(part, told, numbers)
-            for other in blocks:
-                _check_agreed(mine, other, keep, part.path)
-            blocks += [mine] * bool(len(mine.indices))
-        if blocks:
-            whole = combined(blocks, numbers, keep)
+        blocks = [_block(part, told, numbers) for part, told in zip(parts, words, strict=True)]
+        # of points that several parts have those of the first count
+        whole = combined(blocks[::-1], numbers, keep)
+        if sum(len(one.indices) for one in blocks) > np.count_nonzero(whole.status != NOT_RUN):
+            for part, block in zip(parts, blocks, strict=True):
+                _check_agreed(combined([*blocks[::-1], block], numbers, keep), whole, part.path)
+        if any(len(one.indices) for one in blocks):
             yield whole._replace(left_out=left_out | dict(whole.left_out))
 
 
@@ -163,40 +156,31 @@ def _block(part: SweepResult, words: Mapping[int, str], numbers: np.ndarray) -> 
     """The points that a part has among some consecutive ones."""
     ends = int(numbers[0]), int(numbers[-1]) + 1
     status = part.status(*ends)
-    run = np.flatnonzero(status != NOT_RUN)
+    run = status != NOT_RUN
     columns = {
-        name: part.read(name, *ends)
-        for path, one in part.quantities.items()
-        for name in columns_of(path)[: 2 + (one.standard_error is not None)]
-        if run.size
+        name: part.read(name, *ends)[run] for path in part.quantities for name in part.stored(path)
     }
-    message = tuple(words.get(point, "") for point in numbers.tolist())
-    return rows_of(Block(numbers, status, message, columns, part.quantities), run)
+    message = tuple(words.get(point, "") for point in numbers[run].tolist())
+    return Block(numbers[run], status[run], message, columns, part.quantities)
 
 
-def _check_agreed(part: Block, other: Block, keep: Sequence[str], path: Path) -> None:
-    """UsageError unless a part, from `path`, says the same of points as one before it."""
-    numbers = np.intersect1d(other.indices, part.indices)
-    if not numbers.size:
-        return
-    both = [rows_of(one, np.searchsorted(one.indices, numbers)) for one in (other, part)]
-    # each with the axes of both
-    mine, yours = combined(both, numbers, keep), combined(both[::-1], numbers, keep)
+def _check_agreed(mine: Block, others: Block, path: Path) -> None:
+    """UsageError unless a part, from `path`, says the same as those before it."""
 
-    def differ(row: int, what: str) -> UsageError:
-        return UsageError(
-            f"two parts have point {numbers[row]} and do not agree on it, {path} and one before "
-            f"it: {what}"
+    def refuse(row: int, what: str) -> None:
+        raise UsageError(
+            f"two parts have point {mine.indices[row]} and do not agree on it, {path} and one "
+            f"before it: {what}"
         )
 
-    for row, (ours, theirs) in enumerate(zip(_said(mine), _said(yours), strict=True)):
+    for row, (ours, theirs) in enumerate(zip(_said(mine), _said(others), strict=True)):
         if ours != theirs:
-            raise differ(row, f"{ours!r} and {theirs!r}")
+            refuse(row, f"{theirs!r} and {ours!r}")
     for name, values in mine.columns.items():
-        same = np.isclose(values, yours.columns[name], rtol=0.0, atol=0.0, equal_nan=True)
+        same = np.isclose(values, others.columns[name], rtol=0.0, atol=0.0, equal_nan=True)
         wrong = np.flatnonzero(~same.reshape(len(values), -1).all(axis=1))
         if wrong.size:
-            raise differ(int(wrong[0]), f"different values of {name}")
+            refuse(int(wrong[0]), f"different values of {name}")
 
 
 def _said(block: Block) -> list[str]:

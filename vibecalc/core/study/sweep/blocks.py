@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.core.results.layout import ERRORS, NOT_RUN, STANDARD_ERRORS
+from vibecalc.core.results.layout import NOT_RUN
 from vibecalc.core.results.record import Axis, Quantity
+from vibecalc.core.results.sweep_file import columns_of
 
 #: axis along which a shorter series is continued with zeros
 PADDED = "order"
@@ -39,11 +40,6 @@ class Block(NamedTuple):
     left_out: Mapping[str, str] = {}
 
 
-def columns_of(path: str) -> tuple[str, str, str]:
-    """Names of the columns of a quantity: values, errors and standard errors."""
-    return path, f"{ERRORS}/{path}", f"{STANDARD_ERRORS}/{path}"
-
-
 def one_point(
     number: int, status: int, message: str = "", found: Mapping[str, Quantity] | None = None
 ) -> Block:
@@ -60,16 +56,6 @@ def one_point(
                 columns[name] = np.array([value])
     return Block(
         np.array([number]), np.array([status], np.int8), (message,), columns, described, left_out
-    )
-
-
-def rows_of(block: Block, rows: np.ndarray) -> Block:
-    """Some points of a block, by their rows."""
-    return block._replace(
-        indices=block.indices[rows],
-        status=block.status[rows],
-        message=tuple(block.message[row] for row in rows),
-        columns={name: column[rows] for name, column in block.columns.items()},
     )
 
 

@@ -17,7 +17,6 @@ from vibecalc.core.run.columns import allowed_by
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.targets import unknown_quantity
 from vibecalc.core.study.sweep.design import Design, make_design
-from vibecalc.core.study.sweep.values import Scatter
 from vibecalc.errors import CaseError, KeyPath, Problem
 from vibecalc.schema import Case
 
@@ -29,25 +28,24 @@ _BLOCK = 1 << 18  # values looked through at a time
 _SHOWN = 3
 
 
-def forbidden_values(design: Design) -> Iterator[Problem]:
+def _forbidden_values(design: Design) -> Iterator[Problem]:
     """One problem for each key with values outside its bounds; no run is needed for it."""
     for column, key in enumerate(design.every):
         values, shape = key.values, key.shape
         if key.choices or np.all(allowed_by(shape, np.array(values.ends))):
             continue
-        drawn, total = values.count is None, values.count or design.count
-        count, first = 0, list[float]()
+        total = values.count or design.count
+        wrong = np.empty(0)
         for start in range(0, total, _BLOCK):
             numbers = np.arange(start, min(start + _BLOCK, total))
-            some = design.value_of(numbers)[:, column] if drawn else values.at(numbers)
-            wrong = some[~allowed_by(shape, some)]
-            count += wrong.size
-            first += wrong[:_SHOWN].tolist()
-        if not count:
+            some = values.at(numbers) if values.count else design.value_of(numbers)[:, column]
+            wrong = np.append(wrong, some[~allowed_by(shape, some)])
+        if not wrong.size:
             continue
-        shown = ", ".join(f"{value:.6g}" for value in first[:_SHOWN]) + ", ..." * (count > _SHOWN)
-        many = f"({count} of {total:.6g} {'points' if drawn else 'values'})"
-        one_sided = isinstance(values, Scatter) and values.kind == "normal"
+        shown = ", ".join(f"{value:.6g}" for value in wrong[:_SHOWN])
+        shown += ", ..." * (wrong.size > _SHOWN)
+        many = f"({wrong.size} of {total:.6g} {'values' if values.count else 'points'})"
+        one_sided = values.described.get("distribution") == "normal"
         yield Problem(
             path=key.place,
             message=f"{key.key} takes values that it must not have",
@@ -61,8 +59,6 @@ def forbidden_values(design: Design) -> Iterator[Problem]:
 # What can be found wrong with a sweep before its first run.
 # ----------------------------------------------------------------------------
 
-Settings = dict[str, Any]
-
 _PROBED = 16
 _COMBINATIONS = 64
 
@@ -73,54 +69,48 @@ def check_design(design: Design, resolved: Mapping[str, Any]) -> list[Problem]:
     `resolved` is the case in SI with its defaults. Physics is left to the single points: there a
     case that cannot be is one failed point of many.
     """
-    return list(forbidden_values(design)) or list(_no_point(design, resolved))
+    return list(_forbidden_values(design)) or list(_no_point(design, resolved))
 
 
-def _plans(design: Design, resolved: Mapping[str, Any]) -> list[tuple[Settings, dict[str, Entry]]]:
+def _plans(
+    design: Design, resolved: Mapping[str, Any]
+) -> list[tuple[dict[str, Any], dict[str, Entry]]]:
     """Results of one case for each combination of choices that the sweep varies, with these.
 
     Stages and results hang on choices alone. Without choices there is one case, the first point.
     Points that are no case are left out, and so are combinations after the first 64.
     """
-    chosen, plans = {key.key for key in design.every if key.choices}, []
-    for settings in islice(_combinations(design), _COMBINATIONS):
+    axes = [one for one in design.axes if one.count and any(key.choices for key in one.keys)]
+    alone = [Design(axes=(axis,)) for axis in axes]
+    first, chosen = design.settings(0), {key.key for key in design.every if key.choices}
+    plans = []
+    for places in islice(product(*(range(one.count) for one in alone)), _COMBINATIONS):
+        settings = dict(first)
+        for one, place in zip(alone, places, strict=True):
+            settings |= one.settings(place)
         with suppress(CaseError):
             planned = planned_quantities(validate(case_at(resolved, settings)))
             plans.append(({key: settings[key] for key in settings if key in chosen}, planned))
     return plans
 
 
-def _combinations(design: Design) -> Iterator[Settings]:
-    first = design.settings(0)
-    steps: list[list[Settings]] = []
-    for axis in design.axes:
-        if axis.count is None or not any(key.choices for key in axis.keys):
-            steps.append([{key.key: first[key.key] for key in axis.keys}])
-        else:
-            alone = Design(axes=(axis,))
-            steps.append([alone.settings(n) for n in range(min(axis.count, _COMBINATIONS))])
-    for parts in product(*steps):
-        yield {key: value for part in parts for key, value in part.items()}
-
-
 def _no_point(design: Design, resolved: Mapping[str, Any]) -> Iterator[Problem]:
     """Problems of the first point if none of some points spread over the design is a case."""
     numbers = np.unique(np.linspace(0, design.count - 1, _PROBED).astype(np.int64))
     problems: list[Problem] = []
-    for number in numbers:
+    for settings in design.settings_of(numbers):
         try:
-            validate(case_at(resolved, design.settings(int(number))))
+            validate(case_at(resolved, settings))
         except CaseError as error:
             problems = problems or list(error.problems)
         else:
             return
     for problem in problems[:_SHOWN]:
         at = [key.place for key in design.every if problem.path[: len(key.path)] == key.path]
-        place = at[0] if at else ("sweep",)
         yield problem._replace(
-            path=place,
+            path=at[0] if at else ("sweep",),
             message=f"no point of the sweep is a case: {problem.message}",
-            also=problem.path if place == ("sweep",) else None,
+            also=None if at else problem.path,
         )
 
 
@@ -140,7 +130,8 @@ def stored_paths(
     Those that `keep` names, and the objective; by default all single numbers of the stages that
     every point runs, and of the same stages what limits and references name.
     """
-    goal = {*_goal(case)}
+    objective = None if case.sweep is None else case.sweep.objective
+    goal = set() if objective is None else {objective.quantity}
     if keep:
         return tuple(sorted({*keep, *goal}))
     planned = planned_quantities(case)
@@ -157,12 +148,6 @@ def stored_paths(
     return tuple(sorted(path for path in wanted if not _unshared_axis(planned[path])))
 
 
-def _goal(case: "Case") -> list[str]:
-    """What the objective of a sweep is on, if it has one."""
-    goal = None if case.sweep is None else case.sweep.objective
-    return [] if goal is None else [goal.quantity]
-
-
 def keep_problems(
     keep: Sequence[str], case: "Case", design: Design, resolved: Mapping[str, Any]
 ) -> Iterator[Problem]:
@@ -174,7 +159,9 @@ def keep_problems(
     for _, plan in plans:
         everywhere |= plan
     places: list[tuple[KeyPath, str]] = [(("sweep", "keep", n), one) for n, one in enumerate(keep)]
-    for place, path in [*places, *((("sweep", "objective"), one) for one in _goal(case))]:
+    if case.sweep is not None and case.sweep.objective is not None:
+        places.append((("sweep", "objective"), case.sweep.objective.quantity))
+    for place, path in places:
         if path not in everywhere:
             if "keep" in place:  # of an objective the targets of the case say it
                 yield unknown_quantity(place, path, everywhere)._replace(path=place)

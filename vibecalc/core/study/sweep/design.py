@@ -8,42 +8,16 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.case.study_tables import Along, Axis, Sweep
-from vibecalc.core.case.walk import Shape
 from vibecalc.core.results.catalogue import AXES
-from vibecalc.core.results.sweep_file import SweptKey
-from vibecalc.core.study.sweep.keys import KeyTable, label, read_values, refused, target
+from vibecalc.core.study.sweep.keys import AxisKey, read_key, refused
 from vibecalc.core.study.sweep.sampling import MOST_POINTS, drawn, drawn_by
-from vibecalc.core.study.sweep.values import AxisValues, ValueList
-from vibecalc.errors import CaseError, KeyPath, Problem, UsageError, dotted
-from vibecalc.units import split_number
+from vibecalc.errors import CaseError, KeyPath, Problem, dotted
 
 # ----------------------------------------------------------------------------
 # The axes of a sweep: one key each, or several that take their values in step.
 # ----------------------------------------------------------------------------
 
 _TAKEN = {*AXES, "sample", "key"}
-
-
-@dataclass(frozen=True, kw_only=True)
-class AxisKey(SweptKey):
-    """A key that varies: taken apart, with what it may hold, its values, and its table's place."""
-
-    path: KeyPath
-    shape: Shape
-    values: AxisValues
-    place: KeyPath
-
-    def typed(self, column: np.ndarray) -> np.ndarray:
-        """Values as a case has them: doubles, whole numbers, names, lists or tables."""
-        whole = column.astype(np.int64)
-        if self.values.contents:
-            objects = np.empty(len(column), dtype=object)
-            for row, place in enumerate(whole.tolist()):
-                objects[row] = self.values.contents[place]
-            return objects
-        if self.choices:
-            return np.array(self.choices)[whole]
-        return whole if self.shape.kind == "whole" else column
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,111 +41,70 @@ class SweepAxis:
         return np.stack([key.values.drawn(shares) for key in self.keys], axis=1)
 
 
-class _Reader:
-    """Reads the axes of `[sweep]` for a case in SI, and gathers what is wrong with them."""
-
-    def __init__(self, sweep: Sweep, resolved: Mapping[str, Any]):
-        self.sampled, self.resolved = sweep.sampling != "grid", resolved
-        self.problems: list[Problem] = []
-        self.seen: dict[KeyPath, KeyPath] = {}
-        found = [self.axis(one, ("sweep", "axes", n)) for n, one in enumerate(sweep.axes)]
-        self.axes = _named([keys for keys in found if keys])
-
-    def axis(self, table: Axis, path: KeyPath) -> tuple[AxisKey, ...]:
-        """The keys of an axis; none if it has problems."""
+def _axes_of(sweep: Sweep, resolved: Mapping[str, Any]) -> tuple[SweepAxis, ...]:
+    """The axes of `[sweep]` for a case in SI; CaseError with all problems found."""
+    problems: list[Problem] = []
+    places: dict[KeyPath, KeyPath] = {}  # of the keys so far
+    axes: list[list[AxisKey]] = []
+    for n, axis in enumerate(sweep.axes):
+        path: KeyPath = ("sweep", "axes", n)
+        tables: list[tuple[Along, KeyPath]] = [(axis, path)]
+        tables += [(one, (*path, "with", index)) for index, one in enumerate(axis.together)]
+        points = axis.points if axis.points is not None else len(axis.values) or None
         keys: list[AxisKey] = []
-        tables: list[tuple[Along, KeyPath]] = [(table, path)]
-        tables += [(one, (*path, "with", index)) for index, one in enumerate(table.together)]
-        points = table.points if table.points is not None else len(table.values) or None
-        before = len(self.problems)
-        for one, place in tables:
+        for table, place in tables:
             try:
-                key = self.key(one, place, points)
+                key = read_key(table, place, resolved, sweep.sampling != "grid", points)
+                _refuse_twice(key, places)
+                places[key.path] = place
+                points = key.values.count if table is axis else points
+                _refuse_unequal(key, axis, points)
+                keys.append(key)
             except CaseError as error:
-                self.problems += error.problems
-                continue
-            count = key.values.count
-            if one is table:
-                points = count
-            elif count is not None and points is not None and count != points:
-                self.problems += refused(
-                    (*place, "key"),
-                    "keys that vary together need equally many values",
-                    found=f"{count} for {one.key}, {points} for {table.key}",
-                    also=(*path, "key"),
-                ).problems
-            keys.append(key)
-        if len(self.problems) == before:
-            self.check_points_differ(table, keys, path)
-        return tuple(keys) if len(self.problems) == before else ()
+                problems += error.problems
+        if len(keys) == len(tables):
+            problems += _same_points(axis, keys, path)
+        axes.append(keys)
+    if problems:
+        raise CaseError(problems)
+    return _named(axes)
 
-    def key(self, table: Along, place: KeyPath, points: int | None) -> AxisKey:
-        """One key with its values; CaseError for what is wrong with it."""
-        try:
-            path, shape = target(table.key, self.resolved)
-        except UsageError as error:
-            raise refused(
-                (*place, "key"),
-                "a sweep cannot vary this key",
-                found=table.key[:80],
-                allowed="a number or a choice of this case, as in machine.mounts.each.stiffness",
-                hint=str(error),
-            ) from error
-        for other, at in self.seen.items():
-            size = min(len(path), len(other))
-            if path[:size] == other[:size]:
-                first, second = sorted((path, other), key=len)
-                whole = f", which is in {dotted(first)}" if path != other else ""
-                message = f"two axes vary {dotted(second)}{whole}"
-                raise CaseError([Problem(path=(*place, "key"), message=message, also=(*at, "key"))])
-        self.seen[path] = place
-        read = KeyTable(table, place, path, shape)
-        values = read_values(read, self.sampled, points)
-        return AxisKey(
-            key=dotted(path),
-            label=label(path),
-            unit=shape.unit or "",
-            written_unit=_written_unit(read),
-            choices=values.names,
-            path=path,
-            shape=shape,
-            values=values,
-            place=place,
+
+def _refuse_twice(key: AxisKey, places: Mapping[KeyPath, KeyPath]) -> None:
+    for other, at in places.items():
+        size = min(len(key.path), len(other))
+        if key.path[:size] == other[:size]:
+            first, second = sorted((key.path, other), key=len)
+            whole = f", which is in {dotted(first)}" if first != second else ""
+            message = f"two axes vary {dotted(second)}{whole}"
+            raise refused((*key.place, "key"), message, also=(*at, "key"))
+
+
+def _refuse_unequal(key: AxisKey, axis: Axis, points: int | None) -> None:
+    count = key.values.count
+    if None not in (count, points) and count != points:
+        raise refused(
+            (*key.place, "key"),
+            "keys that vary together need equally many values",
+            found=f"{count} for {key.key}, {points} for {axis.key}",
+            also=(*key.place[:3], "key"),
         )
 
-    def check_points_differ(self, table: Axis, keys: Sequence[AxisKey], path: KeyPath) -> None:
-        """No two points of the axis are the same; only lists can repeat themselves."""
-        listed = [
-            key.values.contents or key.values.values
-            for key in keys
-            if isinstance(key.values, ValueList)
-        ]
-        if len(listed) < len(keys):
-            return
-        seen: dict[str, int] = {}
-        for position, each in enumerate(zip(*listed, strict=True)):
-            first = seen.setdefault(repr(each), position)
-            if first != position:
-                written = table.values[position]
-                found = f"{written} as number {first + 1} and number {position + 1}"
-                message = "two points of an axis are the same"
-                self.problems += refused((*path, "values"), message, found=found).problems
-                return
+
+def _same_points(axis: Axis, keys: Sequence[AxisKey], path: KeyPath) -> list[Problem]:
+    """A problem if two points of the axis are the same; only lists can repeat themselves."""
+    lists = [key.values.described.get("values") for key in keys]
+    seen: dict[str, int] = {}
+    for position, each in enumerate(zip(*lists, strict=True) if None not in lists else ()):
+        first = seen.setdefault(repr(each), position)
+        if first != position:
+            found = f"{axis.values[position]} as number {first + 1} and number {position + 1}"
+            message = "two points of an axis are the same"
+            return [Problem(path=(*path, "values"), message=message, found=found)]
+    return []
 
 
-def _written_unit(key: KeyTable) -> str:
-    """The unit in which the values of a number are written, the first that has one."""
-    table, given = key.table, key.table.distribution
-    drawn = (given.mean, given.upper, given.lower) if given else ()
-    for written in (table.stop, table.start, *table.values, *drawn):
-        if isinstance(written, str) and key.shape.kind == "number":
-            unit = split_number(written)[1]
-            if unit:
-                return unit
-    return key.shape.unit or ""
-
-
-def _named(axes: Sequence[tuple[AxisKey, ...]]) -> tuple[SweepAxis, ...]:
+def _named(axes: Sequence[Sequence[AxisKey]]) -> tuple[SweepAxis, ...]:
     """Name each axis by the shortest end of its first key that nothing else is called."""
     parts = [keys[0].key.split(".") for keys in axes]
     endings = [[".".join(one[k:]) for k in reversed(range(len(one)))] for one in parts]
@@ -179,7 +112,7 @@ def _named(axes: Sequence[tuple[AxisKey, ...]]) -> tuple[SweepAxis, ...]:
     for mine, (keys, ends) in enumerate(zip(axes, endings, strict=True)):
         others = {end for n, ends_of in enumerate(endings) if n != mine for end in ends_of}
         free = [end for end in ends if end not in others and end not in _TAKEN]
-        named.append(SweepAxis(name=(free or ends[-1:])[0], keys=keys))
+        named.append(SweepAxis(name=(free or ends[-1:])[0], keys=tuple(keys)))
     return tuple(named)
 
 
@@ -245,15 +178,15 @@ class Design:
             parts = [axis.drawn(shares[:, column]) for column, axis in enumerate(self.axes)]
         return np.concatenate(parts, axis=1)
 
-    def columns(self, numbers: np.ndarray) -> dict[str, np.ndarray]:
-        """The values at some points by key: doubles, whole numbers, names, lists or tables."""
+    def settings_of(self, numbers: np.ndarray) -> list[dict[str, Any]]:
+        """What each point sets by key: values in SI, names of choices, lists or tables."""
         values = self.value_of(numbers)
-        return {key.key: key.typed(values[:, place]) for place, key in enumerate(self.every)}
+        columns = [key.typed(values[:, place]) for place, key in enumerate(self.every)]
+        return [dict(zip(self.keys, row, strict=True)) for row in zip(*columns, strict=True)]
 
     def settings(self, number: int) -> dict[str, Any]:
-        """What one point sets: a value in SI, the name of a choice, a list or table, by key."""
-        columns = self.columns(np.array([number]))
-        return {key: column.tolist()[0] for key, column in columns.items()}
+        """What one point sets."""
+        return self.settings_of(np.array([number]))[0]
 
     def description(self) -> dict[str, Any]:
         """The design as plain values, for hashes and result files."""
@@ -265,7 +198,7 @@ class Design:
             **drawing,
             "indices": self.indices,
             "axes": [
-                [{"key": key.key, **key.values.description()} for key in axis.keys]
+                [{"key": key.key, **key.values.described} for key in axis.keys]
                 for axis in self.axes
             ],
         }
@@ -282,39 +215,30 @@ class Design:
 
 def make_design(sweep: Sweep, resolved: Mapping[str, Any]) -> Design:
     """Read `[sweep]` for a case in SI with its defaults; CaseError with all problems found."""
-    read = _Reader(sweep, resolved)
-    problems = read.problems
     if not sweep.axes:
-        problems += refused(
+        raise refused(
             ("sweep",),
             "a sweep needs at least one axis",
             allowed='axes = [{ key = "machine.speed", from = ..., to = ..., points = 21 }]',
-        ).problems
-    if problems:
-        raise CaseError(problems)
+        )
     design = Design(
-        axes=read.axes,
+        axes=_axes_of(sweep, resolved),
         sampling=sweep.sampling,
         points=STANDARD_POINTS if sweep.points is None else sweep.points,
         seed=STANDARD_SEED if sweep.seed is None else sweep.seed,
         indices=sweep.indices,
     )
-    _check_size(design)
-    return design
-
-
-def _check_size(design: Design) -> None:
     most = min(LARGEST, MOST_POINTS.get(design.sampling, LARGEST))
-    if design.count <= most:
-        return
-    key, factors = "axes", " x ".join(str(size) for size in design.shape)
-    if design.sampling != "grid":
-        runs = f" x {len(design.axes) + 2} runs" if design.indices else ""
-        key, factors = "points", f"{design.points}{runs}"
-    raise refused(
-        ("sweep", key),
-        f"the sweep would have {design.count:.6g} points",
-        found=factors,
-        allowed=f"at most {most:.6g}",
-        hint="fewer points on an axis, or a sampling",
-    )
+    if design.count > most:
+        key, factors = "axes", " x ".join(map(str, design.shape))
+        if design.sampling != "grid":
+            runs = f" x {len(design.axes) + 2} runs" if design.indices else ""
+            key, factors = "points", f"{design.points}{runs}"
+        raise refused(
+            ("sweep", key),
+            f"the sweep would have {design.count:.6g} points",
+            found=factors,
+            allowed=f"at most {most:.6g}",
+            hint="fewer points on an axis, or a sampling",
+        )
+    return design

@@ -1,4 +1,4 @@
-"""Points of a sweep one by one: each a case that is checked, run, and described if it fails."""
+"""Points of a sweep: each a case that is checked and run, or many of them by array calls."""
 
 import traceback
 from collections.abc import Mapping, Sequence
@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.case.load import LoadedCase, resolve, validate
-from vibecalc.core.case.raw import NOT_COMPUTED, case_at
+from vibecalc.core.case.raw import NOT_COMPUTED, case_at, parse_key
+from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.layout import BUG, DONE, FAILED, REFUSED
 from vibecalc.core.results.record import Quantity
+from vibecalc.core.results.sweep_file import columns_of
 from vibecalc.core.run.run import StageCache, check_again, run_case
+from vibecalc.core.study.sweep.at_once import compute
 from vibecalc.core.study.sweep.blocks import Block, combined, one_point
 from vibecalc.core.study.sweep.design import Design
 from vibecalc.errors import CaseError, NumericalFailure, Problem, UsageError, dotted
@@ -42,21 +45,20 @@ class Evaluator:
         The statuses are those of `vibecalc.core.results.layout`: done, input refused, numerical
         failure, or an error in the program, whose message is its traceback.
         """
-        blocks = self.one_by_one(np.asarray(indices), self._design.columns(np.asarray(indices)))
-        return combined(blocks, np.asarray(indices), self._keep)
+        return combined(self.one_by_one(indices), indices, self._keep)
 
-    def one_by_one(self, numbers: np.ndarray, columns: Mapping[str, np.ndarray]) -> list[Block]:
-        """The points one by one; `columns` (n,) are the values of the keys there."""
-        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    def one_by_one(self, indices: np.ndarray) -> list[Block]:
+        """The points one by one."""
+        rows = self._design.settings_of(indices)
         return [
-            one_point(int(number), *self.run_point(dict(zip(columns, row, strict=True))))
-            for number, row in zip(numbers, rows, strict=True)
+            one_point(number, *self.run_point(settings))
+            for number, settings in zip(indices.tolist(), rows, strict=True)
         ]
 
     def run_point(self, settings: Mapping[str, Any]) -> tuple[int, str, Quantities]:
         """Status, message and the kept results with some keys of the case set."""
         try:
-            quantities = self._computed(settings)
+            return DONE, "", self._computed(settings)
         except CaseError as error:
             return REFUSED, refusal(error.problems), {}
         except UsageError as error:
@@ -65,7 +67,6 @@ class Evaluator:
             return FAILED, str(failure), {}
         except Exception:
             return BUG, traceback.format_exc(), {}
-        return DONE, "", quantities
 
     def _computed(self, settings: Mapping[str, Any]) -> Quantities:
         if self._loaded.case.optimisation is not None:
@@ -107,6 +108,35 @@ class Evaluator:
         if record.failure:
             raise NumericalFailure("; ".join((record.failure, *record.warnings[:1])))
         return {path: record[path] for path in self._keep if path in record}
+
+
+class ArrayEvaluator(Evaluator):
+    """The same where `unsupported` has nothing against it.
+
+    A point that fails, or may fail, is run alone: its status and message are those of that run.
+    """
+
+    def __call__(self, indices: np.ndarray) -> Block:
+        """As an `Evaluator`."""
+        values = self._design.value_of(indices).T
+        varied = dict(zip(map(parse_key, self._design.keys), values, strict=True))
+        keep = frozenset(self._keep)
+        parts, left = compute(self._loaded.case, varied, len(indices), keep, cache=self._cache)
+        blocks = [
+            Block(
+                indices[places],
+                np.full(len(places), DONE, dtype=np.int8),
+                ("",) * len(places),
+                {
+                    name: column
+                    for path in self._keep
+                    for name, column in zip(columns_of(path), found[path][:2], strict=False)
+                },
+                {path: CATALOGUE[path].quantity([], axes=found[path].axes) for path in self._keep},
+            )
+            for places, found in parts
+        ]
+        return combined([*blocks, *self.one_by_one(indices[left])], indices, self._keep)
 
 
 def refusal(problems: Sequence[Problem]) -> str:

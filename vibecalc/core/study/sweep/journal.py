@@ -8,9 +8,10 @@ journal then ends before it.
 
 import hashlib
 import json
+import math
 import os
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,34 +20,36 @@ from typing import BinaryIO
 import numpy as np
 
 from vibecalc.core.results.files import in_words
-from vibecalc.core.results.layout import DONE, STATUS
+from vibecalc.core.results.layout import STATUS
 from vibecalc.core.results.record import Axis, Quantity
 from vibecalc.core.study.sweep.blocks import Block
-from vibecalc.errors import ResultError, UsageError
+from vibecalc.errors import ResultError
 
-_FORMAT = "vibecalc sweep 3"
+_FORMAT = "vibecalc sweep 4"
+#: what a chunk says of a quantity and of an axis
+_DESCRIBED = ("path", "unit", "long_name", "amplitude")
+_AXIS = ("name", "unit", "long_name", "values")
 _RECORD = struct.Struct("<qq32s")
 
 
 def packed(block: Block) -> bytes:
     """A block of consecutive points as bytes; equal for equal blocks."""
-    texts: dict[str, list[int]] = {}  # many points tell the same
-    for row in np.flatnonzero(block.status != DONE).tolist():
-        texts.setdefault(block.message[row], []).append(row)
+    texts = {words: n for n, words in enumerate(dict.fromkeys(block.message))}
     columns = {STATUS: block.status, **block.columns}
     about = {
         "first": int(block.indices[0]),
-        "texts": texts,
+        "texts": list(texts),
+        "message": [texts[words] for words in block.message],
         "left_out": dict(block.left_out),
         "columns": [(name, one.dtype.str, one.shape) for name, one in columns.items()],
         "described": [
-            (path, one.unit, one.long_name, one.amplitude,
-             [(axis.name, axis.unit, axis.long_name, axis.values.tolist()) for axis in one.axes])
-            for path, one in block.described.items()
+            {name: getattr(one, name) for name in _DESCRIBED}
+            | {"axes": [[getattr(axis, name) for name in _AXIS] for axis in one.axes]}
+            for one in block.described.values()
         ],
-    }  # fmt: skip
+    }
     # lone surrogates in a message are no reason to lose a chunk
-    line = json.dumps(about).encode("ascii")
+    line = json.dumps(about, default=np.ndarray.tolist).encode("ascii")
     return b"\n".join([line, b"".join(one.tobytes() for one in columns.values())])
 
 
@@ -55,28 +58,21 @@ def unpacked(content: bytes) -> Block:
     line, _, numbers = content.partition(b"\n")
     about, place, columns = json.loads(line), 0, dict[str, np.ndarray]()
     for name, kind, shape in about["columns"]:
-        one = np.frombuffer(numbers, kind, int(np.prod(shape)), place).reshape(shape).copy()
+        one = np.frombuffer(numbers, kind, math.prod(shape), place).reshape(shape)
         columns[name], place = one, place + one.nbytes
-    status = columns.pop(STATUS)
-    message = [""] * len(status)
-    for words, rows in about["texts"].items():
-        for row in rows:
-            message[row] = words
-    described = {}
-    for path, unit, long_name, amplitude, axes in about["described"]:
-        described[path] = Quantity(
-            path=path,
-            values=columns[path][:0],
-            unit=unit,
-            long_name=long_name,
-            amplitude=amplitude,
-            axes=tuple(
-                Axis(name=name, unit=unit_of, long_name=words, values=np.array(values))
-                for name, unit_of, words, values in axes
-            ),
-        )
-    indices = about["first"] + np.arange(len(status))
-    return Block(indices, status, tuple(message), columns, described, about["left_out"])
+    status, described = columns.pop(STATUS), dict[str, Quantity]()
+    for said in about["described"]:
+        axes = [dict(zip(_AXIS, axis, strict=True)) for axis in said["axes"]]
+        said["axes"] = tuple(Axis(**one | {"values": np.array(one["values"])}) for one in axes)
+        described[said["path"]] = Quantity(**said, values=columns[said["path"]][:0])
+    return Block(
+        about["first"] + np.arange(len(status)),
+        status,
+        tuple(about["texts"][n] for n in about["message"]),
+        columns,
+        described,
+        about["left_out"],
+    )
 
 
 def records(path: Path) -> Iterator[tuple[int, int, int]]:
@@ -133,14 +129,12 @@ class Journal:
         """Numbers of the points in one chunk."""
         return np.arange(number * self.size, min((number + 1) * self.size, self.count))
 
-    def foreign(self) -> int:
-        """How many chunks the file holds if it is the journal of another sweep, else 0."""
+    def foreign(self) -> bool:
+        """Whether the file is the journal of another sweep."""
         if not self.path.exists():
-            return 0
-        with in_words("cannot read", self.path):
-            with open(self.path, "rb") as stream:
-                ours = self.title.startswith(stream.readline())
-            return 0 if ours else max(1, sum(1 for _ in records(self.path)))
+            return False
+        with in_words("cannot read", self.path), open(self.path, "rb") as stream:
+            return not self.title.startswith(stream.readline())
 
     def look(self) -> str:
         """Find the chunks that are there, whole and of this sweep; say what else is there."""
@@ -161,18 +155,19 @@ class Journal:
                 self.end = stream.write(self.title)
 
     def write(self, number: int, block: Block) -> None:
-        """Append one chunk, and read it back.
+        """Append one chunk, and wait until it is on the disk.
 
-        UsageError for a full disk, a folder that was removed, and a disk that does not give back
-        what was written; the journal is then as it was. ValueError for a block of other points.
+        UsageError for a full disk and a folder that was removed; the journal is then as it was.
         """
-        if not np.array_equal(block.indices, self.points(number)):
-            raise ValueError(f"chunk {number} has other points than this block")
         content = packed(block)
         record = _RECORD.pack(number, len(content), _checksum(number, content)) + content
         with in_words("cannot write", self.path), open(self.path, "r+b", buffering=0) as stream:
+            stream.seek(self.end)
+            rest = memoryview(record)
             try:
-                _put(stream, self.end, record)
+                while rest:
+                    rest = rest[stream.write(rest) :]
+                os.fsync(stream.fileno())
             except BaseException:
                 with suppress(OSError):
                     stream.truncate(self.end)
@@ -189,24 +184,8 @@ class Journal:
             )
         return unpacked(found[1])
 
-    def blocks(self, numbers: Iterable[int]) -> Iterator[Block]:
-        """Read chunks one after the other, in ascending order."""
-        return map(self.read, sorted(numbers))
-
     def clear(self) -> None:
         """Remove the file; UsageError with the reason if that cannot be done."""
         with in_words("cannot remove", self.path):
             self.path.unlink(missing_ok=True)
         self.places, self.end = {}, 0
-
-
-def _put(stream: BinaryIO, place: int, record: bytes) -> None:
-    """Write a record, wait until it is on the disk, and read it back."""
-    stream.seek(place)
-    rest = memoryview(record)
-    while rest:
-        rest = rest[stream.write(rest) :]
-    os.fsync(stream.fileno())
-    stream.seek(place)
-    if stream.read(len(record)) != record:
-        raise UsageError(f"cannot write {stream.name}: the disk does not give back what it got")

@@ -2,7 +2,7 @@
 
 import os
 import socket
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -11,9 +11,7 @@ import numpy as np
 
 from vibecalc import __version__
 from vibecalc.core.results.files import in_words
-from vibecalc.core.results.layout import UNLUCKY
 from vibecalc.core.results.sweep_file import SweepHead, open_sweep
-from vibecalc.core.study.sweep.journal import Journal
 from vibecalc.core.study.sweep.prepare import PreparedSweep
 from vibecalc.errors import ResultError, UsageError
 
@@ -94,33 +92,3 @@ def otherwise(head: SweepHead, version: str, design: Mapping[str, Any], kept: Se
     if head.design != design:
         return "over other points"
     return "of other quantities" if set(head.stored) != set(kept) else "of another case"
-
-
-def take_up(
-    journal: Journal, resume: bool, fresh: bool, note: Callable[[str], None]
-) -> frozenset[int]:
-    """Numbers of the chunks that need not be computed again, and the journal made ready.
-
-    Chunks with a point that attached or died are computed again. UsageError if there are chunks
-    and neither `resume` nor `fresh`, or chunks of another sweep and not `fresh`.
-    """
-    foreign, damage = journal.foreign(), journal.look()
-    if foreign and not fresh:
-        raise UsageError(
-            f"{journal.path} holds {foreign} chunks of another sweep; "
-            "--fresh throws them away, -o names another file"
-        )
-    if journal.places and not (resume or fresh):
-        raise UsageError(
-            f"{len(journal.places)} of {journal.chunks} chunks of this sweep are there from "
-            f"before, in {journal.path}; --resume goes on with them, --fresh starts anew"
-        )
-    if not resume:
-        journal.clear()
-    elif damage:
-        note(damage)
-    return frozenset(
-        number
-        for number in journal.places
-        if not np.isin(journal.read(number).status, UNLUCKY).any()
-    )

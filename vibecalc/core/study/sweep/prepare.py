@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 import numpy as np
 
 from vibecalc import __version__
-from vibecalc.core.case.load import LoadedCase, raise_with_location
+from vibecalc.core.case.load import LoadedCase
 from vibecalc.core.case.raw import parse_key
 from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import DONE, UNLUCKY
@@ -25,7 +25,7 @@ from vibecalc.core.results.visible import fits_a_line
 from vibecalc.core.run.plan import needed_stages, work_seconds
 from vibecalc.core.run.stage import work_of
 from vibecalc.core.study.sweep.blocks import Block, combined
-from vibecalc.core.study.sweep.checks import stored_paths, sweep_problems
+from vibecalc.core.study.sweep.checks import stored_paths
 from vibecalc.core.study.sweep.design import Design, make_design
 from vibecalc.core.study.sweep.journal import Journal
 from vibecalc.errors import UnitError, UsageError, dotted
@@ -74,39 +74,29 @@ def choose(case: "Case", design: Design, keep: Sequence[str], jobs: int = 2) -> 
     """
     from vibecalc.core.study.sweep.at_once import unsupported
 
-    why_not: str | None
+    why_not = unsupported(case, [parse_key(key) for key in design.keys], keep)
     if any(key.values.contents for key in design.every):
         why_not = "lists, tables and switches are set point by point"
-    else:
-        why_not = unsupported(case, [parse_key(key) for key in design.keys], keep)
+    stages = needed_stages(case, frozenset(keep))
+    share, fewest = -(-design.count // _FEWEST_CHUNKS), -(-design.count // _MOST_CHUNKS)
     if why_not is None:
         words = "all that is kept is computed for many points at once"
-        stages = [stage.leading for stage in needed_stages(case, frozenset(keep)) if stage.leading]
-        cost = sum(one.milliseconds for one in stages)
-        size = max(min(one.most for one in stages), -(-design.count // _FEWEST_CHUNKS))
-        size = min(size, _ARRAY_POINTS) if cost else _ARRAY_POINTS
-        return Strategy("array", words, _spread(design.count, size), cost)
-    cost = milliseconds(case, keep)
-    size = min(_MOST_POINTS, max(1, round(_CHUNK / cost)), -(-design.count // _FEWEST_CHUNKS))
-    size = _spread(design.count, size)
-    if jobs == 1:
-        return Strategy("reuse", f"one process; no arrays: {why_not}", size, cost)
-    if cost * design.count < _SHORT:
-        words = "all points take less time than processes to start"
-        return Strategy("reuse", f"{words}; no arrays: {why_not}", size, cost)
-    return Strategy("pool", f"{jobs} processes; no arrays: {why_not}", size, cost)
-
-
-def milliseconds(case: "Case", keep: Sequence[str]) -> float:
-    """Roughly what one point takes, of the stages that have to run for what is kept."""
-    stages = needed_stages(case, frozenset(keep))
+        leading = [stage.leading for stage in stages if stage.leading]
+        cost, size = sum(one.milliseconds for one in leading), _ARRAY_POINTS
+        if cost:
+            size = min(size, max(min(one.most for one in leading), share))
+        return Strategy("array", words, max(size, fewest), cost)
+    # roughly what the stages take that have to run for what is kept
     seconds = sum(work_seconds(work_of(case, stage)) for stage in stages)
-    return _CHECKS + 1e3 * seconds * (1.0 if case.optimisation is None else _SEARCH)
-
-
-def _spread(count: int, size: int) -> int:
-    """A chunk size of at least `size`, larger where there would be too many chunks."""
-    return max(size, -(-count // _MOST_CHUNKS))
+    cost = _CHECKS + 1e3 * seconds * (1.0 if case.optimisation is None else _SEARCH)
+    size = max(fewest, min(_MOST_POINTS, max(1, round(_CHUNK / cost)), share))
+    kind: Kind = "reuse"
+    words = "one process"
+    if jobs > 1 and cost * design.count < _SHORT:
+        words = "all points take less time than processes to start"
+    elif jobs > 1:
+        kind, words = "pool", f"{jobs} processes"
+    return Strategy(kind, f"{words}; no arrays: {why_not}", size, cost)
 
 
 # ----------------------------------------------------------------------------
@@ -357,8 +347,7 @@ class PreparedSweep:
 
     def start(self) -> Callable[[], Callable[[Any], Any]]:
         """What a process starts with."""
-        from vibecalc.core.study.sweep.arrays import ArrayEvaluator
-        from vibecalc.core.study.sweep.evaluate import Evaluator
+        from vibecalc.core.study.sweep.evaluate import ArrayEvaluator, Evaluator
 
         kind = ArrayEvaluator if self.strategy.kind == "array" else Evaluator
         return partial(kind, self.loaded, self.design, self.keep)
@@ -375,17 +364,13 @@ class PreparedSweep:
 
 
 def prepare(loaded: LoadedCase, jobs: int) -> PreparedSweep:
-    """Check the sweep of a case that may use so many processes.
-
-    CaseError, with the places in the file, for all problems found.
-    """
+    """The sweep of a checked case that may use so many processes."""
     case, resolved = loaded.case, loaded.resolved
     if case.sweep is None or not case.sweep.axes:
         raise UsageError(
             f"{loaded.path} says not what to vary: it needs a table [sweep] with axes, or give "
             "them here, as in --grid 'machine.speed=2000 rpm:4000 rpm:21'"
         )
-    raise_with_location(loaded, sweep_problems(loaded))
     design = make_design(case.sweep, resolved)
     keep = stored_paths(case.sweep.keep, case, design, loaded.base(design.keys))
     return PreparedSweep(
@@ -413,9 +398,9 @@ def forecast(prepared: PreparedSweep, options: Options) -> dict[str, Any]:
     """
     design, strategy = prepared.design, prepared.strategy
     evaluate = prepared.start()()
-    numbers = np.unique(np.linspace(0, design.count - 1, _TRIED).astype(np.int64))
-    evaluate(numbers[:1])  # imports, and what all points share
-    pieces = np.split(numbers, len(numbers))
+    spread = np.unique(np.linspace(0, design.count - 1, _TRIED).astype(np.int64))
+    evaluate(spread[:1])  # imports, and what all points share
+    pieces = np.split(spread, len(spread))
     if strategy.kind == "array":
         pieces = [np.arange(min(design.count, strategy.chunk_size))]
     started = time.perf_counter()
@@ -426,16 +411,16 @@ def forecast(prepared: PreparedSweep, options: Options) -> dict[str, Any]:
     number = len(tried.indices)
     seconds = (time.perf_counter() - started) / number * design.count
     jobs = options.jobs or (1 if prepared.is_short else processors())
-    kept = []
+    kept: list[dict[str, Any]] = []
     for path in prepared.keep:
-        one, reason = tried.described.get(path), None
-        if one is None:
-            reason = tried.left_out.get(path, "no point that was tried has it")
-        axes = None if one is None else {axis.name: len(axis.values) for axis in one.axes}
-        unit = "" if one is None else one.unit
-        kept.append({"quantity": path, "unit": unit, "axes": axes, "reason": reason})
+        row: dict[str, Any] = {"quantity": path, "unit": "", "axes": None, "reason": None}
+        if (one := tried.described.get(path)) is not None:
+            row |= {"unit": one.unit, "axes": {a.name: len(a.values) for a in one.axes}}
+        else:
+            row["reason"] = tried.left_out.get(path, "no point that was tried has it")
+        kept.append(row)
     failures = [tried.message[row] for row in np.flatnonzero(tried.status != DONE)]
-    chunks = shard_chunks(prepared.journal(options.output).chunks, options.shard)
+    bytes_tried = number + sum(one.nbytes for one in tried.columns.values())
     return {
         "case": prepared.loaded.name,
         "points": design.count,
@@ -446,7 +431,7 @@ def forecast(prepared: PreparedSweep, options: Options) -> dict[str, Any]:
         ],
         "strategy": strategy.kind,
         "reason": strategy.reason,
-        "chunks": len(chunks),
+        "chunks": len(shard_chunks(prepared.journal(options.output).chunks, options.shard)),
         "chunk_size": strategy.chunk_size,
         "kept": kept,
         "tried": number,
@@ -454,8 +439,6 @@ def forecast(prepared: PreparedSweep, options: Options) -> dict[str, Any]:
         "failures": failures,
         "processes": jobs,
         "seconds": seconds / jobs,
-        "bytes": (number + sum(one.nbytes for one in tried.columns.values()))
-        * design.count
-        // number,
+        "bytes": bytes_tried * design.count // number,
         "identity": prepared.identity,
     }

@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -13,10 +13,10 @@ from vibecalc.core.results.layout import DONE, NOT_RUN, UNLUCKY
 from vibecalc.core.results.record import Record
 from vibecalc.core.results.steps import step
 from vibecalc.core.study.execute import as_result
-from vibecalc.core.study.sweep.assemble import Assembled, assemble, sweep_head
+from vibecalc.core.study.sweep.assemble import assemble, sweep_head
 from vibecalc.core.study.sweep.blocks import Block, combined
 from vibecalc.core.study.sweep.journal import Journal
-from vibecalc.core.study.sweep.output import locked, points_in, take_up
+from vibecalc.core.study.sweep.output import locked, points_in
 from vibecalc.core.study.sweep.prepare import (
     Options,
     Outcome,
@@ -37,117 +37,141 @@ def sweep(prepared: PreparedSweep, options: Options) -> Outcome:
     chunks from before and nobody said what to do with them; Interrupted after Ctrl-C. Whatever
     happens, chunks that are finished stay.
     """
-    started = time.perf_counter()
     output = fresh_output(options.output)
     with locked(output):
         journal = prepared.journal(output)
-        mine = shard_chunks(journal.chunks, options.shard)
+        run = _Run(prepared, options, journal, shard_chunks(journal.chunks, options.shard))
         there = points_in(output, prepared, options.fresh)
         if options.resume and not options.again and there.size:
-            parts = (there[journal.points(number)] for number in mine)
-            there = np.concatenate([there[:0], *parts])
+            there = np.concatenate([there[:0], *(there[journal.points(n)] for n in run.mine)])
             if not np.isin(there, (NOT_RUN, *UNLUCKY)).any():
                 options.note(f"{output} is complete, nothing is left to do")
                 journal.clear()
                 return Outcome(counts=Counter(there.tolist()), taken_up=there.size)
-        finished = take_up(journal, options.resume, options.fresh, options.note)
-        before = _points(journal, finished.intersection(mine))
+        run.take_up()
         try:
-            _compute(prepared, options, journal, mine, finished)
-            made = _assemble(prepared, options, output, journal, {*mine, *finished}, started)
+            return run.finish(output)
         except KeyboardInterrupt:
-            raise Interrupted(_stopped_words("interrupted", journal, mine)) from None
+            raise Interrupted(run.stopped("interrupted")) from None
         except UsageError as error:
-            raise UsageError(_stopped_words(str(error), journal, mine)) from error
-    return Outcome(
-        counts={status: many for status, many in made.counts.items() if status >= DONE},
-        taken_up=before,
-        seconds=time.perf_counter() - started,
-    )
+            raise UsageError(run.stopped(str(error))) from error
 
 
-def _compute(
-    prepared: PreparedSweep,
-    options: Options,
-    journal: Journal,
-    mine: Sequence[int],
-    finished: frozenset[int],
-) -> None:
-    missing = [number for number in mine if number not in finished]
-    step(f"{prepared.strategy.kind}: {len(missing)} chunks of {journal.count} points to compute")
-    journal.start()
-    if not missing:
-        return
-    works = (range(points[0], points[-1] + 1) for points in map(journal.points, missing))
-    failures = 0
-    with (
-        counted("sweep", options.progress, _points(journal, missing)) as advance,
-        _computed(prepared, options, works, len(missing)) as computed,
+class _Run:
+    """The chunks `mine` of a sweep, and its journal."""
+
+    def __init__(
+        self, prepared: PreparedSweep, options: Options, journal: Journal, mine: Sequence[int]
     ):
-        for work, found in computed:
-            block = combined(found, np.array(work), prepared.keep)
-            journal.write(work.start // journal.size, block)
-            failures += int(np.count_nonzero(block.status != DONE))
-            advance(f", {failures} failed" if failures else "", len(work))
-            step(f"chunk {work.start // journal.size}: {len(work)} points")
+        self.prepared, self.options, self.journal, self.mine = prepared, options, journal, mine
+        self.started, self.finished = time.perf_counter(), frozenset[int]()
 
+    def take_up(self) -> None:
+        """Find the chunks that need not be computed again, and make the journal ready.
 
-@contextmanager
-def _computed(
-    prepared: PreparedSweep, options: Options, works: Iterator[range], missing: int
-) -> Iterator[Iterator[tuple[range, list[Block]]]]:
-    """Chunks as they come, from whatever computes them."""
-    alone = options.timeout is None and options.jobs in (None, 1) and prepared.is_short
-    if alone and options.cluster is None:
-        yield here(prepared.start(), works)
-        return
-    with Workers(
-        prepared.start(),
-        jobs=min(options.jobs or processors(), missing),
-        cluster=options.cluster,
-        timeout=options.timeout,
-        step=prepared.step,
-    ) as workers:
-        yield workers.run(works)
-
-
-def _assemble(
-    prepared: PreparedSweep,
-    options: Options,
-    output: Path,
-    journal: Journal,
-    numbers: Iterable[int],
-    started: float,
-) -> Assembled:
-    """Put the chunks together, and take them away unless some are worth another try."""
-    timings = {"sweep": time.perf_counter() - started}
-    result = as_result(prepared.loaded, Record(), timings)
-    head = sweep_head(result, prepared.design, prepared.identity, prepared.keep)
-    with held_back() as stop:
-        made = assemble(output, head, journal, numbers, between=stop)
-    if any(made.counts.get(status, 0) for status in UNLUCKY):
-        options.note(
-            f"the chunks stay in {journal.path}: with --resume and a longer --timeout "
-            "only those with a point that attached or died are computed again"
-        )
-    else:
-        journal.clear()
-    return made
-
-
-def _points(journal: Journal, numbers: Iterable[int]) -> int:
-    return sum(len(journal.points(number)) for number in numbers)
-
-
-def _stopped_words(why: str, journal: Journal, mine: Sequence[int]) -> str:
-    """Why a sweep stops, and how to go on."""
-    finished = len(journal.places.keys() & set(mine))
-    if not journal.places:
-        with suppress(UsageError):
+        Chunks with a point that timed out or died are computed again. UsageError if there are
+        chunks and neither `resume` nor `fresh`, or chunks of another sweep and not `fresh`.
+        """
+        journal, resume, fresh = self.journal, self.options.resume, self.options.fresh
+        damage = journal.look()
+        if journal.foreign() and not fresh:
+            raise UsageError(
+                f"{journal.path} holds chunks of another sweep; "
+                "--fresh throws them away, -o names another file"
+            )
+        if journal.places and not (resume or fresh):
+            raise UsageError(
+                f"{len(journal.places)} of {journal.chunks} chunks of this sweep are there from "
+                f"before, in {journal.path}; --resume goes on with them, --fresh starts anew"
+            )
+        if not resume:
             journal.clear()
-    if not finished:
-        return f"{why}; no chunk of {len(mine)} was finished, nothing is kept"
-    return (
-        f"{why}; {finished} of {len(mine)} chunks are finished and stay in {journal.path}: "
-        "the same command with --resume goes on with them"
-    )
+        elif damage:
+            self.options.note(damage)
+        self.finished = frozenset(
+            number
+            for number in journal.places
+            if not np.isin(journal.read(number).status, UNLUCKY).any()
+        )
+
+    def points(self, chunks: Sequence[int]) -> int:
+        """How many points some chunks have."""
+        return sum(len(self.journal.points(number)) for number in chunks)
+
+    def finish(self, output: Path) -> Outcome:
+        """Compute what is missing, put the chunks together, and take them away unless some are
+        worth another try."""
+        before = [number for number in self.mine if number in self.finished]
+        self.compute([number for number in self.mine if number not in self.finished])
+        prepared, journal = self.prepared, self.journal
+        timings = {"sweep": time.perf_counter() - self.started}
+        result = as_result(prepared.loaded, Record(), timings)
+        head = sweep_head(result, prepared.design, prepared.identity, prepared.keep)
+        with held_back() as stop:
+            made = assemble(output, head, journal, {*self.mine, *self.finished}, between=stop)
+        if made.counts.keys() & {*UNLUCKY}:
+            self.options.note(
+                f"the chunks stay in {journal.path}: with --resume and a longer --timeout "
+                "only those with a point that timed out or died are computed again"
+            )
+        else:
+            journal.clear()
+        return Outcome(
+            counts={status: many for status, many in made.counts.items() if status >= DONE},
+            taken_up=self.points(before),
+            seconds=time.perf_counter() - self.started,
+        )
+
+    def compute(self, missing: Sequence[int]) -> None:
+        """Compute chunks, and write each to the journal when it comes."""
+        journal, prepared = self.journal, self.prepared
+        kind = prepared.strategy.kind
+        step(f"{kind}: {len(missing)} chunks of {journal.count} points to compute")
+        journal.start()
+        if not missing:
+            return
+        works = (range(points[0], points[-1] + 1) for points in map(journal.points, missing))
+        failures = 0
+        with (
+            counted("sweep", self.options.progress, self.points(missing)) as advance,
+            self.computed(works, len(missing)) as computed,
+        ):
+            for work, found in computed:
+                block = combined(found, np.array(work), prepared.keep)
+                journal.write(work.start // journal.size, block)
+                failures += int(np.count_nonzero(block.status != DONE))
+                advance(f", {failures} failed" if failures else "", len(work))
+                step(f"chunk {work.start // journal.size}: {len(work)} points")
+
+    @contextmanager
+    def computed(
+        self, works: Iterator[range], missing: int
+    ) -> Iterator[Iterator[tuple[range, list[Block]]]]:
+        """Chunks as they come, from whatever computes them."""
+        prepared, options = self.prepared, self.options
+        alone = options.timeout is None and options.jobs in (None, 1) and prepared.is_short
+        if alone and options.cluster is None:
+            yield here(prepared.start(), works)
+            return
+        with Workers(
+            prepared.start(),
+            jobs=min(options.jobs or processors(), missing),
+            cluster=options.cluster,
+            timeout=options.timeout,
+            step=prepared.step,
+        ) as workers:
+            yield workers.run(works)
+
+    def stopped(self, why: str) -> str:
+        """Why a sweep stops, and how to go on."""
+        journal, total = self.journal, len(self.mine)
+        finished = len(journal.places.keys() & set(self.mine))
+        if not journal.places:
+            with suppress(UsageError):
+                journal.clear()
+        if not finished:
+            return f"{why}; no chunk of {total} was finished, nothing is kept"
+        return (
+            f"{why}; {finished} of {total} chunks are finished and stay in {journal.path}: "
+            "the same command with --resume goes on with them"
+        )

@@ -1,54 +1,178 @@
 """The values of one key along an axis: listed, spread between two ends, or drawn."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Values:
+    """The values in SI that a key takes along an axis, or the law by which it is drawn.
+
+    `of` takes positions along the axis, or shares in (0, 1) where `count` is None, as an array. No
+    value is beyond the `ends`. Choices, lists, tables and switches are counted from 0: `names` are
+    their labels, `contents` what a case has of all but choices. `described` is for hashes.
+    """
+
+    described: Mapping[str, Any]
+    of: Callable[[np.ndarray], np.ndarray]
+    ends: tuple[float, float]
+    count: int | None = None
+    names: tuple[str, ...] = ()
+    contents: tuple[Any, ...] = ()
+
+    def at(self, positions: np.ndarray) -> np.ndarray:
+        """Values at positions along the axis."""
+        return self.of(positions) + 0.0
+
+    def drawn(self, shares: np.ndarray) -> np.ndarray:
+        """Values at shares in (0, 1) of a sampling; each of a list has the same chance."""
+        if self.count is None:
+            return self.at(shares)
+        return self.at(np.minimum((shares * self.count).astype(np.int64), self.count - 1))
+
+
+def listed(values: tuple[float, ...] | tuple[str, ...], contents: tuple[Any, ...] = ()) -> Values:
+    """Values as given: numbers, names of choices, or labels of `contents`."""
+    names = tuple(value for value in values if isinstance(value, str))
+    numbers = np.array(range(len(names)) if names else values, dtype=float)
+    return Values(
+        described={"values": list(contents or values)},
+        of=partial(np.take, numbers),
+        ends=(float(numbers.min()), float(numbers.max())),
+        count=len(values),
+        names=names,
+        contents=contents,
+    )
+
+
 # ----------------------------------------------------------------------------
-# How a key scatters: quantiles of four distributions, in SI.
+# From one end to another in equal steps or equal ratios, ends included.
+#
+# The ends are numbers as written, and a factor turns them into SI: the tenth value from 5 to 50
+# (N/mm) is what a case gets that says "50 N/mm".
+# ----------------------------------------------------------------------------
+
+#: whole numbers up to here are doubles
+_EXACT = 1 << 53
+
+
+def spaced(start: Fraction, stop: Fraction, factor: float, spacing: str, count: int) -> Values:
+    """So many values, "linear" or "log"; 0.3 is 0.3, a power of ten one."""
+    ends = {"from": str(start), "to": str(stop), "factor": factor}
+    between = ratios if spacing == "log" else steps
+    return Values(
+        described={**ends, "spacing": spacing, "points": count},
+        of=partial(between, start, stop, factor, count),
+        ends=(float(start) * factor, float(stop) * factor),
+        count=count,
+    )
+
+
+def steps(
+    start: Fraction, stop: Fraction, factor: float, count: int, positions: np.ndarray
+) -> np.ndarray:
+    """The doubles next to start + (stop - start) position / (count - 1), times the factor."""
+    # (first + slope position) / below in whole numbers
+    below = math.lcm(start.denominator, stop.denominator) * (count - 1)
+    first, last = int(start * below), int(stop * below)
+    slope = (last - first) // (count - 1)
+    if max(abs(first), abs(last), below) <= _EXACT:
+        # whole numbers that doubles hold: their quotient is rounded once
+        return np.asarray((first + slope * positions.astype(np.int64)) / float(below) * factor)
+    whole = (first + slope * position for position in positions.tolist())
+    return np.array([float(Fraction(number, below)) for number in whole]) * factor
+
+
+def ratios(
+    start: Fraction, stop: Fraction, factor: float, count: int, positions: np.ndarray
+) -> np.ndarray:
+    """start (stop / start)^(position / (count - 1)) to 15 digits, and the ends themselves."""
+    first, ratio = float(start), float(stop / start)
+    ends = {0: first, count - 1: float(stop)}
+    unique, places = np.unique(positions, return_inverse=True)
+    numbers = [
+        ends.get(position, float(f"{first * ratio ** (position / (count - 1)):.15g}"))
+        for position in unique.tolist()
+    ]
+    return np.array(numbers)[places] * factor
+
+
+# ----------------------------------------------------------------------------
+# How a key scatters: quantiles of distributions, in SI.
 #
 # Mean and deviation are those of the key itself, for the lognormal distribution too.
 # ----------------------------------------------------------------------------
 
-#: kind -> the parameters it needs, in the order of `Scatter.parameters`
+#: kind -> the parameters it needs, in the order in which its law takes them
 PARAMETERS: dict[str, tuple[str, ...]] = {
     "uniform": ("lower", "upper"),
     "triangular": ("lower", "upper", "mode"),
     "normal": ("mean", "deviation"),
     "lognormal": ("mean", "deviation"),
 }
+_WIDEST = 1e6
 
 
-def _uniform(shares: np.ndarray, first: float, last: float) -> np.ndarray:
+def scattered(kind: str, *parameters: float) -> Values:
+    """Values drawn from a distribution; "uniform" and "log_uniform" may also fall."""
+    bounded = kind not in ("normal", "lognormal")
+    largest = float(np.finfo(float).max)
+    least = 5e-324 if kind == "lognormal" else -largest
+    return Values(
+        described={"distribution": kind, "parameters": list(parameters)},
+        of=partial(_QUANTILES[kind], *parameters),
+        ends=(parameters[0], parameters[1]) if bounded else (least, largest),
+    )
+
+
+def objection(kind: str, first: float, second: float, mode: float | None = None) -> str:
+    """Say what is wrong with the parameters of a distribution, or nothing."""
+    if kind in ("uniform", "triangular"):
+        if not first < second:
+            return "lower has to be below upper"
+        inside = mode is None or first <= mode <= second
+        return "" if inside else "mode has to be between lower and upper"
+    if second <= 0.0:
+        return "deviation has to be > 0"
+    if kind == "lognormal" and first <= 0.0:
+        return "a lognormal key is > 0, so its mean has to be"
+    if kind == "lognormal" and second > _WIDEST * first:
+        return f"deviation has to be below {_WIDEST:g} times the mean"
+    return ""
+
+
+def _uniform(first: float, last: float, shares: np.ndarray) -> np.ndarray:
     values = first + (last - first) * shares
     return np.clip(values, min(first, last), max(first, last))
 
 
-def _log_uniform(shares: np.ndarray, first: float, last: float) -> np.ndarray:
+def _log_uniform(first: float, last: float, shares: np.ndarray) -> np.ndarray:
     values = first * np.exp(shares * math.log(last / first))
     return np.clip(values, min(first, last), max(first, last))
 
 
-def _triangular(shares: np.ndarray, lower: float, upper: float, mode: float) -> np.ndarray:
+def _triangular(lower: float, upper: float, mode: float, shares: np.ndarray) -> np.ndarray:
     width, ascent, fall = upper - lower, mode - lower, upper - mode
     rising = lower + np.sqrt(shares * width * ascent)
     falling = upper - np.sqrt((1.0 - shares) * width * fall)
     return np.clip(np.where(shares * width < ascent, rising, falling), lower, upper)
 
 
-def _normal(shares: np.ndarray, mean: float, deviation: float) -> np.ndarray:
+def _normal(mean: float, deviation: float, shares: np.ndarray) -> np.ndarray:
     from scipy.special import ndtri  # a grid needs no scipy
 
     return np.asarray(mean + deviation * ndtri(shares))
 
 
-def _lognormal(shares: np.ndarray, mean: float, deviation: float) -> np.ndarray:
+def _lognormal(mean: float, deviation: float, shares: np.ndarray) -> np.ndarray:
     variance = math.log1p((deviation / mean) ** 2)
-    return np.asarray(mean * np.exp(_normal(shares, -0.5 * variance, math.sqrt(variance))))
+    return np.asarray(mean * np.exp(_normal(-0.5 * variance, math.sqrt(variance), shares)))
 
 
 _QUANTILES: dict[str, Callable[..., np.ndarray]] = {
@@ -58,180 +182,3 @@ _QUANTILES: dict[str, Callable[..., np.ndarray]] = {
     "normal": _normal,
     "lognormal": _lognormal,
 }
-
-# ----------------------------------------------------------------------------
-# The values one key takes along an axis: listed, spread between two ends, or drawn.
-#
-# Values are in SI. `at` takes whole positions along the axis, `drawn` shares in (0, 1) of a
-# sampling; both take and return arrays (len,). `count` is None where any number can be drawn.
-# `names` are choices by position and `contents` lists, tables and switches, which `at` counts from
-# 0; no value is beyond the `ends`.
-# ----------------------------------------------------------------------------
-
-#: whole numbers up to here are doubles
-_EXACT = 1 << 53
-_WIDEST = 1e6
-
-
-@dataclass(frozen=True, kw_only=True)
-class ValueList:
-    """Values as given: numbers, or names of choices.
-
-    What is neither, as a list or a table, is set as it stands in `contents`, and `values` are
-    labels of it.
-    """
-
-    values: tuple[float, ...] | tuple[str, ...]
-    contents: tuple[Any, ...] = ()
-
-    @property
-    def count(self) -> int:
-        """How many values there are."""
-        return len(self.values)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The choices by position; none for numbers."""
-        return tuple(value for value in self.values if isinstance(value, str))
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Smallest and largest value; positions for choices."""
-        numbers = self._numbers()
-        return float(min(numbers)), float(max(numbers))
-
-    def at(self, positions: np.ndarray) -> np.ndarray:
-        """Values at positions along the axis."""
-        return np.asarray(np.array(self._numbers(), dtype=float)[positions] + 0.0)
-
-    def drawn(self, shares: np.ndarray) -> np.ndarray:
-        """Each value with the same chance."""
-        return self.at(_picked(shares, self.count))
-
-    def _numbers(self) -> Sequence[Any]:
-        return range(self.count) if self.names else self.values
-
-    def description(self) -> dict[str, Any]:
-        """As plain values, for hashes."""
-        return {"values": list(self.contents or self.values)}
-
-
-@dataclass(frozen=True, kw_only=True)
-class SpacedValues:
-    """From `start` to `stop` in equal steps or equal ratios, ends included.
-
-    The ends are numbers as written, and `factor` turns them into SI: the tenth value from 5 to 50
-    (N/mm) is what a case gets that says "50 N/mm".
-    """
-
-    start: Fraction
-    stop: Fraction
-    factor: float
-    log: bool
-    count: int
-    names = contents = ()
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """First and last value in SI."""
-        return float(self.start) * self.factor, float(self.stop) * self.factor
-
-    def at(self, positions: np.ndarray) -> np.ndarray:
-        """Values at positions along the axis: 0.3 is 0.3, a power of ten one."""
-        unique, place = np.unique(positions, return_inverse=True)
-        numbers = self._spaced_by_ratio(unique) if self.log else self._spaced_evenly(unique)
-        return numbers[place] * self.factor + 0.0
-
-    def drawn(self, shares: np.ndarray) -> np.ndarray:
-        """Each value with the same chance."""
-        return self.at(_picked(shares, self.count))
-
-    def description(self) -> dict[str, Any]:
-        """As plain values, for hashes; numbers as written, so that 5 and 5.0 are the same."""
-        spacing = "log" if self.log else "linear"
-        ends = {"from": str(self.start), "to": str(self.stop), "factor": self.factor}
-        return {**ends, "spacing": spacing, "points": self.count}
-
-    def _spaced_evenly(self, positions: np.ndarray) -> np.ndarray:
-        """The doubles next to start + (stop - start) position / (count - 1)."""
-        steps = self.count - 1
-        # (first + slope position) / below in whole numbers
-        below = math.lcm(self.start.denominator, self.stop.denominator) * steps
-        first, last = int(self.start * below), int(self.stop * below)
-        slope = (last - first) // steps
-        if max(abs(first), abs(last), below) <= _EXACT:
-            # whole numbers that doubles hold: their quotient is rounded once
-            return np.asarray((first + slope * positions.astype(np.int64)) / float(below))
-        whole = (first + slope * position for position in positions.tolist())
-        return np.array([float(Fraction(number, below)) for number in whole])
-
-    def _spaced_by_ratio(self, positions: np.ndarray) -> np.ndarray:
-        """start (stop / start)^(position / (count - 1)) to 15 digits, and the ends themselves."""
-        steps = self.count - 1
-        start, ratio = float(self.start), float(self.stop / self.start)
-        ends = {0: start, steps: float(self.stop)}
-        return np.array(
-            [
-                ends[position]
-                if position in ends
-                else float(f"{start * ratio ** (position / steps):.15g}")
-                for position in positions.tolist()
-            ]
-        )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Scatter:
-    """Values drawn from a distribution; its parameters are in SI, named as in PARAMETERS.
-
-    A range to draw from is `uniform`, or `log_uniform`, between its first and its last value.
-    """
-
-    kind: str
-    parameters: tuple[float, ...]
-    count, names, contents = None, (), ()
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Two doubles that no value is beyond."""
-        if self.kind in ("uniform", "log_uniform", "triangular"):
-            return self.parameters[0], self.parameters[1]
-        largest = float(np.finfo(float).max)
-        return (5e-324 if self.kind == "lognormal" else -largest), largest
-
-    def at(self, positions: np.ndarray) -> np.ndarray:
-        """A distribution has no positions; ValueError."""
-        raise ValueError("a distribution has no positions along an axis")
-
-    def drawn(self, shares: np.ndarray) -> np.ndarray:
-        """Values below which the key falls with these probabilities."""
-        return _QUANTILES[self.kind](shares, *self.parameters) + 0.0
-
-    def description(self) -> dict[str, Any]:
-        """As plain values, for hashes."""
-        return {"distribution": self.kind, "parameters": list(self.parameters)}
-
-    def objection(self) -> str:
-        """Say what is wrong with the parameters, or nothing."""
-        if self.kind in ("uniform", "triangular"):
-            lower, upper, *mode = self.parameters
-            if not lower < upper:
-                return "lower has to be below upper"
-            inside = all(lower <= value <= upper for value in mode)
-            return "" if inside else "mode has to be between lower and upper"
-        mean, deviation = self.parameters
-        if deviation <= 0.0:
-            return "deviation has to be > 0"
-        if self.kind == "lognormal" and mean <= 0.0:
-            return "a lognormal key is > 0, so its mean has to be"
-        if self.kind == "lognormal" and deviation > _WIDEST * mean:
-            return f"deviation has to be below {_WIDEST:g} times the mean"
-        return ""
-
-
-AxisValues = ValueList | SpacedValues | Scatter
-
-
-def _picked(shares: np.ndarray, count: int) -> np.ndarray:
-    """Position of one of `count` equal parts of (0, 1)."""
-    return np.minimum((shares * count).astype(np.int64), count - 1)

@@ -64,17 +64,25 @@ def main(descriptor: int) -> None:
     gc.set_threshold(100_000, 20, 20)  # as the command line does, and for the same reason
     line: Connection = Connection(descriptor)
     tasks: SimpleQueue[tuple[list[int], int]] = SimpleQueue()
+
+    def read() -> None:
+        """Pass messages on; without the sweep at the other end there is nothing to work for."""
+        with contextlib.suppress(EOFError, OSError):
+            while True:
+                tasks.put(line.recv())
+        os._exit(0)
+
     try:
         how = line.recv()
-        threading.Thread(target=_read, args=(line, tasks), daemon=True).start()
+        threading.Thread(target=read, daemon=True).start()
         evaluate = pickle.loads(how.start)()
         line.send(("ready", None))
         while True:
             points, step = tasks.get()
             for first in range(0, len(points), step):
-                some = points[first : first + step]
+                some = np.array(points[first : first + step])
                 signal.setitimer(signal.ITIMER_REAL, (how.timeout or 0.0) * len(some))
-                found = evaluate(np.array(some))
+                found = evaluate(some)
                 signal.setitimer(signal.ITIMER_REAL, 0.0)
                 line.send(("have", found))
     except (EOFError, ConnectionError):  # nobody listens any more
@@ -82,15 +90,6 @@ def main(descriptor: int) -> None:
     except Exception:
         line.send(("broken", traceback.format_exc()))
         os._exit(1)
-
-
-def _read(line: Connection, tasks: "SimpleQueue[tuple[list[int], int]]") -> None:
-    """Pass messages on; without the sweep at the other end there is nothing to work for."""
-    while True:
-        try:
-            tasks.put(line.recv())
-        except (EOFError, OSError):
-            os._exit(0)
 
 
 # ----------------------------------------------------------------------------
@@ -129,38 +128,52 @@ class Guard:
         left, step, found = list(points), self.how.step, []
         deaths, given = 0, False
         while left:
-            at = left[:step]
             if not given:
-                self._started()
+                self._start()
                 self._say((left, step))
-                given = True
             said, what = self._hear()
-            if said == "have":
+            given = said == "have"
+            if given:
                 found.append(what)
-                del left[: len(at)]
+                del left[:step]
                 deaths = 0
-                continue
-            given = False
-            if len(at) > 1:  # which of them it was, each alone will tell
+            elif min(step, len(left)) > 1:  # which of them it was, each alone will tell
                 step = 1
-                continue
-            deaths += 1
-            if what == "SIGALRM":
-                status, words = TIMED_OUT, f"took longer than {self.how.timeout:g} s"
-            elif deaths == _DEATHS:
-                status, words = DIED, f"the process died twice at this point ({what})"
+            elif what == "SIGALRM":
+                words = f"took longer than {self.how.timeout:g} s"
+                found.append(one_point(left.pop(0), TIMED_OUT, words))
+                deaths = 0
+            elif deaths + 1 < _DEATHS:
+                deaths += 1
             else:
-                continue
-            found.append(one_point(left.pop(0), status, words))
-            deaths = 0
+                words = f"the process died twice at this point ({what})"
+                found.append(one_point(left.pop(0), DIED, words))
+                deaths = 0
         return found
 
-    def _started(self) -> None:
+    def _start(self) -> None:
+        """Have a process that is ready."""
         words = ""
         for _ in range(_STARTS):
             if self._process is not None:
                 return
-            self._start()
+            self._line, theirs = Pipe()
+            # -P and the path of this process: a file in the current folder is no module
+            code = f"import sys; sys.path[:] = {sys.path!r}\n"
+            code += f"from vibecalc.core.study.sweep.workers import main; main({theirs.fileno()})"
+            try:
+                self._process = subprocess.Popen(
+                    [sys.executable, "-P", "-c", code],
+                    stdin=subprocess.DEVNULL,
+                    stdout=2,
+                    env={**os.environ, **SINGLE_THREAD},
+                    start_new_session=True,
+                    pass_fds=[theirs.fileno()],
+                )
+            except OSError as error:
+                raise UsageError(f"cannot start a process for the sweep: {error}") from error
+            finally:
+                theirs.close()
             if self._closed:
                 self.close()
             self._say(self.how)
@@ -170,25 +183,6 @@ class Guard:
                 f"{_STARTS} processes in a row ended ({words}) before their first point: "
                 "is there memory for them? -j 1 needs the least"
             )
-
-    def _start(self) -> None:
-        self._line, theirs = Pipe()
-        # -P and the path of this process: a file in the current folder is never taken for a module
-        code = f"import sys; sys.path[:] = {sys.path!r}\n"
-        code += f"from vibecalc.core.study.sweep.workers import main; main({theirs.fileno()})"
-        try:
-            self._process = subprocess.Popen(
-                [sys.executable, "-P", "-c", code],
-                stdin=subprocess.DEVNULL,
-                stdout=2,
-                env={**os.environ, **SINGLE_THREAD},
-                start_new_session=True,
-                pass_fds=[theirs.fileno()],
-            )
-        except OSError as error:
-            raise UsageError(f"cannot start a process for the sweep: {error}") from error
-        finally:
-            theirs.close()
 
     def _say(self, what: Any) -> None:
         with contextlib.suppress(OSError):  # one that has ended is heard
