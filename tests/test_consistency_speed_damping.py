@@ -14,9 +14,8 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.response.torque_reaction import line_transfer
 from vibecalc.torsion.adapters.critical import critical
-from vibecalc.torsion.adapters.curves import solved as solved_line
-from vibecalc.torsion.adapters.curves import sweep
-from vibecalc.torsion.adapters.maxima import DenseSweep, added
+from vibecalc.torsion.adapters.motion import solved as solved_line
+from vibecalc.torsion.adapters.search import with_narrow
 from vibecalc.torsion.adapters.setup import build_setup
 from vibecalc.torsion.adapters.variable_inertia import system_of
 from vibecalc.torsion.line import damping_matrix, stiffness_matrix
@@ -352,8 +351,8 @@ def test_a_speed_that_is_one_of_the_sweep_but_for_rounding_is_not_added() -> Non
     """As the corner of a class rule at 0.9 of the rated speed may be."""
     setup = build_setup(validate(geared()))
     speed = np.array([70.0, 94.5, 110.0])
-    torque = sweep(setup.model, setup.drive, speed, setup.shaft).torque
-    dense = DenseSweep(speed, torque, np.zeros(3, dtype=int))
     beside = np.nextafter(94.5, 0.0)
-    found = added(setup, dense, 1j * np.array([beside, 80.0, np.nextafter(80.0, 90.0), 94.6]))
-    np.testing.assert_array_equal(found.speed, [70.0, 80.0, 94.5, 94.6, 110.0])
+    corners = np.array([beside, 80.0, np.nextafter(80.0, 90.0), 94.6])
+    found = with_narrow(setup, speed, corners).imag
+    assert np.isin([*speed, 80.0, 94.6], found).all()
+    assert not np.isin(corners[[0, 2]], found).any()

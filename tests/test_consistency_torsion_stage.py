@@ -151,10 +151,10 @@ def test_a_cylinder_that_misfires_has_no_gas_or_that_of_a_driven_one() -> None:
 
 
 def test_blocks_of_speeds_do_not_matter(monkeypatch: Any) -> None:
-    from vibecalc.torsion.adapters import curves
+    from vibecalc.torsion.adapters import motion
 
     plain = value(ENGINE, "speeds/torque_half_range")
-    monkeypatch.setattr(curves, "ROWS", 7)
+    monkeypatch.setattr(motion, "ROWS", 7)
     again = run_case(validate(tomllib.loads(ENGINE)))
     found = again[f"{ROOT}/speeds/torque_half_range"].values
     assert np.abs(found - plain).max() < 1e-12 * plain.max()

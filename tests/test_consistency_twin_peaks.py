@@ -1,11 +1,14 @@
 """Claim: of two peaks that a kink parts within one step of a sweep the higher one is found."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from vibecalc.numerics.maxima import by_values
-from vibecalc.torsion.critical_speeds import Value
+from vibecalc.numerics.rounding import FloatArray
 
+Value = Callable[[FloatArray], FloatArray]
 LOW, HIGH = np.array([99.0]), np.array([101.5])
 
 

@@ -8,7 +8,7 @@ from random_engines import random_engine
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.run import run_case
 from vibecalc.numerics.rounding import FloatArray, IntArray
-from vibecalc.torsion.critical_speeds import Value, largest
+from vibecalc.torsion.critical_speeds import largest
 from vibecalc.torsion.holzer import angle_uncertainty, shape_uncertainty, uncertainty_of
 from vibecalc.torsion.line import chain, stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
@@ -50,12 +50,12 @@ def test_largest_value_in_the_last_and_the_first_step() -> None:
     def curve(at: FloatArray, place: FloatArray) -> FloatArray:
         return np.asarray(100.0 / np.hypot(1.0, at - place))
 
-    def make(section: IntArray) -> Value:
-        return lambda at: curve(at, top[section][:, None])
+    def value(section: IntArray, at: FloatArray) -> FloatArray:
+        return curve(at, top[section][:, None])
 
     seen = curve(speed[:, None], top)
     assert np.argmax(seen[:, 0]) == 18 and np.argmax(seen[:, 1]) == 0
-    found = largest(make, seen, speed, np.zeros(0), np.full(3, np.nan))
+    found = largest(value, seen, speed, np.zeros(0), np.full(3, np.nan))
     assert np.all(np.abs(found.speed - top) <= found.speed_error)
     assert np.all(found.speed_error < 1e-9)
     np.testing.assert_allclose(found.value, 100.0, rtol=1e-14)

@@ -23,14 +23,12 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import gas_harmonics, gas_torque_at
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, distinct
 from vibecalc.numerics.synthesis import DEGREE, cycle_of, synthesis
-from vibecalc.torsion.adapters.critical import undamped_speeds
-from vibecalc.torsion.adapters.curves import sweep
 from vibecalc.torsion.adapters.damper_design import build_problem
-from vibecalc.torsion.adapters.maxima import torque_value, with_narrow_resonances
+from vibecalc.torsion.adapters.motion import readings_of
+from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds
 from vibecalc.torsion.adapters.transient_motion import journey, running
 from vibecalc.torsion.adapters.variable_inertia import gas_torque, half_ranges, system_of
-from vibecalc.torsion.critical_speeds import largest
 from vibecalc.torsion.damper_design.descend import chart_of, valleys
 from vibecalc.torsion.damper_design.design import design_from
 from vibecalc.torsion.damper_design.peaks import LEVEL, DamperPeaks, Survey, survey
@@ -203,30 +201,28 @@ def torsion_speeds_topics(scene: Scene) -> list[Topic]:
     if setup.torsion.speeds is None or _by_modes(setup):
         return []
     speed = line_speeds(setup.torsion.speeds)
-    seen = sweep(setup.model, setup.drive, speed[:: max(1, len(speed) // 200)], None, angles=False)
-    size = np.max(seen.torque[~seen.masked], axis=0) / np.abs(setup.shaft.section_ratio)
+    torque = readings_of(setup)["torque_half_range"]
+
+    def search(at: FloatArray, section: slice = slice(None)) -> Search:
+        of = torque._replace(place=torque.place[section], names=torque.names[section])
+        return Search([setup], at, [{"torque": of}], ["torque"])
+
+    seen = search(speed[:: max(1, len(speed) // 200)]).samples
+    size = np.max(seen[np.all(np.isfinite(seen), axis=1)], axis=0)
     section, ends = int(np.argmax(size)), (float(speed[0]), float(speed[-1]))
-    undamped = undamped_speeds(setup, *ends)
-    if len(speed) < 3 or not np.isnan(undamped.endless[section]):
+    own, points = slice(section, section + 1), float(len(speed))
+    one = search(speed, own)
+    if len(speed) < 3 or not np.all(np.isnan(one.endless)):
         return []
-    own, points = torque_value(setup.model, setup.drive, np.array([section])), float(len(speed))
 
     def curve(at: FloatArray) -> FloatArray:
-        return np.asarray(own(at[None])[0])
+        return np.asarray(one.value(np.zeros(1, dtype=np.int64), at[None])[0])
 
     def kernel(number: float) -> Answer:
-        asked: list[int] = []
-
-        def counted(at: FloatArray) -> FloatArray:
-            asked.append(np.unique(at).size)
-            return np.array([curve(row) for row in at])
-
         at = speed if number == points else np.linspace(*ends, int(number))
-        torque = sweep(setup.model, setup.drive, at, None, angles=False).torque
-        dense = with_narrow_resonances(setup, at, torque, undamped)
-        top = largest(lambda _: counted, dense.torque[:, [section]], dense.speed, undamped.speed,
-                      undamped.endless[[section]])  # fmt: skip
-        return Answer(top.value, float(len(dense.speed) + sum(asked)), float(top.speed[0]))
+        of = search(at, own)
+        top = of.found
+        return Answer(top.value, float(of.solved), float(top.speed[0]))
 
     ask = Ask("largest torque", f"section {section + 1} at any speed",
               "response/torsion/largest/torque_half_range", 12.0 + points / 20.0,

@@ -28,12 +28,9 @@ class Moved(NamedTuple):
     heat: FloatArray
 
 
-class Conditions(NamedTuple):
-    """Of couplings at speeds (..., c), own: mean torque and half range in N m, temperature in K."""
-
-    mean_torque: FloatArray
-    temperature: FloatArray
-    amplitude: FloatArray
+#: of couplings at speeds (3, ..., c), own: mean torque in N m, temperature in K, and half range of
+#: the torque in N m
+Conditions = FloatArray
 
 
 class CouplingStates(NamedTuple):

@@ -6,9 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import Bounded, maximum, rounded, sqrt, square
 from vibecalc.numerics.rounding import EPSILON, FloatArray
-from vibecalc.numerics.synthesis import Cycles, over_cycle
 from vibecalc.torsion.line import Line
 from vibecalc.torsion.modes import Modes, natural_modes
 
@@ -118,83 +116,19 @@ class Coupling(NamedTuple):
 LIMITS = ("T_KN", "T_Kmax", "T_KW", "T_KW by orders", "P_KV", "n_max", "temperature")
 
 
-class Borne(NamedTuple):
-    """What a coupling bears at speeds (s,), torques on its own shaft.
-
-    `mean` with its sign, `peak` the largest magnitude over the cycle with the mean in it,
-    `vibratory` the half range of all orders, `by_orders` the root of the sum of the squares of the
-    orders, each times its frequency factor; `main` is the frequency of the largest order in rad/s;
-    `power` in W, `temperature` in K (0: not known), `speed` of its own in rad/s.
-    """
-
-    mean: Bounded
-    peak: Bounded
-    vibratory: Bounded
-    by_orders: Bounded
-    main: Bounded
-    power: Bounded
-    temperature: Bounded
-    speed: Bounded
-
-
 def frequency_factor(frequency: FloatArray, reference: float) -> FloatArray:
     """S_f (...) at frequencies (...), of a vibratory torque that is permissible at `reference`."""
     return np.sqrt(np.maximum(np.asarray(frequency) / reference, 1.0))
 
 
-def borne(
-    coupling: Coupling,
-    order: FloatArray | Cycles,
-    speed: FloatArray,
-    frequency: FloatArray,
-    torque: Bounded,
-    mean: Bounded,
-    power: Bounded,
-) -> Borne:
-    """Of torques (s, m) of the orders (m,), complex, 0-to-peak, and mean ones (s,).
-
-    At crank speeds (s,), with the frequencies (s, m) of the orders in rad/s.
-    """
-    cycle, size = over_cycle(order, torque), abs(torque)
-    weight = frequency_factor(frequency, coupling.permissible.frequency)
-    main = frequency[np.arange(len(speed)), np.argmax(size.value, axis=1)]
-    return Borne(
-        mean=mean,
-        peak=maximum(abs(mean + cycle.highest), abs(mean + cycle.lowest)),
-        vibratory=cycle.half_range,
-        by_orders=sqrt(square(rounded(weight, 4.0) * size).sum(axis=-1)),
-        main=rounded(main, 2.0),
-        power=power,
-        temperature=coupling.resistance * power + coupling.temperature,
-        speed=rounded(abs(coupling.ratio) * speed, 4.0),
-    )
-
-
-def uses(coupling: Coupling, found: Borne) -> tuple[Bounded, ...]:
-    """Share (s,) of each of `LIMITS` that is used; 0 where the maker does not say the limit."""
-    may = coupling.permissible
-    hot = rounded(coupling.service_factor(found.temperature.value), 4.0)
-    main = rounded(frequency_factor(found.main.value, may.frequency), 4.0)
-    rise = found.temperature - coupling.temperature
-    shares = (
-        (abs(found.mean) * hot, may.mean),
-        (found.peak * hot, may.peak),
-        (found.vibratory * hot * main, may.vibratory),
-        (found.by_orders * hot, may.vibratory),
-        (found.power, may.power),
-        (found.speed, may.speed),
-        (rise, may.temperature - coupling.temperature),
-    )
-    return tuple(
-        one * (1.0 / permissible) if np.isfinite(permissible) else 0.0 * found.speed
-        for one, permissible in shares
-    )
+def permitted_of(may: Permissible) -> tuple[float, ...]:
+    """What the maker permits by each of `LIMITS`, infinite where nothing is said."""
+    return (may.mean, may.peak, may.vibratory, may.vibratory, may.power, may.speed, may.temperature)
 
 
 def has_limit(may: Permissible) -> list[bool]:
     """Which of `LIMITS` the maker says."""
-    said = (may.mean, may.peak, may.vibratory, may.vibratory, may.power, may.speed, may.temperature)
-    return [bool(np.isfinite(one)) for one in said]
+    return [bool(np.isfinite(one)) for one in permitted_of(may)]
 
 
 # ----------------------------------------------------------------------------

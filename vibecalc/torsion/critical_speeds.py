@@ -14,21 +14,17 @@ from vibecalc.numerics.rounding import (
     ComplexArray,
     FloatArray,
     IntArray,
-    distinct,
 )
 
 # ----------------------------------------------------------------------------
 # The largest values of many curves over a range of speeds, found between the speeds of a sweep.
 # ----------------------------------------------------------------------------
 
-#: value (r, k) of each one's own curve at speeds (r, k)
-Value = Callable[[FloatArray], FloatArray]
+#: values (r, k) of curves (r,) at speeds (r, k) of their own
+Value = Callable[[IntArray, FloatArray], FloatArray]
 
 #: maxima of one curve that are reported
 MOST = 12
-
-#: curves whose largest value is searched between the speeds of the sweep, highest first
-REFINED = 32
 
 #: part of the largest value among the speeds that a maximum there has at least, to be examined
 RIVAL = 0.7
@@ -38,7 +34,7 @@ INWARDS = 1e-6
 
 
 class Maxima(NamedTuple):
-    """By section (r,): speed in rad/s and value with their errors; infinite where undamped.
+    """By curve (r,): speed in rad/s and value with their errors; infinite where undamped.
 
     The error of the value is that of the place: rounding of the curve is not in it.
     """
@@ -51,7 +47,7 @@ class Maxima(NamedTuple):
 
 
 def maxima(
-    make: Callable[[IntArray], Value],
+    value: Value,
     curve: FloatArray,
     speed: FloatArray,
     section: IntArray,
@@ -67,12 +63,8 @@ def maxima(
     at, error, off = speed[place].copy(), *np.zeros((2, len(place)))
     inner = np.flatnonzero(_stands_alone(curve, speed, section, place, undamped))
     own = section[inner]
-
-    def values_at(row: IntArray, where: FloatArray) -> FloatArray:
-        return make(own[row])(where)
-
     ends = speed[place[inner] - 1], speed[place[inner]], speed[place[inner] + 1]
-    found = by_values(values_at, np.arange(len(inner)), *ends)
+    found = by_values(lambda row, where: value(own[row], where), np.arange(len(inner)), *ends)
     which = inner[found.row]
     # next to a corner what was seen may be higher
     higher = found.height.value >= values[which] * (1.0 - CORNER)
@@ -90,14 +82,14 @@ def _stands_alone(
     section: IntArray,
     place: IntArray,
     undamped: FloatArray,
-    machine: IntArray | None = None,
+    line: IntArray | None = None,
 ) -> BoolArray:
-    """Which values are maxima among speeds of their machine, away from those without damping."""
+    """Which values are maxima among speeds of their line, away from those without damping."""
     values = curve[place, section]
     inner = (place > 0) & (place < len(speed) - 1) & np.isfinite(values) & (values > 0.0)
     sides = np.clip(place[:, None] + np.array([-1, 1]), 0, len(speed) - 1)
-    if machine is not None:
-        inner &= np.all(machine[sides] == machine[place, None], axis=1)
+    if line is not None:
+        inner &= np.all(line[sides] == line[place, None], axis=1)
     beside = curve[sides, section[:, None]]
     # where a limit begins to say something, a use drops to nothing
     inner &= np.all(np.isfinite(beside) & (beside <= values[:, None]) & (beside > 0.0), axis=1)
@@ -106,96 +98,91 @@ def _stands_alone(
 
 
 def largest(
-    make: Callable[[IntArray], Value],
+    value: Value,
     curve: FloatArray,
     speed: FloatArray,
     undamped: FloatArray,
     endless: FloatArray,
-    machine: IntArray | None = None,
+    line: IntArray | None = None,
+    group: IntArray | None = None,
 ) -> Maxima:
-    """The largest of each section's curve (s, e), (e,); past `REFINED` of them that of the sweep.
+    """The largest of each curve (s, e), (e,), between the speeds too.
 
     Every maximum among the speeds that may be the highest is refined, and one between the last
-    speed and the one before it. `endless` (e,) is the speed in the range at which a section's curve
-    has no end, NaN for none. The speeds may be those of one `machine` (s,) of p after the other:
-    then there are the largest of each machine (p e,), and `make` takes such numbers.
+    speed and the one before it. `endless` (e,) is the speed in the range at which a curve has no
+    end, NaN for none. The speeds may be those of one `line` (s,) of p after the other: then there
+    are the largest of each line (p e,), and `value` takes such numbers. Of curves of one `group`
+    (p e,) only those are refined that may be the highest of all of them.
     """
-    machine = np.zeros(len(speed), dtype=np.int64) if machine is None else machine
-    first = np.flatnonzero(np.diff(machine, prepend=-1))
-    best = np.maximum.reduceat(curve, first, axis=0)
+    line = np.zeros(len(speed), dtype=np.int64) if line is None else line
+    first = np.flatnonzero(np.diff(line, prepend=-1))
+    seen = np.maximum.reduceat(curve, first, axis=0)
     # of equal ones that at the lowest speed
-    highest = np.where(curve == best[machine], np.arange(len(speed))[:, None], len(speed))
-    place, value = np.minimum.reduceat(highest, first, axis=0).ravel(), best.ravel().copy()
+    highest = np.where(curve == seen[line], np.arange(len(speed))[:, None], len(speed))
+    place, best = np.minimum.reduceat(highest, first, axis=0).ravel(), seen.ravel().copy()
     at, uncertainty, lost = speed[place].copy(), *np.zeros((2, len(place)))
-    examined = np.zeros(best.shape, dtype=bool)
-    loaded = np.argsort(-best, axis=1, kind="stable")[:, :REFINED]
-    np.put_along_axis(examined, loaded, True, axis=1)
-    seen_at = _Seen(curve, speed, machine, first, best, examined)
-    brackets, ends = _rivals(seen_at, undamped), _nearby_ends(make, seen_at, undamped)
+    most = np.where(np.isfinite(best), best, 0.0)
+    if group is not None:
+        of_group = np.zeros(int(group.max(initial=-1)) + 1)
+        np.maximum.at(of_group, group, most)
+        most = of_group[group]
+    seen_at = _Seen(curve, speed, line, first, RIVAL * most.reshape(seen.shape))
+    brackets, ends = _rivals(seen_at, undamped), _nearby_ends(value, seen_at, undamped)
     row, low, top, high = (np.concatenate(pair) for pair in zip(brackets, ends, strict=True))
-    floor = np.where(np.isfinite(value), value, 0.0)
-
-    def values_at(rows: IntArray, where: FloatArray) -> FloatArray:
-        return make(rows)(where)
-
-    found = by_values(values_at, row, low, top, high, floor)
+    found = by_values(value, row, low, top, high, most)
     which, height = found.row, found.height.value
-    seen = value[which]
-    higher = height >= seen * (1.0 - CORNER)
+    higher = height >= best[which] * (1.0 - CORNER)
     # next to a corner what was seen may be higher than what was found in its step
     moved = np.abs(found.place.value - at[which])
     steps = np.maximum(np.diff(speed, prepend=speed[0]), np.diff(speed, append=speed[-1]))
-    near = moved <= steps[place[which]]
-    off = np.where(near, moved, 0.0)
+    off = np.where(moved <= steps[place[which]], moved, 0.0)
     uncertainty[which] = np.where(higher, found.place.error, off)
     at[which] = np.where(higher, found.place.value, at[which])
-    value[which] = np.maximum(height, seen)
+    best[which] = np.maximum(height, best[which])
     lost[which] = found.height.error
-    no_end = np.broadcast_to(~np.isnan(endless), best.shape).ravel()
-    endless = np.broadcast_to(endless, best.shape).ravel()
-    at, value = np.where(no_end, endless, at), np.where(no_end, np.inf, value)
+    endless = np.broadcast_to(endless, seen.shape).ravel()
+    no_end = ~np.isnan(endless)
+    at, best = np.where(no_end, endless, at), np.where(no_end, np.inf, best)
     uncertainty = np.where(no_end, 1e-10 * at, uncertainty)
-    return Maxima(np.arange(len(place)), at, uncertainty, value, np.where(no_end, 0.0, lost))
+    return Maxima(np.arange(len(place)), at, uncertainty, best, np.where(no_end, 0.0, lost))
 
 
 class _Seen(NamedTuple):
-    """Curves (s, e) at speeds (s,) of machines (s,) from places `first` (p,) on.
+    """Curves (s, e) at speeds (s,) of lines (s,) from places `first` (p,) on.
 
-    `best` (p, e) is the largest of each, `examined` whether there is more to be searched.
+    `least` (p, e) is what a maximum has at least that may be the highest.
     """
 
     curve: FloatArray
     speed: FloatArray
-    machine: IntArray
+    line: IntArray
     first: IntArray
-    best: FloatArray
-    examined: BoolArray
+    least: FloatArray
 
 
-#: curve, by its number among those of all machines, and a place between two others that is higher
+#: curve, by its number among those of all lines, and a place between two others that is higher
 #: than both
 _Brackets = tuple[IntArray, FloatArray, FloatArray, FloatArray]
 
 
 def _rivals(seen: _Seen, undamped: FloatArray) -> _Brackets:
     """Steps about maxima among the speeds that may be the highest between them."""
-    curve, speed, machine = seen.curve, seen.speed, seen.machine
-    least = np.where(seen.examined, RIVAL * seen.best, np.inf)
-    place, section = np.nonzero((curve >= least[machine]) & seen.examined[machine])
-    inner = _stands_alone(curve, speed, section, place, undamped, machine)
+    curve, speed, line = seen.curve, seen.speed, seen.line
+    place, section = np.nonzero(curve >= seen.least[line])
+    inner = _stands_alone(curve, speed, section, place, undamped, line)
     place, section = place[inner], section[inner]
-    row = machine[place] * curve.shape[1] + section
+    row = line[place] * curve.shape[1] + section
     return row, speed[place - 1], speed[place], speed[place + 1]
 
 
-def _nearby_ends(make: Callable[[IntArray], Value], seen: _Seen, undamped: FloatArray) -> _Brackets:
+def _nearby_ends(value: Value, seen: _Seen, undamped: FloatArray) -> _Brackets:
     """The first and the last step, where a curve rises from its high end inwards, and falls."""
     curve, speed, first = seen.curve, seen.speed, seen.first
     parts = [(np.zeros(0, dtype=np.int64), *np.zeros((3, 0)))]
     last = np.append(first[1:], len(speed)) - 1
     for end, nearby in ((first, first + 1), (last, last - 1)) if len(speed) > 1 else ():
         top, inner = curve[end], curve[nearby]
-        high = np.isfinite(top) & (top > 0.0) & (top >= RIVAL * seen.best) & seen.examined
+        high = np.isfinite(top) & (top > 0.0) & (top >= seen.least)
         of, section = np.nonzero(high & np.isfinite(inner) & (inner > 0.0) & (inner < top))
         start, stop = speed[end[of], None], speed[nearby[of], None]
         low, far = np.minimum(start, stop), np.maximum(start, stop)
@@ -205,7 +192,7 @@ def _nearby_ends(make: Callable[[IntArray], Value], seen: _Seen, undamped: Float
         where = start + (stop - start) * np.array([0.0, INWARDS])
         rows = of * curve.shape[1] + section
         rising = np.flatnonzero(clear)
-        inwards = make(rows[rising])(where[rising])
+        inwards = value(rows[rising], where[rising])
         rising = rising[inwards[:, 1] > inwards[:, 0]]
         parts.append((rows[rising], low[rising, 0], where[rising, 1], far[rising, 0]))
     row, begin, middle, stop = (np.concatenate(part) for part in zip(*parts, strict=True))
@@ -213,7 +200,7 @@ def _nearby_ends(make: Callable[[IntArray], Value], seen: _Seen, undamped: Float
 
 
 def peaks(
-    make: Callable[[IntArray], Value],
+    value: Value,
     curve: FloatArray,
     speed: FloatArray,
     section: int,
@@ -226,61 +213,11 @@ def peaks(
     near = (undamped >= speed[place - 1, None]) & (undamped <= speed[place + 1, None])
     place = place[~np.any(near, axis=1)]
     place = np.sort(place[np.argsort(-curves[place], kind="stable")][:MOST])
-    return maxima(make, curve, speed, np.full(len(place), section), place, undamped)
-
-
-def highest_maxima(curve: FloatArray, count: int) -> float:
-    """Height (of a curve (s,)) of that many of its maxima; 0 where it has fewer."""
-    inside = curve[1:-1]
-    high = inside[(inside > curve[:-2]) & (inside >= curve[2:]) & np.isfinite(inside)]
-    return float(np.sort(high)[-count]) if len(high) >= count else 0.0
-
-
-def telling_speeds(speed: FloatArray, curve: FloatArray, undamped: FloatArray) -> FloatArray:
-    """Speeds (r,), of those (s,) of a curve (s, e), at which its errors are largest.
-
-    Those of the largest finite values, and of each of the speeds `undamped` (u,), at which the line
-    has no bound, the nearest on both sides.
-    """
-    clear = np.all(np.isfinite(curve), axis=1)
-    nearby = speed[clear]
-    if not len(nearby):
-        return nearby
-    parts = [nearby[np.argmax(curve[clear], axis=0)]]
-    if len(undamped):
-        place = np.searchsorted(nearby, undamped)[:, None] + np.array([-1, 0])
-        parts.append(nearby[np.clip(place, 0, len(nearby) - 1)].ravel())
-    return distinct(np.concatenate(parts))
-
-
-# ----------------------------------------------------------------------------
-# Speeds between those of a sweep at which a resonance too narrow for its steps may stand.
-# ----------------------------------------------------------------------------
-
-#: steps of the sweep that half a resonance is wide when its points show it
-SHOWN = 1.5
-#: places about a resonance, in half its width
-NEARBY_NARROW_RESONANCE = np.array([-3.0, -1.0, 0.0, 1.0, 3.0])
-#: what orders near by may add to the height of a resonance
-MARGIN = 2.0
-#: part of a curve below which a resonance on it is nothing
-FAINT = 1e-9
-
-
-class NarrowResonances(NamedTuple):
-    """Resonances (r,): speed and half the width at half the power, rad/s; heights (r, e) alone.
-
-    `machine` (r,) is whose they are.
-    """
-
-    speed: FloatArray
-    width: FloatArray
-    height: FloatArray
-    machine: IntArray
+    return maxima(value, curve, speed, np.full(len(place), section), place, undamped)
 
 
 def by_machine(machine: IntArray | int, speed: FloatArray) -> ComplexArray:
-    """Speeds (...) of machines (...) as one number each, which sort by machine, then by speed."""
+    """Speeds (...) of lines (...) as one number each, which sort by line, then by speed."""
     pair: ComplexArray = np.empty(np.shape(speed), dtype=np.complex128)
     pair.real, pair.imag = machine, speed
     return pair
@@ -289,41 +226,6 @@ def by_machine(machine: IntArray | int, speed: FloatArray) -> ComplexArray:
 def machine_and_speed(pair: ComplexArray) -> tuple[IntArray, FloatArray]:
     """Both (...) of what `by_machine` gives."""
     return pair.real.astype(np.int64), np.ascontiguousarray(pair.imag)
-
-
-def narrow_resonance_speeds(
-    speed: FloatArray,
-    curve: FloatArray,
-    resonances: NarrowResonances,
-    levels: tuple[FloatArray, ...] = (),
-) -> ComplexArray:
-    """Speeds (k,) `by_machine` in rad/s, next to those of a sweep (s,), to evaluate as well.
-
-    Those about a resonance that is narrower than the steps and may reach, on what the curves
-    (p, s, e) of its machine are next to it, the largest value of some curve or one of the `levels`,
-    each (e,) or (s, e).
-    """
-    step = np.diff(speed)
-    place = np.clip(np.searchsorted(speed, resonances.speed) - 1, 0, len(step) - 1)
-    at = (resonances.machine, place)
-    nearby = np.maximum(curve[:, :-1], curve[:, 1:])
-    reach = np.zeros_like(nearby)
-    np.add.at(reach, at, resonances.height)
-    reach = nearby + MARGIN * reach
-    best = np.max(curve, axis=1, initial=0.0, where=np.isfinite(curve), keepdims=True)
-    near = np.any(reach >= best, axis=-1)
-    for level in levels:
-        least = np.minimum(level[:-1], level[1:]) if level.ndim > 1 else level
-        near |= np.any(reach >= least, axis=-1)
-    counts = np.any(MARGIN * resonances.height >= FAINT * nearby[at], axis=1)
-    chosen = near[at] & (resonances.width < SHOWN * step[place]) & counts
-    extra = (
-        resonances.speed[chosen, None] + resonances.width[chosen, None] * NEARBY_NARROW_RESONANCE
-    )
-    extra_of = np.broadcast_to(resonances.machine[chosen, None], extra.shape)
-    fresh = ~np.isin(extra, speed)
-    # without the index numpy imports its masked arrays
-    return np.unique(by_machine(extra_of[fresh], extra[fresh]), return_index=True)[0]
 
 
 # ----------------------------------------------------------------------------

@@ -1,5 +1,6 @@
 """Every result of a shaft line: path, unit, axes, long name."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -489,6 +490,37 @@ ENTRIES = (
     *curve_results.EVERY,
     *COUPLING_ENTRIES,
 )
+#: results that are found over a range of speeds
+_OVER_RANGE = (
+    *("/speeds/", "/masked/", "/largest", "/peak/", "/bare/", "/barred/", "/exceeded/"),
+    *("/reduction", "/hammering/", "/campbell/", "/separation/range/"),
+)
+#: folders of stages of their own
+_OWN_STAGES = tuple(
+    f"{ROOT}/{name}/"
+    for name in (
+        *("curves", "irregularity", "conditions", "transient", "variable_inertia"),
+        "as_published",
+    )
+)
+
+
+def over_range(path: str) -> bool:
+    """Whether a result is found over a range of speeds, not at the operating one."""
+    _, _, of_limit = path.partition("/limit/")
+    if of_limit:
+        here = of_limit.startswith(("operating", "basis/", "crank/"))
+        return not here or of_limit == "crank/acceptability"
+    return any(word in path for word in _OVER_RANGE)
+
+
+def of_line(ranged: bool) -> Iterator[str]:
+    """Paths of the line itself, over the range or at the operating speed."""
+    own = (one.path for one in ENTRIES if one.path.startswith(f"{ROOT}/"))
+    every = (path for path in own if not path.startswith(_OWN_STAGES))
+    return (path for path in every if over_range(path) == ranged)
+
+
 JUDGE = "vibecalc.torsion.report.verdicts:limit_verdicts"
 HELPS = {f"{ROOT}/": (CANCELS, RESONANCE), study_results.DESIGN: (CANCELS,)}
 

@@ -9,7 +9,7 @@ from vibecalc.numerics.bounded import Bounded, reshaped, rounded, square, where
 from vibecalc.numerics.rounding import ComplexArray, FloatArray
 from vibecalc.numerics.synthesis import over_cycle
 from vibecalc.torsion.forced import forced_masked
-from vibecalc.torsion.line import Line, complex_stiffness, loss_stiffness, stiffness_matrix, walk
+from vibecalc.torsion.line import Line, complex_stiffness, stiffness_matrix, walk
 
 #: of a complex stiffness
 STIFFNESS_ROUNDINGS = 4.0
@@ -108,15 +108,6 @@ def steady_shares(line: Line) -> FloatArray:
 # ----------------------------------------------------------------------------
 # Mean power that the dashpots and loss factors of a shaft line turn into heat.
 # ----------------------------------------------------------------------------
-
-
-def heat(line: Line, frequency: FloatArray, twist: Bounded) -> Bounded:
-    """Mean power (..., e) of dashpots and loss factors in W, at frequencies (...) in rad/s.
-
-    Of twists (..., e), 0-to-peak: a dashpot takes w^2 c |twist|^2 / 2, a loss factor
-    w k eta |twist|^2 / 2. Powers of different orders add up to the total over the cycle.
-    """
-    return 0.5 * frequency[..., None] * loss_stiffness(line, frequency) * square(abs(twist))
 
 
 def ground_heat(line: Line, frequency: FloatArray, angle: Bounded) -> Bounded:

@@ -39,7 +39,7 @@ from vibecalc.torsion.asked import (
     solves,
     torsion_of,
 )
-from vibecalc.torsion.results import ROOT
+from vibecalc.torsion.results import ROOT, of_line, over_range
 from vibecalc.torsion.study_results import (
     DESIGN,
     OBJECTIVES,
@@ -59,37 +59,12 @@ if TYPE_CHECKING:
 # The stages that [response.torsion] asks for: the shaft line at one speed and over a range.
 # ----------------------------------------------------------------------------
 
-_STEADY = (
-    *("/modes/", "/excitation/"),
-    *("/angle", "/twist", "/torque", "/stress", "/section_heat", "/station_heat", "/modal_heat"),
-    *("/damper/", "/damping/", "/power_balance/"),
-    *("/gear/", "/margin/", "/separation/operating/", "/critical/", "/limit/operating"),
-    *(
-        "/limit/basis/",
-        "/limit/crank/",
-        "/healthy/mean_torque",
-        "/healthy/damper/",
-        "/healthy/limit/operating_",
-    ),
-    *(f"/healthy/{name}_half_range" for name in ("torque", "twist", "stress")),
-    *("/coupling/", "/healthy/coupling/use"),
-)
-#: of limits in other conditions, what is found over the range
-OVER_RANGE = ("largest_use", "speed", "unbarred_use", "element", "allowed", "torque_allowed")
-_RANGE = (
-    *("/speeds/", "/masked/", "/largest/", "/peak/", "/limit/", "/bare/"),
-    *("/barred/", "/exceeded/"),
-    *("/reduction", "/hammering/", "/campbell/", "/separation/range/"),
-    *("/healthy/speeds/", "/healthy/largest/"),
-    *(f"/healthy/limit/{name}" for name in OVER_RANGE),
-    *("/coupling/speeds/", "/coupling/largest", "/healthy/coupling/largest_use"),
-)
 #: what only a line with cylinders has
 _OF_CYLINDERS = (
     *("/excitation/pressure", "/excitation/gas", "/excitation/inertia", "/excitation/total"),
     *("/excitation/engine_torque", "/excitation/power", "/excitation/mean_torque"),
     *("/excitation/firing_angle", "/excitation/vector_sum", "/excitation/rank"),
-    *("/excitation/major", "/speeds/mean_torque"),
+    *("/excitation/major", "/speeds/mean_torque", "/power_balance/source"),
 )
 
 
@@ -120,7 +95,7 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
         why="[response.torsion] is in the case",
         cost=f"modes of {stations} stations; {solves(case)} solves, one per order, at "
         f"{case.machine.speed:.6g} rad/s",
-        quantities=_picked(case, _STEADY),
+        quantities=_picked(case, ranged=False),
         is_last=False,
         work=_work_of_torsion,
         leading=leading(case),
@@ -135,75 +110,57 @@ def plan_torsion(case: "Case") -> Iterator[Stage]:
         "torsion_speeds_topics",
         why="[response.torsion] speeds are in the case",
         cost=_range_cost(case, speeds),
-        quantities=_picked(case, _RANGE),
+        quantities=_picked(case, ranged=True),
         work=_work_of_speeds,
         leading=leading(case),
     )
 
 
-def _picked(case: "Case", starts: tuple[str, ...]) -> tuple[str, ...]:
-    """Paths of these beginnings that the case has something for."""
+def _picked(case: "Case", ranged: bool) -> tuple[str, ...]:
+    """Paths that the case has something for, at the operating speed or over the range."""
     from vibecalc.torsion.shaft_line_tables import has_laws, what_follows
 
     line, torsion = shaft_line_of(case), torsion_of(case)
     train = case.machine.crank_train if has_crank_train(case.machine) else None
+    bored, loads = train is not None and bool(train.bore), bool(line.loads)
+    of_loads = loads and case.machine.kind == "engine"
     there = {
-        "ring_shape": bool(line.dampers),
-        "/damper/": bool(line.dampers),
-        "/bare/": bool(line.dampers),
-        "/reduction": bool(line.dampers),
-        **dict.fromkeys(
-            (f"/{over}/{name}" for over in ("speeds", "largest") for name in ("heat", "travel")),
-            bool(line.dampers),
-        ),
-        "gear": bool(line.gears),
-        "/hammering/": bool(line.gears),
+        **dict.fromkeys(("ring_shape", "/damper/", "/bare/", "/reduction"), bool(line.dampers)),
+        **dict.fromkeys(("speeds/heat", "speeds/travel"), bool(line.dampers)),
+        **dict.fromkeys(("largest/heat", "largest/travel"), bool(line.dampers)),
+        **dict.fromkeys(("gear", "/hammering/"), bool(line.gears)),
         "/campbell/": torsion.campbell and modes_follow_speed(case),
         "transfer_matrix": not has_loops(case),
         "holzer": has_holzer(case),
         "undamped_frequency": has_damped_rings(case),
         "/sufficient": torsion.separation is not None,
         **dict.fromkeys(_OF_CYLINDERS, train is not None),
-        "/power_balance/source": train is not None,
-        "/power_balance/load": bool(line.loads),
-        "/power_balance/rest": train is not None or bool(line.loads),
-        **dict.fromkeys(
-            ("total_load_power", "load_share"),
-            bool(line.loads) and case.machine.kind == "engine",
-        ),
+        "/power_balance/load": loads,
+        "/power_balance/rest": train is not None or loads,
+        **dict.fromkeys(("total_load_power", "load_share"), of_loads),
         "bank_factor": train is not None and len({c.bank_angle for c in train.cylinders}) > 1,
         "modal_heat": has_modal_damping(case),
         "stress": any(shaft.has_stress for shaft in line.shafts),
         "/excitation/pressure": train is not None and train.tangential_effort is None,
-        "tangential_pressure": train is not None and bool(train.bore),
-        "mean_indicated_pressure": train is not None and bool(train.bore),
+        **dict.fromkeys(("tangential_pressure", "mean_indicated_pressure"), bored),
         "/coupling/": bool(named_couplings(case)),
-        "/coupling/speeds/": starts is _RANGE,
-        "/coupling/largest/": starts is _RANGE,
-        "/coupling/largest_use": starts is _RANGE and bool(coupling_limits(case)),
-        "/coupling/use": bool(coupling_limits(case)),
-        "/coupling/speeds/use": bool(coupling_limits(case)),
+        **dict.fromkeys(
+            ("/coupling/largest_use", "/coupling/use", "/coupling/speeds/use"),
+            bool(coupling_limits(case)),
+        ),
         "/healthy/": bool(torsion.misfire),
-        "/barred/": bool(torsion.limits),
-        "/exceeded/": bool(torsion.limits),
+        **dict.fromkeys(("/barred/", "/exceeded/", "healthy/limit/"), bool(torsion.limits)),
         "/damping/": torsion.damping_model is None and has_laws(line),
         **dict.fromkeys(_not_allowed(torsion), False),
     }
     for name, does in what_follows(line).items():
         there[f"/speeds/{name}"] = torsion.damping_model is None and does
-    left_out = tuple(word for word, has in there.items() if not has)
-    begins = tuple(ROOT + start for start in starts)
-    there_are = {*below(f"{ROOT}/", without=left_out)}
     held = f"{ROOT}/limit/"
+    there_are = {*below(f"{ROOT}/", without=tuple(word for word, has in there.items() if not has))}
     return tuple(
         path
-        for path in below(f"{ROOT}/")
-        if path.startswith(begins)
-        and (
-            _of_limits(torsion, path.removeprefix(held), starts is _STEADY)
-            if path.startswith(held)
-            else path in there_are and (torsion.limits or "/limit/" not in path)
-        )
+        for path in of_line(ranged)
+        if (_of_limits(torsion, path) if path.startswith(held) else path in there_are)
     )
 
 
@@ -219,22 +176,19 @@ def _not_allowed(torsion: "Torsion") -> list[str]:
     ]
 
 
-def _of_limits(torsion: "Torsion", name: str, steady: bool) -> bool:
-    """Whether a result of the limits, by its name below them, is there at the operating speed."""
-    folder, _, last = name.rpartition("/")
-    here = folder in ("operating", "basis") or name == "operating_use"
+def _of_limits(torsion: "Torsion", path: str) -> bool:
+    """Whether the case has a limit that gives a result."""
+    folder, last = path.split("/")[-2:]
+    limits = list(torsion.limits)
     if folder == "crank":
-        here = not last.startswith("acceptability")
-        limits = [one for one in torsion.limits if one.rule == "iacs_m53"]
-    elif last.startswith("torque") or name == "gear":
-        limits = [one for one in torsion.limits if one.torque or one.alternating_share]
-        if name == "gear":
-            limits = [one for one in limits if one.gears or one.alternating_share]
+        limits = [one for one in limits if one.rule == "iacs_m53"]
+    elif last.startswith("torque"):
+        limits = [one for one in limits if one.torque or one.alternating_share]
+    elif last == "gear":
+        limits = [one for one in limits if one.gears or one.alternating_share]
     elif last in ("stress", "allowed", "transient") or folder == "basis":
-        limits = [one for one in torsion.limits if one.rule or one.curve]
-    else:
-        limits = list(torsion.limits)
-    return bool(limits) and here == steady
+        limits = [one for one in limits if one.rule or one.curve]
+    return bool(limits)
 
 
 def _range_cost(case: "Case", speeds: "LineSpeeds") -> str:
@@ -283,7 +237,7 @@ def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
     torsion, line = torsion_of(case), shaft_line_of(case)
     left_out = _not_allowed(torsion)
     if torsion.speeds is None:
-        left_out += ["/speeds/", "/largest", *(f"/limit/{one}" for one in OVER_RANGE)]
+        left_out += [one for one in below(f"{ROOT}/{name}/") if over_range(one)]
     if name == "curves":
         of = curves_of(line, torsion.curves)
         every = {path.split("/")[3] for path in below(f"{ROOT}/curves/")}

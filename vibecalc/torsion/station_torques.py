@@ -1,13 +1,13 @@
 """Torques given at stations of a shaft line: their harmonics, and how they follow the speed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.numerics.synthesis import Cycles
 
 # ----------------------------------------------------------------------------
@@ -65,24 +65,23 @@ class Orders(NamedTuple):
     fixed: FloatArray
     cycles: Cycles
 
+    def column(self, of: HarmonicOrder) -> int:
+        """Which of the columns is that of a harmonic."""
+        same = (self.fixed == of.frequency) & ((self.order == of.order) | (self.fixed > 0.0))
+        return int(np.argmax(same))
 
-class GivenTorques(NamedTuple):
-    """Harmonics (h,): column and place of each, amplitude, law."""
 
-    column: IntArray
-    place: IntArray
-    amplitude: np.ndarray
-    law: tuple[Law, ...]
-
-    def torque(self, speed: FloatArray, columns: int, places: int) -> Bounded:
-        """Referred torques (s, m, k) in N m at speeds (s,) in rad/s."""
-        total = np.zeros((len(speed), columns, places), dtype=np.complex128)
-        size = np.zeros(total.shape)
-        for column, place, amplitude, law in zip(*self, strict=True):
-            one = amplitude * law.at(speed)
-            total[:, column, place] += one
-            size[:, column, place] += np.abs(one)
-        return Bounded(total, ROUNDINGS * EPSILON * size)
+def given_torque(
+    given: Sequence[tuple[int, int, Harmonic]], speed: FloatArray, columns: int, places: int
+) -> Bounded:
+    """Referred torques (s, m, k) in N m of harmonics, by column and place, at speeds (s,)."""
+    total = np.zeros((len(speed), columns, places), dtype=np.complex128)
+    size = np.zeros(total.shape)
+    for column, place, harmonic in given:
+        one = harmonic.amplitude * harmonic.law.at(speed)
+        total[:, column, place] += one
+        size[:, column, place] += np.abs(one)
+    return Bounded(total, ROUNDINGS * EPSILON * size)
 
 
 def rounded_order(order: float) -> float:
@@ -131,24 +130,6 @@ def _half(number: float) -> bool:
     """Whether a number is a multiple of 1/2, above 0."""
     found = rounded_order(number)
     return found > 0.0 and 2.0 * found == round(2.0 * found)
-
-
-def placed_torques(
-    orders: Orders, harmonics: Sequence[Harmonic], place: Mapping[int, int]
-) -> GivenTorques:
-    """Harmonics in the columns of `orders`; `place` has where a station is among those loaded."""
-    column = {
-        (0.0 if fixed else order, fixed): number
-        for number, (order, fixed) in enumerate(
-            zip(orders.order.tolist(), orders.fixed.tolist(), strict=True)
-        )
-    }
-    return GivenTorques(
-        np.array([column[one.of.order, one.of.frequency] for one in harmonics], dtype=np.int64),
-        np.array([place[one.of.station] for one in harmonics], dtype=np.int64),
-        np.array([one.amplitude for one in harmonics], dtype=np.complex128),
-        tuple(one.law for one in harmonics),
-    )
 
 
 # ----------------------------------------------------------------------------

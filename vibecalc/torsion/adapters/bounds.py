@@ -2,18 +2,18 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
-from vibecalc.torsion.adapters.curves import actual_per_referred, mean_torques
-from vibecalc.torsion.adapters.loads import load_ratios
+from vibecalc.torsion.adapters.motion import Reading, actual_per_referred, mean_torques
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.stress_limits import (
     HIGHEST_RATIO,
+    NO_BARRED_RANGE,
     SHAFT_KINDS,
     counted_strength,
     covered,
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 #: speed over the rated one at which the formula of M68 turns into a constant
 CORNER_RATIO = 0.9
+#: relative distance up to which two speeds are one
+SAME = 1e-13
 #: of what a limit allows, where nothing else is said
 ROUNDINGS = 128.0
 
@@ -57,24 +59,42 @@ Allowed = Callable[[FloatArray], FloatArray]
 class Bound(NamedTuple):
     """One limit: the places (r,) of its loads, and what is allowed (..., r) in them at speeds.
 
-    The `quantity` is a "stress" in Pa or a "torque" in N m: own torque over `modulus` (r,), or
-    referred one times `factor` (r,). `continuous` and `transient` are infinite where the limit says
-    nothing; `alike`: both have one course. `corners` (k,) are the speeds at which their slopes may
-    jump, or that they end at. `formula`: the rule bars a range by its formula. `roundings`:
-    relative error of what is allowed, in units of rounding.
+    The `quantity` is a "stress" in Pa or a "torque" in N m, own torque over `modulus` (r,).
+    `continuous` and `transient` are infinite where the limit says nothing; `transient` is None
+    where it does so at every speed. `corners` (k,) are the speeds at which their slopes may jump,
+    or that they end at. `formula`: a class rule, which bars a range by its formula and allows more
+    in passing in one ratio at every speed. `roundings`: relative error of what is allowed.
     """
 
     load: IntArray
     quantity: str
     modulus: FloatArray
-    factor: FloatArray
     continuous: Allowed
-    transient: Allowed
+    transient: Allowed | None
     basis: Basis
-    corners: FloatArray
-    alike: bool = True
+    corners: FloatArray = np.zeros(0)
     formula: bool = False
     roundings: float = ROUNDINGS
+
+    def allowed(self, course: str, speed: FloatArray | float) -> FloatArray:
+        """One of both courses (..., r)."""
+        at, allowed = np.asarray(speed, dtype=float), getattr(self, course)
+        if allowed is None:
+            return np.full((*at.shape, len(self.load)), np.inf)
+        return np.asarray(allowed(at))
+
+    def use(self, names: tuple[str, ...], course: str = "continuous", last: float = 0.0) -> Reading:
+        """Load over allowed, 0 where the limit says nothing and below a `last` speed.
+
+        `names` are those of sections, of which loads are none but these where there are no gears.
+        """
+
+        def scale(speed: FloatArray) -> FloatArray:
+            share = 1.0 / (self.modulus * self.allowed(course, speed))
+            return np.where(speed[:, None] >= last, share, 0.0)
+
+        signal = "torque" if np.all(self.load < len(names)) else "load"
+        return Reading(signal, self.load, "half_range", "", (), scale, self.roundings)
 
 
 def bounds(setup: Setup) -> list[Bound]:
@@ -82,56 +102,39 @@ def bounds(setup: Setup) -> list[Bound]:
     return [_bound(setup, limit) for limit in setup.torsion.limits]
 
 
+def limit_corners(setup: Setup) -> FloatArray:
+    """Speeds at which the course of a limit has a corner or an end, or ranges may not be barred."""
+    corners = [(*one.corners, NO_BARRED_RANGE * one.basis.rated_speed) for one in bounds(setup)]
+    return np.concatenate([np.zeros(0), *corners])
+
+
 def _bound(setup: Setup, limit: "TorsionLimit") -> Bound:
+    shaft, sections = setup.shaft, len(setup.shaft.section_names)
+    # an elastic gear or a damper may have the name of a shaft
+    shafts = np.array(shaft.section_names[: len(shaft.throws)], dtype=object)
+    named = np.flatnonzero(np.isin(shafts, limit.sections))
+    gears = np.flatnonzero(np.isin([one.name for one in shaft.gears], limit.gears)) + sections
     if limit.alternating_share is not None:
-        return _alternating(setup, limit, limit.alternating_share)
+        load = gears if limit.gears else np.arange(len(shaft.gears)) + sections
+        return _alternating(setup, load, limit.alternating_share)
     if limit.torque is not None:
-        load = np.concatenate([_sections(setup, limit), _gears(setup, limit)])
+        load = np.concatenate([named, gears])
         return _table(setup, load, np.ones(len(load)), limit.torque, limit.torque.torque, "torque")
     if limit.rule == "iacs_m53":
         return _crank_rule(setup, limit)
-    load = np.flatnonzero(setup.shaft.section_modulus > 0.0)
-    if limit.sections:
-        load = np.intersect1d(load, _sections(setup, limit))
+    load = np.flatnonzero(shaft.section_modulus > 0.0)
+    load = np.intersect1d(load, named) if limit.sections else load
     if limit.curve is None:
         return _class_rule(setup, limit, load)
-    modulus = setup.shaft.section_modulus[load]
-    return _table(setup, load, modulus, limit.curve, limit.curve.stress, "stress")
-
-
-def _sections(setup: Setup, limit: "TorsionLimit") -> IntArray:
-    names = np.array(setup.shaft.section_names, dtype=object)
-    # an elastic gear or a damper may have the name of a shaft
-    shafts = np.arange(len(names)) < len(setup.shaft.throws)
-    return np.flatnonzero(np.isin(names, limit.sections) & shafts)
-
-
-def _gears(setup: Setup, limit: "TorsionLimit") -> IntArray:
-    names = [one.name for one in setup.shaft.gears]
-    chosen = np.isin(np.array(names, dtype=object), limit.gears)
-    return np.flatnonzero(chosen) + len(setup.shaft.section_names)
-
-
-def made(
-    setup: Setup,
-    load: IntArray,
-    modulus: FloatArray,
-    quantity: str,
-    continuous: Allowed,
-    transient: Allowed | None = None,
-) -> Bound:
-    """A limit of loads (r,) without a basis."""
-    none = np.zeros(len(load))
-    return Bound(
-        load,
-        quantity,
-        modulus,
-        1.0 / (modulus * load_ratios(setup.shaft)[load]),
-        continuous,
-        transient or (lambda speed: np.full((*speed.shape, len(load)), np.inf)),
-        Basis(none, none, none, none, none, 0.0),
-        np.zeros(0),
+    return _table(
+        setup, load, shaft.section_modulus[load], limit.curve, limit.curve.stress, "stress"
     )
+
+
+def _basis(count: int, **known: Any) -> Basis:
+    """Of so many loads, with what is known."""
+    none = np.zeros(count)
+    return Basis(none, none, none, none, none, 0.0)._replace(**known)
 
 
 def _table(
@@ -143,33 +146,29 @@ def _table(
     quantity: str,
 ) -> Bound:
     """Straight lines between the rows of a table."""
-    nodes = np.array(curve.speed)
+    nodes, basis = np.array(curve.speed), _basis(len(load))
 
     def allowed(values: FloatArray, speed: FloatArray) -> FloatArray:
-        found = np.interp(speed, nodes, values, left=np.inf, right=np.inf)
+        # an end is met to its last digits
+        ends = np.isclose(speed[..., None], nodes[[0, -1]], rtol=SAME, atol=0.0)
+        at = np.where(ends[..., 0], nodes[0], np.where(ends[..., 1], nodes[-1], speed))
+        found = np.interp(at, nodes, values, left=np.inf, right=np.inf)
         return np.repeat(found[..., None], len(load), axis=-1)
 
     passing = None if curve.transient is None else partial(allowed, np.array(curve.transient))
-    bound = made(setup, load, modulus, quantity, partial(allowed, np.array(lasting)), passing)
-    shaft = setup.shaft
-    inside = load[load < len(shaft.section_names)]
-    diameter = np.zeros(len(load))
     if quantity == "stress":
-        diameter[: len(inside)] = _diameters(shaft, inside)
-        given = shaft.tensile_strength[load]
-        basis = bound.basis._replace(diameter=diameter, tensile_strength=given)
-        bound = bound._replace(basis=basis)
-    return bound._replace(corners=nodes, alike=curve.transient is None)
+        given = setup.shaft.tensile_strength[load]
+        basis = _basis(len(load), diameter=_diameters(setup.shaft, load), tensile_strength=given)
+    lasts = partial(allowed, np.array(lasting))
+    return Bound(load, quantity, modulus, lasts, passing, basis, nodes)
 
 
-def _alternating(setup: Setup, limit: "TorsionLimit", share: float) -> Bound:
+def _alternating(setup: Setup, load: IntArray, share: float) -> Bound:
     """A share of the mean torque of gears at the operating speed.
 
     Raises NumericalFailure where a gear carries none.
     """
-    first = len(setup.shaft.section_names)
-    load = _gears(setup, limit) if limit.gears else np.arange(len(setup.shaft.gears)) + first
-    gear = load - first
+    gear = load - len(setup.shaft.section_names)
     mean = mean_torques(setup, np.array([setup.speed])).gear[0] * actual_per_referred(setup.shaft)
     size, error = np.abs(mean.value)[gear], np.broadcast_to(mean.error, mean.shape)[gear]
     idle = np.flatnonzero(size <= 4.0 * error)
@@ -179,15 +178,15 @@ def _alternating(setup: Setup, limit: "TorsionLimit", share: float) -> Bound:
             f"gear {name!r} carries no mean torque at the operating speed, of which "
             "alternating_share could be a share; give a torque over speed for it"
         )
-    level = share * size
-    bound = made(
-        setup,
-        load,
-        np.ones(len(load)),
-        "torque",
-        lambda speed: np.broadcast_to(level, (*speed.shape, len(load))),
-    )
-    return bound._replace(roundings=ROUNDINGS + float(np.max(error / size)) / EPSILON)
+    roundings = ROUNDINGS + float(np.max(error / size)) / EPSILON
+    lasts = _level(share * size)
+    ones = np.ones(len(load))
+    return Bound(load, "torque", ones, lasts, None, _basis(len(load)), roundings=roundings)
+
+
+def _level(most: FloatArray) -> Allowed:
+    """The same (r,) at every speed."""
+    return lambda speed: np.broadcast_to(most, (*speed.shape, len(most)))
 
 
 def _class_rule(setup: Setup, limit: "TorsionLimit", load: IntArray) -> Bound:
@@ -197,13 +196,13 @@ def _class_rule(setup: Setup, limit: "TorsionLimit", load: IntArray) -> Bound:
     factor = limit.design_factor if limit.shaft_kind is None else SHAFT_KINDS[limit.shaft_kind]
     strength = np.where(given > 0.0, given, limit.tensile_strength or 0.0)
 
-    def both(speed: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def course(name: str, speed: FloatArray) -> FloatArray:
         ratio = speed[..., None] / setup.speed
+        end = np.isclose(ratio, HIGHEST_RATIO, rtol=SAME, atol=0.0)
+        ratio = np.where(end, HIGHEST_RATIO, ratio)
         inside = covered(ratio)
         found = propulsion_shaft_limits(np.where(inside, ratio, 1.0), strength, diameter, factor)
-        steady = np.where(inside, found.continuous, np.inf)
-        passing = np.where(inside, found.transient, np.inf)
-        return steady, passing
+        return np.where(inside, getattr(found, name), np.inf)
 
     basis = Basis(
         diameter,
@@ -213,17 +212,10 @@ def _class_rule(setup: Setup, limit: "TorsionLimit", load: IntArray) -> Bound:
         np.full(len(load), factor),
         setup.speed,
     )
-    highest = HIGHEST_RATIO * setup.speed * (1.0 - 4.0 * EPSILON)
-    bound = made(
-        setup,
-        load,
-        shaft.section_modulus[load],
-        "stress",
-        lambda speed: both(speed)[0],
-        lambda speed: both(speed)[1],
-    )
-    corners = np.array([CORNER_RATIO * setup.speed, highest])
-    return bound._replace(basis=basis, corners=corners, formula=True)
+    corners = setup.speed * np.array([CORNER_RATIO, HIGHEST_RATIO * (1.0 - 4.0 * EPSILON)])
+    courses = partial(course, "continuous"), partial(course, "transient")
+    modulus = shaft.section_modulus[load]
+    return Bound(load, "stress", modulus, *courses, basis, corners, formula=True)
 
 
 def _crank_rule(setup: Setup, limit: "TorsionLimit") -> Bound:
@@ -231,18 +223,12 @@ def _crank_rule(setup: Setup, limit: "TorsionLimit") -> Bound:
     from vibecalc.torsion.adapters.crank_limits import Judged
 
     judged = Judged(setup, limit)
-    level, throw = judged.allowed(), judged.throw
-    bound = made(
-        setup,
-        judged.load,
-        np.pi / 16.0 * (throw.pin_diameter**4 - throw.pin_bore**4) / throw.pin_diameter,
-        "stress",
-        lambda speed: np.broadcast_to(level, (*speed.shape, len(level))),
-    )
-    basis = bound.basis._replace(
-        diameter=throw.pin_diameter, tensile_strength=judged.tensile, rated_speed=setup.speed
-    )
-    return bound._replace(basis=basis, roundings=judged.roundings())
+    load, pin, bore = judged.load, judged.throw.pin_diameter, judged.throw.pin_bore
+    known = {"diameter": pin, "tensile_strength": judged.tensile, "rated_speed": setup.speed}
+    return Bound(
+        load, "stress", np.pi / 16.0 * (pin**4 - bore**4) / pin, _level(judged.allowed()), None,
+        _basis(len(load), **known), roundings=judged.roundings(),
+    )  # fmt: skip
 
 
 def _diameters(shaft: ShaftLineModel, section: IntArray) -> FloatArray:

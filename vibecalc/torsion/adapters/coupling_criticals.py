@@ -5,9 +5,9 @@ import numpy as np
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON
-from vibecalc.torsion.adapters.setup import Setup, line_speeds
+from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.poles import LinePoles, all_poles, refined_pole
+from vibecalc.torsion.poles import refined_pole
 
 # ----------------------------------------------------------------------------
 # Where the modes meet the orders: the line is that of the critical speed itself.
@@ -89,46 +89,3 @@ class _Secant:
             return abs(self.pole), error
         found = natural_modes(line)
         return float(found.frequency[self.mode]), float(found.frequency_error[self.mode])
-
-
-# ----------------------------------------------------------------------------
-# Poles of the line at each order, where resonances too narrow for a sweep may stand.
-# ----------------------------------------------------------------------------
-
-#: rounds until a pole has the line of its own speed, and its width that is near enough
-_TURNS, _ENOUGH = 12, 1e-3
-
-
-def poles_by_order(setup: Setup, first: float, last: float) -> LinePoles:
-    """Poles at each order of the line at the speed of the sweep next to where it meets them.
-
-    From `first` to `last` in rad/s.
-    """
-    order, model = setup.drive.order, setup.model
-    assert setup.torsion.speeds is not None, "asked of a sweep"
-    speed = line_speeds(setup.torsion.speeds)
-    poles, shapes, scales, places = [], [], [], []
-    for place, one in enumerate(order.tolist()):
-        begin = all_poles(model.at(setup.speed, one * setup.speed)).pole
-        for pole in begin.tolist():
-            if not 0.5 * first <= pole.imag / one <= 2.0 * last:
-                continue
-            for _ in range(_TURNS):
-                at = float(speed[np.argmin(np.abs(speed - pole.imag / one))])
-                every = all_poles(model.at(at, pole.imag))
-                nearest = int(np.argmin(np.abs(every.pole - pole)))
-                moved, pole = abs(every.pole[nearest] - pole), complex(every.pole[nearest])
-                if moved <= _ENOUGH * abs(pole.real):
-                    break
-            poles.append(pole)
-            shapes.append(every.shape[nearest])
-            scales.append(every.scale[nearest])
-            places.append(place)
-    count = len(model.line.inertia)
-    return LinePoles(
-        np.array(poles, dtype=np.complex128),
-        np.array(shapes, dtype=np.complex128).reshape(-1, count),
-        np.array(scales, dtype=np.complex128),
-        np.array(places, dtype=np.int64),
-        np.zeros(len(places), dtype=np.int64),
-    )

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from functools import cache, partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -11,12 +10,11 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.numerics.synthesis import sum_error, synthesis
 from vibecalc.torsion.adapters.coupling_criticals import asked_range, met_criticals
-from vibecalc.torsion.adapters.curves import (
-    bounded_orders,
+from vibecalc.torsion.adapters.motion import (
+    Motion,
+    blocks,
     mean_torques,
-    section_heat,
     solved,
-    speeds_at_once,
 )
 from vibecalc.torsion.adapters.setup import Setup, natural_of, undamped_modes
 from vibecalc.torsion.coupling_line import Conditions, CouplingStates, Moved
@@ -25,12 +23,6 @@ from vibecalc.torsion.couplings import Coupling
 # ----------------------------------------------------------------------------
 # The line at a speed and a frequency, under the conditions that its couplings are in.
 # ----------------------------------------------------------------------------
-
-
-def _of(found: Conditions, c: int, frequency: FloatArray) -> tuple[FloatArray, ...]:
-    """What the values of one coupling are asked at."""
-    mean, temperature, amplitude = (part[:, c] for part in found)
-    return mean, temperature, frequency, amplitude
 
 
 #: speeds of the range at which errors of stiffnesses are read, next to the operating one
@@ -46,24 +38,23 @@ def _spread(solver: "_Solver") -> float:
     speed = np.unique(some)
     found, errors = solver(speed), solver.errors(speed)
     for c, moved, share in solver.moves(found, errors):
-        own, other = (solver.couplings[c].values(*_of(one, c, none)) for one in (found, moved))
+        own, other = (
+            solver.couplings[c].values(mean, temperature, none, amplitude)
+            for mean, temperature, amplitude in (found[..., c], moved[..., c])
+        )
         for before, after in zip(own, other, strict=True):
             largest = max(largest, float(np.max(np.abs(after / before - 1.0) * share)))
     return largest
 
 
-def coupled(setup: Setup, whole: Setup | None = None) -> Setup:
-    """The same with what its couplings depend on; as it is where they depend on nothing.
-
-    `whole` is the line that the mean torques are of, where `setup` is without its dampers.
-    """
+def coupled(setup: Setup) -> Setup:
+    """The same with what its couplings depend on; as it is where they depend on nothing."""
     varying = tuple(one for one in setup.shaft.couplings if one.varies)
     if not varying:
         return setup
     plain = setup._replace(model=setup.model._replace(couplings=None))
     critical = cache(lambda: met_criticals(found))
-    whole = plain if whole is None else whole._replace(model=whole.model._replace(couplings=None))
-    solver = _Solver(plain, varying, whole)
+    solver = _Solver(plain, varying)
     spread = cache(lambda: _spread(solver))
     states = CouplingStates(varying, solver, critical, spread, solver.moved)
     model = plain.model._replace(couplings=states)
@@ -86,14 +77,9 @@ _WARMING, _NEAR = 200, 1e-2
 _STEPS, _STANDS, _ROUGH = 25, 1e-13, 1e-9
 #: of a value, the step by which slopes are taken
 _STEP = 1e-6
-_TEMPERATURE, _AMPLITUDE = "temperature", "amplitude"
-
-
-class _Unknown(NamedTuple):
-    """What is looked for of coupling number `place`."""
-
-    place: int
-    kind: str
+#: rows of conditions, and which rows of a coupling follow them
+_MEAN, _TEMPERATURE, _AMPLITUDE = range(3)
+_FOLLOW = ("mean_torque", "over_temperature", "amplitude")
 
 
 class _Solver:
@@ -103,45 +89,46 @@ class _Solver:
     at the nearest end count.
     """
 
-    def __init__(self, plain: Setup, couplings: tuple[Coupling, ...], whole: Setup):
-        self.plain, self.couplings, self.whole = plain, couplings, whole
-        self.unknowns = [
-            _Unknown(place, kind)
+    def __init__(self, plain: Setup, couplings: tuple[Coupling, ...]):
+        self.plain, self.couplings = plain, couplings
+        unknowns = [
+            (kind, place)
             for place, one in enumerate(couplings)
-            for kind, rows in ((_TEMPERATURE, one.over_temperature), (_AMPLITUDE, one.amplitude))
-            if rows is not None
+            for kind in (_TEMPERATURE, _AMPLITUDE)
+            if getattr(one, _FOLLOW[kind]) is not None
         ]
+        #: of what is looked for (q,): kind of condition and place of the coupling
+        self.kind, self.place = np.array(unknowns, dtype=int).reshape(-1, 2).T
         self.known: dict[float, FloatArray] = {}
         self.first, self.last = asked_range(plain)
 
     def __call__(self, speed: FloatArray) -> Conditions:
         speed = np.clip(speed, self.first, self.last)
         new = np.array([one for one in speed.tolist() if one not in self.known])
-        size = speeds_at_once(self.plain.model, self.plain.drive)
-        for start in range(0, len(new), size):
-            at = new[start : start + size]
-            rows = np.stack(self._found(at), axis=1)
+        for part in blocks(self.plain, len(new)):
+            at = new[part]
+            rows = np.moveaxis(self._found(at), 1, 0)
             self.known.update(zip(at.tolist(), rows, strict=True))
         every = np.array([self.known[one] for one in speed.tolist()])
-        every = every.reshape(len(speed), len(Conditions._fields), len(self.couplings))
-        return Conditions(*np.moveaxis(every, 1, 0))
+        return np.moveaxis(every.reshape(len(speed), 3, len(self.couplings)), 1, 0)
 
     def mean(self, speed: FloatArray) -> Bounded:
         """Own mean torques (u, c)."""
         element = [one.element for one in self.couplings]
         ratio = np.array([one.ratio for one in self.couplings])
-        return mean_torques(self.whole, speed).section[:, element] / ratio
+        return mean_torques(self.plain, speed).section[:, element] / ratio
 
     def _found(self, speed: FloatArray) -> Conditions:
         mean = self.mean(speed).value
         cold = np.broadcast_to([one.temperature for one in self.couplings], mean.shape)
-        begin = Conditions(mean, np.array(cold), np.zeros_like(mean))
-        if not self.unknowns:
-            return begin
-        return self._standing(speed, begin)
+        begin = np.stack([mean, cold, np.zeros_like(mean)])
+        return self._standing(speed, begin) if len(self.kind) else begin
 
     def _standing(self, speed: FloatArray, begin: Conditions) -> Conditions:
-        last = np.array([self._last(one) for one in self.unknowns])
+        last = np.full(len(self.kind), np.inf)
+        for column in np.flatnonzero(self.kind == _TEMPERATURE):
+            rows = self.couplings[self.place[column]].over_temperature
+            last[column] = rows.at[-1] if rows is not None else np.inf
         x = self._read(begin)
         for _ in range(_WARMING):
             missing = self._answer(speed, begin, x) - x
@@ -164,22 +151,19 @@ class _Solver:
             self._check_heat(speed, begin, x, missing, last)
         return self._fail(speed, x, missing)
 
-    def _last(self, unknown: _Unknown) -> float:
-        rows = self.couplings[unknown.place].over_temperature
-        return float(rows.at[-1]) if unknown.kind == _TEMPERATURE and rows is not None else np.inf
-
     def _size(self, x: FloatArray) -> FloatArray:
         """What a change of the unknowns counts by; no less than 1 K and 1 N m."""
         return np.maximum(np.abs(x), 1.0)
 
     def _read(self, conditions: Conditions) -> FloatArray:
-        return np.stack([getattr(conditions, one.kind)[:, one.place] for one in self.unknowns], -1)
+        return np.stack(
+            [conditions[one, :, at] for one, at in zip(self.kind, self.place, strict=True)], -1
+        )
 
     def _with(self, conditions: Conditions, x: FloatArray) -> Conditions:
-        parts = {kind: getattr(conditions, kind).copy() for kind in (_TEMPERATURE, _AMPLITUDE)}
-        for column, one in enumerate(self.unknowns):
-            parts[one.kind][:, one.place] = x[:, column]
-        return conditions._replace(**parts)
+        found = conditions.copy()
+        found[self.kind, :, self.place] = x.T
+        return found
 
     def frozen(self, conditions: Conditions) -> Setup:
         """The line with its couplings in these conditions, at the speeds they belong to."""
@@ -192,10 +176,10 @@ class _Solver:
         setup = self.frozen(self._with(begin, x))
         state = solved(setup.model, setup.drive, speed)
         answer = np.empty_like(x)
-        for column, unknown in enumerate(self.unknowns):
-            one = self.couplings[unknown.place]
+        for column, (kind, place) in enumerate(zip(self.kind, self.place, strict=True)):
+            one = self.couplings[place]
             torque, twist = state.torque[..., one.element], state.twist[..., one.element]
-            if unknown.kind == _TEMPERATURE:
+            if kind == _TEMPERATURE:
                 work = np.imag(torque * twist.conj())
                 power = 0.5 * np.sum(state.frequency * work, axis=-1)
                 answer[:, column] = one.temperature + one.resistance * power
@@ -229,7 +213,7 @@ class _Solver:
         if not np.any(runs):
             return
         row, column = (int(one[0]) for one in np.nonzero(runs))
-        one, rpm = self.couplings[self.unknowns[column].place], speed[row] * 30.0 / np.pi
+        one, rpm = self.couplings[self.place[column]], speed[row] * 30.0 / np.pi
         gained = (missing[row, column] + last[column] - one.temperature) / one.resistance
         left = (last[column] - one.temperature) / one.resistance
         raise NumericalFailure(
@@ -242,10 +226,10 @@ class _Solver:
     def _fail(self, speed: FloatArray, x: FloatArray, missing: FloatArray) -> Conditions:
         share = np.abs(missing) / self._size(x)
         row, column = np.unravel_index(int(np.argmax(share)), share.shape)
-        unknown = self.unknowns[int(column)]
-        one, rpm = self.couplings[unknown.place], speed[row] * 30.0 / np.pi
+        one, rpm = self.couplings[self.place[column]], speed[row] * 30.0 / np.pi
+        name = "temperature" if self.kind[column] == _TEMPERATURE else "amplitude"
         raise NumericalFailure(
-            f"coupling {one.name!r} at {rpm:.6g} rpm: its {unknown.kind} does not come to stand; "
+            f"coupling {one.name!r} at {rpm:.6g} rpm: its {name} does not come to stand; "
             f"the last step still misses {share[row, column]:.2g} of it"
         )
 
@@ -255,36 +239,32 @@ class _Solver:
         self, found: Conditions, errors: Conditions
     ) -> Iterator[tuple[int, Conditions, FloatArray]]:
         """Of each coupling, by place, each condition that it follows moved, error over move."""
-        for kind, rows in (
-            ("mean_torque", "mean_torque"), (_TEMPERATURE, "over_temperature"),
-            (_AMPLITUDE, "amplitude"),
-        ):  # fmt: skip
+        for kind, rows in enumerate(_FOLLOW):
             for c, one in enumerate(self.couplings):
                 if getattr(one, rows) is not None:
-                    value = getattr(found, kind).copy()
-                    step = _STEP * np.maximum(np.abs(value[:, c]), 1.0)
-                    value[:, c] += step
-                    share = getattr(errors, kind)[:, c] / step
-                    yield c, found._replace(**{kind: value}), share
+                    moved = found.copy()
+                    step = _STEP * np.maximum(np.abs(found[kind, :, c]), 1.0)
+                    moved[kind, :, c] += step
+                    yield c, moved, errors[kind, :, c] / step
 
     def errors(self, speed: FloatArray) -> Conditions:
         """Errors of the conditions (u, c): of mean torques, and of what is found by iteration."""
         found, mean = self(speed), self.mean(speed)
-        none = np.zeros_like(found.temperature)
-        errors = Conditions(np.broadcast_to(mean.error, mean.shape), none, none.copy())
-        if not self.unknowns:
+        errors = np.zeros_like(found)
+        errors[_MEAN] = mean.error
+        if not len(self.kind):
             return errors
         setup, x = self.frozen(found), self._read(found)
-        state = bounded_orders(setup, speed)
-        heat = section_heat(setup, speed, state)
+        motion = Motion(setup, speed, bounded=True)
         answer = self._answer(speed, found, x)
         off = np.abs(answer - x) + 4.0 * EPSILON * np.abs(x)
-        for column, unknown in enumerate(self.unknowns):
-            one = self.couplings[unknown.place]
-            if unknown.kind == _TEMPERATURE:
-                off[:, column] += one.resistance * heat.error[:, one.element]
+        for column, (kind, place) in enumerate(zip(self.kind, self.place, strict=True)):
+            one = self.couplings[place]
+            if kind == _TEMPERATURE:
+                heat = motion.heat(np.array([one.element]))
+                off[:, column] += one.resistance * heat.errors[:, 0]
             else:
-                torque = state.torque[..., one.element]
+                torque = motion.state.torque[..., one.element]
                 off[:, column] += sum_error(torque) / abs(one.ratio)
         for _, moved, share in self.moves(found, errors):
             if np.any(share):

@@ -1,119 +1,196 @@
 """What the couplings of a shaft line bear, next to what their makers permit."""
 
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.numerics.bounded import Bounded, bounded, concatenate, reshaped, stack, where
-from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct
-from vibecalc.torsion.adapters.curves import (
-    ROWS,
-    OrderSolution,
-    bounded_orders,
-    mean_torques,
-    section_heat,
-    solved,
+from vibecalc.numerics.bounded import (
+    Bounded,
+    bounded,
+    reshaped,
+    rounded,
+    sqrt,
+    square,
+    stack,
+    where,
 )
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
+from vibecalc.torsion.adapters.motion import EVERY, Motion, Reading, Rows
+from vibecalc.torsion.adapters.search import Search, Top
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.adapters.signals import some_rows, some_speeds
 from vibecalc.torsion.coupling_results import COUPLING, LARGEST
-from vibecalc.torsion.couplings import LIMITS, Borne, borne, has_limit, uses
-from vibecalc.torsion.critical_speeds import largest
+from vibecalc.torsion.couplings import LIMITS, Coupling, frequency_factor, permitted_of
 
 # ----------------------------------------------------------------------------
-# What each coupling bears at some speeds, with the errors or, for curves, without.
+# What each coupling bears, torques on its own shaft, and how much that is of what is permitted.
 # ----------------------------------------------------------------------------
 
-Solve = Callable[[Setup, FloatArray], OrderSolution]
+#: what is read of a coupling: names of results
+VALUES = (
+    "mean_torque", "peak_torque", "vibratory_torque", "torque_by_orders", "main_frequency",
+    "power_loss", "temperature",
+)  # fmt: skip
+
+#: readings of couplings over the speeds
+READ = (*VALUES, "use")
 
 
-def _unbounded(setup: Setup, speed: FloatArray) -> OrderSolution:
-    """All orders at speeds (s,) without their errors."""
-    state = solved(setup.model, setup.drive, speed)
-    angle, twist, torque = (bounded(one) for one in (state.angle, state.twist, state.torque))
-    return state._replace(angle=angle, twist=twist, torque=torque)
+class Borne:
+    """One of `VALUES` of each coupling (c,), or their "use" of limits (c k,), as a reading.
+
+    `limits` (k,) are the places in `LIMITS` of those that some maker says.
+    """
+
+    kind = "mean"  # what nothing bounds is not searched for
+
+    def __init__(self, setup: Setup, name: str) -> None:
+        self.couplings, self.name = setup.shaft.couplings, name
+        said = np.isfinite([permitted_of(one.permissible) for one in self.couplings])
+        self.limits = np.flatnonzero(np.any(said, axis=0))
+        each = len(self.limits) if name == "use" else 1
+        self.coupling = np.repeat(np.arange(len(self.couplings)), each)
+        self.element = np.array([one.element for one in self.couplings])
+        #: sections, as in a reading
+        self.place = self.element[self.coupling]
+
+    def of(self, motion: Motion, at: Rows = EVERY, row: Rows = EVERY) -> Bounded:
+        """As of a reading; infinite where nothing damps an order."""
+        if self.name != "use":
+            return self._value(self.name, motion, at, self.coupling[row])
+        if at is EVERY:
+            every = np.arange(len(self.couplings))
+            shares = stack([self._share(k, motion, at, every) for k in self.limits.tolist()])
+            return reshaped(shares, lambda one: one.reshape(len(motion.speed), -1))
+        limit, which = np.tile(self.limits, len(self.couplings))[row], self.coupling[row]
+        found = np.zeros((2, len(limit)))
+        for one in sorted(set(limit.tolist())):
+            own = np.flatnonzero(limit == one)
+            share = self._share(one, motion, at[own], which[own])
+            found[:, own] = share.value, share.errors
+        return Bounded(*found)
+
+    def errors(self, motion: Motion) -> FloatArray:
+        """As of a reading."""
+        found = self.of(motion)
+        return np.where(np.isfinite(found.value), found.errors, 0.0)
+
+    def _value(self, name: str, motion: Motion, at: Rows, which: IntArray) -> Bounded:
+        """Of couplings `which` (c,) at all speeds (s, c), or each at its own (c,)."""
+        place = self.element[which]
+
+        def read(kind: str) -> Bounded:
+            return Reading("torque", place, kind, "", ()).of(motion, at)
+
+        if name == "temperature":
+            power = self._value("power_loss", motion, at, which)
+            rise, ambient = (self._each(which, one) for one in ("resistance", "temperature"))
+            hot = where(rise > 0.0, where(rise > 0.0, power, 0.0) * rise, 0.0)
+            return where(np.isfinite(power.value), hot, np.where(rise > 0.0, np.inf, 0.0)) + ambient
+        kind = {"mean_torque": "mean", "peak_torque": "peak_with_mean", "power_loss": "heat",
+                "vibratory_torque": "half_range"}.get(name)  # fmt: skip
+        if kind is not None:
+            return read(kind)
+        size = abs(bounded(motion.rows("torque", place, at)))
+        w = motion.state.frequency[at]
+        w = np.broadcast_to(w[:, None] if at is EVERY else w, size.shape)
+        if name == "main_frequency":
+            main = np.take_along_axis(w, np.argmax(size.value, axis=-1)[..., None], axis=-1)
+            return rounded(main[..., 0], 2.0)
+        factor = self._by_coupling(which, w, _frequency_factor, 1)
+        clear = ~motion.masked[at]
+        clear = clear[:, None] if at is EVERY else clear
+        return where(clear, sqrt(square(rounded(factor, 4.0) * size).sum(axis=-1)), np.inf)
+
+    def _each(self, which: IntArray, name: str) -> FloatArray:
+        return np.array([getattr(one, name) for one in self.couplings])[which]
+
+    def _by_coupling(
+        self,
+        which: IntArray,
+        value: FloatArray,
+        function: Callable[[Coupling, FloatArray], FloatArray],
+        behind: int = 0,
+    ) -> FloatArray:
+        """A function of each coupling `which` (c,) at values (..., c), with axes `behind`."""
+        found, number = np.empty_like(value), which.reshape(-1, *[1] * behind)
+        number = np.broadcast_to(number, value.shape)
+        for place, one in enumerate(self.couplings):
+            own = number == place
+            found[own] = function(one, value[own])
+        return found
+
+    def _share(self, limit: int, motion: Motion, at: Rows, which: IntArray) -> Bounded:
+        """Use of one of `LIMITS`; 0 where the maker does not say it."""
+        permitted = np.array([permitted_of(one.permissible) for one in self.couplings])[
+            which, limit
+        ]
+
+        def value(name: str) -> Bounded:
+            return self._value(name, motion, at, which)
+
+        said = np.isfinite(permitted)
+        if not np.any(said):
+            speed = motion.speed[at]
+            return bounded(np.zeros((len(speed), len(which)) if at is EVERY else speed.shape))
+        if limit < 4:
+            name = VALUES[limit]
+            heat = value("temperature").value
+            finite = np.where(np.isfinite(heat), heat, 0.0)
+            hot = self._by_coupling(which, finite, Coupling.service_factor)
+            load = abs(value(name)) if name == "mean_torque" else value(name)
+            load = load * rounded(hot, 4.0)
+            if name == "vibratory_torque":
+                main = value("main_frequency").value
+                load = load * rounded(self._by_coupling(which, main, _frequency_factor), 4.0)
+        elif limit == 4:
+            load = value("power_loss")
+        elif limit == 5:
+            speed = motion.speed[at][:, None] if at is EVERY else motion.speed[at]
+            load = rounded(speed * np.abs(self._each(which, "ratio")), 4.0)
+        else:
+            ambient = self._each(which, "temperature")
+            load, permitted = value("temperature") - ambient, permitted - ambient
+        safe = where(said, load, 0.0)
+        return safe * np.where(said, 1.0 / np.where(said, permitted, 1.0), 0.0)
 
 
-def _borne(setup: Setup, speed: FloatArray, solve: Solve) -> list[Borne]:
-    """Of each coupling at speeds (s,); infinite where nothing damps an order."""
-    found = []
-    for start in range(0, len(speed), ROWS):
-        at = speed[start : start + ROWS]
-        state, mean = solve(setup, at), mean_torques(setup, at).section
-        power, masked = section_heat(setup, at, state), np.any(state.masked, axis=-1)
-        rows = []
-        for one in setup.shaft.couplings:
-            steady, lost = mean[:, one.element] / one.ratio, power[:, one.element]
-            torque = state.torque[..., one.element] / one.ratio
-            there = borne(one, setup.drive.cycles, at, state.frequency, torque, steady, lost)
-            rows.append(there._replace(**{
-                name: where(masked, np.inf, getattr(there, name))
-                for name in ("peak", "vibratory", "by_orders", "power")
-            }))  # fmt: skip
-        found.append(rows)
-    return [
-        Borne(*(concatenate(parts) for parts in zip(*blocks, strict=True)))
-        for blocks in zip(*found, strict=True)
-    ]
+def _frequency_factor(coupling: Coupling, frequency: FloatArray) -> FloatArray:
+    return frequency_factor(frequency, coupling.permissible.frequency)
 
 
-class Uses(NamedTuple):
-    """Couplings and the limits (k,) that some of them have, by their places in `LIMITS`."""
-
-    setup: Setup
-    kept: IntArray
-    axes: Mapping[str, Any]
-
-    def at(self, speed: FloatArray, solve: Solve) -> Bounded:
-        """Shares (c, k, s) of the limits at speeds (s,)."""
-        couplings = self.setup.shaft.couplings
-        found = _borne(self.setup, speed, solve)
-        each = [stack(uses(one, it), axis=0) for one, it in zip(couplings, found, strict=True)]
-        return stack(each, axis=0)[:, self.kept]
+def coupling_readings(setup: Setup, names: Sequence[str] = ("use",)) -> dict[str, Borne]:
+    """What couplings bear, by the name of the reading: "coupling use" where makers say limits."""
+    found = {f"coupling {name}": Borne(setup, name) for name in names if setup.shaft.couplings}
+    return {name: one for name, one in found.items() if len(one.place)}
 
 
-def uses_of(setup: Setup) -> Uses:
-    """Of all couplings of a line."""
-    couplings = setup.shaft.couplings
-    kept = np.flatnonzero(np.any([has_limit(one.permissible) for one in couplings], axis=0))
-    names = tuple(one.name for one in couplings)
-    limits = tuple(LIMITS[place] for place in kept)
-    return Uses(setup, kept, {"coupling": names, "coupling_limit": limits})
+def _axes(setup: Setup) -> dict[str, Any]:
+    limits = Borne(setup, "use").limits
+    names = tuple(one.name for one in setup.shaft.couplings)
+    return {"coupling": names, "coupling_limit": tuple(LIMITS[place] for place in limits)}
 
 
 # ----------------------------------------------------------------------------
 # Adapter: couplings at the operating speed.
 # ----------------------------------------------------------------------------
 
-#: result -> what of `Borne` it is
-_VALUES = {
-    "mean_torque": "mean",
-    "peak_torque": "peak",
-    "vibratory_torque": "vibratory",
-    "torque_by_orders": "by_orders",
-    "main_frequency": "main",
-    "power_loss": "power",
-    "temperature": "temperature",
-}
 
-
-def emit_couplings(scene: Scene, setup: Setup) -> None:
+def emit_couplings(scene: Scene, setup: Setup, motion: Motion) -> None:
     """Torques, heat, temperature, stiffness and use of the limits at the operating speed."""
-    at, axes = np.array([setup.speed]), uses_of(setup).axes
-    found = _borne(setup, at, bounded_orders)
-    for name, key in _VALUES.items():
-        value = stack([getattr(one, key) for one in found], axis=0)
-        scene.emit(f"{COUPLING}/{name}", value[:, 0], axes=axes)
+    axes = _axes(setup)
+    found = {name: Borne(setup, name).of(motion)[0] for name in VALUES}
+    for name, value in found.items():
+        scene.emit(f"{COUPLING}/{name}", value, axes=axes)
     _warn_of_rows(scene, setup, found)
     _emit_values(scene, setup)
-    emit_use(scene, setup, COUPLING)
+    emit_uses(scene, COUPLING, [motion], {})
 
 
 def _emit_values(scene: Scene, setup: Setup) -> None:
     """Stiffness and loss factor at the orders, stiffness at the natural frequencies, own values."""
-    order, axes, states = setup.drive.order, uses_of(setup).axes, setup.model.couplings
+    order, axes, states = setup.drive.order, _axes(setup), setup.model.couplings
     couplings, natural = setup.shaft.couplings, setup.modes.frequency
     off = 16.0 * EPSILON + (0.0 if states is None else states.spread())
     own = np.square([one.ratio for one in couplings])[:, None]
@@ -131,101 +208,75 @@ def _emit_values(scene: Scene, setup: Setup) -> None:
     put("mode_stiffness", setup.model.at(setup.speed, natural).stiffness, modes, len(natural))
 
 
-def _warn_of_rows(scene: Scene, setup: Setup, found: list[Borne]) -> None:
+def _warn_of_rows(scene: Scene, setup: Setup, found: Mapping[str, Bounded]) -> None:
     """Say where a coupling is beyond the last row of its table at the operating speed."""
-    for one, here in zip(setup.shaft.couplings, found, strict=True):
-        for rows, value, words in (
-            (one.mean_torque, abs(here.mean), "mean torque"),
-            (one.amplitude, here.vibratory, "vibratory torque"),
+    for place, one in enumerate(setup.shaft.couplings):
+        for rows, name, words in (
+            (one.mean_torque, "mean_torque", "mean torque"),
+            (one.amplitude, "vibratory_torque", "vibratory torque"),
         ):
-            if rows is not None and value.value[0] > rows.at[-1]:
+            size = abs(float(found[name].value[place]))
+            if rows is not None and size > rows.at[-1]:
                 scene.warn(
-                    f"coupling '{one.name}': its {words}, {value.value[0]:.5g} N m, is beyond the "
+                    f"coupling '{one.name}': its {words}, {size:.5g} N m, is beyond the "
                     f"last row of its table, {rows.at[-1]:.5g} N m, whose values are taken"
                 )
-
-
-def emit_use(scene: Scene, setup: Setup, place: str) -> None:
-    """Use of the limits (c, k) at the operating speed."""
-    every = uses_of(setup)
-    if len(every.kept):
-        use = every.at(np.array([setup.speed]), bounded_orders)
-        scene.emit(f"{place}/use", use[..., 0], axes=every.axes)
 
 
 # ----------------------------------------------------------------------------
 # Adapter: couplings over a range of crank speeds, the largest use of each limit and where it is.
 # ----------------------------------------------------------------------------
 
-
-def emit_coupling_speeds(scene: Scene, setup: Setup, speed: FloatArray, dense: FloatArray) -> None:
-    """Curves over the speeds (s,); the largest ones are looked for among `dense` as well."""
-    axes = {**uses_of(setup).axes, "speed": speed}
-    at = distinct(np.concatenate([speed, dense]))
-
-    def read(at: FloatArray, solve: Solve) -> Bounded:
-        """(values, c, s)"""
-        found = _borne(setup, at, solve)
-        rows = [stack([getattr(one, key) for one in found], axis=0) for key in _VALUES.values()]
-        return stack(rows, axis=0)
-
-    values, most, where = _largest(read, at)
-    errors = _error(read(some_speeds(speed), bounded_orders)).max(axis=(1, 2))
-    for number, name in enumerate(_VALUES):
-        curve = values[number][..., np.searchsorted(at, speed)]
-        scene.emit(f"{COUPLING}/speeds/{name}", curve, errors[number], axes)
-        if name in LARGEST:
-            scene.emit(f"{COUPLING}/largest/{name}", most[number], axes=axes)
-            scene.emit(f"{COUPLING}/largest/{name}_speed", where[number], axes=axes)
-    emit_largest_use(scene, setup, speed, dense, COUPLING)
-
-
-def _error(value: Bounded) -> FloatArray:
-    """Errors of finite values, 0 of others."""
-    return np.asarray(np.where(np.isfinite(value.value), value.error, 0.0))
-
-
-#: of a use, what it may differ by over the speeds and count as one
+#: of a value, what it may differ by over the speeds and count as one
 LEVEL = 1e-11
 
 
-def emit_largest_use(
-    scene: Scene, setup: Setup, speed: FloatArray, dense: FloatArray, place: str
-) -> None:
-    """Largest use (c, k) of each limit at any speed of a range, and where it is."""
-    every = uses_of(setup)
-    if not len(every.kept):
-        return
-    at = distinct(np.concatenate([speed, dense]))
-    values, most, where = largest_use(setup, at)
-    if place == COUPLING:
-        error = _error(every.at(some_speeds(speed), bounded_orders)).max()
-        curve = values[..., np.searchsorted(at, speed)]
-        scene.emit(f"{place}/speeds/use", curve, error, {**every.axes, "speed": speed})
-    scene.emit(f"{place}/largest_use", most, axes=every.axes)
-    scene.emit(f"{place}/largest_use_speed", where, axes=every.axes)
+def emit_coupling_speeds(scene: Scene, setup: Setup, search: Search) -> None:
+    """Curves over the speeds (s,) and the largest values at any of them."""
+    axes = {**_axes(setup), "speed": search.speed}
+    for name in VALUES:
+        curve = search.bounded_curves(f"coupling {name}")
+        scene.emit(f"{COUPLING}/speeds/{name}", curve.T, axes=axes)
+        if name in LARGEST:
+            top = _top(search, f"coupling {name}")
+            scene.emit(f"{COUPLING}/largest/{name}", top.value[0], axes=axes)
+            scene.emit(f"{COUPLING}/largest/{name}_speed", top.speed[0], axes=axes)
+    if "coupling use" in search.columns:
+        shape = (-1, len(axes["coupling_limit"]), len(search.speed))
+        use = reshaped(search.bounded_curves("coupling use").T, lambda one: one.reshape(shape))
+        scene.emit(f"{COUPLING}/speeds/use", use, axes=axes)
+        emit_largest_uses(scene, COUPLING, search, {})
 
 
-def largest_use(setup: Setup, at: FloatArray) -> tuple[FloatArray, Bounded, Bounded]:
-    """Uses (c, k, s) at some speeds, the largest (c, k) at any between them, and where it is."""
-    return _largest(uses_of(setup).at, at)
+def _top(search: Search, name: str) -> Top:
+    """The largest; what is the same at every speed is met at the lowest."""
+    top, curve = search.top(name), search.samples[:, search.columns[name]]
+    level = []
+    for line in range(search.machines):
+        own = curve[search.pairs.real == line]
+        with np.errstate(invalid="ignore"):  # where nothing damps an order
+            level.append(np.ptp(own, axis=0) <= LEVEL * own.max(axis=0))
+    return Top(top.value, where(np.array(level), search.speed[0], top.speed))
 
 
-def _largest(
-    read: Callable[[FloatArray, Solve], Bounded], at: FloatArray
-) -> tuple[FloatArray, Bounded, Bounded]:
-    """Values (..., s) at some speeds, the largest (...) at any between them, and where it is."""
-    values = read(at, _unbounded).value
-    make = some_rows(lambda one: read(one, _unbounded).value.reshape(-1, len(one)))
-    curves, shape = values.reshape(-1, len(at)).T, values.shape[:-1]
-    none, count = np.zeros(0), curves.shape[1]
-    top = largest(make, curves, at, none, np.full(count, np.nan))
-    there = _error(read(top.speed, bounded_orders)).reshape(count, count).diagonal()
-    off = np.where(np.isfinite(top.value), there + top.value_error, 0.0)
-    # what is the same at every speed is met at the lowest
-    with np.errstate(invalid="ignore"):  # where nothing damps an order
-        level = np.ptp(curves, axis=0) <= LEVEL * curves.max(axis=0)
-    speeds, off_by = np.where(level, at[0], top.speed), np.where(level, 0.0, top.speed_error)
-    both = (Bounded(top.value, off), Bounded(speeds, off_by))
-    most, where = (reshaped(one, lambda part: part.reshape(shape)) for one in both)
-    return values, most, where
+def emit_uses(scene: Scene, place: str, motions: Sequence[Motion], axes: Mapping[str, Any]) -> None:
+    """Use of the limits in conditions (c,) at the operating speed; of the only one without axis."""
+    uses = [coupling_readings(one.setup).get("coupling use") for one in motions]
+    rows = [use.of(one)[0] for use, one in zip(uses, motions, strict=True) if use is not None]
+    if rows:
+        _put(scene, f"{place}/use", motions[0].setup, stack(rows, axis=0), axes)
+
+
+def emit_largest_uses(scene: Scene, place: str, search: Search, axes: Mapping[str, Any]) -> None:
+    """The largest use of the limits in conditions (c,) at any speed, and where it is."""
+    top = _top(search, "coupling use")
+    for name, value in (("largest_use", top.value), ("largest_use_speed", top.speed)):
+        _put(scene, f"{place}/{name}", search.lines[0], value, axes)
+
+
+def _put(scene: Scene, path: str, setup: Setup, value: Bounded, axes: Mapping[str, Any]) -> None:
+    """Of couplings and limits (c, k r) in conditions."""
+    of = _axes(setup)
+    shape = (-1, len(of["coupling"]), len(of["coupling_limit"]))
+    each = reshaped(value, lambda one: one.reshape(shape))
+    scene.emit(path, each if "condition" in axes else each[0], axes={**axes, **of})

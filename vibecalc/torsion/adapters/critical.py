@@ -7,14 +7,14 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import major_orders
-from vibecalc.numerics.bounded import Bounded, stack, where
+from vibecalc.numerics.bounded import Bounded, where
 from vibecalc.numerics.leading import leave_alone
 from vibecalc.numerics.rounding import EPSILON, SINGULAR, BoolArray, FloatArray, IntArray
 from vibecalc.numerics.synthesis import synthesis
-from vibecalc.torsion.adapters.curves import ROWS, solved
+from vibecalc.torsion.adapters.motion import ROWS, solved
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.damped_modes import NO_PEAK
-from vibecalc.torsion.line import stiffness_matrix
+from vibecalc.torsion.line import Line, stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.poles import all_poles, guesses, mode_number, refined_pole
 from vibecalc.torsion.results import NAMES, ROOT
@@ -46,61 +46,29 @@ def critical(setup: Setup) -> Bounded:
     A mode that is damped so strongly that no response peaks near its frequency has none.
     """
     modes, order = setup.natural(), setup.drive.order
-    stiffened = np.any(setup.model.speed_stiffness)
     held = setup.drive.orders.fixed > 0.0  # a frequency that does not follow meets none
     if setup.model.couplings is not None:
         return where(held, np.inf, setup.model.couplings.critical())
-    if modes.damped and (stiffened or setup.model.over_speed is not None):
-        return where(held, np.inf, _damped_met(setup))
-    if stiffened:
-        return where(held, np.inf, stack([_met(setup, one) for one in order.tolist()]))
+    follows = modes.damped and setup.model.over_speed is not None
+    if follows or np.any(setup.model.speed_stiffness):
+        return where(held, np.inf, _met(setup))
     speed = Bounded(modes.frequency, modes.frequency_error)[:, None] / order
     none = modes.silent & (modes.frequency > 0.0)
     return where(none[:, None] | held, np.inf, speed)
 
 
-def _met(setup: Setup, order: float) -> Bounded:
-    """Speeds (m,) at which the modes, which rise with the speed, meet an order; or infinity.
-
-    There K + w^2 S - q^2 w^2 J is singular. The frequency of a mode over the speed falls as the
-    speed rises, so each mode is met once at most.
-    """
-    line, modes = setup.model.line, setup.modes
-    grown = line._replace(stiffness=setup.model.speed_stiffness)
-    added = stiffness_matrix(grown._replace(ground_stiffness=np.zeros_like(line.inertia)))
-    inertia = order**2 * np.diag(line.inertia) - added
-    stiffness = stiffness_matrix(line)
-    square = np.linalg.eigvals(np.linalg.solve(inertia, stiffness))
-    uncertainty = 64.0 * EPSILON * len(square) * float(np.max(np.abs(square)))
-    real = np.abs(square.imag) <= 1e-6 * np.abs(square)
-    positive = np.sort(square.real[real & (square.real > uncertainty)])
-    speed = np.where(modes.frequency > 0.0, np.inf, 0.0)
-    error = np.zeros(len(speed))
-    for met in np.sqrt(positive).tolist():
-        there = natural_modes(setup.model.at(met))
-        mode = int(np.argmin(np.abs(there.frequency - order * met)))
-        # one step of Newton's method on w(speed) - order speed; its slope is negative
-        frequency, shape = there.frequency[mode], there.shape[mode]
-        growth = met * float(shape @ added @ shape) / (there.modal_inertia[mode] * frequency)
-        left = frequency - order * met
-        speed[mode] = met + left / (order - growth)
-        rounding = there.frequency_error[mode] + 4.0 * EPSILON * frequency
-        # the step leaves the square of what it mends
-        error[mode] = rounding / (order - growth) + left**2 / (frequency * (order - growth))
-    return Bounded(speed, error)
-
-
-def _damped_met(setup: Setup) -> Bounded:
-    """The same of poles, |s| = q speed, where pendulums or dampings follow the speed.
+def _met(setup: Setup) -> Bounded:
+    """Speeds (m, q) at which |s| = q speed, where pendulums or dampings follow the speed.
 
     On s = i q speed they take S / q^2 off the inertia, which tells where to begin; secant steps
-    follow with the line as it is at each speed.
+    follow with the line as it is at each speed. The frequency of a mode over the speed falls as the
+    speed rises, so each mode is met once at most.
     """
     model, natural, order = setup.model, setup.natural(), setup.drive.order
     none = np.where(natural.frequency > 0.0, np.inf, 0.0)
     speed = np.repeat(none[:, None], len(order), axis=1)
     error = np.zeros_like(speed)
-    line = model.line
+    line = _as_its_modes(setup, 0.0)
     field = line._replace(stiffness=model.speed_stiffness, ground_stiffness=0.0 * line.inertia)
     added, undamped = stiffness_matrix(field), natural_modes(line)
     for place, one in enumerate(order.tolist()):
@@ -109,9 +77,19 @@ def _damped_met(setup: Setup) -> Bounded:
             if met is None:  # nothing peaks there, or no speed meets it
                 continue
             at, off, pole = met
-            mode = mode_number(model.at(at), pole, len(natural.frequency))
+            mode = mode_number(_as_its_modes(setup, at), pole, len(natural.frequency))
             speed[mode, place], error[mode, place] = at, off
     return Bounded(speed, error)
+
+
+def _as_its_modes(setup: Setup, speed: float) -> Line:
+    """The line at a speed, without damping where its modes are those without."""
+    line = setup.model.at(speed) if speed else setup.model.line
+    if setup.natural().damped:
+        return line
+    none = np.zeros(len(line.first))
+    still = np.zeros(line.inertia.shape[-1])
+    return line._replace(absolute_damping=still, damping=none, loss_factor=none)
 
 
 def _met_by_pole(setup: Setup, order: float, guess: complex) -> tuple[float, float, complex] | None:
@@ -122,7 +100,7 @@ def _met_by_pole(setup: Setup, order: float, guess: complex) -> tuple[float, flo
     at, pole, last = abs(guess) / order, guess, None
     for _ in range(_ROUNDS):
         try:
-            pole, uncertainty = refined_pole(setup.model.at(at), pole)
+            pole, uncertainty = refined_pole(_as_its_modes(setup, at), pole)
         except NumericalFailure:
             return None
         left = abs(pole) - order * at

@@ -6,20 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, FloatArray, IntArray, distinct
-from vibecalc.numerics.synthesis import synthesis
-from vibecalc.torsion.adapters.bounds import ROUNDINGS, Bound
-from vibecalc.torsion.adapters.curves import solved
-from vibecalc.torsion.adapters.loads import limits_gears, load_uncertainty, loads_of
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct
+from vibecalc.torsion.adapters.bounds import SAME, Bound
+from vibecalc.torsion.adapters.motion import Motion
+from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.critical_speeds import (
-    RIVAL,
-    Maxima,
-    Value,
-    barred_ranges,
-    maxima,
-    slopes,
-)
+from vibecalc.torsion.critical_speeds import RIVAL, barred_ranges, maxima, slopes
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.stress_limits import NO_BARRED_RANGE, barred_range
 
@@ -49,42 +41,66 @@ class ExceededRanges(NamedTuple):
     permitted: IntArray
 
 
-def exceeded_of(
-    setup: Setup,
-    bound: Bound,
-    use: FloatArray,
-    top: Maxima,
-    make: Callable[[IntArray], Value],
-    speed: FloatArray,
-    undamped: FloatArray,
-) -> ExceededRanges:
-    """Ranges above a limit with the uses (s, r) of its loads and the largest of each, `top`."""
-    excess = _excess(setup, bound)
-    near = [
-        speed,
-        top.speed,
-        undamped,
-        _close(use, make, speed, undamped),
-        _dips(excess, use, speed),
-    ]
-    ranges = barred_ranges(excess, distinct(np.concatenate(near)))
-    ends = list(zip(ranges.start.tolist(), ranges.end.tolist(), strict=True))
-    peaks = [_peak(use, top, make, speed, undamped, *one) for one in ends]
-    peak, peak_error = (np.array([one[k] for one in peaks]) for k in (0, 1))
-    rule, permitted = np.zeros((len(ends), 2)), np.ones(len(ends), dtype=np.int64)
+def exceeded_of(setup: Setup, search: Search, number: int, bound: Bound) -> ExceededRanges:
+    """Ranges above a limit, from the samples of its use and the largest of each load."""
+    columns = search.columns[f"use {number}"]
+    use, speed = search.samples[search.clear][:, columns], search.pairs.imag[search.clear]
+    top, undamped = search.top(f"use {number}").of(0), search.undamped_at
+
+    def value(row: IntArray, where: FloatArray) -> FloatArray:
+        return search.value(row + columns.start, where)
+
+    def excess(at: FloatArray) -> FloatArray:
+        found = use_of.of(Motion(setup, at)).value
+        return np.asarray(np.max(found, axis=1, initial=0.0) - 1.0)
+
+    use_of = search.readings[0][f"use {number}"]
+    # maxima that may exceed the limit between the speeds, or are the largest of a range
+    inside = use[1:-1]
+    high = (inside > use[:-2]) & (inside >= use[2:]) & (inside >= RIVAL)
+    place, section = np.nonzero(high & np.isfinite(use[:-2] + use[2:]))
+    near = maxima(value, use, speed, section, place + 1, undamped)
+    every = [speed, top.speed.value, undamped, near.speed, _dips(excess, use, speed)]
+    ranges = barred_ranges(excess, distinct(np.concatenate(every)))
+    start, end = (_at_corner(one, bound.corners) for one in (ranges.start, ranges.end))
+    known = np.concatenate([
+        [near.value, near.speed, near.speed_error],
+        [top.value.value, *top.speed],
+        np.stack([use.max(axis=1, initial=0.0), speed, np.zeros(len(speed))]),
+        [np.full(len(undamped), np.inf), undamped, 1e-10 * undamped],
+    ], axis=1)  # fmt: skip
+    peak, peak_error = 0.5 * (start + end), 0.5 * (end - start)  # narrower than the steps
+    for row, ends in enumerate(zip(start, end, strict=True)):
+        held = known[:, (known[1] >= ends[0]) & (known[1] <= ends[1])]
+        if held.size:
+            _, peak[row], peak_error[row] = held[:, np.argmax(held[0])]
+    rule, permitted = np.zeros((len(start), 2)), np.ones(len(start), dtype=np.int64)
     rated = bound.basis.rated_speed
-    if rated and len(ends):
-        below = ranges.end <= NO_BARRED_RANGE * rated
+    if rated and len(start):
+        below = end <= NO_BARRED_RANGE * rated
         if bound.formula:
             barred = barred_range(peak, rated)
             rule = np.stack([barred.lower, barred.upper], axis=1)
             below = below & barred.permitted
         permitted = below.astype(np.int64)
     # nobody runs in a range that is barred
-    permitted = np.where((ranges.start <= setup.speed) & (setup.speed <= ranges.end), 0, permitted)
-    asked = float(speed[0]), float(speed[-1])
-    error = np.array([_uncertainty(setup, bound, excess, one, asked) for one in ends])
-    return ExceededRanges(ranges.start, ranges.end, error, peak, peak_error, rule, permitted)
+    permitted = np.where((start <= setup.speed) & (setup.speed <= end), 0, permitted)
+    # what errors of the use move an end by: over the slope there
+    at = np.concatenate([start, end])
+    off = np.max([use_of.of(Motion(setup, part, bounded=True)).errors.max(axis=1, initial=0.0)
+                  for part in (start, end)], axis=0) if len(start) else start  # fmt: skip
+    with np.errstate(invalid="ignore", divide="ignore"):
+        moved = np.tile(off, 2) / slopes(excess, at, float(speed[0]), float(speed[-1]))
+    moved = 2.0 * np.where(np.isfinite(moved), moved, 0.0) + 8.0 * EPSILON * at
+    error = np.max(moved.reshape(2, -1), axis=0)
+    return ExceededRanges(start, end, error, peak, peak_error, rule, permitted)
+
+
+def _at_corner(at: FloatArray, corners: FloatArray) -> FloatArray:
+    """Speeds (b,) as those of corners (k,) where they are these but for the last digits."""
+    for corner in corners.tolist():
+        at = np.where(np.isclose(at, corner, rtol=2.0 * SAME, atol=0.0), corner, at)
+    return at
 
 
 def emit_barred(scene: Scene, ranges: list[ExceededRanges], speed: float) -> None:
@@ -143,20 +159,6 @@ def united(lower: FloatArray, upper: FloatArray) -> list[IntArray]:
     return [np.array(group, dtype=np.int64) for group in groups]
 
 
-def _close(
-    use: FloatArray, make: Callable[[IntArray], Value], speed: FloatArray, undamped: FloatArray
-) -> FloatArray:
-    """Speeds (k,) of maxima that are below a limit at the speeds (s,) and may exceed it between."""
-    inside = use[1:-1]
-    high = (inside > use[:-2]) & (inside >= use[2:]) & (inside >= RIVAL) & (inside < 1.0)
-    high &= np.isfinite(use[:-2] + use[2:])
-    place, section = np.nonzero(high)
-    place = place + 1
-    if not len(place):
-        return np.zeros(0)
-    return maxima(make, use, speed, section, place, undamped).speed
-
-
 def _dips(
     excess: Callable[[FloatArray], FloatArray], use: FloatArray, speed: FloatArray
 ) -> FloatArray:
@@ -179,75 +181,3 @@ def _dips(
         best = np.clip(np.argmin(values, axis=1), 1, where.shape[1] - 2)
         start, at, end = where[row, best - 1], where[row, best], where[row, best + 1]
     return at
-
-
-def _peak(
-    use: FloatArray,
-    top: Maxima,
-    make: Callable[[IntArray], Value],
-    speed: FloatArray,
-    undamped: FloatArray,
-    start: float,
-    end: float,
-) -> tuple[float, float]:
-    """Speed of the largest use between two speeds, and its error."""
-    without_end = undamped[(undamped >= start) & (undamped <= end)]
-    if len(without_end):
-        return float(without_end[0]), 1e-10 * float(without_end[0])
-    peaks: list[tuple[float, float, float]] = []
-    inside = np.flatnonzero((speed >= start) & (speed <= end))
-    if len(inside):
-        place, section = np.unravel_index(int(np.argmax(use[inside])), use[inside].shape)
-        at = np.array([inside[place]])
-        near = maxima(make, use, speed, np.array([section]), at, undamped)
-        peaks.append((float(near.value[0]), float(near.speed[0]), float(near.speed_error[0])))
-    for k in np.flatnonzero((top.speed >= start) & (top.speed <= end)).tolist():
-        peaks.append((float(top.value[k]), float(top.speed[k]), float(top.speed_error[k])))
-    if not peaks:  # narrower than the steps of the sweep
-        return 0.5 * (start + end), 0.5 * (end - start)
-    _, at_speed, error = max(peaks)
-    return at_speed, error
-
-
-def _excess(setup: Setup, bound: Bound) -> Callable[[FloatArray], FloatArray]:
-    """Largest stress or torque less what is allowed, over the loads of a limit, at speeds (s,)."""
-    gears = limits_gears(setup)
-
-    def excess(speed: FloatArray) -> FloatArray:
-        state = solved(setup.model, setup.drive, speed)
-        loads = state.torque
-        if gears:
-            loads = loads_of(setup.shaft, setup.drive, setup.model, state)
-        torque = np.moveaxis(loads[..., bound.load], 1, -1)
-        stress = synthesis(setup.drive.cycles, torque).half_range * bound.factor
-        limit = bound.continuous(speed)
-        says = np.isfinite(limit)
-        over = np.where(says, stress - np.where(says, limit, 0.0), -1.0)
-        endless = np.any(state.masked, axis=1) & np.any(says, axis=1)
-        return np.where(endless, np.inf, np.max(over, axis=1))
-
-    return excess
-
-
-def _uncertainty(
-    setup: Setup,
-    bound: Bound,
-    excess: Callable[[FloatArray], FloatArray],
-    ends: tuple[float, float],
-    within: tuple[float, float],
-) -> float:
-    """What errors of the load and of the limit move an end of a range by: over the slope there.
-
-    `within` are the ends of the speeds that were asked for.
-    """
-    at, load = np.array(ends), bound.load
-    torque = load_uncertainty(setup, np.repeat(at, len(load)), np.tile(load, 2))
-    error = np.max(torque.reshape(2, -1) * bound.factor, axis=1)
-    if bound.roundings > ROUNDINGS:
-        limit = bound.continuous(at)
-        limit = np.max(np.where(np.isfinite(limit), limit, 0.0), axis=1)
-        error = error + bound.roundings * UNIT_ROUNDOFF * limit
-    with np.errstate(invalid="ignore", divide="ignore"):
-        moved = error / slopes(excess, at, *within)
-    moved = np.where(np.isfinite(moved), moved, 0.0)
-    return float(np.max(2.0 * moved + 8.0 * EPSILON * at))

@@ -17,7 +17,7 @@ from vibecalc.kinematics.slider_crank import stroke
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.adapters.modes import natural_uncertainty
-from vibecalc.torsion.adapters.setup import NOTHING_GIVEN, Setup, placed
+from vibecalc.torsion.adapters.setup import Setup, placed
 from vibecalc.torsion.holzer import ShapeUncertainty, uncertainty_of
 from vibecalc.torsion.results import ROOT
 
@@ -125,7 +125,7 @@ def _over_the_cycle(scene: Scene, setup: Setup) -> None:
         scene.emit(f"{PLACE}/{name}", value, errors[name], axes)
     # of all cylinders, as far as the orders of the case go
     at = np.array([setup.speed])
-    of_engine = drive._replace(given=NOTHING_GIVEN)
+    of_engine = drive._replace(given=())
     torque = of_engine.torque(at)[0].sum()
     mean = drive.mean_torque(at).sum()[0]
     # a rounded angle turns each order, all of them by as much

@@ -1,15 +1,15 @@
 """Largest torques of a shaft line over its speeds, where a study asks for little else."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntArray, distinct
-from vibecalc.torsion.adapters.curves import curve_uncertainty, solved, speeds_at_once
-from vibecalc.torsion.adapters.maxima import torque_value
+from vibecalc.torsion.adapters.motion import HALF, TORQUE, readings_of, solved, speeds_at_once
+from vibecalc.torsion.adapters.search import Search, among, some_speeds
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
+from vibecalc.torsion.critical_speeds import by_machine
 from vibecalc.torsion.hung import BareLine, bare_line, hung, ring_stiffness, torque_under
 from vibecalc.torsion.line import loss_stiffness
 from vibecalc.torsion.results import FOLLOWED, ROOT
@@ -45,28 +45,25 @@ def little_asked(scene: Scene, setup: Setup) -> bool:
     return not any(path.startswith(_CURVES) for path in scene.wanted if path != HEAT)
 
 
-class Highest(NamedTuple):
-    """Half ranges (p, s, e) of referred torques: of those that are not the largest of their
-    section, or near it, something that is not below them and less than `RIVAL` of it; `heat`
-    (p, s, d) of the rings in W with its error (p, 1, d)."""
+def highest_torques(scene: Scene, setup: Setup, bare: Setup | None, speed: FloatArray) -> Search:
+    """A search for the torques of sections over speeds (s,) in rad/s, of one line or of machines.
 
-    torque: FloatArray
-    heat: Bounded
-
-
-def highest_torques(scene: Scene, setup: Setup, bare: Setup | None, speed: FloatArray) -> Highest:
-    """Of p machines, or of one, at speeds (s,) in rad/s; infinite where nothing damps an order.
-
-    `bare` is the line without its rings, where it has any.
+    Its samples are, where they are not the largest of their section, or near it, something that is
+    not below them and less than `RIVAL` of it. `bare` is the line without its rings, where it has
+    any, whose heat is emitted.
     """
+    known = readings_of(setup)
+    names = [name for name in (TORQUE, *HALF, "heat") if name in known]
+    readings = {name: known[name] for name in names}
+    search = Search([setup], speed, [readings], [TORQUE])
     count, rings = len(setup.model.line.first), [one.element for one in setup.shaft.dampers]
     machines = max(1, setup.model.machines)
     torque = np.empty((machines, len(speed), count))
     heat = np.empty((machines, len(speed), len(rings)))
     wants_torque = not (scene.wanted or set()) <= {HEAT}
     best = np.zeros((count, machines))
-    known = None if bare is None else _kept_bare(scene, setup, bare, speed)
-    size = speeds_at_once(setup.model, setup.drive) * (1 if known is None else 8)
+    kept = None if bare is None else _kept_bare(scene, setup, bare, speed)
+    size = speeds_at_once(setup.model, setup.drive) * (1 if kept is None else 8)
     unsure = np.zeros((machines, len(rings)))
     # of some machines all speeds, or of one machine some speeds
     together = max(1, size // len(speed))
@@ -75,7 +72,7 @@ def highest_torques(scene: Scene, setup: Setup, bare: Setup | None, speed: Float
         chosen = np.arange(machines)[some]
         for start in range(0, len(speed), size):
             part = slice(start, start + size)
-            here = None if known is None else known.cut(part)
+            here = None if kept is None else kept.cut(part)
             state = _state(setup, chosen, speed[part], here, wants_torque)
             place = (some, part)
             if wants_torque:
@@ -84,17 +81,47 @@ def highest_torques(scene: Scene, setup: Setup, bare: Setup | None, speed: Float
             heat[place] = np.where(state.masked[..., None], np.inf, state.heat)
             unsure[some] = np.maximum(unsure[some], state.unsure)
     if wants_torque:
-        # the largest ones themselves as any other run has them
-        top = np.argmax(torque, axis=1).ravel()
-        machine, section = np.divmod(np.arange(len(top)), count)
-        finite = np.flatnonzero(np.isfinite(torque[machine, top, section]))
-        value = torque_value(setup.model, setup.drive, finite)(speed[top[finite], None])
-        torque[machine[finite], top[finite], section[finite]] = value[:, 0]
-    error = np.zeros_like(unsure)
-    if scene.wants(HEAT):
+        _put_samples(search, torque / np.abs(setup.shaft.section_ratio))
+    if rings and scene.wants(HEAT):
         telling = speed[np.argmax(np.where(np.isfinite(heat), heat, 0.0), axis=1)]
-        error = unsure + curve_uncertainty(setup, speed, telling).heat[..., rings]
-    return Highest(torque, Bounded(heat, error[:, None]))
+        at = np.concatenate([telling, np.tile(some_speeds(speed), (machines, 1))], axis=1)
+        pairs = by_machine(np.arange(machines)[:, None], at).ravel()
+        pairs = np.unique(pairs, return_index=True)[0]
+        errors = search.errors(pairs, ["heat"])["heat"]
+        starts = np.searchsorted(pairs.real, np.arange(machines))
+        off = (unsure + np.maximum.reduceat(errors, starts, axis=0))[..., None]
+        value = np.swapaxes(heat, 1, 2)
+        off = np.where(np.isfinite(value), off, 0.0)
+        only: Any = slice(None) if setup.model.machines else 0
+        axes = {"speed": speed, "damper": known["heat"].names}
+        scene.emit(HEAT, value[only], off[only], axes)
+    return search
+
+
+def _put_samples(search: Search, torque: FloatArray) -> None:
+    """Torques (p, s, e) of the sweep, with those about narrow resonances, as samples."""
+    count = torque.shape[-1]
+    samples = np.zeros((len(search.pairs), search.count))
+    swept = among(search.pairs.imag, search.speed)
+    samples[swept, :count] = torque.reshape(-1, count)
+    machine, section = search.pairs.real.astype(np.int64), np.arange(count)
+    best = np.max(torque, axis=1, initial=0.0, where=np.isfinite(torque)).ravel()
+    extra = np.flatnonzero(~swept)
+    for part, _, motion in search.motions(search.pairs[extra]):
+        rows, own = motion.rows("torque", section), extra[part]
+        group = machine[own, None] * count + section
+        cycles = motion.setup.drive.cycles
+        half = near_the_largest(cycles, rows.reshape(group.size, -1), group.ravel(), best)
+        samples[own, :count] = np.where(motion.masked[:, None], np.inf, half.reshape(group.shape))
+    # the largest ones themselves as any other run has them
+    first = np.flatnonzero(np.diff(search.pairs.real, prepend=-1.0))
+    most = np.maximum.reduceat(samples[:, :count], first, axis=0)
+    place, section = np.nonzero(swept[:, None] & (samples[:, :count] == most[machine]))
+    own = np.isfinite(samples[place, section])
+    place, section = place[own], section[own]
+    numbers = machine[place] * search.count + section
+    samples[place, section] = search.value(numbers, search.pairs.imag[place, None])[:, 0]
+    search.samples = samples
 
 
 class _State(NamedTuple):
@@ -191,7 +218,7 @@ def what_drives(model: Model, drive: Drive, speed: FloatArray) -> tuple[object, 
     """All that the orders of a line at speeds (s,) hang on; None where that is not in arrays."""
     if model.modal is not None or model.over_speed is not None or model.couplings is not None:
         return None
-    if len(drive.given.column):
+    if drive.given:
         return None
     numbers = (drive.card_speed, drive.gas.value, drive.gas.error, drive.inertia.value)
     others = (drive.inertia.error, drive.freedom, drive.order, drive.orders.fixed)

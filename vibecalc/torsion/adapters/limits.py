@@ -1,8 +1,7 @@
 """Stresses and torques of a shaft line against the limits of a case, over speeds and at one."""
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -10,31 +9,11 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.numerics.bounded import Bounded, bounded, rounded, stack, where
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, IntArray
 from vibecalc.torsion.adapters.bounds import ROUNDINGS, Bound, bounds
-from vibecalc.torsion.adapters.critical import UndampedResonances, undamped_speeds
-from vibecalc.torsion.adapters.curves import (
-    Curves,
-    CurveUncertainty,
-    curve_uncertainty,
-    of_finite,
-    sweep,
-)
 from vibecalc.torsion.adapters.exceeded import emit_barred, exceeded_of
-from vibecalc.torsion.adapters.loads import (
-    endless_loads,
-    limits_gears,
-    load_uncertainty,
-    own_loads,
-)
-from vibecalc.torsion.adapters.maxima import (
-    DenseSweep,
-    added,
-    torque_value,
-    with_narrow_resonances,
-)
+from vibecalc.torsion.adapters.motion import Motion, Reading, of_finite
+from vibecalc.torsion.adapters.search import Search, Top
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.crank_strength import PLACES
-from vibecalc.torsion.critical_speeds import Maxima, Value, by_machine, largest, telling_speeds
-from vibecalc.torsion.model import ShaftLineModel
 from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.stress_limits import NO_BARRED_RANGE
 
@@ -44,338 +23,6 @@ from vibecalc.torsion.stress_limits import NO_BARRED_RANGE
 # What a limit says is informative: `stress_limits.py` has edition and scope of each rule.
 # ----------------------------------------------------------------------------
 
-
-class Uses(NamedTuple):
-    """Of one limit: load over allowed (s, r) at the speeds, the largest of each load."""
-
-    curve: FloatArray
-    top: Maxima
-    make: Callable[[IntArray], Value]
-
-
-def limited_loads(setup: Setup, curves: Curves) -> FloatArray:
-    """Referred half ranges (s, e) of sections, and of gears behind them if a limit is for some."""
-    return (
-        np.concatenate([curves.torque, curves.gear], axis=1)
-        if limits_gears(setup)
-        else curves.torque
-    )
-
-
-def limit_levels(setup: Setup, speed: FloatArray, torque: FloatArray) -> tuple[FloatArray, ...]:
-    """Referred torques (s, e) of each limit that would be a new largest use, or break it.
-
-    `torque` (s, e) is what a sweep has seen, gears behind sections; infinite where a limit says
-    nothing.
-    """
-    levels = []
-    for bound in bounds(setup):
-        for course in [bound.continuous, *([] if bound.alike else [bound.transient])]:
-            load = bound.load
-            allowed = course(speed) / bound.factor
-            says = np.isfinite(allowed)
-            some = np.where(says, allowed, 1.0)
-            use = np.where(says, torque[:, load] / some, 0.0)
-            level = np.full_like(torque, np.inf)
-            level[:, load] = np.where(says, some * np.minimum(np.max(use, axis=0), 1.0), np.inf)
-            levels.append(level)
-    return tuple(levels)
-
-
-def limit_corners(setup: Setup, speed: FloatArray) -> FloatArray:
-    """Speeds inside a range at which the course of a limit has a corner or an end."""
-    every = np.concatenate([bound.corners for bound in bounds(setup)])
-    return np.asarray(every[(every > speed[0]) & (every < speed[-1])])
-
-
-class Range(NamedTuple):
-    """A line over speeds (s,): its curves with their errors, and what a search starts from.
-
-    `top` are the largest referred torques of its sections at any speed.
-    """
-
-    curves: Curves
-    uncertainty: CurveUncertainty
-    undamped: UndampedResonances
-    dense: DenseSweep
-    top: Maxima
-
-    @property
-    def torques(self) -> FloatArray:
-        """Of sections alone (r, e), at the speeds of the search."""
-        return self.dense.torque[:, : self.curves.torque.shape[1]]
-
-
-def over_range(
-    setup: Setup,
-    speed: FloatArray,
-    limited: bool,
-    shaft: ShaftLineModel | None,
-    angles: bool = False,
-    reported: Callable[[FloatArray], FloatArray] | None = None,
-) -> Range:
-    """The line over speeds (s,), with gears if a `shaft` is given.
-
-    What it has limits for is examined as closely as its largest values where it is `limited`, and
-    so is what reaches the levels (e,) `reported` of its largest torques (s, e).
-    """
-    curves = sweep(setup.model, setup.drive, speed, shaft, angles)
-    undamped = undamped_speeds(setup, speed[0], speed[-1])
-    torque = limited_loads(setup, curves) if limited else curves.torque
-    levels = limit_levels(setup, speed, torque) if limited else ()
-    if reported is not None:
-        levels = (*levels, reported(torque))
-    dense = with_narrow_resonances(setup, speed, torque, undamped, levels)
-    if limited:
-        dense = added(setup, dense, by_machine(0, limit_corners(setup, speed)))
-    sections = dense.torque[:, : curves.torque.shape[1]]
-    make = partial(torque_value, setup.model, setup.drive)
-    top = largest(make, sections, dense.speed, undamped.speed, undamped.endless)
-    telling = telling_speeds(speed, curves.torque, undamped.speed)
-    return Range(curves, curve_uncertainty(setup, speed, telling), undamped, dense, top)
-
-
-def uses_of(setup: Setup, bound: Bound, dense: DenseSweep, undamped: UndampedResonances) -> Uses:
-    """From referred half ranges of torques."""
-    speed, torque, _ = dense
-    limit = bound.continuous(speed)
-    use = np.where(np.isfinite(limit), torque[:, bound.load] * bound.factor / limit, 0.0)
-    make = _use_of(setup, bound)
-    endless = endless_loads(setup, undamped)[bound.load]
-    top = largest(make, use, speed, undamped.speed, _inside(bound, endless))
-    return Uses(use, _within(bound, top, use, speed, make), make)
-
-
-def _within(
-    bound: Bound, top: Maxima, use: FloatArray, speed: FloatArray, make: Callable[[IntArray], Value]
-) -> Maxima:
-    """Largest uses (r,) inside the scope of a limit, its corners and ends among the speeds.
-
-    Where a use drops to nothing at an end, a search for a slope of zero finds no maximum.
-    """
-    ends = bound.corners[(bound.corners > speed[0]) & (bound.corners < speed[-1])]
-    if not len(ends):
-        return top
-    row = np.arange(len(bound.load))
-    lost = ~np.isfinite(bound.continuous(top.speed)[row, row]) & (top.value > 0.0)
-    at = np.where(lost, speed[np.argmax(use, axis=0)], top.speed)
-    error = np.where(lost, 0.0, top.speed_error)
-    there = make(row)(np.repeat(ends[None, :], len(row), axis=0))
-    best = np.argmax(there, axis=1)
-    more = (there[row, best] >= top.value) & (there[row, best] > 0.0)
-    return Maxima(
-        top.section,
-        np.where(more, ends[best], at),
-        np.where(more, 0.0, error),
-        np.where(more, there[row, best], top.value),
-        np.where(more, 0.0, top.value_error),
-    )
-
-
-def emit_limits(
-    scene: Scene,
-    setup: Setup,
-    speed: FloatArray,
-    dense: DenseSweep,
-    undamped: UndampedResonances,
-) -> None:
-    """Uses and barred ranges from referred half ranges of torques.
-
-    `speed` (s,) are those of the sweep, at which the limits are reported.
-    """
-    asked = bounds(setup)
-    uses = [uses_of(setup, bound, dense, undamped) for bound in asked]
-    each = [
-        largest_of_loads(setup, bound, one, dense, undamped)
-        for bound, one in zip(asked, uses, strict=True)
-    ]
-    _worst(scene, setup, asked, each, speed)
-    table = LimitTable(scene, setup, asked)
-    for name in ("use", "speed", "transient_use"):
-        table.emit(f"each/{name}", [getattr(one, name) for one in each])
-    for name in ("load", "allowed", "transient"):
-        table.emit_quantity("each", name, [getattr(one, name) for one in each])
-    rated = [bound.basis.rated_speed or np.inf for bound in asked]
-    ratios = [one.speed * rounded(1.0 / by, ROUNDINGS) for one, by in zip(each, rated, strict=True)]
-    table.emit("each/speed_ratio", ratios)
-    _crank(table, [one.load for one in each], "acceptability")
-    ranges = [
-        exceeded_of(setup, bound, one.curve, one.top, one.make, dense.speed, undamped.speed)
-        for bound, one in zip(asked, uses, strict=True)
-    ]
-    emit_barred(scene, ranges, setup.speed)
-
-
-class LargestUse(NamedTuple):
-    """Of one limit, by load (r,): the largest use, its speed, stress or torque and limits there.
-
-    Infinite where nothing damps an order, and limits where they say nothing. `transient_use` is the
-    largest at any speed.
-    """
-
-    use: Bounded
-    speed: Bounded
-    load: Bounded
-    allowed: Bounded
-    transient: Bounded
-    transient_use: Bounded
-
-
-def largest_of_loads(
-    setup: Setup, bound: Bound, uses: Uses, dense: DenseSweep, undamped: UndampedResonances
-) -> LargestUse:
-    """Of all loads of a limit, with the errors."""
-    top = uses.top
-    row = np.arange(len(top.speed))
-    allowed, transient = (
-        known(limit_at(top.speed)[row, row], bound.roundings)
-        for limit_at in (bound.continuous, bound.transient)
-    )
-    use, there, moved = _with_errors(setup, bound, top)
-    says, passes = np.isfinite(allowed.value), np.isfinite(transient.value)
-    # where both have one course, the largest use of both is in one place
-    passing = np.where(passes, np.where(passes, transient.value, 0.0) / there.value, 0.0)
-    ruled = passing > 0.0
-    if bound.alike:
-        through = of_finite(use, lambda one: one / np.where(ruled, passing, 1.0))
-        through = where(ruled, through, 0.0)
-    else:
-        other = bound._replace(continuous=bound.transient)
-        through = _with_errors(setup, other, uses_of(setup, other, dense, undamped).top)[0]
-    return LargestUse(
-        use=use,
-        speed=Bounded(top.speed, top.speed_error + 8.0 * UNIT_ROUNDOFF * top.speed),
-        load=of_finite(where(says, use, 0.0), lambda one: one * there),
-        allowed=Bounded(allowed.value, moved + allowed.error),
-        transient=Bounded(transient.value, moved * passing + transient.error),
-        transient_use=through,
-    )
-
-
-def _with_errors(setup: Setup, bound: Bound, top: Maxima) -> tuple[Bounded, Bounded, FloatArray]:
-    """Largest uses (r,), what is allowed there (1: nothing is said), what speeds move it by."""
-    row = np.arange(len(top.speed))
-    allowed = known(bound.continuous(top.speed)[row, row], bound.roundings)
-    says = np.isfinite(allowed.value)
-    safe = where(says, allowed, 1.0)
-    steps = np.array([bound.continuous(top.speed + s * top.speed_error)[row, row] for s in (-1, 1)])
-    steps = np.where(np.isfinite(steps), steps, safe.value)
-    moved = np.where(says, np.max(np.abs(steps - safe.value), axis=0), 0.0)
-    error = load_uncertainty(setup, top.speed, bound.load) * bound.factor
-    off = np.where(says, error / safe.value, 0.0) + top.value_error
-    some = np.where(np.isfinite(top.value), top.value, 0.0)
-    more = max(bound.roundings - ROUNDINGS, 0.0) * some
-    use = Bounded(top.value, off + (ROUNDINGS + more) * UNIT_ROUNDOFF)
-    return use, Bounded(safe.value, moved + safe.error), moved
-
-
-def _worst(
-    scene: Scene, setup: Setup, asked: list[Bound], each: list[LargestUse], speed: FloatArray
-) -> None:
-    """Largest use of each limit, and the course of the limit in the load that has it."""
-    place = [int(np.argmax(one.use.value)) for one in each]
-    axes = {"limit": np.arange(1, len(each) + 1), "speed": speed}
-    both = list(zip(asked, place, strict=True))
-    for quantity, prefix in QUANTITIES.items():
-        if not any(bound.quantity == quantity for bound in asked):
-            continue
-        for name, get in (("allowed", "continuous"), ("transient", "transient")):
-            rows = [
-                known(getattr(bound, get)(speed)[:, worst], bound.roundings)
-                if bound.quantity == quantity
-                else known(np.full(len(speed), np.inf))
-                for bound, worst in both
-            ]
-            scene.emit(f"{PLACE}/{prefix}{name}", stack(rows, axis=0), axes=axes)
-    use, at = (
-        stack([getattr(one, name)[worst] for one, worst in zip(each, place, strict=True)], axis=0)
-        for name in ("use", "speed")
-    )
-    number = np.array([bound.load[worst] + 1 for bound, worst in both], dtype=np.int64)
-    sections = len(setup.shaft.section_names)
-    through = stack([one.transient_use.max() for one in each], axis=0)
-    scene.emit(f"{PLACE}/largest_use", use, axes=axes)
-    scene.emit(f"{PLACE}/speed", at, axes=axes)
-    scene.emit(f"{PLACE}/section", np.where(number <= sections, number, 0), 0.0, axes)
-    if limits_gears(setup):
-        scene.emit(f"{PLACE}/gear", np.maximum(number - sections, 0), 0.0, axes)
-    scene.emit(f"{PLACE}/transient_use", through, axes=axes)
-
-
-def unbarred_use(
-    operating: float, bound: Bound, uses: Uses, dense: DenseSweep, undamped: UndampedResonances
-) -> float:
-    """Largest use of a limit at speeds that no barred range may hold.
-
-    That is the operating one, and those from a share of the rated speed of a rule on.
-    """
-    row, last = np.arange(len(bound.load)), NO_BARRED_RANGE * bound.basis.rated_speed
-    high = dense.speed >= last
-    at = [operating, *([last] if last > dense.speed[0] and np.any(high) else [])]
-    most = np.max(uses.make(row)(np.broadcast_to(at, (len(row), len(at)))), initial=0.0)
-    if not bound.basis.rated_speed or not np.any(high):
-        return float(most)
-    none = np.full(len(row), np.nan)
-    top = largest(uses.make, uses.curve[high], dense.speed[high], undamped.speed, none)
-    endless = uses.top.value[uses.top.speed >= last]
-    return float(max(most, np.max(top.value), np.max(endless, initial=0.0)))
-
-
-def emit_element(
-    scene: Scene,
-    stem: str,
-    asked: list[Bound],
-    load: IntArray,
-    share: FloatArray,
-    axes: Mapping[str, Any],
-) -> None:
-    """Of limits (..., l) the load of largest use, and what is allowed in it there.
-
-    `share` is the use per own torque in 1/(N m), 0 where the limit says nothing.
-    """
-    says, modulus = share > 0.0, np.ones((len(asked), int(load.max(initial=0)) + 1))
-    for row, bound in zip(modulus, asked, strict=True):
-        held = bound.load < len(row)
-        row[bound.load[held]] = bound.modulus[held]
-    per = np.where(says, share * modulus[np.arange(len(asked)), load], 1.0)
-    scene.emit(f"{stem}element", np.where(says, load + 1, 0), 0.0, axes)
-    for quantity, prefix in QUANTITIES.items():
-        chosen = np.array([one.quantity == quantity for one in asked])
-        if np.any(chosen):
-            value = known(np.where(says & chosen, 1.0 / per, np.inf))
-            scene.emit(f"{stem}{prefix}allowed", value, axes=axes)
-
-
-def _inside(bound: Bound, endless: FloatArray) -> FloatArray:
-    """Endless speeds (r,) at which the limit says something, else NaN."""
-    known = ~np.isnan(endless)
-    says = bound.continuous(np.where(known, endless, 0.0))
-    row = np.arange(len(endless))
-    return np.where(known & np.isfinite(says[row, row]), endless, np.nan)
-
-
-def _use_of(setup: Setup, bound: Bound) -> Callable[[IntArray], Value]:
-    """Load over allowed of places among the loads of a limit."""
-    shaft = setup.shaft if limits_gears(setup) else None
-
-    def make(place: IntArray) -> Value:
-        torque = torque_value(setup.model, setup.drive, bound.load[place], shaft)
-        share = bound.factor[place][:, None]
-
-        def value(speed: FloatArray) -> FloatArray:
-            limit = bound.continuous(speed)
-            at_place = np.take_along_axis(limit, place[:, None, None], axis=2)[..., 0]
-            return np.where(np.isfinite(at_place), torque(speed) * share / at_place, 0.0)
-
-        return value
-
-    return make
-
-
-# ----------------------------------------------------------------------------
-# Adapter: limits of a shaft line in a table by load, and the load at the operating speed.
-# ----------------------------------------------------------------------------
-
 PLACE = f"{ROOT}/limit"
 #: results of crankshafts that hold at every speed
 MADE_OF = ("bending_factor", "torsion_factor", "bending_stress", "fatigue_strength")
@@ -383,42 +30,214 @@ MADE_OF = ("bending_factor", "torsion_factor", "bending_stress", "fatigue_streng
 QUANTITIES = {"stress": "", "torque": "torque_"}
 
 
-def operating_uses(setup: Setup, torque: Bounded) -> list[Bounded]:
-    """Load over allowed (r,) by limit at the operating speed; own half ranges (e,) of torques."""
-    at, uses, own = np.array(setup.speed), [], own_loads(setup, torque)
-    for bound in bounds(setup):
-        allowed = bound.modulus * bound.continuous(at)
-        share = rounded(1.0 / allowed, bound.roundings)
-        uses.append(of_finite(own[bound.load], share.__mul__))
-    return uses
+def uses(setup: Setup, unbarred: bool = False) -> dict[str, Reading]:
+    """Uses of the limits of a case as readings: "use 0", and for passing through "transient 0".
 
-
-def largest_uses(uses: list[Bounded]) -> Bounded:
-    """Largest (l,) of each limit."""
-    return stack([one.max() for one in uses], axis=0)
-
-
-def emit_operating_use(scene: Scene, setup: Setup, torque: Bounded) -> None:
-    """Limits and what they are made of, with the load at the operating speed.
-
-    Own half ranges (e,) of torques of sections.
+    `unbarred`: instead of those, "unbarred 0", at speeds that no barred range of a rule may hold.
     """
-    asked, at, own = bounds(setup), np.array(setup.speed), own_loads(setup, torque)
-    uses, table = operating_uses(setup, torque), LimitTable(scene, setup, asked)
-    scene.emit(f"{PLACE}/operating_use", largest_uses(uses), axes=table.axes)
+    names, found = setup.shaft.section_names, {}
+    for number, bound in enumerate(bounds(setup)):
+        found[f"use {number}"] = bound.use(names)
+        if unbarred and bound.basis.rated_speed:
+            last = NO_BARRED_RANGE * bound.basis.rated_speed
+            found[f"unbarred {number}"] = bound.use(names, last=last)
+        elif not unbarred and bound.transient is not None and not bound.formula:
+            found[f"transient {number}"] = bound.use(names, "transient")
+    return found
+
+
+def emit_operating_use(scene: Scene, setup: Setup, motion: Motion) -> None:
+    """Limits and what they are made of, with the load of the `motion` at the operating speed."""
+    asked, at = bounds(setup), setup.speed
+    readings, table = _only_uses(setup), LimitTable(scene, setup, asked)
+    use = [one.of(motion)[0] for one in readings]
+    largest = stack([one.max() for one in use], axis=0)
+    scene.emit(f"{PLACE}/operating_use", largest, axes=table.axes)
     if any(bound.quantity == "stress" for bound in asked):
         rated = np.array([bound.basis.rated_speed for bound in asked])
         scene.emit(f"{PLACE}/basis/rated_speed", rated, 0.0, table.axes)
         for name in ("diameter", "tensile_strength", "counted_strength", "design_factor"):
             table.emit(f"basis/{name}", [bounded(getattr(bound.basis, name)) for bound in asked])
         table.emit("basis/size_factor", [known(bound.basis.size_factor) for bound in asked])
-    loads = [own[bound.load] / bound.modulus for bound in asked]
+    loads = []
+    for bound, reading in zip(asked, readings, strict=True):
+        per = rounded(1.0 / bound.modulus, 2.0)
+        own = reading._replace(scale=None).of(motion)[0]
+        loads.append(of_finite(own, per.__mul__))
     table.emit_quantity("operating", "load", loads)
-    for name, get in (("allowed", "continuous"), ("transient", "transient")):
-        rows = [known(getattr(bound, get)(at), bound.roundings) for bound in asked]
+    for name, course in COURSES.items():
+        rows = [known(bound.allowed(course, at), bound.roundings) for bound in asked]
         table.emit_quantity("operating", name, rows)
-    table.emit("operating/use", uses)
+    table.emit("operating/use", use)
     _crank(table, loads, "operating_acceptability")
+
+
+#: results of what is allowed -> the course of a limit
+COURSES = {"allowed": "continuous", "transient": "transient"}
+
+
+def _only_uses(setup: Setup) -> list[Reading]:
+    return [bound.use(setup.shaft.section_names) for bound in bounds(setup)]
+
+
+def emit_limits(scene: Scene, setup: Setup, search: Search, speed: FloatArray) -> None:
+    """Largest uses and barred ranges; courses of the limits at the speeds (s,) of the sweep."""
+    asked = bounds(setup)
+    tops = [search.top(f"use {number}").of(0) for number in range(len(asked))]
+    table, each = LimitTable(scene, setup, asked), list(zip(asked, tops, strict=True))
+    columns = [_at_top(*one) for one in each]
+    through = [_passing(search, k, *one, columns[k]) for k, one in enumerate(each)]
+    _worst(scene, setup, asked, tops, through, speed)
+    table.emit("each/use", [one.value for one in tops])
+    table.emit("each/speed", [_speed(one) for one in tops])
+    table.emit("each/transient_use", through)
+    for name, rows in zip(("load", *COURSES), zip(*columns, strict=True), strict=True):
+        table.emit_quantity("each", name, list(rows))
+    rated = [rounded(1.0 / (bound.basis.rated_speed or np.inf), ROUNDINGS) for bound in asked]
+    ratios = [_speed(one) * by for one, by in zip(tops, rated, strict=True)]
+    table.emit("each/speed_ratio", ratios)
+    _crank(table, [load for load, *_ in columns], "acceptability")
+    ranges = [exceeded_of(setup, search, number, bound) for number, bound in enumerate(asked)]
+    emit_barred(scene, ranges, setup.speed)
+
+
+def _speed(top: Top) -> Bounded:
+    value, error = top.speed
+    return Bounded(value, error + 8.0 * UNIT_ROUNDOFF * value)
+
+
+def _at_top(bound: Bound, top: Top) -> tuple[Bounded, Bounded, Bounded]:
+    """Load (r,) of the largest uses, and what both courses allow there."""
+    (speed, off), row = top.speed, np.arange(len(bound.load))
+    rows = []
+    for course in COURSES.values():
+        value = bound.allowed(course, speed)[row, row]
+        beside = [bound.allowed(course, speed + side * off)[row, row] for side in (-1, 1)]
+        says = np.isfinite(value)
+        moves = [np.where(says & np.isfinite(one), one, value) for one in beside]
+        here = known(value, bound.roundings)
+        moved = [np.abs(np.where(says, one, 0.0) - np.where(says, value, 0.0)) for one in moves]
+        rows.append(Bounded(value, here.error + np.max(moved, axis=0)))
+    allowed, transient = rows
+    says = np.isfinite(allowed.value)
+    load = of_finite(where(says, top.value, 0.0), lambda one: one * where(says, allowed, 1.0))
+    return load, allowed, transient
+
+
+def _passing(
+    search: Search, number: int, bound: Bound, top: Top, column: tuple[Bounded, Bounded, Bounded]
+) -> Bounded:
+    """Largest uses (r,) of what is allowed for passing through; 0 where the limit has none."""
+    if not bound.formula:
+        if bound.transient is None:
+            return 0.0 * bounded(np.where(np.isfinite(top.value.value), top.value.value, 0.0))
+        return search.top(f"transient {number}").of(0).value
+    # where both have one course, the largest use of both is in one place
+    _, allowed, transient = (one.value for one in column)
+    ruled = np.isfinite(transient)
+    share = np.divide(allowed, transient, out=np.zeros_like(allowed), where=ruled)
+    return where(ruled, of_finite(top.value, lambda one: one * share), 0.0)
+
+
+def _worst(
+    scene: Scene,
+    setup: Setup,
+    asked: list[Bound],
+    tops: list[Top],
+    through: list[Bounded],
+    speed: FloatArray,
+) -> None:
+    """Largest use of each limit, and the course of the limit in the load that has it."""
+    place = [int(np.argmax(one.value.value)) for one in tops]
+    axes = {"limit": np.arange(1, len(asked) + 1), "speed": speed}
+    for quantity, prefix in QUANTITIES.items():
+        if not any(bound.quantity == quantity for bound in asked):
+            continue
+        for name, course in COURSES.items():
+            rows = [
+                known(bound.allowed(course, speed)[:, worst], bound.roundings)
+                if bound.quantity == quantity
+                else known(np.full(len(speed), np.inf))
+                for bound, worst in zip(asked, place, strict=True)
+            ]
+            scene.emit(f"{PLACE}/{prefix}{name}", stack(rows, axis=0), axes=axes)
+    each = list(zip(tops, place, strict=True))
+    number = np.array([bound.load[k] + 1 for bound, k in zip(asked, place, strict=True)])
+    sections = len(setup.shaft.section_names)
+    scene.emit(f"{PLACE}/largest_use", stack([one.value[k] for one, k in each], axis=0), axes=axes)
+    scene.emit(f"{PLACE}/speed", stack([_speed(one)[k] for one, k in each], axis=0), axes=axes)
+    scene.emit(f"{PLACE}/section", np.where(number <= sections, number, 0), 0.0, axes)
+    if any(one.gears or one.alternating_share for one in setup.torsion.limits):
+        scene.emit(f"{PLACE}/gear", np.maximum(number - sections, 0), 0.0, axes)
+    scene.emit(f"{PLACE}/transient_use", stack([one.max() for one in through], axis=0), axes=axes)
+
+
+# ----------------------------------------------------------------------------
+# Adapter: uses of limits in some conditions, each with the load that has the largest one.
+# ----------------------------------------------------------------------------
+
+
+def emit_uses(
+    scene: Scene,
+    place: str,
+    motions: Sequence[Motion],
+    search: Search | None,
+    axes: Mapping[str, Any],
+    here: bool = True,
+) -> None:
+    """In conditions (c,), the `motions` at the operating speed, and over those of a `search`.
+
+    Without an axis of conditions in `axes` those of the only one, and those of the operating speed
+    only `here`.
+    """
+    lines = [one.setup for one in motions]
+    held = [bounds(one) for one in lines]
+    only = 0 if "condition" not in axes else slice(None)
+
+    def put(name: str, value: Any) -> None:
+        scene.emit(f"{place}/{name}", value[only], axes=axes)
+
+    def element(start: str, worst: IntArray, speed: FloatArray) -> None:
+        """The loads (c, l) by their places among those of a limit, and what is allowed in them."""
+        load, allowed = np.zeros(worst.shape, dtype=np.int64), np.full(worst.shape, np.inf)
+        for at, chosen in np.ndenumerate(worst):
+            bound = held[at[0]][at[1]]
+            allowed[at] = bound.allowed("continuous", speed[at])[chosen]
+            load[at] = bound.load[chosen] + 1 if np.isfinite(allowed[at]) else 0
+        put(f"{start}element", load)
+        of = np.array([one.quantity for one in held[0]])
+        for quantity, prefix in QUANTITIES.items():
+            if quantity in of:
+                put(f"{start}{prefix}allowed", known(np.where(of == quantity, allowed, np.inf)))
+
+    uses = [[one.of(motion)[0] for one in _only_uses(motion.setup)] for motion in motions]
+    use = stack([stack([one.max() for one in row]) for row in uses], axis=0)
+    if here:
+        worst = np.array([[np.argmax(one.value) for one in row] for row in uses])
+        put("operating_use", use)
+        element("operating_", worst, np.full(worst.shape, lines[0].speed))
+    if search is None:
+        return
+    best, unbarred = [], []
+    for number, bound in enumerate(held[0]):
+        top = search.top(f"use {number}")
+        best.append((np.argmax(top.value.value, axis=1), top))
+        above = use[:, number]
+        if bound.basis.rated_speed:
+            high = search.top(f"unbarred {number}").value.max()
+            above = where(high.value > above.value, high, above)
+        unbarred.append(above)
+    row = np.arange(len(lines))
+    put("largest_use", stack([top.value[row, at] for at, top in best]))
+    speed = stack([top.speed[row, at] for at, top in best])
+    put("speed", speed)
+    element("", np.stack([at for at, _ in best], axis=-1), speed.value)
+    put("unbarred_use", stack(unbarred))
+
+
+# ----------------------------------------------------------------------------
+# Adapter: limits of a shaft line in a table by load.
+# ----------------------------------------------------------------------------
 
 
 def _crank(table: "LimitTable", loads: list[Bounded], name: str) -> None:

@@ -21,7 +21,6 @@ from vibecalc.excitation.model import (
     Firing,
     build_firing,
     gas_cards,
-    misfire_cards,
     motored_cards,
     with_tangential_effort,
 )
@@ -49,7 +48,7 @@ from vibecalc.torsion.line import Line, mapped
 from vibecalc.torsion.model import ShaftLineModel, build_shaft_line
 from vibecalc.torsion.modes import Modes, natural_modes
 from vibecalc.torsion.speed_damping import SpeedDamping
-from vibecalc.torsion.station_torques import GivenTorques, Orders, columns, placed_torques
+from vibecalc.torsion.station_torques import Harmonic, Orders, columns, given_torque
 from vibecalc.torsion.tables import LineSpeeds, Torsion
 
 if TYPE_CHECKING:
@@ -67,9 +66,11 @@ Once = Callable[[str, Callable[["Case"], Any]], Any]
 # ----------------------------------------------------------------------------
 
 
-NOTHING_GIVEN = GivenTorques(
-    np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=complex), ()
-)
+_NONE, _NOWHERE = np.zeros(0), np.zeros(0, dtype=np.int64)
+_NOBODY = Firing(
+    names=(), angle=_NONE, first=0.0, cycle=2.0 * np.pi, pressure_scale=_NONE,
+    fires=_NONE.astype(bool), bank=_NONE,
+)  # fmt: skip
 #: of the phase with which a cylinder fires, and of what a speed makes of its torque
 PHASOR_ROUNDINGS, SPEED_ROUNDINGS = 16.0, 12.0
 
@@ -82,25 +83,27 @@ class Drive(NamedTuple):
     that holds at every speed; a table of tangential effort has such speeds and no `cards`.
     `cylinder` is a healthy one, `reciprocating_mass` in kg and `rod_inertia` in kg m^2 what moves
     in it; a line without cylinders has none of these. `given` are torques at stations beside those
-    of cylinders. `fires` (m,) are the orders of the engine; `orders` has, of all, what repeats
-    together and what does not follow the speed.
+    of cylinders, by column and place. `fires` (m,) are the orders of the engine; `orders` has, of
+    all, what repeats together and what does not follow the speed.
     """
 
-    orders: Orders
-    given: GivenTorques
-    fires: BoolArray
-    gas: Bounded
-    inertia: Bounded
-    mean: Bounded
-    station: IntArray
-    freedom: IntArray
-    card_speed: FloatArray
-    cards: tuple[GasCard, ...]
-    geometry: CrankGeometry
-    firing: Firing
-    cylinder: CylinderTorque
-    reciprocating_mass: float
-    rod_inertia: float
+    orders: Orders = columns(_NONE, [], 1.0)
+    given: tuple[tuple[int, int, Harmonic], ...] = ()
+    fires: BoolArray = _NONE.astype(bool)
+    gas: Bounded = Bounded(np.zeros((1, 0, 0), dtype=complex), np.zeros((1, 0, 0)))
+    inertia: Bounded = Bounded(np.zeros((0, 0), dtype=complex), np.zeros((0, 0)))
+    mean: Bounded = Bounded(np.zeros((1, 0)), np.zeros((1, 0)))
+    station: IntArray = _NOWHERE
+    freedom: IntArray = _NOWHERE
+    card_speed: FloatArray = _NONE
+    cards: tuple[GasCard, ...] = ()
+    geometry: CrankGeometry = CrankGeometry(0.0, 1.0)
+    firing: Firing = _NOBODY
+    cylinder: CylinderTorque = CylinderTorque(
+        _NONE, rounded(_NONE[None] + 0j, 0.0), rounded(_NONE + 0j, 0.0), rounded(np.zeros(1), 0.0)
+    )
+    reciprocating_mass: float = 0.0
+    rod_inertia: float = 0.0
 
     @property
     def order(self) -> FloatArray:
@@ -130,9 +133,7 @@ class Drive(NamedTuple):
         gas = reshaped(gas, lambda one: one.reshape(-1, *self.gas.shape[1:]))
         square = rounded(np.square(speed)[:, None, None], SPEED_ROUNDINGS)
         total = gas + square * self.inertia
-        if not len(self.given.column):
-            return total
-        return total + self.given.torque(speed, *self.inertia.shape)
+        return total + given_torque(self.given, speed, *self.inertia.shape) if self.given else total
 
     def load(self, speed: FloatArray) -> ComplexArray:
         """The torques (s, m, k) alone, to the last bit those of `torque`; in memory k is first."""
@@ -141,8 +142,8 @@ class Drive(NamedTuple):
         if len(gas) > 1:  # one alone has the weight 1
             gas = (self.weights(speed) @ gas.reshape(len(gas), -1)).reshape(-1, *gas.shape[1:])
         total += np.moveaxis(gas, -1, 0)
-        if len(self.given.column):
-            total += np.moveaxis(self.given.torque(speed, *self.inertia.shape).value, -1, 0)
+        if self.given:
+            total += np.moveaxis(given_torque(self.given, speed, *self.inertia.shape).value, -1, 0)
         return np.moveaxis(total, 0, -1)
 
     def mean_torque(self, speed: FloatArray) -> Bounded:
@@ -171,51 +172,73 @@ def build_drive(
 
     The orders of an engine are those that [response.torsion] asks for. `all_fire` leaves out that
     cylinders misfire; `orders` are others, the highest and the step. With `once`, as of a scene,
-    the torques of the cylinders are those of runs before this one where they are the same.
+    the torques of a cylinder are those of runs before this one where they are the same.
     """
-    if has_crank_train(case.machine):
-        if once is None or all_fire or orders is not None:
-            found = _cylinders(case, all_fire, orders)
-        else:
-            found = once("torques of the cylinders of a shaft line", _cylinders)
-        drive = _on_stations(found, shaft)
+    if not has_crank_train(case.machine):
+        drive = Drive()
+    elif once is None or orders is not None:
+        drive = _cylinders(case, orders)
     else:
-        drive = _no_cylinders()
-    line = case.machine.shaft_line
-    if line is None or not line.excitations:
-        return drive
-    return _with_given(case, shaft, drive)
+        drive = once("torques of a cylinder of a shaft line", _cylinders)
+    line, engine = case.machine.shaft_line, drive.order
+    harmonics: list[Harmonic] = []
+    if line is not None and line.excitations:
+        from vibecalc.torsion.adapters.given_torques import given_harmonics
 
-
-def _with_given(case: "Case", shaft: ShaftLineModel, drive: Drive) -> Drive:
-    """The drive with the torques that the case gives at stations: more orders, more places."""
-    from vibecalc.torsion.adapters.given_torques import given_harmonics
-
-    harmonics = given_harmonics(case, shaft, lambda speed: drive.mean_torque(speed).value.sum(1))
-    every = columns(drive.order, [one.of for one in harmonics], case.machine.speed)
+        harmonics = given_harmonics(case, shaft, lambda at: drive.mean_torque(at).value.sum(1))
+    every = columns(engine, [one.of for one in harmonics], case.machine.speed)
     given = [one.of.station for one in harmonics]
-    station = distinct([*drive.station.tolist(), *given]).astype(np.int64)
-    place = {one: k for k, one in enumerate(station.tolist())}
-    fires = np.isin(every.order, drive.order) & (every.fixed == 0.0)
-    at = np.ix_(np.flatnonzero(fires), np.searchsorted(station, drive.station))
+    station = distinct([*shaft.cylinder_station.tolist(), *given]).astype(np.int64)
+    fires = np.any(every.order[:, None] == engine, axis=1) & (every.fixed == 0.0)
 
     def spread(values: Any) -> Any:
-        whole = np.zeros((*values.shape[:-2], len(every.order), len(station)), values.dtype)
-        whole[..., at[0], at[1]] = values
+        whole = np.zeros((len(every.order), values.shape[1]), values.dtype)
+        whole[fires] = values
         return whole
 
-    mean = np.zeros((2, len(drive.mean.value), len(station)))
-    mean[0][:, at[1][0]], mean[1][:, at[1][0]] = drive.mean.value, drive.mean.error
-    return drive._replace(
+    drive = drive._replace(
         orders=every,
-        given=placed_torques(every, harmonics, place),
+        given=tuple(
+            (every.column(one.of), int(np.searchsorted(station, one.of.station)), one)
+            for one in harmonics
+        ),
         fires=fires,
-        gas=reshaped(drive.gas, spread),
-        inertia=reshaped(drive.inertia, spread),
-        mean=Bounded(*mean),
+        inertia=reshaped(drive.inertia, spread) @ _on_stations(shaft, station),
         station=station,
         freedom=shaft.freedom[station],
-        cylinder=with_orders(drive.cylinder, np.ones_like(drive.fires), every.order, fires),
+        cylinder=with_orders(drive.cylinder, np.ones_like(engine, dtype=bool), every.order, fires),
+    )
+    out, torsion = ~drive.firing.fires & (not all_fire), case.response and case.response.torsion
+    motored = None
+    if np.any(out) and drive.cards and torsion and torsion.misfire_kind == "motored":
+        motored = motored_torque(case.machine, drive)
+    drive = with_gas(drive, shaft, drive.firing.pressure_scale, out, motored)
+    return drive
+
+
+def _on_stations(shaft: ShaftLineModel, station: IntArray) -> FloatArray:
+    """Of each cylinder its referred share (c, k) in the torques of stations."""
+    where = placed(np.searchsorted(station, shaft.cylinder_station), len(station))
+    return where * shaft.station_ratio[shaft.cylinder_station][:, None]
+
+
+def with_gas(
+    drive: Drive,
+    shaft: ShaftLineModel,
+    scale: FloatArray,
+    out: BoolArray,
+    motored: CylinderTorque | None = None,
+) -> Drive:
+    """The drive with factors (c,) on the gas pressure of its cylinders.
+
+    Those that are `out` (c,) have the gas of `motored` ones, or none.
+    """
+    on, one = _on_stations(shaft, drive.station), drive.cylinder
+    gas, mean = cylinder_gas(one, scale, misfiring=out, motored=motored)  # (cards, c, orders)
+    turned = gas * rounded(phasor(one.order, drive.firing.angle).T, PHASOR_ROUNDINGS)
+    return drive._replace(
+        gas=reshaped(turned, lambda part: np.swapaxes(part, -1, -2)) @ on,
+        mean=mean @ rounded(on, SPEED_ROUNDINGS),
     )
 
 
@@ -233,101 +256,44 @@ def with_orders(
     return torque._replace(order=order, gas=gas, inertia=inertia)
 
 
-def _no_cylinders() -> Drive:
-    none, nowhere = np.zeros(0), np.zeros(0, dtype=np.int64)
-    inertia = rounded(none.astype(complex), 0.0)
-    nobody = Firing(
-        names=(), angle=none, first=0.0, cycle=2.0 * np.pi, pressure_scale=none,
-        fires=none.astype(bool), bank=none,
-    )  # fmt: skip
-    return Drive(
-        orders=columns(none, [], 1.0),
-        given=NOTHING_GIVEN,
-        fires=none.astype(bool),
-        gas=rounded(np.zeros((1, 0, 0), dtype=complex), 0.0),
-        inertia=rounded(np.zeros((0, 0), dtype=complex), 0.0),
-        mean=rounded(np.zeros((1, 0)), 0.0),
-        station=nowhere,
-        freedom=nowhere,
-        card_speed=none,
-        cards=(),
-        geometry=CrankGeometry(0.0, 1.0),
-        firing=nobody,
-        cylinder=CylinderTorque(none, inertia[None], inertia, rounded(np.zeros(1), 0.0)),
-        reciprocating_mass=0.0,
-        rod_inertia=0.0,
-    )
-
-
-def _cylinders(
-    case: "Case", all_fire: bool = False, orders: tuple[float, float] | None = None
-) -> Drive:
-    """The cylinders of an engine, each at a place of its own, wherever on its line they stand."""
+def _cylinders(case: "Case", orders: tuple[float, float] | None = None) -> Drive:
+    """One cylinder of an engine, and the moving masses (m, c) of all, wherever they stand."""
     machine = case.machine
     firing, geometry = build_firing(case), crank_geometry(machine.crank_train)
-    if all_fire:
-        firing = replace(firing, fires=np.ones_like(firing.fires))
     card_speed, cards = gas_cards(machine)
     if not cards:
         ends = np.array([0.0, firing.cycle])
         cards = (gas_card(ends, np.zeros(2), cycle=firing.cycle),)
     highest, step = orders or asked_orders(case)
     base = 2.0 * np.pi / firing.cycle
-    harmonics, every = round(highest / base), round(step / base)
-    train, rod_inertia = build_crank_train(machine.crank_train), rod_difference(machine)
-    masses = train.reciprocating_mass
+    every, rod_inertia = round(step / base), rod_difference(machine)
+    masses = build_crank_train(machine.crank_train).reciprocating_mass
     mass = float(masses.max())
     one = cylinder_torque(
         cards,
         geometry,
         reciprocating_mass=mass,
         rod_inertia_difference=rod_inertia,
-        harmonics=harmonics,
+        harmonics=round(highest / base),
     )
     if machine.crank_train.tangential_effort is not None:
         card_speed, one = with_tangential_effort(machine, one)
         cards = ()
-    healthy = _thinned(one, every)
-    motored = None
-    without = () if all_fire else misfire_cards(case, cards)
-    if without:
-        without_combustion = cylinder_torque(
-            without, geometry, reciprocating_mass=0.0, harmonics=harmonics
-        )
-        motored = _thinned(without_combustion, every)
-    gas, mean = cylinder_gas(
-        healthy, firing.pressure_scale, misfiring=~firing.fires, motored=motored
-    )  # (cards, cylinders, orders)
-    turned = rounded(phasor(healthy.order, firing.angle).T, PHASOR_ROUNDINGS)  # (cylinders, orders)
-    moved = inertia_harmonics(geometry, 1.0, 0.0, healthy.order)
-    rocked = inertia_harmonics(geometry, 0.0, rod_inertia, healthy.order)
-    return _no_cylinders()._replace(
-        orders=columns(healthy.order, [], 1.0),
-        fires=np.ones(len(healthy.order), dtype=bool),
-        gas=reshaped(gas * turned, lambda one: np.swapaxes(one, -1, -2)),
+    kept = slice(every - 1, None, every)
+    one = one._replace(order=one.order[kept], gas=one.gas[..., kept], inertia=one.inertia[kept])
+    turned = rounded(phasor(one.order, firing.angle).T, PHASOR_ROUNDINGS)  # (cylinders, orders)
+    moved = inertia_harmonics(geometry, 1.0, 0.0, one.order)
+    rocked = inertia_harmonics(geometry, 0.0, rod_inertia, one.order)
+    return Drive(
+        orders=columns(one.order, [], 1.0),
         inertia=((masses[:, None] * moved + rocked) * turned).T,
-        mean=mean,
         card_speed=card_speed,
         cards=tuple(cards),
         geometry=geometry,
         firing=firing,
-        cylinder=healthy,
+        cylinder=one,
         reciprocating_mass=mass,
         rod_inertia=rod_inertia,
-    )
-
-
-def _on_stations(cylinders: Drive, shaft: ShaftLineModel) -> Drive:
-    """The drive with what its cylinders do at their stations."""
-    ratio = shaft.station_ratio[shaft.cylinder_station]
-    station, place = np.unique(shaft.cylinder_station, return_inverse=True)
-    on = placed(place, len(station)) * ratio[:, None]
-    return cylinders._replace(
-        gas=cylinders.gas @ on,
-        inertia=cylinders.inertia @ on,
-        mean=cylinders.mean @ rounded(on, SPEED_ROUNDINGS),
-        station=station,
-        freedom=shaft.freedom[station],
     )
 
 
@@ -348,16 +314,6 @@ def motored_torque(machine: "Machine", drive: Drive) -> CylinderTorque:
     cards = motored_cards(machine, drive.cards)
     found = cylinder_torque(cards, drive.geometry, reciprocating_mass=0.0, harmonics=harmonics)
     return with_orders(found, np.isin(found.order, order), drive.order, drive.fires)
-
-
-def _thinned(torque: CylinderTorque, every: int) -> CylinderTorque:
-    """Every so many-th order of a cylinder."""
-    keep = slice(every - 1, None, every)
-    return torque._replace(
-        order=torque.order[keep],
-        gas=torque.gas[..., keep],
-        inertia=torque.inertia[keep],
-    )
 
 
 # ----------------------------------------------------------------------------
@@ -398,13 +354,6 @@ class Model(NamedTuple):
             return self
         line = mapped(self.line, lambda one: one[machine][..., None, :] if one.ndim > 1 else one)
         return self._replace(line=line)
-
-    def own(self, section: IntArray) -> tuple[IntArray, IntArray]:
-        """Machines and own sections (...) of sections that count on from machine to machine."""
-        if not self.machines:
-            return np.zeros_like(section), section
-        machine, own = np.divmod(section, len(self.line.first))
-        return machine, own
 
     def at(self, speed: FloatArray | float, frequency: FloatArray | float = 0.0) -> Line:
         """The line at speeds (...) in rad/s; what follows them then has their axes in front.

@@ -1,53 +1,39 @@
 """A shaft line over a range of crank speeds: sections, dampers, gears."""
 
-from functools import partial
-
 import numpy as np
 
 from vibecalc.core.run.stage import Scene, below
-from vibecalc.numerics.bounded import Bounded, reshaped
-from vibecalc.numerics.rounding import EPSILON, FloatArray, distinct
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray, distinct
+from vibecalc.torsion.adapters import couplings, limits
 from vibecalc.torsion.adapters.critical import (
     MeetingOrder,
     UndampedResonances,
     emit_separation,
     meeting,
-    none_undamped,
-    undamped_speeds,
 )
-from vibecalc.torsion.adapters.curves import (
-    actual_per_referred,
-    at_largest,
-    mean_torques,
-    of_finite,
-    section_uncertainty,
-    sweep,
-)
-from vibecalc.torsion.adapters.extremes import emit_extremes
 from vibecalc.torsion.adapters.largest_alone import HEAT, highest_torques, little_asked
-from vibecalc.torsion.adapters.limits import emit_limits, over_range
-from vibecalc.torsion.adapters.maxima import torque_value, with_narrow_resonances
 from vibecalc.torsion.adapters.modes import emit_campbell
-from vibecalc.torsion.adapters.readings import (
-    emit_curves,
-    emit_half_ranges,
-    least_gear_torque,
-)
+from vibecalc.torsion.adapters.motion import TORQUE, Motion, readings_of
+from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup, line_speeds
 from vibecalc.torsion.adapters.steady import setup_of
-from vibecalc.torsion.adapters.variants import bare_setup, emit_bare, emit_healthy_range
+from vibecalc.torsion.adapters.variants import (
+    bare_setup,
+    emit_bare,
+    emit_curves,
+    emit_healthy,
+    emit_largest,
+    line_search,
+)
 from vibecalc.torsion.critical_speeds import (
-    MOST,
-    REFINED,
     SLOPE_STEP,
     Maxima,
     barred_ranges,
-    highest_maxima,
-    largest,
+    by_machine,
     peaks,
     slopes,
 )
-from vibecalc.torsion.results import ROOT
+from vibecalc.torsion.results import FOLLOWED, ROOT
 
 # ----------------------------------------------------------------------------
 # Adapter: a shaft line over a range of crank speeds, with its dampers and without.
@@ -61,102 +47,75 @@ PEAK = tuple(
 SEPARATION = below(f"{ROOT}/separation/range/")
 #: what has to be examined once more where the largest values are
 THERE = tuple(f"{ROOT}/largest/{name}" for name in ("mode", "half_order"))
+HAMMERING = tuple(f"{ROOT}/hammering/{name}" for name in ("from", "to", "gear"))
+LEAST = "gear_minimum_torque"
 
 
 def run_torsion_speeds(scene: Scene) -> None:
     """Emit curves, largest values, peaks, limits, the line without dampers or misfire."""
     setup = setup_of(scene)
-    options = setup.torsion.speeds
-    assert options is not None
-    speed = line_speeds(options)
-    if little_asked(scene, setup):
-        _largest_alone(scene, setup, speed)
-        return
-    ranged = over_range(
-        setup, speed, bool(setup.torsion.limits), setup.shaft, angles=True,
-        reported=partial(_reported, setup) if scene.wants(*PEAK) else None,
-    )  # fmt: skip
-    curves, uncertainty, undamped, dense, top = ranged
-    mean, axes = mean_torques(setup, speed), {"speed": speed}
-    _, known = emit_curves(scene, SPEEDS, setup, curves, uncertainty, mean, axes)
-    if setup.drive.firing.names:
-        total = setup.drive.mean_torque(speed).sum()
-        scene.emit(f"{SPEEDS}/mean_torque", total, axes=axes)
-    if setup.shaft.gears and scene.wants(*HAMMERING):
-        near = top.speed[np.isfinite(top.value)]
-        every = distinct(np.concatenate([dense.speed, near, undamped.speed]))
-        _emit_hammering(scene, setup, every, mean.gear.error, uncertainty.gear)
+    assert setup.torsion.speeds is not None
+    speed = line_speeds(setup.torsion.speeds)
     emit_campbell(scene, setup, speed)
+    if scene.wants(*SEPARATION):
+        emit_separation(scene, setup, "range", speed[0], speed[-1])
+    if little_asked(scene, setup):
+        bare = bare_setup(setup) if setup.shaft.dampers else None
+        search = highest_torques(scene, setup, bare, speed)
+    else:
+        names = [name for name in readings_of(setup) if _wanted(scene, name)]
+        others = limits.uses(setup) | couplings.coupling_readings(setup, couplings.READ)
+        search = line_search(setup, speed, [*dict.fromkeys((TORQUE, *names))], others)
+        _emit_range(scene, setup, search)
+    _masked(scene, search.undamped[0])
+    if scene.wanted is not None and scene.wanted <= {HEAT}:
+        return
+    torque = emit_largest(scene, ROOT, search)
+    if scene.wants(*THERE):
+        top, axes = search.found, {"section": setup.shaft.section_names}
+        met = _meeting(setup, speed, top.speed[: len(setup.shaft.section_names)])
+        scene.emit(THERE[0], met.mode, 0.0, axes)
+        scene.emit(THERE[1], met.order, 0.0, axes)
+    if setup.shaft.dampers:
+        emit_bare(scene, setup, speed, torque)
+    if setup.torsion.misfire:
+        emit_healthy(scene, setup, speed)
+
+
+def _wanted(scene: Scene, name: str) -> bool:
+    """Whether anything is asked for that follows from a reading."""
+    paths = [f"{SPEEDS}/{name}", f"{ROOT}/largest/{name}", f"{ROOT}/largest/{name}_speed"]
+    return scene.wants(*paths, *((f"{SPEEDS}/gear_hammers", *HAMMERING) if name == LEAST else ()))
+
+
+def _emit_range(scene: Scene, setup: Setup, search: Search) -> None:
+    """All that is followed over the speeds."""
+    speed, place, axes = search.speed, f"{ROOT}/largest", {"speed": search.speed}
+    known = readings_of(setup)
+    emit_curves(scene, ROOT, search, list(known))
+    if LEAST in search.columns:
+        least = search.bounded_curves(LEAST)
+        hammers = (least.value < -least.error).astype(np.int64).T
+        scene.emit(f"{SPEEDS}/gear_hammers", hammers, 0.0, {"gear": known[LEAST].names, **axes})
+    if setup.drive.firing.names:
+        scene.emit(f"{SPEEDS}/mean_torque", setup.drive.mean_torque(speed).sum(), axes=axes)
     if setup.model.over_speed is not None:
         from vibecalc.torsion.adapters.dampings import emit_damping_curves
 
         emit_damping_curves(scene, setup, speed)
-    _masked(scene, undamped)
-    torque = _largest(scene, setup, speed, top)
-    emit_extremes(scene, setup, speed, dense.speed, known, undamped)
+    for name in FOLLOWED:
+        if name in search.columns:
+            top, named = search.top(name).of(0), {known[name].axis: known[name].names}
+            scene.emit(f"{place}/{name}", top.value, axes=named)
+            scene.emit(f"{place}/{name}_speed", top.speed, axes=named)
+    if setup.shaft.gears and scene.wants(*HAMMERING):
+        _emit_hammering(scene, setup, search)
     if scene.wants(*PEAK):
-        make = partial(torque_value, setup.model, setup.drive)
-        high = [
-            peaks(make, ranged.torques, dense.speed, section, undamped.speed)
-            for section in _most_loaded(setup, top.value)
-        ]
-        joined = Maxima(*(np.concatenate(part) for part in zip(*high, strict=True)))
-        _peaks(scene, setup, speed, joined)
-    emit_separation(scene, setup, "range", speed[0], speed[-1])
-    _warn_of_sections(scene, top)
+        _peaks(scene, setup, search)
     if setup.torsion.limits:
-        emit_limits(scene, setup, speed, dense, undamped)
+        limits.emit_limits(scene, setup, search, speed)
     if setup.shaft.couplings:
-        from vibecalc.torsion.adapters.couplings import emit_coupling_speeds
-
-        emit_coupling_speeds(scene, setup, speed, dense.speed)
-    if setup.shaft.dampers:
-        emit_bare(scene, setup, speed, torque)
-    if setup.torsion.misfire:
-        emit_healthy_range(scene, setup, speed)
-
-
-def _largest_alone(scene: Scene, setup: Setup, speed: FloatArray) -> None:
-    """The same of a study that asks for largest torques and the heat of dampers at most."""
-    bare = bare_setup(setup) if setup.shaft.dampers else None
-    found = highest_torques(scene, setup, bare, speed)
-    if setup.shaft.dampers:
-        names = tuple(one.name for one in setup.shaft.dampers)
-        heat = of_finite(found.heat, lambda one: one)
-        heat = reshaped(heat, lambda one: np.swapaxes(one, 1, 2))
-        heat = heat if setup.model.machines else heat[0]
-        scene.emit(HEAT, heat, axes={"speed": speed, "damper": names})
-    emit_campbell(scene, setup, speed)
-    if scene.wants(*SEPARATION):
-        emit_separation(scene, setup, "range", speed[0], speed[-1])
-    undamped = none_undamped(setup) or undamped_speeds(setup, speed[0], speed[-1])
-    _masked(scene, undamped)
-    if scene.wanted is not None and scene.wanted <= {HEAT}:
-        return
-    dense = with_narrow_resonances(setup, speed, found.torque, undamped, alone=True)
-    make = partial(torque_value, setup.model, setup.drive)
-    top = largest(make, dense.torque, dense.speed, undamped.speed, undamped.endless, dense.machine)
-    _warn_of_sections(scene, top)
-    torque = _largest(scene, setup, speed, top)
-    if setup.shaft.dampers:
-        emit_bare(scene, setup, speed, torque)
-
-
-def _warn_of_sections(scene: Scene, top: Maxima) -> None:
-    if len(top.section) > REFINED:
-        scene.warn(
-            f"largest values between the speeds of the sweep are looked for in the {REFINED} most "
-            "loaded sections only; the others have the largest of the sweep"
-        )
-
-
-def _reported(setup: Setup, torque: FloatArray) -> FloatArray:
-    """Levels (e,) of referred torques (s, e) that would be among the maxima that are reported."""
-    levels = np.full(torque.shape[1], np.inf)
-    sections = torque[:, : len(setup.model.line.first)]
-    for section in _most_loaded(setup, sections.max(axis=0)):
-        levels[section] = highest_maxima(torque[:, section], MOST)
-    return levels
+        couplings.emit_coupling_speeds(scene, setup, search)
 
 
 def _masked(scene: Scene, undamped: UndampedResonances) -> None:
@@ -172,101 +131,64 @@ def _masked(scene: Scene, undamped: UndampedResonances) -> None:
         )
 
 
-def _largest(scene: Scene, setup: Setup, speed: FloatArray, top: Maxima) -> Bounded:
-    """Largest values of each section; gives the referred torques."""
-    shaft, place = setup.shaft, f"{ROOT}/largest"
-    axes, every = {"section": shaft.section_names}, np.arange(len(shaft.section_names))
-    found = at_largest(setup, top, speed[-1], scene.wants(f"{place}/twist_half_range"))
-    shape = (setup.model.machines, len(every)) if setup.model.machines else (len(every),)
-    torque, twist, speeds = (
-        reshaped(one, lambda part: part.reshape(shape))
-        for one in (*found, Bounded(top.speed, top.speed_error))
-    )
-    emit_half_ranges(scene, place, shaft, every, torque, twist, {})
-    scene.emit(f"{place}/speed", speeds, axes=axes)
-    if scene.wants(*THERE):
-        met = _meeting(setup, speed, top)
-        scene.emit(THERE[0], met.mode, 0.0, axes)
-        scene.emit(THERE[1], met.order, 0.0, axes)
-    return torque
-
-
-def _most_loaded(setup: Setup, value: FloatArray) -> list[int]:
-    """The section of the largest torque, and that of the largest stress if it is another.
-
-    Of referred torques (e,), those without end left out.
-    """
-    torque = np.where(np.isfinite(value), value, 0.0) / np.abs(setup.shaft.section_ratio)
-    modulus = setup.shaft.section_modulus
-    chosen = [int(np.argmax(torque))]
-    stress = np.where(modulus > 0.0, torque / np.where(modulus > 0.0, modulus, 1.0), 0.0)
-    if np.any(stress > 0.0):
-        chosen.append(int(np.argmax(stress)))
-    return list(dict.fromkeys(chosen))
-
-
-def _peaks(scene: Scene, setup: Setup, speed: FloatArray, high: Maxima) -> None:
-    met = _meeting(setup, speed, high)
+def _peaks(scene: Scene, setup: Setup, search: Search) -> None:
+    """Maxima of the section of the largest torque, and of that of the largest stress."""
+    columns, modulus = search.columns[TORQUE], setup.shaft.section_modulus
+    torque = search.top(TORQUE).value.value[0]
+    torque = np.where(np.isfinite(torque), torque, 0.0)
+    stress = np.divide(torque, modulus, out=np.zeros_like(torque), where=modulus > 0.0)
+    chosen = [int(np.argmax(torque)), *([int(np.argmax(stress))] if np.any(stress > 0.0) else [])]
+    curve, grid = search.samples[search.clear][:, columns], search.grid[search.clear]
+    parts = [
+        peaks(search.value, curve, grid, section, search.undamped_at)
+        for section in dict.fromkeys(chosen)
+    ]
+    high = Maxima(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+    met = _meeting(setup, search.speed, high.speed, high.section)
     axes = {"peak": np.arange(1, len(high.speed) + 1)}
-    ratio = np.abs(setup.shaft.section_ratio[high.section])
-    rounding = section_uncertainty(setup, high.speed, high.section)[1]
-    torque = Bounded(high.value, rounding + high.value_error)
-    scene.emit(f"{ROOT}/peak/speed", high.speed, high.speed_error, axes)
-    actual = of_finite(torque, lambda one: one / ratio)
-    scene.emit(f"{ROOT}/peak/torque_half_range", actual, axes=axes)
-    scene.emit(f"{ROOT}/peak/section", high.section + 1, 0.0, axes)
-    scene.emit(f"{ROOT}/peak/mode", met.mode, 0.0, axes)
-    scene.emit(f"{ROOT}/peak/half_order", met.order, 0.0, axes)
+    at, back = np.unique(by_machine(0, high.speed), return_inverse=True)
+    rounding = search.errors(at, [TORQUE])[TORQUE][back, high.section]
+    scene.emit(PEAK[0], high.speed, high.speed_error, axes)
+    scene.emit(PEAK[1], high.value, rounding + high.value_error, axes)
+    scene.emit(PEAK[2], high.section + 1, 0.0, axes)
+    scene.emit(PEAK[3], met.mode, 0.0, axes)
+    scene.emit(PEAK[4], met.order, 0.0, axes)
 
 
-def _meeting(setup: Setup, speed: FloatArray, high: Maxima) -> MeetingOrder:
-    end = (high.speed <= speed[0]) | (high.speed >= speed[-1])
-    return meeting(setup, high.speed, high.section, end)
+def _meeting(
+    setup: Setup, speed: FloatArray, at: FloatArray, section: IntArray | None = None
+) -> MeetingOrder:
+    """What resonates in sections at the speeds of their maxima, of a range; nothing at its ends."""
+    section = np.arange(len(at)) if section is None else section
+    return meeting(setup, at, section, (at <= speed[0]) | (at >= speed[-1]))
 
 
 # ----------------------------------------------------------------------------
 # Adapter: ranges of speeds in which the teeth of a gear hammer.
 # ----------------------------------------------------------------------------
 
-HAMMERING = tuple(f"{ROOT}/hammering/{name}" for name in ("from", "to", "gear"))
 
-
-def _emit_hammering(
-    scene: Scene, setup: Setup, every: FloatArray, steady: FloatArray, error: FloatArray
-) -> None:
-    """Where the torque of a gear changes its sign within the cycle.
-
-    Looked for between the speeds `every` (r,). Errors of referred torques of gears: of the mean
-    ones (s, g) and of what alternates (g,).
-    """
-    off = (np.max(steady, axis=0) + error) * np.abs(actual_per_referred(setup.shaft))
-    ends = [_ranges(setup, every, gear, float(one)) for gear, one in enumerate(off)]
-    rows = [(*one, number) for number, ranges_of in enumerate(ends, start=1) for one in ranges_of]
-    low, high, uncertainties, number = (np.array([row[k] for row in rows]) for k in range(4))
-    axes = {"hammering": np.arange(1, len(rows) + 1)}
-    scene.emit(HAMMERING[0], low, uncertainties, axes)
-    scene.emit(HAMMERING[1], high, uncertainties, axes)
-    scene.emit(HAMMERING[2], number.astype(np.int64), 0.0, axes)
-
-
-def _ranges(
-    setup: Setup, speed: FloatArray, gear: int, off: float
-) -> list[tuple[float, float, float]]:
-    """Ends of the ranges in which a gear hammers, in rad/s, and the error of both."""
-
-    def reversed_by(at: FloatArray) -> FloatArray:
-        curves = sweep(setup.model, setup.drive, at, setup.shaft, angles=False)
-        least = least_gear_torque(setup.shaft, curves, mean_torques(setup, at).gear, 0.0)
-        return np.where(curves.masked, np.inf, -off - least.value[:, gear])
-
-    barred = barred_ranges(reversed_by, speed)
+def _emit_hammering(scene: Scene, setup: Setup, search: Search) -> None:
+    """Where the torque of a gear changes its sign within the cycle, between all known speeds."""
+    least, off = readings_of(setup)[LEAST], search.uncertainty(LEAST)
+    near = search.found.speed[np.isfinite(search.found.value)]
+    every = distinct(np.concatenate([search.grid, near, search.undamped_at]))
     rows = []
-    for start, end in zip(barred.start.tolist(), barred.end.tolist(), strict=True):
-        at = np.array([start, end])
-        slope = slopes(reversed_by, at, speed[0], speed[-1])
-        # an end of the speeds that were asked for, or of the sense of the mean, is exact
-        near = np.abs(reversed_by(at)) < slope * SLOPE_STEP * at
-        crosses = np.isfinite(slope) & (slope > 0.0) & near
-        moved = np.where(crosses, 4.0 * off / np.where(crosses, slope, 1.0), 0.0)
-        rows.append((start, end, float(np.max(moved + 8.0 * EPSILON * at))))
-    return rows
+    for gear, error in enumerate(off.tolist()):
+
+        def reversed_by(at: FloatArray, gear: int = gear, error: float = error) -> FloatArray:
+            return np.asarray(-error - least.of(Motion(setup, at)).value[:, gear])
+
+        barred = barred_ranges(reversed_by, every)
+        for at in np.stack([barred.start, barred.end], axis=1):
+            slope = slopes(reversed_by, at, every[0], every[-1])
+            # an end of the speeds that were asked for, or of the sense of the mean, is exact
+            near_it = np.abs(reversed_by(at)) < slope * SLOPE_STEP * at
+            crosses = np.isfinite(slope) & (slope > 0.0) & near_it
+            moved = np.where(crosses, 4.0 * error / np.where(crosses, slope, 1.0), 0.0)
+            rows.append((*at, float(np.max(moved + 8.0 * EPSILON * at)), gear + 1))
+    low, high, uncertainty, number = np.array(rows).reshape(-1, 4).T
+    axes = {"hammering": np.arange(1, len(rows) + 1)}
+    scene.emit(HAMMERING[0], low, uncertainty, axes)
+    scene.emit(HAMMERING[1], high, uncertainty, axes)
+    scene.emit(HAMMERING[2], number.astype(np.int64), 0.0, axes)

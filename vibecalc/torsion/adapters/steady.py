@@ -8,30 +8,27 @@ from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, bounded, rounded, square
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
-from vibecalc.numerics.synthesis import over_cycle, synthesis
+from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.adapters.critical import beyond, emit_critical, emit_separation
-from vibecalc.torsion.adapters.curves import (
-    Curves,
-    MeanTorques,
-    OrderSolution,
-    bounded_orders,
-    curve_uncertainty,
-    mean_torques,
-    section_heat,
-    solved,
-    sweep,
-)
 from vibecalc.torsion.adapters.excitation import emit_excitation
 from vibecalc.torsion.adapters.modes import emit_modes
-from vibecalc.torsion.adapters.readings import emit_curves
+from vibecalc.torsion.adapters.motion import Motion, emit_readings, readings_of, solved
 from vibecalc.torsion.adapters.setup import Setup, build_drive, build_setup, placed
 from vibecalc.torsion.adapters.variants import emit_healthy
-from vibecalc.torsion.results import ROOT, PowerBalance
+from vibecalc.torsion.results import ROOT, PowerBalance, of_line
 from vibecalc.torsion.section_loads import ground_heat
 
 # ----------------------------------------------------------------------------
 # Adapter: a shaft line and its engine to modes, excitation, vibration at operating speed.
 # ----------------------------------------------------------------------------
+
+
+#: what the vibration at the operating speed gives
+_STEADY = tuple(
+    path
+    for path in of_line(ranged=False)
+    if path.split("/")[2] not in ("modes", "excitation", "critical", "damping", "healthy")
+)
 
 
 def run_torsion(scene: Scene) -> None:
@@ -53,34 +50,11 @@ def run_torsion(scene: Scene) -> None:
         from vibecalc.torsion.adapters.dampings import emit_dampings
 
         emit_dampings(scene, setup)
-    if scene.wanted is None or any(_is_steady(path) for path in scene.wanted):
+    if scene.wants(*_STEADY):
         emit_steady(scene, setup)
     emit_critical(scene, setup)
     if setup.torsion.misfire and _wants(scene, "healthy/"):
         emit_healthy(scene, setup)
-
-
-#: folders of what other stages or other parts of this one make
-_ELSEWHERE = tuple(
-    f"{ROOT}/{name}"
-    for name in (
-        *("modes/", "excitation/", "critical/", "damping/", "healthy/", "speeds/", "largest/"),
-        *("masked/", "peak/", "bare/", "reduction", "barred/", "exceeded/", "hammering/"),
-        *(
-            "campbell/",
-            "separation/range/",
-            "limit/largest",
-            "coupling/speeds/",
-            "coupling/largest",
-            "curves/",
-        ),
-        *("irregularity/", "conditions/", "transient/", "variable_inertia/", "as_published/"),
-    )
-)
-
-
-def _is_steady(path: str) -> bool:
-    return path.startswith(f"{ROOT}/") and not path.startswith(_ELSEWHERE)
 
 
 def _wants(scene: Scene, folder: str) -> bool:
@@ -105,45 +79,56 @@ def setup_of(scene: Scene) -> Setup:
 SLOW = 0.1
 
 
+#: readings of dampers and gears -> where they stand at the operating speed
+AT_SPEED = {
+    "heat": "damper/heat",
+    "travel": "damper/travel",
+    "gear_mean_torque": "gear/mean_torque",
+    "gear_torque": "gear/alternating_torque",
+    "gear_minimum_torque": "gear/minimum_torque",
+}
+
+
 def emit_steady(scene: Scene, setup: Setup) -> None:
     """Angles, twists, torques and stresses by order, their half ranges, heat, gears, margins."""
-    state = operating(setup)
-    shaft, order, at = setup.shaft, setup.drive.order, np.array([setup.speed])
-    names: dict[str, object] = {
+    motion, shaft = Motion(setup, np.array([setup.speed]), bounded=True), setup.shaft
+    refuse_unbounded(setup, motion)
+    names = {
         "station": shaft.station_names,
         "section": shaft.section_names,
-        "half_order": order,
+        "half_order": setup.drive.order,
     }
-    angle = (state.angle[0][:, shaft.freedom] * shaft.station_ratio).T
-    scene.emit(f"{ROOT}/angle", angle, axes=names)
-    scene.emit(f"{ROOT}/angle_peak", over_cycle(setup.drive.cycles, angle).peak, axes=names)
-    scene.emit(f"{ROOT}/twist", (state.twist[0] * shaft.section_ratio).T, axes=names)
-    torque = (state.torque[0] / shaft.section_ratio).T
-    scene.emit(f"{ROOT}/torque", torque, axes=names)
-    scene.emit(f"{ROOT}/torque_bound", over_cycle(setup.drive.cycles, torque).bound, axes=names)
-    stressed = np.flatnonzero(shaft.section_modulus)
-    if len(stressed):
-        stress = torque[stressed] / shaft.section_modulus[stressed, None]
-        of_section = {**names, "section": tuple(shaft.section_names[e] for e in stressed)}
-        scene.emit(f"{ROOT}/stress", stress, axes=of_section)
-    mean = mean_torques(setup, at)
-    scene.emit(f"{ROOT}/torque_mean", mean.section[0] / shaft.section_ratio, axes=names)
+    for name in ("angle", "twist", "torque"):
+        scene.emit(f"{ROOT}/{name}", motion.orders(name)[0].T, axes=names)
+    stations, sections = np.arange(len(shaft.station_names)), np.arange(len(shaft.section_names))
+    scene.emit(f"{ROOT}/angle_peak", motion.sums("angle", stations).peak[0], axes=names)
+    scene.emit(f"{ROOT}/torque_bound", motion.sums("torque", sections).bound[0], axes=names)
+    known = readings_of(setup)
+    if "stress_half_range" in known:
+        of = known["stress_half_range"]
+        of_section = {**names, "section": of.names}
+        scene.emit(f"{ROOT}/stress", motion.orders("stress", of.place)[0].T, axes=of_section)
+    scene.emit(f"{ROOT}/torque_mean", motion.mean.section[0] / shaft.section_ratio, axes=names)
     _power_balance(scene, setup)
-    curves = sweep(setup.model, setup.drive, at, shaft)
-    uncertainty = curve_uncertainty(setup, at, np.zeros(0))
-    half_range, _ = emit_curves(
-        scene, ROOT, setup, Curves(*(one[0] for one in curves)), uncertainty,
-        MeanTorques(*(one[0] for one in mean)), {},
-    )  # fmt: skip
+    found = {name: reading.of(motion)[0] for name, reading in known.items()}
+    emit_readings(scene, ROOT, setup, found, {}, AT_SPEED)
+    if shaft.gears:
+        least, alternating = found["gear_minimum_torque"], found["gear_torque"]
+        hammers = (least.value < -least.error).astype(np.int64)
+        scene.emit(f"{ROOT}/gear/hammers", hammers, 0.0, {"gear": known["gear_torque"].names})
+        unsure = (np.abs(least.value) <= least.error) & (alternating.value > 0.0)
+        for gear in np.flatnonzero(unsure):
+            name = shaft.gears[gear].name
+            scene.warn(f"gear {name!r}: its least torque is zero to within the error")
     if setup.torsion.limits:
         from vibecalc.torsion.adapters.limits import emit_operating_use
 
-        emit_operating_use(scene, setup, half_range)
-    if setup.shaft.couplings:
+        emit_operating_use(scene, setup, motion)
+    if shaft.couplings:
         from vibecalc.torsion.adapters.couplings import emit_couplings
 
-        emit_couplings(scene, setup)
-    _heat(scene, setup, state)
+        emit_couplings(scene, setup, motion)
+    _heat(scene, setup, motion)
     _margins(scene, setup)
     if scene.wanted is None:  # a study of many points needs no sentences
         warn_of_orders(scene, setup)
@@ -155,34 +140,31 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
     )
 
 
-def operating(setup: Setup) -> OrderSolution:
-    """All orders at the operating speed, with their errors.
-
-    Raises NumericalFailure naming mode and order where nothing damps what an order excites.
-    """
-    state = bounded_orders(setup, np.array([setup.speed]))
+def refuse_unbounded(setup: Setup, motion: Motion) -> None:
+    """Raise NumericalFailure naming mode and order where nothing damps what an order excites."""
+    state = motion.state
     met = np.flatnonzero(state.masked[0])
-    if len(met):
-        order, w = setup.drive.order[met[0]], float(state.frequency[0, met[0]])
-        every = setup.natural().frequency
-        mode = nearest_mode(every, np.array([w]))[0]
-        natural = float(every[mode - 1]) if mode else 0.0
-        rpm = setup.speed * 30.0 / np.pi
-        if every[0] == 0.0 and not w >= SLOW * natural > 0.0:
-            lowest = f", {natural:.9g} rad/s" if mode else ""
-            raise NumericalFailure(
-                f"order {order:g} at {setup.speed:.9g} rad/s ({rpm:.6g} rpm) is so slow that the "
-                "shaft line turns as one rigid body (mode 1, 0 rad/s): the twists of its shafts "
-                "are lost in the rounding of its angles. Take a speed that is not so far below "
-                f"the lowest elastic mode{lowest}"
-            )
+    if not len(met):
+        return
+    order, w = setup.drive.order[met[0]], float(state.frequency[0, met[0]])
+    every = setup.natural().frequency
+    mode = nearest_mode(every, np.array([w]))[0]
+    natural = float(every[mode - 1]) if mode else 0.0
+    rpm = setup.speed * 30.0 / np.pi
+    if every[0] == 0.0 and not w >= SLOW * natural > 0.0:
+        lowest = f", {natural:.9g} rad/s" if mode else ""
         raise NumericalFailure(
-            f"order {order:g} at {setup.speed:.9g} rad/s ({rpm:.6g} rpm) is on the undamped "
-            f"natural frequency of mode {mode} of the shaft line, {natural:.9g} rad/s: its "
-            "response has no bound there. Give shafts, stations or a damper some damping, or "
-            "move the speed"
+            f"order {order:g} at {setup.speed:.9g} rad/s ({rpm:.6g} rpm) is so slow that the "
+            "shaft line turns as one rigid body (mode 1, 0 rad/s): the twists of its shafts "
+            "are lost in the rounding of its angles. Take a speed that is not so far below "
+            f"the lowest elastic mode{lowest}"
         )
-    return state
+    raise NumericalFailure(
+        f"order {order:g} at {setup.speed:.9g} rad/s ({rpm:.6g} rpm) is on the undamped "
+        f"natural frequency of mode {mode} of the shaft line, {natural:.9g} rad/s: its "
+        "response has no bound there. Give shafts, stations or a damper some damping, or "
+        "move the speed"
+    )
 
 
 #: of the power of the cylinders, what loads may take more before a sentence says so
@@ -230,11 +212,11 @@ def nearest_mode(natural: FloatArray, frequency: FloatArray) -> np.ndarray:
     return np.asarray(elastic[np.argmin(away, axis=1)] + 1)
 
 
-def _heat(scene: Scene, setup: Setup, state: OrderSolution) -> None:
+def _heat(scene: Scene, setup: Setup, motion: Motion) -> None:
     """Mean powers of sections and stations, all orders together."""
-    shaft, line = setup.shaft, setup.model.line
+    shaft, line, state = setup.shaft, setup.model.line, motion.state
     names = {"section": shaft.section_names, "station": shaft.station_names}
-    element = section_heat(setup, np.array([setup.speed]), state)[0]
+    element = motion.heat(np.arange(len(shaft.section_names)))[0]
     ground = ground_heat(line, state.frequency, state.angle).sum(axis=-2)[0]
     total = line.absolute_damping[shaft.freedom]
     # two damping ratios may ask for less than none

@@ -8,10 +8,10 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, concatenate, maximum, where
-from vibecalc.numerics.rounding import EPSILON, FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray, distinct
 from vibecalc.numerics.synthesis import Cycles, over_cycle
-from vibecalc.torsion.adapters.limits import over_range
-from vibecalc.torsion.adapters.maxima import added
+from vibecalc.torsion.adapters.motion import TORQUE, readings_of
+from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup, build_setup
 from vibecalc.torsion.adapters.transient_damping import Equivalent
 from vibecalc.torsion.adapters.transient_motion import Journey, journey, running
@@ -217,8 +217,10 @@ def _emit_passage(change: Change) -> None:
         )
     passed = course.at(np.linspace(0.0, course.time[-1], 2 * _TIMES + 1)[1::2])[0]
     speed = _speeds(setup, np.append(passed, ends[0][ends[0] > _ROUNDED * ends[0].max()]))
-    steady = over_range(setup, speed, False, None)
-    top = Bounded(steady.top.value, steady.top.value_error + _ROUNDED * np.abs(steady.top.value))
+    steady = Search([setup], speed, [{TORQUE: readings_of(setup)[TORQUE]}], [TORQUE])
+    found, ratio = steady.found, np.abs(setup.shaft.section_ratio)
+    size = found.value_error + _ROUNDED * np.abs(found.value)
+    top = Bounded(found.value * ratio, size * ratio)
     finite = np.isfinite(top.value)
     if np.any(top.value <= 0.0):
         raise NumericalFailure("a section has no steady response to compare with")
@@ -229,11 +231,11 @@ def _emit_passage(change: Change) -> None:
     step = float(path.fastest * np.max(swings.time_error) + 8.0 * EPSILON * speed[-1])
     change.emit("peak_half_range_speed", at, step)
     change.emit_own("steady_half_range", top.value, np.where(finite, top.error, 0.0))
-    change.emit("steady_half_range_speed", steady.top.speed, steady.top.speed_error)
+    change.emit("steady_half_range_speed", found.speed, found.speed_error)
     over = Bounded(swings.half_range, swings.error) / where(finite, top, 1.0) - 1.0
     change.emit("overshoot", where(finite, over, -1.0))
     way = np.sign(ends[0, 1] - ends[0, 0])
-    change.emit("lag", way * (at - steady.top.speed), step + steady.top.speed_error)
+    change.emit("lag", way * (at - found.speed), step + found.speed_error)
     if not np.all(finite):
         change.scene.warn(
             "nothing damps the line at a critical speed that is passed: its steady vibration has no "
@@ -261,14 +263,17 @@ def _speeds(setup: Setup, passed: FloatArray) -> FloatArray:
     return np.linspace(low, high, _SPEEDS)
 
 
-def _emit_quasi_steady(change: Change, steady: Any) -> None:
+def _emit_quasi_steady(change: Change, steady: Search) -> None:
     """The largest steady half ranges at the speeds of each window of the envelope."""
     windows, course = change.windows, change.run.course
     if windows is None:
         return
-    dense = added(change.setup, steady.dense, by_machine(0, steady.top.speed))
-    bounded = np.all(np.isfinite(dense.torque), axis=1)
-    speed, torque = dense.speed[bounded], dense.torque[bounded]
+    extra = by_machine(0, distinct(steady.found.speed[~np.isin(steady.found.speed, steady.grid)]))
+    at = np.concatenate([steady.pairs, extra])
+    rising = np.argsort(at.imag, kind="stable")
+    sampled = np.concatenate([steady.samples, steady.sampled(extra)])[rising]
+    bounded = np.all(np.isfinite(sampled), axis=1)
+    speed, torque = at.imag[rising][bounded], (sampled * np.abs(change.ratio))[bounded]
     if len(speed) < 2:
         raise NumericalFailure("the speed hardly changes: nothing to compare the run with")
     # the speed of a window may turn at a border of two stretches

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.numerics.rounding import BoolArray, FloatArray
-from vibecalc.torsion.adapters.curves import solved
+from vibecalc.torsion.adapters.motion import solved
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.line import Line
 

@@ -133,8 +133,8 @@ def torques(setup: Setup, speed: float) -> tuple[ComplexArray, ComplexArray]:
     gas[drive.freedom, 0] = share @ drive.mean.value
     gas[drive.freedom, 1:] = np.tensordot(share, drive.gas.value, 1).T
     inertia[drive.freedom, 1:] = drive.inertia.value.T
-    for column, place, amplitude, law in zip(*drive.given, strict=True):
-        at = drive.freedom[place], column + 1
+    for column, place, harmonic in drive.given:
+        at, amplitude, law = (drive.freedom[place], column + 1), harmonic.amplitude, harmonic.law
         if isinstance(law, SpeedLaw) and law.exponent == 2.0 and not len(law.entry):
             inertia[at] += amplitude * law.value / law.reference**2
         else:
