@@ -3,19 +3,12 @@
 from typing import Any
 
 import numpy as np
-from ong_tables import si_matrices
-from report_samples import DIRECTIONS, quantity, result_of
-from scipy.linalg import eigh
+from report_samples import DIRECTIONS, golden, quantity, result_of
 
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 
 SPEED, RADIUS, LENGTH = 361.0, 0.0127, 0.060325
-COORDINATES = Axis(name="coordinate", values=np.array(["x", "y", "z", "rx", "ry", "rz"], object))
-MODES = Axis(name="mode", values=np.arange(1, 7))
 ORDERS = Axis(name="order", values=np.arange(1, 201))
-OPERATIONS = Axis(name="operation", values=np.array(["A+B", "A", "B"], object))
-BALANCES = Axis(name="balance", values=np.array(["A+B", "A", "B"], object))
-CHANGES = Axis(name="change", values=np.array(["A+B to A", "A to A+B"], object))
 CLEARANCES = Axis(name="clearance", values=np.array([2.54e-6, 3.81e-5, 2.54e-4]), unit="m")
 IMPACT_ORDERS = Axis(name="order", values=np.arange(0, 101))
 CONTACTS = Axis(name="contact", values=np.arange(1, 9))
@@ -41,50 +34,30 @@ def compressor(*parts: list[Quantity], **tables: Any) -> Result:
     return result_of(record, case, name="compressor")
 
 
+def _of(*roots: str, of: str = "compressor") -> list[Quantity]:
+    """What a compressor really has below some roots."""
+    found = golden(of).record.items()
+    return [quantity for path, quantity in found if path.startswith(roots)]
+
+
 def motion() -> list[Quantity]:
-    """Acceleration over one turn, its harmonics by quadrature, masses and the rod's inertia."""
-    angle, square = TURN.values, (RADIUS * np.sin(TURN.values)) ** 2
-    root = np.sqrt(LENGTH**2 - square)
-    second = -RADIUS * np.cos(angle) - RADIUS**2 * (
-        np.cos(2.0 * angle) / root + RADIUS**2 * np.sin(2.0 * angle) ** 2 / (4.0 * root**3)
-    )
-    curve = SPEED**2 * second
-    orders = np.arange(0, 21)
-    waves = np.exp(-1j * np.outer(orders, angle[:-1]))
-    harmonics = 2.0 * (waves @ curve[:-1]) / (angle.size - 1)
-    few = Axis(name="order", values=orders)
-    cylinders = Axis(name="cylinder", values=np.array(["A", "B"], object))
-    rod_orders = Axis(name="order", values=np.arange(1, 41))
-    couple = 0.8 * 0.04 ** (rod_orders.values // 2) * 1j * (rod_orders.values % 2)
-    return [
-        quantity("kinematics/acceleration", curve, "m/s^2", TURN),
-        quantity("kinematics/acceleration_harmonics", harmonics, "m/s^2", few, error=1e-9),
-        quantity("excitation/mass/reciprocating", [0.3486, 0.3486], "kg", cylinders),
-        quantity("excitation/mass/rotating", [0.0438, 0.0438], "kg", cylinders),
-        quantity("excitation/rod/split_inertia", 4.19e-5, "kg*m^2"),
-        quantity("excitation/rod/couple", couple, "N*m", rod_orders, error=1e-30),
-        quantity("excitation/rod/couple_peak", 0.83, "N*m"),
-    ]
+    """Motion of the pistons, masses and the rod's inertia."""
+    return _of("kinematics/acceleration", "excitation/mass/", "excitation/rod/")
 
 
 def modes() -> list[Quantity]:
-    """Modes of the published matrices, by another library."""
-    matrices = si_matrices()
-    square, shape = eigh(matrices.stiffness, matrices.mass)
-    natural = np.sqrt(square)
-    share = (shape * (matrices.mass @ shape)).T
-    distance = SPEED / natural - 1.0
-    stem = "response/modes/"
-    other = Axis(name="other_mode", values=MODES.values)
-    return [
-        quantity(stem + "natural_frequency", natural, "rad/s", MODES),
-        quantity(stem + "damping_ratio", 0.03 * np.ones(6), "", MODES),
-        quantity(stem + "nearest_order", np.ones(6, int), "", MODES),
-        quantity(stem + "distance", distance, "", MODES),
-        quantity(stem + "shape", shape.T, "", MODES, COORDINATES),
-        quantity(stem + "energy_fraction", share, "", MODES, COORDINATES),
-        quantity(stem + "assurance", np.eye(6), "", MODES, other),
-    ]
+    """Modes of the body."""
+    return _of("response/modes/")
+
+
+def operations() -> list[Quantity]:
+    """Energies of three operations with three balances."""
+    return _of("response/operations/")
+
+
+def switching() -> list[Quantity]:
+    """Two changes, at once and through rest."""
+    return _of("response/switching/", of="compressor_switching")
 
 
 def by_order(first: float) -> np.ndarray:
@@ -115,85 +88,6 @@ def response() -> list[Quantity]:
             quantity(stem + "peak", 1.02 * size, "J"),
         ]
     return found
-
-
-def operations() -> list[Quantity]:
-    """Energies of three operations with three balances; their own balance leaves nothing over."""
-    mean = np.array([[0.00623, 0.01170, 0.00527], [0.05364, 0.03943, 0.06804],
-                     [0.07545, 0.09629, 0.06205]])  # fmt: skip
-    own = 1.0 - np.eye(3)
-    low, high = mean * (1.0 - 0.4 * own), mean * (1.0 + 0.1 * own)
-    rotating = own * 2e-3 + np.eye(3) * 1e-36
-    found = []
-    for kind, part in (("kinetic", 1.0), ("potential", 0.072)):
-        stem = f"response/operations/{kind}_energy/"
-        for name, values in (
-            ("mean", mean), ("peak", 2.1 * mean), ("mean_low", low), ("mean_high", high),
-            ("peak_low", 2.1 * low), ("peak_high", 2.1 * high), ("rotating_mean", rotating),
-            ("rotating_peak", 1.1 * rotating),
-        ):  # fmt: skip
-            found.append(quantity(stem + name, part * values, "J", OPERATIONS, BALANCES))
-        apart = mean.max(axis=0) - mean.min(axis=0)
-        found.append(quantity(stem + "difference", part * apart, "J", BALANCES))
-        found.append(quantity(stem + "weighted", part * mean.mean(axis=0), "J", BALANCES))
-    return found
-
-
-def switching() -> list[Quantity]:
-    """Two changes, at once and through rest, with swelling and dying envelopes."""
-    found = []
-    for way, end in (("instant", 1.5), ("reversal", 4.0)):
-        time = Axis(name=f"{way}_time", values=np.linspace(end / 600, end, 600), unit="s")
-        stem = f"response/switching/{way}/"
-        energy = np.array([_energy(time.values, way, 0), _energy(time.values, way, 1)])
-        sway = 2e-5 * np.sqrt(energy / 0.1)[:, None, :] * np.array([0.05, 1.0, 0.1])[:, None]
-        peaks = sway.max(axis=-1)
-        top = energy.argmax(axis=-1)
-        found += [
-            quantity(stem + "translation_peak", peaks, "m", CHANGES, DIRECTIONS),
-            quantity(
-                stem + "rotation_peak", 40.0 * peaks[:, [1, 0, 2]], "rad", CHANGES, DIRECTIONS
-            ),
-            quantity(stem + "ground_force_peak", 7e5 * peaks, "N", CHANGES, DIRECTIONS),
-            quantity(stem + "ground_couple_peak", 1e5 * peaks, "N*m", CHANGES, DIRECTIONS),
-            quantity(stem + "kinetic_energy_peak", energy.max(axis=-1), "J", CHANGES),
-            quantity(stem + "potential_energy_peak", 0.6 * energy.max(axis=-1), "J", CHANGES),
-            quantity(stem + "peak_time", time.values[top], "s", CHANGES),
-            quantity(stem + "peak_speed", [SPEED, -63.0], "rad/s", CHANGES),
-            quantity(stem + "settle_time", [0.91, 1.02], "s", CHANGES),
-            quantity(stem + "kinetic_energy_high", energy, "J", CHANGES, time),
-            quantity(stem + "translation_high", sway, "m", CHANGES, DIRECTIONS, time),
-            quantity(stem + "translation_low", -0.9 * sway, "m", CHANGES, DIRECTIONS, time),
-        ]
-        if way == "reversal":
-            speed = np.interp(time.values, [0.0, 1.0, 2.0, 3.0], [SPEED, 0.0, 0.0, -SPEED])
-            found.append(quantity(stem + "speed", np.array([speed, speed]), "rad/s", CHANGES, time))
-    pair = Axis(name="operation", values=np.array(["A+B", "A"], object))
-    stem = "response/switching/"
-    found.append(quantity(stem + "steady_energy", [0.0163, 0.1074], "J", pair))
-    found.append(quantity(stem + "instant/worst_angle", [1.2, 4.4], "rad", CHANGES))
-    found.append(quantity(stem + "instant/worst_kinetic_energy_peak", [0.31, 0.21], "J", CHANGES))
-    met = Axis(name="passage", values=np.arange(1, 31))
-    for name, values, unit in (
-        ("change", 1 + (met.values > 15), ""), ("mode", 1 + met.values % 6, ""),
-        ("order", 1 + met.values // 6, ""), ("speed", 70.0 - met.values, "rad/s"),
-        ("time", 0.1 * met.values, "s"), ("haste", 0.2 * met.values, ""),
-    ):  # fmt: skip
-        found.append(quantity(f"{stem}passage/{name}", values, unit, met))
-    return found
-
-
-def _energy(time: np.ndarray, way: str, change: int) -> np.ndarray:
-    ends = (0.0163, 0.1074)
-    before, after = ends[change], ends[1 - change]
-    if way == "instant":
-        return after + 0.12 * np.exp(-4.0 * time) * (1.0 + np.cos(180.0 * time))
-    passing = 0.9 * np.exp(-(((time - 0.83) / 0.03) ** 2)) * before / 0.1
-    passing += 0.9 * np.exp(-(((time - 2.2) / 0.03) ** 2)) * after / 0.1
-    held = np.interp(
-        time, [0.0, 0.8, 1.0, 2.0, 2.3, 3.0], [before, before, 1e-4, 1e-9, after, after]
-    )
-    return held + passing
 
 
 def impact(count: int = 3) -> list[Quantity]:

@@ -82,14 +82,28 @@ def test_a_section_that_fails_takes_nothing_along(monkeypatch: pytest.MonkeyPatc
     _mended(monkeypatch)
 
 
-def test_a_report_that_fails_as_a_whole_leaves_the_result(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert _run("-q").code == 0
-    monkeypatch.setattr("vibecalc.core.report.text.identity", _broken)
-    found = _run("-q")
-    assert found.code == 70 and "the text report: IndexError" in found.err
-    assert Path("one.h5").exists() and not Path("one.txt").exists()
+@pytest.mark.parametrize(
+    ("broken", "given", "words"),
+    [
+        ("text.identity", ["run", "-q"], "the text report: IndexError"),
+        ("terminal.print_summary", ["run"], "the summary: IndexError"),
+        (
+            "sweep.text.sweep_lines",
+            ["sweep", "--grid", "machine.speed=300:310:2", "--jobs", "1"],
+            "",
+        ),
+        ("accuracy.accuracy_lines", ["accuracy", "--stage", "excitation", "--longest", "1"], ""),
+    ],
+)
+def test_a_result_stands_whose_words_fail(
+    broken: str, given: list[str], words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(f"vibecalc.core.report.{broken}", _broken)
+    verb, *more = given
+    found = command(verb, GENERATOR, *more, "-o", "one.h5", cap=60)
+    assert found.code == 70 and "one.h5: the result is whole" in found.err and words in found.err
+    assert Path("one.txt").exists() == (verb == "run" and "-q" not in more)
     _mended(monkeypatch)
-    _stands()
     assert command("report", "one.h5").code == 0
 
 
@@ -103,14 +117,6 @@ def test_the_result_stands_before_words_are_made(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("vibecalc.core.report.text.identity", stopped)
     assert _run("-q").code == 130
     _mended(monkeypatch)
-    _stands()
-
-
-def test_a_summary_that_fails_leaves_result_and_report(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vibecalc.core.report.terminal.print_summary", _broken)
-    found = _run()
-    assert found.code == 70 and "the summary: IndexError" in found.err
-    assert Path("one.txt").exists()
     _stands()
 
 
@@ -149,6 +155,9 @@ def test_one_case_that_fails_does_not_stop_the_others(monkeypatch: pytest.Monkey
 
 
 def test_a_picture_that_fails_takes_nothing_along(monkeypatch: pytest.MonkeyPatch) -> None:
+    every = plots.pictures_of
+    monkeypatch.setattr(plots, "_image", lambda *_: b"")
+    monkeypatch.setattr(plots, "pictures_of", lambda one: dict(list(every(one).items())[:6]))
     assert _run("-q").code == 0
     assert command("plot", "one.h5", "-o", "all").code == 0
     names = sorted(path.name for path in Path("all").iterdir())
@@ -169,33 +178,9 @@ def test_a_picture_that_fails_takes_nothing_along(monkeypatch: pytest.MonkeyPatc
     assert found.code == 70 and Path("one.html").exists()
 
 
-def test_of_several_reports_one_that_fails_stops_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    Path("hollow.toml").write_text(HOLLOW, encoding="utf-8")
-    assert command("run", GENERATOR, "hollow.toml", "-q", "-o", "out/").code == 0
-    monkeypatch.setattr(excitation, "excitation", _broken)
-    found = command("report", "out/generator.h5", "out/hollow.h5")
-    assert found.code == 70 and "Hollow" in found.out and "out/generator.h5" in found.err
-
-
-def test_a_sweep_stands_whose_report_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vibecalc.core.report.sweep.text.sweep_lines", _broken)
-    grid = ("--grid", "machine.speed=300:310:2", "--jobs", "1")
-    found = command("sweep", GENERATOR, *grid, "-q", "-o", "one.h5", cap=60)
-    assert found.code == 70 and "one.h5: the result is whole" in found.err
-    _mended(monkeypatch)
-    assert command("report", "one.h5").code == 0
-
-
-def test_measured_methods_stand_whose_report_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vibecalc.core.report.accuracy.accuracy_lines", _broken)
-    given = ("--stage", "excitation", "--longest", "1", "-q", "-o", "one.h5")
-    found = command("accuracy", GENERATOR, *given, cap=60)
-    assert found.code == 70 and "one.h5: the result is whole" in found.err
-    _mended(monkeypatch)
-    assert command("report", "one.h5").code == 0
-
-
 def test_python_has_the_result_and_its_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plots, "_image", lambda *_: b"")
+    monkeypatch.setattr("vibecalc.core.report.page.vector_pictures", lambda _: [])
     monkeypatch.setattr(excitation, "excitation", _broken)
     result = api.run(GENERATOR)
     with pytest.raises(Defect, match=r"one\.h5: the result is whole"):
@@ -237,19 +222,6 @@ def test_a_hollow_shaft_is_an_ordinary_case() -> None:
     rate = math.sqrt(stiffness * (1.0 / 100.0 + 1.0 / 400.0))
     found = api.read("one.h5")["response/torsion/modes/natural_frequency"].values
     assert max(found) == pytest.approx(rate, rel=1e-12)
-
-
-def test_names_may_be_long() -> None:
-    """Forty characters, of parts that stand in all tables of a line."""
-    names = {name: f"{name} of the port main engine, long name".ljust(40, "x") for name in
-             ("drive", "end", "hollow")}  # fmt: skip
-    text = HOLLOW + 'speeds = { from = "100 rpm", to = "600 rpm", points = 21 }\n'
-    for short, name in names.items():
-        text = text.replace(f'"{short}"', f'"{name}"')
-    Path("long.toml").write_text(text, encoding="utf-8")
-    assert command("run", "long.toml", "-o", "one.h5").code == 0
-    found = command("report", "one.h5", "--full")
-    assert found.code == 0 and max(map(len, found.out.splitlines())) <= 100
 
 
 def test_a_table_that_is_too_wide_goes_on_below() -> None:

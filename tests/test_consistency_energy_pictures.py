@@ -11,7 +11,6 @@ pytest.importorskip("matplotlib")
 
 from test_consistency_response_plots import figure, words
 
-from vibecalc.core.report.plots import make
 from vibecalc.core.results.record import Axis, Result
 
 MODES = Axis(name="mode", values=np.array([1, 2]))
@@ -50,20 +49,6 @@ def test_run_up_energies_on_a_logarithmic_axis() -> None:
     assert np.nanmax(np.abs(ratio[1:] - 1.0 / 0.3)) < 1e-12  # at rest: no place on this axis
     assert "at 1146 rpm" in words(axes)
     assert list(drawn["operating speed"].get_xdata()) == pytest.approx([361.0 * RPM] * 2)
-
-
-def test_masked_speeds_are_bands_over_the_curves() -> None:
-    (axes,) = figure(run_up([(119.9, 120.1), (60.2, 60.3)]), "response_run_up").axes
-    assert len(axes.patches) == 2
-    assert "order 1, mode 2" in words(axes) and " rpm" not in words(axes)
-    line = curves(axes)["kinetic energy, mean"]
-    assert all(band.get_zorder() > line.get_zorder() for band in axes.patches)
-    ends = [(band.get_x(), band.get_x() + band.get_width()) for band in axes.patches]
-    assert np.ravel(ends) == pytest.approx(RPM * np.array([119.9, 120.1, 60.2, 60.3]))
-
-
-def test_no_run_up_no_picture() -> None:
-    assert make(compressor(), "response_run_up") is None
 
 
 def test_ranges_stand_in_the_middle_of_their_bars() -> None:

@@ -1,14 +1,9 @@
 """Claim: pictures of motion, energies, switching and impacts show the numbers of the result."""
 
-from itertools import pairwise
-from pathlib import Path
-
 import numpy as np
 import pytest
 from long_but import long_but
-from report_samples import quantity
 from response_samples import (
-    CHANGES,
     compressor,
     impact,
     modes,
@@ -22,11 +17,8 @@ pytest.importorskip("matplotlib")
 
 from drawn import assert_apart, figure, lines, words
 
-from vibecalc.core.report.canvas import crests, length_scale, spread_out
-from vibecalc.core.report.plots import draw_file, every_picture, make
-from vibecalc.core.results.record import Axis
-from vibecalc.impact.pictures import broken
-from vibecalc.response.pictures import envelope
+from vibecalc.core.report.canvas import crests
+from vibecalc.core.report.plots import make
 
 OWN = {
     "piston_acceleration": motion,
@@ -71,23 +63,6 @@ def test_acceleration_is_held_against_two_harmonics() -> None:
     assert above.get_ylabel() == "acceleration in m/s$^2$"
 
 
-def test_modes_have_a_panel_each_with_frequency_and_freedom() -> None:
-    made = figure(compressor(), "mode_shapes")
-    titles = [axes.get_title() for axes in made.axes]
-    assert len(titles) == 6
-    assert titles[0] == "mode 1\n10.03 Hz\ny 51 %, rx 46 %"
-    assert titles[2].startswith("mode 3\n11.56 Hz\nz 96 %")
-
-
-def test_a_box_has_twelve_edges_and_keeps_its_shape() -> None:
-    axes = figure(compressor(), "mode_shapes").axes[0]
-    rest, moved = (np.transpose(line.get_data_3d()) for line in axes.get_lines()[:2])
-    edges = {tuple(sorted(map(tuple, pair))) for pair in pairwise(rest)}
-    assert len(edges) == 12
-    before, after = (np.linalg.norm(np.diff(one, axis=0), axis=1) for one in (rest, moved))
-    np.testing.assert_allclose(after, before, rtol=1e-14)
-
-
 def test_energies_have_bars_down_to_a_millionth_of_the_largest() -> None:
     result = compressor()
     (axes,) = figure(result, "energy_by_order").axes
@@ -126,15 +101,6 @@ def test_operations_are_bars_with_their_range() -> None:
     assert potential.get_xticklabels()[0].get_text() == "A+B"
 
 
-def test_one_operation_with_one_balance_has_a_picture() -> None:
-    one = Axis(name="operation", values=np.array(["A"], object))
-    sole = Axis(name="balance", values=np.array(["as in the case"], object))
-    path = "response/operations/kinetic_energy/mean"
-    (axes,) = figure(compressor([quantity(path, [[0.02]], "J", one, sole)]), "operations").axes
-    (bar,) = axes.patches
-    assert bar.get_data().values.tolist() == [0.02]
-
-
 def test_switching_shows_envelope_energy_and_speed() -> None:
     result = compressor()
     made = figure(result, "switching")
@@ -143,11 +109,14 @@ def test_switching_shows_envelope_energy_and_speed() -> None:
         "change through rest", "change at once"
     ]  # fmt: skip
     assert grid[0, 0].get_ylabel() == "displacement\nin \u00b5m"
-    assert f"{CHANGES.values[0]}, y" in [text.get_text() for text in made.legends[0].get_texts()]
-    peak = 1e6 * result.record["response/switching/reversal/translation_peak"].values[0, 1]
+    stem = "response/switching/reversal"
+    below, above = (result.record[f"{stem}/translation_{end}"] for end in ("low", "high"))
+    most = int(np.argmax(result.record[f"{stem}/translation_peak"].values[0]))
+    name = f"{above.axes[0].values[0]}, {'xyz'[most]}"
+    assert name in [text.get_text() for text in made.legends[0].get_texts()]
     outline = grid[0, 0].collections[0].get_paths()[0].vertices[:, 1]
-    assert outline.max() == pytest.approx(peak)
-    assert outline.min() == pytest.approx(-0.9 * peak)
+    assert outline.max() == pytest.approx(1e6 * above.values[0, most].max())
+    assert outline.min() == pytest.approx(1e6 * below.values[0, most].min())
     low, high = grid[2, 0].get_ylim()
     for way, axes in zip(("reversal", "instant"), grid[2], strict=True):
         energy = result.record[f"response/switching/{way}/kinetic_energy_peak"].values
@@ -159,20 +128,6 @@ def test_switching_shows_envelope_energy_and_speed() -> None:
     assert (speed.max(), speed.min()) == pytest.approx((3447.3, -3447.3), rel=0.03)
     assert np.ptp(grid[3, 1].get_lines()[0].get_ydata()) == 0.0
     assert grid[3, 1].get_xlabel() == "time in s"
-
-
-def test_switching_at_once_alone_has_its_panels() -> None:
-    parts = [item for item in switching() if "/reversal/" not in item.path]
-    made = figure(compressor(parts), "switching")
-    assert len([axes for axes in made.axes if axes.get_visible()]) == 4
-
-
-def test_the_energy_curve_lies_on_or_above_every_interval() -> None:
-    values = np.abs(np.sin(np.arange(200.0))) * np.exp(-0.01 * np.arange(200.0))
-    above = envelope(values)
-    assert np.all(above >= values) and above.shape == values.shape
-    assert above.max() == values.max()
-    assert envelope(np.array([2.0])).tolist() == [2.0]
 
 
 def test_force_against_clearance_has_error_bars() -> None:
@@ -188,16 +143,6 @@ def test_force_against_clearance_has_error_bars() -> None:
     upper = [segment[1, 1] for segment in segments]
     np.testing.assert_allclose(upper, force + 0.02 * force[-1])
     assert min(segment[0, 1] for segment in segments) > 0.0
-
-
-@pytest.mark.parametrize(
-    "name",
-    long_but([name for name in OWN if name.startswith(("impact", "dom"))], "impact_clearance"),
-)
-def test_one_clearance_is_enough(name: str) -> None:
-    made = figure(compressor(impact(1)), name)
-    made.canvas.draw()
-    assert len(made.axes) == (2 if name == "impact_spectrum" else 1)
 
 
 def test_the_first_turn_marks_its_contacts() -> None:
@@ -247,10 +192,6 @@ def test_dominance_marks_the_order_from_which_impacts_lead() -> None:
 
 
 def test_no_line_joins_orders_across_one_without_force() -> None:
-    places, sizes = broken(np.arange(5), np.array([7.0, 5.0, 4.0, 0.0, 2.0]),
-                           np.array([False, True, True, False, True]))  # fmt: skip
-    np.testing.assert_array_equal(places, [1.0, 2.0, 2.5, 4.0])
-    np.testing.assert_array_equal(sizes, [5.0, 4.0, np.nan, 2.0])
     result = compressor()
     shaking = result.record["response/impact/shaking"]
     acting = shaking.axes[0].values[np.abs(shaking.values) > 0.0]
@@ -264,25 +205,7 @@ def test_no_line_joins_orders_across_one_without_force() -> None:
         assert np.isnan(y[np.flatnonzero(x == 2.0)[0] + 1]), name
 
 
-def test_many_clearances_are_thinned_to_what_a_page_holds() -> None:
-    assert spread_out(3, 4) == [0, 1, 2]
-    assert spread_out(32, 4) == [0, 10, 21, 31]
-    assert spread_out(1, 3) == [0]
-
-
 def test_an_extreme_over_a_sliding_window_is_drawn_through_its_crests() -> None:
     time, value = np.arange(9.0), np.array([1.0, 1.0, 1.0, 4.0, 4.0, 4.0, 2.0, 2.0, 2.0])
     at, crest = crests(time, value)
     assert at.tolist() == [0.0, 4.0, 8.0] and crest.tolist() == [1.0, 4.0, 2.0]
-    assert length_scale(2.0) == (1.0, "m")
-    assert length_scale(2e-3) == (1e3, "mm")
-    assert length_scale(0.0)[1] == "\u00b5m"
-
-
-@pytest.mark.long
-def test_equal_results_give_equal_bytes(tmp_path: Path) -> None:
-    first = draw_file(compressor(modes()), tmp_path / "a")
-    second = draw_file(compressor(modes()), tmp_path / "b")
-    assert [path.name for path in first] == [path.name for path in second]
-    assert all(a.read_bytes() == b.read_bytes() for a, b in zip(first, second, strict=True))
-    assert set(OWN) <= set(every_picture())

@@ -52,6 +52,7 @@ def line(asked: str) -> Result:
         return execute(load_checked([path])[0])
 
 
+@cache
 def golden(name: str) -> Result:
     return read_result(GOLDEN / f"{name}.h5")
 

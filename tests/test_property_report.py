@@ -25,15 +25,12 @@ from report_samples import (
 )
 from rich.console import Console
 
-from vibecalc.core.report.rows import Cells, Rows, by_name, loud, others, percent, rows_of
 from vibecalc.core.report.terminal import plain_summary, summary
 from vibecalc.core.report.text import render_report, render_verdicts, report_lines
 from vibecalc.core.report.writing import (
     Column,
     Table,
     fold,
-    number,
-    paragraph,
     show,
     show_percent,
     show_phase,
@@ -51,14 +48,6 @@ def test_what_changes_from_run_to_run_stands_at_the_end() -> None:
     parts = [render_report(result).split("Provenance") for result in (first, second)]
     assert parts[0][0] == parts[1][0]
     assert parts[0][1] != parts[1][1]
-
-
-def test_broken_limits_are_reported_with_place_and_size() -> None:
-    text = render_report(
-        generator(limit=[{"quantity": "isolation/support_force/run_up_peak", "max": "50 N"}])
-    )
-    assert "0 of 1 limit is kept" in text
-    assert "in the run-up, peak at mount 1 breaks its bound by 0.51" in " ".join(text.split())
 
 
 def test_unknown_results_show_up_without_changes() -> None:
@@ -104,19 +93,6 @@ def test_special_values_have_words() -> None:
     assert show_phase(1.0 - 1e-17j) == "0.00"
 
 
-@given(st.lists(st.text(st.characters(codec="ascii", exclude_categories=["C", "Nd"])), max_size=5))
-def test_tables_keep_their_columns_and_lose_no_letter(cells: list[str]) -> None:
-    columns = ("name", number("value"))
-    rows = [("n", "-1.5e-12"), *((f"n{cell}", "-1.5e-12") for cell in cells)]
-    (block,) = table(columns, rows)
-    assert isinstance(block, Table)
-    lines = block.at(28).split("\n")
-    assert all(len(line) <= 28 for line in lines)
-    wide = lines[1].strip().index(" ")
-    left = "".join(line[2 : 2 + wide] for line in lines[2:]).replace(" ", "")
-    assert left == "".join(f"n{cell}" for cell in ["", *cells]).replace(" ", "")
-
-
 @given(st.lists(st.floats(), min_size=1, max_size=25), st.booleans())
 def test_no_number_is_broken_and_no_table_wider_than_its_numbers_ask(
     values: list[float], right: bool
@@ -134,8 +110,12 @@ def test_no_number_is_broken_and_no_table_wider_than_its_numbers_ask(
 
 @pytest.mark.parametrize(
     "name",
-    ["marine_propulsion", "engine_v8", "genset_coupling", "generator_mount_design", "roll_startup",
-     "roll_control", "absorber_damped", "compressor_impact", "balance_v8", "genset_points"],
+    long_but(
+        ["marine_propulsion", "engine_v8", "genset_coupling", "generator_mount_design",
+         "roll_startup", "roll_control", "absorber_damped", "compressor_impact", "balance_v8",
+         "genset_points"],
+        "genset_coupling", "roll_control", "compressor_impact",
+    ),
 )  # fmt: skip
 def test_every_table_has_room_for_numbers_with_long_exponents(name: str) -> None:
     """Real ones and errors of a golden result, as small as they go: no number is broken."""
@@ -181,18 +161,6 @@ def test_verdicts_name_every_miss() -> None:
     assert "1 of 2 limits is kept" in text
 
 
-def test_the_terminal_names_the_worst_entry_of_arrays() -> None:
-    result = rigid_body()
-    mounts = Axis(name="mount", values=np.array(["left", "right"], dtype=object))
-    result.record.add(quantity("response/translation_peak", [0.07, -0.09], "m", mounts))
-    rows = [line for line in plain_summary(result).splitlines() if "motion of the body" in line]
-    assert [row.split()[-4:] for row in rows] == [["-90.00", "mm", "mount", "right"]]
-    frequencies = result.record["isolation/modes/natural_frequency"].values / (2.0 * np.pi)
-    rows = [line for line in plain_summary(result).splitlines() if "  natural frequency" in line]
-    shown = [float(row.split()[2]) for row in rows]
-    np.testing.assert_allclose(shown, frequencies[[0, -1]], rtol=1e-3)
-
-
 @pytest.mark.parametrize("width", long_but([60, 80, 100], 60))
 def test_a_narrow_terminal_cuts_no_number_and_no_name(width: int) -> None:
     output = io.StringIO()
@@ -218,21 +186,10 @@ def test_the_terminal_summary_is_plain_where_there_is_no_terminal() -> None:
     assert "warning" in coloured.getvalue()
 
 
-def test_a_table_has_no_column_without_an_entry() -> None:
-    columns = [Column("name"), number("full"), number("empty"), number("low")]
-    rows = [["a", "1", "", ""], ["b", "", " ", ""]]
-    (shown,) = table(columns, rows)
-    assert shown == "  name  full\n  ----  ----\n  a        1\n  b"
-    with_total = table(columns, rows, [["sum", "", "", "9"]])[0].split("\n")
-    assert with_total[0] == "  name  full  low"
-    assert with_total[-2:] == ["  ---------------", "  sum           9"]
-    assert table(columns, []) == []
-
-
 _NUMBERS = re.compile(r"\d[\d.,]*(?:e[+-]?\d+)?")
 
 
-@pytest.mark.parametrize("name", ["engine_damped", "generator", "genset_on_deck", "roll_startup"])
+@pytest.mark.parametrize("name", ["engine_damped", "genset_on_deck"])
 def test_a_narrow_screen_breaks_no_number(name: str) -> None:
     for block in report_lines(golden(name), full=True):
         if isinstance(block, Table):
@@ -243,103 +200,8 @@ def test_a_narrow_screen_breaks_no_number(name: str) -> None:
             assert not said - Counter(_NUMBERS.findall(shown))
 
 
-def _modes(*paths: str) -> Record:
-    """A record of two modes of a body with those of its results."""
-    modes = Axis(name="mode", values=np.array([1, 2]))
-    along = Axis(name="coordinate", values=np.array(["x", "y"], dtype=object))
-    record = Record()
-    for one in (
-        quantity("of/frequency", [2.0 * math.pi, 1e-20], "rad/s", modes, error=1e-15),
-        quantity("of/share", [[0.25, 0.75], [1.0, 0.0]], "", modes, along),
-        quantity("of/force", [3.0 - 4.0j, -2.0], "N", modes),
-        quantity("of/stop", [0.001, math.inf], "m", modes),
-    ):
-        if one.path.removeprefix("of/") in paths:
-            record.add(one)
-    return record
-
-
-OF_MODES = Rows(
-    "mode",
-    "mode",
-    (
-        Cells("frequency", "Hz", "Hz"),
-        Cells("share", "{} %", percent(1), note="%: share of energy"),
-        Cells("force", "N"),
-        Cells("force", "deg", show_phase),
-        Cells("stop", "to stop mm", "mm", blank=True),
-    ),
-    root="of",
-)
-
-
 def _cells(lines: list[str]) -> list[list[str]]:
     return [line.split() for line in lines[0].split("\n")]
-
-
-def test_a_described_table_has_the_columns_that_the_result_has() -> None:
-    names = ("frequency", "share", "force", "stop")
-    lines, shown = rows_of(_modes(*names), OF_MODES)
-    assert shown == {f"of/{name}" for name in names}
-    assert _cells(lines)[0] == ["mode", "Hz", "x", "%", "y", "%", "N", "deg", "to", "stop"]
-    assert _cells(lines)[3:] == [
-        ["1", "1.000", "25.0", "75.0", "5.000", "-53.13", "1.000"],
-        ["2", "0", "100.0", "0.0", "2.000", "180.00", "-"],
-    ]
-    assert lines[1].strip() == "%: share of energy"
-    lines, shown = rows_of(_modes("force"), OF_MODES)
-    assert (_cells(lines)[0], len(lines), shown) == (["mode", "N", "deg"], 1, {"of/force"})
-    assert rows_of(_modes(), OF_MODES) == ([], set())
-    # a result over another axis is none of the table; one over both axes is turned
-    lines, shown = rows_of(_modes(*names), OF_MODES._replace(axis="coordinate"))
-    assert (_cells(lines)[2:], shown) == ([["x", "25.0", "100.0"], ["y", "75.0", "0.0"]],
-                                          {"of/share"})  # fmt: skip
-    assert rows_of(_modes("force"), OF_MODES._replace(axis="coordinate")) == ([], set())
-
-
-def test_a_column_says_what_its_result_is_called_and_read_in() -> None:
-    of = Rows("mode", "mode", ("frequency", "stop", "share"), "of")
-    (line, *_), shown = rows_of(_modes("frequency", "stop", "share"), of)
-    assert shown == {"of/frequency", "of/stop"}
-    heads = [word for row in _cells([line])[:2] for word in row]
-    assert sorted(heads) == ["Hz", "frequency", "mm", "mode", "stop"]
-    assert [line.split() for line in line.split("\n") if line.startswith("  1 ")] == [
-        ["1", "1.000", "1.000"]
-    ]
-    across = Rows("mode", "mode", ("stop", "share"), "of", across=True)
-    assert _cells(rows_of(_modes("stop", "share"), across)[0])[2:] == [
-        ["stop", "1.000", "unbounded", "mm"], ["share", "0.7500", "y", "1.000", "x"]
-    ]  # fmt: skip
-
-
-def test_scalars_whose_paths_differ_in_a_word_are_found_by_name() -> None:
-    record = Record()
-    record.add(quantity("of/force/rms", 2.5, "N"))
-    record.add(quantity("of/couple/rms", 3.0, "N*m"))
-    names = {"force": ("force",), "couple": ("couple",), "power": ("power",)}
-    lines, shown = by_name(record, "sum", names, (Cells("{}/rms", "r.m.s."),), "of")
-    assert shown == {"of/force/rms", "of/couple/rms"}
-    assert _cells(lines)[2:] == [["force", "2.500", "N"], ["couple", "3.000", "N*m"]]
-
-
-def test_a_described_table_can_be_turned_joined_and_cut() -> None:
-    columns = (Cells("force", "force"), Cells("stop", "to stop", "mm"))
-    turned = Rows("mode", "largest", columns, root="of", across=True)
-    found = _cells(rows_of(_modes("force", "stop"), turned)[0])
-    assert found[0] == ["largest", "1", "2", "unit"]
-    assert found[2:] == [
-        ["force", "5.000", "2.000", "N"],
-        ["to", "stop", "1.000", "unbounded", "mm"],
-    ]
-    alike = Rows("mode", "mode", (Cells("share", "{}", lambda *_: "same"),), root="of", merge=True)
-    assert _cells(rows_of(_modes("share"), alike)[0])[2:] == [["1,", "2", "same", "same"]]
-    large = turned._replace(
-        across=False, places=loud(0.5, 9), rest=others("{left} more than {shown}")
-    )
-    lines, _ = rows_of(_modes("force"), large)
-    assert (_cells(lines)[2:], lines[1].strip()) == ([["1", "5.000"]], "1 more than 1")
-    nothing = large._replace(places=lambda _: np.array([], dtype=int), none="all are zero")
-    assert rows_of(_modes("force"), nothing) == (paragraph("all are zero"), {"of/force"})
 
 
 def test_entries_stand_beside_their_own_order() -> None:
@@ -361,7 +223,6 @@ def test_entries_stand_beside_their_own_order() -> None:
 def test_headlines_are_results_in_units_that_fit() -> None:
     for path, one in HEADLINES.items():
         held = CATALOGUE[path]
-        assert len(one.name) <= 48, path
         # without pint, whose registry takes longer than all of a report
         assert one.unit in TABLE and (not one.unit or held.unit in TABLE), path
         assert math.isfinite(convert(1.0, held.unit, one.unit or held.unit)), path

@@ -21,11 +21,10 @@ from response_samples import (
     switching,
 )
 
-from vibecalc.core.report.terminal import plain_summary
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Axis, Quantity, Result
 from vibecalc.impact.report import ranges
-from vibecalc.response.report import SMALLEST, last_normal, main_coordinates
+from vibecalc.response.report import SMALLEST, last_normal
 
 PARTS = {
     "Running gear": motion,
@@ -58,23 +57,12 @@ def replaced(result: Result, path: str, values: Any) -> Result:
     return result
 
 
-def test_the_whole_page_is_narrow_clean_and_stable() -> None:
-    text = render_report(compressor(), full=True)
-    assert max(len(line) for line in text.splitlines()) <= 100
-    assert all(line == line.rstrip() for line in text.splitlines())
-    assert not re.search(r"\b(nan|inf|None|array|np\.)\b", text)
-    assert text == render_report(compressor(), full=True)
-    assert "Further results" not in text
-
-
 @pytest.mark.parametrize("title", PARTS)
-def test_a_section_appears_for_its_own_results_only(title: str) -> None:
+def test_a_section_appears_for_its_own_results_only_and_for_each_alone(title: str) -> None:
     text = render_report(compressor(PARTS[title]()), full=True)
     assert {name for name in PARTS if f"\n{name}" in text} == {title}
-
-
-@pytest.mark.parametrize("title", PARTS)
-def test_each_result_alone_is_no_reason_to_fail(title: str) -> None:
+    assert max(len(line) for line in text.splitlines()) <= 100
+    assert not re.search(r"\b(nan|inf|None|array|np\.)\b| \n", text)
     for item in PARTS[title]():
         text = render_report(compressor([item]), full=True)
         name = item.path.rsplit("/", 1)[-1]
@@ -89,20 +77,6 @@ def test_modes_say_what_moves_and_which_order_is_near() -> None:
     assert float(cells[0]) == pytest.approx(natural[0] / (2.0 * np.pi), rel=5e-4)
     assert cells[2:6] == ["y", "51", "%,", "rx"]
     assert float(cells[-2]) == pytest.approx(100.0 * (361.0 / natural[0] - 1.0), abs=0.05)
-
-
-def test_coordinates_are_named_until_most_of_the_energy_is() -> None:
-    names = Axis(name="coordinate", values=np.array(["x", "y", "z", "rx"], object))
-    mode = Axis(name="mode", values=np.array([1, 2]))
-    share = quantity("share", [[0.1, 0.85, 0.05, 0.0], [0.25, 0.25, 0.25, 0.25]], "", mode, names)
-    assert main_coordinates(share, 0) == "y 85 %, x 10 %"
-    assert main_coordinates(share, 1) == "x 25 %, y 25 %, z 25 %"
-
-
-def test_what_lies_within_its_error_is_zero_in_the_motion() -> None:
-    lines = section(compressor(), "Response")
-    assert row(lines, "translation peak")[:3] == ["0", "0.01460", "6.500e-05"]
-    assert row(lines, "rotation peak")[:3] == ["0.7400", "0", "0.0009300"]
 
 
 def test_orders_end_where_they_no_longer_count_and_their_underflow_is_reported() -> None:
@@ -131,20 +105,6 @@ def test_an_end_by_symmetry_is_not_an_underflow() -> None:
     assert last_normal(np.array([1.0, 1e-300, 5e-324])) == (1, True)
 
 
-def test_operations_show_range_difference_and_zero() -> None:
-    result = compressor()
-    lines = section(result, "Operations")
-    text = "\n".join(lines)
-    kinetic = text[text.index("kinetic energy,") :].splitlines()
-    assert row(kinetic, "A ") == ["0.05364", "0.03943", "0.06804"]
-    assert "(0.03218 .. 0.05900)" in text
-    assert row(kinetic, "difference") == ["0.06922", "0.08459", "0.06277", "J"]
-    assert row(kinetic, "weighted") == ["0.04511", "0.04914", "0.04512", "J"]
-    turning = text[text.index("kinetic energy of throws") :].splitlines()
-    assert row(turning, "A+B  ")[0] == "0"
-    assert "0.06277 J with balance B" in " ".join(text.split())
-
-
 def test_a_range_within_its_error_is_one_number() -> None:
     result = compressor(operations())
     for end in ("low", "high"):
@@ -154,35 +114,6 @@ def test_a_range_within_its_error_is_one_number() -> None:
     text = "\n".join(section(result, "Operations"))
     first = text[text.index("mean over a turn") : text.index("difference")]
     assert ".." not in first
-
-
-def test_many_balances_are_set_below_each_other() -> None:
-    names = np.array([f"weights number {i}" for i in range(16)], object)
-    balances = Axis(name="balance", values=names)
-    one = Axis(name="operation", values=np.array(["A"], object))
-    energies = [
-        quantity(f"response/operations/kinetic_energy/{what}", np.ones((1, 16)), "J", one, balances)
-        for what in ("mean", "peak", "mean_low", "mean_high")
-    ]
-    text = render_report(compressor(energies), full=True)
-    assert text.count("weights") >= 2 * len(names)
-    assert max(len(line) for line in text.splitlines()) <= 100
-
-
-def test_switching_is_held_against_the_steady_state() -> None:
-    result = compressor()
-    lines = section(result, "Switching")
-    peaks = result.record["response/switching/reversal/kinetic_energy_peak"].values
-    ratios = row(lines, "kinetic energy over the larger steady one")
-    assert float(ratios[0]) == pytest.approx(float(peaks[0]) / 0.1074, rel=5e-3)
-    assert row(lines, "crank speed then, with its sense")[1] == "-601.6"
-    assert [f"{float(one):.1f}" for one in row(lines, "worst crank angle")[:2]] == ["68.8", "252.1"]
-    assert row(lines, "translation peak")[1] == "y"
-    assert row(lines, "time to settle, from the end of the change")[:2] == ["0.9100", "1.020"]
-    passages = [line.split() for line in lines if line.startswith("  A+B to A    ")]
-    orders = [int(cells[4]) for cells in passages]
-    assert max(orders) == 3
-    assert "14 further passages of higher order" in " ".join(" ".join(lines).split())
 
 
 def test_impacts_stand_in_one_line_for_each_clearance() -> None:
@@ -215,15 +146,11 @@ def test_leaders_are_reported_as_ranges_of_orders() -> None:
     assert re.search(r"0\.0381 +0 to 2 +3 to 100 +-", "\n".join(section(result, "Impacts")))
 
 
-def test_one_clearance_and_no_extras_still_make_a_table() -> None:
-    parts = [item for item in impact(1) if item.path.endswith(("/mean_force", "/impacts"))]
-    result = compressor([item for item in parts if "crank_pin" not in item.path])
-    assert row(section(result, "Impacts"), "0.00254")[:2] == ["14.30", "2.9e-01"]
-
-
 def test_the_rod_has_its_couple_or_its_bound() -> None:
-    lines = section(compressor(), "Running gear")
-    assert row(lines, "A, B  ") == ["0.3486", "0.04380"]
+    orders = Axis(name="order", values=np.arange(1, 41))
+    couple = 0.8 * 0.04 ** (orders.values // 2) * 1j * (orders.values % 2)
+    made = quantity("excitation/rod/couple", couple, "N*m", orders, error=1e-30)
+    lines = section(compressor([made]), "Running gear")
     assert [line.split()[1] for line in lines if line.strip().startswith("order ")] == [
         "1", "3", "5", "7", "9"
     ]  # fmt: skip
@@ -231,12 +158,6 @@ def test_the_rod_has_its_couple_or_its_bound() -> None:
     assert "cannot add more than the bound" in " ".join(
         " ".join(section(compressor([bound]), "Running gear")).split()
     )
-
-
-def test_the_terminal_names_energies_and_no_more_than_a_page() -> None:
-    text = plain_summary(compressor())
-    assert len(text.splitlines()) <= 50
-    assert "kinetic energy, peak" in text and "mean force in the joint" in text
 
 
 def energies_of(values: np.ndarray, error: float) -> list[Quantity]:
@@ -277,8 +198,3 @@ def test_round_off_nearby_a_published_number_is_zero() -> None:
     lines = section(compressor(response(), reference=rows), "Reference numbers")
     found = [line.split() for line in lines if line.startswith("  response/rotation_peak")]
     assert [cells[2] for cells in found] == ["0", "0"]
-
-
-def test_an_empty_record_has_none_of_the_sections() -> None:
-    text = render_report(compressor([]))
-    assert not any(f"\n{title}" in text for title in PARTS)

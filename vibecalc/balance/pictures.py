@@ -48,20 +48,14 @@ def _title(result: Result) -> str:
 
 _LABELS = {"force": "force", "couple": "couple", "residual": "weighted residual"}
 
-BALANCE_ORDERS = Curves(
-    _title,
-    tuple(
-        Panel(
-            label,
-            tuple(
-                Curve(_acting(name, when), f"{how} the weights", {"color": colour}, bars=True)
-                for when, (how, colour) in _TIMES.items()
-            ),
-        )
-        for name, label in _LABELS.items()
-    ),
-    high=2.3,
-)
+
+def _before_and_after(name: str) -> Panel:
+    bars = [Curve(_acting(name, when), f"{how} the weights", {"color": colour}, bars=True)
+            for when, (how, colour) in _TIMES.items()]  # fmt: skip
+    return Panel(_LABELS[name], tuple(bars))
+
+
+BALANCE_ORDERS = Curves(_title, tuple(map(_before_and_after, _LABELS)), high=2.3)
 
 # ----------------------------------------------------------------------------
 # Weights as vectors at crank angle zero: a disc for each speed ratio.

@@ -116,9 +116,8 @@ def _orders(record: Record) -> list[str]:
 def _reached(record: Record) -> Iterator[str]:
     """What is left of each order that counts, and what is proven of it."""
     free = having(record, f"{ROOT}/free_directions", "balanced_order")
-    after, before = (
-        having(record, f"{ROOT}/{when}/residual", "order") for when in ("after", "before")
-    )
+    after, before = (having(record, f"{ROOT}/{when}/residual", "order")
+                     for when in ("after", "before"))  # fmt: skip
     if free is None or after is None or before is None:
         return
     bounds = record.quantities.get(f"{_WEIGHT}/use")
@@ -144,21 +143,17 @@ def _reached(record: Record) -> Iterator[str]:
         scalar_of(record, f"{ROOT}/{name}") for name in ("gap", "residual_before", "residual")
     )
     if gap is not None and total is not None and residual is not None and gap > 1e-9 * total:
-        yield "the places that are free were found by a search from several starts: " + (
-            f"that no others leave less than {show(residual - gap)} N is proven"
-            if residual > gap
-            else "nothing is proven of what others leave"
-        )
+        proven = "nothing is proven of what others leave"
+        if residual > gap:
+            proven = f"that no others leave less than {show(residual - gap)} N is proven"
+        yield f"the places that are free were found by a search from several starts: {proven}"
 
 
 def _uncounted(record: Record, place: int) -> str:
     """What is left of an order of which the residual is zero."""
-    found = [
-        words.split()[0]
-        for name, words in _BY_ORDER[:-1]
-        if (one := having(record, f"{ROOT}/after/{name}", "order")) is not None
-        and not one.zero[place]
-    ]
+    after = {words.split()[0]: having(record, f"{ROOT}/after/{name}", "order")
+             for name, words in _BY_ORDER[:-1]}  # fmt: skip
+    found = [name for name, one in after.items() if one is not None and not one.zero[place]]
     return f", and for its {' and '.join(found)}, not counted" if found else ""
 
 
@@ -206,10 +201,8 @@ def _as_case(result: Result) -> list[str]:
             words = ", ".join(f"{key} = {value}" for key, value in known.items())
             on_crank.append(f"    {{ {words} }},")
         elif size:
-            known |= {
-                "speed_ratio": f"{ratio:.0f}",
-                "position": f"[{', '.join(map(_number, place))}]",
-            }
+            known["speed_ratio"] = f"{ratio:.0f}"
+            known["position"] = f"[{', '.join(map(_number, place))}]"
             on_shafts += ["", "  [[machine.crank_train.balance_shafts]]"]
             on_shafts += [f"  {key} = {value}" for key, value in known.items()]
     if on_crank:

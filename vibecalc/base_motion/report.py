@@ -1,5 +1,7 @@
 """A base that moves, in the report and as pictures."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from vibecalc.base_motion.results import HARMONIC, ROOT, SPECTRUM
@@ -29,43 +31,24 @@ _TURNS = (
     ("angular_acceleration", "accel. rad/s^2", "rad/s^2"),
 )
 #: a line for each harmonic: lengths along all axes
-_BY_HARMONIC = Rows(
-    "base_harmonic",
-    "harmonic",
-    (
-        Cells("frequency", "Hz", "Hz"),
-        *(Cells(reduced(f"{HARMONIC}/{name}", np.max), head, unit) for name, head, unit in _LINEAR),
-        Cells(reduced(f"{HARMONIC}/rotation", np.max), "turning mrad", "mrad"),
-    ),
-    root=HARMONIC,
-)
-_AT_RANDOM = tuple(
-    Rows(
-        "direction",
-        "r.m.s.",
-        [Cells(f"{name}_rms", head, unit) for name, head, unit in motions],
-        root=SPECTRUM,
-        label=label,
-    )
-    for motions, label in ((_LINEAR, "{}"), (_TURNS, "r{}"))
-)
-_MOUNTS = Rows(
-    "mount",
-    "mount, peak",
-    (Cells("deflection_peak", "{} mm", "mm"), Cells("mount_force_peak", "{} N")),
-    root=SPECTRUM,
-)
+_LARGEST = [Cells(reduced(f"{HARMONIC}/{name}", np.max), head, unit)
+            for name, head, unit in (*_LINEAR, ("rotation", "turning mrad", "mrad"))]  # fmt: skip
+_FREQUENCY = Cells("frequency", "Hz", "Hz")
+_BY_HARMONIC = Rows("base_harmonic", "harmonic", (_FREQUENCY, *_LARGEST), HARMONIC)
+
+
+def _at_random(motions: Sequence[tuple[str, str, str]], label: str) -> Rows:
+    columns = [Cells(f"{name}_rms", head, unit) for name, head, unit in motions]
+    return Rows("direction", "r.m.s.", columns, SPECTRUM, label)
+
+
+_PEAKS = Cells("deflection_peak", "{} mm", "mm"), Cells("mount_force_peak", "{} N")
+_RANDOM = (_at_random(_LINEAR, "{}"), _at_random(_TURNS, "r{}"),
+           Rows("mount", "mount, peak", _PEAKS, SPECTRUM))  # fmt: skip
 _AT_ONCE = "peaks as if all harmonics were at their largest at once: they have no common period"
-_SUMS = Rows(
-    "mount",
-    "mount, all harmonics",
-    (
-        Cells("deflection_peak", "deflection peak mm", "mm"),
-        Cells("mount_force_peak", "force peak N", note=_AT_ONCE),
-    ),
-    root=HARMONIC,
-    merge=True,
-)
+_OF_ALL = (Cells("deflection_peak", "deflection peak mm", "mm"),
+           Cells("mount_force_peak", "force peak N", note=_AT_ONCE))  # fmt: skip
+_SUMS = Rows("mount", "mount, all harmonics", _OF_ALL, HARMONIC, merge=True)
 #: what the base does at the points of the case, under harmonics and at random
 _POINTS = Rows(
     "sensor",
@@ -108,7 +91,7 @@ def _spectra(result: Result) -> list[str]:
     if f"{SPECTRUM}/acceleration_rms" not in record:
         return []
     factor = float(str(table_of(result.case, "base_motion").get("peak_factor") or 3.0))
-    lines = stacked(*(rows_of(record, one)[0] for one in (*_AT_RANDOM, _MOUNTS)))
+    lines = stacked(*(rows_of(record, one)[0] for one in _RANDOM))
     return lines + paragraph(f"peaks are {factor:g} times the r.m.s. of what moves at random")
 
 

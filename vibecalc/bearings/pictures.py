@@ -34,22 +34,15 @@ def _size(path: str) -> Callable[[Result], Quantity | None]:
     return made
 
 
-FORCES = Curves(
-    "loads on bearings over a cycle",
-    tuple(
-        Panel(
-            f"{group.WORDS['load']}s",
-            (
-                Curve(
-                    _size(f"{group.ROOT}/force"), group.WORDS["bearing"].replace("_", " ") + " {}"
-                ),
-            ),
-            legend={"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)},
-        )
-        for group in (MainLoad, CrankPin, WristPin)
-    ),
-    high=2.2,
-)
+def _sizes(group: type[MainLoad]) -> Panel:
+    name, beside = group.WORDS["bearing"].replace("_", " "), (1.005, 1.0)
+    curve = Curve(_size(f"{group.ROOT}/force"), f"{name} {{}}")
+    legend = {"loc": "upper left", "bbox_to_anchor": beside}
+    return Panel(f"{group.WORDS['load']}s", (curve,), legend=legend)
+
+
+FORCES = Curves("loads on bearings over a cycle",
+                tuple(map(_sizes, (MainLoad, CrankPin, WristPin))), high=2.2)  # fmt: skip
 
 # ----------------------------------------------------------------------------
 # Polar diagrams: the path of the force over a cycle, one for each bearing.

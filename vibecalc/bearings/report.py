@@ -1,7 +1,7 @@
 """Bearing loads in the report: highest and mean load of each bearing, where they stand."""
 
 from vibecalc.bearings.results import CrankPin, MainLoad, SideThrust, WristPin
-from vibecalc.core.report.rows import by_axis
+from vibecalc.core.report.rows import Cells, Rows, rows_of
 from vibecalc.core.report.sections import Section, section, together
 from vibecalc.core.report.writing import paragraph
 from vibecalc.core.results.record import Result
@@ -14,23 +14,22 @@ def bearing_loads(result: Result) -> Section | None:
     if not shown:
         return None
     for group in (MainLoad, CrankPin, WristPin):
-        path, axis = group.ROOT, group.WORDS["bearing"]
-        origin = "from throw" if group is CrankPin else ""
-        names = [
-            (f"{path}/peak", "peak\n", "kN"),
-            (f"{path}/peak_angle", "at crank\nangle", "deg"),
-            (f"{path}/peak_direction", f"direction\n{origin}", "deg"),
-            (f"{path}/mean", "mean\n", "kN"),
-            (f"{path}/peak_pressure", "peak\npressure", "MPa"),
-            (f"{path}/mean_pressure", "mean\npressure", "MPa"),
+        axis, origin = group.WORDS["bearing"], "from throw" if group is CrankPin else ""
+        columns = [
+            Cells("peak", "peak\nkN", "kN"),
+            Cells("peak_angle", "at crank\nangle deg", "deg"),
+            Cells("peak_direction", f"direction\n{origin} deg".replace("\n ", "\n"), "deg"),
+            Cells("mean", "mean\nkN", "kN"),
+            Cells("peak_pressure", "peak\npressure MPa", "MPa"),
+            Cells("mean_pressure", "mean\npressure MPa", "MPa"),
         ]
         title = group.WORDS["load"] + " of" * (axis == "cylinder")
-        blocks.append(by_axis(record, axis, title, names, digits=5))
-    names = [
-        (f"{SideThrust.ROOT}/peak", "side thrust", "kN"),
-        (f"{SideThrust.ROOT}/peak_angle", "at crank angle", "deg"),
-    ]
-    blocks.append(by_axis(record, "cylinder", "piston of", names, digits=5))
+        of = Rows(axis, title, columns, group.ROOT, digits=5, merge=True)
+        blocks.append(rows_of(record, of))
+    thrust = (Cells("peak", "side thrust kN", "kN"),
+              Cells("peak_angle", "at crank angle deg", "deg"))  # fmt: skip
+    of = Rows("cylinder", "piston of", thrust, SideThrust.ROOT, digits=5, merge=True)
+    blocks.append(rows_of(record, of))
     words = paragraph(
         "main bearings: each bay of the crankshaft on two supports, bending over several bearings "
         "and clearances left out; directions count in the sense of rotation, from the stroke or, "

@@ -96,38 +96,26 @@ def _shaking(
 _FOLDER = "excitation/motor/"
 _FORCE = _FOLDER + "axial_force"
 
+_BOUND = "sum of amplitudes (bound) {}"
+_IN_TIME = (
+    Curve(over_turn(_FORCE), "force, mean apart", {"color": TOTAL}),
+    level(_FOLDER + "sum_of_amplitudes", _BOUND, True, color=LIMIT),
+    level(_FOLDER + "peak", "peak {}", True, color=COLOURS[1]),
+    level(_FOLDER + "rms", "rms {}", True, color=COLOURS[2]),
+)
 MOTOR_FORCE = Curves(
     "axial force of the motor's skewed conductors",
-    (
-        Panel("amplitude", (Curve(_FORCE, bars=True),)),
-        Panel(
-            "force",
-            (
-                Curve(over_turn(_FORCE), "force, mean apart", {"color": TOTAL}),
-                level(_FOLDER + "sum_of_amplitudes", "sum of amplitudes (bound) {}", True,
-                      color=LIMIT),
-                level(_FOLDER + "peak", "peak {}", True, color=COLOURS[1]),
-                level(_FOLDER + "rms", "rms {}", True, color=COLOURS[2]),
-            ),
-        ),
-    ),
+    (Panel("amplitude", (Curve(_FORCE, bars=True),)), Panel("force", _IN_TIME)),
     high=2.65,
     names=2,
-)  # fmt: skip
+)
 
 # ----------------------------------------------------------------------------
 # With slave rods: the force of each order, parted by the sense in which it turns.
 # ----------------------------------------------------------------------------
 
+_BARS = (Curve("excitation/turning/with_crank", "with the crank", bars=True),
+         Curve("excitation/turning/against_crank", "against it", bars=True))  # fmt: skip
 TURNING_FORCE = Curves(
-    "forces that turn with the crank and against it, by order",
-    (
-        Panel(
-            "force",
-            (
-                Curve("excitation/turning/with_crank", "with the crank", bars=True),
-                Curve("excitation/turning/against_crank", "against it", bars=True),
-            ),
-        ),
-    ),
+    "forces that turn with the crank and against it, by order", (Panel("force", _BARS),)
 )

@@ -16,7 +16,6 @@ from vibecalc.core.report.rows import (
 from vibecalc.core.report.sections import (
     FAINT,
     Section,
-    along,
     having,
     labels,
     scalar_of,
@@ -83,9 +82,8 @@ def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]
     if len(entries_of) != len(_ENTRIES):
         return [], set()
     order_axis, cylinder_axis = entries_of[0].axes
-    totals = [along(record, f"{prefix}total_{name}", "order") for name in _ENTRIES]
-    shown = {quantity.path for quantity in entries_of}
-    shown |= {total[0].path for total in totals if total}
+    totals = [having(record, f"{prefix}total_{name}", "order") for name in _ENTRIES]
+    shown = {one.path for one in (*entries_of, *totals) if one is not None}
     lines = [f"  {title}"]
     for row, order in enumerate(order_axis.values):
         columns = [Column(f"order {int(order)}"), number("angle deg"), number("z m")]
@@ -95,10 +93,8 @@ def _table(record: Record, prefix: str, title: str) -> tuple[list[str], set[str]
             entries = [float(quantity.values[row, i]) for quantity in entries_of]
             place = show(_position(entries), errors[2] + errors[3])
             cells.append([name, f"{_angle(entries):.2f}", place, *map(show, entries, errors)])
-        sums = [
-            show(total[0].values[row], _uncertainty(total[0])) if total else "" for total in totals
-        ]
-        below = [["total", "", "", *sums]] if any(totals) else []
+        sums = ["" if one is None else show(one.values[row], _uncertainty(one)) for one in totals]
+        below = [["total", "", "", *sums]] if any(sums) else []
         lines += ["", *table(columns, cells, below)]
     sums_of_banks, more = _banks(record, prefix)
     return lines + sums_of_banks, shown | more
@@ -110,14 +106,11 @@ def _banks(record: Record, prefix: str) -> tuple[list[str], set[str]]:
     if not record.quantities.keys() >= {*paths}:
         return [], set()
     first, second, *circles = (record[path] for path in paths)
-    vectors = (first, second)
-    names = labels(vectors[0].axes[1])
+    vectors, names, rows = (first, second), labels(first.axes[1]), list[list[str]]()
     size = np.max([np.abs(one.values).max(0) for one in vectors], axis=0)
-    shown = [place for place in range(len(names)) if size[place] > 0.0]
-    heads = [f"along {names[place]}" for place in shown]
-    columns = [number("order"), Column("of")]
-    columns += [number(head) for head in (*heads, "rotating", "counter-rotating")]
-    rows = []
+    shown = np.flatnonzero(size > 0.0)
+    heads = (*(f"along {names[place]}" for place in shown), "rotating", "counter-rotating")
+    columns = [number("order"), Column("of"), *map(number, heads)]
     for row, order in enumerate(vectors[0].axes[0].values):
         for of, vector, pair in zip(_KINDS, vectors, (circles[:2], circles[2:]), strict=True):
             lengths = [abs(complex(vector.values[row, place])) for place in shown]
@@ -191,14 +184,8 @@ def _excitation_orders(record: Record) -> tuple[list[str], set[str]]:
                 rows.append([f"{kind} {direction}", orders[i], size, quantity.unit, phase])
     if not shown:
         return [], shown
-    columns = (
-        Column("component"),
-        number("order"),
-        number("amplitude"),
-        Column("unit"),
-        number("phase deg"),
-    )
-    lines = table(columns, rows) if rows else []
+    heads = ("component", number("order"), number("amplitude"), "unit", number("phase deg"))
+    lines = table(heads, rows)
     if silent:
         lines += paragraph("zero at every order: " + ", ".join(silent))
     if left_out:
@@ -206,28 +193,15 @@ def _excitation_orders(record: Record) -> tuple[list[str], set[str]]:
     return lines, shown
 
 
-_WEIGHTS = Rows(
-    "counterweight",
-    "counterweight, alone",
-    (Cells("force", "force N"), Cells("couple", "couple N*m")),
-    root="excitation/counterweight",
-    merge=True,
-)
-_PEAKS = Rows(
-    "direction",
-    "largest over {turn}",
-    (Cells("force_peak", "force"), Cells("couple_peak", "couple")),
-    root="excitation",
-    across=True,
-)
+_OF_WEIGHTS = Cells("force", "force N"), Cells("couple", "couple N*m")
+_WEIGHTS = Rows("counterweight", "counterweight, alone", _OF_WEIGHTS, "excitation/counterweight",
+                merge=True)  # fmt: skip
+_PEAKS = Rows("direction", "largest over {turn}",
+              (Cells("force_peak", "force"), Cells("couple_peak", "couple")),
+              "excitation", across=True)  # fmt: skip
 #: with slave rods: the parts of the force that turn at the order times the crank's speed
-_TURNING = Rows(
-    "order",
-    "force at order times speed",
-    ("with_crank", "against_crank"),
-    root="excitation/turning",
-    places=loud(FAINT, _ROWS, 2),
-)
+_TURNING = Rows("order", "force at order times speed", ("with_crank", "against_crank"),
+                "excitation/turning", places=loud(FAINT, _ROWS, 2))  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -235,23 +209,15 @@ _TURNING = Rows(
 # ----------------------------------------------------------------------------
 
 _STEM = "excitation/rod/"
-_MASSES = tuple(
-    Rows(axis, title, columns, root="excitation/mass", merge=True)
-    for axis, title, columns in (
-        ("cylinder", "cylinder", ("reciprocating", "rotating")),
-        ("slave_rod", "slave rod of", ("knuckle",)),
-    )
-)
+_OF_CYLINDERS = Rows("cylinder", "cylinder", ("reciprocating", "rotating"), merge=True)
+_OF_SLAVES = Rows("slave_rod", "slave rod of", ("knuckle",), merge=True)
+_MASSES = [one._replace(root="excitation/mass") for one in (_OF_CYLINDERS, _OF_SLAVES)]
+_COUPLE = Cells("couple", "amplitude N*m", ""), Cells("couple", "phase deg", show_phase)
 _OF_ROD = Rows(
-    "order",
-    "couple of the rod",
-    (Cells("couple", "amplitude N*m", ""), Cells("couple", "phase deg", show_phase)),
-    root="excitation/rod",
-    label="order {}",
-    places=loud(FAINT, _ROWS),
+    "order", "couple of the rod", _COUPLE, "excitation/rod", label="order {}",
+    places=loud(FAINT, _ROWS), none="couple of the rod: zero at every order",
     rest=others("{left} further orders, faint or high, are in the result file", acting=True),
-    none="couple of the rod: zero at every order",
-)
+)  # fmt: skip
 
 
 def rod(result: Result) -> Section | None:
@@ -267,13 +233,12 @@ def _inertia(record: Record) -> tuple[list[str], set[str]]:
     lines, shown = scalars(record, [_STEM + name for name in names], "excitation/")
     if not lines:
         return [], set()
+    words = (
+        "the case does not give the rod's moment of inertia; a rod whose material lies between "
+        "its bearings cannot add more than the bound to the couple about the crankshaft"
+    )
     if scalar_of(record, _STEM + "couple_peak") is not None:
         words = "couple: of one rod about the crankshaft, beyond that of its two point masses"
-    else:
-        words = (
-            "the case does not give the rod's moment of inertia; a rod whose material lies between "
-            "its bearings cannot add more than the bound to the couple about the crankshaft"
-        )
     return lines + paragraph(words), shown
 
 
@@ -291,19 +256,12 @@ def _largest(found: Found) -> np.ndarray:
     return np.argsort(-size, kind="stable")[: min(8, np.count_nonzero(size))]
 
 
+_FORCE = Cells("axial_force", "amplitude N"), Cells("axial_force", "phase deg", show_phase)
 _OF_MOTOR = Rows(
-    "order",
-    "order",
-    (
-        Cells("axial_force", "amplitude N"),
-        Cells("axial_force", "phase deg", show_phase),
-    ),
-    root="excitation/motor",
-    right=True,
-    places=_largest,
+    "order", "order", _FORCE, "excitation/motor", right=True,
+    places=_largest, none="zero at every order",
     rest=others("the {shown} largest; {left} further orders are in the result file", acting=True),
-    none="zero at every order",
-)
+)  # fmt: skip
 
 
 def motor(result: Result) -> Section | None:
@@ -336,14 +294,9 @@ _WORDS = (
     "of all; the torque of the liquid brakes the crankshaft."
 )
 
-_OF_PUMP = Rows(
-    "order",
-    "order",
-    (Cells("torque", "torque N*m", ""), Cells("torque", "phase deg", show_phase)),
-    root="excitation/pump",
-    places=loud(1e-2, 12),
-    rest=others(OTHERS),
-)
+_TORQUE = Cells("torque", "torque N*m", ""), Cells("torque", "phase deg", show_phase)
+_OF_PUMP = Rows("order", "order", _TORQUE, "excitation/pump", places=loud(1e-2, 12),
+                rest=others(OTHERS))  # fmt: skip
 
 
 def pump(result: Result) -> Section | None:

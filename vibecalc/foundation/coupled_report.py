@@ -4,7 +4,6 @@ from vibecalc.core.report.curves import Curve, Curves, Look, Panel, Source, entr
 from vibecalc.core.report.rows import (
     Cells,
     Rows,
-    by_axis,
     by_name,
     chosen,
     loud,
@@ -25,41 +24,25 @@ from vibecalc.parts.body import COORDINATES
 #: orders below this share of the largest stay in the result file, as those beyond so many
 _LARGE = loud(1e-3, 12)
 
-_MODES = Rows(
-    "coupled_mode",
-    "mode",
-    (
-        Cells("natural_frequency", "Hz", "Hz"),
-        Cells("damping_ratio", "damping ratio", ""),
-        Cells("machine_share", "machine %", percent(1)),
-        Cells(
-            "machine_share",
-            "foundation %",
-            lambda share, _: f"{100.0 - 100.0 * share:.1f}",
-            note="%: share of the energy of the mode",
-        ),
-    ),
-    root=f"{COUPLED}/modes",
+_OF_MODES = (
+    Cells("natural_frequency", "Hz", "Hz"),
+    Cells("damping_ratio", "damping ratio", ""),
+    Cells("machine_share", "machine %", percent(1), note="%: share of the energy of the mode"),
+    Cells("machine_share", "foundation %", lambda share, _: f"{100.0 - 100.0 * share:.1f}"),
 )
-
-
+_MODES = Rows("coupled_mode", "mode", _OF_MODES, f"{COUPLED}/modes")
 _FORCE, _RIGID = (reduced(f"{COUPLED}/{name}/force") for name in ("ground", "rigid"))
-
-
-_BY_ORDER = Rows(
-    "half_order",
-    "order",
-    (
-        Cells(_FORCE, "on the ground N", ""),
-        Cells(_RIGID, "rigid N"),
-        Cells("ground/force_by_order", "efficiency %", percent(2)),
-        Cells("rigid/force_by_order", "rigid %", percent(2)),
-        Cells("power", "power W"),
-    ),
-    root=COUPLED,
-    label="{:g}",
-    places=lambda found: _LARGE(found[1:]),
+_OF_ORDERS = (
+    Cells(_FORCE, "on the ground N", ""),
+    Cells(_RIGID, "rigid N"),
+    Cells("ground/force_by_order", "efficiency %", percent(2)),
+    Cells("rigid/force_by_order", "rigid %", percent(2)),
+    Cells("power", "power W"),
 )
+_BY_ORDER = Rows("half_order", "order", _OF_ORDERS, COUPLED, label="{:g}",
+                 places=lambda found: _LARGE(found[1:]))  # fmt: skip
+_FEET = Rows("mount", "below the mount", (Cells("foot_velocity_rms", "r.m.s. mm/s", "mm/s"),),
+             COUPLED, merge=True)  # fmt: skip
 
 
 def coupled(result: Result) -> Section | None:
@@ -68,13 +51,10 @@ def coupled(result: Result) -> Section | None:
     if f"{COUPLED}/ground/force" not in record:
         return None
     shown = {path for path in record if path.startswith(f"{COUPLED}/")}
-    feet = by_axis(
-        record, "mount", "below the mount", ((f"{COUPLED}/foot_velocity_rms", "r.m.s.", "mm/s"),)
-    )
     names = {f"{what}, r.m.s.": (what,) for what in ("force", "couple")}
     loads = by_name(record, "on the ground", names, _LOADS, COUPLED)[0]
     words = _WORDS + _MASS * (f"{COUPLED}/modes/natural_frequency" not in record)
-    lines = stacked(rows_of(record, _MODES)[0], loads + paragraph(words), feet)
+    lines = stacked(rows_of(record, _MODES)[0], loads + paragraph(words), rows_of(record, _FEET)[0])
     details = {"force on the ground by order": rows_of(record, _BY_ORDER)}
     return section("Machine and foundation", [(lines, shown)], details)
 
@@ -101,9 +81,8 @@ def _both(ground: Source, rigid: Source, look: Look, bars: bool = False) -> tupl
 
 def _panel(coordinate: str) -> Panel:
     place = COORDINATES.index(coordinate)
-    ground, rigid = (
-        entry_of(f"{COUPLED}/{name}/transmissibility", place) for name in ("ground", "rigid")
-    )
+    ground, rigid = (entry_of(f"{COUPLED}/{name}/transmissibility", place)
+                     for name in ("ground", "rigid"))  # fmt: skip
     curves = _both(ground, rigid, {"linestyle": "--"})
     words = f"load on the ground over a load on the machine, {coordinate}"
     return Panel("transmissibility", (*curves, level(lambda _: 1.0)), words, log="xy")

@@ -5,19 +5,13 @@ from vibecalc.core.report.sections import Section, section
 from vibecalc.core.results.record import Result
 from vibecalc.foundation.results import UpAndDown
 
-_BY_ORDER = Rows(
-    "order",
-    "order",
-    (
-        Cells("machine", "machine um", "um"),
-        Cells("motion", "foundation um", "um"),
-        Cells("ground_force", "force on ground N"),
-        Cells("rigid_force", "on a rigid one N"),
-    ),
-    root=UpAndDown.ROOT,
-    right=True,
-    places=first(12),
+_COLUMNS = (
+    Cells("machine", "machine um", "um"),
+    Cells("motion", "foundation um", "um"),
+    Cells("ground_force", "force on ground N"),
+    Cells("rigid_force", "on a rigid one N"),
 )
+_BY_ORDER = Rows("order", "order", _COLUMNS, UpAndDown.ROOT, right=True, places=first(12))
 
 
 def foundation(result: Result) -> Section | None:

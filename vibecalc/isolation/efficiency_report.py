@@ -54,11 +54,8 @@ def _level(share: float, _error: float) -> str:
     return in_decibels(1.0 / (1.0 - share)) if np.isfinite(share) and share != 1.0 else "-"
 
 
-_OVERALL = {
-    f"{word}, {said}": (word, name)
-    for word in _ROOTS
-    for name, said in (("rms", "r.m.s."), ("peak", "peak"))
-}
+_OVERALL = {f"{word}, {said}": (word, name)
+            for word in _ROOTS for name, said in (("rms", "r.m.s."), ("peak", "peak"))}  # fmt: skip
 _COLUMNS = (
     Cells("{}/held_{}", "held still"),
     Cells("{}/ground_{}", "on mounts"),
@@ -66,11 +63,6 @@ _COLUMNS = (
     Cells("{}/{}", "dB", _level),
 )
 _BY_DIRECTION = (Cells("by_direction", "efficiency", _percent),)
-
-
-def _sizes(path: str) -> tuple[Made, Made]:
-    """Load that acts and that arrives, by order."""
-    return reduced(f"{path}/held"), reduced(f"{path}/ground")
 
 
 def _resultant(path: str) -> Made:
@@ -84,10 +76,9 @@ def _resultant(path: str) -> Made:
 
 
 def _by_order(root: str) -> Rows:
-    held, ground = _sizes(root)
     columns = (
-        Cells(held, "held still {unit}"),
-        Cells(ground, "on mounts {unit}"),
+        Cells(reduced(f"{root}/held"), "held still {unit}"),
+        Cells(reduced(f"{root}/ground"), "on mounts {unit}"),
         Cells("by_order", "{} %", lambda share, _: _percent(share).removesuffix(" %")),
         Cells(_resultant(root), "dB", _level),
     )
@@ -107,21 +98,17 @@ def _ends(plot: Plot) -> Ends:
 
 
 def _panel(path: str, word: str) -> Panel:
-    bars = Curve(chosen(_resultant(path), _LOUD, *_sizes(path)), bars=True)
+    sizes = reduced(f"{path}/held"), reduced(f"{path}/ground")
+    bars = Curve(chosen(_resultant(path), _LOUD, *sizes), bars=True)
     return Panel("efficiency", (bars,), f"{word} on the ground, by order", unit="%", ends=_ends)
 
 
-EFFICIENCY = Curves(
-    "isolation efficiency",
-    (
-        *(_panel(root, word) for word, root in _ROOTS.items()),
-        Panel(
-            "transmissibility",
-            (Curve(f"{ByDirection.ROOT}/transmissibility", "{}"), level(lambda _: 1.0)),
-            "load on the ground over a load of one size at all frequencies",
-            log="xy",
-            height=1.4,
-        ),
-    ),
-    names=6,
+_RATIO = Panel(
+    "transmissibility",
+    (Curve(f"{ByDirection.ROOT}/transmissibility", "{}"), level(lambda _: 1.0)),
+    "load on the ground over a load of one size at all frequencies",
+    log="xy",
+    height=1.4,
 )
+_BY_ORDER = (_panel(root, word) for word, root in _ROOTS.items())
+EFFICIENCY = Curves("isolation efficiency", (*_BY_ORDER, _RATIO), names=6)

@@ -50,7 +50,5 @@ def stop_verdicts(result: Result) -> Iterator[Verdict]:
             name = labels(found.axes[0])[int(np.argmin(left))]
             asked = {"quantity": path, "where": {"mount": name}, "min": "0 mm"}
             row = judge(result, {**asked, "source": "stops of the mounts"})
-            limit = f"clearance to a stop {words}"
-            yield row._replace(
-                where={}, label=f"mount={name}", element=f"mount {name}", limit=limit
-            )
+            row = row._replace(where={}, label=f"mount={name}", element=f"mount {name}")
+            yield row._replace(limit=f"clearance to a stop {words}")

@@ -195,20 +195,15 @@ def _steady(path: str) -> Mark:
 
 def _run_up(path: str, label: str, look: Look) -> Panel:
     top = f"{path}/run_up_peak"
-    return Panel(
-        f"{label}\nforce",
-        (
-            Curve(f"{path}/run_up", "{each}", look),
-            limits(top, "run-up"),
-            _steady(f"{path}/steady_peak"),
-            resonances(*_NATURAL),
-            spans("isolation/masked"),
-            peak(top, f"{top}_speed"),
-        ),
-        unit="N",
-        log="x",
-        ends=partial(usual_ends, low=0.0),
+    parts = (
+        Curve(f"{path}/run_up", "{each}", look),
+        limits(top, "run-up"),
+        _steady(f"{path}/steady_peak"),
+        resonances(*_NATURAL),
+        spans("isolation/masked"),
+        peak(top, f"{top}_speed"),
     )
+    return Panel(f"{label}\nforce", parts, unit="N", log="x", ends=partial(usual_ends, low=0.0))
 
 
 RUN_UP = Curves(

@@ -52,12 +52,9 @@ _MODES = Rows(
     root="isolation",
 )  # fmt: skip
 _SUPPORTS = Rows(
-    "mount",
-    "support",
-    (*paths_of(SupportForce), *paths_of(SupportDisplacement)),
+    "mount", "support", (*paths_of(SupportForce), *paths_of(SupportDisplacement)), merge=True,
     note="loads: over the cycle, with weight and mean torque; a negative one pulls the support",
-    merge=True,
-)
+)  # fmt: skip
 _LEVELS = (
     "transmissibility",
     Cells("transmissibility", "dB", in_decibels),
@@ -91,25 +88,15 @@ def _highest(found: Found) -> np.ndarray:
     return places[np.argsort(np.round(speed[places], 4), kind="stable")]
 
 
+_AT_END = Cells(f"{RunUpMaxima.ROOT}/at_end", "end", lambda end, _: "end" * int(end),
+                note="end: the curve goes on beyond the range")  # fmt: skip
+_MOUNT = named_at(f"{RunUpMaxima.ROOT}/mount", "isolation/support_force/static")
 _MAXIMA = Rows(
-    "maximum",
-    "",
-    (
-        Cells(named_at(f"{RunUpMaxima.ROOT}/mount", "isolation/support_force/static"), "mount"),
-        *paths_of(RunUpMaxima)[1:-1],
-        Cells(
-            f"{RunUpMaxima.ROOT}/at_end",
-            "end",
-            lambda end, _: "end" * int(end),
-            note="end: the curve goes on beyond the range",
-        ),
-    ),
+    "maximum", "", (Cells(_MOUNT, "mount"), *paths_of(RunUpMaxima)[1:-1], _AT_END), merge=True,
     note="order: the largest there, with its share of the peak of all; bending order: that which "
     "bends the curve, with the mode nearest to its frequency",
-    places=_highest,
-    rest=others("the other {left} are lower, and in the file"),
-    merge=True,
-)
+    places=_highest, rest=others("the other {left} are lower, and in the file"),
+)  # fmt: skip
 
 
 def run_up_maxima(result: Result) -> Section | None:
@@ -160,10 +147,7 @@ def torque_reaction(result: Result) -> Section | None:
     lines = paragraph(_LINE if machine.get("shaft_line") and not separate else words)
     if silent := table_of(result.case, "response", "torsion").get("misfire"):
         lines += paragraph(f"Without combustion in cylinder {', '.join(map(str, silent))}.")
-    blocks: list[Part] = [
-        lines,
-        scalars(record, OF_TORQUE, TorqueReaction.ROOT),
-        rows_of(record, _CAUSES),
-    ]
+    scalar = scalars(record, OF_TORQUE, TorqueReaction.ROOT)
+    blocks: list[Part] = [lines, scalar, rows_of(record, _CAUSES)]
     details = {"couple of the torque by order": rows_of(record, _ORDERS)}
     return section("Torque reaction on the mounts, all orders", blocks, details, OF_TORQUE)

@@ -14,15 +14,14 @@ from vibecalc.core.results.record import Quantity, Result
 # Motion of the piston over one turn: position, velocity, acceleration.
 # ----------------------------------------------------------------------------
 
+
+def _motion(name: str, unit: str, colour: str) -> Panel:
+    return Panel(f"{name}\n", (Curve(f"kinematics/{name}", look={"color": colour}),), unit=unit)
+
+
+_UNITS = {"position": "mm", "velocity": "m/s", "acceleration": "m/s^2"}
 PISTON_MOTION = Curves(
-    "piston motion over one turn",
-    tuple(
-        Panel(f"{name}\n", (Curve(f"kinematics/{name}", look={"color": colour}),), unit=unit)
-        for name, unit, colour in zip(
-            ("position", "velocity", "acceleration"), ("mm", "m/s", "m/s^2"), COLOURS, strict=False
-        )
-    ),
-    high=1.93,
+    "piston motion over one turn", tuple(map(_motion, _UNITS, _UNITS.values(), COLOURS)), high=1.93
 )
 
 # ----------------------------------------------------------------------------
@@ -72,30 +71,16 @@ def _largest(result: Result) -> str:
     return f"largest difference {show(largest, digits=3)} {unit}, {share} % of the largest"
 
 
+_BOTH = (Curve(_CURVE, "all orders", {"color": TOTAL, "linewidth": 2.0}),
+         Curve(_short, "orders 1 and 2", {"color": COLOURS[1], "linestyle": "--"}))  # fmt: skip
 PISTON_ACCELERATION = Curves(
     _title,
-    (
-        Panel(
-            "acceleration",
-            (
-                Curve(_CURVE, "all orders", {"color": TOTAL, "linewidth": 2.0}),
-                Curve(_short, "orders 1 and 2", {"color": COLOURS[1], "linestyle": "--"}),
-            ),
-            needs=(_short,),
-            height=2.0,
-            legend={"loc": "lower center"},
-        ),
-        Panel("difference\n", (Curve(_missed),), _largest),
-    ),
+    (Panel("acceleration", _BOTH, needs=(_short,), height=2.0, legend={"loc": "lower center"}),
+     Panel("difference\n", (Curve(_missed),), _largest)),
     high=2.55,
-)
+)  # fmt: skip
 
+_EACH = Curve(over_turn("kinematics/cylinder/acceleration_harmonics"), "cylinder {}")
 SLAVE_RODS = Curves(
-    "pistons on master and slave rods over a turn",
-    (
-        Panel(
-            "acceleration",
-            (Curve(over_turn("kinematics/cylinder/acceleration_harmonics"), "cylinder {}"),),
-        ),
-    ),
+    "pistons on master and slave rods over a turn", (Panel("acceleration", (_EACH,)),)
 )

@@ -5,29 +5,24 @@ import numpy as np
 from vibecalc.core.report.rows import Cells, Rows, first, others, rows_of
 from vibecalc.core.report.sections import (
     Section,
-    along,
+    having,
     read_as,
     scalars,
     section,
     together,
+    written,
 )
-from vibecalc.core.report.writing import Column, number, show, show_phase, table
+from vibecalc.core.report.writing import number, show_phase, table
 from vibecalc.core.results.record import Record, Result
-from vibecalc.units import convert
 
-_HARMONICS = Rows(
-    "order",
-    "order",
-    (
-        Cells("position_harmonics", "position mm", "mm"),
-        Cells("position_harmonics", "phase deg", show_phase),
-        Cells("acceleration_harmonics", "acceleration m/s^2", ""),
-        Cells("acceleration_harmonics", "phase deg", show_phase),
-    ),
-    root="kinematics",
-    places=first(12),
-    rest=others("{left} more, up to order {last}, in the result file"),
+_OF_ORDERS = (
+    Cells("position_harmonics", "position mm", "mm"),
+    Cells("position_harmonics", "phase deg", show_phase),
+    Cells("acceleration_harmonics", "acceleration m/s^2", ""),
+    Cells("acceleration_harmonics", "phase deg", show_phase),
 )
+_HARMONICS = Rows("order", "order", _OF_ORDERS, "kinematics", places=first(12),
+                  rest=others("{left} more, up to order {last}, in the result file"))  # fmt: skip
 _TURN = ("kinematics/position", "kinematics/velocity", "kinematics/acceleration")
 
 
@@ -40,43 +35,26 @@ def kinematics(result: Result) -> Section | None:
 
 
 #: strokes and dead centres, where slave rods make them differ
-_CYLINDERS = Rows(
-    "cylinder",
-    "cylinder",
-    (
-        Cells("stroke", "stroke mm", "mm"),
-        Cells("top_dead_centre", "top dead centre at deg", "deg"),
-        Cells("bottom_dead_centre", "bottom dead centre at deg", "deg"),
-    ),
-    root="kinematics/cylinder",
-    merge=True,
+_ENDS = (
+    Cells("stroke", "stroke mm", "mm"),
+    Cells("top_dead_centre", "top dead centre at deg", "deg"),
+    Cells("bottom_dead_centre", "bottom dead centre at deg", "deg"),
 )
+_CYLINDERS = Rows("cylinder", "cylinder", _ENDS, "kinematics/cylinder", merge=True)
 
 
 def _extremes(record: Record) -> tuple[list[str], set[str]]:
     rows, shown = [], set()
     for path in _TURN:
-        hit = along(record, path, "crank_angle")
-        if hit is None:
+        quantity = having(record, path, "crank_angle")
+        if quantity is None:
             continue
-        quantity, angle = hit
-        low, high = int(np.argmin(quantity.values)), int(np.argmax(quantity.values))
         name, unit = read_as(path, quantity.unit)
-        factor = convert(1.0, quantity.unit, unit)
-        cells = [name]
-        for i in (low, high):
-            cells += [show(quantity.values[i] * factor, quantity.error_estimate * factor)]
-            cells += [f"{np.degrees(angle[i]):.1f}"]
+        cells, write = [name], written(quantity, unit)
+        for i in (int(np.argmin(quantity.values)), int(np.argmax(quantity.values))):
+            cells.append(write(quantity.values[i]))
+            cells.append(f"{np.degrees(quantity.axes[0].values[i]):.1f}")
         rows.append([*cells, unit])
         shown.add(path)
-    if not rows:
-        return [], set()
-    columns = [
-        Column("over one turn, as sampled"),
-        number("minimum"),
-        number("at deg"),
-        number("maximum"),
-        number("at deg"),
-        Column("unit"),
-    ]
-    return table(columns, rows), shown
+    heads = map(number, ("minimum", "at deg", "maximum", "at deg"))
+    return table(("over one turn, as sampled", *heads, "unit"), rows), shown

@@ -1,104 +1,110 @@
 """Motion of a plate from readings in the report: motion, levels by position, uncertainty."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.core.report.sections import (
-    Section,
-    having,
-    labels,
-    section,
-)
-from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
+from vibecalc.core.report.rows import Cells, Found, How, Made, Rows, first, part_of, rows_of
+from vibecalc.core.report.sections import Section, having, labels, section
+from vibecalc.core.report.writing import Column, number, paragraph, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
+
+_STEM = "measurement/"
+_MOST = 48
+
+
+def _fixed(form: str, factor: float = 1.0) -> How:
+    """What writes numbers with a fixed count of decimals."""
+    return lambda value, _: form.format(factor * value)
+
+
+def _of(name: str, head: str, factor: float = 1.0, form: str = "{:.2f}") -> Cells:
+    return Cells(name, head, _fixed(form, factor), right=True)
+
+
+_DEGREES = math.degrees(1.0)
 
 # ----------------------------------------------------------------------------
 # Readings next to the motion found from them, and the motions that levels leave open.
 # ----------------------------------------------------------------------------
 
-_STEM = "measurement/"
-_MOST = 48
 #: dB; residuals below it are those of readings that the motion meets exactly
 _MET = 1e-6
 
 
+def _apart(found: Found) -> np.ndarray:
+    """Readings that the motion does not meet, the largest residual first."""
+    size = np.abs(found[-1].values)
+    rank = np.argsort(-size, kind="stable")
+    return np.asarray(rank[size[rank] > _MET][:_MOST])
+
+
+_READINGS = Rows(
+    "reading",
+    "order: reading",
+    (
+        _of("read", "read dB"),
+        _of("computed", "computed dB"),
+        _of("residual", "residual dB", form="{:+.2f}"),
+    ),
+    f"{_STEM}reading",
+    places=_apart,
+)
+
+
 def readings(record: Record) -> list[str]:
     """Levels read that the motion does not meet exactly, the largest residual first."""
-    entries = {
-        name: having(record, f"{_STEM}reading/{name}", "reading")
-        for name in ("read", "computed", "residual")
-    }
-    residual = entries["residual"]
+    residual = having(record, f"{_STEM}reading/residual", "reading")
     if residual is None:
         return _signals(record)
-    names = labels(residual.axes[0])
-    size = np.abs(np.asarray(residual.values))
-    apart = [int(i) for i in np.argsort(-size, kind="stable") if size[i] > _MET]
-    rows = []
-    for i in apart[:_MOST]:
-        values = [entries[name] for name in ("read", "computed")]
-        cells = ["" if one is None else f"{float(one.values[i]):.2f}" for one in values]
-        rows.append([names[i], *cells, f"{float(residual.values[i]):+.2f}"])
-    columns = (
-        Column("order: reading"),
-        number("read dB"),
-        number("computed dB"),
-        number("residual dB"),
-    )
-    met = len(names) - len(apart)
-    words = f"{met} of {len(names)} levels are met exactly; the motion was found from them"
-    lines = table(columns, rows) if rows else []
-    return lines + (paragraph(words) if met else []) + _signals(record)
+    met, count = int(np.sum(np.abs(residual.values) <= _MET)), len(residual.values)
+    words = f"{met} of {count} levels are met exactly; the motion was found from them"
+    lines, _ = rows_of(record, _READINGS)
+    return [*lines, *(paragraph(words) if met else []), *_signals(record)]
 
 
 def _signals(record: Record) -> list[str]:
     residual = having(record, _STEM + "signal/residual", "signal")
     if residual is None:
         return []
-    values = np.asarray(residual.values)
-    worst = int(np.argmax(values))
-    name = labels(residual.axes[0])[worst]
+    worst = int(np.argmax(residual.values))
     return paragraph(
-        f"{len(values)} readings with phases; the one that the motion misses most is {name}, by "
-        f"{show(values[worst], digits=3)} times its standard uncertainty"
+        f"{len(residual.values)} readings with phases; the one that the motion misses most is "
+        f"{labels(residual.axes[0])[worst]}, by {show(residual.values[worst], digits=3)} times its "
+        "standard uncertainty"
     )
+
+
+_CANDIDATES = Rows(
+    "candidate",
+    "motion",
+    (
+        Cells("chosen", "", lambda value, _: "taken" if value else ""),
+        _of("worst_residual", "residual dB"),
+        _of("translation_level", "origin dB"),
+        _of("translation_phase", "phase deg", _DEGREES),
+        _of("roll_phase", "roll deg", _DEGREES),
+        _of("pitch_phase", "pitch deg", _DEGREES),
+    ),
+    f"{_STEM}candidate",
+    places=first(_MOST),
+    note="named by harmonic and the signs of the phases of roll and pitch; the same with all "
+    "phases turned round has the same levels everywhere",
+)
 
 
 def candidates(record: Record) -> list[str]:
     """Every motion that the levels leave, and the reading that would tell most."""
-    chosen = having(record, _STEM + "candidate/chosen", "candidate")
-    if chosen is None:
+    if having(record, _STEM + "candidate/chosen", "candidate") is None:
         return []
-    names = labels(chosen.axes[0])
-    columns = [
-        ("worst_residual", 1.0, "residual dB"),
-        ("translation_level", 1.0, "origin dB"),
-        ("translation_phase", math.degrees(1.0), "phase deg"),
-        ("roll_phase", math.degrees(1.0), "roll deg"),
-        ("pitch_phase", math.degrees(1.0), "pitch deg"),
-    ]
-    rows = []
-    for i, name in enumerate(names):
-        row = [name, "taken" if chosen.values[i] else ""]
-        for path, factor, _ in columns:
-            quantity = having(record, f"{_STEM}candidate/{path}", "candidate")
-            row.append("" if quantity is None else f"{factor * float(quantity.values[i]):.2f}")
-        rows.append(row)
-    heads = (Column("motion"), Column(""), *(number(words) for *_, words in columns))
-    lines = table(heads, rows[:_MOST])
-    lines += paragraph(
-        "named by harmonic and the signs of the phases of roll and pitch; the same with all phases "
-        "turned round has the same levels everywhere"
-    )
+    lines, _ = rows_of(record, _CANDIDATES)
     further = having(record, _STEM + "further/difference", "further")
-    if further is not None and len(further.values):
-        listed = ", ".join(
-            f"{name} ({float(value):+.1f} dB)"
-            for name, value in zip(labels(further.axes[0]), further.values, strict=True)
-        )
-        lines += paragraph(f"the next reading that would tell them apart best: {listed}")
-    return lines
+    if further is None:
+        return lines
+    pairs = zip(labels(further.axes[0]), further.values.tolist(), strict=True)
+    listed = ", ".join(f"{name} ({value:+.1f} dB)" for name, value in pairs)
+    return lines + paragraph(f"the next reading that would tell them apart best: {listed}")
 
 
 # ----------------------------------------------------------------------------
@@ -106,14 +112,13 @@ def candidates(record: Record) -> list[str]:
 # ----------------------------------------------------------------------------
 
 _PARTS = ("translation", "roll", "pitch")
-_LEVELS = (
-    ("standard", "whole"),
-    ("no_roll", "no roll"),
-    ("no_pitch", "no pitch"),
-    ("only_translation", "transl."),
-    ("only_roll", "roll"),
-    ("only_pitch", "pitch"),
-)
+_LEVELS = {
+    "no_roll": "no roll",
+    "no_pitch": "no pitch",
+    "only_translation": "transl.",
+    "only_roll": "roll",
+    "only_pitch": "pitch",
+}
 _MOST_LEVELS = 72
 
 
@@ -128,123 +133,100 @@ def measurement(result: Result) -> Section | None:
         "readings and their residuals": readings(record),
         "motions that the levels leave open": candidates(record),
     }
-    blocks = [_motion(record), _quiet(record)]
+    known = having(record, _STEM + "roll_level", "order") is not None
+    motion = rows_of(record, _MOTION)[0] if known else []
+    blocks = [motion, _quiet(record)]
     return section("Motion of the plate from readings", blocks, details, shown)
-
-
-def _motion(record: Record) -> list[str]:
-    level = having(record, _STEM + "roll_level", "order")
-    if level is None:
-        return []
-    orders = labels(level.axes[0])
-    frequency = having(record, _STEM + "frequency", "order")
-    rows = []
-    for i, order in enumerate(orders):
-        row = [order, "" if frequency is None else show(hertz(float(frequency.values[i])))]
-        row += [_with_uncertainty(record, f"{part}_level", i) for part in _PARTS]
-        row += [_degrees(record, part, i) for part in _PARTS]
-        rows.append(row)
-    columns = (
-        number("order"),
-        number("Hz"),
-        number("origin dB"),
-        number("roll dB"),
-        number("pitch dB"),
-        number("phase: origin"),
-        number("roll"),
-        number("pitch deg"),
-    )
-    words = (
-        "levels refer to reference_level and, of roll and pitch, to angular_reference_level; "
-        "phases to the reference position; +- is the standard uncertainty from the last digits "
-        "read, what is stated next to them and, with phases, the scatter; - where it is open"
-    )
-    return table(columns, rows) + paragraph(words)
-
-
-def _with_uncertainty(record: Record, name: str, place: int) -> str:
-    value = having(record, _STEM + name, "order")
-    uncertainty = having(record, f"{_STEM}uncertainty/{name}", "order")
-    if value is None:
-        return ""
-    return _level(value.values[place]) + _plus_minus(uncertainty, place, 1.0)
-
-
-def _degrees(record: Record, part: str, place: int) -> str:
-    value = having(record, f"{_STEM}phase/{part}", "order")
-    uncertainty = having(record, f"{_STEM}uncertainty/{part}_phase", "order")
-    if value is None:
-        return ""
-    degrees = math.degrees(float(value.values[place]))
-    return f"{degrees:.1f}" + _plus_minus(uncertainty, place, math.degrees(1.0))
-
-
-def _plus_minus(uncertainty: Quantity | None, place: int, factor: float) -> str:
-    if uncertainty is None:
-        return ""
-    value = factor * float(uncertainty.values[place])
-    return f" +-{value:.2f}" if math.isfinite(value) else " +- -"
 
 
 def _level(value: float) -> str:
     return f"{float(value) + 0.0:.2f}" if math.isfinite(value) else "zero"
 
 
+def _degrees(value: float) -> str:
+    return f"{math.degrees(value):.1f}"
+
+
+def _told(path: str, off: str, write: Callable[[float], str], factor: float = 1.0) -> Made:
+    """A result by order in words, with its standard uncertainty."""
+
+    def made(record: Record) -> Quantity | None:
+        found = having(record, _STEM + path, "order")
+        if found is None:
+            return None
+        words = [write(value) for value in found.values.tolist()]
+        sizes = having(record, f"{_STEM}uncertainty/{off}", "order")
+        for i, size in enumerate(() if sizes is None else factor * sizes.values):
+            words[i] += f" +-{size:.2f}" if math.isfinite(size) else " +- -"
+        return part_of(found, np.array(words), *found.axes)
+
+    return made
+
+
+_LEVEL_HEADS, _PHASE_HEADS = (
+    ("origin dB", "roll dB", "pitch dB"),
+    ("phase: origin", "roll", "pitch deg"),
+)
+_MOTION = Rows(
+    "order",
+    "order",
+    (
+        Cells("frequency", "Hz", "Hz"),
+        *(Cells(_told(f"{part}_level", f"{part}_level", _level), head, right=True)
+          for part, head in zip(_PARTS, _LEVEL_HEADS, strict=True)),
+        *(Cells(_told(f"phase/{part}", f"{part}_phase", _degrees, _DEGREES), head, right=True)
+          for part, head in zip(_PARTS, _PHASE_HEADS, strict=True)),
+    ),
+    _STEM.rstrip("/"),
+    right=True,
+    note="levels refer to reference_level and, of roll and pitch, to angular_reference_level; "
+    "phases to the reference position; +- is the standard uncertainty from the last digits "
+    "read, what is stated next to them and, with phases, the scatter; - where it is open",
+)  # fmt: skip
+
+
 def _levels(record: Record) -> list[str]:
-    first = having(record, _STEM + "level/standard", "position", "order")
-    if first is None:
+    first_ = having(record, _STEM + "level/standard", "position", "order")
+    if first_ is None:
         return []
+    further = {
+        name: having(record, f"{_STEM}level/{name}", "position", "order") for name in _LEVELS
+    }
     uncertainty = having(record, _STEM + "uncertainty/level", "position", "order")
-    positions, orders = labels(first.axes[0]), labels(first.axes[1])
     rows = []
-    for place, position in enumerate(positions):
-        for i, order in enumerate(orders):
-            row = [position if i == 0 else "", order]
-            for part, _ in _LEVELS:
-                quantity = having(record, f"{_STEM}level/{part}", "position", "order")
-                row.append("" if quantity is None else _level(quantity.values[place, i]))
-            sure = "" if uncertainty is None else _plus_minus_alone(uncertainty.values[place, i])
-            rows.append([*row[:3], sure, *row[3:]])
-    columns = (
-        Column("position"),
-        number("order"),
-        number("whole dB"),
-        number("+-"),
-        *(number(words) for _, words in _LEVELS[1:]),
-    )
-    lines = table(columns, rows[:_MOST_LEVELS])
+    for place, position in enumerate(labels(first_.axes[0])):
+        for i, order in enumerate(labels(first_.axes[1])):
+            off = math.nan if uncertainty is None else uncertainty.values[place, i]
+            sure = f"{off:.2f}" if math.isfinite(off) else "-" * (uncertainty is not None)
+            row = ["" if one is None else _level(one.values[place, i]) for one in further.values()]
+            name = position if i == 0 else ""
+            rows.append([name, order, _level(first_.values[place, i]), sure, *row])
+    heads = map(number, ("order", "whole dB", "+-", *_LEVELS.values()))
+    lines = table((Column("position"), *heads), rows[:_MOST_LEVELS])
     if len(rows) > _MOST_LEVELS:
         lines += paragraph(f"and {len(rows) - _MOST_LEVELS} more rows in the result file")
     return lines
-
-
-def _plus_minus_alone(value: float) -> str:
-    return f"{float(value):.2f}" if math.isfinite(value) else "-"
 
 
 def _quiet(record: Record) -> list[str]:
     lines: list[str] = []
     total = having(record, _STEM + "level/all_orders", "position")
     if total is not None:
-        names, values = labels(total.axes[0]), np.asarray(total.values)
-        order = np.argsort(values, kind="stable")
-        listed = ", ".join(f"{names[i]} {_level(values[i])}" for i in order[:12])
+        names, values = labels(total.axes[0]), total.values
+        order = np.argsort(values, kind="stable")[:12]
+        listed = ", ".join(f"{names[i]} {_level(values[i])}" for i in order)
         lines += paragraph(f"positions, the quietest first, dB of all harmonics together: {listed}")
-    x, y, least = (
-        having(record, f"{_STEM}quiet/{name}", "order") for name in ("x", "y", "amplitude")
-    )
+    x, y, least = (having(record, f"{_STEM}quiet/{name}", "order")
+                   for name in ("x", "y", "amplitude"))  # fmt: skip
     if x is None or y is None or least is None:
         return lines
     rows = [
         [order, show(x.values[i]), show(y.values[i]), show(least.values[i], least.error_estimate)]
         for i, order in enumerate(labels(x.axes[0]))
     ]
-    singles = [
-        record.quantities.get(f"{_STEM}quiet/all_orders_{name}") for name in ("x", "y", "amplitude")
-    ]
-    if all(single is not None for single in singles):
-        rows.append(
-            ["all", *(show(s.values[()], s.error_estimate) for s in singles if s is not None)]
-        )
-    columns = (number("order"), number("x m"), number("y m"), number("m/s^2"))
-    return [*lines, "", *paragraph("where on the plate it moves least:"), *table(columns, rows)]
+    paths = [f"{_STEM}quiet/all_orders_{name}" for name in ("x", "y", "amplitude")]
+    if all(path in record for path in paths):
+        of_all = (show(record[path].values[()], record[path].error_estimate) for path in paths)
+        rows.append(["all", *of_all])
+    heads = map(number, ("order", "x m", "y m", "m/s^2"))
+    return [*lines, "", *paragraph("where on the plate it moves least:"), *table([*heads], rows)]

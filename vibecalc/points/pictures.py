@@ -98,22 +98,12 @@ def _title(result: Result) -> str:
     return title + f"; zones of {standard_of(result)}, informative" * zones
 
 
-OVER_SPEED = Curves(
-    _title,
-    tuple(
-        Panel(
-            f"{name}, r.m.s.",
-            (
-                spans("isolation/masked", "left out, no bound"),
-                Curve(f"{RUN_UP}/{name}_rms", "{}"),
-                _zones(name),
-                operating,
-                peak(f"{RUN_UP}/{name}_rms_largest", f"{RUN_UP}/{name}_rms_largest_speed"),
-            ),
-            unit=read,
-            log="y",
-            legend=_RIGHT,
-        )
-        for name, (_, read) in UNITS.items()
-    ),
-)
+def _over_speed(name: str, unit: str) -> Panel:
+    path = f"{RUN_UP}/{name}_rms"
+    left_out = spans("isolation/masked", "left out, no bound")
+    top = peak(f"{path}_largest", f"{path}_largest_speed")
+    parts = (left_out, Curve(path, "{}"), _zones(name), operating, top)
+    return Panel(f"{name}, r.m.s.", parts, unit=unit, log="y", legend=_RIGHT)
+
+
+OVER_SPEED = Curves(_title, tuple(_over_speed(name, read) for name, (_, read) in UNITS.items()))

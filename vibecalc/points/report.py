@@ -100,32 +100,14 @@ def _severity_words(result: Result) -> list[str]:
 _SHORT = {"displacement": "s", "velocity": "v", "acceleration": "a"}
 
 
-_AT_SPEED = Rows(
-    "sensor",
-    "sensor",
-    (
-        *(
-            Cells(f"{name}_{kind}", f"{_SHORT[name]} {words}\n{read}", read)
-            for name, (_, read) in UNITS.items()
-            for kind, (words, _) in KINDS.items()
-        ),
-        Cells(_zones, "zone", ""),
-    ),
-    root=ROOT,
-)
-_IN_RUN_UP = Rows(
-    "sensor",
-    "largest of the run-up",
-    [
-        cells
-        for name, (_, read) in UNITS.items()
-        for cells in (
-            Cells(f"{name}_rms_largest", f"{_SHORT[name]} r.m.s.\n{read}", read),
-            Cells(f"{name}_rms_largest_speed", "at\nrpm", "rpm"),
-        )
-    ],
-    root=RUN_UP,
-)
+_readings, _largest = list[Cells](), list[Cells]()
+for _name, (_, _read) in UNITS.items():
+    _readings += (Cells(f"{_name}_{kind}", f"{_SHORT[_name]} {words}\n{_read}", _read)
+                  for kind, (words, _) in KINDS.items())  # fmt: skip
+    _largest.append(Cells(f"{_name}_rms_largest", f"{_SHORT[_name]} r.m.s.\n{_read}", _read))
+    _largest.append(Cells(f"{_name}_rms_largest_speed", "at\nrpm", "rpm"))
+_AT_SPEED = Rows("sensor", "sensor", (*_readings, Cells(_zones, "zone", "")), ROOT)
+_IN_RUN_UP = Rows("sensor", "largest of the run-up", _largest, RUN_UP)
 
 
 # ----------------------------------------------------------------------------

@@ -31,16 +31,10 @@ _KINDS = ("kinetic", "potential")
 #: powers of ten below the largest that are drawn
 _DECADES = 6
 
+_BARS = tuple(Curve(f"response/{k}_energy/peak_by_order", k, bars=True) for k in _KINDS)
 ENERGY_BY_ORDER = Curves(
     "largest energy of each order alone",
-    (
-        Panel(
-            "energy",
-            tuple(Curve(f"response/{k}_energy/peak_by_order", k, bars=True) for k in _KINDS),
-            log="y",
-            ends=decades(_DECADES),
-        ),
-    ),
+    (Panel("energy", _BARS, log="y", ends=decades(_DECADES)),),
     high=3.9,
 )
 
@@ -58,22 +52,12 @@ def _mean(i: int) -> tuple[Curve, Mark]:
     return curve, peak(colour=COLOURS[i], below=i > 0, unless=f"{_MASKED}/low")
 
 
+_LEFT_OUT = spans(_MASKED, "left out: no bound", zorder=3)
+_MET = resonances("response/modes/natural_frequency")
+_MEANS = (*_mean(0), *_mean(1), _LEFT_OUT, _MET, operating)
 RESPONSE_RUN_UP = Curves(
     "run-up: mean energies of the body at each speed",
-    (
-        Panel(
-            "mean energy over a turn",
-            (
-                *_mean(0),
-                *_mean(1),
-                spans(_MASKED, "left out: no bound", zorder=3),
-                resonances("response/modes/natural_frequency"),
-                operating,
-            ),
-            log="xy",
-            ends=partial(usual_ends, far=1e4),
-        ),
-    ),
+    (Panel("mean energy over a turn", _MEANS, log="xy", ends=partial(usual_ends, far=1e4)),),
     high=3.5,
 )
 

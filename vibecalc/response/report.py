@@ -75,23 +75,16 @@ def _moves_most(record: Record) -> Quantity | None:
     return part_of(share, np.array(words), share.axes[0])
 
 
-_OF_MODES = Rows(
-    "mode",
-    "mode",
-    (
-        Cells("natural_frequency", "Hz", "Hz"),
-        Cells("damping_ratio", "damping ratio"),
-        Cells(_moves_most, "  moves most (share of energy)", ""),
-        Cells(
-            "nearest_order",
-            "nearest",
-            whole,
-            note="nearest: the excited order that comes closest at operating speed; off: its "
-            "frequency over the natural frequency, less 1",
-        ),
-        Cells("distance", "it is off", relative),
-    ),
-    root="response/modes",
+_NEAREST = (
+    "nearest: the excited order that comes closest at operating speed; off: its frequency over the "
+    "natural frequency, less 1"
+)
+_OF_MODES = (
+    Cells("natural_frequency", "Hz", "Hz"),
+    Cells("damping_ratio", "damping ratio"),
+    Cells(_moves_most, "  moves most (share of energy)", ""),
+    Cells("nearest_order", "nearest", whole, note=_NEAREST),
+    Cells("distance", "it is off", relative),
 )
 
 
@@ -99,7 +92,7 @@ def response(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
     paths = [path for group in (ModesOfBody, MotionOfBody, OverSpeed) for path in paths_of(group)]
-    modes = rows_of(record, _OF_MODES)
+    modes = rows_of(record, Rows("mode", "mode", _OF_MODES, "response/modes"))
     totals = by_name(record, "energy of all orders", {k: (k,) for k in _KINDS}, _TOTALS, "response")
     tables = [rows_of(record, one) for one in (_MOTION, left_out(LeftOut.ROOT))]
     blocks: list[Part] = [tables[0], totals, _run_up(record), tables[1]]
@@ -118,26 +111,16 @@ def _run_up(record: Record) -> list[str]:
     A driven resonance without damping among the speeds leaves no largest value: what was computed
     at the edge of the speeds left out is not one.
     """
-    rows = []
-    for path in paths_of(OverSpeed):
-        found, centre = having(record, path, "speed"), having(record, _CENTRE, "masked")
-        if found is not None:
-            top = int(np.argmax(found.values))
-            value, at = show(found.values[top], found.error_estimate), found.axes[0].values[top]
-            if centre is not None:
-                value, at = "without bound", centre.values[0]
-            rows.append(
-                [
-                    f"{found.long_name.split()[1]}, mean over {turns_of(record, path)}",
-                    value,
-                    show(rpm(at)),
-                ]
-            )
+    rows, centre = [], having(record, f"{LeftOut.ROOT}/centre", "masked")
+    for found in (record[path] for path in paths_of(OverSpeed) if having(record, path, "speed")):
+        top = int(np.argmax(found.values))
+        value, at = show(found.values[top], found.error_estimate), found.axes[0].values[top]
+        if centre is not None:
+            value, at = "without bound", centre.values[0]
+        name = f"{found.long_name.split()[1]}, mean over {turns_of(record, found.path)}"
+        rows.append([name, value, show(rpm(at))])
     heads = ("largest energy of the run-up, as sampled", number("J"), number("at rpm"))
-    return table(heads, rows) if rows else []
-
-
-_CENTRE = f"{LeftOut.ROOT}/centre"
+    return table(heads, rows)
 
 
 # ----------------------------------------------------------------------------
@@ -145,11 +128,8 @@ _CENTRE = f"{LeftOut.ROOT}/centre"
 # ----------------------------------------------------------------------------
 
 _KINDS = ("kinetic", "potential")
-_ENERGIES = {
-    f"response/{kind}_energy/{what}": f"{kind} {what}"
-    for kind in _KINDS
-    for what in ("mean", "peak")
-}
+_ENERGIES = {f"response/{kind}_energy/{what}": f"{kind} {what}"
+             for kind in _KINDS for what in ("mean", "peak")}  # fmt: skip
 _ROWS = 16
 #: energies that end below this end because smaller numbers do not exist
 _NEAR_UNDERFLOW = 1e-280
@@ -193,14 +173,9 @@ def _further_orders(found: Found, places: np.ndarray) -> str:
     )
 
 
-_BY_ORDER = Rows(
-    "order",
-    "energy in J",
-    [Cells(f"{path}_by_order", words) for path, words in _ENERGIES.items()],
-    label="order {:.0f}",
-    places=_chosen,
-    rest=_further_orders,
-)
+_ALONE = [Cells(f"{path}_by_order", words) for path, words in _ENERGIES.items()]
+_BY_ORDER = Rows("order", "energy in J", _ALONE, label="order {:.0f}", places=_chosen,
+                 rest=_further_orders)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -261,14 +236,9 @@ def _with_range(path: str) -> Made:
 def _of_kind(kind: str) -> tuple[Rows, ...]:
     """Means, how far they are apart, peaks; and what balancing alone leaves."""
     root = f"{_OPERATIONS}{kind}_energy"
-    mean, peak = (
-        Rows(
-            "operation",
-            f"{kind} energy, {words}, J",
-            (Cells(_with_range(f"{root}/{what}"), "balance {}"),),
-        )
-        for what, words in _WORDS.items()
-    )
+    mean, peak = (Rows("operation", f"{kind} energy, {words}, J",
+                       (Cells(_with_range(f"{root}/{what}"), "balance {}"),))
+                  for what, words in _WORDS.items())  # fmt: skip
     sums = ("difference", "weighted")
     apart = Rows("balance", f"{kind} energy, means", sums, root, across=True)
     turning = Cells("rotating_mean", "mean, balance {}"), Cells("rotating_peak", "peak, balance {}")
@@ -312,17 +282,12 @@ def _low(found: Found) -> np.ndarray:
 
 
 #: resonances that the crank runs through on its way
+_CHANGE = named_at(f"{Passages.ROOT}/change", f"{Reversal.ROOT}/peak_time")
 _PASSAGES = Rows(
-    "passage",
-    "",
-    (
-        Cells(named_at(f"{Passages.ROOT}/change", f"{Reversal.ROOT}/peak_time"), "passed in"),
-        *paths_of(Passages)[1:],
-    ),
+    "passage", "", (Cells(_CHANGE, "passed in"), *paths_of(Passages)[1:]), places=_low,
     note="haste above 1: the resonance has no time to build up",
-    places=_low,
     rest=others("{left} further passages of higher order are in the result file"),
-)
+)  # fmt: skip
 
 
 def switching(result: Result) -> Section | None:

@@ -89,12 +89,10 @@ def _topic_view(result: Result, words: dict[str, str], seconds: list[float | Non
         return result.record[f"{words['folder']}/{name}"].values.tolist()
 
     of_trials = result.record[f"{words['folder']}/work"].axes[0].values.tolist()
-    names = [*_COLUMNS, *["position_error"] * bool(words["position"])]
-    columns = zip(of_trials, seconds, *map(column, names), strict=True)
-    trials = [
-        Trial(name, **dict(zip(names, row, strict=True)), seconds=math.inf if s is None else s)
-        for name, s, *row in columns
-    ]
+    names = [*_COLUMNS, *["position_error"] * bool(words["position"]), "seconds"]
+    known = (math.inf if one is None else one for one in seconds)
+    columns = zip(of_trials, *map(column, names[:-1]), known, strict=True)
+    trials = [Trial(name, **dict(zip(names, row, strict=True))) for name, *row in columns]
     agreement = float(column("agreement"))
     shown = {ALGEBRAIC: "order {:.2f}", GEOMETRIC: "{:.3g} digits per unit"}
     rows = (row for row in result.plan if row["folder"] == words["folder"] and "method" in row)
@@ -182,14 +180,10 @@ def _section(topic: TopicView) -> list[str]:
     }
     more = f"The default may take {words['default_extra']} times the least work: "
     dear = float(words["default_extra"]) > 1.0
-    orders = [
-        [one["method"], *(one[key] or none for key, none in _STEPS.items())]
-        for one in topic.methods
-    ]
-    picks = [
-        [f"{target:g}", _pick(topic, target, "work"), _pick(topic, target, "seconds")]
-        for target in TARGETS
-    ]
+    orders = [[one["method"], one["setting"] or "nothing to set", one["shown"] or "-",
+               one["theory"] or "-"] for one in topic.methods]  # fmt: skip
+    picks = [[f"{target:g}", *(_pick(topic, target, cost) for cost in ("work", "seconds"))]
+             for target in TARGETS]  # fmt: skip
     blocks = stacked(
         [*paragraph(words["why"]), *pairs(row for row in about.items() if row[1])],
         _trials(topic),
@@ -198,12 +192,7 @@ def _section(topic: TopicView) -> list[str]:
         _failures(topic),
         paragraph(more + words["default_why"]) if dear else [],
     )
-    title = f"{words['stage']}: {words['name']}"
-    return ["", title, "-" * len(title), *blocks]
-
-
-#: of a method, and what stands where there is none
-_STEPS = {"setting": "nothing to set", "shown": "-", "theory": "-"}
+    return titled(f"{words['stage']}: {words['name']}", blocks)
 
 
 def _trials(topic: TopicView) -> list[str]:
@@ -247,8 +236,7 @@ def _machine(result: Result) -> list[str]:
     found = result.provenance
     names = ("machine", "versions", "threads", "platform", "time")
     rows = [(name, str(found[name])) for name in names if name in found]
-    for name, seconds in result.timings.items():
-        rows.append((f"{name} s", f"{seconds:.2f}"))
+    rows += [(f"{name} s", f"{seconds:.2f}") for name, seconds in result.timings.items()]
     return pairs([*rows, ("rerun", rerun(result))])
 
 
@@ -285,13 +273,15 @@ def accuracy_object(result: Result, path: Path) -> dict[str, Any]:
 
 
 def _topic(topic: TopicView) -> dict[str, Any]:
-    words = topic.words
-
-    def place(target: float, cost: str) -> int | None:
-        """In the list of levels."""
-        trial = cheapest(topic.trials, target, cost)
-        return None if trial is None else topic.trials.index(trial)
-
+    words, places = topic.words, list[dict[str, Any]]()
+    for target in TARGETS:  # in the list of levels
+        row: dict[str, Any] = {"error": target}
+        for cost in ("work", "seconds"):
+            trial = cheapest(topic.trials, target, cost)
+            row[f"in_{cost}"] = None if trial is None else topic.trials.index(trial)
+        places.append(row)
+    methods = [{name: one[name] or None for name in ("method", "shown", "theory")}
+               for one in topic.methods]  # fmt: skip
     return {
         "stage": words["stage"],
         "name": words["name"],
@@ -300,18 +290,8 @@ def _topic(topic: TopicView) -> dict[str, Any]:
         "work": words["work"],
         "reference": {"words": words["reference"], "agreement": finite(topic.agreement)},
         "trials": [_trial(trial, bool(words["position"])) for trial in topic.trials],
-        "methods": [
-            {name: one[name] or None for name in ("method", "shown", "theory")}
-            for one in topic.methods
-        ],
-        "cheapest": [
-            {
-                "error": target,
-                "in_work": place(target, "work"),
-                "in_seconds": place(target, "seconds"),
-            }
-            for target in TARGETS
-        ],
+        "methods": methods,
+        "cheapest": places,
         "extra_work": finite(topic.more("work")),
         "extra_seconds": finite(topic.more("seconds")),
     }
@@ -324,8 +304,6 @@ def _trial(trial: Trial, with_position: bool) -> dict[str, Any]:
         "cause": trial.cause or None,
     }
     told = {name: finite(one) if isinstance(one, float) else one for name, one in told.items()}
-    default = {"method": trial.method, "default": bool(told.pop("is_default"))}
-    del told["name"]
-    if not with_position:
-        del told["position_error"]
-    return default | told
+    default = {"method": trial.method, "default": bool(trial.is_default)}
+    left_out = {"name", "is_default", *["position_error"] * (not with_position)}
+    return default | {name: one for name, one in told.items() if name not in left_out}

@@ -108,13 +108,6 @@ def note(
     axes.annotate(words, at, xytext=shift, textcoords="offset points", **{"fontsize": 8, **style})
 
 
-def limit_line(axes: "Axes", value: float, words: str) -> None:
-    """A horizontal limit with its words above the line, at the right."""
-    axes.axhline(value, color=LIMIT, linestyle="--", linewidth=1.3)
-    note(axes, words, (1.0, value), (-4, 3), xycoords=axes.get_yaxis_transform(), ha="right",
-        va="bottom", color=LIMIT)  # fmt: skip
-
-
 def bars(axes: "Axes", at: Any, heights: Any, width: float, base: Any = 0.0, **look: Any) -> None:
     """Upright bars from a `base` on, at ascending places, all of them one patch."""
     edges = np.add.outer(np.asarray(at, dtype=float), [-0.5 * width, 0.5 * width]).ravel()
@@ -157,10 +150,8 @@ def operating_line(axes: "Axes", result: Result, low: float, high: float) -> Non
 
 def only(result: Result, path: str) -> Result:
     """The result with the references and limits on one quantity alone."""
-    kept = {
-        table: [row for row in entries(result, table) if row["quantity"] == path]
-        for table in ("reference", "limit")
-    }
+    kept = {table: [row for row in entries(result, table) if row["quantity"] == path]
+            for table in ("reference", "limit")}  # fmt: skip
     return replace(result, case={**result.case, **kept})
 
 
@@ -187,15 +178,13 @@ _SMALL = 0.1
 _LENGTHS = ((1.0, "m"), (1e3, "mm"), (1e6, "\u00b5m"))
 
 
-def length_scale(largest: float) -> tuple[float, str]:
-    """Factor and unit that give a length in m at least one digit before the point."""
-    return next((one for one in _LENGTHS if one[0] * largest >= 1.0), _LENGTHS[-1])
-
-
 def read_in(quantity: Quantity, largest: float) -> tuple[float, str]:
-    """Factor and words of the unit that people read values of this size in."""
+    """Factor and words of the unit that people read values of this size in.
+
+    Lengths have at least one digit before the point.
+    """
     if quantity.unit == "m":
-        return length_scale(largest)
+        return next((one for one in _LENGTHS if one[0] * largest >= 1.0), _LENGTHS[-1])
     unit = read_as(quantity.path, quantity.unit)[1]
     unit = "mrad" if quantity.unit == "rad" and largest < _SMALL else unit
     more, words = unit_words(unit, largest)

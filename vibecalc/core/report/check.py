@@ -33,24 +33,24 @@ def check_rows(case: "Case") -> tuple[list[dict[str, Any]], dict[str, Any]]:
     Raises NumericalFailure where no number of harmonics meets the tolerance.
     """
     needs = needs_of(case)
-    studies = list(_studies(case, needs))
-    rows = [_row(stage) for stage in needs.stages] + [row for row, _ in studies]
-    time = time_in_words(needs.seconds + sum(running for _, running in studies))
+    rows = [_row(stage) for stage in needs.stages]
+    seconds = needs.seconds
+    for row, runs, running in _studies(case, needs):
+        rows.append(_told(row, [_counted(runs, "runs")], {"run": runs}, running))
+        seconds += running
+    time = time_in_words(seconds)
     # what no estimate can know: whether a search finds a way to keep the limits
     searched = case.optimisation is not None and case.limit
     more = "; some ten times as long where the limits cannot all be kept" if searched else ""
-    total = {
-        "time": time,
-        "megabytes": needs.megabytes,
-        "text": f"takes {time} on one thread and about {rough_megabytes(needs.megabytes)}{more}",
-    }
-    return rows, total
+    megabytes = 10 * round(needs.megabytes / 10.0)
+    text = f"takes {time} on one thread and about {megabytes} MB{more}"
+    return rows, {"time": time, "megabytes": needs.megabytes, "text": text}
 
 
 def counted_seconds(case: "Case") -> float:
     """Seconds of all counted work of a case, of which the order of magnitude is said."""
     needs = needs_of(case)
-    return needs.seconds + sum(running for _, running in _studies(case, needs))
+    return needs.seconds + sum(running for _, _, running in _studies(case, needs))
 
 
 #: seconds up to which a time is called so
@@ -70,25 +70,27 @@ def time_in_words(seconds: float) -> str:
     return next((words for most, words in _TIMES if seconds < most), "days")
 
 
-def rough_megabytes(megabytes: float) -> str:
-    """Memory in steps of 10 MB."""
-    return f"{10 * round(megabytes / 10.0):d} MB"
-
-
 def _row(stage: StageNeeds) -> dict[str, Any]:
     harmonics, texts = stage.harmonics, stage.plan.as_texts()
     counted = [_counted(number, units()[unit].words) for number, unit in stage.work[:-1]]
-    time = time_in_words(stage.seconds)
-    return texts | {
-        "orders": texts["orders"] if harmonics is None else harmonics.words(),
-        "cost": f"{texts['cost']}\n" + "; ".join([*counted, time]),
-        "needs": {
-            "harmonics": None if harmonics is None else harmonics._asdict(),
-            "work": {unit: number for number, unit in stage.work},
-            "time": time,
-            "megabytes": stage.megabytes,
-        },
-    }
+    work = {unit: number for number, unit in stage.work}
+    row = _told(texts, counted, work, stage.seconds, stage.megabytes)
+    if harmonics is not None:
+        row["needs"]["harmonics"], row["orders"] = harmonics._asdict(), harmonics.words()
+    return row
+
+
+def _told(
+    row: Mapping[str, str],
+    counted: Sequence[str],
+    work: Mapping[str, float],
+    seconds: float,
+    megabytes: float = 0.0,
+) -> dict[str, Any]:
+    """A row of the plan with what it takes, in words and as numbers."""
+    time = time_in_words(seconds)
+    needs = {"harmonics": None, "work": work, "time": time, "megabytes": megabytes}
+    return {**row, "cost": f"{row['cost']}\n{'; '.join([*counted, time])}", "needs": needs}
 
 
 def _counted(number: float, words: str) -> str:
@@ -97,9 +99,9 @@ def _counted(number: float, words: str) -> str:
     return f"{number:,.6g} {one if number == 1 else words}"
 
 
-def _studies(case: "Case", needs: Needs) -> Iterator[tuple[dict[str, Any], float]]:
-    """Rows of an optimisation and of searches, which run the stages many times; their seconds."""
-    study = case.optimisation
+def _studies(case: "Case", needs: Needs) -> Iterator[tuple[dict[str, str], int, float]]:
+    """Rows of an optimisation and of searches, which run the stages many times; runs, seconds."""
+    study, scipy = case.optimisation, LIBRARIES["scipy.optimize"][0]
     if study is not None:
         from vibecalc.core.study.planned import describe_study, front_runs, search_runs
 
@@ -113,19 +115,19 @@ def _studies(case: "Case", needs: Needs) -> Iterator[tuple[dict[str, Any], float
             count, keys = study.robust.samples, tuple(one.key for one in study.robust.tolerances)
             together = by_arrays(case.model_copy(update={"optimisation": None}), keys, wanted)
             each *= 1.5 + count / _AT_ONCE if together else count
-        yield _study(describe_study(case), points * count, points * each)
+        yield describe_study(case), points * count, scipy + points * each
     if case.find:
         from vibecalc.core.study.planned import describe_find
 
         counts = [(one.points + _SOLUTION, frozenset({one.quantity})) for one in case.find]
         seconds = sum(count * _each(case, needs, wanted) for count, wanted in counts)
-        yield _study(describe_find(case), sum(count for count, _ in counts), seconds)
+        yield describe_find(case), sum(count for count, _ in counts), scipy + seconds
     if case.fit is not None:
         from vibecalc.core.study.measured_points import chosen_references
         from vibecalc.core.study.planned import describe_fit, fit_runs
 
         quantities, runs = {one.quantity for _, one in chosen_references(case)}, fit_runs(case)
-        yield _study(describe_fit(case), runs, runs * _each(case, needs, frozenset(quantities)))
+        yield describe_fit(case), runs, scipy + runs * _each(case, needs, frozenset(quantities))
 
 
 def _each(case: "Case", needs: Needs, wanted: frozenset[str]) -> float:
@@ -135,28 +137,12 @@ def _each(case: "Case", needs: Needs, wanted: frozenset[str]) -> float:
     return FURTHER_RUN[0] * work + FURTHER_RUN[1]
 
 
-def _study(row: dict[str, str], runs: int, running: float) -> tuple[dict[str, Any], float]:
-    seconds = running + LIBRARIES["scipy.optimize"][0]
-    time = time_in_words(seconds)
-    needs = {"harmonics": None, "work": {"run": runs}, "time": time, "megabytes": 0.0}
-    return row | {
-        "cost": f"{row['cost']}\n{_counted(runs, 'runs')}; {time}",
-        "needs": needs,
-    }, seconds
-
-
 # ----------------------------------------------------------------------------
 # What `check` shows: the case in a few lines, then what a run would do and why.
 # ----------------------------------------------------------------------------
 
 #: keys of a plan row, in the order shown, with their headings
-ROWS = (
-    ("why", "why"),
-    ("parts", "reads"),
-    ("orders", "orders"),
-    ("cost", "cost"),
-    ("quantities", "makes"),
-)
+ROWS = {"why": "why", "parts": "reads", "orders": "orders", "cost": "cost", "quantities": "makes"}
 
 
 def plan_object(
@@ -165,14 +151,8 @@ def plan_object(
     """What `check --json` prints of one case; `plan` and `total` as for `render_plan`."""
     from vibecalc.core.run.machine_checks import machine_warnings
 
-    return {
-        "case": str(loaded.path),
-        "title": loaded.case.title,
-        "sha256": loaded.sha256,
-        "warnings": machine_warnings(loaded.case),
-        "plan": plan,
-        "needs": total,
-    }
+    told = {"case": str(loaded.path), "title": loaded.case.title, "sha256": loaded.sha256}
+    return told | {"warnings": machine_warnings(loaded.case), "plan": plan, "needs": total}
 
 
 def render_plan(
@@ -190,7 +170,7 @@ def render_plan(
     for number, stage in enumerate(plan, start=1):
         lines += ["", f"{number}. {stage['stage']}"]
         shown = {**stage, "quantities": _by_folder(stage.get("quantities", ""))}
-        lines += pairs([(name, shown[key]) for key, name in ROWS if shown.get(key)])
+        lines += pairs([(name, shown[key]) for key, name in ROWS.items() if shown.get(key)])
     counted = sum(row.kind == "published" and not row.known_difference for row in case.reference)
     words = f"{many(len(case.reference), 'reference')}, {counted} of them counted; "
     words += f"{many(len(case.limit), 'limit')} in [[limit]]"

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.report.text import identity
-from vibecalc.core.report.writing import heading, number, pairs, show, table, text_of
+from vibecalc.core.report.writing import finite, heading, number, pairs, show, table, text_of
 from vibecalc.core.results.record import Quantity, Result
 
 
@@ -25,20 +25,18 @@ def render_contents(result: Result) -> str:
 
 def contents_object(result: Result) -> dict[str, Any]:
     """What `info --json` prints."""
-    return {
-        **{name.replace(" ", "_"): words for name, words in _head(result)},
-        "warnings": list(result.record.warnings),
-        "quantities": {
-            path: {
-                "unit": one.unit,
-                "long_name": one.long_name,
-                "amplitude": one.amplitude,
-                "error": float(one.error_estimate) if np.isfinite(one.error_estimate) else None,
-                "axes": {axis.name: len(axis.values) for axis in one.axes},
-            }
-            for path, one in result.items()
-        },
+    head = {name.replace(" ", "_"): words for name, words in _head(result)}
+    quantities = {
+        path: {
+            "unit": one.unit,
+            "long_name": one.long_name,
+            "amplitude": one.amplitude,
+            "error": finite(float(one.error_estimate)),
+            "axes": {axis.name: len(axis.values) for axis in one.axes},
+        }
+        for path, one in result.items()
     }
+    return {**head, "warnings": list(result.record.warnings), "quantities": quantities}
 
 
 def _head(result: Result) -> list[tuple[str, str]]:

@@ -21,7 +21,6 @@ from vibecalc.core.report.canvas import (
     crank_angle_axis,
     dotted,
     gaps,
-    limit_line,
     note,
     only,
     operating_line,
@@ -166,24 +165,22 @@ def draw_points(
     stand `aside`, measured and published ones so far `apart` from it.
     """
     *others, over = quantity.axes
-    points: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
-    numbers = over.values.dtype.kind in "biuf"
-    for row in judge_references(only(result, quantity.path)) if numbers else ():
-        own = ", ".join(str(row.where.get(axis.name, "")) for axis in others)
-        if over.name in row.where and own == entry and row.at != "start":
-            place = parse_quantity(row.where[over.name], over.unit)
-            (at,), _ = across(replace(over, values=np.array([place])))
-            measured = row.kind == MEASURED
-            shift = aside - apart if measured else aside + apart
-            height = factor * convert(row.value, row.unit, quantity.unit)
-            points[measured].append((at + shift, height))
+    numbers, heights = over.values.dtype.kind in "biuf", list[float]()
+    known = judge_references(only(result, quantity.path)) if numbers else []
     hollow = {"marker": "o", "facecolors": "none", "edgecolors": colour, "label": "measured"}
     cross = {"marker": "x", "color": colour, "label": "published"}
     for measured, look in ((True, hollow), (False, cross)):
-        if points[measured]:
-            x, y = zip(*points[measured], strict=True)
+        rows = [row for row in known if over.name in row.where and row.at != "start"
+                and ", ".join(str(row.where.get(axis.name, "")) for axis in others) == entry
+                and (row.kind == MEASURED) == measured]  # fmt: skip
+        if rows:
+            places = [parse_quantity(row.where[over.name], over.unit) for row in rows]
+            x = across(replace(over, values=np.array(places)))[0] + aside
+            y = [factor * convert(row.value, row.unit, quantity.unit) for row in rows]
+            x += -apart if measured else apart
             axes.scatter(x, y, s=28.0, linewidths=1.3, zorder=5, **look)
-    return np.array([y for found in points.values() for _, y in found])
+            heights += y
+    return np.array(heights)
 
 
 # ----------------------------------------------------------------------------
@@ -521,8 +518,11 @@ class Plot:
 
     def limit(self, words: str, bound: float) -> None:
         """A limit in SI, with its words above it."""
-        limit_line(self.axes, self.factor * bound, words)
-        self.points.append(self.factor * bound)
+        height = self.factor * bound
+        self.axes.axhline(height, color=LIMIT, linestyle="--", linewidth=1.3)
+        note(self.axes, words, (1.0, height), (-4, 3), ha="right", va="bottom", color=LIMIT,
+             xycoords=self.axes.get_yaxis_transform())  # fmt: skip
+        self.points.append(height)
 
     def bars(self, x: np.ndarray, y: np.ndarray, look: Look) -> float:
         """Bars next to those of the other curves of the panel, or on them; how far aside."""

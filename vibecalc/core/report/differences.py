@@ -104,20 +104,19 @@ def render_junit(pairs: Sequence[FilePair]) -> str:
     suites = ElementTree.Element("testsuites", {"name": "vibecalc diff", **_counts(pairs)})
     for pair in pairs:
         attributes = {"name": _xml(pair.name), **_counts([pair])}
-        suite = ElementTree.SubElement(suites, "testsuite", attributes)
-        comparison = pair.comparison
+        suite, comparison = ElementTree.SubElement(suites, "testsuite", attributes), pair.comparison
         if comparison is None:
-            message = {"message": _xml(pair.problem)}
-            ElementTree.SubElement(_test_case(suite, "file"), "failure", message)
+            _test_case(suite, "file", "failure", pair.problem)
             continue
         for row in comparison.rows:
-            case = _test_case(suite, row.path)
-            if not row.same:
-                text = _sentence(row)
-                failure = ElementTree.SubElement(case, "failure", {"message": _xml(text)})
-                failure.text = _xml("\n".join([text, json.dumps(_row_object(row))]))
+            if row.same:
+                _test_case(suite, row.path)
+                continue
+            text = _sentence(row)
+            failure = _test_case(suite, row.path, "failure", text)
+            failure.text = _xml("\n".join([text, json.dumps(_row_object(row))]))
         for path in comparison.ignored:
-            ElementTree.SubElement(_test_case(suite, path), "skipped", {"message": "not compared"})
+            _test_case(suite, path, "skipped", "not compared")
     ElementTree.indent(suites)
     body = ElementTree.tostring(suites, encoding="unicode")
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{body}\n'
@@ -133,10 +132,14 @@ def _counts(pairs: Sequence[FilePair]) -> dict[str, str]:
     return {name: str(count) for name, count in (counts | {"skipped": ignored}).items()}
 
 
-def _test_case(suite: ElementTree.Element, path: str) -> ElementTree.Element:
+def _test_case(
+    suite: ElementTree.Element, path: str, outcome: str = "", words: str = ""
+) -> ElementTree.Element:
+    """The outcome of a case, of one that passed the case."""
     folder, _, name = path.rpartition("/")
     place = _xml(folder.replace("/", ".")) or "vibecalc"
-    return ElementTree.SubElement(suite, "testcase", {"classname": place, "name": _xml(name)})
+    case = ElementTree.SubElement(suite, "testcase", {"classname": place, "name": _xml(name)})
+    return ElementTree.SubElement(case, outcome, {"message": _xml(words)}) if outcome else case
 
 
 def _cells(row: ComparedRow) -> tuple[str, ...]:

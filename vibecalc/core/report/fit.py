@@ -10,7 +10,7 @@ from vibecalc.core.report.goals import FITTED, SIDES, bound_unit, in_unit
 from vibecalc.core.report.sections import (
     Part,
     Section,
-    along,
+    having,
     labels,
     read_as,
     scalar_of,
@@ -48,19 +48,16 @@ def _keys(result: Result) -> list[str]:
     rows = []
     for variable in _variables(result):
         key = str(variable["key"])
-        value, deviation, start = (
-            result.record[f"{PREFIX}{part}/{key}"] for part in ("value", "standard_error", "start")
+        unit = bound_unit(variable, result.record[FITTED + key].unit)
+        (fitted, error), (size, _), start = (
+            in_unit(result.record[f"{PREFIX}{part}/{key}"], unit)
+            for part in ("value", "standard_error", "start")
         )
-        unit = bound_unit(variable, value.unit)
-        (fitted, error), (size, _) = in_unit(value, unit), in_unit(deviation, unit)
-        share, off = "", "not told"
-        if math.isfinite(size):
-            share, off = (
-                f"{100.0 * size / abs(fitted):.2g} %" if fitted else "",
-                show(size, digits=2),
-            )
+        known = math.isfinite(size)
+        share = f"{100.0 * size / abs(fitted):.2g} %" if known and fitted else ""
+        off = show(size, digits=2) if known else "not told"
         side = int(scalar_of(result.record, f"{PREFIX}active_bound/{key}") or 0)
-        shown = show(*in_unit(start, unit)), show(fitted, error, _digits(fitted, size))
+        shown = show(*start), show(fitted, error, _digits(fitted, size))
         rows.append([key, *shown, off, unit, share, SIDES[side]])
     heads = number("start"), number("fitted"), number("+-"), "unit", number(""), ""
     return table(("fitted key", *heads), rows)
@@ -116,10 +113,8 @@ def _paste(result: Result) -> list[str]:
         value, unit = float(quantity.values), quantity.unit
         settings.append((variable["key"], value, unit))
         for tie in variable.get("with") or ():
-            tied = float(tie.get("factor", 1.0)) * value
-            settings.append(
-                (tie["key"], tied + parse_quantity(tie.get("offset") or 0.0, unit), unit)
-            )
+            offset = parse_quantity(tie.get("offset") or 0.0, unit)
+            settings.append((tie["key"], float(tie.get("factor", 1.0)) * value + offset, unit))
     told = (f"--set '{key}={f'{value:.7g} {unit}'.rstrip()}'" for key, value, unit in settings)
     return paragraph(f"to run with these values: --unset fit {' '.join(told)}")
 
@@ -136,11 +131,10 @@ def _residuals(result: Result) -> np.ndarray:
 def quantities_of(result: Result) -> dict[str, dict[str, Quantity]]:
     """Measured quantities, each with `measured`, `uncertainty`, `computed` and `at_start`."""
     found: dict[str, dict[str, Quantity]] = {}
-    for name in ("measured", "uncertainty", "computed", "at_start"):
-        stem = f"{PREFIX}{name}/"
-        for path, quantity in result.record.items():
-            if path.startswith(stem):
-                found.setdefault(path.removeprefix(stem), {})[name] = quantity
+    for path, quantity in result.record.items():
+        name, _, measured = path.removeprefix(PREFIX).partition("/")
+        if name in ("measured", "uncertainty", "computed", "at_start"):
+            found.setdefault(measured, {})[name] = quantity
     return found
 
 
@@ -169,15 +163,14 @@ def _points(result: Result, most: int | None) -> list[str]:
 def _combinations(result: Result) -> list[str]:
     """How well orthogonal combinations of the keys are known, the best first."""
     found = result.record[PREFIX + "combination"]
-    deviation = along(result.record, PREFIX + "combination_uncertainty", "combination")
+    deviation = having(result.record, PREFIX + "combination_uncertainty", "combination")
     if deviation is None or len(found.values) < 2:
         return []
-    keys = labels(found.axes[1])
     rows = []
-    for vector, size in zip(np.asarray(found.values), deviation[0].values.tolist(), strict=True):
+    for vector, size in zip(found.values, deviation.values.tolist(), strict=True):
         parts = (f"{part:+.2f} {key.rpartition('.')[2]}"
-                 for key, part in zip(keys, vector, strict=True) if abs(part) >= 0.02)  # fmt: skip
-        rows.append(
-            [" ".join(parts), f"{100.0 * size:.2g} %" if math.isfinite(size) else "not told"]
-        )
+                 for key, part in zip(labels(found.axes[1]), vector, strict=True)
+                 if abs(part) >= 0.02)  # fmt: skip
+        off = f"{100.0 * size:.2g} %" if math.isfinite(size) else "not told"
+        rows.append([" ".join(parts), off])
     return table(("combination, in ways between bounds", number("+- of the way")), rows)

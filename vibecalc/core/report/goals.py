@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.case.raw import parse_key
-from vibecalc.core.report.sections import along, read_as, scalar_of, table_of
+from vibecalc.core.report.sections import having, read_as, scalar_of, table_of
 from vibecalc.core.report.writing import show_in
 from vibecalc.core.results.record import AT_START, Estimate, Quantity, Record, Result
 from vibecalc.core.results.select import Side, worst
@@ -190,6 +190,10 @@ class Goal(NamedTuple):
         """The best of values."""
         return float(np.min(values) if self.smaller else np.max(values))
 
+    def shown(self, value: float, error: float = 0.0) -> str:
+        """A value in SI as it is read."""
+        return show_in(value * self.factor, self.unit, error * self.factor)
+
 
 def worst_of(record: Record, path: str, where: Mapping[str, Any], side: Side) -> float | None:
     """The worst entry of a result; None if it has none that is finite."""
@@ -221,7 +225,7 @@ def goals_of(result: Result) -> list[tuple[Goal, Quantity]]:
     study: Mapping[str, Any] = table_of(result.case, "optimisation")
     given = [table_of(study, name) for name in NAMES[:2]]
     given += list(study.get("further_objectives") or ())
-    found = [along(result.record, FRONT + name, "front_point") for name in NAMES[: len(given)]]
+    found = [having(result.record, FRONT + name, "front_point") for name in NAMES[: len(given)]]
     pairs = zip(given, found, strict=True)
-    goals = [(goal_of(goal, one[0].unit), one[0]) for goal, one in pairs if one is not None]
+    goals = [(goal_of(goal, one.unit), one) for goal, one in pairs if one is not None]
     return goals if len(goals) > 1 else []

@@ -72,11 +72,8 @@ def limits(rows: Sequence[Verdict]) -> list[str]:
     for row in rows:
         picks = _picks(row.where)
         entry = f"worst {row.label}" if row.label not in ("", picks) else picks
-        if row.element:
-            entry = ", ".join(filter(None, (row.element, row.limit, row.condition)))
-        name = _name(row, entry, f"({row.source})" if row.source else "")
-        shown = show(row.computed, row.error_estimate)
-        bounds = "\n".join(bounds_of(row))
+        name = _name(row, row.borne or entry, f"({row.source})" if row.source else "")
+        shown, bounds = show(row.computed, row.error_estimate), "\n".join(bounds_of(row))
         cells.append([name, bounds, shown, margin(row), row.unit, limit_verdict(row)])
     return table(_LIMITS, cells)
 
@@ -242,8 +239,8 @@ def _broken(row: Verdict) -> str:
 def _spoken(row: Verdict) -> str:
     """The quantity of a limit in words, and where it counts."""
     if row.element:
-        at = f"at {show(rpm(row.speed), digits=4)} rpm" if math.isfinite(row.speed) else ""
-        return ", ".join(filter(None, (row.element, row.limit, row.condition, at)))
+        at = f", at {show(rpm(row.speed), digits=4)} rpm" if math.isfinite(row.speed) else ""
+        return row.borne + at
     where = f" at {place_of(row)}" if place_of(row) else ""
     return read_as(row.quantity, row.unit)[0] + where
 
@@ -268,30 +265,30 @@ def tolerance(result: Result) -> Section | None:
     found = _summary(result)
     if found is None:
         return None
-    rows = [("tolerance", _tolerance_words(result, found))]
+    rows = [("tolerance", tolerance_line(result, worst=True))]
     rows += [("not held to it", f"{count}: {words}") for words, count in found.exempt]
     return section("Tolerance", [pairs(rows)])
 
 
-def _tolerance_words(result: Result, summary: ToleranceSummary) -> str:
-    """The line of `tolerance_line`, and the path of the worst."""
-    return tolerance_line(result) + (f": {summary.worst}" if summary.worst else "")
+def tolerance_line(result: Result, worst: bool = False) -> str:
+    """The same in one line, empty where a result says nothing of a tolerance.
 
-
-def tolerance_line(result: Result) -> str:
-    """The same in one line without the path, empty where a result says nothing of a tolerance."""
+    With the path of the `worst` if that is asked for.
+    """
     found = _summary(result)
     if found is None:
         return ""
+    words = f"rtol = {found.rtol:g} reached by {found.met} of {found.held} results"
+    if not found.worst:
+        return words
     share = f"is {UNRESOLVED}" if found.share >= 1.0 else f"has {show_error(found.share)}"
-    worst = f", the worst {share}" if found.worst else ""
-    return f"rtol = {found.rtol:g} reached by {found.met} of {found.held} results{worst}"
+    return f"{words}, the worst {share}" + f": {found.worst}" * worst
 
 
 def _summary(result: Result) -> ToleranceSummary | None:
     rtol = table_of(result.case, "accuracy").get("rtol")
     found = None if rtol is None else summarised(result.record, float(rtol))
-    return None if found is None or not found.held + len(found.exempt) else found
+    return found if found is not None and (found.held or found.exempt) else None
 
 
 # ----------------------------------------------------------------------------
@@ -338,13 +335,11 @@ def methods_section(result: Result) -> Section | None:
 def accuracy(result: Result) -> Section | None:
     """Largest magnitude of each quantity, its error estimate and their ratio."""
     rows = []
-    for one in result.record.values():
-        values = magnitudes(one)
-        if values.size:
-            largest = float(np.max(np.abs(values))) if values.dtype.kind in "biuf" else 0.0
-            error = one.error_estimate
-            cells = show(largest, error), one.unit, show_error(error), _shown_ratio(one, largest)
-            rows.append([one.path, *cells])
+    for one in (one for one in result.record.values() if one.values.size):
+        values, error = magnitudes(one), one.error_estimate
+        largest = float(np.max(np.abs(values))) if values.dtype.kind in "biuf" else 0.0
+        cells = show(largest, error), one.unit, show_error(error), _shown_ratio(one, largest)
+        rows.append([one.path, *cells])
     rtol = table_of(result.case, "accuracy").get("rtol")
     title = "Accuracy: error estimates" + ("" if rtol is None else f" (asked for: rtol = {rtol:g})")
     heads = ("quantity", number("largest"), "unit", number("error"), number("relative"))
@@ -368,7 +363,7 @@ def appendix(result: Result) -> Section | None:
     if found is not None and found.held:
         exempt = sum(count for _, count in found.exempt)
         more = f"; {exempt} not held to it" if exempt else ""
-        rows.append(("tolerance", _tolerance_words(result, found) + more))
+        rows.append(("tolerance", tolerance_line(result, worst=True) + more))
     if result.record.methods:  # without what is said behind a colon or in brackets
         names = (re.split(r"[:(]", method.name)[0].strip() for method in result.record.methods)
         rows.append(("methods", "; ".join(dict.fromkeys(names))))

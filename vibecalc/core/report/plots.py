@@ -85,9 +85,9 @@ Source = Path | Result
 
 _RESOLUTION = 200
 _DPI = (50, 1200)
-FORMATS = ("png", "svg", "pdf")
-#: what a file would say of the time and the versions that made it
+#: formats, and what a file would say of the time and the versions that made it
 _SILENT: dict[str, dict[str, None]] = {
+    "png": {},
     "svg": {"Date": None, "Creator": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
@@ -108,9 +108,9 @@ def look_of(formats: str, dpi: int | None, only: Sequence[str], title: bool) -> 
     """What is asked for on the command line; UsageError for what is not to be had."""
     names = tuple(dict.fromkeys(name.strip().lower() for name in formats.split(",")))
     for name in names:
-        if name not in FORMATS:
+        if name not in _SILENT:
             raise UsageError(
-                f"--format {formats}: pictures are written as {', '.join(FORMATS)}, found {name!r}"
+                f"--format {formats}: pictures are written as {', '.join(_SILENT)}, found {name!r}"
             )
     if dpi is not None and not _DPI[0] <= dpi <= _DPI[1]:
         raise UsageError(f"--dpi needs a number from {_DPI[0]} to {_DPI[1]}, found {dpi}")
@@ -250,12 +250,10 @@ def _file_name(stem: str, name: str, names: Iterable[str]) -> str:
     """
     if name in OF_METHODS:
         return stem
-
-    def short(one: str) -> str:
-        return "_".join(dropwhile(lambda word: word in stem.split("_"), one.split("_")))
-
-    alone = [short(one) for one in {*names, name}].count(short(name)) == 1
-    return f"{stem}_{short(name) if alone else name}".rstrip("_")
+    said = stem.split("_")
+    short = ["_".join(dropwhile(said.__contains__, one.split("_"))) for one in (name, *names)]
+    alone = short.count(short[0]) == 1 + (name in names)
+    return f"{stem}_{short[0] if alone else name}".rstrip("_")
 
 
 def _save(figure: "Figure", path: Path, form: str, dpi: int) -> Path:
@@ -334,11 +332,10 @@ def every_picture() -> dict[str, str | Curves]:
 
 def pictures_of(result: Result) -> dict[str, str | Curves]:
     """Those of the subjects and curves that a result has quantities of, and of studies."""
-    found: dict[str, str | Curves] = {}
-    for subject in subjects_of(result.record):
-        found |= subject.pictures
     there = {CATALOGUE[path].curve for path in result.record if path in CATALOGUE}
-    return found | {name: one for name, one in named_curves().items() if name in there} | OF_STUDIES
+    there |= {name for one in subjects_of(result.record) for name in one.pictures}
+    every = every_picture()
+    return {name: every[name] for name in every if name in there or name in OF_STUDIES}
 
 
 def make(of: Result | SweepView, name: str) -> "Figure | None":

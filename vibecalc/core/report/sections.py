@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.core.report.writing import DIGITS, is_speed, number, paragraph, show, table
+from vibecalc.core.report.writing import DIGITS, number, paragraph, show, table
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER
 from vibecalc.core.results.record import AT_START, READ, Axis, Quantity, Record, Result
 from vibecalc.core.results.tolerance import UNRESOLVED
@@ -125,7 +125,8 @@ def read_as(path: str, unit: str, *, entry: bool = False) -> tuple[str, str]:
         return path.removeprefix(_VARIABLE), unit
     if path in HEADLINES and not entry:
         return HEADLINES[path].name, HEADLINES[path].unit or unit
-    shown = "rpm" if unit == "rad/s" and is_speed(path) else READ.get(unit, unit)
+    turns = unit == "rad/s" and path.endswith("speed")  # by its path a speed of rotation
+    shown = "rpm" if turns else READ.get(unit, unit)
     if unit == "rad":  # as the first table has it of what is called the same
         same = (one.unit for other, one in HEADLINES.items()
                 if _last(other) == _last(path) and CATALOGUE[other].unit == unit)  # fmt: skip

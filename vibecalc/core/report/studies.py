@@ -59,7 +59,6 @@ _REPORTED = tuple(PREFIX + name for name in (
 _WORST = ("_peak", "/sag", "/excursion")
 #: rows of searches, optima and combinations
 _ROWS = 12
-_REST = others("{left} further ones are in the result file")
 
 
 def optimisation(result: Result) -> Section | None:
@@ -69,14 +68,12 @@ def optimisation(result: Result) -> Section | None:
     if not paths:
         return None
     left = grouped([record[path] for path in paths if not path.startswith(_REPORTED)], PREFIX)
-    heads = "picked", "as written", "optimum", number("out of")
-    blocks: list[Part] = [table(heads, picked_of(result)), _variables(result), _objective(result)]
-    blocks += [_combinations(result), _robust(result), advice(result), rows_of(record, HOLDING)]
-    blocks += [_nearby(record), _front(result)]
-    details: dict[str, Part] = {
-        "optima and searches": together(rows_of(record, OPTIMA), rows_of(record, SEARCHES), left),
-    }
-    return section("Optimisation", blocks, details, paths)
+    picked = table(("picked", "as written", "optimum", number("out of")), picked_of(result))
+    blocks: list[Part] = [picked, _variables(result), _objective(result), _combinations(result)]
+    blocks += [_robust(result), advice(result), rows_of(record, HOLDING), _nearby(record)]
+    searched = together(rows_of(record, OPTIMA), rows_of(record, SEARCHES), left)
+    details = {"optima and searches": searched}
+    return section("Optimisation", [*blocks, _front(result)], details, paths)
 
 
 def _ended(record: Record) -> str:
@@ -117,13 +114,10 @@ def _objective(result: Result) -> list[str]:
         value, label = worst(quantity, goal.where, goal.side)
     except ResultError as missing:
         return paragraph(f"{words}{goal.name}: {missing}")
-    error = quantity.error_estimate * goal.factor
-    words += f"{goal.name}: {show_in(value * goal.factor, goal.unit, error)}"
+    words += f"{goal.name}: {goal.shown(value, quantity.error_estimate)}"
     words += f" at {label.replace('=', ' ')}" if label else ""
     before = goal.at(result.record, AT_START)
-    if before is not None:
-        words += f"; at the start {show_in(before * goal.factor, goal.unit)}"
-    return paragraph(words)
+    return paragraph(words + (f"; at the start {goal.shown(before)}" if before is not None else ""))
 
 
 def largest_of(quantity: Quantity) -> float:
@@ -149,10 +143,8 @@ def side_by_side(heads: Sequence[str], pairs: Iterable[tuple[Quantity, Quantity]
     for before, after in pairs:
         start, end = largest_of(before), largest_of(after)
         name, unit = read_as(after.path, after.unit)
-        shown = written(before, unit)(start), written(after, unit)(end)
-        rows.append(
-            [name, *shown, unit, show_percent((end - start) / abs(start) if start else None)]
-        )
+        change = show_percent((end - start) / abs(start) if start else None)
+        rows.append([name, written(before, unit)(start), written(after, unit)(end), unit, change])
     title, *ends = heads
     return table((title, *map(number, ends), "unit", number("change")), rows)
 
@@ -170,39 +162,21 @@ def _marked(yes: str, no: str) -> How:
     return lambda value, _: yes if value else no
 
 
-HOLDING = Rows(
-    "limit",
-    "limit",
-    (
-        Cells("margin", "margin / limit"),
-        Cells("multiplier", "multiplier {unit}"),
-        Cells("multiplier", "", _marked("active", "")),
-    ),
-    root="optimisation",
+def _listed(of: str, folder: str, *columns: Cells) -> Rows:
+    """The first rows of a list of objectives with what belongs to them."""
+    rest = others("{left} further ones are in the result file")
+    return Rows(of, of, columns, f"{PREFIX}{folder}", places=first(_ROWS), rest=rest)
+
+
+_OBJECTIVE = Cells("objective", "objective {unit}", _or_failed)
+OPTIMA = _listed("optimum", "optima", _OBJECTIVE, Cells("found_by", "searches", whole))
+_KEPT = Cells("feasible", "limits kept", _marked("yes", "no"))
+SEARCHES = _listed(
+    "search", "history", _OBJECTIVE, _KEPT, Cells("evaluations", "evaluations", whole)
 )
-OPTIMA = Rows(
-    "optimum",
-    "optimum",
-    (
-        Cells("objective", "objective {unit}", _or_failed),
-        Cells("found_by", "searches", whole),
-    ),
-    root="optimisation/optima",
-    places=first(_ROWS),
-    rest=_REST,
-)
-SEARCHES = Rows(
-    "search",
-    "search",
-    (
-        Cells("objective", "objective {unit}", _or_failed),
-        Cells("feasible", "limits kept", _marked("yes", "no")),
-        Cells("evaluations", "evaluations", whole),
-    ),
-    root="optimisation/history",
-    places=first(_ROWS),
-    rest=_REST,
-)
+_LEFT = Cells("margin", "margin / limit")
+_HELD = Cells("multiplier", "multiplier {unit}"), Cells("multiplier", "", _marked("active", ""))
+HOLDING = Rows("limit", "limit", (_LEFT, *_HELD), PREFIX.rstrip("/"))
 
 
 # ----------------------------------------------------------------------------
@@ -216,25 +190,26 @@ def _combinations(result: Result) -> list[str]:
     objective = record.quantities.get(f"{root}/objective")
     if objective is None:
         return []
-    unit = objective_of(result, objective.unit).unit
-    best = Cells("objective", "objective {unit}", unit, blank=True)
-    of = (best, Cells("feasible", "limits kept", _marked("", "no")))
-    table_ = Rows("combination", "combination", of, root=root, places=first(_ROWS), rest=_REST)
-    paths = [f"{root}/{name}" for name in ("possible", "examined", "kept")]
-    counts = (int(scalar_of(record, path) or 0) for path in (*paths, f"{PREFIX}evaluations"))
-    possible, examined, kept, runs = counts
+    best = _OBJECTIVE._replace(how=objective_of(result, objective.unit).unit, blank=True)
+    columns = best, _KEPT._replace(how=_marked("", "no"))
+    possible, examined, kept, runs = (
+        int(scalar_of(record, PREFIX + name) or 0)
+        for name in ("combinations/possible", "combinations/examined", "combinations/kept",
+                     "evaluations")
+    )  # fmt: skip
     count = f"all {possible} combinations" if examined == possible else f"{examined} of {possible}"
     words = f"{count} examined, {runs} points in all; {kept if kept < examined else 'all'} of them "
     words += "keep the limits"
     beyond = "; none that differs in one choice from the one found is better"
     words += beyond * (examined < possible)
-    return [*paragraph(words), *rows_of(record, table_)[0]]
+    lines, _ = rows_of(record, _listed("combination", "combinations", *columns))
+    return paragraph(words) + lines
 
 
-def sigmas_of(result: Result) -> str:
+def sigmas_of(result: Result) -> float:
     """How many deviations count."""
     given: Any = table_of(result.case, "optimisation", "robust").get("sigmas", 2.0)
-    return f"{float(given):g}"
+    return float(given)
 
 
 def _robust(result: Result) -> list[str]:
@@ -243,7 +218,7 @@ def _robust(result: Result) -> list[str]:
     mean = record.quantities.get(f"{root}/mean")
     if mean is None:
         return []
-    goal, sigmas = objective_of(result, mean.unit), f"mean and {sigmas_of(result)} deviations"
+    goal, sigmas = objective_of(result, mean.unit), f"mean and {sigmas_of(result):g} deviations"
     off = "  its standard error"
     parts = {"nominal": "without tolerances", "mean": "mean", "mean_error": off,
              "deviation": "standard deviation", "deviation_error": off, "value": sigmas,
@@ -252,23 +227,17 @@ def _robust(result: Result) -> list[str]:
     of = Rows("point", goal.name, columns, root=root, across=True)
     columns = [Cells(f"margin_{one}", one) for one in ("nominal", "mean", "deviation")]
     left = Rows("limit", "share of the limit that is left", columns, root=root)
-    tables = stacked(rows_of(record, of)[0], rows_of(record, left)[0])
-    return [*paragraph(_drawn(result)), *tables]
-
-
-def _drawn(result: Result) -> str:
-    """What scatters, and how many machines stand for it."""
-    given: Any = table_of(result.case, "optimisation", "robust")
-    scattered = "; ".join(
-        f"{one['key']} evenly within +-{one['half_width']}"
-        if one.get("half_width") is not None
-        else f"{one['key']} normally with a deviation of {one['deviation']}"
-        for one in given.get("tolerances") or ()
-    )
-    paths = (f"{PREFIX}robust/samples", f"{PREFIX}evaluations")
-    count, points = (int(scalar_of(result.record, path) or 0) for path in paths)
-    words = f"over tolerances: {scattered}. {count} machines, the same deviations for each of "
-    return words + f"{points} points; standard errors are those of other machines drawn"
+    scattered = []
+    for one in table_of(result.case, "optimisation", "robust").get("tolerances") or ():
+        how = f"normally with a deviation of {one.get('deviation')}"
+        if one.get("half_width") is not None:
+            how = f"evenly within +-{one['half_width']}"
+        scattered.append(f"{one['key']} {how}")
+    count, points = (int(scalar_of(record, PREFIX + name) or 0)
+                     for name in ("robust/samples", "evaluations"))  # fmt: skip
+    words = f"over tolerances: {'; '.join(scattered)}. {count} machines, the same deviations for "
+    words += f"each of {points} points; standard errors are those of other machines drawn"
+    return [*paragraph(words), *stacked(rows_of(record, of)[0], rows_of(record, left)[0])]
 
 
 #: variables that are shown next to two objectives, and to more of them
@@ -287,10 +256,9 @@ def _front(result: Result) -> list[str]:
     def picks(choice: str) -> How:
         return lambda value, _: label_of(result.case, PICKED + choice, float(value))
 
-    below = [path.removeprefix(FRONT) for path in record if path.startswith(FRONT)]
-    choices = [one.removeprefix("choice/") for one in below if one.startswith("choice/")]
+    choices, keys = ([path.removeprefix(root) for path in record if path.startswith(root)]
+                     for root in (f"{FRONT}choice/", f"{FRONT}variable/"))  # fmt: skip
     columns += [Cells(f"choice/{one}", one, picks(one)) for one in choices]
-    keys = [one.removeprefix("variable/") for one in below if one.startswith("variable/")]
     most = _MOST_VARIABLES if len(goals) == 2 else _FEWER
     for key in keys[:most]:
         short = ".".join(key.rsplit(".", 2)[-2:])
@@ -305,10 +273,8 @@ def _front(result: Result) -> list[str]:
         words = f"front: no objective can be better without another being worse. {listed}"
     more = many(len(keys) - most, "further variable is", "further variables are")
     words += f"; {more} in the result file" * (len(keys) > most)
-    best = " and ".join(
-        show_in(goal.best(one.values) * goal.factor, goal.unit, one.error_estimate * goal.factor)
-        for goal, one in goals
-    )
+    best = " and ".join(goal.shown(goal.best(one.values), one.error_estimate)
+                        for goal, one in goals)  # fmt: skip
     end = f"bends most at point {knee}, its knee" if knee else "has no knee"
     lines, _ = rows_of(record, Rows("front_point", "front", columns, root=FRONT.rstrip("/")))
     utopia = f"utopia, the best of each alone: {best}; the front {end}"
@@ -411,21 +377,25 @@ def find(result: Result) -> Section | None:
         root = f"{FIND_PREFIX}{search['name']}/"
         parts = {path.removeprefix(root): one for path, one in record.items()
                  if path.startswith(root)}  # fmt: skip
-        if "value" in parts:
-            rows.append(_row(search, parts))
-            below += paragraph(_find_words(result, search, parts), "-")
-            pairs = ((record.quantities.get(name.removeprefix(_MACHINE)), one)
-                     for name, one in parts.items() if name.startswith(_MACHINE))  # fmt: skip
-            found = [(one, replace(other, path=one.path)) for one, other in pairs
-                     if one is not None and _differ(one, other)]  # fmt: skip
-            machines.append(side_by_side((f"with {search['name']}", "written", "found"), found))
-        else:
+        if "value" not in parts:
             missing.append(str(search["name"]))
+            continue
+        unit = bound_unit(search, parts["value"].unit)
+        ends = (show(*in_unit(parts[name], unit), _DIGITS) if name in parts else "-"
+                for name in ("written", "value"))  # fmt: skip
+        wanted = str(search["seek"]) if search.get("seek") else _number(parts, "wanted")
+        numbers = _number(parts, "ratio"), _number(parts, "reached"), wanted
+        rows.append([str(search["name"]), str(search["key"]), *ends, unit, *numbers])
+        below += paragraph(_find_words(result, search, parts), "-")
+        pairs = ((record.quantities.get(name.removeprefix(_MACHINE)), one)
+                 for name, one in parts.items() if name.startswith(_MACHINE))  # fmt: skip
+        found = [(one, replace(other, path=one.path)) for one, other in pairs
+                 if one is not None and _differ(one, other)]  # fmt: skip
+        machines.append(side_by_side((f"with {search['name']}", "written", "found"), found))
     if not rows:
         return None
-    words = [f"nothing found for {', '.join(missing)}: see the warnings"] * bool(missing)
-    words += ["all other sections show the case as written"]
-    notes = [line for one in words for line in paragraph(one, "-")]
+    notes = paragraph(f"nothing found for {', '.join(missing)}: see the warnings", "-")
+    notes = notes * bool(missing) + paragraph("all other sections show the case as written", "-")
     details = {"what each search reached": together(below, *machines)}
     heads = ("name", "key", number("written"), number("found"), "unit", number("ratio"),
              number("reached"), number("wanted"))  # fmt: skip
@@ -440,25 +410,11 @@ def _differ(one: Quantity, other: Quantity) -> bool:
     return not counts and bool(apart)
 
 
-def _row(search: Mapping[str, Any], parts: Mapping[str, Quantity]) -> list[str]:
-    unit = bound_unit(search, parts["value"].unit)
-    return [
-        str(search["name"]),
-        str(search["key"]),
-        show(*in_unit(parts["written"], unit), _DIGITS) if "written" in parts else "-",
-        show(*in_unit(parts["value"], unit), _DIGITS),
-        unit,
-        _number(parts, "ratio"),
-        _number(parts, "reached"),
-        str(search["seek"]) if search.get("seek") else _number(parts, "wanted"),
-    ]
-
-
 def _find_words(result: Result, search: Mapping[str, Any], parts: Mapping[str, Quantity]) -> str:
     where, path = dict(search.get("where") or {}), str(search["quantity"])
     value, unit = parts["value"], bound_unit(search, parts["value"].unit)
     found, error = in_unit(value, unit)
-    words = f"{name_of(path, where)}: {_with_unit(parts, 'reached')}"
+    words = f"{name_of(path, where)}: {_number(parts, 'reached', unit=True)}"
     words += f" with {search['key']} = {show_in(found, unit, error, _DIGITS)}"
     before = result.record.quantities.get(path)
     if before is not None:
@@ -467,7 +423,8 @@ def _find_words(result: Result, search: Mapping[str, Any], parts: Mapping[str, Q
             words += f"; as written {show_in(size, before.unit, off, _DIGITS)}"
     if search.get("change") is not None:
         words += f"; wanted: a change of {search['change']}"
-    also = [f"{one} = {_with_unit(parts, f'also/{one}')}" for one in search.get("also") or ()]
+    also = [f"{one} = {_number(parts, f'also/{one}', unit=True)}"
+            for one in search.get("also") or ()]  # fmt: skip
     words += f"; in the same ratio: {', '.join(also)}" * bool(also)
     more = parts.get("others")
     if more is not None and more.values.size:
@@ -480,12 +437,8 @@ def _find_words(result: Result, search: Mapping[str, Any], parts: Mapping[str, Q
     return words
 
 
-def _number(parts: Mapping[str, Quantity], name: str) -> str:
-    quantity = parts.get(name)
-    if quantity is None:
+def _number(parts: Mapping[str, Quantity], name: str, unit: bool = False) -> str:
+    one = parts.get(name)
+    if one is None:
         return "-"
-    return show(quantity.values[()], quantity.error_estimate, _DIGITS)
-
-
-def _with_unit(parts: Mapping[str, Quantity], name: str) -> str:
-    return f"{_number(parts, name)} {parts[name].unit}".rstrip()
+    return show_in(one.values[()], one.unit if unit else "", one.error_estimate, _DIGITS)

@@ -19,11 +19,11 @@ from vibecalc.core.report.goals import (
     variables_of,
     worst_of,
 )
-from vibecalc.core.report.sections import along, labels, scalar_of
+from vibecalc.core.report.sections import having, labels, scalar_of
 from vibecalc.core.report.studies import sigmas_of
 from vibecalc.core.report.writing import fold, show
 from vibecalc.core.results.record import AT_START, Quantity, Result
-from vibecalc.core.results.verdicts import verdicts_of
+from vibecalc.core.results.verdicts import name_of, verdicts_of
 from vibecalc.units import convert
 
 if TYPE_CHECKING:
@@ -70,15 +70,12 @@ _BARS = 20
 
 def draw_combinations(result: Result) -> "Figure | None":
     """Bars of the objective, those that keep no limits left out; None where nothing is picked."""
-    objective = along(result.record, f"{PREFIX}combinations/objective", "combination")
-    if objective is None:
+    objective = having(result.record, f"{PREFIX}combinations/objective", "combination")
+    if objective is None or not np.any(np.isfinite(objective.values)):
         return None
-    values = np.asarray(objective[0].values, dtype=float)
-    shown = np.flatnonzero(np.isfinite(values))[:_BARS]
-    if not shown.size:
-        return None
-    goal, texts = objective_of(result, objective[0].unit), labels(objective[0].axes[0])
-    heights = values[shown] * goal.factor
+    shown = np.flatnonzero(np.isfinite(objective.values))[:_BARS]
+    goal, texts = objective_of(result, objective.unit), labels(objective.axes[0])
+    heights = objective.values[shown] * goal.factor
     figure = canvas(result, "optimisation: combinations", 1.6 + 0.34 * shown.size)
     axes, colours = figure.subplots(), [COLOURS[0], *[QUIET] * (shown.size - 1)]
     lying(axes, range(shown.size), heights.tolist(), 0.62, show, color=colours)
@@ -90,16 +87,15 @@ def draw_combinations(result: Result) -> "Figure | None":
 
 def draw_robust(result: Result) -> "Figure | None":
     """The objective at start and optimum: mean with its deviations, and the nominal value."""
-    mean = along(result.record, f"{PREFIX}robust/mean", "point")
+    mean = having(result.record, f"{PREFIX}robust/mean", "point")
     if mean is None:
         return None
-    goal, points = objective_of(result, mean[0].unit), labels(mean[0].axes[0])
-    middle, apart, nominal, value = (
-        np.asarray(result.record[f"{PREFIX}robust/{one}"].values, dtype=float) * goal.factor
-        for one in ("mean", "deviation", "nominal", "value")
-    )
+    goal, points = objective_of(result, mean.unit), labels(mean.axes[0])
+    names = ("mean", "deviation", "nominal", "value")
+    found = (result.record[f"{PREFIX}robust/{name}"].values for name in names)
+    middle, apart, nominal, value = (goal.factor * one for one in found)
     figure = canvas(result, "optimisation over tolerances", 1.8 + 0.5 * len(points))
-    axes, place, most = figure.subplots(), np.arange(len(points)), float(sigmas_of(result)) or 1.0
+    axes, place, most = figure.subplots(), np.arange(len(points)), sigmas_of(result) or 1.0
     axes.errorbar(middle, place, xerr=most * apart, fmt="o", color=COLOURS[0], capsize=4,
                   label=f"mean and {most:g} deviations")  # fmt: skip
     axes.plot(nominal, place, "D", color=QUIET, mfc="white", label="without tolerances")
@@ -160,10 +156,9 @@ def _draw_pair(
 
 
 def _axis(result: Result, goal: Goal, width: int) -> str:
-    picks = ", ".join(f"{axis}={entry}" for axis, entry in goal.where.items())
-    name = in_words(result, goal.path, width) + (f" [{picks}]" if picks else "")
+    words = name_of(in_words(result, goal.path, width), goal.where)
     unit = f" in {unit_words(goal.unit)[1]}" if goal.unit else ""
-    return f"{name}{unit}\n({'smaller' if goal.smaller else 'larger'} is better)"
+    return f"{words}{unit}\n({'smaller' if goal.smaller else 'larger'} is better)"
 
 
 # ----------------------------------------------------------------------------

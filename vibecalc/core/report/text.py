@@ -28,6 +28,7 @@ from vibecalc.core.report.verdicts import (
 from vibecalc.core.report.writing import (
     finite,
     heading,
+    many,
     pairs,
     paragraph,
     rpm,
@@ -131,7 +132,7 @@ class Verdicts(NamedTuple):
 def render_verdicts(result: Result) -> str:
     """Limits and references of one result, each miss in words, and the conclusion."""
     limits, references = verdicts_of(result), judge_references(result)
-    lines = [*titled(str(result.case.get("title") or result.name), [])[1:]]
+    lines = heading(str(result.case.get("title") or result.name))[1:]
     for reported in (pages.limits(limits), pages.references(references)):
         lines += [*reported, ""] if reported else []
     words = pages.conclusion(references, limits) or "The case names no limit and no reference."
@@ -146,15 +147,14 @@ def identity(result: Result) -> list[tuple[str, str]]:
 
 
 def _machine(result: Result) -> str:
-    machine = table_of(result.case, "machine")
-    words = [str(machine["kind"])] if machine.get("kind") else []
+    machine, speed = table_of(result.case, "machine"), speed_of(result)
     cylinders: Any = table_of(machine, "crank_train").get("cylinders") or ()
-    if cylinders:
-        words.append("1 cylinder" if len(cylinders) == 1 else f"{len(cylinders)} cylinders")
-    speed = speed_of(result)
-    if speed is not None:
-        words.append(f"{show(rpm(speed))} rpm")
-    return ", ".join(words)
+    words = (
+        str(machine.get("kind") or ""),
+        many(len(cylinders), "cylinder") if cylinders else "",
+        "" if speed is None else f"{show(rpm(speed))} rpm",
+    )
+    return ", ".join(filter(None, words))
 
 
 # ----------------------------------------------------------------------------

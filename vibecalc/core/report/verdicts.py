@@ -99,8 +99,8 @@ def misses(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) -> lis
         if row.within is False
     ]
     for limit in (row for row in limits if not row.satisfied):
-        borne = ", ".join(filter(None, (limit.element, limit.limit, limit.condition)))
-        where = f" ({borne})" if borne else f" at {limit.label}" * bool(limit.label)
+        where = f" at {limit.label}" * bool(limit.label)
+        where = f" ({limit.borne})" if limit.borne else where
         expected = f"was expected to be {limit.expect}, " * (limit.expect != KEPT)
         left = f"margin {limit.margin:.3g}"
         left += f" +-{limit.error_estimate:.3g}" * (limit.state == UNDECIDED)

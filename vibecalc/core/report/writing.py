@@ -404,11 +404,6 @@ def hertz(frequency: float) -> float:
     return frequency / _TURN
 
 
-def is_speed(path: str) -> bool:
-    """Whether a quantity in rad/s is a speed of rotation, shown by its path."""
-    return path.rsplit("/", 1)[-1].endswith("speed")
-
-
 #: what a level or a lag of nothing is called
 ZERO = "zero"
 

@@ -424,6 +424,11 @@ class Verdict(NamedTuple):
         """Whether the limit does what the case expects of it."""
         return self.kept is (self.expect == KEPT)
 
+    @property
+    def borne(self) -> str:
+        """What bears the limit and in which condition, empty for a `[[limit]]`."""
+        return ", ".join(filter(None, (self.element, self.limit, self.condition)))
+
 
 class Method(NamedTuple):
     """A method that took part in a run: what it did and where it is published."""

@@ -238,8 +238,9 @@ def _emit_passage(change: Change) -> None:
     change.emit("lag", way * (at - found.speed), step + found.speed_error)
     if not np.all(finite):
         change.scene.warn(
-            "nothing damps the shaft line: its steady vibration has no bound on a critical, the "
-            "quasi-steady curve next to the transient is as high as its speeds are close"
+            "nothing damps the line at a critical speed that is passed: its steady vibration has no "
+            "bound there, the quasi-steady curve next to the transient is as high as its speeds "
+            "are close"
         )
 
 
