@@ -190,6 +190,6 @@ def emit_healthy(scene: Scene, setup: Setup, speed: FloatArray | None = None) ->
     if setup.shaft.couplings:
         couplings.emit_uses(scene, f"{HEALTHY}/coupling", [motion], {})
     known = readings_of(healthy)
-    rings = [name for name in ("heat", "travel") if name in known]
+    rings: list[str] = [name for name in ("heat", "travel") if name in known]
     found = {name: known[name].of(motion)[0] for name in rings}
     emit_readings(scene, f"{HEALTHY}/damper", healthy, found, {})
