@@ -27,7 +27,7 @@ def resolved(name: str) -> dict[str, Any]:
 
 #: these are called by others of them
 WITHIN = {
-    *("matrix_problems", "planar_problems", "study_problems", "coupling_problems"),
+    *("matrix_problems", "planar_problems", "study_problems"),
     *("mount_problems", "articulated_problems", "fit_problems"),
 }
 
