@@ -144,6 +144,7 @@ def wrong_cases(covering: Covering, cases: Iterable[Data]) -> dict[str, str]:
     return wrong
 
 
+@pytest.mark.long
 def test_many_tables_together() -> None:
     covering = Covering("drive_train")
     assert wrong_cases(covering, islice(covering.cases(), 1)) == {}
