@@ -123,7 +123,11 @@ ISOLATED = '[isolation]\nmodel = "rigid_body"\n'
 ENERGIES = "energies = true\nrun_up = { from = 20.0, to = 160.0 }\n"
 
 
-@pytest.mark.parametrize("machine", [SEPARATE, ON_BODY, COUNTER], ids=["away", "line", "counter"])
+@pytest.mark.parametrize(
+    "machine",
+    [pytest.param(SEPARATE, marks=pytest.mark.long), ON_BODY, COUNTER],
+    ids=["away", "line", "counter"],
+)
 def test_a_body_moves_by_the_same_loads_in_response_and_isolation(machine: str) -> None:
     """With both, and with [response] alone, which keeps to the shaking where it is asked to."""
     on_body = machine.replace("[isolation]", f"[response]\n{ENERGIES}[isolation]")

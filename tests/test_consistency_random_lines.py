@@ -21,7 +21,7 @@ from vibecalc.core.run.run import run_case
 ROOT = "response/torsion/"
 #: of the size of a result
 TOLERANCE = 1e-8
-USUAL = range(10)
+USUAL = range(8)
 
 
 class Results:

@@ -22,7 +22,9 @@ def found(case: str, points: int) -> Result:
     )
 
 
-@pytest.mark.parametrize("case", ["engine_damped", "engine_geared"])
+@pytest.mark.parametrize(
+    "case", ["engine_damped", pytest.param("engine_geared", marks=pytest.mark.long)]
+)
 @pytest.mark.parametrize("name", FOLLOWED)
 def test_extremes_are_those_of_a_fine_grid(case: str, name: str) -> None:
     """Fourteen points find what two thousand come near from below."""

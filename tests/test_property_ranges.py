@@ -217,7 +217,11 @@ def test_what_is_no_range_is_refused_by_check(speeds: dict[str, Any]) -> None:
         api.check(engine(STIFF), set={SPEEDS: speeds})
 
 
-@pytest.mark.parametrize("name", ["pump_drive", "engine_geared", "genset_coupling"])
+@pytest.mark.parametrize(
+    "name",
+    ["pump_drive", *(pytest.param(one, marks=pytest.mark.long) for one in (
+        "engine_geared", "genset_coupling"))],
+)  # fmt: skip
 def test_part_of_a_range_gives_what_the_whole_gives(name: str) -> None:
     """Curves at the same speeds agree, and the part has no larger value than the whole."""
     case, generator = CASES[name], np.random.default_rng(36)
