@@ -128,6 +128,11 @@ def absorbers_of(scene: Scene, parts: AbsorberParts) -> tuple[FloatArray, FloatA
         uncertainty = scene.handed_on.get("tuned_uncertainty")
     masses = np.atleast_1d(np.asarray(mass, float))
     ratios = np.concatenate([np.atleast_1d(stiffness), np.atleast_1d(damping)]).astype(float)
+    if not np.all(np.isfinite(ratios)):
+        raise NumericalFailure(
+            "the tuning fastens an absorber rigidly to what carries it, and a motion in units is "
+            "that of springs and dampers: leave this absorber out, or bound its stiffness_ratio"
+        )
     if uncertainty is None:
         return masses, ratios, np.zeros(len(ratios))
     return masses, ratios, np.concatenate([np.atleast_1d(part) for part in uncertainty])
