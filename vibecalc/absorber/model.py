@@ -75,7 +75,7 @@ class Stock(NamedTuple):
     and damping (d,) in N s/m, of all that act together.
 
     Mixtures of kinds, by their mean rate, stand behind the `plain_springs` and `plain_dampers`.
-    `unmixed`: kinds are so many that no more than two of them are mixed.
+    `unmixed`: kinds are so many that not all of their mixtures are tried.
     """
 
     spring_names: tuple[str, ...]
@@ -185,7 +185,10 @@ def stock(machine: Machine) -> Stock:
     given = zip(machine.stock_springs, kinds, strict=True)
     mixed, some = mixtures([rows for one, rows in given if one.parallel is not None])
     springs += mixed
-    damped, few = mixtures([[(name, drag, 1.0) for name, drag in rows] for rows in sets])
+    damped, few = mixtures([
+        [(name, drag, 1.0) for name, drag in rows]
+        for one, rows in zip(machine.stock_dampers, sets, strict=True) if one.parallel > 1
+    ])  # fmt: skip
     dampers += [(name, drag * count) for name, drag, count in damped]
     return Stock(
         tuple(name for name, _, _ in springs),
@@ -200,7 +203,7 @@ def stock(machine: Machine) -> Stock:
 
 
 #: mixtures that are tried
-_MIXTURES = 2000
+_MIXTURES = 1000
 
 
 def mixtures(
@@ -208,10 +211,13 @@ def mixtures(
 ) -> tuple[list[tuple[str, float, float]], bool]:
     """Name, mean rate and count of every mixture of arrangements of two kinds or more.
 
-    Also whether it is of two kinds at most, as there are too many of all.
+    Also whether there are too many of all: then those of two kinds, or none, stand for them.
     """
     many = math.prod(len(rows) + 1 for rows in kinds) > _MIXTURES
-    groups = itertools.combinations(kinds, 2) if many else (
+    pairs = list(itertools.combinations(kinds, 2))
+    if many and sum(len(one) * len(other) for one, other in pairs) > _MIXTURES:
+        return [], True
+    groups = pairs if many else (
         chosen for n in range(2, len(kinds) + 1) for chosen in itertools.combinations(kinds, n)
     )  # fmt: skip
     found = []

@@ -194,10 +194,13 @@ def _shortlist(
     dampers: Offers,
 ) -> tuple[Offers, Offers]:  # fmt: skip
     """Of mixtures those that stand in the best pairs of all; everything else stays."""
+    if parts.stock.unmixed:
+        scene.warn(
+            "kinds in stock are so many that not all of their mixtures are tried: give fewer "
+            "kinds, or a lower parallel"
+        )
     if not any(len(one.names) > one.plain for one in (springs, dampers)):
         return springs, dampers
-    if parts.stock.unmixed:
-        scene.warn("kinds in stock are so many that mixtures of two of them at most are tried")
     limits, pair = limits_of(tuning), (tuning.excitation, tuning.response)
     z1, m = tuned.primary_damping, tuned.mass_ratio
     inside = [
@@ -218,12 +221,15 @@ def _shortlist(
             found = np.where(height(k, z, name) <= limits.travel, found, np.inf)
         return found
 
-    def below(k: FloatArray, z: FloatArray) -> FloatArray:
+    def bound(k: FloatArray, z: FloatArray) -> FloatArray:
         if in_band is None:
-            blocks = np.array_split(np.arange(len(k)), 1 + len(k) // _BLOCK)
-            return np.concatenate([height(k[some], z[some], pair[1]) for some in blocks])
+            return height(k, z, pair[1])
         problem = problem_of(tuning, parts, scene.case.machine)
         return at_least(problem, k, z, *scene.handed_on["band_active"])
+
+    def below(k: FloatArray, z: FloatArray) -> FloatArray:
+        blocks = np.array_split(np.arange(len(k)), 1 + len(k) // _BLOCK)
+        return np.concatenate([bound(k[some], z[some]) for some in blocks])
 
     pairs = leading_pairs(
         springs.ratio, dampers.ratio, np.logical_and.outer(*inside), read, below, _SHOWN

@@ -608,7 +608,7 @@ def at_least(
 
 
 #: systems, pairs times states, of which all maxima are computed at once, and at most
-_AT_ONCE, _MOST = 2000, 40_000
+_AT_ONCE, _MOST = 2000, 150_000
 
 
 def largest_of_pairs(
