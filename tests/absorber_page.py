@@ -17,6 +17,7 @@ from absorber_numbers import (
     optima,
     published_damping,
     published_viscosity,
+    read_off,
     tables_3_1_and_3_2,
     undamped,
 )
@@ -241,6 +242,7 @@ SECTIONS = {
     "6. Springs, oils and clearance: Tables 3.4, 3.8, 3.9": springs_and_oils,
     "7. Responses: Tables 3.11 to 3.13": responses,
     "8. Bending and shaker: Tables 3.14, 3.15": bending,
+    "9. Read off figures 2.6 to 2.29": read_off,
 }
 VERDICTS = ("reproduced", "with the slip", "misprint", "compatible", "not reproducible", "measured")
 

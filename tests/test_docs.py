@@ -19,7 +19,15 @@ from vibecalc.core.run.run import run_case
 from vibecalc.roll.turn import level
 
 PAGES = sorted(path.stem for path in (ROOT / "docs").glob("*.md"))
-VERDICTS = ("reproduced", "with the slip", "misprint", "compatible", "not reproducible", "measured")
+VERDICTS = (
+    "reproduced",
+    "with the slip",
+    "misprint",
+    "garbled",
+    "compatible",
+    "not reproducible",
+    "measured",
+)
 #: page -> its case, where no line says it; least number of quantities on it
 NUMBERS = {
     "validation": ("generator", 40),

@@ -18,7 +18,13 @@ CASES = (*sorted((ROOT / "cases").glob("*.toml")), *sorted((ROOT / "cases/galler
 TELLING = (
     *("pareto", "combinations", "robust", "fit", "optimisation"),
     *("damper_map", "damper_response", "worst_condition", "torsion_waterfall", "counted_cycles"),
-    *("torsion_variable_inertia", "torsion_couplings", "cyclic_irregularity", "gear_torque"),
+    *(
+        "torsion_variable_inertia",
+        "torsion_as_published",
+        "torsion_couplings",
+        "cyclic_irregularity",
+        "gear_torque",
+    ),
     *("torsion_dampers", "torsion_transient", "damping_over_speed", "torsion_curves"),
     *("engine_mounts", "torsion_campbell", "torsion_limits", "torsion_speeds", "torsion_vectors"),
     *("main_bearing_polar", "crank_pin_polar", "bearing_loads_over_speed", "torsion_shapes"),

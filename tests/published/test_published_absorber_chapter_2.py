@@ -90,3 +90,15 @@ def test_table_3_1_rows_s_and_m(mass, given, grid, right):
     z2 = damping_from_own_ratio(given[1], mass, given[0])
     cost = float(peaks(Absorber(0.01, mass, given[0], z2)).largest / best.largest) - 1.0
     assert 0.001 < cost < 0.01
+
+
+def test_what_is_read_off_figures():
+    assert_verdict("reproduced", "Figs. 2.6", "Fig. 2.13", "Fig. 2.18", "Fig. 2.26, largest eps2")
+    assert_verdict("not reproducible", "Fig. 2.26, least eps2", "Fig. 2.29, eps2 at eps1")
+
+
+def test_figure_2_12_has_its_high_peaks_near_one():
+    mass = thousandths(1, 1000)
+    found = peaks(Absorber(0.0, mass, 0.0826, damping_from_own_ratio(0.185, mass, 0.0826)))
+    high = found.where[found.largest > 5.0]
+    assert (printed(high.min(), 3), printed(high.max(), 3)) == (0.859, 1.060)

@@ -143,6 +143,15 @@ def test_twists_of_seven_freedoms_are_not_those_of_their_captions():
     assert near[2] == pytest.approx(20e-5, rel=0.02)
 
 
+def test_twists_after_the_tenth_harmonic():
+    """Section 4.4.2.4: "diminishes drastically"; per cent of the largest twist, modes 2 to 4."""
+    for freedoms, ratio, shares in ((7, None, [75, 39, 48]), (8, [0.01] * 3, [24, 35, 4])):
+        _, found = excitation(freedoms, **RIGHT)
+        twist = np.abs(twist_on_criticals(found, ORDER, ratio).value[..., -1])
+        late = twist[:, 10:].max(axis=1) / twist.max(axis=1)
+        assert np.round(100.0 * late).tolist() == shares
+
+
 def test_real_part_and_magnitude_have_nearly_one_peak_on_a_critical():
     # said of figures 4.21 to 4.23; true only because the resonant term stands nearly alone there
     frequency, found = excitation(8, **PROGRAM)

@@ -1,6 +1,6 @@
 """Claim: the balance sums and the couples of Gibson 2008 (Dynamics 3 assignment) come out.
 
-Every entry and total of Tables 1 to 4 agrees, four misprinted entries of Table 3 excepted: they
+Every entry and total of Tables 1 to 4 agrees, four garbled entries of Table 3 excepted: they
 are reproduced from the slip. The forces of section 2.2 are the couples over the lever of 0.4 m.
 """
 
@@ -66,7 +66,7 @@ def test_tables_agree_entry_by_entry(scheme: int, place: str, printed: list[list
     assert errors.max() < 1e-14
 
 
-def test_misprints_of_table_3() -> None:
+def test_garbled_entries_of_table_3() -> None:
     values, errors = rows(120, "position_")
     for place, printed in np.ndenumerate(np.array(TABLE_3)):
         value = values[place]
@@ -76,7 +76,7 @@ def test_misprints_of_table_3() -> None:
         assert value == pytest.approx(printed, rel=1e-14, abs=errors[place])
 
 
-def test_totals_of_table_3_contradict_its_misprinted_entries() -> None:
+def test_totals_of_table_3_contradict_its_garbled_entries() -> None:
     printed = np.array(TABLE_3)
     sums = printed[:, :3].sum(axis=1)
     assert np.abs(sums - printed[:, 3]).tolist() == pytest.approx(

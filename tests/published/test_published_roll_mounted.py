@@ -1,7 +1,7 @@
 """Claim: what Herold (1977), section 6.5, says of mounts comes out, with mounts of our choice.
 
-He has the first harmonic rise from 4.3 to 7.2 dB ("72." is a misprint), the others hardly change,
-and valid levels after twenty to thirty turns only, whatever the period of the crank says.
+He has the first harmonic rise from 4.3 to 7.2 dB ("72." in the text at hand), the others hardly
+change, and valid levels after twenty to thirty turns only, whatever the period of the crank says.
 """
 
 from functools import cache
@@ -45,7 +45,7 @@ def test_the_rise_is_that_of_the_printed_levels_too() -> None:
     assert 2.8 <= levels(389780.0)[0] - free[0] <= 3.0
 
 
-def test_the_misprint_cannot_be_meant() -> None:
+def test_72_db_cannot_be_meant() -> None:
     """72 dB: in resonance with the crank, at a fiftieth of our damping, the level is 44 dB."""
     resonant = max(levels(k, 1e-3)[0] for k in (1.32e6, 1.33e6, 1.34e6))
     assert resonant == pytest.approx(44.2, abs=0.2)

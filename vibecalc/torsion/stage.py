@@ -581,6 +581,7 @@ SUBJECT = Subject(
         "torsion_couplings": "vibecalc.torsion.pictures.couplings:TORSION_COUPLINGS",
         "torsion_dampers": "vibecalc.torsion.pictures.speeds:TORSION_DAMPERS",
         "torsion_variable_inertia": "vibecalc.torsion.pictures.studies:VARIABLE_INERTIA",
+        "torsion_as_published": "vibecalc.torsion.pictures.as_published:AS_PUBLISHED",
         "damper_map": "vibecalc.torsion.pictures.damper_design:draw_damper_map",
         "damper_response": "vibecalc.torsion.pictures.damper_design:DAMPER_RESPONSE",
     },
