@@ -28,7 +28,8 @@ def golden(name: str, **tables: Any) -> Result:
         quantities=dict(kept.record.quantities), warnings=list(kept.record.warnings),
         methods=list(kept.record.methods),
     )  # fmt: skip
-    return replace(kept, record=record, case={**kept.case, **tables})
+    verdicts = None if "limit" in tables else kept.verdicts
+    return replace(kept, record=record, case={**kept.case, **tables}, verdicts=verdicts)
 
 
 def generator(**tables: Any) -> Result:

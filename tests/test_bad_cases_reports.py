@@ -180,7 +180,7 @@ def test_a_picture_that_fails_takes_nothing_along(monkeypatch: pytest.MonkeyPatc
 
 def test_python_has_the_result_and_its_file(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plots, "_image", lambda *_: b"")
-    monkeypatch.setattr("vibecalc.core.report.page.vector_pictures", lambda _: [])
+    monkeypatch.setattr("vibecalc.core.report.calculation.vector_picture", lambda _: None)
     monkeypatch.setattr(excitation, "excitation", _broken)
     result = api.run(GENERATOR)
     with pytest.raises(Defect, match=r"one\.h5: the result is whole"):
@@ -193,7 +193,7 @@ def test_python_has_the_result_and_its_file(monkeypatch: pytest.MonkeyPatch) -> 
         assert "Parts that could not be made" in error.value.made
         with pytest.raises(Defect, match=rf"^{words}: the result is whole"):
             api.report(source, html=True)
-    monkeypatch.setattr("vibecalc.core.report.page.html_document", _broken)
+    monkeypatch.setattr("vibecalc.core.report.calculation.html_document", _broken)
     with pytest.raises(Defect, match=r"^one\.h5: (.|\n)*  the report: IndexError: nothing there"):
         api.report("one.h5", html=True)
     whole = plots.make

@@ -148,6 +148,18 @@ def test_verify_exits_1_for_a_missed_reference_and_a_broken_limit(tmp_path: Path
     assert not Path("outputs").exists()
 
 
+def test_report_writes_where_it_is_told(result: Path) -> None:
+    assert command("report", str(result), "-o", "hand/").out == "hand/generator.txt\n"
+    assert (
+        Path("hand/generator.txt").read_text(encoding="utf-8") == command("report", str(result)).out
+    )
+    assert command("report", str(result), "-o", "one.html").code == 0
+    assert Path("one.html").read_text(encoding="utf-8").startswith("<!doctype html>")
+    for wrong in (["one.pdf"], ["one.txt", "--html"], ["one.txt", str(result)]):
+        outcome = command("report", str(result), "-o", *wrong)
+        assert outcome.code == 2 and "-o one" in outcome.err and not Path(wrong[0]).exists()
+
+
 def test_report_renders_the_same_text_from_the_file_alone(result: Path) -> None:
     outcome = command("report", str(result))
     assert outcome.code == 0

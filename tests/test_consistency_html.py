@@ -7,13 +7,16 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-from shipped_cases import ROOT
+from shipped_cases import ROOT, result_of, table_of
 
+import vibecalc
 from vibecalc.core.report.html import html_table
+from vibecalc.core.report.inputs import inputs
 from vibecalc.core.report.page import html_page
 from vibecalc.core.report.plots import vector_pictures
 from vibecalc.core.report.sweep.text import file_lines
-from vibecalc.core.report.writing import Column, Table, read, table
+from vibecalc.core.report.text import report_lines
+from vibecalc.core.report.writing import Column, Table, read, table, text_of
 
 GOLDEN = ROOT / "tests" / "golden"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -70,8 +73,41 @@ def test_a_page_has_every_cell_and_picture_and_loads_nothing(
     pictures = [one for one in seen.loads if one.startswith("data:image/svg+xml;base64,")]
     assert len(pictures) == len(list(vector_pictures(path))) > 3
     assert all(one.startswith(("#", "data:")) for one in seen.loads)
-    assert page.count('class="kept"') == 4 and 'class="missed"' not in page
-    assert "[machine.crank_train]" in page
+    assert page.count('class="kept"') == 4 + 4 and 'class="missed"' not in page  # also at the end
+
+
+def test_a_report_to_hand_in_has_its_title_block_input_and_assumptions(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("vibecalc.core.report.plots._image", lambda *_: b"<svg/>")
+    table = table_of("generator")
+    table["document"] = {"number": "R 7 <&>", "approved": "N. N.", "remarks": "First.\n\nSecond."}
+    table["document"]["history"] = [{"revision": "A", "text": "first issue"}]
+    result = vibecalc.run(table, set={"machine.speed": "4800 rpm"})
+    page = html_page(result)
+    heads = re.findall(r"<h2[^>]*>([^<]+)</h2>", page)
+    assert heads[:2] == ["1 Input", "2 Assumptions"]
+    assert heads[-2].endswith("Conclusion") and heads[-1] == "Appendix"
+    assert page.index("R 7 &lt;&amp;&gt;") < page.index("<p>Second.</p>") < page.index("Contents")
+    cells = Page(page).cells
+    assert {"4800 rpm", "60 mm", "100 kg", "first issue"} <= set(cells)  # as it was computed with
+    assert cells.count("4900 rpm") == 1  # where the run-up ends
+    assert "small motions about its rest position" in page
+    assert "--full" not in page and "[machine" not in page and "Table 3" not in page
+    figures = [int(one) for one in re.findall(r"<figcaption>Figure (\d+): ", page)]
+    assert figures == list(range(1, len(figures) + 1)) and len(figures) > 3
+    text = text_of(report_lines(result))
+    assert "R 7 <&>" in text and "First." not in text.split("Results")[0]
+
+
+@pytest.mark.parametrize("name", ["absorber_rig_a", "roll", "pump", "compressor", "roll_measured"])
+def test_the_input_has_every_number_of_the_case(name: str) -> None:
+    """Numbers that the case writes with a unit stand in the tables as they are written."""
+    result, told = result_of(name), re.sub(r"\s+", " ", text_of(inputs(result_of(name)), 10_000))
+    asked = re.split(r"\n\[\[(?:reference|limit)", result.case_toml)[0]
+    written = set(re.findall(r'= "(-?[\d.e]+ [A-Za-z][^"]*)"', asked))
+    assert len(written) > 3
+    assert [one for one in written if read(one) not in told] == []
 
 
 @pytest.mark.parametrize(

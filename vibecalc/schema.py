@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from vibecalc.base_motion.tables import BaseMotion
     from vibecalc.bearings.tables import BearingLoads
     from vibecalc.core.case.study_tables import Find, Fit, Optimisation, Sweep
-    from vibecalc.core.case.tables import Limit, Reference, ReferenceTable
+    from vibecalc.core.case.tables import Document, Limit, Reference, ReferenceTable
     from vibecalc.excitation.tables import Excitation
     from vibecalc.foundation.tables import Foundation
     from vibecalc.isolation.tables import Isolation
@@ -59,7 +59,7 @@ else:
                 "vibecalc.balance.tables": "Balance",
                 "vibecalc.bearings.tables": "BearingLoads",
                 "vibecalc.core.case.study_tables": "Find Fit Optimisation Sweep",
-                "vibecalc.core.case.tables": "Limit Reference ReferenceTable",
+                "vibecalc.core.case.tables": "Document Limit Reference ReferenceTable",
                 "vibecalc.excitation.tables": "Excitation",
                 "vibecalc.foundation.tables": "Foundation",
                 "vibecalc.isolation.tables": "Isolation",
@@ -153,13 +153,14 @@ def _limits(row: Row) -> Iterator[Problem]:
 
 
 class Case(Table):
-    """One scene. A table that is absent is a stage that is not planned, imported or run."""
+    """One scene; a table that is absent is not computed."""
 
     schema_: Annotated[Literal[1], Whole] = Field(
         alias="schema", description="version of the case format"
     )
     title: str = Field(min_length=1, max_length=200, description="one line for reports and plots")
     source: str = Field("", description="where the machine is described")
+    document: Document | None = Field(None, description="title block of the report")
     machine: Machine = Field(description="the machine and its parts")
     kinematics: Kinematics | None = Field(None, description="motion of the pistons")
     excitation: Excitation | None = Field(None, description="forces and couples on the body")

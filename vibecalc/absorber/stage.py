@@ -595,4 +595,8 @@ SUBJECT = Subject(
         "absorber_warming": "vibecalc.absorber.pictures:ABSORBER_WARMING",
         "pendulum": "vibecalc.absorber.pictures:SWINGING",
     },
+    assumes=(
+        "The primary has one mode or given modes and is linear; excitation is steady, "
+        "harmonic or white.",
+    ),
 )

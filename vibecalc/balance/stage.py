@@ -74,4 +74,5 @@ SUBJECT = Subject(
         "balance_orders": "vibecalc.balance.pictures:BALANCE_ORDERS",
         "balance_weights": "vibecalc.balance.pictures:draw_weights",
     },
+    assumes=("Weights are points on rigid throws; the shaft does not bend.",),
 )

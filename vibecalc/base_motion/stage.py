@@ -53,4 +53,7 @@ SUBJECT = Subject(
         "base_transmissibility": "vibecalc.base_motion.report:TRANSMISSIBILITY",
         "base_spectrum": "vibecalc.base_motion.report:DENSITY",
     },
+    assumes=(
+        "The base moves as a rigid body; random spectra of different directions are uncorrelated.",
+    ),
 )

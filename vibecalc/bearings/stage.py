@@ -74,4 +74,9 @@ SUBJECT = Subject(
         "main_bearing_polar": "vibecalc.bearings.pictures:draw_main_bearings",
         "crank_pin_polar": "vibecalc.bearings.pictures:draw_crank_pins",
     },
+    assumes=(
+        "Bearing loads are those of a rigid, straight crankshaft; alignment, shaft "
+        "bending and oil films are left out. With more than two main bearings single "
+        "loads may be off by tens of per cent.",
+    ),
 )

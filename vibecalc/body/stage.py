@@ -31,4 +31,5 @@ SUBJECT = Subject(
     concerns=lambda case: case.machine.body is not None and case.machine.body.parts is not None,
     units={},
     sections=("vibecalc.body.report:body",),
+    assumes=("The machine is one rigid body made of its parts.",),
 )

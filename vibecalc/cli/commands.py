@@ -246,30 +246,39 @@ def report(
     results: list[Path] = RESULTS,
     full: bool = typer.Option(False, "--full", help="List every quantity."),
     html: bool = typer.Option(
-        False, "--html", help="Write a page with pictures next to each file."
+        False, "--html", help="Write a page with pictures, next to each file if no -o is given."
+    ),
+    output: str | None = typer.Option(
+        None,
+        "--output",
+        "-o",
+        help="File in .html or .txt, or folder that exists or ends with '/'.",
     ),
 ) -> None:
-    """Print the text report of result files; nothing is recomputed."""
+    """Print the report of result files, or write it to hand in; nothing is recomputed."""
+    from vibecalc.cli.outputs import report_path, write_text
     from vibecalc.core.report.sweep.text import file_lines, file_object
     from vibecalc.core.report.writing import screen, text_of
 
     told: list[Any] = []
 
     def show(path: Path) -> None:
-        if html:
-            from vibecalc.cli.outputs import write_text
-            from vibecalc.core.report.page import html_page
+        target = report_path(path, output, html, len(results) > 1)
+        if target is not None:
+            if target.suffix == ".html":
+                from vibecalc.core.report.page import html_page
 
-            page = path.with_suffix(".html")
-            write_text(html_page(path, full=full), page)
-            told.append(str(page))
-            say(str(page))
+                write_text(html_page(path, full=full), target)
+            else:
+                write_text(text_of(file_lines(path, full=full)), target)
+            told.append(str(target))
+            say(str(target))
         elif asked.json:
             told.append(file_object(path, full=full))
         else:
             say(text_of(file_lines(path, full=full), screen()))
 
-    _each_result(results, show, lambda: {"written": told} if html else told)
+    _each_result(results, show, lambda: {"written": told} if html or output else told)
 
 
 def _each_result(

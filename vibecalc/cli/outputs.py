@@ -99,6 +99,23 @@ def _report(result: "Result") -> str:
     return report_file(result)
 
 
+def report_path(result: Path, output: str | None, html: bool, several: bool) -> Path | None:
+    """Where the report of a result goes, None for stdout; a name in `.html` asks for a page.
+
+    UsageError for a name of another kind, or one file for several results.
+    """
+    if output is None:
+        return result.with_suffix(".html") if html else None
+    target = Path(output)
+    if output.endswith(("/", "\\")) or target.is_dir():
+        return target / f"{result.stem}{'.html' if html else '.txt'}"
+    if target.suffix not in (".html", ".txt") or (html and target.suffix != ".html"):
+        raise UsageError(f"-o {output}: a report ends in .html or .txt; a folder ends in '/'")
+    if several:
+        raise UsageError(f"-o {output} is one report, for several results name a folder")
+    return target
+
+
 def check_suffix(path: Path) -> None:
     """UsageError unless a name is that of a result file."""
     if path.suffix not in SUFFIXES:

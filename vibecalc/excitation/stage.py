@@ -167,4 +167,8 @@ SUBJECT = Subject(
         "turning_force": "vibecalc.excitation.pictures:TURNING_FORCE",
         "motor_force": "vibecalc.excitation.pictures:MOTOR_FORCE",
     },
+    assumes=(
+        "The crankshaft turns at constant speed unless the inertia of the rotor is "
+        "given; the driven machine takes a constant torque.",
+    ),
 )

@@ -89,4 +89,8 @@ SUBJECT = Subject(
         "vibecalc.foundation.coupled_report:coupled",
     ),
     pictures={"foundation": "vibecalc.foundation.coupled_report:FOUNDATION"},
+    assumes=(
+        "The foundation is a mass, a rigid body or given by impedance tables; transfer "
+        "between its feet is left out.",
+    ),
 )

@@ -117,4 +117,8 @@ SUBJECT = Subject(
         "impact_spectrum": "vibecalc.impact.pictures:draw_impact_spectrum",
         "dominance": "vibecalc.impact.pictures:DOMINANCE",
     },
+    assumes=(
+        "The crank turns at constant speed; the pin strikes springs across a gap. The "
+        "motion is chaotic: results are means over many runs, with their standard error.",
+    ),
 )

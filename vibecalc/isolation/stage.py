@@ -218,4 +218,10 @@ SUBJECT = Subject(
         "engine_mounts": "vibecalc.isolation.pictures:ENGINE_MOUNTS",
         "efficiency": "vibecalc.isolation.efficiency_report:EFFICIENCY",
     },
+    assumes=(
+        "The machine is a rigid body with small motions about its rest position; mounts "
+        "are linear there.",
+        "A run-up is a series of steady states. Flexibility of the frame, contact with "
+        "stops and the effect of the motion on the crank train are left out.",
+    ),
 )

@@ -128,4 +128,8 @@ SUBJECT = Subject(
         "piston_motion": "vibecalc.kinematics.pictures:PISTON_MOTION",
         "piston_acceleration": "vibecalc.kinematics.pictures:PISTON_ACCELERATION",
     },
+    assumes=(
+        "Crank, rods and pistons are rigid, bearings have no play; the motion of the "
+        "slider-crank is exact unless a truncated series is asked for.",
+    ),
 )

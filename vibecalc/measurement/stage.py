@@ -161,4 +161,5 @@ SUBJECT = Subject(
         "record_orders": "vibecalc.measurement.record_report:draw_record_orders",
         "plate_map": "vibecalc.measurement.pictures:draw_plate_map",
     },
+    assumes=("The plate is rigid and moves little: normal to itself, in roll and in pitch.",),
 )

@@ -93,4 +93,5 @@ SUBJECT = Subject(
         "points_by_order": "vibecalc.points.pictures:BY_ORDER",
         "points_run_up": "vibecalc.points.pictures:OVER_SPEED",
     },
+    assumes=("Points are fixed to the rigid machine.",),
 )

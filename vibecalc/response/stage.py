@@ -205,4 +205,8 @@ SUBJECT = Subject(
         "response_run_up": "vibecalc.response.pictures:RESPONSE_RUN_UP",
         "switching": "vibecalc.response.pictures:SWITCHING",
     },
+    assumes=(
+        "The body moves linearly in six degrees of freedom; a change of operation "
+        "follows a given course of speed.",
+    ),
 )

@@ -294,4 +294,9 @@ SUBJECT = Subject(
         "roll_start_up": "vibecalc.roll.pictures.start_up:ROLL_START_UP",
         "motor_curve": "vibecalc.roll.pictures.motor:draw_dynamic_motor",
     },
+    assumes=(
+        "The shell is one rigid body that turns about the fixed crank axis; its weight "
+        "and translation are left out. The motion is exact and non-linear in the crank "
+        "angle.",
+    ),
 )

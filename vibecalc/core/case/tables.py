@@ -1,4 +1,4 @@
-"""What a case is held against: references and limits."""
+"""What a case is held against, references and limits; and whose document its report is."""
 
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
@@ -122,6 +122,31 @@ class ReferenceTable(Printed):
         _numbers,
         _UNIT_ONCE,
         _AT_START,
+    )
+
+
+class Revision(Table):
+    """A row of the history."""
+
+    revision: str = Field(description="letter or number")
+    date: str = Field("", description="of issue")
+    text: str = Field("", description="what has changed")
+
+
+class Document(Table):
+    """Title block of a report."""
+
+    project: str = Field("", description="name or number")
+    customer: str = Field("", description="made for")
+    number: str = Field("", description="of the document")
+    revision: str = Field("", description="letter or number")
+    date: str = Field("", description="of issue")
+    author: str = Field("", description="made by")
+    checked: str = Field("", description="by")
+    approved: str = Field("", description="by")
+    remarks: str = Field("", description="below the summary")
+    history: Annotated[tuple[Revision, ...], Field(max_length=50)] = Field(
+        (), description="oldest first"
     )
 
 

@@ -4,12 +4,14 @@ A subject says in one place, a `Calculation`, which chapters there are, in which
 stands in each. What a result does not have is no chapter, and the numbers close up.
 """
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibecalc.core.report import pages
 from vibecalc.core.report.defects import survived
+from vibecalc.core.report.headline import first_table
 from vibecalc.core.report.html import (
     html_blocks,
     html_document,
@@ -20,13 +22,15 @@ from vibecalc.core.report.html import (
     link,
 )
 from vibecalc.core.report.plots import make, pictures_of, vector_picture
-from vibecalc.core.report.sections import Section, other, section
-from vibecalc.core.report.text import identity, sections_of
-from vibecalc.core.report.verdicts import judge_references
-from vibecalc.core.report.writing import pairs, paragraph
+from vibecalc.core.report.sections import Section, other, read_as, section, stacked, table_of
+from vibecalc.core.report.text import OF_STUDIES, identity
+from vibecalc.core.report.verdicts import bounds_of, judge_references, place_of
+from vibecalc.core.report.writing import Column, pairs, paragraph, show, table
+from vibecalc.core.results.catalogue import CATALOGUE, OWNER
 from vibecalc.core.results.named import named
-from vibecalc.core.results.record import Result
-from vibecalc.core.run.stage import Subject, subjects_of
+from vibecalc.core.results.record import Result, Verdict
+from vibecalc.core.results.verdicts import verdicts_of
+from vibecalc.core.run.stage import Subject, subjects, subjects_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,14 +65,27 @@ class Calculation(NamedTuple):
     elsewhere: tuple[str, ...] = ()
 
 
+_HERE = "vibecalc.core.report.calculation"
+#: the chapters around the sections of a result whose subjects have no form of their own
+GENERAL = Calculation(
+    title="Vibration calculation",
+    applies="",
+    summary=f"{_HERE}:summary",
+    chapters=(
+        Chapter("Input", ("vibecalc.core.report.inputs:inputs",)),
+        Chapter("Assumptions", (f"{_HERE}:assumptions",)),
+        Chapter("Conclusion", (f"{_HERE}:judged",)),
+    ),
+)
+
 #: title of a part, "" without one, and its HTML
 Below = tuple[str, list[str]]
 #: what the frame calls its closing sections, as parts of an appendix
-_CLOSING = {"Appendix": "Accuracy and methods"}
+_CLOSING = {"Tolerance": "Accuracy"}
 
 
-def calculation_page(result: Result, *, full: bool = False) -> str | None:
-    """The page, None for a result of no subject that has the form of a calculation.
+def calculation_page(result: Result, *, full: bool = False) -> str:
+    """The page: title block, summary, contents, chapters, appendix.
 
     Raises UsageError if matplotlib is not installed.
     """
@@ -77,34 +94,89 @@ def calculation_page(result: Result, *, full: bool = False) -> str | None:
             calculation: Calculation = named(subject.calculation)
             if named(calculation.applies)(result):
                 return _page(result, subject, calculation, full)
-    return None
+    return _page(result, None, GENERAL, full)
 
 
-def _page(result: Result, subject: Subject, calculation: Calculation, full: bool) -> str:
+def _page(result: Result, subject: Subject | None, calculation: Calculation, full: bool) -> str:
     made = _Maker(result, full)
     parts = [(chapter.title, made.chapter(chapter)) for chapter in calculation.chapters]
     *chapters, conclusion = (one for one in parts if one[1])
     title = str(result.case.get("title") or result.name)
-    date = str(result.provenance.get("time") or "").split("T")[0]
-    rows = [*identity(result), ("date", date), ("vibecalc", result.version)]
     body, contents = list[str](), list[str]()
     rest = made.rest(subject, calculation)
     for number, (words, below) in enumerate([*chapters, *rest, conclusion], 1):
         contents.append(f"{number} {words}")
         body += [html_heading(contents[-1]), *_numbered(below, number)]
-    written = [("Case as written", [html_written(result.case_toml)])] if result.case_toml else []
+    written = [("Case as written", [html_written(result.case_toml)])] if full else []
     contents.append("Appendix")
     body += [html_heading("Appendix"), '<div class="appendix">',
-             *_numbered([*made.appendix(), *written], "A"), "</div>"]  # fmt: skip
+             *_numbered([*made.appendix(calculation), *written], "A"), "</div>"]  # fmt: skip
     listed = "".join(f"<li>{link(one)}</li>\n" for one in contents)
     first = [
         html_heading(title, 1), f'<p class="kind">{html_text(calculation.title)}</p>',
-        *html_blocks(pairs(row for row in rows if row[1])),
+        *html_blocks(title_block(result)),
         *html_blocks(named(calculation.summary)(result)),
+        *html_blocks(_remarks(result)),
         *html_blocks(_warnings(result)),
         f'<nav class="contents"><strong>Contents</strong><ol>\n{listed}</ol></nav>',
     ]  # fmt: skip
     return html_document(title, [*first, *body], _running(title))
+
+
+# ----------------------------------------------------------------------------
+# The first page, and what every calculation has.
+# ----------------------------------------------------------------------------
+
+
+def title_block(result: Result) -> list[str]:
+    """Whose document it is, as `[document]` says, what was computed and with which program."""
+    document, day = table_of(result.case, "document"), str(result.provenance.get("time") or "")
+    rows = [*identity(result), ("computed", day.split("T")[0])]
+    rows += [("program", f"vibecalc {result.version}")]
+    history: Any = document.get("history") or ()
+    heads = ("revision", "date", "text")
+    past = table(heads, [[str(one.get(key) or "") for key in heads] for one in history])
+    return stacked(pairs(row for row in rows if row[1]), past)
+
+
+def _remarks(result: Result) -> list[str]:
+    words = str(table_of(result.case, "document").get("remarks") or "")
+    return [line for part in words.split("\n\n") if part.strip() for line in paragraph(part)]
+
+
+def summary(result: Result) -> list[str]:
+    """The verdict in one sentence, and the results that are looked for first."""
+    limits = verdicts_of(result)
+    return stacked(paragraph(_verdict(limits)), first_table(result, limits))
+
+
+def _verdict(limits: Sequence[Verdict]) -> str:
+    return pages.conclusion([], limits) or "The case sets no limit, so none is judged."
+
+
+def assumptions(result: Result) -> list[str]:
+    """What the models that took part take for granted and leave out."""
+    said = (words for subject in subjects_of(result.record) for words in subject.assumes)
+    return [line for words in said for line in paragraph(words, "-")]
+
+
+def judged(result: Result) -> list[str]:
+    """The sentence, and a row for each limit with its utilisation."""
+    limits = verdicts_of(result)
+    heads = ("result", "place", Column("allowed", right=True), Column("computed", right=True),
+             "unit", Column("utilisation\n%", right=True), "verdict")  # fmt: skip
+    return stacked(paragraph(_verdict(limits)), table(heads, map(_judged, limits)))
+
+
+def _judged(row: Verdict) -> list[str]:
+    name = row.borne or read_as(row.quantity, row.unit)[0]
+    use = row.use if row.max is None or math.isfinite(row.use) or not row.max else (
+        row.computed / row.max
+    )  # fmt: skip
+    picks = ", ".join(f"{axis.replace('_', ' ')} {one}" for axis, one in row.where.items())
+    return [name + " (start)" * (row.at == "start"), place_of(row).strip() or picks,
+            ", ".join(bounds_of(row)), show(row.computed, row.error_estimate), row.unit,
+            show(100.0 * use) if math.isfinite(use) else "", pages.limit_verdict(row)]  # fmt: skip
 
 
 def _running(title: str) -> str:
@@ -182,34 +254,55 @@ class _Maker:
         words = title.removeprefix(case).strip() or title
         return "", [html_figure(f"Figure {self.figures}: {words}", image)]
 
-    def rest(self, subject: Subject, calculation: Calculation) -> Iterator[tuple[str, list[Below]]]:
-        """Sections and pictures that no chapter names, those of other subjects among them.
+    def rest(
+        self, of: Subject | None, calculation: Calculation
+    ) -> Iterator[tuple[str, list[Below]]]:
+        """Sections that no chapter names, each with the pictures of its subject behind its last.
 
-        Pictures of the subject itself that no chapter names are for the full report.
+        Pictures of the subject `of` itself that no chapter names are for the full report.
         """
         known = {part for one in calculation.chapters for part in (*one.parts, *one.details)}
-        for where in sections_of(self.result.record):
-            for title, below in self.parts({where} - known):
-                if where not in calculation.elsewhere:
-                    yield title, [("", below)]
-        names = pictures_of(self.result).keys() - known
-        names -= set() if self.full else subject.pictures.keys()
-        pictures = self.parts(name for name in pictures_of(self.result) if name in names)
-        if pictures:
-            yield "Further pictures", pictures
+        left = pictures_of(self.result).keys() - known
+        left -= set() if self.full or of is None else of.pictures.keys()
+        there = sorted(subjects_of(self.result.record), key=lambda subject: not subject.leads)
+        for sections, names in [
+            (OF_STUDIES, left - {name for one in there for name in self.drawn(one)}),
+            *((one.sections, left & self.drawn(one)) for one in there),
+        ]:
+            pictures = self.parts(name for name in pictures_of(self.result) if name in names)
+            found = [
+                (title, [("", below)])
+                for where in sections if where not in known
+                for title, below in self.parts([where]) if where not in calculation.elsewhere
+            ]  # fmt: skip
+            if pictures and found:
+                found[-1][1].extend(pictures)
+            yield from found or ([("Further pictures", pictures)] if pictures else [])
 
-    def appendix(self) -> Iterator[Below]:
-        """What is left: further results, details, reference numbers, accuracy and methods."""
-        references, full = judge_references(self.result), self.full
-        compared = pages.references(references) if full else pages.brief(references)
-        off = [] if full else pages.references(pages.missed(references))
-        words = pages.conclusion(references, [])
-        numbers = [*paragraph(words), *compared, *off] if words else []
-        parts = [section("Reference numbers", [numbers])]
-        for one in self.left if full else ():
+    def drawn(self, subject: Subject) -> set[str]:
+        """Names of the pictures of a subject, with those of the curves that it has."""
+        owned = (
+            path for path in self.result.record if subjects().get(OWNER.get(path, "")) is subject
+        )
+        return {*subject.pictures, *(CATALOGUE[path].curve for path in owned if path in CATALOGUE)}
+
+    def appendix(self, calculation: Calculation) -> Iterator[Below]:
+        """What is left: input, further results, details, reference numbers, accuracy, methods."""
+        if calculation is not GENERAL:
+            yield from (("Input", below) for _, below in self.parts(GENERAL.chapters[0].parts))
+            yield from (
+                ("Assumptions", below) for _, below in self.parts(GENERAL.chapters[1].parts)
+            )
+        references = judge_references(self.result)
+        off = pages.references(pages.missed(references))
+        parts = [section("Reference numbers", [pages.references(references) if self.full else off])]
+        for one in self.left if self.full else ():
             lines = [line for line in one.detail if line not in self.blocks]
             parts.append(section(f"{one.title}: {one.detail_name}", [lines]))
-        parts += [other(self.result, self.shown), *pages.closings(self.result, full)]
+        parts.append(other(self.result, self.shown))
+        parts += pages.closings(self.result, full=True) if self.full else [
+            pages.methods_section(self.result), pages.tolerance(self.result)
+        ]  # fmt: skip
         for part in parts:
             if part is not None and any(part.lines):
                 yield _CLOSING.get(part.title, part.title), list(html_blocks(part.lines))

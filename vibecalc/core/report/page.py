@@ -22,7 +22,7 @@ from vibecalc.core.results.sweep_file import SweepResult, opened
 def html_page(of: Path | Result, *, full: bool = False) -> str:
     """One page that needs no other file: report, pictures as SVG and the case as written.
 
-    A result of a subject that has the form of a calculation is set as `calculation_page` does it.
+    A result is set as a calculation to hand in, by `calculation_page`.
 
     Raises ResultError if the file cannot be read, UsageError if matplotlib is not installed.
     """
@@ -30,9 +30,8 @@ def html_page(of: Path | Result, *, full: bool = False) -> str:
         if isinstance(found, SweepResult):
             written = found.head.result.case_toml
         else:
-            calculation = None if is_accuracy(found) else calculation_page(found, full=full)
-            if calculation is not None:
-                return calculation
+            if not is_accuracy(found):
+                return calculation_page(found, full=full)
             written = found.case_toml
     lines = file_lines(of, full=full)
     body = list(html_blocks(lines))

@@ -55,6 +55,22 @@ OF_STUDIES = (
 )
 
 
+#: keys of `[document]` that are lines of a title block, with their names
+LINES = {
+    key: {"number": "document"}.get(key, key)
+    for key in (
+        "project",
+        "customer",
+        "number",
+        "revision",
+        "date",
+        "author",
+        "checked",
+        "approved",
+    )
+}
+
+
 def sections_of(record: Record) -> list[str]:
     """Sections of studies and of the subjects that a record has quantities of, in their order."""
     there = sorted(subjects_of(record), key=lambda subject: not subject.leads)
@@ -141,8 +157,10 @@ def render_verdicts(result: Result) -> str:
 
 
 def identity(result: Result) -> list[tuple[str, str]]:
-    """Case, source and machine."""
-    rows = [("case", result.name), ("source", str(result.case.get("source") or ""))]
+    """Lines of `[document]`, case, source and machine; `remarks` and history stand elsewhere."""
+    document = table_of(result.case, "document")
+    said = [(name, str(document.get(key) or "")) for key, name in LINES.items()]
+    rows = [*said, ("case", result.name), ("source", str(result.case.get("source") or ""))]
     return [(name, words) for name, words in (*rows, ("machine", _machine(result))) if words]
 
 

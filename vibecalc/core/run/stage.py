@@ -194,9 +194,10 @@ class Subject(NamedTuple):
     result, None where only the run can tell. `units` are the pieces of work of its stages.
     `sections` of the report and `pictures` by their names are made where a result has quantities of
     the subject; those of a subject that `leads` stand first in the report. `calculation` names the
-    `Calculation` that its page of HTML has the form of. `files` names, by the path of a key, what
-    reads the files next to a case that stand there: called with the case as written and its folder,
-    it puts numbers in their place and returns problems.
+    `Calculation` that its page of HTML has the form of; `assumes` says what its models take for
+    granted and leave out. `files` names, by the path of a key, what reads the files next to a case
+    that stand there: called with the case as written and its folder, it puts numbers in their place
+    and returns problems.
     """
 
     stages: "tuple[Callable[[Case], Iterator[Stage]], ...]"
@@ -212,6 +213,7 @@ class Subject(NamedTuple):
     names: "Callable[[Case], dict[str, tuple[str, ...]]]" = lambda case: {}
     entries: "Callable[[Case, str, str], Entries | None]" = lambda case, path, axis: None
     calculation: str = ""
+    assumes: tuple[str, ...] = ()
     files: Mapping[KeyPath, str] = {}
 
 
