@@ -22,8 +22,6 @@ from vibecalc.roll.mechanism import (
 from vibecalc.roll.rates import (
     RollRates,
     demand,
-    free_rates,
-    mounted_rates,
     shell_speed,
 )
 from vibecalc.roll.steady import started_momentum
@@ -113,16 +111,14 @@ def shooting_state(
     start = np.zeros(1 if free else 3)
     start[0] = float(np.max(drive.synchronous_speed)) - float(np.nan_to_num(need.slip[0]))
     size = np.array([start[0]] if free else [start[0], 1e-3, 1e-1])
+    equations = RollRates(machine, drive, momentum if free else None)
     evaluations, last = 0, np.inf
 
     def rates(place: AngleTerms, state: FloatArray) -> tuple[FloatArray, FloatArray]:
         if not state[0] > 0.0:
             raise NumericalFailure("roll: shooting stalls within a turn from where it starts")
-        if free:
-            value, slope = free_rates(machine, drive, place, momentum, state[None])
-            return value[0], slope
-        found = mounted_rates(machine, drive, place, state[None, None])
-        return found.value[0, 0], found.jacobian[0, 0]
+        value, jacobian = equations.at(place, state[None, None])
+        return value[0, 0], jacobian[0, 0]
 
     for _ in range(_MOST):
         states = _turn_over(rates, x, places[0], places[1], start)
