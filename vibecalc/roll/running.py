@@ -26,7 +26,7 @@ from vibecalc.roll.rates import (
     with_steady_flux,
 )
 from vibecalc.roll.steady import SteadyTurn, multipliers, started_momentum, steady_state
-from vibecalc.roll.turn import Turn, harmonics, hides, readings
+from vibecalc.roll.turn import Turn, harmonics, hides, readings, trapezoids
 
 # ----------------------------------------------------------------------------
 # A turn at any crank angle: from collocation polynomials exactly, from samples by cubics.
@@ -88,11 +88,7 @@ def _sampled(turn: Turn, angles: FloatArray) -> Turn:
             ("shell_angle", grown),
         )
     }
-    step = np.diff(angles)
-    weight = np.zeros(len(angles))
-    weight[:-1] += 0.5 * step
-    weight[1:] += 0.5 * step
-    return Turn(angles[None], weight[None], period=turn.period, **values)
+    return Turn(angles[None], trapezoids(angles)[None], period=turn.period, **values)
 
 
 def _apart(angles: FloatArray) -> BoolArray:

@@ -45,6 +45,15 @@ class Turn(NamedTuple):
     motor_torque: FloatArray | None = None
 
 
+def trapezoids(x: FloatArray) -> FloatArray:
+    """Weights (k,) of the rule of trapezoids at ascending points (k,)."""
+    step = np.diff(x)
+    weight = np.zeros(len(x))
+    weight[:-1] += 0.5 * step
+    weight[1:] += 0.5 * step
+    return weight
+
+
 def harmonics(turn: Turn, values: FloatArray, orders: FloatArray) -> ComplexArray:
     """Harmonics in time of `values` (..., k): complex, zero-to-peak, (..., orders).
 
