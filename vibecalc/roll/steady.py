@@ -372,3 +372,17 @@ def multipliers(state: SteadyTurn) -> tuple[ComplexArray, FloatArray]:
 
     value, error = floquet_multipliers(state.problem, state.solution)
     return value, error
+
+
+def is_stable(state: SteadyTurn) -> BoolArray:
+    """Which of the machines (B,) have no multiplier that is surely outside the unit circle."""
+    value, error = multipliers(state)
+    return np.asarray(np.all(np.abs(value) <= 1.0 + error, axis=-1))
+
+
+def within_table(state: SteadyTurn, drive: RollDrive) -> BoolArray:
+    """Of which of the machines (B,) the slip stays in the table of the motor."""
+    if drive.circuit is not None or drive.holds:
+        return np.ones(len(state.solved), dtype=bool)
+    slip = drive.synchronous_speed[..., None] - state.turn.crank_speed
+    return np.asarray(np.max(np.abs(slip), axis=-1) <= drive.motor.largest)

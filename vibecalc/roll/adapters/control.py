@@ -12,6 +12,7 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.level import DECIBEL, level_of
 from vibecalc.numerics.rounding import EPSILON
+from vibecalc.roll.adapters.readings import machine_turn, shell_levels
 from vibecalc.roll.control.full_model import Law, closed_loop
 from vibecalc.roll.control.gains import (
     BOUNDS,
@@ -44,7 +45,6 @@ from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.results import CONTROL
 from vibecalc.roll.running import running_state
 from vibecalc.roll.tables import Control, Tune
-from vibecalc.roll.turn import harmonics, readings
 from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
@@ -452,16 +452,8 @@ def _uncontrolled(scene: Scene, given: Setup, drive: RollDrive) -> Bounded:
     running = running_state(
         given.machine, drive, rtol=scene.case.accuracy.rtol, orders=len(given.orders)
     )
-    each = [
-        harmonics(
-            state.turn,
-            readings(given.machine, drive, state.turn, pistons=False).shell_acceleration,
-            given.orders.astype(float),
-        )[0]
-        for state in (running.state, running.check)
-    ]
-    rounding = 64.0 * EPSILON * float(np.max(np.abs(each[0])))
-    return level_of(Bounded(each[0], np.abs(each[0] - each[1]) + rounding), reference=1.0)
+    turns = [machine_turn(given.machine, drive, state) for state in (running.state, running.check)]
+    return shell_levels(turns, len(given.orders))
 
 
 # ----------------------------------------------------------------------------

@@ -8,14 +8,13 @@ from vibecalc.excitation.inertia_forces import couples_of, forces_of, size_of_te
 from vibecalc.kinematics.adapter import exact_motion
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.level import level_of
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.roll.adapters.motor import emit_motor, uncertain
 from vibecalc.roll.adapters.readings import (
     MachineTurn,
     TurnSolutions,
+    emit_spectra,
     extremes_of,
-    lags_of,
     leak_of,
     machine_turn,
     numbers_of,
@@ -30,7 +29,16 @@ from vibecalc.roll.results import FORCES, ROLL, SHAKING
 from vibecalc.roll.running import Running, motion_of_turn, running_state
 from vibecalc.roll.sensitivity import changes, sensitivity
 from vibecalc.roll.tables import Roll
-from vibecalc.roll.turn import Turn, by_cylinder, classical, harmonics, level, readings
+from vibecalc.roll.turn import (
+    Turn,
+    by_cylinder,
+    classical,
+    constant_speed,
+    level,
+    readings,
+    shell_harmonics,
+    spectrum,
+)
 
 # ----------------------------------------------------------------------------
 # Adapter: rotor, pistons and shell in the periodic motion that their motor gives them.
@@ -130,19 +138,16 @@ def _solutions(
 
 
 def _emit_spectra(scene: Scene, parts: RollParts, orders: int, solutions: TurnSolutions) -> None:
-    numbers = np.arange(1, orders + 1)
     spectra, leak = (
         solutions.read(lambda seen: spectra_of(seen, orders)),
         leak_of(solutions.solution),
     )
+    found = {}
     for name, (values, rounding) in spectra[0].items():
         error = solutions.error(*(each[name][0] for each in spectra)) + rounding
-        error = error + leak * np.max(np.abs(values), initial=0.0)
-        axes = {"order": numbers, "cylinder": np.array(parts.names, dtype=object)}
-        scene.emit(f"{ROLL}/{name}", values, error, axes)
-        levels, uncertainty = level_of(Bounded(values, error), reference=1.0)
-        scene.emit(f"{ROLL}/level/{name}", levels, uncertainty, axes)
-        scene.emit(f"{ROLL}/phase_lag/{name}", *lags_of(values, error), axes)
+        found[name] = Bounded(values, error + leak * np.max(np.abs(values), initial=0.0))
+    names = np.array(parts.names, dtype=object)
+    emit_spectra(scene, found, {"order": np.arange(1, orders + 1), "cylinder": names})
 
 
 def _emit_numbers(scene: Scene, solutions: TurnSolutions) -> None:
@@ -360,34 +365,28 @@ def _mistakes(
     solved: MachineTurn, numbers: FloatArray
 ) -> dict[str, tuple[FloatArray, FloatArray, np.ndarray]]:
     """Peak, largest error over the peak, error of the harmonics; for each force, each cylinder."""
-    machine, drive = solved.machine, solved.drive
-    plain = classical(machine, drive, solved.turn, numbers)
-    right = readings(machine, drive, solved.turn)
+    machine, drive, turn = solved[:3]
+    right, plain = readings(machine, drive, turn), classical(machine, drive, turn)
     # peaks and errors on an even grid, the same for every setting
     even = solved.motion(np.linspace(0.0, 2.0 * np.pi, _GRID))
-    flat, exact = classical(machine, drive, even, numbers), readings(machine, drive, even)
+    flat, exact = classical(machine, drive, even), readings(machine, drive, even)
     mistakes = {}
-    for name, spectrum in (
-        ("rod_force", plain.rod_harmonics),
-        ("wall_force", plain.wall_harmonics),
-    ):
-        textbook = np.asarray(getattr(flat, name))[0]
-        true = np.asarray(getattr(exact, name))[0]
+    for name, force in plain.items():
+        textbook, true = flat[name][0], np.asarray(getattr(exact, name))[0]
         peak = np.max(np.abs(true), axis=0)
         off = np.max(np.abs(textbook - true), axis=0)
-        harmonic = by_cylinder(solved.turn, np.asarray(getattr(right, name)), numbers)[0]
+        held = by_cylinder(constant_speed(turn), force, numbers)[0]
         mistakes[name] = (
             np.max(np.abs(textbook), axis=0),
             off / np.where(peak > 0.0, peak, 1.0),
-            spectrum[0] - harmonic,
+            held - spectrum(turn, right, name, numbers)[0],
         )
     return mistakes
 
 
 def _levels(machine: RollMachine, drive: RollDrive, turn: Turn, orders: int) -> FloatArray:
     """Levels of the shell's acceleration; orders that are nothing but rounding are zero, -inf."""
-    read = readings(machine, drive, turn, pistons=False)
-    found = level(harmonics(turn, read.shell_acceleration, np.arange(1.0, orders + 1)))[0]
+    found = level(shell_harmonics(machine, drive, turn, orders))[0]
     return np.where(found > np.max(found) - _SILENT, found, -np.inf)
 
 

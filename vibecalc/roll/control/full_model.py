@@ -20,7 +20,7 @@ from vibecalc.roll.mechanism import (
 )
 from vibecalc.roll.rates import Bare, RollRates, demand, mounted_scale, turn_of
 from vibecalc.roll.steady import resting_momentum, still_momentum
-from vibecalc.roll.turn import Turn, harmonics, readings
+from vibecalc.roll.turn import Turn, shell_harmonics
 
 # ----------------------------------------------------------------------------
 # Rates over the crank angle where a controller sets the speed of the motor's field.
@@ -193,11 +193,9 @@ def closed_loop(
 
     Raises NumericalFailure where there is none, none is found, or its slip leaves the table.
     """
-    numbers = np.arange(1.0, orders + 1)
 
     def level_of_turn(closed: ClosedLoopTurn) -> ComplexArray:
-        read = readings(machine, drive, closed.turn, pistons=False)
-        return np.asarray(harmonics(closed.turn, read.shell_acceleration, numbers)[0])
+        return np.asarray(shell_harmonics(machine, drive, closed.turn, orders)[0])
 
     check = _state(machine, drive, law, _POINT_LEVELS[0], None)
     closed, before = check, level_of_turn(check)
