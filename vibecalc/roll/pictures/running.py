@@ -12,7 +12,7 @@ from vibecalc.core.report.sections import along, having, scalar_of, table_of
 from vibecalc.core.report.writing import ZERO, rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.roll.pictures.motor import MotorCurve, motor_curve, rpm_of
-from vibecalc.roll.report.advice import PERCENT, ROLL, Changes, changes, oscillating, shell_acts
+from vibecalc.roll.report.advice import PERCENT, ROLL, Changes, changes, shell_acts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -171,12 +171,10 @@ _MARKED = 24
 def _levels(result: Result) -> Quantity | None:
     """Levels of the orders that swing; of what is zero by symmetry there is none."""
     level = having(result.record, _PATH, "order")
-    if level is None or not oscillating(level).size:
+    if level is None:
         return None
-    axis = replace(level.axes[0], values=np.asarray(level.axes[0].values)[oscillating(level)])
-    acts = shell_acts(result.record, axis.values)
-    values = np.where(acts, np.asarray(level.values, dtype=float)[oscillating(level)], np.nan)
-    return replace(level, values=values, axes=(axis,))
+    acts = shell_acts(result.record, level.axes[0].values)
+    return replace(level, values=np.where(acts, np.asarray(level.values, dtype=float), np.nan))
 
 
 def _whiskers(plot: Plot) -> None:
