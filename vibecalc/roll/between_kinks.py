@@ -9,7 +9,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import TURN
-from vibecalc.kinematics.slider_crank import bottom_dead_centre, piston_path, top_dead_centre
+from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine, gas_forces, smooth_angles
 
@@ -33,18 +33,9 @@ class Slots(NamedTuple):
 
 
 def slots_of(machine: RollMachine, drive: RollDrive) -> Slots:
-    """Slots of one machine, split at table nodes and, where pistons rub, dead centres."""
+    """Slots of one machine, between its smooth angles."""
     edge = smooth_angles(machine, drive)
-    radius, length, offset = machine.crank_radius, machine.rod_length, machine.wrist_pin_offset
     phase = machine.crank_angle_offset
-    if np.any(machine.piston_friction):
-        top = float(top_dead_centre(radius, length, offset).angle)
-        bottom = float(bottom_dead_centre(radius, length, offset).angle)
-        centres = np.mod(np.concatenate([top - phase, bottom - phase]), TURN)
-        near = np.min(np.abs(centres[:, None] - edge), axis=1) < 1e-9
-        edge = np.sort(np.concatenate([edge, centres[~near]]))
-        edge = edge[np.concatenate([[True], np.diff(edge) > 1e-9])]
-        edge[-1] = TURN
     middle = 0.5 * (edge[1:] + edge[:-1])
     count, cylinders = len(middle), len(drive.gas)
     degree = max([1, *(gas.coefficient.shape[1] for gas in drive.gas if gas is not None)])
@@ -58,7 +49,8 @@ def slots_of(machine: RollMachine, drive: RollDrive) -> Slots:
         base[place] = middle - away
         scaled = machine.gas_scale[place] * gas.coefficient[row]
         coefficient[place, :, : scaled.shape[1]] = scaled
-    moved = piston_path(middle[:, None] + phase, radius, length, offset)
+    train = (machine.crank_radius, machine.rod_length, machine.wrist_pin_offset)
+    moved = piston_path(middle[:, None] + phase, *train)
     tabled = all(gas is None or len(gas.node) > 0 for gas in drive.gas)
     return Slots(edge, base, coefficient, np.sign(moved.velocity), tabled)
 
@@ -226,13 +218,6 @@ def running(
     """
     slots = slots_of(machine, drive)
     acting = acting_at(machine, drive, slots)
-    simple = not (
-        np.any(machine.wrist_pin_offset)
-        or np.any(machine.rod_inertia_difference)
-        or np.any(machine.piston_friction)
-        or not slots.tabled
-        or slots.coefficient.shape[2] > 3
-    )
     edge = slots.edge.tolist()[1:-1]
     threshold = drive.motor.threshold.tolist()
     synchronous = float(drive.synchronous_speed)
@@ -250,57 +235,13 @@ def running(
             )
         return part
 
-    def general(b: float, w: float, theta: float, s: float) -> tuple[float, float]:
+    def rates(b: float, w: float, theta: float, s: float) -> tuple[float, float]:
         turn, local = divmod(b, TURN)
         number = int(turn) * (len(edge) + 1) + bisect_right(edge, local)
         forces = acting(b, w, theta, s, number, interval(w), 1, 1.0)
         return forces.crank, forces.shell
 
-    if not simple:
-        return general
-    radius, length, rotor = _numbers(machine, "crank_radius", "rod_length", "rotor_inertia")
-    housing, stiffness = _numbers(machine, "shell_inertia", "shell_stiffness")
-    damping, dry = _numbers(machine, "shell_damping", "friction_torque")
-    viscous, scale = _numbers(machine, "friction_damping", "motor_scale")
-    curve = _polynomials(drive.motor.base, drive.motor.coefficient)
-    rods = length * length
-    cubes = radius * radius * length * length
-    rows = np.zeros((len(drive.gas), len(edge) + 1, 3))
-    rows[..., : slots.coefficient.shape[2]] = slots.coefficient
-    forces = np.concatenate([slots.base[..., None], rows], axis=2).tolist()
-    phases, masses = machine.crank_angle_offset.tolist(), machine.reciprocating_mass.tolist()
-    cylinders = list(zip(phases, masses, forces, strict=True))
-
-    def lean(b: float, w: float, theta: float, s: float) -> tuple[float, float]:
-        local = b % TURN
-        slot = bisect_right(edge, local)
-        j, q, j_b, q_b = housing, 0.0, 0.0, 0.0
-        driving = scale * _value(curve[interval(w)], synchronous - w) - viscous * w - dry
-        for phase, mass, force in cylinders:
-            a = local + phase
-            high, lever = radius * sin(a), radius * cos(a)
-            square = rods - high * high
-            rod = sqrt(square)
-            pull = high / rod
-            r, r_b = lever + rod, -high - lever * pull
-            moving = mass * r_b
-            j += mass * r * r
-            q += moving * r_b
-            j_b += moving * r
-            cosine = lever / radius
-            q_b += moving * (high * pull - lever - cubes * cosine * cosine / (square * rod))
-            base, c, d, e = force[slot]
-            x = local - base
-            driving -= (c + x * (d + x * e)) * r_b
-        outer = -stiffness * theta - damping * s - 2.0 * j_b * w * s
-        inner = driving + j_b * s * s - q_b * w * w
-        total = rotor * (j + q) + j * q
-        return (
-            ((j + rotor) * inner - rotor * outer) / total,
-            ((q + rotor) * outer - rotor * inner) / total,
-        )
-
-    return lean
+    return rates
 
 
 _NONE = np.zeros(1, dtype=np.int64)

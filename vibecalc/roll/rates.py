@@ -59,9 +59,11 @@ class TermsOfTurn(NamedTuple):
     place: AngleTerms
 
 
-def terms_of_turn(machine: RollMachine, drive: RollDrive, edges: FloatArray) -> TermsOfTurn:
+def terms_of_turn(
+    machine: RollMachine, drive: RollDrive, edges: FloatArray, points: int = POINTS_OF_TERMS
+) -> TermsOfTurn:
     """What depends on the crank angle alone, over a turn whose smooth angles are `edges`."""
-    rule = gauss_rule(POINTS_OF_TERMS)
+    rule = gauss_rule(points)
     widths = np.diff(edges)[:, None]
     angle = (edges[:-1, None] + widths * rule.nodes).ravel()
     every = np.broadcast_to(angle, (*machine.crank_radius.shape, len(angle)))
