@@ -237,9 +237,8 @@ def find(method: str, machine: RollMachine, drive: RollDrive, asked: Settings) -
         if asked.started_at is not None:
             momentum = started_momentum(machine, asked.started_at)
         points += 1 - points % 2
-        solve, settings = fourier_state, (points, 2 * points + 1)
-        if method == "shooting":
-            solve, settings = shooting_state, (_SHOOTING, 2 * _SHOOTING)
+        settings = (points, 2 * points + 1) if method == "fourier" else (_SHOOTING, 2 * _SHOOTING)
+        solve = {"fourier": fourier_state, "shooting": shooting_state}[method]
         plain, finer = (solve(machine, drive, one, momentum) for one in settings)
     elif method == "dop853":
         plain, finer = (_march(machine, drive, asked, method, 0.0, **c) for c in (_PLAIN, _TIGHT))
@@ -277,5 +276,6 @@ def _march(
         most=_MOST_TURNS if step else _MOST_TURNS // 4,
         repeats=max(repeats, 2.0 * (step * speed / (2.0 * np.pi)) ** 2), **further,
     )  # fmt: skip
-    parts = (None if part is None else np.asarray(part)[None] for part in repeating.turn)
-    return TurnFound(Turn(*parts), repeating.evaluations)
+    fields = repeating.turn._asdict().items()
+    there = {name: np.asarray(part)[None] for name, part in fields if part is not None}
+    return TurnFound(Turn(**there), repeating.evaluations)

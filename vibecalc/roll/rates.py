@@ -300,7 +300,8 @@ def turn_of(rates: RollRates, solution: PeriodicSolution) -> Turn:
     driving = driving_torque(
         rates.machine, rates.drive, states.reshape(members, -1, states.shape[-1])
     )
-    return Turn(*(part.reshape(members, -1) for part in parts), ends[:, -1], driving)
+    angles, weight, *rest = (part.reshape(members, -1) for part in parts)
+    return Turn(angles, weight, *rest, period=ends[:, -1], motor_torque=driving)
 
 
 def roll_problem(

@@ -141,9 +141,9 @@ def start_up(
         last = float(mean[-1]) if len(mean) else None
         verdict, reason = verdict_of(system, ended, shown, each_turn, place is not None)
         goal = last if running_speed is None else running_speed
-        ran = verdict in ("settled", "running") and goal is not None
+        ran = verdict in ("settled", "running")
         return StartUp(
-            verdict, reason, last, time_of_speed(shown, goal) if ran else None,
+            verdict, reason, last, time_of_speed(shown, goal) if ran and goal else None,
             None if place is None else float(each_turn.begin[place]), each_turn, peaks(shown),
             envelope(shown, buckets), _energies(machine, first[0], final), final,
             stretches(shown, each_turn, load), {}, final, final, final, each_turn,

@@ -297,12 +297,12 @@ class RollRun:
         }  # fmt: skip
         slopes = sensitivity(*of, **given)
         altered = changes(*of, (1.0 + _SHARE, 1.0 - _SHARE), **given)
-        for name, one in zip(
-            ("level", "ten_percent_more", "ten_percent_less"), (slopes, *altered), strict=True
-        ):
-            axes = {"parameter": one.parameters, "order": orders}
-            self.scene.emit(f"{ROLL}/sensitivity/{name}", one.value, one.error, axes)
+        axes = {"parameter": slopes.parameters, "order": orders}
+        self.scene.emit(f"{ROLL}/sensitivity/level", slopes.value, slopes.error, axes)
         for word, change in zip(("more", "less"), altered, strict=True):
+            path = f"{ROLL}/sensitivity/ten_percent_{word}"
+            axes = {"parameter": change.parameters, "order": orders}
+            self.scene.emit(path, change.value, change.error, axes)
             for name, reason in change.lost:
                 self.scene.warn(
                     f"sensitivity: nothing is said of ten percent {word} of {name}: {reason}"

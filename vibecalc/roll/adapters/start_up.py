@@ -83,7 +83,7 @@ def _emit_march(
 def _verdict(result: StartUpResult) -> dict[str, Any]:
     """What has become of the start, its peaks and its energies, by name."""
     runs, error = result.verdict in _RUNS, result.error
-    known = {"started": int(runs), "settled": int(result.verdict == "settled")}
+    known: dict[str, float] = {"started": int(runs), "settled": int(result.verdict == "settled")}
     turning = result.verdict in _TURNS_OVER and result.speed is not None
     numbers = {"running_speed": (result.speed, error.get("speed", 0.0)) if turning else (0.0, 0.0)}
     for name in ("time_to_speed", "time_to_steady"):

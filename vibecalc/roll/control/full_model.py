@@ -293,7 +293,7 @@ def _with_kinks(base: FloatArray, rates: ControlledRates, solution: PeriodicSolu
     """The edges with every angle at which the slip meets a node of the motor's curve."""
 
     def slip(angle: FloatArray) -> FloatArray:
-        return rates.slip_at(angle[None, None], evaluate(solution, angle))[0][0]
+        return np.asarray(rates.slip_at(angle[None, None], evaluate(solution, angle))[0][0])
 
     angle = (
         base[:-1, None] + np.diff(base)[:, None] * np.linspace(0.0, 1.0, _SAMPLES)[:-1]

@@ -102,9 +102,8 @@ def _spread(quantity: Quantity | None, names: list[str], orders: np.ndarray) -> 
     effect = np.asarray(quantity.values, dtype=float)
     seen = np.isfinite(effect) & (np.abs(effect) > known_error(quantity))
     there = np.isin(given, orders)
-    values[np.ix_(rows, np.searchsorted(orders, given[there]))] = np.where(seen, effect, 0.0)[
-        :, there
-    ]
+    places = np.searchsorted(orders, given[there])
+    values[np.ix_(np.array(rows), places)] = np.where(seen, effect, 0.0)[:, there]
     return values
 
 
