@@ -296,12 +296,14 @@ def turn_of(rates: RollRates, solution: PeriodicSolution) -> Turn:
         shell = shell_speed(place, rates.momentum, speed.reshape(members, -1)).reshape(speed.shape)
         # the angle of a free shell is anybody's: it counts from where the turn begins
         angle, _ = running_integral(solution.edges, shell / speed)
-    parts = (solution.nodes, solution.weights, time, speed, shell, angle)
+    b, weight, t, w, s, theta = (
+        part.reshape(members, -1)
+        for part in (solution.nodes, solution.weights, time, speed, shell, angle)
+    )
     driving = driving_torque(
         rates.machine, rates.drive, states.reshape(members, -1, states.shape[-1])
     )
-    angles, weight, *rest = (part.reshape(members, -1) for part in parts)
-    return Turn(angles, weight, *rest, period=ends[:, -1], motor_torque=driving)
+    return Turn(b, weight, t, w, s, theta, ends[:, -1], driving)
 
 
 def roll_problem(
