@@ -20,7 +20,7 @@ from vibecalc.excitation.induction_motor_flux import power_flow
 from vibecalc.numerics.periodic.panels import evaluate
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine, is_mounted, place_at
-from vibecalc.roll.rates import driven_rates, roll_problem, with_steady_flux
+from vibecalc.roll.rates import RollRates, roll_problem, with_steady_flux
 from vibecalc.roll.running import Running, running_state, steady_drive
 from vibecalc.roll.turn import balance, harmonics, readings
 
@@ -65,18 +65,16 @@ def test_rates_and_jacobian(kind: str, cages: int) -> None:
     state = with_steady_flux(drive, rigid)
     state = state * (1.0 + 0.1 * draw.standard_normal(state.shape))
     place = place_at(machine, drive, angles)
-    found = driven_rates(machine, drive, place, momentum, state)
+    rates = RollRates(machine, drive, momentum)
+    value, jacobian = rates.at(place, state)
     for column in range(state.shape[-1]):
         step = np.zeros(state.shape[-1])
         step[column] = 1e-6 * np.abs(state[..., column]).max()
-        ahead, back = (
-            driven_rates(machine, drive, place, momentum, state + sign * step).value
-            for sign in (1.0, -1.0)
-        )
+        ahead, back = (rates.at(place, state + sign * step)[0] for sign in (1.0, -1.0))
         slope = (ahead - back) / (2.0 * step[column])
-        size = np.abs(found.jacobian).max(axis=(0, 1, 3))
-        rounding = 1e-15 * np.abs(found.value).max(axis=(0, 1)) / step[column]
-        away = np.abs(slope - found.jacobian[..., column])
+        size = np.abs(jacobian).max(axis=(0, 1, 3))
+        rounding = 1e-15 * np.abs(value).max(axis=(0, 1)) / step[column]
+        away = np.abs(slope - jacobian[..., column])
         assert np.all(away <= 1e-9 * size + rounding), column
     truth = InTime(machine, drive)
     for place_, angle in enumerate(angles[0]):
@@ -90,7 +88,7 @@ def test_rates_and_jacobian(kind: str, cages: int) -> None:
         rate = truth(0.0, whole) / own[0]
         wanted = rate[[1, 2, 3]] if mounted else rate[[1]]
         wanted = np.concatenate([wanted, rate[4:]])
-        np.testing.assert_allclose(found.value[0, place_], wanted, rtol=1e-11, atol=1e-12)
+        np.testing.assert_allclose(value[0, place_], wanted, rtol=1e-11, atol=1e-12)
 
 
 @pytest.mark.long

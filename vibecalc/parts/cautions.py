@@ -89,14 +89,47 @@ def angles(case: Case) -> NamedNumbers:
                 yield f"{key} of {what}", angle
 
 
+def _crank_speed(machine: Machine) -> float:
+    """Speed of the machine, rad/s, or the one that its motor stays below; 0 without one."""
+    motor = machine.motor
+    if motor is not None and finds_speed(machine):
+        return motor.synchronous_speed or 0.0
+    return (machine.speed if has_speed(machine) else 0.0) or 0.0
+
+
 def piston_speed(case: Case) -> NamedNumbers:
-    """Mean speed of the pistons at the speed of the machine, or that its motor stays below."""
-    machine = case.machine
-    if has_crank_train(machine):
-        motor, speed = machine.motor, machine.speed if has_speed(machine) else 0.0
-        if motor is not None and finds_speed(machine):
-            speed = motor.synchronous_speed or 0.0
-        yield "", 2.0 * machine.crank_train.crank_radius * speed / math.pi
+    """Mean speed of the pistons."""
+    if has_crank_train(case.machine):
+        radius = case.machine.crank_train.crank_radius
+        yield "", 2.0 * radius * _crank_speed(case.machine) / math.pi
+
+
+def piston_acceleration(case: Case) -> NamedNumbers:
+    """Acceleration of the pistons at the dead centre away from the crank, r W^2 (1 + r / L)."""
+    if has_crank_train(case.machine):
+        train = case.machine.crank_train
+        ratio = train.crank_radius / train.rod_length
+        yield "", train.crank_radius * _crank_speed(case.machine) ** 2 * (1.0 + ratio)
+
+
+def rod_pressure(case: Case) -> NamedNumbers:
+    """Largest force of gas and of inertia on each rod over the area of a piston as wide as its
+    stroke, bar: a measure of the load of a crank train that no size and no material is in.
+    """
+    if not has_crank_train(case.machine):
+        return
+    written, train = case.machine.crank_train, build_crank_train(case.machine.crank_train)
+    radius, card = written.crank_radius, written.gas_pressure
+    shared = 0.0
+    if card is not None and written.bore is not None:
+        shared = 0.25 * math.pi * written.bore**2 * max(map(abs, card.pressure))
+    ((_, acceleration),) = piston_acceleration(case)
+    for cylinder, mass in zip(written.cylinders, train.reciprocating_mass, strict=True):
+        gas = cylinder.gas_force
+        pushed = shared if gas is None else max(map(abs, gas.force))
+        force = max(pushed, float(mass) * acceleration)
+        words = f"the rod of cylinder '{cylinder.name}' carries about {force:.4g} N"
+        yield words, force / (math.pi * radius**2) / 1e5
 
 
 def bore(case: Case) -> NamedNumbers:
@@ -181,6 +214,16 @@ RULES = (
         piston_speed, 30.0,
         "the mean piston speed is {x:.3g} m/s, where machines stay below 30: is the speed in "
         "rad/s ('4900 rpm' otherwise) and the crank radius in m?",
+    ),
+    Rule(
+        piston_acceleration, 1e5,
+        "the pistons are accelerated by up to {x:.3g} m/s^2, where those of racing engines stay "
+        "below 1e5: is the speed in rad/s ('4900 rpm' otherwise) and the crank radius in m?",
+    ),
+    Rule(
+        rod_pressure, 500.0,
+        "{what}, as {x:.4g} bar on a piston as wide as its stroke would give, where machines stay "
+        "below 500: are gas forces in N, pressures in Pa and masses in kg?",
     ),
     *(
         Rule(

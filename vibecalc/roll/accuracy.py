@@ -38,7 +38,7 @@ from vibecalc.roll.start_up_system import (
     StartUpSystem,
 )
 from vibecalc.roll.steady import SteadyTurn, steady_state
-from vibecalc.roll.turn import Turn, peak, readings
+from vibecalc.roll.turn import Turn, peak, shell_harmonics
 from vibecalc.roll.turn import harmonics as harmonics_of_turn
 
 #: Gauss points of the reference, steps of the marches in s, points of the others
@@ -72,7 +72,7 @@ def roll_topics(scene: Scene) -> list[Topic]:
 
     def spectrum(turn: Turn, shell: FloatArray | None = None) -> ComplexArray:
         if shell is None:
-            shell = readings(machine, drive, turn, pistons=False).shell_acceleration
+            return np.asarray(shell_harmonics(machine, drive, turn, orders)[0])
         return np.asarray(harmonics_of_turn(turn, shell, orders)[0])
 
     def as_run(rtol: float) -> Answer:

@@ -9,11 +9,9 @@ from vibecalc.core.run.columns import PointsScene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.leading import agreed, leave_alone
-from vibecalc.numerics.level import level_of
 from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
-from vibecalc.roll.adapters.readings import lags_of
+from vibecalc.roll.adapters.readings import emit_spectra, spectrum_paths
 from vibecalc.roll.mechanism import (
-    RollDrive,
     RollMachine,
     as_batch,
     dead_centres,
@@ -23,8 +21,8 @@ from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.rates import surely_fastest
 from vibecalc.roll.results import FORCES, ROLL, VARIABLES
 from vibecalc.roll.running import point_levels
-from vibecalc.roll.steady import SteadyTurn, multipliers, steady_state
-from vibecalc.roll.turn import Readings, Turn, by_cylinder, harmonics, mean, readings
+from vibecalc.roll.steady import is_stable, multipliers, steady_state, within_table
+from vibecalc.roll.turn import Readings, Turn, harmonics, mean, readings, spectrum
 
 #: of the numbers of Gauss points to try; a point that these do not settle is run alone
 _LEVELS = 4
@@ -59,12 +57,11 @@ def run_roll_at_points(scene: PointsScene) -> None:
     if options.points is not None:
         (state, read), (check, checked) = (check, checked), (state, read)
         settled = np.ones(scene.count, dtype=bool)
-    uncertain = ~settled | ~state.solved | _beyond(state, drive)
+    uncertain = ~settled | ~state.solved | ~within_table(state, drive)
     uncertain |= ~surely_fastest(machine, drive, state.turn)
     value, error = multipliers(state)
-    size = np.abs(value)
-    uncertain |= np.any(size > 1.0 + error, axis=-1)
-    largest = Bounded(size.max(axis=-1), error.max(axis=-1))
+    uncertain |= ~is_stable(state)
+    largest = Bounded(np.abs(value).max(axis=-1), error.max(axis=-1))
     scene.emit(f"{ROLL}/largest_multiplier", largest)
     names = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
     both = ((state.turn, read), (check.turn, checked))
@@ -88,40 +85,18 @@ def _emit(
         error = np.abs(values[0] - values[1]) + 64.0 * EPSILON * speed
         scene.emit(f"{ROLL}/{name}", Bounded(values[0], error))
     torque = np.max(np.abs(both[0][1].motor_torque) + np.abs(both[0][1].gas_torque), axis=-1)
+    spectra = {}
     for name in (*VARIABLES, *FORCES):
         if not scene.wants(*spectrum_paths(name)):
             continue
-        spectrum, other = (_spectrum(turn, read, name, orders) for turn, read in both)
+        value, other = (spectrum(turn, read, name, orders) for turn, read in both)
         size = np.abs(np.asarray(getattr(both[0][1], name)))
         floor = np.max(size, axis=tuple(range(1, size.ndim)), initial=0.0)
         if name.endswith("_acceleration"):
             floor = floor + torque / machine.shell_inertia
-        rounding = 32.0 * EPSILON * floor.reshape(-1, *(1,) * (spectrum.ndim - 1))
-        _emit_spectrum(scene, name, spectrum, np.abs(spectrum - other) + rounding, axes)
-
-
-def _spectrum(turn: Turn, read: Readings, name: str, orders: FloatArray) -> np.ndarray:
-    values = np.asarray(getattr(read, name))
-    return (
-        harmonics(turn, values, orders) if name in VARIABLES else by_cylinder(turn, values, orders)
-    )
-
-
-def spectrum_paths(name: str) -> tuple[str, ...]:
-    """Where the spectrum of a variable stands in a result."""
-    return tuple(f"{ROLL}/{kind}{name}" for kind in ("", "level/", "phase_lag/"))
-
-
-def _emit_spectrum(
-    scene: PointsScene,
-    name: str,
-    values: np.ndarray,
-    error: np.ndarray,
-    axes: Mapping[str, Any],
-) -> None:
-    scene.emit(f"{ROLL}/{name}", Bounded(values, error), axes=axes)
-    scene.emit(f"{ROLL}/level/{name}", level_of(Bounded(values, error), reference=1.0), axes=axes)
-    scene.emit(f"{ROLL}/phase_lag/{name}", Bounded(*lags_of(values, error)), axes=axes)
+        rounding = 32.0 * EPSILON * floor.reshape(-1, *(1,) * (value.ndim - 1))
+        spectra[name] = Bounded(value, np.abs(value - other) + rounding)
+    emit_spectra(scene, spectra, axes)
 
 
 def _settled(one: _Read, other: _Read, orders: FloatArray, rtol: float) -> BoolArray:
@@ -129,13 +104,6 @@ def _settled(one: _Read, other: _Read, orders: FloatArray, rtol: float) -> BoolA
     each = [harmonics(turn, read.shell_acceleration, orders) for turn, read in (one, other)]
     largest = np.max(np.abs(each[1]), axis=-1)
     return np.asarray(np.max(np.abs(each[1] - each[0]), axis=-1) <= rtol * largest)
-
-
-def _beyond(state: SteadyTurn, drive: RollDrive) -> BoolArray:
-    if drive.holds:
-        return np.zeros(len(state.solved), dtype=bool)
-    slip = drive.synchronous_speed[..., None] - state.turn.crank_speed
-    return np.asarray(np.max(np.abs(slip), axis=-1) > drive.motor.largest)
 
 
 def _machines(built: RollMachine, count: int) -> RollMachine:

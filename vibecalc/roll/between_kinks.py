@@ -9,7 +9,7 @@ import numpy as np
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.gas_tables import TURN
-from vibecalc.kinematics.slider_crank import bottom_dead_centre, piston_path, top_dead_centre
+from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.numerics.rounding import FloatArray, IntArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine, gas_forces, smooth_angles
 
@@ -33,18 +33,9 @@ class Slots(NamedTuple):
 
 
 def slots_of(machine: RollMachine, drive: RollDrive) -> Slots:
-    """Slots of one machine, split at table nodes and, where pistons rub, dead centres."""
+    """Slots of one machine, between its smooth angles."""
     edge = smooth_angles(machine, drive)
-    radius, length, offset = machine.crank_radius, machine.rod_length, machine.wrist_pin_offset
     phase = machine.crank_angle_offset
-    if np.any(machine.piston_friction):
-        top = float(top_dead_centre(radius, length, offset).angle)
-        bottom = float(bottom_dead_centre(radius, length, offset).angle)
-        centres = np.mod(np.concatenate([top - phase, bottom - phase]), TURN)
-        near = np.min(np.abs(centres[:, None] - edge), axis=1) < 1e-9
-        edge = np.sort(np.concatenate([edge, centres[~near]]))
-        edge = edge[np.concatenate([[True], np.diff(edge) > 1e-9])]
-        edge[-1] = TURN
     middle = 0.5 * (edge[1:] + edge[:-1])
     count, cylinders = len(middle), len(drive.gas)
     degree = max([1, *(gas.coefficient.shape[1] for gas in drive.gas if gas is not None)])
@@ -58,7 +49,8 @@ def slots_of(machine: RollMachine, drive: RollDrive) -> Slots:
         base[place] = middle - away
         scaled = machine.gas_scale[place] * gas.coefficient[row]
         coefficient[place, :, : scaled.shape[1]] = scaled
-    moved = piston_path(middle[:, None] + phase, radius, length, offset)
+    train = (machine.crank_radius, machine.rod_length, machine.wrist_pin_offset)
+    moved = piston_path(middle[:, None] + phase, *train)
     tabled = all(gas is None or len(gas.node) > 0 for gas in drive.gas)
     return Slots(edge, base, coefficient, np.sign(moved.velocity), tabled)
 

@@ -1,7 +1,7 @@
 """Time marching of one machine from turn to turn until the turn repeats."""
 
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from vibecalc.excitation.gas_tables import TURN
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.roll.between_kinks import running
 from vibecalc.roll.mechanism import RollDrive, RollMachine, is_mounted
-from vibecalc.roll.turn import Turn
+from vibecalc.roll.turn import Turn, trapezoids
 
 # ----------------------------------------------------------------------------
 # Time marching of one machine from turn to turn until the turn repeats: the plain methods.
@@ -22,23 +22,26 @@ from vibecalc.roll.turn import Turn
 
 #: accelerations (crank, shell) from crank angle, crank speed, shell angle and shell speed
 _Rates = Callable[[float, float, float, float], tuple[float, float]]
+#: time, crank angle, crank speed, shell angle, shell speed, acceleration of crank and of shell
+_Row = tuple[float, float, float, float, float, float, float]
+_TIME, _ANGLE, _SPEED, _SHELL_ANGLE, _SHELL_SPEED, _CRANK, _SHELL = range(7)
+#: the row at the end of each turn, the rows of that turn, and evaluations so far
+_Turns = Iterator[tuple[_Row, Callable[[], list[_Row]], int]]
 
-#: crank angle, crank speed, shell angle, shell speed
-_State = tuple[float, float, float, float]
+METHODS = ("euler", "rk4", "dop853")
 
 
 class March(NamedTuple):
     """The last turn of a march.
 
     `turn` has k points evenly spaced in time or, with a fixed step, the steps and the interpolated
-    ends, with the weights of the trapezoid rule in time. `crank_acceleration` (against the shell)
-    and `shell_acceleration` (k,) in rad/s^2. `turns` were marched; `change` is by how much the
-    last turn differs from the one before: period, and speeds over the mean speed (and with
-    mounts the shell's angle), the largest. `evaluations` of the equations were made.
+    ends, with the weights of the trapezoid rule in time. `shell_acceleration` (k,) in rad/s^2.
+    `turns` were marched; `change` is by how much the last turn differs from the one before: period,
+    and speeds over the mean speed (and with mounts the shell's angle), the largest. `evaluations`
+    of the equations were made.
     """
 
     turn: Turn
-    crank_acceleration: FloatArray
     shell_acceleration: FloatArray
     turns: int
     change: float
@@ -71,99 +74,73 @@ def march_to_repeat(
     """
     if method not in METHODS:
         raise UsageError(f"no method {method!r}; there are {', '.join(METHODS)}")
-    start = (0.0, float(started_at), 0.0, float(shell_speed))
     if started_at <= 0.0:
         raise NumericalFailure("a march to a running state has to start with the crank turning")
     rates = running(machine, drive)
-    settings = _Settings(step, repeats, turns, most, points, is_mounted(machine))
+    state = (0.0, float(started_at), 0.0, float(shell_speed))
+    first = (0.0, *state, *rates(*state))
     if method == "dop853":
-        return March(*march_scipy(rates, start, tolerance, *settings))
-    return _march_fixed(rates, start, method, settings)
-
-
-class _Settings(NamedTuple):
-    step: float
-    repeats: float
-    turns: int | None
-    most: int
-    points: int
-    mounted: bool
-
-
-#: columns of what is kept of a turn: time, the state, and both accelerations
-_TIME, _ANGLE, _SPEED, _SHELL_ANGLE, _SHELL_SPEED, _CRANK, _SHELL = range(7)
-_Row = tuple[float, float, float, float, float, float, float]
-
-
-def _march_fixed(rates: _Rates, start: _State, method: str, settings: _Settings) -> March:
-    rows: list[_Row] = []
-    advance = _euler if method == "euler" else _rk4
-    time, state, number, passed = 0.0, start, 0, [_first_row(rates, start)]
-    change = np.inf
-    while True:
-        rows, time, state = advance(rates, time, state, settings.step, TURN * (number + 1))
-        section = _between(rates, rows[-2], rows[-1], TURN * (number + 1))
-        passed = [*passed[-2:], section]
-        number += 1
-        change = _change(passed, settings.mounted)
-        if number == settings.turns or (settings.turns is None and change <= settings.repeats):
+        marched = _scipy_turns(rates, first, tolerance, points)
+    else:
+        marched = _fixed_turns(rates, first, method, step)
+    marks, change = [first], np.inf
+    for number, turned in enumerate(marched, 1):
+        marks = [*marks[-2:], turned[0]]
+        change = _change(marks, is_mounted(machine))
+        if number == turns or (turns is None and change <= repeats):
             break
-        if number >= settings.most:
-            raise NumericalFailure(_unsettled(method, number, change))
-    inner = [row for row in rows if passed[-2][_TIME] < row[_TIME] < section[_TIME]]
-    table = np.array([passed[-2], *inner, section])
-    steps = round(time / settings.step)
-    return _as_march(table, number, change, steps * (1 if method == "euler" else 4))
+        if number >= most:
+            raise NumericalFailure(
+                f"{method} has not come to a periodic state in {number} turns: the last differs "
+                f"from the one before by {change:.2g} of its mean speed"
+            )
+    _, rows, evaluations = turned
+    table = np.array(rows())
+    time = table[:, _TIME] - table[0, _TIME]
+    speed = table[:, _SPEED]
+    turn = Turn(
+        table[:, _ANGLE] - TURN * (number - 1), trapezoids(time) * speed, time, speed,
+        table[:, _SHELL_SPEED], table[:, _SHELL_ANGLE], np.asarray(time[-1]),
+    )  # fmt: skip
+    return March(turn, table[:, _SHELL], number, change, evaluations)
 
 
-def _euler(
-    rates: _Rates, time: float, state: _State, step: float, goal: float
-) -> tuple[list[_Row], float, _State]:
-    """Steps from `state` until the crank angle passes `goal`; every row, the last one beyond."""
-    b, w, theta, s = state
-    rows: list[_Row] = []
-    keep = rows.append
-    while b < goal:
-        crank, shell = rates(b, w, theta, s)
-        keep((time, b, w, theta, s, crank, shell))
-        b += step * w
-        theta += step * s
-        w += step * crank
-        s += step * shell
-        time += step
-    crank, shell = rates(b, w, theta, s)
-    keep((time, b, w, theta, s, crank, shell))
-    return rows, time, (b, w, theta, s)
+def _fixed_turns(rates: _Rates, first: _Row, method: str, step: float) -> _Turns:
+    advance, stages = (_euler, 1) if method == "euler" else (_rk4, 4)
+    rows, begin, goal = [first], first, 0.0
+    while True:
+        goal += TURN
+        rows = rows[-1:]
+        while rows[-1][_ANGLE] < goal:
+            state = advance(rates, rows[-1], step)
+            rows.append((rows[-1][_TIME] + step, *state, *rates(*state)))
+        end = _between(rates, rows[-2], rows[-1], goal)
+        inner = [row for row in rows if begin[_TIME] < row[_TIME] < end[_TIME]]
+        turn = [begin, *inner, end]
+        yield end, lambda turn=turn: turn, stages * round(rows[-1][_TIME] / step)  # type: ignore[misc]
+        begin = end
 
 
-def _rk4(
-    rates: _Rates, time: float, state: _State, step: float, goal: float
-) -> tuple[list[_Row], float, _State]:
-    b, w, theta, s = state
-    rows: list[_Row] = []
-    half, sixth = 0.5 * step, step / 6.0
-    while b < goal:
-        c1, d1 = rates(b, w, theta, s)
-        rows.append((time, b, w, theta, s, c1, d1))
-        w2, s2 = w + half * c1, s + half * d1
-        c2, d2 = rates(b + half * w, w2, theta + half * s, s2)
-        w3, s3 = w + half * c2, s + half * d2
-        c3, d3 = rates(b + half * w2, w3, theta + half * s2, s3)
-        w4, s4 = w + step * c3, s + step * d3
-        c4, d4 = rates(b + step * w3, w4, theta + step * s3, s4)
-        b += sixth * (w + 2.0 * (w2 + w3) + w4)
-        theta += sixth * (s + 2.0 * (s2 + s3) + s4)
-        w += sixth * (c1 + 2.0 * (c2 + c3) + c4)
-        s += sixth * (d1 + 2.0 * (d2 + d3) + d4)
-        time += step
-    crank, shell = rates(b, w, theta, s)
-    rows.append((time, b, w, theta, s, crank, shell))
-    return rows, time, (b, w, theta, s)
+def _euler(rates: _Rates, row: _Row, h: float) -> tuple[float, float, float, float]:
+    _, b, w, theta, s, crank, shell = row
+    return b + h * w, w + h * crank, theta + h * s, s + h * shell
 
 
-def _first_row(rates: _Rates, state: _State) -> _Row:
-    crank, shell = rates(*state)
-    return (0.0, *state, crank, shell)
+def _rk4(rates: _Rates, row: _Row, h: float) -> tuple[float, float, float, float]:
+    _, b, w, theta, s, c1, d1 = row
+    half, sixth = 0.5 * h, h / 6.0
+    w2, s2 = w + half * c1, s + half * d1
+    c2, d2 = rates(b + half * w, w2, theta + half * s, s2)
+    w3, s3 = w + half * c2, s + half * d2
+    c3, d3 = rates(b + half * w2, w3, theta + half * s2, s3)
+    w4, s4 = w + h * c3, s + h * d3
+    c4, d4 = rates(b + h * w3, w4, theta + h * s3, s4)
+    return (
+        b + sixth * (w + 2.0 * (w2 + w3) + w4),
+        w + sixth * (c1 + 2.0 * (c2 + c3) + c4),
+        theta + sixth * (s + 2.0 * (s2 + s3) + s4),
+        s + sixth * (d1 + 2.0 * (d2 + d3) + d4),
+    )
 
 
 def _between(rates: _Rates, before: _Row, after: _Row, goal: float) -> _Row:
@@ -184,67 +161,12 @@ def _between(rates: _Rates, before: _Row, after: _Row, goal: float) -> _Row:
             high = middle
     s = 0.5 * (low + high)
     speed, shell_speed = cubic(_SPEED, _CRANK, s), cubic(_SHELL_SPEED, _SHELL, s)
-    shell_angle = cubic(_SHELL_ANGLE, _SHELL_SPEED, s)
-    crank, shell = rates(goal, speed, shell_angle, shell_speed)
-    time = before[_TIME] + s * length
-    return (time, goal, speed, shell_angle, shell_speed, crank, shell)
+    state = (goal, speed, cubic(_SHELL_ANGLE, _SHELL_SPEED, s), shell_speed)
+    return (before[_TIME] + s * length, *state, *rates(*state))
 
 
-def _change(passed: list[_Row], mounted: bool) -> float:
-    """Largest relative change over the last of two turns; infinite while there is one only."""
-    if len(passed) < 3:
-        return float(np.inf)
-    first, middle, last = passed
-    period, before = last[_TIME] - middle[_TIME], middle[_TIME] - first[_TIME]
-    mean = TURN / period
-    found = [abs(period - before) / period]
-    found += [abs(last[k] - middle[k]) / mean for k in (_SPEED, _SHELL_SPEED)]
-    if mounted:
-        found.append(abs(last[_SHELL_ANGLE] - middle[_SHELL_ANGLE]))
-    return max(found)
-
-
-def _unsettled(method: str, turns: int, change: float) -> str:
-    return (
-        f"{method} has not come to a periodic state in {turns} turns: the last differs from the "
-        f"one before by {change:.2g} of its mean speed"
-    )
-
-
-def _as_march(table: FloatArray, turns: int, change: float, evaluations: int) -> March:
-    time = table[:, _TIME] - table[0, _TIME]
-    gap = np.diff(time)
-    share = np.zeros(len(time))
-    share[:-1] += 0.5 * gap
-    share[1:] += 0.5 * gap
-    speed = table[:, _SPEED]
-    angle = table[:, _ANGLE] - table[0, _ANGLE]
-    turn = Turn(
-        angle, share * speed, time, speed, table[:, _SHELL_SPEED], table[:, _SHELL_ANGLE],
-        np.asarray(time[-1]),
-    )  # fmt: skip
-    return March(turn, table[:, _CRANK], table[:, _SHELL], turns, change, evaluations)
-
-
-METHODS = ("euler", "rk4", "dop853")
-
-# ----------------------------------------------------------------------------
-# The march of `march.py` with DOP853 as scipy has it, used plainly: a yardstick.
-# ----------------------------------------------------------------------------
-
-
-def march_scipy(
-    rates: Callable[[float, float, float, float], tuple[float, float]],
-    start: tuple[float, float, float, float],
-    tolerance: float,
-    step: float,
-    repeats: float,
-    turns: int | None,
-    most: int,
-    points: int,
-    mounted: bool,
-) -> tuple[Turn, FloatArray, FloatArray, int, float, int]:
-    """The fields of `march.March`; arguments as there. The step is the method's own."""
+def _scipy_turns(rates: _Rates, first: _Row, tolerance: float, points: int) -> _Turns:
+    """The same with DOP853 as scipy has it, used plainly: a yardstick whose step is its own."""
     from scipy.integrate import solve_ivp
 
     def equations(time: float, y: FloatArray) -> tuple[float, float, float, float]:
@@ -255,11 +177,14 @@ def march_scipy(
     def passes(time: float, y: FloatArray) -> float:
         return float(y[0] - goal)
 
+    def row_at(time: float, y: FloatArray) -> _Row:
+        state: tuple[float, float, float, float] = tuple(y.tolist())
+        return (float(time), *state, *rates(*state))
+
     passes.terminal, passes.direction = True, 1.0  # type: ignore[attr-defined]
-    time, state, number, evaluations = 0.0, np.array(start), 0, 0
-    marks = [(time, state)]
+    time, state, goal, evaluations = 0.0, np.array(first[_ANGLE:_CRANK]), 0.0, 0
     while True:
-        goal = TURN * (number + 1)
+        goal += TURN
         # a turn may take ten times as long as its first speed says
         solution = solve_ivp(
             equations, (time, time + 10.0 * TURN / abs(state[1])), state, method="DOP853",
@@ -268,36 +193,24 @@ def march_scipy(
         evaluations += int(solution.nfev)
         if not len(solution.t_events[0]):
             raise NumericalFailure("DOP853 finds no end of the turn: the crank slows to rest")
-        time, state, number = float(solution.t_events[0][0]), solution.y_events[0][0], number + 1
-        marks = [*marks[-2:], (time, state)]
-        change = _change_of_marks(marks, mounted)
-        if number == turns or (turns is None and change <= repeats):
-            break
-        if number >= most:
-            raise NumericalFailure(
-                f"dop853 has not come to a periodic state in {number} turns: the last differs from "
-                f"the one before by {change:.2g} of its mean speed"
-            )
-    period = time - marks[-2][0]
-    places = period * np.arange(points + 1) / points
-    angle, speed, shell_angle, shell_speed = solution.sol(marks[-2][0] + places)
-    rows = zip(angle, speed, shell_angle, shell_speed, strict=True)
-    both = [rates(*(float(value) for value in row)) for row in rows]
-    crank, shell = np.array(both).T
-    share = np.full(points + 1, period / points)
-    share[[0, -1]] *= 0.5
-    turn = Turn(
-        angle - TURN * (number - 1), share * speed, places, speed, shell_speed, shell_angle,
-        np.asarray(period),
-    )  # fmt: skip
-    return turn, crank, shell, number, change, evaluations
+        begin, time, state = time, float(solution.t_events[0][0]), solution.y_events[0][0]
+        places = begin + (time - begin) * np.arange(points + 1) / points
+
+        def rows(places: FloatArray = places, along: Any = solution.sol) -> list[_Row]:
+            return [row_at(*both) for both in zip(places, along(places).T, strict=True)]
+
+        yield row_at(time, state), rows, evaluations
 
 
-def _change_of_marks(marks: list[tuple[float, FloatArray]], mounted: bool) -> float:
+def _change(marks: list[_Row], mounted: bool) -> float:
+    """Largest relative change over the last of two turns; infinite while there is one only."""
     if len(marks) < 3:
         return float(np.inf)
-    (t0, _), (t1, middle), (t2, last) = marks
-    period = t2 - t1
-    off = np.abs(last - middle)
-    found = [abs(period - (t1 - t0)) / period, *(off[[1, 3]] * period / TURN).tolist()]
-    return float(max([*found, off[2]] if mounted else found))
+    first, middle, last = marks
+    period, before = last[_TIME] - middle[_TIME], middle[_TIME] - first[_TIME]
+    mean = TURN / period
+    found = [abs(period - before) / period]
+    found += [abs(last[k] - middle[k]) / mean for k in (_SPEED, _SHELL_SPEED)]
+    if mounted:
+        found.append(abs(last[_SHELL_ANGLE] - middle[_SHELL_ANGLE]))
+    return max(found)

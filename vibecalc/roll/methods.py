@@ -1,7 +1,7 @@
 """The methods to a running state, by name, each with one setting of its accuracy."""
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,19 +22,17 @@ from vibecalc.roll.mechanism import (
 from vibecalc.roll.rates import (
     RollRates,
     demand,
-    free_rates,
-    mounted_rates,
     shell_speed,
 )
 from vibecalc.roll.steady import started_momentum
-from vibecalc.roll.turn import Turn
+from vibecalc.roll.turn import Turn, trapezoids
 
 # ----------------------------------------------------------------------------
 # The running state by Fourier collocation: evenly spaced crank angles, kinks or no kinks.
 # ----------------------------------------------------------------------------
 
 
-class FourierState(NamedTuple):
+class TurnFound(NamedTuple):
     """Turn of one machine (B = 1) at the points, and evaluations of the right-hand side."""
 
     turn: Turn
@@ -43,7 +41,7 @@ class FourierState(NamedTuple):
 
 def fourier_state(
     machine: RollMachine, drive: RollDrive, points: int, momentum: FloatArray
-) -> FourierState:
+) -> TurnFound:
     """Running state with an odd number of points; `momentum` (1,) counts for a free machine.
 
     Kinks leave an error that falls with a power of the number of points only. Raises
@@ -71,7 +69,7 @@ def fourier_state(
     time, period = _time(solution.x, 1.0 / crank)
     weight = np.full_like(crank, 2.0 * np.pi / points)
     turn = Turn(solution.x[None], weight, time, crank, shell, angle, period)
-    return FourierState(turn, rates.evaluations)
+    return TurnFound(turn, rates.evaluations)
 
 
 def _time(x: FloatArray, slowness: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -96,7 +94,7 @@ _CLOSE = 1e-12
 
 def shooting_state(
     machine: RollMachine, drive: RollDrive, steps: int, momentum: FloatArray
-) -> FourierState:
+) -> TurnFound:
     """Running state of one machine (B = 1) with the classical Runge-Kutta method over the angle.
 
     Every panel between nodes of the gas tables has `steps` steps; kinks of the motor's curve are
@@ -113,21 +111,18 @@ def shooting_state(
     start = np.zeros(1 if free else 3)
     start[0] = float(np.max(drive.synchronous_speed)) - float(np.nan_to_num(need.slip[0]))
     size = np.array([start[0]] if free else [start[0], 1e-3, 1e-1])
+    equations = RollRates(machine, drive, momentum if free else None)
     evaluations, last = 0, np.inf
 
     def rates(place: AngleTerms, state: FloatArray) -> tuple[FloatArray, FloatArray]:
         if not state[0] > 0.0:
             raise NumericalFailure("roll: shooting stalls within a turn from where it starts")
-        if free:
-            value, slope = free_rates(machine, drive, place, momentum, state[None])
-            return value[0], slope
-        found = mounted_rates(machine, drive, place, state[None, None])
-        return found.value[0, 0], found.jacobian[0, 0]
+        value, jacobian = equations.at(place, state[None, None])
+        return value[0, 0], jacobian[0, 0]
 
     for _ in range(_MOST):
-        states = _turn_over(rates, x, places[0], places[1], start)
+        path, change = _turn_over(rates, x, places[0], places[1], start)
         evaluations += 4 * (len(x) - 1)
-        path, change = states
         step = np.linalg.solve(np.eye(len(start)) - change, path[-1] - start)
         start = start + step
         moved = float(np.max(np.abs(step) / size))
@@ -140,11 +135,11 @@ def shooting_state(
     at = place_at(machine, drive, x[None])
     shell = shell_speed(at, momentum, crank) if free else path[None, :, 2]
     angle = np.zeros_like(shell) if free else path[None, :, 1]
-    return FourierState(_as_turn(x, crank, shell, angle), evaluations)
+    return TurnFound(_as_turn(x, crank, shell, angle), evaluations)
 
 
 def _turn_over(
-    rates: "_Rates",
+    rates: Callable[[AngleTerms, FloatArray], tuple[FloatArray, FloatArray]],
     x: FloatArray,
     ends: list[AngleTerms],
     middles: list[AngleTerms],
@@ -169,12 +164,6 @@ def _turn_over(
     return np.array(path), change
 
 
-class _Rates(Protocol):
-    """Gives dy/db and its derivatives at a place."""
-
-    def __call__(self, place: AngleTerms, state: FloatArray) -> tuple[FloatArray, FloatArray]: ...
-
-
 def _pick(place: AngleTerms, count: int) -> list[AngleTerms]:
     """The same at every single angle."""
     moved = place.moved
@@ -191,14 +180,10 @@ def _pick(place: AngleTerms, count: int) -> list[AngleTerms]:
 
 def _as_turn(x: FloatArray, crank: FloatArray, shell: FloatArray, angle: FloatArray) -> Turn:
     """Time and integrals by the rule of trapezoids, of second order at kinks as the path is."""
-    step = np.diff(x)
     slowness = 1.0 / crank
-    parts = 0.5 * step * (slowness[:, 1:] + slowness[:, :-1])
-    ends = np.concatenate([np.zeros((1, 1)), np.cumsum(parts, axis=1)], axis=1)
-    weight = np.zeros_like(crank)
-    weight[:, :-1] += 0.5 * step
-    weight[:, 1:] += 0.5 * step
-    return Turn(x[None], weight, ends, crank, shell, angle, ends[:, -1])
+    parts = 0.5 * np.diff(x) * (slowness[:, 1:] + slowness[:, :-1])
+    time = np.concatenate([np.zeros((1, 1)), np.cumsum(parts, axis=1)], axis=1)
+    return Turn(x[None], trapezoids(x)[None], time, crank, shell, angle, time[:, -1])
 
 
 # ----------------------------------------------------------------------------
@@ -209,12 +194,12 @@ def _as_turn(x: FloatArray, crank: FloatArray, shell: FloatArray, angle: FloatAr
 STEP = 0.5e-3
 #: Fourier points without a wish, and steps of shooting between two nodes of the gas tables
 _FOURIER, _SHOOTING = 361, 4
-#: DOP853's tolerance, and that of the march which it is held against: how much of a kink a step of
-#: the same tolerance sees hangs on the last bits
-_PLAIN, _TIGHT = 1e-8, 1e-10
+#: how closely turns of DOP853 repeat, its tolerance, and those of the march which it is held
+#: against: how much of a kink a step of the same tolerance sees hangs on the last bits
+_PLAIN = {"repeats": 3e-5, "points": 720, "tolerance": 1e-8}
+_TIGHT = {"repeats": 1e-5, "points": 1440, "tolerance": 1e-10}
 #: what a step over a kink leaves of any order
 _PAST_KINKS = 2
-_MOST_TURNS = 2000
 #: a multiplier from which on the turns are counted, what shall be left at their end, and the most
 _SLOW, _FADED, _MOST_TURNS = 0.05, 1e-9, 4000
 
@@ -245,40 +230,21 @@ class MethodResult(NamedTuple):
 
 def find(method: str, machine: RollMachine, drive: RollDrive, asked: Settings) -> MethodResult:
     """The running state of one machine (B = 1) by a named method, twice; NumericalFailure."""
-    return METHODS[method](machine, drive, asked)
-
-
-def _fourier(machine: RollMachine, drive: RollDrive, asked: Settings) -> MethodResult:
-    points = asked.points or _FOURIER
-    points += 1 - points % 2
-    momentum = _momentum(machine, asked)
-    plain = fourier_state(machine, drive, points, momentum)
-    finer = fourier_state(machine, drive, 2 * points + 1, momentum)
-    return MethodResult(plain.turn, finer.turn, _PAST_KINKS, plain.evaluations)
-
-
-def _shooting(machine: RollMachine, drive: RollDrive, asked: Settings) -> MethodResult:
-    momentum = _momentum(machine, asked)
-    plain = shooting_state(machine, drive, _SHOOTING, momentum)
-    finer = shooting_state(machine, drive, 2 * _SHOOTING, momentum)
-    return MethodResult(plain.turn, finer.turn, _PAST_KINKS, plain.evaluations)
-
-
-def _fixed(method: str, order: int) -> Callable[[RollMachine, RollDrive, Settings], MethodResult]:
-    def run(machine: RollMachine, drive: RollDrive, asked: Settings) -> MethodResult:
-        step = asked.step or STEP
-        plain = _march(machine, drive, asked, method, step)
-        finer = _march(machine, drive, asked, method, 0.5 * step)
-        return MethodResult(plain[0], finer[0], order, plain[1])
-
-    return run
-
-
-def _dop853(machine: RollMachine, drive: RollDrive, asked: Settings) -> MethodResult:
-    # at its tolerance turns repeat to some millionths at best
-    plain = _march(machine, drive, asked, "dop853", 0.0, 3e-5, tolerance=_PLAIN)
-    finer = _march(machine, drive, asked, "dop853", 0.0, 1e-5, points=1440, tolerance=_TIGHT)
-    return MethodResult(plain[0], finer[0], _PAST_KINKS, plain[1])
+    step = asked.step or STEP
+    order = {"euler": 1, "rk4": 4}.get(method, _PAST_KINKS)
+    if method in ("fourier", "shooting"):
+        momentum, points = asked.momentum, asked.points or _FOURIER
+        if asked.started_at is not None:
+            momentum = started_momentum(machine, asked.started_at)
+        points += 1 - points % 2
+        settings = (points, 2 * points + 1) if method == "fourier" else (_SHOOTING, 2 * _SHOOTING)
+        solve = {"fourier": fourier_state, "shooting": shooting_state}[method]
+        plain, finer = (solve(machine, drive, one, momentum) for one in settings)
+    elif method == "dop853":
+        plain, finer = (_march(machine, drive, asked, method, 0.0, **c) for c in (_PLAIN, _TIGHT))
+    else:
+        plain, finer = (_march(machine, drive, asked, method, h) for h in (step, 0.5 * step))
+    return MethodResult(plain.turn, finer.turn, order, plain.evaluations)
 
 
 def _march(
@@ -288,9 +254,8 @@ def _march(
     method: str,
     step: float,
     repeats: float = 1e-5,
-    points: int = 720,
-    tolerance: float = _PLAIN,
-) -> tuple[Turn, int]:
+    **further: Any,
+) -> TurnFound:
     alone = RollMachine(*(field[0] for field in member(machine, 0)))
     turns = None
     if asked.fading > _SLOW:
@@ -307,33 +272,10 @@ def _march(
             inertia = float(machine.shell_inertia[0] + machine.rotor_inertia[0])
             shell = (float(asked.momentum[0]) - still) / inertia
     repeating = march_to_repeat(
-        alone,
-        drive,
-        method,
-        started_at=speed,
-        shell_speed=shell,
-        step=step or STEP,
+        alone, drive, method, started_at=speed, shell_speed=shell, step=step or STEP, turns=turns,
         most=_MOST_TURNS if step else _MOST_TURNS // 4,
-        repeats=max(repeats, 2.0 * (step * speed / (2.0 * np.pi)) ** 2),
-        turns=turns,
-        points=points,
-        tolerance=tolerance,
-    )
+        repeats=max(repeats, 2.0 * (step * speed / (2.0 * np.pi)) ** 2), **further,
+    )  # fmt: skip
     fields = repeating.turn._asdict().items()
-    there = {name: np.asarray(field)[None] for name, field in fields if field is not None}
-    return Turn(**there), repeating.evaluations
-
-
-def _momentum(machine: RollMachine, asked: Settings) -> FloatArray:
-    if asked.started_at is None:
-        return asked.momentum
-    return started_momentum(machine, asked.started_at)
-
-
-METHODS: dict[str, Callable[[RollMachine, RollDrive, Settings], MethodResult]] = {
-    "fourier": _fourier,
-    "shooting": _shooting,
-    "dop853": _dop853,
-    "rk4": _fixed("rk4", 4),
-    "euler": _fixed("euler", 1),
-}
+    there = {name: np.asarray(part)[None] for name, part in fields if part is not None}
+    return TurnFound(Turn(**there), repeating.evaluations)

@@ -8,19 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.gas_tables import FORCE_INTERPOLATIONS, force_at, gas_force
+from vibecalc.excitation.gas_tables import FORCE_INTERPOLATIONS, gas_force
 from vibecalc.excitation.induction_motor import InductionMotor
 from vibecalc.excitation.induction_motor_fit import MotorFit, fit_induction_motor
 from vibecalc.excitation.induction_motor_flux import CircuitMotor, circuit_motor
 from vibecalc.excitation.induction_motor_identify import transient_inductance, with_stator_leakage
 from vibecalc.excitation.slip_torque import SlipCurve, linear_motor, slip_curve
 from vibecalc.kinds import working
-from vibecalc.kinematics.slider_crank import piston_path
 from vibecalc.numerics.leading import side_by_side
 from vibecalc.parts.crank_train import build_crank_train, moving, rod_share, working_names
 from vibecalc.parts.drive_checks import suits
 from vibecalc.parts.motor_tables import Motor
-from vibecalc.roll.mechanism import RollDrive, RollMachine, roll_machine
+from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, roll_machine
+from vibecalc.roll.rates import demand
 from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
@@ -91,8 +91,6 @@ def _moved(fit: MotorFit) -> InductionMotor:
 # ----------------------------------------------------------------------------
 
 Array = NDArray[np.float64]
-#: Points of the turn at which a mean torque is taken that decides on a warning only.
-POINTS = 1440
 
 
 class GasTable(NamedTuple):
@@ -216,26 +214,14 @@ def interpolations(gas: tuple[GasTable | None, ...]) -> tuple[str, ...]:
 
 
 def mean_demand(case: Case) -> float:
-    """Mean torque in N m that gas and friction take from the motor over one turn, roughly.
+    """Mean torque in N m that gas and friction take from the motor over one turn.
 
-    The gas of a piston takes F dr/db in the mean, with r its distance from the crank axis; piston
-    friction its force times the way of a turn. Viscous friction counts at synchronous speed.
+    Viscous friction counts at synchronous speed.
     """
     parts = build_roll(case)
-    machine, drive = parts.machine, roll_drive(parts)
-    turn = 2.0 * np.pi * np.arange(POINTS) / POINTS
-    angle = turn[:, None] + machine.crank_angle_offset
-    stroke = piston_path(
-        angle, machine.crank_radius, machine.rod_length, machine.wrist_pin_offset
-    ).velocity
-    force = np.zeros_like(angle)
-    for place, gas in enumerate(drive.gas):
-        if gas is not None:
-            force[:, place] = force_at(gas, angle[:, place])
-    sliding = machine.piston_friction * (machine.reciprocating_mass > 0.0)
-    rubbing = np.mean(np.sum(sliding * np.abs(stroke), axis=1))
-    steady = machine.friction_torque + machine.friction_damping * drive.synchronous_speed
-    return float(np.mean(np.sum(force * stroke, axis=1)) + rubbing + steady)
+    machine, drive = as_batch(parts.machine), roll_drive(parts)
+    viscous = machine.friction_damping * drive.synchronous_speed
+    return float((demand(machine, drive).torque + viscous)[0])
 
 
 def _rod_difference(case: Case) -> Array:

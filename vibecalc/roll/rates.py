@@ -12,7 +12,11 @@ from vibecalc.excitation.induction_motor_flux import (
 )
 from vibecalc.excitation.slip_torque import Torque, breakdown, rising_branch
 from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.periodic.panels import PeriodicProblem
+from vibecalc.numerics.periodic.panels import (
+    PeriodicProblem,
+    PeriodicSolution,
+    running_integral,
+)
 from vibecalc.numerics.rounding import BoolArray, FloatArray, IntArray
 from vibecalc.roll.mechanism import (
     AngleTerms,
@@ -21,6 +25,7 @@ from vibecalc.roll.mechanism import (
     accelerations,
     is_mounted,
     motor_torque,
+    mount_torque,
     place_at,
     smooth_angles,
     steady_curve,
@@ -54,21 +59,16 @@ class TermsOfTurn(NamedTuple):
     place: AngleTerms
 
 
-def terms_of_turn(machine: RollMachine, drive: RollDrive, edges: FloatArray) -> TermsOfTurn:
+def terms_of_turn(
+    machine: RollMachine, drive: RollDrive, edges: FloatArray, points: int = POINTS_OF_TERMS
+) -> TermsOfTurn:
     """What depends on the crank angle alone, over a turn whose smooth angles are `edges`."""
-    rule = gauss_rule(POINTS_OF_TERMS)
+    rule = gauss_rule(points)
     widths = np.diff(edges)[:, None]
     angle = (edges[:-1, None] + widths * rule.nodes).ravel()
     every = np.broadcast_to(angle, (*machine.crank_radius.shape, len(angle)))
     weight = (widths * rule.weights).ravel()
     return TermsOfTurn(edges, angle, weight, place_at(machine, drive, every))
-
-
-class Rates(NamedTuple):
-    """dy/db (..., k, n) and its Jacobian (..., k, n, n)."""
-
-    value: FloatArray
-    jacobian: FloatArray
 
 
 def free_rates(
@@ -78,14 +78,13 @@ def free_rates(
     momentum: FloatArray,
     speed: FloatArray,
     interval: IntArray | None = None,
-    driving: Torque | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """dw/db and its derivative by w (..., k) for a free shell with angular momentum (...,).
 
-    `driving` replaces the steady torque of the motor at the slip.
+    The form of `RollRates.at` that sweeps of machines with a steady curve run.
     """
     moved = place.moved
-    motor, slope = driving or motor_torque(machine, drive, speed, interval)
+    motor, slope = motor_torque(machine, drive, speed, interval)
     share = moved.coupling / moved.shell
     effective = moved.determinant / moved.shell
     steep = (
@@ -98,107 +97,9 @@ def free_rates(
     return rate, change / effective
 
 
-def mounted_rates(
-    machine: RollMachine,
-    drive: RollDrive,
-    place: AngleTerms,
-    state: FloatArray,
-    interval: IntArray | None = None,
-    driving: Torque | None = None,
-) -> Rates:
-    """dy/db for y = (w, shell angle, s) (..., k, 3), the shell held by mounts; see `free_rates`."""
-    speed, angle, shell = state[..., 0], state[..., 1], state[..., 2]
-    moved = place.moved
-    motor, slope = driving or motor_torque(machine, drive, speed, interval)
-    stiffness, damping = machine.shell_stiffness[..., None], machine.shell_damping[..., None]
-    outer = -stiffness * angle - damping * shell
-    inner = motor + place.load - place.drag * speed
-    accelerated = accelerations(moved, speed, shell, outer, inner)
-    value = np.stack([accelerated.crank, shell, accelerated.shell], axis=-1) / speed[..., None]
-
-    # derivatives of the two torques by w, angle, s
-    outer_by = np.stack(
-        [
-            -moved.shell_slope * shell - 2.0 * moved.coupling_slope * speed,
-            np.broadcast_to(-stiffness, speed.shape),
-            -damping - moved.shell_slope * speed,
-        ],
-        axis=-1,
-    )
-    inner_by = np.stack(
-        [
-            -slope - place.drag - moved.crank_slope * speed,
-            np.zeros_like(speed),
-            moved.shell_slope * shell,
-        ],
-        axis=-1,
-    )
-    j, n, q, over = (
-        np.asarray(part)[..., None]
-        for part in (moved.shell, moved.coupling, moved.crank, moved.determinant * speed)
-    )
-    jacobian = np.zeros((*speed.shape, 3, 3))
-    jacobian[..., 0, :] = (j * inner_by - n * outer_by) / over
-    jacobian[..., 1, 2] = 1.0 / speed
-    jacobian[..., 2, :] = (q * outer_by - n * inner_by) / over
-    jacobian[..., :, 0] -= value / speed[..., None]
-    return Rates(value, jacobian)
-
-
 def shell_speed(place: AngleTerms, momentum: FloatArray, speed: FloatArray) -> FloatArray:
     """Angular speed s of a free shell with angular momentum (...,), at crank speeds (..., k)."""
     return np.asarray((momentum[..., None] - place.moved.coupling * speed) / place.moved.shell)
-
-
-# ----------------------------------------------------------------------------
-# Rates over the crank angle where the fluxes of the motor are states.
-#
-# The motor's equations hold in time, df/dt = (A + w B) f + u with T = f' S f / 2
-# (`excitation/induction_motor_flux.py`); with the crank angle for time they are divided by w, as
-# the others are. They reach the machine through the torque alone, and the machine them through w.
-# ----------------------------------------------------------------------------
-
-
-def driven_rates(
-    machine: RollMachine,
-    drive: RollDrive,
-    place: AngleTerms,
-    momentum: FloatArray | None,
-    state: FloatArray,
-) -> Rates:
-    """dy/db (..., k, n) and Jacobian for y = (w, fluxes) or (w, shell angle, s, fluxes).
-
-    `momentum` (...,) is that of a free shell, None with mounts; `drive.circuit` is the motor.
-    """
-    circuit = motor_of(drive)
-    speed = state[..., 0]
-    rigid = state.shape[-1] - circuit.states
-    flux = state[..., rigid:]
-    scale = machine.motor_scale[..., None]
-    pull = flux_torque(circuit.system, flux)
-    driving = Torque(scale * pull.value, np.zeros_like(speed))
-    moved = place.moved
-    value, jacobian = np.empty_like(state), np.zeros((*state.shape, state.shape[-1]))
-    if momentum is not None:
-        rate, slope = free_rates(machine, drive, place, momentum, speed, None, driving)
-        value[..., 0], jacobian[..., 0, 0] = rate, slope
-        answer = (moved.shell / moved.determinant)[..., None]
-    else:
-        mounted = mounted_rates(machine, drive, place, state[..., :rigid], None, driving)
-        value[..., :rigid], jacobian[..., :rigid, :rigid] = mounted.value, mounted.jacobian
-        parts = (moved.shell, np.zeros_like(moved.shell), -moved.coupling)
-        answer = np.stack(parts, axis=-1) / moved.determinant[..., None]
-    # what a newton metre more of the motor does to w, shell angle and s, over w
-    answer = answer / speed[..., None]
-    jacobian[..., :rigid, rigid:] = (
-        answer[..., None] * (scale[..., None] * pull.by_flux)[..., None, :]
-    )
-    moving = flux_rates(circuit.system, flux, speed)
-    over = (speed * circuit.pace)[..., None]
-    value[..., rigid:] = moving.rates / over
-    jacobian[..., rigid:, rigid:] = moving.by_flux / over[..., None]
-    jacobian[..., rigid:, 0] = moving.by_speed / over - value[..., rigid:] / speed[..., None]
-    return Rates(value, jacobian)
 
 
 def driving_torque(machine: RollMachine, drive: RollDrive, state: FloatArray) -> FloatArray | None:
@@ -234,15 +135,31 @@ def motor_of(drive: RollDrive) -> CircuitMotor:
 # ----------------------------------------------------------------------------
 
 
+class Bare(NamedTuple):
+    """Accelerations (..., k) without the torque of the motor, their slopes by the states
+    (..., k, n), and what one N m of it adds.
+    """
+
+    shell: FloatArray
+    crank: FloatArray
+    shell_by: FloatArray
+    crank_by: FloatArray
+    shell_gain: FloatArray
+    crank_gain: FloatArray
+
+
 class RollRates:
     """dy/db at (B, P, s) crank angles; what depends on the angle alone is kept with it.
 
     For a free shell y = (w,) and `momentum` (B,) is its angular momentum; else y = (w, shell angle,
-    shell speed) and `momentum` is None. The fluxes of a motor with transients follow behind.
+    shell speed) and `momentum` is None. The fluxes of a motor with transients follow behind: their
+    equations hold in time, df/dt = (A + w B) f + u with T = f' S f / 2
+    (`excitation/induction_motor_flux.py`), and reach the machine through the torque alone.
     """
 
     def __init__(self, machine: RollMachine, drive: RollDrive, momentum: FloatArray | None):
         self.machine, self.drive, self.momentum = machine, drive, momentum
+        self.rigid = 3 if momentum is None else 1
         self.evaluations = 0
         self._angles: FloatArray | None = None
         self._place: AngleTerms | None = None
@@ -257,41 +174,136 @@ class RollRates:
 
     def place(self, crank_angle: FloatArray) -> AngleTerms:
         """Inertia and torques at the angles (B, P, s), as (B, P s)."""
-        if self._place is None or not self._known(crank_angle):
+        known = self._angles
+        same = known is crank_angle or (known is not None and np.array_equal(known, crank_angle))
+        if self._place is None or not same:
             flat = crank_angle.reshape(len(crank_angle), -1)
             self._place = place_at(self.machine, self.drive, flat)
             self._angles = crank_angle
         return self._place
-
-    def _known(self, crank_angle: FloatArray) -> bool:
-        known = self._angles
-        return known is crank_angle or (known is not None and np.array_equal(known, crank_angle))
 
     def __call__(
         self, crank_angle: FloatArray, state: FloatArray, interval: IntArray | None
     ) -> tuple[FloatArray, FloatArray]:
         members, panels, points = crank_angle.shape
         self.evaluations += crank_angle.size
-        place = self.place(crank_angle)
         flat = state.reshape(members, panels * points, -1)
-        if self.drive.fluxes:
-            safe = np.where(flat[..., :1] > 0.0, flat, np.nan)
-            evaluated = driven_rates(self.machine, self.drive, place, self.momentum, safe)
-            return evaluated.value.reshape(state.shape), evaluated.jacobian.reshape(
-                *state.shape, state.shape[-1]
-            )
+        flat = np.where(flat[..., :1] > 0.0, flat, np.nan)
         chosen = None if interval is None else np.repeat(interval, points, axis=1)
+        value, jacobian = self.at(self.place(crank_angle), flat, chosen)
+        return value.reshape(state.shape), jacobian.reshape(*state.shape, state.shape[-1])
+
+    def at(
+        self, place: AngleTerms, state: FloatArray, interval: IntArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """dy/db (B, k, n) and its Jacobian (B, k, n, n) at places of known terms."""
+        if self.momentum is not None and state.shape[-1] == 1:
+            parts = (self.machine, self.drive, place, self.momentum, state[..., 0], interval)
+            rate, change = free_rates(*parts)
+            return rate[..., None], change[..., None, None]
+        return self._of_all(place, state, interval)
+
+    def _of_all(
+        self, place: AngleTerms, state: FloatArray, interval: IntArray | None
+    ) -> tuple[FloatArray, FloatArray]:
+        speed, bare = state[..., 0], self.bare(place, state)
+        torque, torque_by = self.driving(bare, state, interval)
+        shell = bare.shell + bare.shell_gain * torque
+        shell_by = bare.shell_by + bare.shell_gain[..., None] * torque_by
+        value, by = np.empty_like(state), np.zeros((*state.shape, state.shape[-1]))
+        value[..., 0] = bare.crank + bare.crank_gain * torque
+        by[..., 0, :] = bare.crank_by + bare.crank_gain[..., None] * torque_by
+        if self.momentum is None:
+            value[..., 1], by[..., 1, 2] = state[..., 2], 1.0
+            value[..., 2], by[..., 2, :] = shell, shell_by
+        if state.shape[-1] > self.rigid:
+            further = self.further(state, shell, shell_by)
+            value[..., self.rigid :], by[..., self.rigid :, :] = further
+        value /= speed[..., None]
+        by /= speed[..., None, None]
+        by[..., :, 0] -= value / speed[..., None]
+        return value, by
+
+    def bare(self, place: AngleTerms, state: FloatArray) -> Bare:
+        """Rotor, shell and load at states (B, k, n), all but the motor."""
+        moved, speed = place.moved, state[..., 0]
+        outer, outer_by = np.zeros_like(speed), np.zeros(state.shape)
+        inner_by = np.zeros(state.shape)
+        # the speed of a free shell is no state: it follows the crank's
+        row, rate = 2, np.ones_like(speed)
         if self.momentum is not None:
-            speed = np.where(flat[..., 0] > 0.0, flat[..., 0], np.nan)
-            rate, slope = free_rates(self.machine, self.drive, place, self.momentum, speed, chosen)
-            return rate.reshape(state.shape), slope.reshape(*state.shape, 1)
-        safe = np.where(flat[..., :1] > 0.0, flat, np.nan)
-        evaluated = mounted_rates(self.machine, self.drive, place, safe, chosen)
-        return evaluated.value.reshape(state.shape), evaluated.jacobian.reshape(*state.shape, 3)
+            shell = shell_speed(place, self.momentum, speed)
+            row, rate = 0, np.asarray(-moved.coupling / moved.shell)
+        else:
+            shell = state[..., 2]
+            outer = mount_torque(self.machine, state[..., 1], shell)
+            outer_by[..., 1] = -self.machine.shell_stiffness[..., None]
+            outer_by[..., 2] = -self.machine.shell_damping[..., None]
+        inner = place.load - place.drag * speed
+        outer_by[..., 0] -= moved.shell_slope * shell + 2.0 * moved.coupling_slope * speed
+        inner_by[..., 0] = -place.drag - moved.crank_slope * speed
+        outer_by[..., row] -= moved.shell_slope * speed * rate
+        inner_by[..., row] += moved.shell_slope * shell * rate
+        j, n, q, over = moved.shell, moved.coupling, moved.crank, moved.determinant
+        wide = [part[..., None] for part in np.broadcast_arrays(j, n, q, over)]
+        return Bare(
+            *accelerations(moved, speed, shell, outer, inner),
+            (wide[2] * outer_by - wide[1] * inner_by) / wide[3],
+            (wide[0] * inner_by - wide[1] * outer_by) / wide[3],
+            np.asarray(-n / over),
+            np.asarray(j / over),
+        )
+
+    def driving(self, bare: Bare, state: FloatArray, interval: IntArray | None) -> Torque:
+        """Torque of the motor (B, k), N m, and its slopes by the states (B, k, n)."""
+        by = np.zeros(state.shape)
+        if self.drive.fluxes:
+            scale = self.machine.motor_scale[..., None]
+            pull = flux_torque(motor_of(self.drive).system, state[..., self.rigid :])
+            by[..., self.rigid :] = scale[..., None] * pull.by_flux
+            return Torque(scale * pull.value, by)
+        motor = motor_torque(self.machine, self.drive, state[..., 0], interval)
+        by[..., 0] = -motor.slope
+        return Torque(motor.value, by)
+
+    def further(
+        self, state: FloatArray, shell: FloatArray, shell_by: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Rates in time of the states behind those of crank and shell, and their slopes by all.
+
+        `shell` is the acceleration of the shell with its slopes `shell_by`.
+        """
+        circuit = motor_of(self.drive)
+        moving = flux_rates(circuit.system, state[..., self.rigid :], state[..., 0])
+        by = np.zeros((*moving.rates.shape, state.shape[-1]))
+        by[..., 0], by[..., self.rigid :] = moving.by_speed, moving.by_flux
+        return moving.rates / circuit.pace, by / circuit.pace
 
     def slip(self, state: FloatArray) -> FloatArray:
         """Slip speed at states (B, P, s, n); the interval of the motor's curve follows from it."""
         return np.asarray(self.drive.synchronous_speed[..., None, None] - state[..., 0])
+
+
+def turn_of(rates: RollRates, solution: PeriodicSolution) -> Turn:
+    """The turns (B,) of a solution at its points."""
+    members, states = len(solution.edges), solution.stages
+    speed = states[..., 0]
+    time, ends = running_integral(solution.edges, 1.0 / speed)
+    if rates.momentum is None:
+        angle, shell = states[..., 1], states[..., 2]
+    else:
+        place = rates.place(solution.nodes)
+        shell = shell_speed(place, rates.momentum, speed.reshape(members, -1)).reshape(speed.shape)
+        # the angle of a free shell is anybody's: it counts from where the turn begins
+        angle, _ = running_integral(solution.edges, shell / speed)
+    b, weight, t, w, s, theta = (
+        part.reshape(members, -1)
+        for part in (solution.nodes, solution.weights, time, speed, shell, angle)
+    )
+    driving = driving_torque(
+        rates.machine, rates.drive, states.reshape(members, -1, states.shape[-1])
+    )
+    return Turn(b, weight, t, w, s, theta, ends[:, -1], driving)
 
 
 def roll_problem(

@@ -46,6 +46,12 @@ _PEAKS = {
 }
 #: works of one turn, of which that of the motor feeds the others
 _WORK = f"{ROLL}/energy/motor"
+WORKS = {
+    "motor": "of the motor",
+    "gas": "that the gas takes",
+    "friction": "that friction takes",
+    "mounts": "that the mounts take",
+}
 _BY_ORDER = "order"
 _BY_CYLINDER = "cylinder order"
 
@@ -106,10 +112,10 @@ ROLL_ENTRIES = (
         "multipliers that are 1 whatever the machine: phase, and for a free shell its angle and "
         "its momentum",
     ),
-    entry(f"{ROLL}/energy/motor", "", "J", "work of the motor in a turn", part_of=_WORK),
-    entry(f"{ROLL}/energy/gas", "", "J", "work that the gas takes in a turn", part_of=_WORK),
-    entry(f"{ROLL}/energy/friction", "", "J", "work that friction takes in a turn", part_of=_WORK),
-    entry(f"{ROLL}/energy/mounts", "", "J", "work that the mounts take in a turn", part_of=_WORK),
+    *(
+        entry(f"{ROLL}/energy/{name}", "", "J", f"work {words} in a turn", part_of=_WORK)
+        for name, words in WORKS.items()
+    ),
     entry(f"{ROLL}/energy/residual", "", "J", "what is left over; zero for the exact motion",
           exempt=CHECK, diagnostic=True),
     entry(
@@ -291,18 +297,10 @@ MOTOR_ENTRIES = (
 )  # fmt: skip
 
 #: what has to be solved for next to the motion that the case asks for
-COMPARED = tuple(
-    f"{MOTOR}/{name}"
-    for name in (
-        "static_speed",
-        "table_speed",
-        "static_level",
-        "table_level",
-        "dynamics_change",
-        "fit_change",
-        "cycle/static_slip",
-        "cycle/static_torque",
-    )
+COMPARED = (
+    *(f"{MOTOR}/{name}_{of}" for of in ("speed", "level") for name in ("static", "table")),
+    *(f"{MOTOR}/{name}_change" for name in ("dynamics", "fit")),
+    *(f"{MOTOR}/cycle/static_{name}" for name in ("slip", "torque")),
 )
 
 # ----------------------------------------------------------------------------

@@ -25,8 +25,14 @@ from vibecalc.roll.rates import (
     surely_fastest,
     with_steady_flux,
 )
-from vibecalc.roll.steady import SteadyTurn, multipliers, started_momentum, steady_state
-from vibecalc.roll.turn import Turn, harmonics, hides, readings
+from vibecalc.roll.steady import (
+    SteadyTurn,
+    multipliers,
+    started_momentum,
+    steady_state,
+    within_table,
+)
+from vibecalc.roll.turn import Turn, hides, readings, shell_harmonics, trapezoids
 
 # ----------------------------------------------------------------------------
 # A turn at any crank angle: from collocation polynomials exactly, from samples by cubics.
@@ -88,11 +94,7 @@ def _sampled(turn: Turn, angles: FloatArray) -> Turn:
             ("shell_angle", grown),
         )
     }
-    step = np.diff(angles)
-    weight = np.zeros(len(angles))
-    weight[:-1] += 0.5 * step
-    weight[1:] += 0.5 * step
-    return Turn(angles[None], weight[None], period=turn.period, **values)
+    return Turn(angles[None], trapezoids(angles)[None], period=turn.period, **values)
 
 
 def _apart(angles: FloatArray) -> BoolArray:
@@ -438,17 +440,10 @@ def _spectra_apart(
     machine: RollMachine, drive: RollDrive, one: SteadyTurn, other: SteadyTurn, orders: int
 ) -> float:
     """Largest difference of the spectra of the shell's acceleration, over the largest harmonic."""
-    each = [
-        harmonics(
-            state.turn,
-            readings(
-                machine, drive, state.turn, pistons=False, place=state.place
-            ).shell_acceleration,
-            np.arange(1.0, orders + 1),
-        )
-        for state in (one, other)
-    ]
-    return float(np.max(np.abs(each[1] - each[0])) / np.max(np.abs(each[1])))
+    first, second = (
+        shell_harmonics(machine, drive, state.turn, orders, state.place) for state in (one, other)
+    )
+    return float(np.max(np.abs(second - first)) / np.max(np.abs(second)))
 
 
 def _motion_apart(
@@ -473,10 +468,9 @@ def _check_stable(value: ComplexArray, error: FloatArray) -> None:
 
 
 def _check_slip(state: SteadyTurn, drive: RollDrive) -> None:
-    slip = drive.synchronous_speed[..., None] - state.turn.crank_speed
-    largest = float(np.max(np.abs(slip)))
-    if drive.circuit is not None or drive.holds or largest <= drive.motor.largest:
+    if within_table(state, drive)[0]:
         return
+    largest = float(np.max(np.abs(drive.synchronous_speed[..., None] - state.turn.crank_speed)))
     raise NumericalFailure(
         f"roll: the slip reaches {largest * _RPM:.6g} rpm, beyond the motor's table, which ends at "
         f"{drive.motor.largest * _RPM:.6g} rpm; give a longer table, or machine.motor.beyond = "

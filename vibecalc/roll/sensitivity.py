@@ -10,8 +10,8 @@ from vibecalc.numerics.rounding import EPSILON, BoolArray, FloatArray
 from vibecalc.roll.mechanism import PER_CYLINDER, RollDrive, RollMachine, member
 from vibecalc.roll.rates import surely_fastest
 from vibecalc.roll.running import running_state
-from vibecalc.roll.steady import SteadyTurn, multipliers, steady_state
-from vibecalc.roll.turn import harmonics, level, readings
+from vibecalc.roll.steady import SteadyTurn, is_stable, steady_state, within_table
+from vibecalc.roll.turn import level, shell_harmonics
 
 # ----------------------------------------------------------------------------
 # Slopes: by how much each parameter changes each harmonic of the shell, for small changes.
@@ -66,12 +66,7 @@ def sensitivity(
             f"roll: with {lost} changed by two thousandths the running state is lost, so that its "
             "levels have no slope; leave sensitivity away"
         )
-    spectrum = harmonics(
-        state.turn,
-        readings(batch, drive, state.turn, pistons=False, place=state.place).shell_acceleration,
-        np.asarray(orders, dtype=float),
-    )
-    high = level(spectrum).reshape(len(rows), len(_FACTORS), len(orders))
+    high = _levels(batch, drive, state, orders).reshape(len(rows), len(_FACTORS), len(orders))
     near = (high[:, 0] - high[:, 1]) / (np.log1p(_STEP) - np.log1p(-_STEP))
     far = (high[:, 2] - high[:, 3]) / (np.log1p(2.0 * _STEP) - np.log1p(-2.0 * _STEP))
     slope = (4.0 * near - far) / 3.0
@@ -172,7 +167,7 @@ def changes(
     finer = steady_state(usable, drive, points + 2, started_at=started_at, start=first)
     level, other = (_levels(usable, drive, state, orders) for state in (first, finer))
     sure = first.solved & finer.solved & surely_fastest(usable, drive, first.turn)
-    sure &= _stable(first) & _within(first, drive)
+    sure &= is_stable(first) & within_table(first, drive)
     reasons: dict[int, str] = {}
     for place in np.flatnonzero(~sure | ~fits):
         if not fits[place]:
@@ -241,24 +236,11 @@ def _alone(
 def _levels(
     machine: RollMachine, drive: RollDrive, state: SteadyTurn, orders: Sequence[int]
 ) -> FloatArray:
-    read = readings(machine, drive, state.turn, pistons=False, place=state.place)
-    return level(harmonics(state.turn, read.shell_acceleration, np.asarray(orders, dtype=float)))
+    numbers = np.asarray(orders, dtype=float)
+    return level(shell_harmonics(machine, drive, state.turn, numbers, state.place))
 
 
 def _turns(batch: RollMachine) -> BoolArray:
     """Whether the rod reaches over the crank, in all positions of all cylinders."""
     offset = np.abs(batch.wrist_pin_offset)
     return np.asarray(batch.rod_length > batch.crank_radius + offset)
-
-
-def _stable(state: SteadyTurn) -> BoolArray:
-    value, error = multipliers(state)
-    return np.asarray(np.all(np.abs(value) <= 1.0 + error, axis=-1))
-
-
-def _within(state: SteadyTurn, drive: RollDrive) -> BoolArray:
-    """Whether the slip stays in the table of the motor."""
-    if drive.circuit is not None or drive.holds:
-        return np.ones(len(state.solved), dtype=bool)
-    slip = drive.synchronous_speed[..., None] - state.turn.crank_speed
-    return np.asarray(np.max(np.abs(slip), axis=-1) <= drive.motor.largest)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vibecalc.core.run.stage import (
     Entries,
@@ -54,12 +54,9 @@ def plan_roll(case: "Case") -> Iterator[Stage]:
 
 
 def _roll(case: "Case") -> Stage:
-    assert case.response is not None and case.response.roll is not None
-    options = case.response.roll
+    options, dynamic = _options(case, "roll"), _dynamic(case)
     left_out = [path for key, path in _OPTIONAL.items() if not getattr(options, key)]
     left_out += [] if options.classical else ["response/roll/shaking/"]
-    motor = case.machine.motor
-    dynamic = motor is not None and motor.kind == "dynamic"
     left_out += [] if dynamic else ["response/roll/motor/"]
     runs = 1 + 4 * options.interpolations + len(options.compare) + 2 * options.sensitivity
     runs += 2 * dynamic
@@ -107,17 +104,13 @@ TOGETHER = (
 
 def _one_by_one(case: "Case") -> str:
     """Why running states of this case are not found together."""
-    roll, motor = case.response and case.response.roll, case.machine.motor
-    if not roll or roll.method != "collocation":
+    if _options(case, "roll").method != "collocation":
         return "this method is run point by point"
-    if motor is None or motor.kind == "dynamic":
-        return "a dynamic motor is run point by point"
-    return ""
+    return "a dynamic motor is run point by point" if _dynamic(case) else ""
 
 
 def _start_up(case: "Case") -> Stage:
-    assert case.response is not None and case.response.start_up is not None
-    options = case.response.start_up
+    options = _options(case, "start_up")
     left_out: tuple[str, ...] = () if options.load is not None else ("/load/",)
     cost = f"{options.duration:.6g} s followed twice, with a step or more between table nodes"
     if options.angles is None:
@@ -139,8 +132,7 @@ def _start_up(case: "Case") -> Stage:
 
 
 def _control(case: "Case") -> Stage:
-    assert case.response is not None and case.response.control is not None
-    options = case.response.control
+    options = _options(case, "control")
     parts = {
         "motor_gains": options.motor_gains,
         "grid": options.gains or options.feedbacks,
@@ -177,44 +169,47 @@ _TURN = 2.0 * math.pi
 
 
 def _orders_of_roll(case: "Case") -> Harmonics:
-    assert case.response is not None and case.response.roll is not None
-    return first_orders(case.response.roll.orders, "[response.roll] orders, of the steady motion")
-
-
-def _orders_of_control(case: "Case") -> Harmonics:
-    assert case.response is not None and case.response.control is not None
-    return first_orders(case.response.control.orders, "[response.control] orders")
-
-
-def _work_of_roll(case: "Case", orders: int) -> Work:
-    assert case.response is not None and case.response.roll is not None
-    options, motor = case.response.roll, case.machine.motor
-    dynamic = motor is not None and motor.kind == "dynamic"
-    problems = 2 + 1 + 4 * options.interpolations + 2 * options.sensitivity + 2 * dynamic
-    marches = len(options.compare) + (options.method not in ("collocation", "fourier"))
-    return (
-        (problems, "periodic_motor" if dynamic else "periodic"),
-        (marches, "march"),
+    return first_orders(
+        _options(case, "roll").orders, "[response.roll] orders, of the steady motion"
     )
 
 
+def _orders_of_control(case: "Case") -> Harmonics:
+    return first_orders(_options(case, "control").orders, "[response.control] orders")
+
+
+def _work_of_roll(case: "Case", orders: int) -> Work:
+    options, dynamic = _options(case, "roll"), _dynamic(case)
+    problems = 2 + 1 + 4 * options.interpolations + 2 * options.sensitivity + 2 * dynamic
+    marches = len(options.compare) + (options.method not in ("collocation", "fourier"))
+    return (problems, "periodic_motor" if dynamic else "periodic"), (marches, "march")
+
+
 def _work_of_start_up(case: "Case", orders: int) -> Work:
-    assert case.response is not None and case.response.start_up is not None
-    options, motor = case.response.start_up, case.machine.motor
+    options, motor = _options(case, "start_up"), case.machine.motor
     speed = (motor.synchronous_speed if motor is not None else None) or 100.0
     turns = math.ceil(options.duration * speed / _TURN)
-    return ((turns, "turn_of_start"), (options.angles or 0, "start_angle"))
+    return (turns, "turn_of_start"), (options.angles or 0, "start_angle")
 
 
 def _work_of_control(case: "Case", orders: int) -> Work:
-    assert case.response is not None and case.response.control is not None
-    options = case.response.control
+    options = _options(case, "control")
     loops = (len(options.gains) or 1) * (len(options.feedbacks) or 1) + len(options.motor_gains)
     return (
         (2 + options.full_model, "periodic"),
         (loops, "loop"),
         (options.tune is not None, "tuning_loops"),
     )
+
+
+def _options(case: "Case", name: str) -> Any:
+    """The table of a stage, which a case that has the stage has."""
+    return getattr(case.response, name)
+
+
+def _dynamic(case: "Case") -> bool:
+    motor = case.machine.motor
+    return motor is not None and motor.kind == "dynamic"
 
 
 def names_of(case: "Case") -> dict[str, tuple[str, ...]]:

@@ -13,7 +13,6 @@ from vibecalc.roll.start_up_readings import (
     Envelope,
     Peak,
     Stretches,
-    TimeHistory,
     Turns,
     envelope,
     mean_speed,
@@ -80,10 +79,9 @@ class StartUp(NamedTuple):
     "crawling", "rocking" or "stalled", and `reason` says it in words. `speed` is the mean of the
     last turn (None without a whole turn). `time_to_speed` is when the crank first runs at the
     running speed, `time_to_steady` the begin of the first turn from which on the shaking stays
-    settled; None where that is not reached. `error` has the absolute errors of the numbers by name
-    and of the peaks by quantity; `history_error` (q,) those of the envelope. `stretches` are those
-    between changes of the load, `stretch_speed_error` (k,) and `turn_error` the errors of their
-    speeds and of the turns.
+    settled; None where that is not reached. `stretches` are those between changes of the load.
+    `error` has the absolute errors of the numbers by name; `history_error` (q,) those of the
+    envelope, `stretch_speed_error` (k,) and `turn_error` those of the speeds and of the turns.
     """
 
     verdict: str
@@ -94,28 +92,14 @@ class StartUp(NamedTuple):
     turns: Turns
     peaks: Peak
     history: Envelope
-    history_error: FloatArray
     energies: Energies
     final: FloatArray
-    final_error: FloatArray
-    error: dict[str, float]
     stretches: Stretches
+    error: dict[str, float]
+    history_error: FloatArray
+    final_error: FloatArray
     stretch_speed_error: FloatArray
     turn_error: Turns
-
-
-class _SingleRun(NamedTuple):
-    shown: TimeHistory
-    turns: Turns
-    peaks: Peak
-    stretches: Stretches
-    history: Envelope
-    verdict: tuple[str, str]
-    speed: float | None
-    to_speed: float | None
-    to_steady: float | None
-    energies: Energies
-    final: FloatArray
 
 
 def start_up(
@@ -125,15 +109,13 @@ def start_up(
     duration: float,
     crank_angle: float = 0.0,
     speed: float = 0.0,
-    shell_angle: float = 0.0,
-    shell_speed: float = 0.0,
     load: LoadSteps = FULL_LOAD,
     running_speed: float | None = None,
     settled: float = 0.01,
     tolerance: float = 1e-7,
     buckets: int = 600,
 ) -> StartUp:
-    """Follow one machine for `duration` s from the given angles and speeds.
+    """Follow one machine for `duration` s from the given angle and speed, the shell at rest.
 
     `load` is a factor on the gas forces that is constant between its times. `running_speed` is the
     mean speed that counts as reached (rad/s); without it, that of the last turn. `settled` is the
@@ -143,62 +125,73 @@ def start_up(
     Raises NumericalFailure where the slip leaves a table that is not continued, and where the
     verdict differs between both marches, so that rounding would decide it.
     """
-    first = np.zeros(STATES)
-    first[[ANGLE, SPEED, SHELL_ANGLE, SHELL_SPEED]] = crank_angle, speed, shell_angle, shell_speed
-    settings = (machine, drive, first, duration, load, running_speed, settled, buckets)
-    coarse = _follow(*settings, tolerance, 1)
-    finest = _follow(*settings, tolerance * _FINER, 2)
-    if coarse.verdict[0] != finest.verdict[0]:
+    first = np.zeros((1, STATES))
+    first[0, [ANGLE, SPEED]] = crank_angle, speed
+
+    def follow(tolerance: float, parts: int) -> StartUp:
+        system = StartUpSystem(machine, drive, load, tolerance)
+        ended = march(
+            system, np.zeros(1), first, system.first_intervals(first, 0.0), np.array([duration]),
+            absolute=tolerance * system.scale, stops=load.time[None, :], parts=parts,
+        )  # fmt: skip
+        assert ended.record is not None
+        shown, final = time_history(system, ended.record, 0), ended.state[0]
+        each_turn = turns(system, shown, 0)
+        place, mean = settled_turn(each_turn, settled), mean_speed(each_turn)
+        last = float(mean[-1]) if len(mean) else None
+        verdict, reason = verdict_of(system, ended, shown, each_turn, place is not None)
+        goal = last if running_speed is None else running_speed
+        ran = verdict in ("settled", "running")
+        return StartUp(
+            verdict, reason, last, time_of_speed(shown, goal) if ran and goal else None,
+            None if place is None else float(each_turn.begin[place]), each_turn, peaks(shown),
+            envelope(shown, buckets), _energies(machine, first[0], final), final,
+            stretches(shown, each_turn, load), {}, final, final, final, each_turn,
+        )  # fmt: skip
+
+    coarse, finest = follow(tolerance, 1), follow(tolerance * _FINER, 2)
+    if coarse.verdict != finest.verdict:
         raise NumericalFailure(
-            f"whether the machine starts cannot be decided: one march ends {coarse.verdict[0]}, "
-            f"one of an eighth of its tolerance {finest.verdict[0]}"
+            f"whether the machine starts cannot be decided: one march ends {coarse.verdict}, "
+            f"one of an eighth of its tolerance {finest.verdict}"
         )
-    off = np.abs(finest.final - coarse.final) / _GAIN
     scale = np.max(np.abs(finest.history.high - finest.history.low), axis=1)
-    apart = np.maximum(
-        np.abs(finest.history.high - coarse.history.high),
-        np.abs(finest.history.low - coarse.history.low),
-    )
-    history_error = np.max(apart, axis=1) / _GAIN + 64.0 * EPSILON * scale
+    apart = [np.abs(one - two) for one, two in zip(finest.history, coarse.history, strict=True)]
     floor = rounding_of(StartUpSystem(machine, drive, load, tolerance))
-    peak = without_rounding(_with_errors(finest.peaks, coarse.peaks, tolerance), floor)
-    stretch = finest.stretches
-    apart_peaks = _with_errors(stretch.peaks, coarse.stretches.peaks, tolerance)
-    stretch = stretch._replace(peaks=without_rounding(apart_peaks, floor))
-    pairs = {
-        "speed": (finest.speed, coarse.speed),
-        "time_to_speed": (finest.to_speed, coarse.to_speed),
-        "time_to_steady": (finest.to_steady, coarse.to_steady),
-        **{
-            name: (getattr(finest.energies, name), getattr(coarse.energies, name))
-            for name in Energies._fields
-        },
-    }
-    rounding = 1e3 * EPSILON
-    error = {
-        name: abs(new - old) / _GAIN + rounding * max(abs(new), duration if "time" in name else 0.0)
-        for name, (new, old) in pairs.items()
-        if new is not None and old is not None
-    }
-    works = abs(finest.energies.motor) + abs(finest.energies.gas) + abs(finest.energies.gain)
-    error["residual"] = abs(finest.energies.residual) + rounding * works
-    return StartUp(
-        *finest.verdict,
-        finest.speed,
-        finest.to_speed,
-        finest.to_steady,
-        finest.turns,
-        peak,
-        finest.history,
-        history_error,
-        finest.energies,
-        finest.final,
-        off + 64.0 * EPSILON * np.abs(finest.final),
-        error,
-        stretch,
-        _apart(finest.stretches.speed, coarse.stretches.speed),
-        Turns(*(_apart(*both) for both in zip(finest.turns, coarse.turns, strict=True))),
+    peak, steps = (
+        without_rounding(_with_errors(fine, rough, tolerance), floor)
+        for fine, rough in (
+            (finest.peaks, coarse.peaks), (finest.stretches.peaks, coarse.stretches.peaks)
+        )
+    )  # fmt: skip
+    return finest._replace(
+        peaks=peak,
+        stretches=finest.stretches._replace(peaks=steps),
+        error=_errors(finest, coarse, duration),
+        history_error=np.max(np.maximum(*apart[1:]), axis=1) / _GAIN + 64.0 * EPSILON * scale,
+        final_error=np.abs(finest.final - coarse.final) / _GAIN
+        + 64.0 * EPSILON * np.abs(finest.final),
+        stretch_speed_error=_apart(finest.stretches.speed, coarse.stretches.speed),
+        turn_error=Turns(*map(_apart, finest.turns, coarse.turns)),
     )
+
+
+def _errors(finest: StartUp, coarse: StartUp, duration: float) -> dict[str, float]:
+    """Errors of speed, times and works by name."""
+    names = ("speed", "time_to_speed", "time_to_steady")
+    new, old = (
+        {name: getattr(one, name) for name in names} | one.energies._asdict()
+        for one in (finest, coarse)
+    )
+    rounding, works = 1e3 * EPSILON, finest.energies
+    error = {
+        name: abs(value - old[name]) / _GAIN
+        + rounding * max(abs(value), duration if "time" in name else 0.0)
+        for name, value in new.items()
+        if value is not None and old[name] is not None
+    }
+    size = abs(works.motor) + abs(works.gas) + abs(works.gain)
+    return error | {"residual": abs(works.residual) + rounding * size}
 
 
 def _with_errors(fine: Peak, coarse: Peak, tolerance: float) -> Peak:
@@ -216,54 +209,6 @@ def _apart(fine: FloatArray, coarse: FloatArray) -> FloatArray:
     common = min(len(fine), len(coarse))
     off = np.abs(fine[:common] - coarse[:common]) + 64.0 * EPSILON * np.abs(fine[:common])
     return np.append(off, np.full(len(fine) - common, np.max(off, initial=0.0)))
-
-
-def _follow(
-    machine: RollMachine,
-    drive: RollDrive,
-    first: FloatArray,
-    duration: float,
-    load: LoadSteps,
-    running_speed: float | None,
-    settled: float,
-    buckets: int,
-    tolerance: float,
-    parts: int,
-) -> _SingleRun:
-    system = StartUpSystem(machine, drive, load, tolerance)
-    state = first[None, :]
-    ended = march(
-        system,
-        np.zeros(1),
-        state,
-        system.first_intervals(state, 0.0),
-        np.array([duration]),
-        absolute=tolerance * system.scale,
-        stops=load.time[None, :],
-        parts=parts,
-    )
-    assert ended.record is not None
-    shown = time_history(system, ended.record, 0)
-    each_turn = turns(system, shown, 0)
-    place = settled_turn(each_turn, settled)
-    mean = mean_speed(each_turn)
-    last = float(mean[-1]) if len(mean) else None
-    verdict = verdict_of(system, ended, shown, each_turn, place is not None)
-    ran = verdict[0] in ("settled", "running")
-    goal = running_speed if running_speed is not None else last
-    return _SingleRun(
-        shown,
-        each_turn,
-        peaks(shown),
-        stretches(shown, each_turn, load),
-        envelope(shown, buckets),
-        verdict,
-        last,
-        time_of_speed(shown, goal) if ran and goal is not None else None,
-        float(each_turn.begin[place]) if place is not None else None,
-        _energies(machine, first, ended.state[0]),
-        ended.state[0],
-    )
 
 
 def _energies(machine: RollMachine, first: FloatArray, last: FloatArray) -> Energies:

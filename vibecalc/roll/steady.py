@@ -29,13 +29,11 @@ from vibecalc.roll.mechanism import (
 from vibecalc.roll.rates import (
     POINTS_OF_TERMS,
     Demand,
-    RollRates,
     TermsOfTurn,
     demand,
-    driving_torque,
     roll_problem,
-    shell_speed,
     terms_of_turn,
+    turn_of,
     with_steady_flux,
 )
 from vibecalc.roll.turn import Turn
@@ -260,70 +258,63 @@ def steady_state(
     if widest is None:
         widest = WIDEST if start is None else start.widest
     edges = smooth_angles(machine, drive, widest)
-    state = _on_panels(machine, drive, edges, points, started_at, start, tolerance)
-    return state._replace(widest=widest)
-
-
-def _on_panels(
-    machine: RollMachine,
-    drive: RollDrive,
-    edges: FloatArray,
-    points: int,
-    started_at: float | FloatArray | None,
-    start: SteadyTurn | None,
-    tolerance: float,
-) -> SteadyTurn:
     known: SteadyTurn | TermsOfTurn = start or terms_of_turn(machine, drive, edges)
     need = known.demand if isinstance(known, SteadyTurn) else demand(machine, drive, known)
     slip = np.where(need.possible, need.slip, 0.0)
     speed = np.broadcast_to(drive.synchronous_speed, slip.shape) - slip
-    if is_mounted(machine):
-        return _mounted(machine, drive, edges, points, need, speed, known, tolerance)
-    if started_at is not None:
-        momentum = started_momentum(machine, started_at)
-        return _free(machine, drive, edges, points, need, momentum, speed, known, tolerance)
-    momentum = _resting(machine, drive, speed) if start is None else start.momentum
-    state = _free(machine, drive, edges, points, need, momentum, speed, known, tolerance)
-    for _ in range(_MOST_ROUNDS):
-        moved, still = _standing(machine, state)
-        if still:
+    momentum: FloatArray | None = None
+    rounds = 0
+    if not is_mounted(machine):
+        if started_at is not None:
+            momentum = started_momentum(machine, started_at)
+        else:
+            rounds = _MOST_ROUNDS
+            momentum = resting_momentum(machine, speed) if start is None else start.momentum
+    state = _solved(machine, drive, edges, points, need, momentum, speed, known, tolerance)
+    for _ in range(rounds):
+        turn, spent = state.turn, state.evaluations
+        wanted = still_momentum(machine, turn.crank_angle, turn.weight, turn.crank_speed)
+        change = np.abs(wanted - state.momentum)[state.solved]
+        if np.all(change <= _STILL * np.abs(wanted[state.solved])):
             break
-        spent = state.evaluations
-        state = _free(machine, drive, edges, points, need, moved, speed, state, tolerance)
+        state = _solved(machine, drive, edges, points, need, wanted, speed, state, tolerance)
         state = state._replace(evaluations=state.evaluations + spent)
-    return state
+    return state._replace(widest=widest)
 
 
-def _free(
+def _solved(
     machine: RollMachine,
     drive: RollDrive,
     edges: FloatArray,
     points: int,
     need: Demand,
-    momentum: FloatArray,
+    momentum: FloatArray | None,
     speed: FloatArray,
     start: SteadyTurn | TermsOfTurn,
     tolerance: float,
 ) -> SteadyTurn:
     problem, rates = roll_problem(machine, drive, momentum, edges)
-    if isinstance(start, TermsOfTurn):
-        rates.keep(start)
     guess: FloatArray | PeriodicSolution
     if isinstance(start, SteadyTurn):
         guess = start.solution
-    elif drive.circuit is None:
-        guess = _quick_guess(machine, drive, problem, start, momentum, speed)
     else:
-        guess = with_steady_flux(drive, speed[:, None])
-    solution = solve_periodic(
-        problem, points, guess, tolerance=tolerance, edge_tolerance=_edge_tolerance(tolerance)
-    )
-    turn = _free_turn(machine, rates, momentum, solution)
-    turn = turn._replace(motor_torque=_driving(machine, drive, solution))
-    good = _good(solution, need, turn)
+        rates.keep(start)
+        if momentum is not None and drive.circuit is None:
+            guess = _quick_guess(machine, drive, problem, start, momentum, speed)
+        else:
+            still = np.zeros((len(speed), rates.rigid - 1))
+            guess = with_steady_flux(drive, np.concatenate([speed[:, None], still], axis=1))
+    # how far ends of panels may be off their kinks, in turns, where only values count
+    loose = 0.1 * float(np.sqrt(tolerance)) if tolerance > 1e-12 else None
+    solution = solve_periodic(problem, points, guess, tolerance=tolerance, edge_tolerance=loose)
+    turn = turn_of(rates, solution)
+    forward = np.all(turn.crank_speed > 0.0, axis=-1)
+    # panel ends that wander belong to no solution
+    settled = solution.edge_error < _EDGES_SETTLED
+    good = np.asarray(solution.converged & need.possible & forward & settled)
     return SteadyTurn(
-        turn, momentum, solution, problem, need, good, points, rates.evaluations,
-        rates.place(solution.nodes),
+        turn, np.zeros(len(speed)) if momentum is None else momentum, solution, problem, need,
+        good, points, rates.evaluations, rates.place(solution.nodes),
     )  # fmt: skip
 
 
@@ -353,108 +344,22 @@ def _quick_guess(
     return blank._replace(left=every[:, :, :1], stages=every[:, :, 1:, None])
 
 
-def _free_turn(
-    machine: RollMachine, rates: RollRates, momentum: FloatArray, solution: PeriodicSolution
-) -> Turn:
-    members = len(solution.edges)
-    speed = solution.stages[..., 0]
-    time, ends = running_integral(solution.edges, 1.0 / speed)
-    nodes = solution.nodes
-    place = rates.place(nodes)
-    flat = speed.reshape(members, -1)
-    shell = shell_speed(place, momentum, flat)
-    # the angle of a free shell is anybody's: it counts from where the turn begins
-    angle, _ = running_integral(solution.edges, shell.reshape(speed.shape) / speed)
-    return Turn(
-        nodes.reshape(members, -1),
-        solution.weights.reshape(members, -1),
-        time.reshape(members, -1),
-        flat,
-        shell,
-        angle.reshape(members, -1),
-        ends[:, -1],
-    )
+def still_momentum(
+    machine: RollMachine, angle: FloatArray, weight: FloatArray | float, speed: FloatArray
+) -> FloatArray:
+    """Angular momentum (B,) with which the shell of a free machine stands still on average.
+
+    From crank angles, their weights and crank speeds (B, k).
+    """
+    moved = inertia(machine, angle)
+    share = np.sum(weight * moved.coupling / moved.shell, axis=-1)
+    return np.asarray(share / np.sum(weight / (moved.shell * speed), axis=-1))
 
 
-def _mounted(
-    machine: RollMachine,
-    drive: RollDrive,
-    edges: FloatArray,
-    points: int,
-    need: Demand,
-    speed: FloatArray,
-    start: SteadyTurn | TermsOfTurn,
-    tolerance: float,
-) -> SteadyTurn:
-    problem, rates = roll_problem(machine, drive, None, edges)
-    none = np.zeros(len(speed))
-    guess: FloatArray | PeriodicSolution
-    if isinstance(start, SteadyTurn):
-        guess = start.solution
-    else:
-        rates.keep(start)
-        guess = with_steady_flux(drive, np.stack([speed, none, none], axis=1))
-    solution = solve_periodic(
-        problem, points, guess, tolerance=tolerance, edge_tolerance=_edge_tolerance(tolerance)
-    )
-    members = len(solution.edges)
-    flat = solution.stages.reshape(members, -1, solution.stages.shape[-1])
-    time, ends = running_integral(solution.edges, 1.0 / solution.stages[..., 0])
-    turn = Turn(
-        solution.nodes.reshape(members, -1),
-        solution.weights.reshape(members, -1),
-        time.reshape(members, -1),
-        flat[..., 0],
-        flat[..., 2],
-        flat[..., 1],
-        ends[:, -1],
-        _driving(machine, drive, solution),
-    )
-    good = _good(solution, need, turn)
-    return SteadyTurn(
-        turn, none, solution, problem, need, good, points, rates.evaluations,
-        rates.place(solution.nodes),
-    )  # fmt: skip
-
-
-def _driving(
-    machine: RollMachine, drive: RollDrive, solution: PeriodicSolution
-) -> FloatArray | None:
-    states = solution.stages.shape[-1]
-    return driving_torque(machine, drive, solution.stages.reshape(len(solution.edges), -1, states))
-
-
-def _edge_tolerance(tolerance: float) -> float | None:
-    """How far ends of panels may be off their kinks, in turns, where only values count."""
-    return 0.1 * float(np.sqrt(tolerance)) if tolerance > 1e-12 else None
-
-
-def _good(solution: PeriodicSolution, need: Demand, turn: Turn) -> BoolArray:
-    """Which machines (B,) have a solution; panel ends that wander belong to none."""
-    forward = np.all(turn.crank_speed > 0.0, axis=-1)
-    return np.asarray(
-        solution.converged & need.possible & forward & (solution.edge_error < _EDGES_SETTLED)
-    )
-
-
-def _resting(machine: RollMachine, drive: RollDrive, speed: FloatArray) -> FloatArray:
-    """Angular momentum with a shell at rest on average, were the crank's speed constant."""
+def resting_momentum(machine: RollMachine, speed: FloatArray) -> FloatArray:
+    """That momentum, were the crank's speed constant."""
     angles = np.broadcast_to(np.arange(16) * (np.pi / 8.0), (len(speed), 16))
-    moved = inertia(machine, angles)
-    return np.asarray(
-        speed * np.sum(moved.coupling / moved.shell, axis=-1) / np.sum(1.0 / moved.shell, axis=-1)
-    )
-
-
-def _standing(machine: RollMachine, state: SteadyTurn) -> tuple[FloatArray, bool]:
-    """Angular momentum that would let the shell stand still on average, and whether it does."""
-    turn = state.turn
-    moved = inertia(machine, turn.crank_angle)
-    share = np.sum(turn.weight * moved.coupling / moved.shell, axis=-1)
-    compliance = np.sum(turn.weight / (moved.shell * turn.crank_speed), axis=-1)
-    wanted = share / compliance
-    change = np.abs(wanted - state.momentum)[state.solved]
-    return wanted, bool(np.all(change <= _STILL * np.abs(wanted[state.solved])))
+    return still_momentum(machine, angles, 1.0, speed[:, None])
 
 
 def multipliers(state: SteadyTurn) -> tuple[ComplexArray, FloatArray]:
@@ -467,3 +372,17 @@ def multipliers(state: SteadyTurn) -> tuple[ComplexArray, FloatArray]:
 
     value, error = floquet_multipliers(state.problem, state.solution)
     return value, error
+
+
+def is_stable(state: SteadyTurn) -> BoolArray:
+    """Which of the machines (B,) have no multiplier that is surely outside the unit circle."""
+    value, error = multipliers(state)
+    return np.asarray(np.all(np.abs(value) <= 1.0 + error, axis=-1))
+
+
+def within_table(state: SteadyTurn, drive: RollDrive) -> BoolArray:
+    """Of which of the machines (B,) the slip stays in the table of the motor."""
+    if drive.circuit is not None or drive.holds:
+        return np.ones(len(state.solved), dtype=bool)
+    slip = drive.synchronous_speed[..., None] - state.turn.crank_speed
+    return np.asarray(np.max(np.abs(slip), axis=-1) <= drive.motor.largest)

@@ -45,6 +45,15 @@ class Turn(NamedTuple):
     motor_torque: FloatArray | None = None
 
 
+def trapezoids(x: FloatArray) -> FloatArray:
+    """Weights (k,) of the rule of trapezoids at ascending points (k,)."""
+    step = np.diff(x)
+    weight = np.zeros(len(x))
+    weight[:-1] += 0.5 * step
+    weight[1:] += 0.5 * step
+    return weight
+
+
 def harmonics(turn: Turn, values: FloatArray, orders: FloatArray) -> ComplexArray:
     """Harmonics in time of `values` (..., k): complex, zero-to-peak, (..., orders).
 
@@ -109,12 +118,11 @@ def readings(
     machine: RollMachine,
     drive: RollDrive,
     turn: Turn,
-    driving: FloatArray | None = None,
     *,
     pistons: bool = True,
     place: AngleTerms | None = None,
 ) -> Readings:
-    """Everything that follows from angles and speeds; `driving` replaces the motor's torque.
+    """Everything that follows from angles and speeds.
 
     Without `pistons` the forces in rods and on walls are left out (zero). `place` is what depends
     on the crank angle alone, if it is known at the points of the turn.
@@ -122,7 +130,7 @@ def readings(
     moved = inertia(machine, turn.crank_angle) if place is None else place.moved
     forces = gas_forces(machine, drive, turn.crank_angle) if place is None else place.gas_force
     speed, shell = turn.crank_speed, turn.shell_speed
-    motor = turn.motor_torque if driving is None else driving
+    motor = turn.motor_torque
     if motor is None:
         motor = motor_torque(machine, drive, speed).value
     gas = gas_torque(moved, forces)
@@ -152,6 +160,25 @@ def readings(
         wall,
         forces,
     )
+
+
+def shell_harmonics(
+    machine: RollMachine,
+    drive: RollDrive,
+    turn: Turn,
+    orders: int | FloatArray,
+    place: AngleTerms | None = None,
+) -> ComplexArray:
+    """Harmonics (..., orders) of the shell's acceleration, of orders 1 to `orders` or of those."""
+    read = readings(machine, drive, turn, pistons=False, place=place)
+    numbers = np.arange(1.0, orders + 1) if isinstance(orders, int) else orders
+    return harmonics(turn, read.shell_acceleration, numbers)
+
+
+def spectrum(turn: Turn, read: Readings, name: str, orders: FloatArray) -> ComplexArray:
+    """Harmonics (..., orders) of a reading by name, those of pistons (..., c, orders)."""
+    by_order = by_cylinder if name in _OF_PISTONS else harmonics
+    return by_order(turn, np.asarray(getattr(read, name)), orders)
 
 
 def piston_forces(
@@ -244,15 +271,6 @@ def balance(machine: RollMachine, turn: Turn, read: Readings) -> Balance:
 # ----------------------------------------------------------------------------
 
 
-class Classical(NamedTuple):
-    """Forces (..., k, c) of one turn at constant speed, and their harmonics (..., c, orders), N."""
-
-    rod_force: FloatArray
-    wall_force: FloatArray
-    rod_harmonics: ComplexArray
-    wall_harmonics: ComplexArray
-
-
 def constant_speed(turn: Turn) -> Turn:
     """The turn with the same mean speed held all the time, and the shell at rest."""
     speed = 2.0 * np.pi / turn.period[..., None]
@@ -265,20 +283,13 @@ def constant_speed(turn: Turn) -> Turn:
     )
 
 
-def classical(machine: RollMachine, drive: RollDrive, turn: Turn, orders: FloatArray) -> Classical:
-    """Forces in rods and on walls under the textbook's assumptions, at the points of `turn`."""
+def classical(machine: RollMachine, drive: RollDrive, turn: Turn) -> dict[str, FloatArray]:
+    """Forces (..., k, c), N, under the textbook's assumptions at the points of `turn`, by name."""
     held = constant_speed(turn)
-    moved = inertia(machine, held.crank_angle)
     still = np.zeros_like(held.crank_speed)
-    rod, wall = piston_forces(
-        machine,
-        held,
-        moved,
-        gas_forces(machine, drive, held.crank_angle),
-        shell_acceleration=still,
-        acceleration=still,
-    )
-    return Classical(rod, wall, by_cylinder(held, rod, orders), by_cylinder(held, wall, orders))
+    moved, gas = inertia(machine, held.crank_angle), gas_forces(machine, drive, held.crank_angle)
+    both = piston_forces(machine, held, moved, gas, shell_acceleration=still, acceleration=still)
+    return dict(zip(("rod_force", "wall_force"), both, strict=True))
 
 
 def by_cylinder(turn: Turn, values: FloatArray, orders: FloatArray) -> ComplexArray:
@@ -318,9 +329,8 @@ def hides(machine: RollMachine, drive: RollDrive, one: Turn, other: Turn, orders
     for name in Readings._fields:
         if name in _NOT_SHOWN:
             continue
-        by_order = by_cylinder if name in _OF_PISTONS else harmonics
         first, second = (
-            by_order(turn, np.asarray(getattr(read, name)), numbers)
+            spectrum(turn, read, name, numbers)
             for turn, read in zip((one, other), both, strict=True)
         )
         rounding = rounding_left(machine, both[1], name)

@@ -12,6 +12,7 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
 from vibecalc.numerics.level import DECIBEL, level_of
 from vibecalc.numerics.rounding import EPSILON
+from vibecalc.roll.adapters.readings import machine_turn, shell_levels
 from vibecalc.roll.control.full_model import Law, closed_loop
 from vibecalc.roll.control.gains import (
     BOUNDS,
@@ -44,7 +45,6 @@ from vibecalc.roll.model import build_roll, roll_drive
 from vibecalc.roll.results import CONTROL
 from vibecalc.roll.running import running_state
 from vibecalc.roll.tables import Control, Tune
-from vibecalc.roll.turn import harmonics, readings
 from vibecalc.schema import Case
 
 # ----------------------------------------------------------------------------
@@ -142,23 +142,27 @@ def _tuned(options: Control) -> tuple[int, ...]:
 
 
 # ----------------------------------------------------------------------------
-# Adapter, shared by the parts of the control: values with errors put into the record.
+# Adapter, shared by the parts of the control: what every loop has, as results by name.
 # ----------------------------------------------------------------------------
 
 
-def put(scene: Scene, name: str, value: Bounded, axes: Mapping[str, Any] | None = None) -> None:
-    """Emit one value with its error below the root of the stage."""
-    scene.emit(f"{CONTROL}/{name}", value.value, value.error, axes)
+def put(
+    scene: Scene, values: Mapping[str, Any], axes: Mapping[str, Any] | None = None, below: str = ""
+) -> None:
+    """Emit results by their names below the root of the stage."""
+    scene.emit_all({f"{CONTROL}/{below}{name}": value for name, value in values.items()}, axes)
 
 
-def emit_loop(
-    scene: Scene, below: str, loop: ControlledLoop, given: Setup,
-    axes: Mapping[str, Any] | None = None,
-) -> None:  # fmt: skip
-    """Status, margins and demands on the actuator; a loop that is not stable has no margins."""
-    margins = loop.margins
+def of_loop(loop: ControlledLoop, given: Setup, without: Bounded) -> dict[str, Bounded]:
+    """Levels, what they are below those `without` control, status, margins and demands of a loop.
+
+    A loop that is not stable has no margins.
+    """
+    margins, level = loop.margins, given.reported(loop.level)
     rounding = 8.0 * EPSILON * np.abs(margins.feedthrough)
-    for name, value in {
+    return {
+        "level": level,
+        "attenuation": less(without, level),
         "status": Bounded(margins.status, np.zeros(())),
         "gain_margin": factor_in_decibels(margins.gain),
         "gain_reduction": factor_in_decibels(margins.gain_lower),
@@ -168,8 +172,7 @@ def emit_loop(
         "feedthrough": Bounded(margins.feedthrough, rounding),
         "command_rate": loop.command_rate,
         "torque_peak": torque_peak(loop, given),
-    }.items():
-        put(scene, below + name, value, axes)
+    }
 
 
 def torque_peak(loop: ControlledLoop, given: Setup) -> Bounded:
@@ -225,13 +228,33 @@ def run_control(scene: Scene) -> None:
     without = evaluate(
         given.model, UNCONTROLLED, given.load(float(given.alone.value), given.synchronous)
     )
+    quiet = given.reported(without.level)
     loop, load = _closed(given)
-    _emit_model(scene, given, load)
-    _emit_controlled(scene, given, loop, without)
-    emit_loop(scene, "", loop, given)
+    numbers = {
+        "motor_gain": given.gain,
+        "motor_offset": given.offset,
+        "breakdown_torque": given.breakdown,
+        "inertia": float(np.asarray(given.model.inertia)),
+        "shell_share": float(np.asarray(given.model.ratio)),
+        "target_speed": given.target,
+        "speed_feedback_limit": given.reference / given.target,
+    }
+    found = {
+        **{name: Bounded(np.asarray(v), np.asarray(1e-12 * abs(v))) for name, v in numbers.items()},
+        "mean_torque": given.torque.mean,
+        "speed_without": given.alone,
+        "disturbance": given.reported(
+            Bounded(np.asarray(load.harmonics), np.asarray(load.harmonics_error))
+        ),
+        "speed": loop.speed,
+        "speed_feedback": loop.speed_feedback,
+        "shell_acceleration": given.reported(loop.harmonics.shell_acceleration),
+        "level_without": quiet,
+        **of_loop(loop, given, quiet),
+    }
+    put(scene, found, {"order": given.orders})
     _judge(scene, given, loop)
     _emit_poles(scene, given, loop)
-    quiet = given.reported(without.level)
     if options.motor_gains:
         emit_motor_gains(scene, given)
     if options.gains or options.feedbacks:
@@ -277,45 +300,13 @@ def _closed(given: Setup) -> tuple[ControlledLoop, LoopLoad]:
     return evaluate(given.model, controller, load), load
 
 
-def _emit_model(scene: Scene, given: Setup, load: LoopLoad) -> None:
-    for name, value in {
-        "motor_gain": given.gain,
-        "motor_offset": given.offset,
-        "breakdown_torque": given.breakdown,
-        "inertia": float(np.asarray(given.model.inertia)),
-        "shell_share": float(np.asarray(given.model.ratio)),
-        "target_speed": given.target,
-        "speed_feedback_limit": given.reference / given.target,
-    }.items():
-        scene.emit(f"{CONTROL}/{name}", value, 1e-12 * abs(value) if np.isfinite(value) else 0.0)
-    put(scene, "mean_torque", given.torque.mean)
-    put(scene, "speed_without", given.alone)
-    both = Bounded(np.asarray(load.harmonics), np.asarray(load.harmonics_error))
-    put(scene, "disturbance", given.reported(both), {"order": given.orders})
-
-
-def _emit_controlled(
-    scene: Scene, given: Setup, loop: ControlledLoop, without: ControlledLoop
-) -> None:
-    axes = {"order": given.orders}
-    put(scene, "speed", loop.speed)
-    put(scene, "speed_feedback", loop.speed_feedback)
-    put(scene, "shell_acceleration", given.reported(loop.harmonics.shell_acceleration), axes)
-    level, quiet = given.reported(loop.level), given.reported(without.level)
-    put(scene, "level", level, axes)
-    put(scene, "level_without", quiet, axes)
-    put(scene, "attenuation", less(quiet, level), axes)
-
-
 def _emit_poles(scene: Scene, given: Setup, loop: ControlledLoop) -> None:
     """Poles of the loop and their way as the gain grows; with a delay a search that may fail."""
     controller = given.controller()._replace(speed_feedback=loop.speed_feedback.value)
     try:
         roots = poles(loop_of(given.model, controller), _BRANCHES)
-        put(
-            scene, "pole", Bounded(roots.value, roots.error),
-            {"pole": np.arange(1, roots.value.shape[-1] + 1)},
-        )  # fmt: skip
+        numbers = np.arange(1, roots.value.shape[-1] + 1)
+        put(scene, {"pole": Bounded(roots.value, roots.error)}, {"pole": numbers})
         if not scene.wants(f"{CONTROL}/locus/pole"):
             return
         gain, traced = given.options.gain, given.options.speed_feedback is None
@@ -325,7 +316,7 @@ def _emit_poles(scene: Scene, given: Setup, loop: ControlledLoop) -> None:
             given.target, _BRANCHES,
         )  # fmt: skip
         axes = {"locus_gain": gains, "branch": np.arange(1, moving.pole.shape[-1] + 1)}
-        put(scene, "locus/pole", Bounded(moving.pole, moving.pole_error), axes)
+        put(scene, {"pole": Bounded(moving.pole, moving.pole_error)}, axes, "locus/")
     except NumericalFailure as failure:
         scene.warn(f"the poles of the loop are left out: {failure}")
 
@@ -400,12 +391,14 @@ def emit_range(scene: Scene, given: Setup, reduced: Bounded) -> Bounded | None:
                 f"against: {failure}"
             )
             break
-    axes = {"order": given.orders}
-    if levels:
-        put(scene, "range/level", levels[0], axes)
-        put(scene, "range/difference", less(levels[0], reduced), axes)
-    if len(levels) > 1:
-        put(scene, "range/linear_difference", less(levels[1], reduced), axes)
+    off = [less(one, reduced) for one in levels]
+    names = ("level", "difference", "linear_difference")
+    put(
+        scene,
+        dict(zip(names, [*levels[:1], *off], strict=False)),
+        {"order": given.orders},
+        "range/",
+    )
     return levels[0] if levels else None
 
 
@@ -433,14 +426,17 @@ def emit_full(
             "under control the motion of the full model is unstable: a disturbance grows by the "
             f"factor {size:.6g} in each turn. It has no levels"
         )
-    put(scene, "full/speed", closed.speed)
-    put(scene, "full/level", level, axes)
-    put(scene, "full/difference", less(level, reduced), axes)
+    found = {
+        "speed": closed.speed,
+        "level": level,
+        "difference": less(level, reduced),
+        "multiplier": Bounded(closed.multiplier, closed.multiplier_error),
+        "stable": int(closed.stable),
+        "largest_slip": closed.largest_slip,
+    }
     if without is not None:
-        put(scene, "full/attenuation", less(without, level), axes)
-    put(scene, "full/multiplier", Bounded(closed.multiplier, closed.multiplier_error), axes)
-    put(scene, "full/stable", Bounded(np.asarray(int(closed.stable)), np.zeros(())))
-    put(scene, "full/largest_slip", closed.largest_slip)
+        found["attenuation"] = less(without, level)
+    put(scene, found, axes, "full/")
     scene.cite(
         "Gauss collocation of rotor, pistons, shell and controller over the crank angle",
         "the closed loop in the full nonlinear model, and its stability",
@@ -452,16 +448,8 @@ def _uncontrolled(scene: Scene, given: Setup, drive: RollDrive) -> Bounded:
     running = running_state(
         given.machine, drive, rtol=scene.case.accuracy.rtol, orders=len(given.orders)
     )
-    each = [
-        harmonics(
-            state.turn,
-            readings(given.machine, drive, state.turn, pistons=False).shell_acceleration,
-            given.orders.astype(float),
-        )[0]
-        for state in (running.state, running.check)
-    ]
-    rounding = 64.0 * EPSILON * float(np.max(np.abs(each[0])))
-    return level_of(Bounded(each[0], np.abs(each[0] - each[1]) + rounding), reference=1.0)
+    turns = [machine_turn(given.machine, drive, state) for state in (running.state, running.check)]
+    return shell_levels(turns, len(given.orders))
 
 
 # ----------------------------------------------------------------------------
@@ -475,8 +463,8 @@ def emit_motor_gains(scene: Scene, given: Setup) -> None:
     load = given.load(float(given.alone.value), given.synchronous, 0.0)
     found = motor_gain_study(given.model, gains, load)
     axes = {"motor_gain": gains, "order": given.orders}
-    put(scene, "motor_gains/speed", found.speed, axes)
-    put(scene, "motor_gains/level", given.reported(found.level), axes)
+    both = {"speed": found.speed, "level": given.reported(found.level)}
+    put(scene, both, axes, "motor_gains/")
 
 
 def emit_grid(scene: Scene, given: Setup, without: Bounded) -> None:
@@ -487,12 +475,8 @@ def emit_grid(scene: Scene, given: Setup, without: Bounded) -> None:
     controller = given.controller()._replace(gain=gains[:, None], acceleration_feedback=feedbacks)
     loop = evaluate_at_speed(given.model, controller, given.load(given.target), given.target)
     axes = {"gain": gains, "feedback": feedbacks, "order": given.orders}
-    feedback = Bounded(loop.speed_feedback.value[:, 0], loop.speed_feedback.error[:, 0])
-    put(scene, "grid/speed_feedback", feedback, axes)
-    emit_loop(scene, "grid/", loop, given, axes)
-    level = given.reported(loop.level)
-    put(scene, "grid/level", level, axes)
-    put(scene, "grid/attenuation", less(without, level), axes)
+    feedback = {"speed_feedback": loop.speed_feedback[:, 0]}
+    put(scene, of_loop(loop, given, without) | feedback, axes, "grid/")
     lost, brittle = (int(np.sum(loop.margins.status >= 2)), int(np.sum(loop.margins.status == 1)))
     if lost or brittle:
         scene.warn(
@@ -511,22 +495,23 @@ def emit_tuned(scene: Scene, given: Setup, asked: Tune, without: Bounded) -> Non
         asked.delay_margin,
     )
     load, controller = given.load(given.target), given.controller()
-    tuned = tune(given.model, controller, load, given.target, demands, asked.orders)
-    proof = certify(given.model, controller, load, given.target, demands, tuned, asked.orders)
-    put(scene, "tuned/gain", tuned.gain)
-    put(scene, "tuned/acceleration_feedback", tuned.acceleration_feedback)
-    put(scene, "tuned/speed_feedback", tuned.controlled.speed_feedback)
-    put(scene, "tuned/objective", tuned.objective)
-    axes = {"order": given.orders, "bound": np.array(BOUNDS, dtype=object)}
-    level = given.reported(tuned.controlled.level)
-    put(scene, "tuned/level", level, axes)
-    put(scene, "tuned/attenuation", less(without, level), axes)
-    emit_loop(scene, "tuned/", tuned.controlled, given)
-    put(scene, "tuned/active", Bounded(proof.active.astype(float), np.zeros(())), axes)
+    of = (given.model, controller, load, given.target, demands)
+    tuned = tune(*of, asked.orders)
+    proof = certify(*of, tuned, asked.orders)
     # the differences are good to 1e-7, the place where they are taken to little more than 1e-6
     uncertainty = 1e-5 * (1.0 + np.abs(proof.multiplier))
-    put(scene, "tuned/multiplier", Bounded(proof.multiplier, uncertainty), axes)
-    put(scene, "tuned/residual", Bounded(np.asarray(proof.residual), np.asarray(1e-5)))
+    found = {
+        "gain": tuned.gain,
+        "acceleration_feedback": tuned.acceleration_feedback,
+        "speed_feedback": tuned.controlled.speed_feedback,
+        "objective": tuned.objective,
+        **of_loop(tuned.controlled, given, without),
+        "active": proof.active.astype(float),
+        "multiplier": Bounded(proof.multiplier, uncertainty),
+        "residual": Bounded(np.asarray(proof.residual), np.asarray(1e-5)),
+    }
+    axes = {"order": given.orders, "bound": np.array(BOUNDS, dtype=object)}
+    put(scene, found, axes, "tuned/")
     scene.cite(
         "grids that close in over gain and feedback; conditions of Karush, Kuhn and Tucker",
         "gains of the controller under stability margins",

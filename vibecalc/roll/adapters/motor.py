@@ -1,8 +1,5 @@
 """Adapter: a motor fitted to its table, with and without its transients."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
@@ -16,10 +13,9 @@ from vibecalc.excitation.induction_motor_flux import (
     torque_answer,
 )
 from vibecalc.excitation.induction_motor_identify import Identifiability, identifiability
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.level import level_of
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, FloatArray
-from vibecalc.roll.adapters.readings import MachineTurn, machine_turn, spectra_of, time_history
+from vibecalc.roll.adapters.readings import MachineTurn, machine_turn, shell_levels, time_history
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.model import FittedMotor
 from vibecalc.roll.results import COMPARED, ENERGIES, MOTOR
@@ -36,60 +32,60 @@ from vibecalc.roll.turn import mean
 _SHOWN = 361
 _FIT_ROUNDING = 64.0 * EPSILON
 
-_Pair = tuple[Bounded, Bounded]
+_MACHINE = ("stator_leakage", "magnetising_inductance", "rotor_resistance", "rotor_leakage")
+_CURVE = ("breakdown_slip", "breakdown_torque", "locked_rotor_torque", "gain")
 
 
-def emit_fit(scene: Scene, fitted: FittedMotor) -> None:
-    """Parameters, what the table tells of them, differences from it, points of the curve."""
-    fit, motor, other = fitted.fit, fitted.circuit.motor, fitted.other.motor
-    cages = {"cage": np.arange(1, np.asarray(motor.rotor_resistance).size + 1)}
-    for name in ("stator_leakage", "magnetising_inductance", "rotor_resistance", "rotor_leakage"):
-        value, moved = np.asarray(getattr(motor, name)), np.asarray(getattr(other, name))
-        scene.emit(f"{MOTOR}/{name}", value, _apart(_exact(value), _exact(moved)), cages)
-    _emit_identifiability(scene, fitted)
-    rows = {"slip": fit.slip}
-    error = _apart(fit.torque, steady_torque(other, fit.slip))
-    scene.emit(f"{MOTOR}/table/torque", fit.table, 0.0, rows)
-    scene.emit(f"{MOTOR}/table/fitted", fit.torque.value, error, rows)
-    scene.emit(f"{MOTOR}/table/difference", fit.residual, error, rows)
-    relative = fit.residual / fit.table
-    scene.emit(f"{MOTOR}/table/relative_difference", relative, error / fit.table, rows)
-    scene.emit(f"{MOTOR}/table/used", fit.used.astype(int), 0.0, rows)
+def of_circuit(
+    circuit: CircuitMotor, turn: MachineTurn, state: SteadyTurn, orders: int
+) -> dict[str, Bounded]:
+    """Parameters of a circuit, its curve, transients at the mean slip of a turn, and its energies.
+
+    The answer of its torque is that to harmonics of the mean speed of the crank.
+    """
+    motor, curve = circuit.motor, torque_curve(circuit.motor)
+    times = time_constants(motor)
+    slip = float(mean(turn.turn, turn.drive.synchronous_speed - turn.turn.crank_speed)[0])
+    pace = 2.0 * np.pi / float(turn.turn.period[0])
+    value, error = eigenvalues(motor, slip)
+    answer, still = torque_answer(motor, slip, pace * np.arange(1, orders + 1))
+    # the static answer is real, and the same at every frequency
+    real, off = (np.broadcast_to(part, (np.size(part),))[0] for part in still)
+    return {
+        **{name: rounded(getattr(motor, name), 0.0) for name in _MACHINE},
+        **{name: getattr(curve, name) for name in _CURVE},
+        "curve": steady_torque(motor, _slips(circuit)),
+        "stator_time": times.stator,
+        "rotor_open_time": times.rotor_open,
+        "rotor_short_time": times.rotor_short,
+        "transient_decay_time": Bounded(-1.0 / value.real, error / value.real**2),
+        "transient_frequency": Bounded(np.abs(value.imag), error),
+        "torque_answer": answer,
+        "static_answer": Bounded(np.asarray(real.real), np.asarray(off)),
+        **{f"energy/{name}": one for name, one in _energies(circuit, state).items()},
+    }
+
+
+def _slips(circuit: CircuitMotor) -> FloatArray:
+    """Slips of the curve, closer together where the machine runs."""
+    return float(circuit.motor.synchronous_speed) * np.linspace(0.0, 1.0, _SHOWN) ** 2
+
+
+def _emit_table(scene: Scene, fitted: FittedMotor) -> None:
+    """The fitted torque at each row of the table."""
+    fit = fitted.fit
+    error = _apart(fit.torque, steady_torque(fitted.other.motor, fit.slip))
+    for name, value, off in (
+        ("torque", fit.table, 0.0),
+        ("fitted", fit.torque.value, error),
+        ("difference", fit.residual, error),
+        ("relative_difference", fit.residual / fit.table, error / fit.table),
+        ("used", fit.used.astype(int), 0.0),
+    ):
+        scene.emit(f"{MOTOR}/table/{name}", value, off, {"slip": fit.slip})
     worst = float(np.max(error / fit.table))
     scene.emit(f"{MOTOR}/worst_difference", fit.worst_relative, worst)
     scene.emit(f"{MOTOR}/rms_difference", fit.rms_relative, worst)
-    _emit_curve(scene, fitted)
-
-
-def emit_transients(
-    scene: Scene,
-    fitted: FittedMotor,
-    slips: Sequence[float],
-    speeds: Sequence[float],
-    orders: int,
-) -> None:
-    """Time constants, transients at the mean slips (rad/s) of the motion and of its check.
-
-    `speeds` are the mean speeds of the crank, whose multiples are the frequencies of the answer.
-    """
-    circuits = (fitted.circuit, fitted.other)
-    one, twin = (time_constants(circuit.motor) for circuit in circuits)
-    cages = {"cage": np.arange(1, one.rotor_open.value.size + 1)}
-    _emit(scene, "stator_time", (one.stator, twin.stator), {})
-    _emit(scene, "rotor_open_time", (one.rotor_open, twin.rotor_open), cages)
-    _emit(scene, "rotor_short_time", (one.rotor_short, twin.rotor_short), cages)
-    fading = tuple(_fading(circuit, slip) for circuit, slip in zip(circuits, slips, strict=True))
-    axes = {"transient": np.arange(1, fading[0][0].value.size + 1)}
-    for place, name in enumerate(("transient_decay_time", "transient_frequency")):
-        _emit(scene, name, (fading[0][place], fading[1][place]), axes)
-    numbers = np.arange(1, orders + 1)
-    answers = [
-        torque_answer(circuit.motor, slip, speed * numbers)
-        for circuit, slip, speed in zip(circuits, slips, speeds, strict=True)
-    ]
-    _emit(scene, "torque_answer", (answers[0][0], answers[1][0]), {"order": numbers})
-    still = tuple(_first(answer[1]) for answer in answers)
-    _emit(scene, "static_answer", (still[0], still[1]), {})
 
 
 def _emit_identifiability(scene: Scene, fitted: FittedMotor) -> None:
@@ -130,42 +126,9 @@ def _gaps(identifiability: Identifiability) -> FloatArray:
     return np.asarray(np.min(np.where(alike, np.inf, apart), axis=1) / values.max())
 
 
-def _emit_curve(scene: Scene, fitted: FittedMotor) -> None:
-    motor, other = fitted.circuit.motor, fitted.other.motor
-    # closer together where the machine runs
-    slips = float(motor.synchronous_speed) * np.linspace(0.0, 1.0, _SHOWN) ** 2
-    _emit(
-        scene, "curve", (steady_torque(motor, slips), steady_torque(other, slips)), {"slip": slips}
-    )
-    one, twin = torque_curve(motor), torque_curve(other)
-    for name in ("breakdown_slip", "breakdown_torque", "locked_rotor_torque", "gain"):
-        _emit(scene, name, (getattr(one, name), getattr(twin, name)), {})
-
-
-def _fading(circuit: CircuitMotor, slip: float) -> tuple[Bounded, Bounded]:
-    """Time (s) in which each transient falls to 1/e, and its frequency (rad/s) in the torque."""
-    value, error = eigenvalues(circuit.motor, slip)
-    rate = -value.real
-    return Bounded(1.0 / rate, error / rate**2), Bounded(np.abs(value.imag), error)
-
-
-def _first(answer: Bounded) -> Bounded:
-    """The static answer is real, and the same at every frequency."""
-    value, error = (np.broadcast_to(part, (np.size(part),))[0] for part in answer)
-    return Bounded(np.asarray(value.real), np.asarray(error))
-
-
-def _exact(value: FloatArray) -> Bounded:
-    return Bounded(value, np.zeros_like(value))
-
-
 def _apart(value: Bounded, other: Bounded) -> FloatArray:
     rounding = _FIT_ROUNDING * np.abs(value.value)
     return np.asarray(np.abs(value.value - other.value) + value.error + rounding)
-
-
-def _emit(scene: Scene, name: str, pair: _Pair, axes: Mapping[str, Any]) -> None:
-    scene.emit(f"{MOTOR}/{name}", pair[0].value, _apart(*pair), axes)
 
 
 # ----------------------------------------------------------------------------
@@ -204,11 +167,18 @@ def emit_motor(
     """Fit and transients of the motor, its energies, and the same machine without transients."""
     for text in (*fitted.fit.assumptions, *fitted.fit.warnings):
         scene.warn(f"motor: {text}")
-    emit_fit(scene, fitted)
-    slips = [float(mean(one.turn, _slip(one))[0]) for one in turns]
-    speeds = [2.0 * np.pi / float(one.turn.period[0]) for one in turns]
-    emit_transients(scene, fitted, slips, speeds, options.orders)
-    _emit_energies(scene, fitted, running)
+    _emit_table(scene, fitted)
+    _emit_identifiability(scene, fitted)
+    each = zip((fitted.circuit, fitted.other), turns, (running.state, running.check), strict=True)
+    found, twin = (of_circuit(*one, options.orders) for one in each)
+    axes = {
+        "cage": np.arange(1, found["rotor_open_time"].value.size + 1),
+        "transient": np.arange(1, found["transient_frequency"].value.size + 1),
+        "order": np.arange(1, options.orders + 1),
+        "slip": _slips(fitted.circuit),
+    }
+    for name, value in found.items():
+        scene.emit(f"{MOTOR}/{name}", value.value, _apart(value, twin[name]), axes)
     if scene.wants(*COMPARED):
         _emit_compared(scene, options, machine, turns)
     scene.cite(
@@ -216,18 +186,6 @@ def emit_motor(
         "motor",
         "docs/theory_roll_motor.md; cf. Krause, Wasynczuk and Sudhoff (2002), chapter 4",
     )
-
-
-def _slip(turn: MachineTurn) -> FloatArray:
-    return np.asarray(turn.drive.synchronous_speed - turn.turn.crank_speed)
-
-
-def _emit_energies(scene: Scene, fitted: FittedMotor, running: Running) -> None:
-    energies = _energies(fitted.circuit, running.state)
-    twin = _energies(fitted.other, running.check)
-    for name in ENERGIES:
-        error = abs(float(energies[name].value - twin[name].value)) + float(energies[name].error)
-        scene.emit(f"{MOTOR}/energy/{name}", float(energies[name].value), error)
 
 
 def _energies(circuit: CircuitMotor, state: SteadyTurn) -> dict[str, Bounded]:
@@ -252,12 +210,13 @@ def _emit_compared(
     table = turns[0].drive._replace(circuit=None)
     plain = _solved(scene, options, machine, table, table)
     axes = {"order": np.arange(1, options.orders + 1)}
-    levels = [None if one is None else _levels(one, options.orders) for one in (plain, static)]
+    levels = [one and shell_levels(one, options.orders) for one in (plain, static)]
     for name, one, level in zip(("table", "static"), (plain, static), levels, strict=True):
         if one is not None and level is not None:
             _emit_speed(scene, f"{name}_speed", one)
             scene.emit(f"{MOTOR}/{name}_level", level, axes=axes)
-    steps = (("fit", levels[0], levels[1]), ("dynamics", levels[1], _levels(turns, options.orders)))
+    dynamic = shell_levels(turns, options.orders)
+    steps = (("fit", levels[0], levels[1]), ("dynamics", levels[1], dynamic))
     for name, before, after in steps:
         if before is not None and after is not None:
             change = _less(after.value, before.value)
@@ -298,14 +257,6 @@ def _solved(
         for state, fitted in ((running.state, drive), (running.check, other))
     )
     return one, twin
-
-
-def _levels(turns: tuple[MachineTurn, MachineTurn], orders: int) -> Bounded:
-    """Levels of the shell's acceleration (orders,)."""
-    (values, rounding), (others, _) = (
-        spectra_of(one, orders)["shell_acceleration"] for one in turns
-    )
-    return level_of(Bounded(values, np.abs(values - others) + rounding), reference=1.0)
 
 
 def _less(level: FloatArray, other: FloatArray) -> FloatArray:

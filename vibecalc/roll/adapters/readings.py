@@ -1,26 +1,29 @@
 """What is read off one turn of a roll machine: spectra, numbers, time histories, peaks."""
 
-from collections.abc import Callable
-from typing import NamedTuple, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vibecalc.core.run.stage import Scene
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.level import level_of
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.rates import demand
-from vibecalc.roll.results import FORCES, VARIABLES
+from vibecalc.roll.results import FORCES, ROLL, VARIABLES
 from vibecalc.roll.running import TurnMotion, motion_of_state, speed_of_state
 from vibecalc.roll.steady import SteadyTurn
 from vibecalc.roll.turn import (
     Turn,
     balance,
-    by_cylinder,
-    harmonics,
     mean,
     peak,
     readings,
     rounding_left,
+    shell_harmonics,
+    spectrum,
 )
 
 #: crank angles of the time histories of a turn, both ends included
@@ -69,15 +72,36 @@ class Value(NamedTuple):
 
 def spectra_of(solved: MachineTurn, orders: int) -> dict[str, tuple[np.ndarray, float]]:
     """Harmonics (orders,) or (cylinders, orders) by name, each with the rounding in them."""
-    read = readings(solved.machine, solved.drive, solved.turn)
-    numbers = np.arange(1.0, orders + 1)
-    spectra = {}
-    for name in (*VARIABLES, *FORCES):
-        values = np.asarray(getattr(read, name))
-        rounding = rounding_left(solved.machine, read, name)
-        by_order = harmonics if name in VARIABLES else by_cylinder
-        spectra[name] = by_order(solved.turn, values, numbers)[0], rounding
-    return spectra
+    read, numbers = readings(solved.machine, solved.drive, solved.turn), np.arange(1.0, orders + 1)
+    return {
+        name: (
+            spectrum(solved.turn, read, name, numbers)[0],
+            rounding_left(solved.machine, read, name),
+        )
+        for name in (*VARIABLES, *FORCES)
+    }
+
+
+def shell_levels(turns: Sequence[MachineTurn], orders: int) -> Bounded:
+    """Levels (orders,) of the shell's acceleration; the second of two turns tells the error."""
+    value, other = (shell_harmonics(*one[:3], orders)[0] for one in turns)
+    read = readings(*turns[0][:3], pistons=False)
+    rounding = rounding_left(turns[0].machine, read, "shell_acceleration")
+    return level_of(Bounded(value, np.abs(value - other) + rounding), reference=1.0)
+
+
+def emit_spectra(scene: Scene, spectra: Mapping[str, Bounded], axes: Mapping[str, Any]) -> None:
+    """Harmonics (..., orders) of variables and forces, with their levels and lags."""
+    for name, values in spectra.items():
+        level = level_of(values, reference=1.0)
+        lag = Bounded(*lags_of(values.value, values.error))
+        for path, quantity in zip(spectrum_paths(name), (values, level, lag), strict=True):
+            scene.emit(path, quantity.value, quantity.error, axes)
+
+
+def spectrum_paths(name: str) -> tuple[str, ...]:
+    """Where the spectrum of a variable stands in a result."""
+    return tuple(f"{ROLL}/{kind}{name}" for kind in ("", "level/", "phase_lag/"))
 
 
 def lags_of(values: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -234,15 +258,14 @@ def time_history(solved: MachineTurn) -> tuple[FloatArray, dict[str, FloatArray]
 
 def peaks_of(solved: MachineTurn) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Largest magnitude of each force (cylinders,), and what the search for it leaves open."""
-    peaks = {}
-    for name in FORCES:
-        tops = []
-        for place in range(solved.machine.reciprocating_mass.shape[-1]):
 
-            def size(angles: FloatArray, name: str = name, place: int = place) -> FloatArray:
-                read = readings(solved.machine, solved.drive, solved.motion(angles))
-                return np.asarray(np.abs(np.asarray(getattr(read, name))[0, :, place]))
+    def top(name: str, place: int) -> tuple[float, float]:
+        def size(angles: FloatArray) -> FloatArray:
+            read = readings(solved.machine, solved.drive, solved.motion(angles))
+            return np.asarray(np.abs(np.asarray(getattr(read, name))[0, :, place]))
 
-            tops.append(peak(size))
-        peaks[name] = np.array([top for top, _ in tops]), np.array([left for _, left in tops])
-    return peaks
+        return peak(size)
+
+    places = range(solved.machine.reciprocating_mass.shape[-1])
+    tops = {name: np.array([top(name, place) for place in places]) for name in FORCES}
+    return {name: (each[:, 0], each[:, 1]) for name, each in tops.items()}

@@ -1,21 +1,23 @@
 """Adapter: the periodic motion of rotor, pistons and shell, and the studies made of it."""
 
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 
-from vibecalc.core.run.stage import Scene
+from vibecalc.core.run.stage import Scene, below
 from vibecalc.excitation.crank_forces import train_excitation
 from vibecalc.excitation.inertia_forces import couples_of, forces_of, size_of_terms
 from vibecalc.kinematics.adapter import exact_motion
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.level import level_of
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.roll.adapters.motor import emit_motor, uncertain
 from vibecalc.roll.adapters.readings import (
     MachineTurn,
     TurnSolutions,
+    emit_spectra,
     extremes_of,
-    lags_of,
     leak_of,
     machine_turn,
     numbers_of,
@@ -30,7 +32,16 @@ from vibecalc.roll.results import FORCES, ROLL, SHAKING
 from vibecalc.roll.running import Running, motion_of_turn, running_state
 from vibecalc.roll.sensitivity import changes, sensitivity
 from vibecalc.roll.tables import Roll
-from vibecalc.roll.turn import Turn, by_cylinder, classical, harmonics, level, readings
+from vibecalc.roll.turn import (
+    Turn,
+    by_cylinder,
+    classical,
+    constant_speed,
+    level,
+    readings,
+    shell_harmonics,
+    spectrum,
+)
 
 # ----------------------------------------------------------------------------
 # Adapter: rotor, pistons and shell in the periodic motion that their motor gives them.
@@ -41,6 +52,16 @@ _ROUNDING = 32.0 * EPSILON
 _ZERO = ("energy/residual", "momentum_residual")
 #: safety of a difference of settings where the case has chosen the points
 _CHOSEN = 2.0
+
+
+#: dB; what rounding leaves in a level
+_STUDY_ROUNDING = 1e-11
+#: dB below the largest harmonic, from which on there is only rounding
+_SILENT = 240.0
+#: parameters are altered by this share, up and down
+_SHARE = 0.1
+#: crank angles at which forces are held against those of the textbook
+_GRID = 1441
 
 
 def run_roll(scene: Scene) -> None:
@@ -57,39 +78,33 @@ def run_roll(scene: Scene) -> None:
         drive = drive._replace(circuit=fitted.circuit)
     _cite(scene)
     running = running_state(
-        machine,
-        drive,
-        rtol=scene.case.accuracy.rtol,
-        orders=options.orders,
+        machine, drive, rtol=scene.case.accuracy.rtol, orders=options.orders,
         started_at=options.started_at,
         points=options.points if options.method == "collocation" else None,
         between_points=scene.wants(*_below("cycle")),
-    )
+    )  # fmt: skip
     if fitted is not None:
         running = uncertain(machine, checked, running, options.started_at)
     solutions = _solutions(options, machine, drive, checked, running)
-    _emit_spectra(scene, parts, options.orders, solutions)
-    _emit_numbers(scene, solutions)
-    _emit_time_history(scene, parts, solutions)
-    _emit_stability(scene, machine, running)
+    run = RollRun(scene, options, parts, machine, drive, running, solutions)
+    run.emit_spectra()
+    run.emit_numbers()
+    run.emit_time_history()
+    run.emit_stability()
     if fitted is not None and scene.wants(*_below("motor")):
         emit_motor(scene, options, machine, fitted, running, (solutions.solution, solutions.other))
-    if options.interpolations and scene.wants(*_below("interpolation")):
-        emit_interpolations(scene, parts, options, machine, drive)
-    if options.compare and scene.wants(*_below("method")):
-        emit_methods(scene, options, machine, drive, running)
-    if options.sensitivity and scene.wants(*_below("sensitivity")):
-        emit_sensitivity(scene, parts, options, machine, drive, running)
-    if options.classical and scene.wants(*_below("classical")):
-        emit_classical(scene, parts, solutions, options.orders)
-    if options.classical and scene.wants(*_below("shaking")):
-        best = solutions.best or (solutions.other,)
-        emit_shaking(scene, solutions.solution, best[0], options.orders)
+    for asked, part, emit in (
+        (options.interpolations, "interpolation", run.emit_interpolations),
+        (options.compare, "method", run.emit_methods),
+        (options.sensitivity, "sensitivity", run.emit_sensitivity),
+        (options.classical, "classical", run.emit_classical),
+        (options.classical, "shaking", run.emit_shaking),
+    ):
+        if asked and scene.wants(*_below(part)):
+            emit()
 
 
 def _below(part: str) -> tuple[str, ...]:
-    from vibecalc.core.run.stage import below
-
     return below(f"{ROLL}/{part}/")
 
 
@@ -109,19 +124,10 @@ def _solutions(
         near = running.coarse
         if near is None:
             return TurnSolutions(one, other, safety=_CHOSEN if options.points else 1.0)
-        coarse = machine_turn(machine, drive, near)
-        settings = (running.state.points, running.check.points, near.points)
-        return TurnSolutions(
-            one,
-            other,
-            coarse=coarse,
-            steps=(settings[0] - settings[1]) / (settings[1] - settings[2]),
-        )
-    fading = float(np.max(np.abs(running.multiplier)))
-    asked = Settings(
-        options.points, options.step, options.started_at, running.state.momentum, fading
-    )
-    computed = find(options.method, machine, drive, asked)
+        last, before = running.state.points, running.check.points
+        steps = (last - before) / (before - near.points)
+        return TurnSolutions(one, other, coarse=machine_turn(machine, drive, near), steps=steps)
+    computed = find(options.method, machine, drive, _settings(options, running, options.points))
     each = [
         MachineTurn(machine, drive, turn, motion_of_turn(turn))
         for turn in (computed.turn, computed.finer)
@@ -129,64 +135,9 @@ def _solutions(
     return TurnSolutions(each[0], each[1], computed.order, best=(one, other))
 
 
-def _emit_spectra(scene: Scene, parts: RollParts, orders: int, solutions: TurnSolutions) -> None:
-    numbers = np.arange(1, orders + 1)
-    spectra, leak = (
-        solutions.read(lambda seen: spectra_of(seen, orders)),
-        leak_of(solutions.solution),
-    )
-    for name, (values, rounding) in spectra[0].items():
-        error = solutions.error(*(each[name][0] for each in spectra)) + rounding
-        error = error + leak * np.max(np.abs(values), initial=0.0)
-        axes = {"order": numbers, "cylinder": np.array(parts.names, dtype=object)}
-        scene.emit(f"{ROLL}/{name}", values, error, axes)
-        levels, uncertainty = level_of(Bounded(values, error), reference=1.0)
-        scene.emit(f"{ROLL}/level/{name}", levels, uncertainty, axes)
-        scene.emit(f"{ROLL}/phase_lag/{name}", *lags_of(values, error), axes)
-
-
-def _emit_numbers(scene: Scene, solutions: TurnSolutions) -> None:
-    each, leak = solutions.read(numbers_of), leak_of(solutions.solution)
-    extremes: frozenset[str] = frozenset()
-    names = ("speed_variation", "largest_slip", "largest_torque")
-    if scene.wants(*(f"{ROLL}/{name}" for name in names)):
-        for values_of, more in zip(each, solutions.read(extremes_of), strict=True):
-            values_of.update(more)
-            extremes = frozenset(more)
-    for name, number in each[0].items():
-        values = [values_of[name].value for values_of in each]
-        # a margin without end has no error
-        finite = np.all(np.isfinite(values))
-        apart = float(solutions.error(*values, single=name in extremes)) if finite else 0.0
-        error = apart + number.error + (_ROUNDING + leak) * number.size
-        if name in _ZERO:
-            error = max(error, abs(number.value))
-        scene.emit(f"{ROLL}/{name}", number.value, error, terms=number.size)
-
-
-def _emit_time_history(scene: Scene, parts: RollParts, solutions: TurnSolutions) -> None:
-    if scene.wants(*_below("cycle")):
-        histories = solutions.read(time_history)
-        angles, values_of = histories[0]
-        axes = {"cylinder": np.array(parts.names, dtype=object), "crank_angle": angles}
-        for name, values in values_of.items():
-            rounding = _ROUNDING * float(np.max(np.abs(values), initial=0.0))
-            error = solutions.error(*(each[name] for _, each in histories)) + rounding
-            scene.emit(f"{ROLL}/cycle/{name}", values, error, axes)
-    if scene.wants(*(f"{ROLL}/{name}_peak" for name in FORCES)):
-        peaks = solutions.read(peaks_of)
-        for name, (values, left) in peaks[0].items():
-            apart = solutions.error(*(each[name][0] for each in peaks), single=True)
-            error = apart + left + _ROUNDING * values
-            scene.emit(f"{ROLL}/{name}_peak", values, error, {"cylinder": parts.names})
-
-
-def _emit_stability(scene: Scene, machine: RollMachine, running: Running) -> None:
-    value, error = running.multiplier[0], running.multiplier_error[0]
-    axes = {"multiplier": np.arange(1, len(value) + 1)}
-    scene.emit(f"{ROLL}/multiplier", value, error, axes)
-    scene.emit(f"{ROLL}/largest_multiplier", float(np.max(np.abs(value))), float(np.max(error)))
-    scene.emit(f"{ROLL}/trivial_multipliers", 1 if is_mounted(machine) else 3)
+def _settings(options: Roll, running: Running, points: int | None) -> Settings:
+    fading = float(np.max(np.abs(running.multiplier)))
+    return Settings(points, options.step, options.started_at, running.state.momentum, fading)
 
 
 def _cite(scene: Scene) -> None:
@@ -202,155 +153,187 @@ def _cite(scene: Scene) -> None:
     )
 
 
-# ----------------------------------------------------------------------------
-# Adapter, continued: what a case may ask for next to the running state of a roll machine.
-# ----------------------------------------------------------------------------
+@dataclass(frozen=True)
+class RollRun:
+    """A running state with what it was found from, and all that is emitted of it."""
 
-#: dB; what rounding leaves in a level
-_STUDY_ROUNDING = 1e-11
-#: dB below the largest harmonic, from which on there is only rounding
-_SILENT = 240.0
-#: parameters are altered by this share, up and down
-_SHARE = 0.1
-#: crank angles at which forces are held against those of the textbook
-_GRID = 1441
+    scene: Scene
+    options: Roll
+    parts: RollParts
+    machine: RollMachine
+    drive: RollDrive
+    running: Running
+    solutions: TurnSolutions
 
+    @property
+    def orders(self) -> np.ndarray:
+        """Orders of the spectra."""
+        return np.arange(1, self.options.orders + 1)
 
-def emit_interpolations(
-    scene: Scene, parts: RollParts, options: Roll, machine: RollMachine, motor: RollDrive
-) -> None:
-    """Levels with every interpolation of the gas tables, and what these differ by."""
-    levels, uncertainty = [], []
-    orders = np.arange(1, options.orders + 1)
-    for interpolation in parts.interpolations:
-        drive = motor._replace(gas=roll_drive(parts, interpolation).gas)
-        running = running_state(
-            machine,
-            drive,
-            rtol=scene.case.accuracy.rtol,
-            orders=options.orders,
-            started_at=options.started_at,
+    @property
+    def names(self) -> np.ndarray:
+        """Names of the cylinders."""
+        return np.array(self.parts.names, dtype=object)
+
+    def emit_spectra(self) -> None:
+        """Harmonics of all variables, with the errors that the settings show."""
+        spectra = self.solutions.read(lambda seen: spectra_of(seen, self.options.orders))
+        leak, found = leak_of(self.solutions.solution), {}
+        for name, (values, rounding) in spectra[0].items():
+            error = self.solutions.error(*(each[name][0] for each in spectra)) + rounding
+            found[name] = Bounded(values, error + leak * np.max(np.abs(values), initial=0.0))
+        emit_spectra(self.scene, found, {"order": self.orders, "cylinder": self.names})
+
+    def emit_numbers(self) -> None:
+        """Speed, slip, torque, balances."""
+        each, leak = self.solutions.read(numbers_of), leak_of(self.solutions.solution)
+        extremes: frozenset[str] = frozenset()
+        names = ("speed_variation", "largest_slip", "largest_torque")
+        if self.scene.wants(*(f"{ROLL}/{name}" for name in names)):
+            for values_of, more in zip(each, self.solutions.read(extremes_of), strict=True):
+                values_of.update(more)
+                extremes = frozenset(more)
+        for name, number in each[0].items():
+            values = [values_of[name].value for values_of in each]
+            # a margin without end has no error
+            finite = np.all(np.isfinite(values))
+            single = name in extremes
+            apart = float(self.solutions.error(*values, single=single)) if finite else 0.0
+            error = apart + number.error + (_ROUNDING + leak) * number.size
+            if name in _ZERO:
+                error = max(error, abs(number.value))
+            self.scene.emit(f"{ROLL}/{name}", number.value, error, terms=number.size)
+
+    def emit_time_history(self) -> None:
+        """Variables and forces over the turn, and the largest of the forces."""
+        if self.scene.wants(*_below("cycle")):
+            histories = self.solutions.read(time_history)
+            angles, values_of = histories[0]
+            axes = {"cylinder": self.names, "crank_angle": angles}
+            for name, values in values_of.items():
+                rounding = _ROUNDING * float(np.max(np.abs(values), initial=0.0))
+                error = self.solutions.error(*(each[name] for _, each in histories)) + rounding
+                self.scene.emit(f"{ROLL}/cycle/{name}", values, error, axes)
+        if self.scene.wants(*(f"{ROLL}/{name}_peak" for name in FORCES)):
+            peaks = self.solutions.read(peaks_of)
+            for name, (values, left) in peaks[0].items():
+                apart = self.solutions.error(*(each[name][0] for each in peaks), single=True)
+                error = apart + left + _ROUNDING * values
+                self.scene.emit(f"{ROLL}/{name}_peak", values, error, {"cylinder": self.names})
+
+    def emit_stability(self) -> None:
+        """Floquet multipliers."""
+        value, error = self.running.multiplier[0], self.running.multiplier_error[0]
+        largest = Bounded(np.max(np.abs(value)), np.max(error))
+        found = {
+            "multiplier": Bounded(value, error),
+            "largest_multiplier": largest,
+            "trivial_multipliers": 1 if is_mounted(self.machine) else 3,
+        }
+        axes = {"multiplier": np.arange(1, len(value) + 1)}
+        self.scene.emit_all({f"{ROLL}/{name}": one for name, one in found.items()}, axes)
+
+    def levels(self, turn: Turn, drive: RollDrive | None = None) -> FloatArray:
+        """Levels of the shell's acceleration; orders that are nothing but rounding are -inf."""
+        values = shell_harmonics(self.machine, drive or self.drive, turn, self.options.orders)
+        found = level(values)[0]
+        return np.where(found > np.max(found) - _SILENT, found, -np.inf)
+
+    def emit_interpolations(self) -> None:
+        """Levels with every interpolation of the gas tables, and what these differ by."""
+        levels, uncertainty = [], []
+        for interpolation in self.parts.interpolations:
+            drive = self.drive._replace(gas=roll_drive(self.parts, interpolation).gas)
+            running = running_state(
+                self.machine, drive, rtol=self.scene.case.accuracy.rtol,
+                orders=self.options.orders, started_at=self.options.started_at,
+            )  # fmt: skip
+            each = [self.levels(one.turn, drive) for one in (running.state, running.check)]
+            levels.append(each[0])
+            uncertainty.append(np.abs(_apart(*each)))
+        if not levels:
+            return
+        values, error = np.array(levels), np.array(uncertainty) + _STUDY_ROUNDING
+        axes = {"interpolant": self.parts.interpolations, "order": self.orders}
+        self.scene.emit(f"{ROLL}/interpolation/level", values, error, axes)
+        known = np.all(np.isfinite(values), axis=0)
+        lowest, highest = (np.where(known, f(values, axis=0), 0.0) for f in (np.min, np.max))
+        spread, off = highest - lowest, 2.0 * np.max(error)
+        self.scene.emit(f"{ROLL}/interpolation/spread", spread, off, axes)
+
+    def emit_methods(self) -> None:
+        """Levels by other methods, less those of the method of the case, and the work of each."""
+        asked = _settings(self.options, self.running, None)
+        levels, uncertainties, works = [], [], []
+        names = tuple(dict.fromkeys(self.options.compare))
+        state, check = self.running.state, self.running.check
+        level, twin = self.levels(state.turn), self.levels(check.turn)
+        for name in names:
+            turn, finer, work = state.turn, check.turn, state.evaluations
+            if name != "collocation":
+                turn, finer, _, work = find(name, self.machine, self.drive, asked)
+            each = [self.levels(one) for one in (turn, finer)]
+            levels.append(each[0])
+            # no other method is known better than it agrees with collocation
+            apart = np.abs(_apart(each[0], level)) + np.abs(_apart(level, twin))
+            uncertainties.append(np.maximum(2.0 * np.abs(_apart(*each)), apart) + _STUDY_ROUNDING)
+            works.append(work)
+        axes = {"method": names, "order": self.orders}
+        values, error = np.array(levels), np.array(uncertainties)
+        self.scene.emit(f"{ROLL}/method/level", values, error, axes)
+        self.scene.emit(f"{ROLL}/method/difference", _apart(values, level), error, axes)
+        self.scene.emit(f"{ROLL}/method/work", works, 0.0, axes)
+
+    def emit_sensitivity(self) -> None:
+        """Slopes of the levels by every parameter, and what ten percent more and less of each do.
+
+        All for the orders that are there at all.
+        """
+        levels = self.levels(self.running.state.turn)
+        orders = [int(n) for n in self.orders[np.isfinite(levels)]]
+        of = (self.machine, self.drive, orders, self.parts.names)
+        given: dict[str, Any] = {
+            "points": self.running.state.points, "started_at": self.options.started_at
+        }  # fmt: skip
+        slopes = sensitivity(*of, **given)
+        altered = changes(*of, (1.0 + _SHARE, 1.0 - _SHARE), **given)
+        axes = {"parameter": slopes.parameters, "order": orders}
+        self.scene.emit(f"{ROLL}/sensitivity/level", slopes.value, slopes.error, axes)
+        for word, change in zip(("more", "less"), altered, strict=True):
+            path = f"{ROLL}/sensitivity/ten_percent_{word}"
+            axes = {"parameter": change.parameters, "order": orders}
+            self.scene.emit(path, change.value, change.error, axes)
+            for name, reason in change.lost:
+                self.scene.warn(
+                    f"sensitivity: nothing is said of ten percent {word} of {name}: {reason}"
+                )
+        self.scene.cite(
+            "central differences in the logarithm of each parameter, extrapolated",
+            "slopes of the levels of the shell",
+            "docs/theory_roll.md, section 5",
         )
-        each = [
-            _levels(machine, drive, state.turn, options.orders)
-            for state in (running.state, running.check)
-        ]
-        levels.append(each[0])
-        uncertainty.append(np.abs(_apart(*each)))
-    if not levels:
-        return
-    values, error = np.array(levels), np.array(uncertainty) + _STUDY_ROUNDING
-    axes = {"interpolant": parts.interpolations, "order": orders}
-    scene.emit(f"{ROLL}/interpolation/level", values, error, axes)
-    known = np.all(np.isfinite(values), axis=0)
-    lowest, highest = (np.where(known, f(values, axis=0), 0.0) for f in (np.min, np.max))
-    scene.emit(
-        f"{ROLL}/interpolation/spread", highest - lowest, 2.0 * np.max(error), {"order": orders}
-    )
+        self.scene.cite(
+            "the running state of the machine with each parameter ten percent larger and smaller",
+            "what to change on the machine",
+            "docs/theory_roll.md, section 5",
+        )
 
+    def emit_classical(self) -> None:
+        """What constant speed and a fixed shell get wrong in the forces at the pistons."""
+        numbers = self.orders.astype(float)
+        each = self.solutions.read(lambda seen: _mistakes(seen, numbers))
+        axes = {"cylinder": self.names, "order": self.orders}
+        for name in FORCES:
+            largest = np.max(np.abs(each[0][name][0]))
+            of_force = (mistakes[name] for mistakes in each)
+            for what, *values in zip(_MISTAKES, *of_force, strict=True):
+                error = self.solutions.error(*values) + 1e-13 * largest
+                self.scene.emit(f"{ROLL}/classical/{name}_{what}", values[0], error, axes)
 
-def emit_methods(
-    scene: Scene,
-    options: Roll,
-    machine: RollMachine,
-    drive: RollDrive,
-    running: Running,
-) -> None:
-    """Levels by other methods, less those of the method of the case, and the work of each."""
-    fading = float(np.max(np.abs(running.multiplier)))
-    asked = Settings(None, options.step, options.started_at, running.state.momentum, fading)
-    levels, uncertainties, works = [], [], []
-    names = tuple(dict.fromkeys(options.compare))
-    level, twin = (
-        _levels(machine, drive, state.turn, options.orders)
-        for state in (running.state, running.check)
-    )
-    for name in names:
-        if name == "collocation":
-            turn, finer = running.state.turn, running.check.turn
-            work = running.state.evaluations
-        else:
-            solved = find(name, machine, drive, asked)
-            turn, finer, work = solved.turn, solved.finer, solved.work
-        each = [_levels(machine, drive, one, options.orders) for one in (turn, finer)]
-        levels.append(each[0])
-        # no other method is known better than it agrees with collocation
-        apart = np.abs(_apart(each[0], level)) + np.abs(_apart(level, twin))
-        uncertainties.append(np.maximum(2.0 * np.abs(_apart(*each)), apart) + _STUDY_ROUNDING)
-        works.append(work)
-    axes = {"method": names, "order": np.arange(1, options.orders + 1)}
-    values, error = np.array(levels), np.array(uncertainties)
-    scene.emit(f"{ROLL}/method/level", values, error, axes)
-    scene.emit(f"{ROLL}/method/difference", _apart(values, level), error, axes)
-    scene.emit(f"{ROLL}/method/work", works, 0.0, axes)
-
-
-def emit_sensitivity(
-    scene: Scene,
-    parts: RollParts,
-    options: Roll,
-    machine: RollMachine,
-    drive: RollDrive,
-    running: Running,
-) -> None:
-    """Slopes of the levels by every parameter, and what ten percent more and less of each do.
-
-    All for the orders that are there at all.
-    """
-    levels = _levels(machine, drive, running.state.turn, options.orders)
-    there = levels > np.max(levels) - _SILENT
-    orders = [int(n) for n in np.arange(1, options.orders + 1)[there]]
-    result = sensitivity(
-        machine,
-        drive,
-        orders,
-        parts.names,
-        points=running.state.points,
-        started_at=options.started_at,
-    )
-    axes = {"parameter": result.parameters, "order": orders}
-    scene.emit(f"{ROLL}/sensitivity/level", result.value, result.error, axes)
-    altered = changes(
-        machine,
-        drive,
-        orders,
-        parts.names,
-        (1.0 + _SHARE, 1.0 - _SHARE),
-        points=running.state.points,
-        started_at=options.started_at,
-    )
-    for word, change in zip(("more", "less"), altered, strict=True):
-        axes = {"parameter": change.parameters, "order": orders}
-        scene.emit(f"{ROLL}/sensitivity/ten_percent_{word}", change.value, change.error, axes)
-        for name, reason in change.lost:
-            scene.warn(f"sensitivity: nothing is said of ten percent {word} of {name}: {reason}")
-    scene.cite(
-        "central differences in the logarithm of each parameter, extrapolated",
-        "slopes of the levels of the shell",
-        "docs/theory_roll.md, section 5",
-    )
-    scene.cite(
-        "the running state of the machine with each parameter ten percent larger and smaller",
-        "what to change on the machine",
-        "docs/theory_roll.md, section 5",
-    )
-
-
-def emit_classical(
-    scene: Scene,
-    parts: RollParts,
-    solutions: TurnSolutions,
-    orders: int,
-) -> None:
-    """What constant speed and a fixed shell get wrong in the forces at the pistons."""
-    numbers = np.arange(1.0, orders + 1)
-    each = solutions.read(lambda seen: _mistakes(seen, numbers))
-    for name in FORCES:
-        largest = np.max(np.abs(each[0][name][0]))
-        axes = {"cylinder": parts.names, "order": numbers.astype(int)}
-        for what, *values in zip(_MISTAKES, *(mistakes[name] for mistakes in each), strict=True):
-            error = solutions.error(*values) + 1e-13 * largest
-            scene.emit(f"{ROLL}/classical/{name}_{what}", values[0], error, axes)
+    def emit_shaking(self) -> None:
+        """What the textbook says of the body's shaking."""
+        best = self.solutions.best or (self.solutions.other,)
+        emit_shaking(self.scene, self.solutions.solution, best[0], self.options.orders)
 
 
 _MISTAKES = ("peak", "error", "error_by_order")
@@ -360,35 +343,23 @@ def _mistakes(
     solved: MachineTurn, numbers: FloatArray
 ) -> dict[str, tuple[FloatArray, FloatArray, np.ndarray]]:
     """Peak, largest error over the peak, error of the harmonics; for each force, each cylinder."""
-    machine, drive = solved.machine, solved.drive
-    plain = classical(machine, drive, solved.turn, numbers)
-    right = readings(machine, drive, solved.turn)
+    machine, drive, turn = solved[:3]
+    right, plain = readings(machine, drive, turn), classical(machine, drive, turn)
     # peaks and errors on an even grid, the same for every setting
     even = solved.motion(np.linspace(0.0, 2.0 * np.pi, _GRID))
-    flat, exact = classical(machine, drive, even, numbers), readings(machine, drive, even)
+    flat, exact = classical(machine, drive, even), readings(machine, drive, even)
     mistakes = {}
-    for name, spectrum in (
-        ("rod_force", plain.rod_harmonics),
-        ("wall_force", plain.wall_harmonics),
-    ):
-        textbook = np.asarray(getattr(flat, name))[0]
-        true = np.asarray(getattr(exact, name))[0]
+    for name, force in plain.items():
+        textbook, true = flat[name][0], np.asarray(getattr(exact, name))[0]
         peak = np.max(np.abs(true), axis=0)
         off = np.max(np.abs(textbook - true), axis=0)
-        harmonic = by_cylinder(solved.turn, np.asarray(getattr(right, name)), numbers)[0]
+        held = by_cylinder(constant_speed(turn), force, numbers)[0]
         mistakes[name] = (
             np.max(np.abs(textbook), axis=0),
             off / np.where(peak > 0.0, peak, 1.0),
-            spectrum[0] - harmonic,
+            held - spectrum(turn, right, name, numbers)[0],
         )
     return mistakes
-
-
-def _levels(machine: RollMachine, drive: RollDrive, turn: Turn, orders: int) -> FloatArray:
-    """Levels of the shell's acceleration; orders that are nothing but rounding are zero, -inf."""
-    read = readings(machine, drive, turn, pistons=False)
-    found = level(harmonics(turn, read.shell_acceleration, np.arange(1.0, orders + 1)))[0]
-    return np.where(found > np.max(found) - _SILENT, found, -np.inf)
 
 
 def _apart(one: FloatArray, other: FloatArray) -> FloatArray:

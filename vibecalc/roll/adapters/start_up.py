@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.run.stage import Scene, below
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON
 from vibecalc.roll.mechanism import RollDrive, RollMachine
 from vibecalc.roll.model import build_roll, roll_drive
@@ -73,72 +74,67 @@ def _emit_march(
             f"start-up: {result.reason} within {100.0 * options.settled:.3g} % after "
             f"{options.duration:.6g} s; a longer duration shows when"
         )
-    _emit_verdict(scene, options, result)
-    _emit_peaks(scene, result)
-    _emit_energies(scene, result)
-    _emit_time_histories(scene, result)
+    scene.emit_all({f"{START}/{name}": value for name, value in _verdict(result).items()})
+    _emit_over_time(scene, result)
     if options.load is not None:
         _emit_load(scene, result)
 
 
-def _emit_verdict(scene: Scene, options: StartUp, result: StartUpResult) -> None:
+def _verdict(result: StartUpResult) -> dict[str, Any]:
+    """What has become of the start, its peaks and its energies, by name."""
     runs, error = result.verdict in _RUNS, result.error
-    scene.emit(f"{START}/started", int(runs))
-    scene.emit(f"{START}/settled", int(result.verdict == "settled"))
+    known: dict[str, float] = {"started": int(runs), "settled": int(result.verdict == "settled")}
     turning = result.verdict in _TURNS_OVER and result.speed is not None
-    scene.emit(
-        f"{START}/running_speed",
-        result.speed if turning else 0.0,
-        error.get("speed", 0.0) if turning else 0.0,
-    )
+    numbers = {"running_speed": (result.speed, error.get("speed", 0.0)) if turning else (0.0, 0.0)}
     for name in ("time_to_speed", "time_to_steady"):
-        value = getattr(result, name)
-        known = value is not None and runs
-        scene.emit(f"{START}/{name}", value if known else np.inf, error.get(name, 0.0) * known)
-    turns = np.inf
+        value = getattr(result, name) if runs else None
+        numbers[name] = (np.inf, 0.0) if value is None else (value, error.get(name, 0.0))
+    known["turns_to_steady"] = np.inf
     if runs and result.time_to_steady is not None:
-        since = float(result.stretches.begin[-1])
         begun = result.turns.begin
-        turns = float(np.sum((begun >= since) & (begun < result.time_to_steady)))
-    scene.emit(f"{START}/turns_to_steady", turns)
-
-
-def _emit_peaks(scene: Scene, result: StartUpResult) -> None:
+        since = begun >= float(result.stretches.begin[-1])
+        known["turns_to_steady"] = float(np.sum(since & (begun < result.time_to_steady)))
+    top = result.peaks
     for name in PEAKS:
-        row, top = QUANTITIES.index(name), result.peaks
-        scene.emit(f"{START}/{name}_peak", top.value[row], top.error[row])
-        scene.emit(f"{START}/{name}_peak_time", top.time[row], top.time_error[row])
-
-
-def _emit_energies(scene: Scene, result: StartUpResult) -> None:
-    work, error = result.energies, result.error
-    taken = {
-        "motor": work.motor,
-        "gas": -work.gas,
-        "friction": -work.friction,
-        "mounts": -work.mounts,
-        "stored": work.gain,
-        "residual": work.residual,
-    }
+        row = QUANTITIES.index(name)
+        numbers[f"{name}_peak"] = top.value[row], top.error[row]
+        numbers[f"{name}_peak_time"] = top.time[row], top.time_error[row]
+    work = result.energies
     size = _ROUNDING * (abs(work.motor) + abs(work.gas) + abs(work.gain))
-    for name, value in taken.items():
-        off = error["gain" if name == "stored" else name]
-        scene.emit(f"{START}/energy/{name}", value + 0.0, off + size)
+    for name, field, sign in _WORKS:
+        value = sign * getattr(work, field) + 0.0
+        numbers[f"energy/{name}"] = value, error[field] + size
+    return known | {
+        name: Bounded(np.asarray(value), np.asarray(off)) for name, (value, off) in numbers.items()
+    }
 
 
-def _emit_time_histories(scene: Scene, result: StartUpResult) -> None:
-    axes: dict[str, Any] = {"start_time": result.history.time[1:]}
+#: works by name, the field of each, and its sign
+_WORKS = (
+    ("motor", "motor", 1.0),
+    ("gas", "gas", -1.0),
+    ("friction", "friction", -1.0),
+    ("mounts", "mounts", -1.0),
+    ("stored", "gain", 1.0),
+    ("residual", "residual", 1.0),
+)
+
+
+def _emit_over_time(scene: Scene, result: StartUpResult) -> None:
+    history, turns, off = result.history, result.turns, result.turn_error
+    speed = mean_speed(turns)
+    axes = {"start_time": history.time[1:], "turn": np.arange(1, len(turns.begin) + 1)}
     for name in HISTORIES:
         row = QUANTITIES.index(name)
-        for end, values in (("low", result.history.low), ("high", result.history.high)):
+        for end, values in (("low", history.low), ("high", history.high)):
             error = result.history_error[row]
             scene.emit(f"{START}/history/{name}_{end}", values[row], error, axes)
-    turns, off = result.turns, result.turn_error
-    axes = {"turn": np.arange(1, len(turns.begin) + 1)}
-    speed = mean_speed(turns)
-    scene.emit(f"{START}/turn/begin", turns.begin, off.begin, axes)
-    scene.emit(f"{START}/turn/speed", speed, speed / turns.period * off.period, axes)
-    scene.emit(f"{START}/turn/shell_acceleration", turns.amplitude, off.amplitude, axes)
+    for name, values, error in (
+        ("begin", turns.begin, off.begin),
+        ("speed", speed, speed / turns.period * off.period),
+        ("shell_acceleration", turns.amplitude, off.amplitude),
+    ):
+        scene.emit(f"{START}/turn/{name}", values, error, axes)
 
 
 def _emit_load(scene: Scene, result: StartUpResult) -> None:

@@ -5,28 +5,22 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.slip_torque import slip_torque
+from vibecalc.excitation.slip_torque import Torque, slip_torque
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.periodic.collocation import solve_periodic
 from vibecalc.numerics.periodic.multipliers import floquet_multipliers
-from vibecalc.numerics.periodic.panels import (
-    PeriodicProblem,
-    PeriodicSolution,
-    evaluate,
-    running_integral,
-)
+from vibecalc.numerics.periodic.panels import PeriodicProblem, PeriodicSolution, evaluate
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 from vibecalc.roll.mechanism import (
     AngleTerms,
     RollDrive,
     RollMachine,
-    inertia,
     is_mounted,
-    place_at,
     smooth_angles,
 )
-from vibecalc.roll.rates import demand, mounted_scale, shell_speed
-from vibecalc.roll.turn import Turn, harmonics, readings
+from vibecalc.roll.rates import Bare, RollRates, demand, mounted_scale, turn_of
+from vibecalc.roll.steady import resting_momentum, still_momentum
+from vibecalc.roll.turn import Turn, shell_harmonics
 
 # ----------------------------------------------------------------------------
 # Rates over the crank angle where a controller sets the speed of the motor's field.
@@ -53,96 +47,33 @@ class Law(NamedTuple):
     lag: float = 0.0
 
 
-class DrivenMotor(NamedTuple):
-    """What the motor does (..., k): slip in rad/s and torque in N m, with its slopes by the states
-    (..., k, n).
-    """
-
-    slip: FloatArray
-    torque: FloatArray
-    torque_by: FloatArray
-
-
-class _Bare(NamedTuple):
-    """Accelerations without the torque of the motor, their slopes by the states, and what one N m
-    of it adds.
-    """
-
-    shell: FloatArray
-    crank: FloatArray
-    shell_by: FloatArray
-    crank_by: FloatArray
-    shell_gain: FloatArray
-    crank_gain: FloatArray
-
-
-class ControlledRates:
-    """dy/db at (B, P, s) crank angles for a machine under control.
-
-    y = (w,) of a free shell, with `momentum` (B,) its angular momentum, or (w, shell angle, shell
-    speed) with mounts, `momentum` being None; with a lag of the actuator u follows behind.
-    """
+class ControlledRates(RollRates):
+    """`RollRates` of a machine under control; with a lag of the actuator u follows behind."""
 
     def __init__(
         self, machine: RollMachine, drive: RollDrive, law: Law, momentum: FloatArray | None
     ):
-        self.machine, self.drive, self.law, self.momentum = machine, drive, law, momentum
-        self.states = (1 if momentum is not None else 3) + (law.lag > 0.0)
-        self._angles: FloatArray | None = None
-        self._place: AngleTerms | None = None
+        super().__init__(machine, drive, momentum)
+        self.law, self.states = law, self.rigid + (law.lag > 0.0)
 
-    def __call__(
-        self, crank_angle: FloatArray, state: FloatArray, interval: IntArray | None
-    ) -> tuple[FloatArray, FloatArray]:
-        members, panels, points = crank_angle.shape
-        flat = state.reshape(members, panels * points, self.states)
-        flat = np.where(flat[..., :1] > 0.0, flat, np.nan)
-        chosen = None if interval is None else np.repeat(interval, points, axis=1)
-        value, jacobian = self._rates(self.place(crank_angle), flat, chosen)
-        return value.reshape(state.shape), jacobian.reshape(*state.shape, self.states)
-
-    def place(self, crank_angle: FloatArray) -> AngleTerms:
-        """Inertia and torques at the angles (B, P, s), as (B, P s)."""
-        if self._place is None or self._angles is not crank_angle:
-            flat = crank_angle.reshape(len(crank_angle), -1)
-            self._place = place_at(self.machine, self.drive, flat)
-            self._angles = crank_angle
-        return self._place
-
-    def driven(
+    def at(
         self, place: AngleTerms, state: FloatArray, interval: IntArray | None = None
-    ) -> DrivenMotor:
-        """Slip and torque at states (B, k, n)."""
-        return self._driven(self._bare(place, state), state, interval)
+    ) -> tuple[FloatArray, FloatArray]:
+        """As that of any motor: the torque is no function of the crank's speed alone."""
+        return self._of_all(place, state, interval)
 
-    def lagged_slip(self, state: FloatArray) -> FloatArray:
+    def slip(self, state: FloatArray) -> FloatArray:
         """Slip at states (B, P, s, n) of an actuator with a lag."""
         return np.asarray(state[..., -1] - state[..., 0])
 
-    def _rates(
-        self, place: AngleTerms, state: FloatArray, interval: IntArray | None
+    def further(
+        self, state: FloatArray, shell: FloatArray, shell_by: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        law, speed = self.law, state[..., 0]
-        bare = self._bare(place, state)
-        motor = self._driven(bare, state, interval)
-        shell = bare.shell + bare.shell_gain * motor.torque
-        crank = bare.crank + bare.crank_gain * motor.torque
-        shell_by = bare.shell_by + bare.shell_gain[..., None] * motor.torque_by
-        crank_by = bare.crank_by + bare.crank_gain[..., None] * motor.torque_by
-        value, by = np.empty_like(state), np.zeros((*state.shape, self.states))
-        value[..., 0], by[..., 0, :] = crank, crank_by
-        if self.momentum is None:
-            value[..., 1], by[..., 1, 2] = state[..., 2], 1.0
-            value[..., 2], by[..., 2, :] = shell, shell_by
-        if law.lag > 0.0:
-            asked, asked_by = self._asked(speed, shell, shell_by)
-            value[..., -1] = (asked - state[..., -1]) / law.lag
-            by[..., -1, :] = asked_by / law.lag
-            by[..., -1, -1] -= 1.0 / law.lag
-        value /= speed[..., None]
-        by /= speed[..., None, None]
-        by[..., :, 0] -= value / speed[..., None]
-        return value, by
+        """What the actuator does."""
+        asked, by = self._asked(state[..., 0], shell, shell_by)
+        by[..., -1] -= 1.0
+        lag = self.law.lag
+        return ((asked - state[..., -1]) / lag)[..., None], (by / lag)[..., None, :]
 
     def _asked(
         self, speed: FloatArray, shell: FloatArray, shell_by: FloatArray
@@ -156,7 +87,14 @@ class ControlledRates:
         by[..., 0] -= law.gain * law.speed_feedback
         return asked, by
 
-    def _driven(self, bare: _Bare, state: FloatArray, interval: IntArray | None) -> DrivenMotor:
+    def driving(self, bare: Bare, state: FloatArray, interval: IntArray | None) -> Torque:
+        """Torque of the motor whose field the actuator sets, and its slopes by the states."""
+        return self.motor(bare, state, interval)[1]
+
+    def motor(
+        self, bare: Bare, state: FloatArray, interval: IntArray | None = None
+    ) -> tuple[FloatArray, Torque]:
+        """Slip (B, k), rad/s, with the torque and its slopes."""
         law, scale = self.law, self.machine.motor_scale[..., None]
         speed = state[..., 0]
         if law.lag > 0.0:
@@ -164,7 +102,7 @@ class ControlledRates:
             curve = slip_torque(self.drive.motor, slip, interval)
             by = np.zeros(state.shape)
             by[..., 0], by[..., -1] = -scale * curve.slope, scale * curve.slope
-            return DrivenMotor(slip, scale * curve.value, by)
+            return slip, Torque(scale * curve.value, by)
         asked, by = self._asked(speed, bare.shell, bare.shell_by)
         back = law.gain * law.acceleration_feedback * bare.shell_gain * scale
         slip = self._implicit(asked - speed, back)
@@ -173,7 +111,12 @@ class ControlledRates:
         # a loop that answers itself more than once has no motion of its own
         firm = 1.0 + back * curve.slope
         slope = np.where(firm > 0.0, scale * curve.slope / firm, np.nan)
-        return DrivenMotor(slip, scale * curve.value, slope[..., None] * by)
+        return slip, Torque(scale * curve.value, slope[..., None] * by)
+
+    def slip_at(self, angle: FloatArray, state: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Slip and torque (B, k) at crank angles (B, P, s) and states (B, k, n)."""
+        slip, torque = self.motor(self.bare(self.place(angle), state), state)
+        return slip, torque.value
 
     def _implicit(self, free: FloatArray, back: FloatArray) -> FloatArray:
         """The slip (...,) that solves slip + back torque(slip) = free."""
@@ -195,43 +138,6 @@ class ControlledRates:
                 break
             slip = slip - step
         return np.asarray(slip)
-
-    def _bare(self, place: AngleTerms, state: FloatArray) -> _Bare:
-        """Rotor, shell and load, all but the motor; the equations are those of `inertia.py`."""
-        moved, speed = place.moved, state[..., 0]
-        outer, outer_by = np.zeros_like(speed), np.zeros(state.shape)
-        inner_by = np.zeros(state.shape)
-        if self.momentum is not None:
-            shell = shell_speed(place, self.momentum, speed)
-        else:
-            shell = state[..., 2]
-            stiffness, damping = (
-                field[..., None]
-                for field in (self.machine.shell_stiffness, self.machine.shell_damping)
-            )
-            outer = -stiffness * state[..., 1] - damping * shell
-            outer_by[..., 1], outer_by[..., 2] = -stiffness, -damping
-        outer = outer - moved.shell_slope * speed * shell - moved.coupling_slope * speed**2
-        inner = place.load - place.drag * speed
-        inner = inner + 0.5 * (moved.shell_slope * shell**2 - moved.crank_slope * speed**2)
-        outer_by[..., 0] -= moved.shell_slope * shell + 2.0 * moved.coupling_slope * speed
-        inner_by[..., 0] = -place.drag - moved.crank_slope * speed
-        # the speed of a free shell is no state: it follows the crank's
-        free = self.momentum is not None
-        row = 0 if free else 2
-        rate = -moved.coupling / moved.shell if free else np.ones_like(speed)
-        outer_by[..., row] -= moved.shell_slope * speed * rate
-        inner_by[..., row] += moved.shell_slope * shell * rate
-        j, n, q, over = moved.shell, moved.coupling, moved.crank, moved.determinant
-        wide = [part[..., None] for part in np.broadcast_arrays(j, n, q, over)]
-        return _Bare(
-            (q * outer - n * inner) / over,
-            (j * inner - n * outer) / over,
-            (wide[2] * outer_by - wide[1] * inner_by) / wide[3],
-            (wide[0] * inner_by - wide[1] * outer_by) / wide[3],
-            np.asarray(-n / over),
-            np.asarray(j / over),
-        )
 
 
 def _samples(threshold: FloatArray) -> FloatArray:
@@ -287,11 +193,9 @@ def closed_loop(
 
     Raises NumericalFailure where there is none, none is found, or its slip leaves the table.
     """
-    numbers = np.arange(1.0, orders + 1)
 
     def level_of_turn(closed: ClosedLoopTurn) -> ComplexArray:
-        read = readings(machine, drive, closed.turn, closed.torque, pistons=False)
-        return np.asarray(harmonics(closed.turn, read.shell_acceleration, numbers)[0])
+        return np.asarray(shell_harmonics(machine, drive, closed.turn, orders)[0])
 
     check = _state(machine, drive, law, _POINT_LEVELS[0], None)
     closed, before = check, level_of_turn(check)
@@ -307,7 +211,7 @@ def closed_loop(
     speed = [2.0 * np.pi / float(one.turn.period[0]) for one in (closed, check)]
     slip = [float(np.max(np.abs(one.slip))) for one in (closed, check)]
     value, error = floquet_multipliers(closed.problem, closed.solution)
-    size = np.abs(closed.torque).max() / float(machine.shell_inertia[0])
+    size = np.max(np.abs(closed.torque)) / float(machine.shell_inertia[0])
     return ClosedLoop(
         Bounded(level, apart + 1e-14 * size),
         Bounded(np.asarray(speed[0]), np.asarray(abs(speed[0] - speed[1]) + 1e-14 * speed[0])),
@@ -326,7 +230,7 @@ def _state(
     constant = _guess(machine, drive, law)
     guess: FloatArray | PeriodicSolution = constant if near is None else near
     base = edges = smooth_angles(machine, drive)
-    momentum = constant[0, :1] * _momentum(machine, base, None) if free else None
+    momentum = resting_momentum(machine, constant[:, 0]) if free else None
     kinked = len(drive.motor.threshold) > 0
     scale = None
     if not free:
@@ -338,12 +242,12 @@ def _state(
         problem = PeriodicProblem(
             rates,
             edges,
-            rates.lagged_slip if switched else None,
+            rates.slip if switched else None,
             drive.motor.threshold if switched else None,
             scale,
         )
         solution = solve_periodic(problem, points, guess)
-        turn = _turn(machine, rates, solution)
+        turn = turn_of(rates, solution)
         if not solution.converged[0] or not np.all(turn.crank_speed > 0.0):
             raise NumericalFailure(
                 "control: Newton's method found no running state of the full model under control, "
@@ -353,7 +257,7 @@ def _state(
             )
         guess, still = solution, True
         if momentum is not None:
-            wanted = _momentum(machine, turn.crank_angle, turn)
+            wanted = still_momentum(machine, turn.crank_angle, turn.weight, turn.crank_speed)
             still = bool(abs(wanted[0] - momentum[0]) <= _STILL * abs(wanted[0]))
             momentum = wanted
         if kinked and not lagged:
@@ -363,9 +267,8 @@ def _state(
             edges = moved
         if still:
             break
-    place = rates.place(solution.nodes)
-    motor = rates.driven(place, solution.stages.reshape(1, -1, rates.states))
-    return ClosedLoopTurn(turn, motor.slip, motor.torque, problem, solution)
+    slip, torque = rates.slip_at(solution.nodes, solution.stages.reshape(1, -1, rates.states))
+    return ClosedLoopTurn(turn._replace(motor_torque=torque), slip, torque, problem, solution)
 
 
 def _guess(machine: RollMachine, drive: RollDrive, law: Law) -> FloatArray:
@@ -386,48 +289,11 @@ def _guess(machine: RollMachine, drive: RollDrive, law: Law) -> FloatArray:
     return np.array([[*rigid, speed + slip] if law.lag > 0.0 else rigid])
 
 
-def _turn(machine: RollMachine, rates: ControlledRates, solution: PeriodicSolution) -> Turn:
-    members = len(solution.edges)
-    speed = solution.stages[..., 0]
-    time, ends = running_integral(solution.edges, 1.0 / speed)
-    flat = speed.reshape(members, -1)
-    if rates.momentum is None:
-        angle, shell = (solution.stages[..., i].reshape(members, -1) for i in (1, 2))
-    else:
-        shell = shell_speed(rates.place(solution.nodes), rates.momentum, flat)
-        rate = shell.reshape(speed.shape) / speed
-        angle = running_integral(solution.edges, rate)[0].reshape(members, -1)
-    return Turn(
-        solution.nodes.reshape(members, -1),
-        solution.weights.reshape(members, -1),
-        time.reshape(members, -1),
-        flat,
-        shell,
-        angle,
-        ends[:, -1],
-    )
-
-
-def _momentum(machine: RollMachine, angle: FloatArray, turn: Turn | None) -> FloatArray:
-    """Angular momentum (1,) with which a free shell stands still on average.
-
-    Without a turn: for each rad/s of a constant crank speed, from the edges `angle` (k,).
-    """
-    if turn is None:
-        middle = 0.5 * (angle[1:] + angle[:-1])[None]
-        moved, weight, speed = inertia(machine, middle), np.diff(angle)[None], np.ones(middle.shape)
-    else:
-        moved, weight, speed = inertia(machine, angle), turn.weight, turn.crank_speed
-    share = np.sum(weight * moved.coupling / moved.shell, axis=-1)
-    return np.asarray(share / np.sum(weight / (moved.shell * speed), axis=-1))
-
-
 def _with_kinks(base: FloatArray, rates: ControlledRates, solution: PeriodicSolution) -> FloatArray:
     """The edges with every angle at which the slip meets a node of the motor's curve."""
 
     def slip(angle: FloatArray) -> FloatArray:
-        state = evaluate(solution, angle)
-        return np.asarray(rates.driven(rates.place(angle[None, None]), state).slip[0])
+        return np.asarray(rates.slip_at(angle[None, None], evaluate(solution, angle))[0][0])
 
     angle = (
         base[:-1, None] + np.diff(base)[:, None] * np.linspace(0.0, 1.0, _SAMPLES)[:-1]

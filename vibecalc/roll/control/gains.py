@@ -235,25 +235,18 @@ class TunedGains(NamedTuple):
     `objective` dB re 1 rad/s^2, its error how much it changes across that bracket: the search is
     local at the end, and samples everywhere at first on a grid only. `controlled`: all of the
     chosen loop; its margins' `bandwidth` and its `command_rate` are what the actuator must bear.
-    `evaluations`: how many loops were examined.
     """
 
     gain: Bounded
     acceleration_feedback: Bounded
     objective: Bounded
     controlled: ControlledLoop
-    evaluations: int
 
 
-def objective_of(controlled: ControlledLoop, orders: ArrayLike, weight: str) -> np.ndarray:
-    """Level in dB to be lowered: of the "largest" of `orders`, or of their "energy" together."""
+def objective_of(controlled: ControlledLoop, orders: ArrayLike) -> np.ndarray:
+    """Level in dB to be lowered, the largest of `orders`."""
     level = controlled.level.value[..., np.asarray(orders, dtype=int) - 1]
-    if weight == "largest":
-        largest: np.ndarray = np.max(level, axis=-1)
-        return largest
-    with np.errstate(divide="ignore"):
-        energy: np.ndarray = 10.0 * np.log10(np.sum(10.0 ** (level / 10.0), axis=-1))
-    return energy
+    return np.asarray(np.max(level, axis=-1))
 
 
 def slacks(controlled: ControlledLoop, demands: Demands) -> np.ndarray:
@@ -273,7 +266,7 @@ def slacks(controlled: ControlledLoop, demands: Demands) -> np.ndarray:
 
 def tune(
     model: ReducedModel, controller: Controller, load: LoopLoad, target: float, demands: Demands,
-    orders: ArrayLike = (1, 2), weight: str = "largest",
+    orders: ArrayLike = (1, 2),
 ) -> TunedGains:  # fmt: skip
     """Lower the level of `orders` over gain and acceleration feedback, the speed kept at `target`.
 
@@ -282,14 +275,12 @@ def tune(
     no gains within the bounds meet the demands.
     """
     bend = _bend(model, demands)
-    count = [0]
 
     def merit(gain: np.ndarray, feedback: np.ndarray) -> np.ndarray:
         tried = controller._replace(gain=gain, acceleration_feedback=feedback)
         found = evaluate_at_speed(model, tried, load, target)
-        count[0] += found.margins.stable.size
         short = np.maximum(-np.min(slacks(found, demands), axis=-1), 0.0)
-        level = np.where(short > 0.0, _BROKEN + short, objective_of(found, orders, weight))
+        level = np.where(short > 0.0, _BROKEN + short, objective_of(found, orders))
         return np.where(found.margins.stable, level, _DIVERGES)
 
     low, high = (np.arcsinh(k / bend) for k in demands.acceleration_feedback)
@@ -324,7 +315,7 @@ def tune(
     feedback = float(np.clip(feedback, *demands.acceleration_feedback))
     final = controller._replace(gain=gain, acceleration_feedback=feedback)
     controlled = evaluate_at_speed(model, final, load, target)
-    objective = objective_of(controlled, orders, weight)
+    objective = objective_of(controlled, orders)
     width = (2.0 / (FINE - 1)) ** (_ROUNDS - 1)
     gain_error = gain * step * width
     feedback_error = float(np.hypot(bend, feedback)) * (high - low) * width
@@ -337,7 +328,7 @@ def tune(
     return TunedGains(
         Bounded(np.asarray(gain), np.asarray(gain_error)),
         Bounded(np.asarray(feedback), np.asarray(feedback_error)),
-        Bounded(objective, np.asarray(level_error)), controlled, count[0],
+        Bounded(objective, np.asarray(level_error)), controlled,
     )  # fmt: skip
 
 
@@ -387,20 +378,18 @@ _ACTIVE = 1e-6
 class Certificate(NamedTuple):
     """`active` (7,): which of `BOUNDS` bind. `multiplier` (7,): dB that the best level would gain
     for a relative loosening of the bound by one (zero where it does not bind; for a bound on a
-    gain: for the logarithm of it). `share` (orders,): weight of each order, 1 in sum; more than
-    one is positive where the minimum is a tie. `residual` (1): the part of the slope of the level
-    that no bound holds, relative to the whole; near zero at an optimum.
+    gain: for the logarithm of it). `residual` (1): the part of the slope of the level that no bound
+    holds, relative to the whole; near zero at an optimum.
     """
 
     active: np.ndarray
     multiplier: np.ndarray
-    share: np.ndarray
     residual: float
 
 
 def certify(
     model: ReducedModel, controller: Controller, load: LoopLoad, target: float, demands: Demands,
-    tuned: TunedGains, orders: ArrayLike = (1, 2), weight: str = "largest",
+    tuned: TunedGains, orders: ArrayLike = (1, 2),
 ) -> Certificate:  # fmt: skip
     """First-order conditions at a tuned loop, from central differences in ln K and ln |k_S|.
 
@@ -418,8 +407,6 @@ def certify(
     controlled = evaluate_at_speed(model, tried, load, target)
     slack = slacks(controlled, demands)
     levels = controlled.level.value[:, order - 1]
-    if weight != "largest":
-        levels = objective_of(controlled, order, weight)[:, None]
 
     room = np.array([
         np.log(gain / demands.gain[0]), np.log(demands.gain[1] / gain),
@@ -437,10 +424,9 @@ def certify(
     columns = np.concatenate([level_slope, -bounds]).T / scale
     heavy = np.concatenate([np.ones(len(level_slope)), np.zeros(len(bounds))]) * 1e3
     weights = nonnegative_least_squares(np.vstack([columns, heavy]), np.array([0.0, 0.0, 1e3]))
-    share, multiplier = np.zeros(levels.shape[1]), np.zeros(len(BOUNDS))
-    share[tied] = weights[: len(level_slope)]
+    multiplier = np.zeros(len(BOUNDS))
     multiplier[active] = weights[len(level_slope) :]
-    return Certificate(active, multiplier, share, float(np.linalg.norm(columns @ weights)))
+    return Certificate(active, multiplier, float(np.linalg.norm(columns @ weights)))
 
 
 def _slopes(value: np.ndarray) -> np.ndarray:

@@ -7,19 +7,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
+from vibecalc.excitation.gas_tables import TURN
 from vibecalc.excitation.slip_torque import SlipCurve, slip_torque
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.gauss import gauss_rule
-from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF, FloatArray
+from vibecalc.numerics.rounding import EPSILON, UNIT_ROUNDOFF
 from vibecalc.roll.mechanism import (
-    AngleTerms,
+    WIDEST,
     RollDrive,
     RollMachine,
     motor_torque,
-    place_at,
     smooth_angles,
 )
-from vibecalc.roll.rates import demand
+from vibecalc.roll.rates import demand, terms_of_turn
 
 # ----------------------------------------------------------------------------
 # The motor's curve as a straight line through the slip at which the machine runs.
@@ -95,7 +94,6 @@ def _rising_zero(spare: Callable[[float], float], near: float, size: float) -> f
 
 #: Gauss points on a panel next to those that the highest order needs, and on the finer sampling
 _POINTS, _MORE = 10, 4
-_WIDEST = np.pi / 18.0
 
 
 class Disturbance(NamedTuple):
@@ -128,45 +126,24 @@ def disturbance(machine: RollMachine, drive: RollDrive, orders: int) -> Disturba
     with the exact motion of the pistons. The integrals stop at every node of the gas tables.
     """
     edges = smooth_angles(machine, drive)
-    points = _POINTS + int(np.ceil(0.5 * orders * _WIDEST))
-    plain, finer = (_sums(machine, drive, edges, n, orders) for n in (points, points + _MORE))
-    load, inertia, place = finer
-    errors = [
-        np.abs(one - other) + 64.0 * EPSILON * float(np.max(np.abs(size)))
-        for one, other, size in zip(plain[:2], finer[:2], (place.load, place.moved.crank_slope),
-                                    strict=True)
-    ]  # fmt: skip
-    weight = _weights(edges, points + _MORE)
-    whole, coupling, crank = (
-        float(np.sum(np.broadcast_to(part, (1, len(weight))) * weight))
-        for part in (place.moved.shell, place.moved.coupling, place.moved.crank)
-    )
-    return Disturbance(
-        Bounded(load[0].real, errors[0][0]),
-        Bounded(2.0 * load[1:], 2.0 * errors[0][1:]),
+    points = _POINTS + int(np.ceil(0.5 * orders * WIDEST))
+    sums = []
+    for count in (points, points + _MORE):
+        terms = terms_of_turn(machine, drive, edges, count)
+        weight, moved = terms.weight / TURN, terms.place.moved
+        wave = weight * np.exp(-1j * np.arange(orders + 1)[:, None] * terms.angle)
         # Q' / 2, and twice the mean for an amplitude
-        Bounded(-inertia[1:], errors[1][1:]),
-        whole,
-        coupling,
-        crank,
+        signals = (terms.place.load[0], -0.5 * moved.crank_slope[0])
+        sums.append([(1.0 + (np.arange(orders + 1) > 0)) * (wave @ one) for one in signals])
+    load, inertia = (
+        Bounded(fine, np.abs(fine - plain) + 128.0 * EPSILON * float(np.max(np.abs(signal))))
+        for plain, fine, signal in zip(*sums, signals, strict=True)
     )
-
-
-def _sums(
-    machine: RollMachine, drive: RollDrive, edges: FloatArray, points: int, orders: int
-) -> tuple[np.ndarray, np.ndarray, AngleTerms]:
-    """Means over the turn of load and Q' times exp(-i n b), n from 0, and what they are made of."""
-    nodes = gauss_rule(points).nodes
-    angle = (edges[:-1, None] + np.diff(edges)[:, None] * nodes).ravel()
-    place = place_at(machine, drive, angle[None])
-    wave = _weights(edges, points) * np.exp(-1j * np.arange(orders + 1)[:, None] * angle)
-    return wave @ place.load[0], wave @ place.moved.crank_slope[0], place
-
-
-def _weights(edges: FloatArray, points: int) -> FloatArray:
-    """Weights of the mean over the turn."""
-    weight = np.diff(edges)[:, None] * gauss_rule(points).weights / (2.0 * np.pi)
-    return np.asarray(weight.ravel())
+    means = (
+        float(np.sum(np.broadcast_to(part, (1, len(weight))) * weight))
+        for part in (moved.shell, moved.coupling, moved.crank)
+    )
+    return Disturbance(load[0].real, load[1:], inertia[1:], *means)
 
 
 # ----------------------------------------------------------------------------

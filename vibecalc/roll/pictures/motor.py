@@ -111,10 +111,9 @@ def _plane(
 ) -> None:
     curve = along(record, _MOTOR + "curve", "slip")
     rows = along(record, _MOTOR + "table/torque", "slip")
-    static = [
+    first, second = (
         along(record, f"{_MOTOR}cycle/static_{name}", "crank_angle") for name in ("slip", "torque")
-    ]
-    first, second = static
+    )
     if curve is not None:
         slips = rpm_of(curve[1])
         axes.plot(slips, curve[0].values, color=_CURVE, linewidth=1.2, label="fitted, steady")
@@ -132,15 +131,11 @@ def _plane(
     axes.plot(orbit[0][:1], orbit[1][:1], "o", color=_ORBIT, ms=6, zorder=4)
     if not whole:
         note(axes, "crank angle 0", (orbit[0][0], orbit[1][0]), (8, -2), color=_ORBIT, va="center")
-    axes.axhline(0.0, color=QUIET, linewidth=0.7)
-    axes.axvline(0.0, color=QUIET, linewidth=0.7)
-    axes.set_ylabel("torque of the motor in N m")
+    zeros_of(axes, whole=whole)
     axes.set_xlabel("slip in rpm")
-    axes.set_title("all of the curve" if whole else "where it runs", loc="left")
     if not whole:
-        axes.set_xlim(*_ends([orbit[0]] + ([] if first is None else [rpm_of(first[0].values)])))
-        heights = [orbit[1]] + ([] if second is None else [np.asarray(second[0].values)])
-        axes.set_ylim(*_ends(heights))
+        axes.set_xlim(*ends(orbit[0], *([] if first is None else [rpm_of(first[0].values)])))
+        axes.set_ylim(*ends(orbit[1], *([] if second is None else [second[0].values])))
 
 
 def _levels(axes: "Axes", record: Record) -> None:
@@ -187,8 +182,17 @@ def _orders(axes: "Axes", record: Record) -> None:
             axes.set_xticks(hit[1])
 
 
-def _ends(values: list[np.ndarray]) -> tuple[float, float]:
+def ends(*values: np.ndarray, room: float = 0.06) -> tuple[float, float]:
+    """Ends of an axis with that share of the range as room."""
     low = min(float(one.min()) for one in values)
     high = max(float(one.max()) for one in values)
-    room = 0.06 * (high - low) or 1.0
-    return low - room, high + room
+    wide = room * (high - low) or 1.0
+    return low - wide, high + wide
+
+
+def zeros_of(axes: "Axes", *, whole: bool) -> None:
+    """Lines at no slip and no torque, and what the plane of torque over slip is called."""
+    axes.axhline(0.0, color=QUIET, linewidth=0.7)
+    axes.axvline(0.0, color=QUIET, linewidth=0.7)
+    axes.set_ylabel("torque of the motor in N m")
+    axes.set_title("all of the curve" if whole else "where it runs", loc="left")

@@ -11,8 +11,8 @@ from vibecalc.core.report.curves import Curve, Curves, Ends, Look, Panel, Plot
 from vibecalc.core.report.sections import along, having, scalar_of, table_of
 from vibecalc.core.report.writing import ZERO, rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.roll.pictures.motor import MotorCurve, motor_curve, rpm_of
-from vibecalc.roll.report.advice import PERCENT, ROLL, Changes, changes, oscillating, shell_acts
+from vibecalc.roll.pictures.motor import MotorCurve, ends, motor_curve, rpm_of, zeros_of
+from vibecalc.roll.report.advice import PERCENT, ROLL, Changes, changes, shell_acts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -57,7 +57,9 @@ def draw_roll_cycle(result: Result) -> "Figure | None":
     motor = table_of(result.case, "machine", "motor")
     _torques(panels["torque"], record)
     _speed(panels["speed"], record, *speed, motor)
-    _slip(panels["slip"], *slip)
+    panels["slip"].plot(np.degrees(slip[1]), rpm_of(slip[0].values), color=COLOURS[2])
+    panels["slip"].axhline(0.0, color=QUIET, linewidth=0.7)
+    panels["slip"].set_ylabel("slip in rpm")
     for name in ("torque", "speed", "slip"):
         crank_angle_axis(panels[name])
         panels[name].set_xticks(range(0, 361, 90))
@@ -108,18 +110,11 @@ def _speed(
     axes.legend(loc="upper left")
 
 
-def _slip(axes: "Axes", quantity: Quantity, angle: np.ndarray) -> None:
-    values = rpm_of(quantity.values)
-    axes.plot(np.degrees(angle), values, color=COLOURS[2])
-    axes.axhline(0.0, color=QUIET, linewidth=0.7)
-    axes.set_ylabel("slip in rpm")
-
-
 def _curve(
     axes: "Axes", curve: MotorCurve | None, slip: np.ndarray, torque: np.ndarray, *, whole: bool
 ) -> None:
     """The motor's curve with the way of a turn along it: all of it, or the part that is used."""
-    left, right, low, high = (*_ends(slip), *_ends(torque))
+    left, right, low, high = (*ends(slip, room=0.08), *ends(torque, room=0.08))
     if curve is not None:
         if whole:
             left, right = min(left, curve.slip[0]), max(right, curve.slip[-1])
@@ -136,19 +131,10 @@ def _curve(
     axes.plot(slip, torque, color=_ORBIT, linewidth=3.0, alpha=0.8, label="one turn", zorder=3)
     if curve is not None and curve.breakdown is not None and whole:
         _breakdown(axes, *curve.breakdown)
-    axes.axhline(0.0, color=QUIET, linewidth=0.7)
-    axes.axvline(0.0, color=QUIET, linewidth=0.7)
+    zeros_of(axes, whole=whole)
     axes.set_xlim(left, right)
     room = 0.08 * (high - low)
     axes.set_ylim(low - room, high + (2.0 if whole else 1.0) * room)
-    axes.set_ylabel("torque of the motor in N m")
-    axes.set_title("all of the curve" if whole else "where it runs", loc="left")
-
-
-def _ends(values: np.ndarray) -> tuple[float, float]:
-    low, high = float(values.min()), float(values.max())
-    room = 0.08 * (high - low) or 1.0
-    return low - room, high + room
 
 
 def _breakdown(axes: "Axes", slip: float, torque: float) -> None:
@@ -171,12 +157,10 @@ _MARKED = 24
 def _levels(result: Result) -> Quantity | None:
     """Levels of the orders that swing; of what is zero by symmetry there is none."""
     level = having(result.record, _PATH, "order")
-    if level is None or not oscillating(level).size:
+    if level is None:
         return None
-    axis = replace(level.axes[0], values=np.asarray(level.axes[0].values)[oscillating(level)])
-    acts = shell_acts(result.record, axis.values)
-    values = np.where(acts, np.asarray(level.values, dtype=float)[oscillating(level)], np.nan)
-    return replace(level, values=values, axes=(axis,))
+    acts = shell_acts(result.record, level.axes[0].values)
+    return replace(level, values=np.where(acts, np.asarray(level.values, dtype=float), np.nan))
 
 
 def _whiskers(plot: Plot) -> None:

@@ -1,8 +1,9 @@
 """What to change on the machine to lower each harmonic of the shell, from machines so changed."""
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,10 +13,13 @@ from vibecalc.core.report.writing import (
     decibels,
     number,
     paragraph,
+    show,
     table,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
 
+ROLL = "response/roll/"
+SHELL = ROLL + "shell_acceleration"
 #: the machines of the result are changed by so many percent
 PERCENT = 10
 _STRONGEST = 3
@@ -70,9 +74,8 @@ def changes(result: Result) -> Changes | None:
     names = list(dict.fromkeys(str(name) for one in tables for name in labels(one.axes[0])))
     # harmonics that are zero have no change in dB, and need not be among the orders
     level = having(record, ROLL + "level/shell_acceleration", "order")
-    known = [] if level is None else [np.asarray(level.axes[0].values)[oscillating(level)]]
-    shown = [np.asarray(one.axes[1].values)[oscillating(one)] for one in given]
-    orders = np.unique(np.concatenate([*shown, *known]))
+    known = [] if level is None else [level.axes[0].values]
+    orders = np.unique(np.concatenate([*(one.axes[1].values for one in given), *known]))
     acts = shell_acts(record, orders)
     values = np.stack([_spread(one, names, orders) for one in both])
     values = np.where(acts | np.isnan(values), values, 0.0)
@@ -95,14 +98,12 @@ def _spread(quantity: Quantity | None, names: list[str], orders: np.ndarray) -> 
         return values
     rows = [names.index(str(name)) for name in labels(quantity.axes[0])]
     values[rows] = 0.0
-    chosen = oscillating(quantity)
-    given = np.asarray(quantity.axes[1].values)[chosen]
-    effect = np.asarray(quantity.values, dtype=float)[:, chosen]
+    given = np.asarray(quantity.axes[1].values)
+    effect = np.asarray(quantity.values, dtype=float)
     seen = np.isfinite(effect) & (np.abs(effect) > known_error(quantity))
     there = np.isin(given, orders)
-    values[np.ix_(rows, np.searchsorted(orders, given[there]))] = np.where(seen, effect, 0.0)[
-        :, there
-    ]
+    places = np.searchsorted(orders, given[there])
+    values[np.ix_(np.array(rows), places)] = np.where(seen, effect, 0.0)[:, there]
     return values
 
 
@@ -224,22 +225,6 @@ def _at(level: Quantity, order: int) -> float:
     return float(level.values[hit[0]]) if hit.size else float("nan")
 
 
-ROLL = "response/roll/"
-
-
-SHELL = ROLL + "shell_acceleration"
-
-
-def oscillating(quantity: Quantity) -> np.ndarray:
-    """Places along a last axis `order` that are no mean."""
-    return np.flatnonzero(np.asarray(quantity.axes[-1].values) != 0)
-
-
-def acting(harmonics: Quantity) -> np.ndarray:
-    """Which harmonics are not zero to round-off."""
-    return ~harmonics.zero
-
-
 def known_error(quantity: Quantity) -> float:
     """The error estimate; 0 where it is not known, since that hides nothing."""
     error = quantity.error_estimate
@@ -251,5 +236,32 @@ def shell_acts(record: Record, orders: np.ndarray) -> np.ndarray:
     harmonics = having(record, SHELL, "order")
     if harmonics is None:
         return np.ones(orders.shape, dtype=bool)
-    known = dict(zip(harmonics.axes[0].values.tolist(), acting(harmonics).tolist(), strict=True))
+    known = dict(zip(harmonics.axes[0].values.tolist(), (~harmonics.zero).tolist(), strict=True))
     return np.array([known.get(int(order), True) for order in orders], dtype=bool)
+
+
+def of_shell(path: str) -> Callable[[Record], Quantity | None]:
+    """Levels at a path over the orders of the shell, those that it does not have read as zero."""
+
+    def made(record: Record) -> Quantity | None:
+        found = record.quantities.get(path)
+        if found is None or not found.axes or found.axes[-1].name != "order":
+            return None
+        acts = shell_acts(record, found.axes[-1].values)
+        return replace(found, values=np.where(acts, found.values, -np.inf))
+
+    return made
+
+
+def level(value: Any, _error: float) -> str:
+    """A level in dB, as a column has it."""
+    return decibels(value)
+
+
+def one_row(
+    record: Record, stem: str, names: Sequence[tuple[str, str]], title: str, row: str
+) -> list[str]:
+    """A table of one row: those scalars below a stem that there are."""
+    found = [(record[path], words) for name, words in names if (path := stem + name) in record]
+    cells = [show(float(one.values), one.error_estimate) for one, _ in found]
+    return table([title, *(number(words) for _, words in found)], [[row, *cells]] * bool(found))

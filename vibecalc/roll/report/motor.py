@@ -1,7 +1,12 @@
 """A motor with transients: what was fitted to its table, and what they change in the levels."""
 
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
+from vibecalc.core.report.rows import Cells, Rows, rows_of
 from vibecalc.core.report.sections import (
     Section,
     having,
@@ -20,16 +25,14 @@ from vibecalc.core.report.writing import (
     table,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.roll.report.advice import ROLL, oscillating, shell_acts
+from vibecalc.roll.report.advice import ROLL, level, of_shell, one_row, shell_acts
 
 _MOTOR = ROLL + "motor/"
-_OF_ALL = (
-    ("stator_leakage", "leakage of the stator", "stator_leakage"),
-    ("magnetising_inductance", "magnetising inductance", "magnetising_inductance"),
-)
-_OF_CAGES = (
-    ("rotor_resistance", "resistance of cage", "rotor_resistance"),
-    ("rotor_leakage", "leakage of cage", "rotor_leakage"),
+_FITTED = (
+    ("stator_leakage", "leakage of the stator"),
+    ("magnetising_inductance", "magnetising inductance"),
+    ("rotor_resistance", "resistance of cage"),
+    ("rotor_leakage", "leakage of cage"),
 )
 _POINTS = (
     ("breakdown_torque", "largest steady torque"),
@@ -56,50 +59,51 @@ def roll_motor(result: Result) -> Section | None:
     details = {
         "torque and slip of the motor by row": _rows(record),
         "transients of the motor": _transients(record),
-        "energies of the motor": _energies(record),
+        "energies of the motor": one_row(
+            record, _MOTOR + "energy/", _ENERGIES, "energy of a turn", "J"
+        ),
     }
     return section("Motor with transients", blocks, details, shown)
 
 
-def _changes(record: Record) -> list[str]:
-    """Levels from the table to the circuit to its transients, and the torque's answer."""
-    static = having(record, _MOTOR + "static_level", "order")
-    level = having(record, ROLL + "level/shell_acceleration", "order")
-    if static is None or level is None:
-        return []
-    columns = [number("order")]
-    rows = [[str(int(static.axes[0].values[i]))] for i in oscillating(static)]
-    acts = shell_acts(record, np.asarray(static.axes[0].values))
-    for path, words in (
-        (_MOTOR + "table_level", "slip table\ndB"),
-        (_MOTOR + "fit_change", "the fit\ndB"),
-        (_MOTOR + "static_level", "steady curve\ndB"),
-        (_MOTOR + "dynamics_change", "transients\ndB"),
-        (level.path, "with them\ndB"),
-    ):
-        quantity = having(record, path, "order")
-        if quantity is None:
-            continue
-        columns.append(number(words))
-        for row, i in zip(rows, oscillating(quantity), strict=True):
-            row.append(decibels(quantity.values[i], bool(acts[i])))
-    _add_answer(record, columns, rows)
-    lines = paragraph(
-        "levels of the shell acceleration; what the fitted curve in place of the table changes, "
-        "and what the transients change"
-    )
-    lines += table(columns, rows)
-    return lines + paragraph(_summary(record, acts))
-
-
-def _add_answer(record: Record, columns: list[Column], rows: list[list[str]]) -> None:
+def _phase(record: Record) -> Quantity | None:
     answer = having(record, _MOTOR + "torque_answer", "order")
-    if answer is None or len(answer.values) != len(rows):
-        return
-    columns += [number("answer\nN*m*s/rad"), number("phase\ndeg")]
-    for row, value in zip(rows, answer.values, strict=True):
-        angle = float(np.degrees(np.angle(value)))
-        row += [show(abs(value), answer.error_estimate, 4), f"{angle:.1f}"]
+    return answer and replace(answer, values=np.degrees(np.angle(answer.values)))
+
+
+def _size(value: Any, error: float) -> str:
+    return show(abs(value), float(error), 4)
+
+
+#: levels from the table to the circuit to its transients, and the torque's answer
+_CHANGES = Rows(
+    "order", "order",
+    (
+        *(
+            Cells(of_shell(path), f"{words}\ndB", level, right=True)
+            for path, words in (
+                (_MOTOR + "table_level", "slip table"),
+                (_MOTOR + "fit_change", "the fit"),
+                (_MOTOR + "static_level", "steady curve"),
+                (_MOTOR + "dynamics_change", "transients"),
+                (ROLL + "level/shell_acceleration", "with them"),
+            )
+        ),
+        Cells(_MOTOR + "torque_answer", "answer\nN*m*s/rad", _size, right=True),
+        Cells(_phase, "phase\ndeg", lambda value, _: f"{value:.1f}", right=True),
+    ),
+    right=True,
+    above="levels of the shell acceleration; what the fitted curve in place of the table changes, "
+    "and what the transients change",
+)  # fmt: skip
+
+
+def _changes(record: Record) -> list[str]:
+    static = having(record, _MOTOR + "static_level", "order")
+    if static is None or having(record, ROLL + "level/shell_acceleration", "order") is None:
+        return []
+    acts = shell_acts(record, np.asarray(static.axes[0].values))
+    return rows_of(record, _CHANGES)[0] + paragraph(_summary(record, acts))
 
 
 def _summary(record: Record, acts: np.ndarray) -> str:
@@ -130,39 +134,25 @@ def _summary(record: Record, acts: np.ndarray) -> str:
 
 
 def _parameters(record: Record) -> list[str]:
-    spread = having(record, _MOTOR + "parameter_spread", "motor_parameter")
-    free = having(record, _MOTOR + "parameter_free_spread", "motor_parameter")
-    known = {} if spread is None else dict(zip(labels(spread.axes[0]), spread.values, strict=True))
-    alone = {} if free is None else dict(zip(labels(free.axes[0]), free.values, strict=True))
+    spreads = []
+    for name in ("parameter_spread", "parameter_free_spread"):
+        found = having(record, _MOTOR + name, "motor_parameter")
+        spreads.append({} if found is None else dict(zip(labels(found.axes[0]), found.values,
+                                                         strict=True)))  # fmt: skip
     rows = []
-    for name, words, key in _OF_ALL:
-        quantity = having(record, _MOTOR + name)
-        if quantity is not None:
-            rows.append(_parameter(words, quantity, float(quantity.values), key, known, alone))
-    for name, words, key in _OF_CAGES:
-        quantity = having(record, _MOTOR + name, "cage")
+    for name, words in _FITTED:
+        quantity = record.quantities.get(_MOTOR + name)
         if quantity is None:
             continue
-        for cage, value in zip(labels(quantity.axes[0]), quantity.values, strict=True):
-            name_of = key if len(quantity.values) == 1 else f"{key} {cage}"
-            rows.append(
-                _parameter(f"{words} {cage}", quantity, float(value), name_of, known, alone)
-            )
+        cages = labels(quantity.axes[0]) if quantity.axes else [""]
+        for cage, value in zip(cages, np.atleast_1d(quantity.values), strict=True):
+            key = f"{name} {cage}" if len(cages) > 1 else name
+            shown = show(float(value), quantity.error_estimate)
+            known = [_percent(one.get(key)) for one in spreads]
+            rows.append([f"{words} {cage}".rstrip(), shown, quantity.unit, *known])
     columns = (Column("fitted parameter"), number("value"), Column("unit"),
                number("for 1 % in\nthe table %"), number("nothing\nassumed %"))  # fmt: skip
-    return table(columns, rows) if rows else []
-
-
-def _parameter(
-    words: str,
-    quantity: Quantity,
-    value: float,
-    key: str,
-    known: dict[str, float],
-    alone: dict[str, float],
-) -> list[str]:
-    shown = show(value, quantity.error_estimate)
-    return [words, shown, quantity.unit, _percent(known.get(key)), _percent(alone.get(key))]
+    return table(columns, rows)
 
 
 def _percent(spread: float | None) -> str:
@@ -172,28 +162,33 @@ def _percent(spread: float | None) -> str:
     return show(100.0 * spread, digits=3) if np.isfinite(spread) else "not identifiable"
 
 
+def _slips(record: Record) -> Quantity | None:
+    torque = having(record, _MOTOR + "table/torque", "slip")
+    return torque and replace(torque, values=rpm(1.0) * torque.axes[0].values)
+
+
+def _digits(count: int) -> Callable[[Any, float], str]:
+    return lambda value, error: show(value, float(error), count)
+
+
+_ROWS = Rows(
+    "slip", "",
+    (
+        Cells(_slips, "slip\nrpm", lambda value, _: show(value, digits=5), right=True),
+        Cells("torque", "table\nN*m", lambda value, _: show(value, digits=5), right=True),
+        Cells("fitted", "fitted\nN*m", _digits(5), right=True),
+        Cells("difference", "difference\nN*m", _digits(4), right=True),
+        Cells("relative_difference", "%", lambda value, _: f"{100.0 * value:+.2f}", right=True),
+        Cells("used", "", lambda value, _: "" if value else "not fitted"),
+    ),
+    "response/roll/motor/table",
+)  # fmt: skip
+
+
 def _rows(record: Record) -> list[str]:
-    paths = ("torque", "fitted", "difference", "relative_difference", "used")
-    quantities = [having(record, f"{_MOTOR}table/{name}", "slip") for name in paths]
-    torque, fitted, difference, relative, used = quantities
-    if torque is None or fitted is None or difference is None or relative is None or used is None:
-        return []
-    rows = [
-        [
-            show(rpm(float(slip)), digits=5),
-            show(torque.values[i], digits=5),
-            show(fitted.values[i], fitted.error_estimate, 5),
-            show(difference.values[i], difference.error_estimate, 4),
-            f"{100.0 * relative.values[i]:+.2f}",
-            "" if used.values[i] else "not fitted",
-        ]
-        for i, slip in enumerate(torque.axes[0].values)
-    ]
-    columns = (number("slip\nrpm"), number("table\nN*m"), number("fitted\nN*m"),
-               number("difference\nN*m"), number("%"), Column(""))  # fmt: skip
-    lines = table(columns, rows)
+    lines, _ = rows_of(record, _ROWS)
     worst, rms = (scalar_of(record, f"{_MOTOR}{name}_difference") for name in ("worst", "rms"))
-    if worst is None or rms is None:
+    if not lines or worst is None or rms is None:
         return lines
     words = f"fitted rows are met within {100.0 * worst:.3g} %, {100.0 * rms:.3g} % rms"
     return lines + paragraph(words)
@@ -239,16 +234,3 @@ def _transients(record: Record) -> list[str]:
     columns = (number("transient"), number("decay time\ns"), number("frequency\nHz"),
                number("in orders"))  # fmt: skip
     return table(columns, rows)
-
-
-def _energies(record: Record) -> list[str]:
-    found = [
-        (quantity, words)
-        for name, words in _ENERGIES
-        if (quantity := having(record, f"{_MOTOR}energy/{name}")) is not None
-    ]
-    if not found:
-        return []
-    columns = [Column("energy of a turn"), *(number(words) for _, words in found)]
-    cells = [show(float(one.values), one.error_estimate) for one, _ in found]
-    return table(columns, [["J", *cells]])

@@ -1,10 +1,13 @@
 """The section of the running state: levels and lags by order, works, what moves them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from vibecalc.core.report.rows import Cells, Rows, rows_of
 from vibecalc.core.report.sections import (
     Section,
     having,
@@ -24,7 +27,8 @@ from vibecalc.core.report.writing import (
     table,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.roll.report.advice import ROLL, acting, advice, oscillating, shell_acts
+from vibecalc.roll.report.advice import ROLL, advice, one_row, shell_acts
+from vibecalc.roll.report.advice import level as in_level
 
 # ----------------------------------------------------------------------------
 # Levels and lags as the report prints them; what is zero to round-off has neither.
@@ -36,6 +40,10 @@ def lag_degrees(lag: float, acts: bool | np.bool_ = True) -> str:
     if not acts or not math.isfinite(lag):
         return "-"
     return f"{round(math.degrees(lag), 2) % 360.0:.2f}"
+
+
+def _lag(value: Any, _error: float) -> str:
+    return lag_degrees(value)
 
 
 # ----------------------------------------------------------------------------
@@ -59,16 +67,6 @@ _WORK = (
     ("mounts", "to mounts"),
     ("residual", "left over"),
 )
-_LEVELS = (
-    ("shell_acceleration", "shell"),
-    ("rotor_acceleration", "rotor"),
-    ("motor_torque", "motor torque"),
-)
-_MORE = (
-    ("crank_speed", "crank speed"),
-    ("gas_torque", "gas torque"),
-    ("mount_torque", "mount torque"),
-)
 _DIGITS = 4
 _MULTIPLIERS = 4
 #: with such a multiplier a disturbance takes some turns to fade
@@ -82,10 +80,11 @@ def roll(result: Result) -> Section | None:
     shown = frozenset(
         path for path in record if path.startswith(ROLL) and not path.startswith(ROLL + "motor/")
     )
-    blocks = [_state(result), _stability(record), _levels(record), forces(record)]
+    levels = rows_of(record, _LEVELS)[0]
+    blocks = [_state(result), _stability(record), levels, forces(record)]
     details = {
         "balances of a turn": _balances(record),
-        "further harmonics": _more(record),
+        "further harmonics": rows_of(record, _MORE)[0],
         "ways to read the gas tables": _interpolations(result),
         "levels by other methods": _methods(result),
         "what lowers each harmonic": advice(result),
@@ -156,73 +155,70 @@ def _complex(value: complex) -> str:
 
 
 def _balances(record: Record) -> list[str]:
-    found = [
-        (record[path], words) for name, words in _WORK if (path := f"{ROLL}energy/{name}") in record
-    ]
+    lines = one_row(record, ROLL + "energy/", _WORK, "balances of a turn", "energy J")
     strayed = record.quantities.get(ROLL + "momentum_residual")
-    lines = []
-    if found:
-        columns = [Column("balances of a turn"), *(number(words) for _, words in found)]
-        lines += table(columns, [["energy J", *(_left(quantity) for quantity, _ in found)]])
     if strayed is not None:
+        size = show(float(strayed.values), strayed.error_estimate)
         lines += paragraph(
-            f"angular momentum strays by {_left(strayed)} {strayed.unit} from what the mounts "
-            "explain"
+            f"angular momentum strays by {size} {strayed.unit} from what the mounts explain"
         )
     return lines
 
 
-def _left(quantity: Quantity) -> str:
-    return show(float(quantity.values), quantity.error_estimate)
+def _by_order(*names: tuple[str, str], with_level: bool = True) -> list[Cells]:
+    """Amplitude, level and lag of variables; without levels, of those that oscillate."""
+
+    def part(kind: str, name: str) -> Callable[[Record], Quantity | None]:
+        def made(record: Record) -> Quantity | None:
+            harmonics = having(record, ROLL + name, "order")
+            found = having(record, f"{ROLL}{kind}{name}", "order")
+            if harmonics is None or found is None or (harmonics.zero.all() and not with_level):
+                return None
+            nothing = {"": 0.0, "level/": -np.inf, "phase_lag/": np.nan}[kind]
+            values = np.where(harmonics.zero & (kind != ""), nothing, found.values)
+            return replace(found, values=values)
+
+        return made
+
+    columns = []
+    for name, head in names:
+        columns.append(Cells(part("", name), head, _amplitude, right=True))
+        if with_level:
+            columns.append(Cells(part("level/", name), "level\ndB", in_level, right=True))
+        columns.append(Cells(part("phase_lag/", name), "lag\ndeg", _lag, right=True))
+    return columns
 
 
-def _levels(record: Record) -> list[str]:
-    """Amplitude, level and lag of what matters most, side by side."""
-    lines = _by_order(record, _LEVELS, 12)
-    return lines and lines + paragraph(
-        "amplitudes zero-to-peak, levels re 1 of their unit; lag phi of C cos(n W t - phi), with "
-        "t = 0 where the crank angle is 0"
-    )
+def _amplitude(value: Any, error: float) -> str:
+    return show(value, float(error), _DIGITS)
 
 
-def _more(record: Record) -> list[str]:
-    """Amplitude and lag of what else oscillates."""
-    return _by_order(record, _MORE, 14, with_level=False)
+def _share(value: Any, _error: float) -> str:
+    return f"{100.0 * value:.3g}"
 
 
-def _by_order(
-    record: Record, names: Sequence[tuple[str, str]], width: int, with_level: bool = True
-) -> list[str]:
-    shown = [
-        (harmonics, words)
-        for name, words in names
-        if (harmonics := having(record, ROLL + name, "order")) is not None
-        and (with_level or np.any(acting(harmonics)[oscillating(harmonics)]))
-    ]
-    if not shown:
-        return []
-    columns = [number("order")]
-    rows = _order_rows(shown[0][0])
-    for harmonics, words in shown:
-        columns.append(number(f"{words}\n{harmonics.unit}"))
-        columns += [number("level\ndB")] if with_level else []
-        columns.append(number("lag\ndeg"))
-        level, lag = (
-            having(record, harmonics.path.replace(ROLL, f"{ROLL}{part}/"), "order")
-            for part in ("level", "phase_lag")
-        )
-        acts = acting(harmonics)
-        for row, i in zip(rows, oscillating(harmonics), strict=True):
-            row.append(show(harmonics.values[i], harmonics.error_estimate, _DIGITS))
-            if with_level:
-                row.append("" if level is None else decibels(level.values[i], acts[i]))
-            row.append("" if lag is None else lag_degrees(lag.values[i], acts[i]))
-    return table(columns, rows)
-
-
-def _order_rows(harmonics: Quantity) -> list[list[str]]:
-    orders = np.asarray(harmonics.axes[-1].values)
-    return [[str(int(orders[i]))] for i in oscillating(harmonics)]
+_LEVELS = Rows(
+    "order",
+    "order",
+    _by_order(
+        ("shell_acceleration", "shell\nrad/s^2"),
+        ("rotor_acceleration", "rotor\nrad/s^2"),
+        ("motor_torque", "motor torque\nN*m"),
+    ),
+    right=True,
+    note="amplitudes zero-to-peak, levels re 1 of their unit; lag phi of C cos(n W t - phi), with "
+    "t = 0 where the crank angle is 0",
+)
+_MORE = Rows(
+    "order", "order",
+    _by_order(
+        ("crank_speed", "crank speed\nrad/s"),
+        ("gas_torque", "gas torque\nN*m"),
+        ("mount_torque", "mount torque\nN*m"),
+        with_level=False,
+    ),
+    right=True,
+)  # fmt: skip
 
 
 # ----------------------------------------------------------------------------
@@ -235,33 +231,34 @@ _PLACES = {"rod_force": "in the rods", "wall_force": "on the walls"}
 
 def forces(record: Record) -> list[str]:
     """Largest forces of each cylinder, next to those at constant speed, and what these miss."""
-    peaks = [having(record, f"{ROLL}{name}_peak", "cylinder") for name, _ in _FORCES]
-    first = next((peak for peak in peaks if peak is not None), None)
-    if first is None:
+    lines, _ = rows_of(record, _LARGEST)
+    if not lines:
         return []
-    columns = [Column("largest force")]
-    rows = [[name] for name in labels(first.axes[0])]
-    errors = []
-    for (name, words), peak in zip(_FORCES, peaks, strict=True):
-        held = having(record, f"{ROLL}classical/{name}_peak", "cylinder")
-        error = having(record, f"{ROLL}classical/{name}_error", "cylinder")
-        for quantity, title in ((peak, f"{words} N"), (held, "at constant speed N")):
-            if quantity is not None:
-                columns.append(number(title))
-                for row, value in zip(rows, quantity.values, strict=True):
-                    row.append(show(value, quantity.error_estimate, _DIGITS))
-        if error is not None:
-            columns.append(number("off by up to %"))
-            for row, value in zip(rows, error.values, strict=True):
-                row.append(f"{100.0 * float(value):.3g}")
-            errors.append(f"the force {_PLACES[name]} by {_worst(error)}" + _at(record, name))
-    lines = table(columns, rows)
+    errors = [
+        f"the force {place} by {_worst(error)}" + _at(record, name)
+        for name, place in _PLACES.items()
+        if (error := having(record, f"{ROLL}classical/{name}_error", "cylinder")) is not None
+    ]
     if errors:
         lines += paragraph(
             "what constant speed and a fixed shell cost: they miss " + ", ".join(errors)
             + " (largest error over a turn, over the largest force)"
         )  # fmt: skip
     return lines + shaking(record)
+
+
+_LARGEST = Rows(
+    "cylinder", "largest force",
+    [
+        Cells(path, head, how, right=True)
+        for name, words in _FORCES
+        for path, head, how in (
+            (f"{ROLL}{name}_peak", f"{words} N", _amplitude),
+            (f"{ROLL}classical/{name}_peak", "at constant speed N", _amplitude),
+            (f"{ROLL}classical/{name}_error", "off by up to %", _share),
+        )
+    ],
+)  # fmt: skip
 
 
 def shaking(record: Record) -> list[str]:
@@ -322,26 +319,24 @@ def _interpolations(result: Result) -> list[str]:
     if level is None:
         return []
     used = str(table_of(result.case, "machine", "crank_train").get("gas_interpolation") or "")
-    columns = [number("order")]
-    for name in labels(level.axes[0]):
-        columns.append(number(f"{name}\n{'(case) ' if name == used else ''}dB"))
-    columns.append(number("spread\ndB"))
+    names = [f"{one}\n{'(case) ' * (one == used)}" for one in labels(level.axes[0])]
+    named = replace(level.axes[0], values=np.array(names, dtype=object))
     orders = np.asarray(level.axes[1].values)
     acts = shell_acts(record, orders)
-    rows = []
-    for i in oscillating(level):
-        cells = [decibels(float(one), bool(acts[i])) for one in level.values[:, i]]
-        wide = "" if spread is None or not acts[i] else decibels(float(spread.values[i]))
-        rows.append([str(int(orders[i])), *cells, wide])
-    lines = paragraph("shell acceleration with each way to read the gas tables between their rows")
-    lines += table(columns, rows)
+    shown = replace(
+        level, values=np.where(acts, level.values, -np.inf), axes=(named, level.axes[1])
+    )
+    columns = [Cells(lambda _: shown, "{}dB", in_level, right=True)]
+    columns += [Cells(ROLL + "interpolation/spread", "spread\ndB", in_level, right=True)]
+    above = "shell acceleration with each way to read the gas tables between their rows"
+    lines, _ = rows_of(record, Rows("order", "order", columns, right=True, above=above))
     if spread is not None and acts.any():
         lines += paragraph(_open(np.asarray(spread.values), orders, acts))
     return lines
 
 
 def _open(spread: np.ndarray, orders: np.ndarray, acts: np.ndarray) -> str:
-    chosen = acts & (orders != 0) & np.isfinite(spread)
+    chosen = acts & np.isfinite(spread)
     if not chosen.any():
         return "the tables leave nothing open that can be determined"
     sizes = np.where(chosen, spread, 0.0)
@@ -362,16 +357,15 @@ def _methods(result: Result) -> list[str]:
     method = str(table_of(result.case, "response", "roll").get("method") or "collocation")
     columns = [number("order"), *(number(f"{name} dB") for name in labels(differences.axes[0]))]
     orders = np.asarray(differences.axes[1].values)
-    chosen = oscillating(differences)
-    acts = shell_acts(record, orders)[chosen]
+    acts = shell_acts(record, orders)
     rows = []
-    for i, shows in zip(chosen, acts, strict=True):
+    for i, shows in enumerate(acts):
         cells = [_miss(float(one)) if shows else "-"
                  for one in differences.values[:, i]]  # fmt: skip
         rows.append([str(int(orders[i])), *cells])
     lines = paragraph(f"level of the shell acceleration by other methods, less that by {method}")
     below = []
-    misses = np.abs(differences.values[:, chosen[acts]])
+    misses = np.abs(differences.values[:, acts])
     if misses.size:
         worst = [_miss(float(one)).lstrip("+") for one in misses.max(axis=1)]
         below.append(["largest", *worst])

@@ -1,9 +1,12 @@
 """A start-up: does the machine come to speed, how hard is it on the way, and from which angles?"""
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
+from vibecalc.core.report.rows import Cells, Rows, rows_of
 from vibecalc.core.report.sections import (
     Section,
     having,
@@ -13,7 +16,8 @@ from vibecalc.core.report.sections import (
     table_of,
 )
 from vibecalc.core.report.writing import Column, number, paragraph, rpm, show, table
-from vibecalc.core.results.record import Record, Result
+from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.roll.report.advice import one_row
 from vibecalc.units import convert
 
 _STEM = "response/start_up/"
@@ -33,12 +37,6 @@ _WORK = (
     ("stored", "stored"),
     ("residual", "left over"),
 )
-_STEPS = (
-    ("shell_angle_peak", "shell angle\nmrad"),
-    ("shell_acceleration_peak", "shell\nrad/s^2"),
-    ("motor_torque_peak", "motor\nN*m"),
-    ("mount_torque_peak", "mounts\nN*m"),
-)
 _DIGITS = 4
 
 
@@ -46,8 +44,9 @@ def start_up(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
     shown = frozenset(path for path in record if path.startswith(_STEM))
+    energies = one_row(record, _STEM + "energy/", _WORK, "balance", "energy J")
     blocks = [_verdict(result), _steady(record), _peaks(record), _load(record), _angles(result)]
-    return section("Start-up", blocks, {"energies of the start": _energies(record)}, shown)
+    return section("Start-up", blocks, {"energies of the start": energies}, shown)
 
 
 def _verdict(result: Result) -> list[str]:
@@ -118,40 +117,43 @@ def _peaks(record: Record) -> list[str]:
     return table(columns, rows) if rows else []
 
 
-def _energies(record: Record) -> list[str]:
-    found = [
-        (record[path], words)
-        for name, words in _WORK
-        if (path := f"{_STEM}energy/{name}") in record
-    ]
-    if not found:
-        return []
-    row = ["energy J", *(show(float(q.values), q.error_estimate) for q, _ in found)]
-    return table([Column("balance"), *(number(words) for _, words in found)], [row])
-
-
 def _load(record: Record) -> list[str]:
     factor = having(record, _STEM + "load/factor", "load_step")
     speed = having(record, _STEM + "load/speed", "load_step")
     if factor is None or speed is None:
         return []
-    columns = [number("load from\ns"), number("times"), number("speed\nrpm")]
-    rows = []
-    for begin, times, mean in zip(factor.axes[0].values, factor.values, speed.values, strict=True):
-        turned = show(rpm(float(mean))) if mean else "-"
-        rows.append([f"{float(begin):g}", f"{float(times):g}", turned])
-    for name, words in _STEPS:
-        quantity = having(record, _STEM + "load/" + name, "load_step")
-        if quantity is None:
-            continue
-        columns.append(number(words))
-        scale = 1e3 if quantity.unit == "rad" else 1.0
-        for row, value in zip(rows, quantity.values, strict=True):
-            row.append(show(scale * float(value), scale * quantity.error_estimate, _DIGITS))
-    return [
-        *table(columns, rows),
-        *paragraph("speed: mean of the last whole turn under that load; then the largest values"),
-    ]
+    return rows_of(record, _LOAD)[0]
+
+
+def _begins(record: Record) -> Quantity:
+    factor = record[_STEM + "load/factor"]
+    return replace(factor, values=factor.axes[0].values)
+
+
+def _short(value: Any, _error: float) -> str:
+    return f"{value:g}"
+
+
+_LOAD = Rows(
+    "load_step", "",
+    (
+        Cells(_begins, "load from\ns", _short, right=True),
+        Cells("factor", "times", _short, right=True),
+        Cells("speed", "speed\nrpm", lambda v, _: show(rpm(v)) if v else "-", right=True),
+        Cells("shell_angle_peak", "shell angle\nmrad",
+              lambda v, error: show(1e3 * v, 1e3 * float(error), _DIGITS), right=True),
+        *(
+            Cells(f"{name}_peak", head, lambda v, error: show(v, float(error), _DIGITS), right=True)
+            for name, head in (
+                ("shell_acceleration", "shell\nrad/s^2"),
+                ("motor_torque", "motor\nN*m"),
+                ("mount_torque", "mounts\nN*m"),
+            )
+        ),
+    ),
+    "response/start_up/load",
+    note="speed: mean of the last whole turn under that load; then the largest values",
+)  # fmt: skip
 
 
 def _angles(result: Result) -> list[str]:
