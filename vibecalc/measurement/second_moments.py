@@ -89,13 +89,6 @@ _CLOSE, _FAR = 1e-6, 1e-2
 _POLISH, _MARCH, _CLIMB = 8, 60, 60
 
 
-class ConeEnds(NamedTuple):
-    """One or two motions (3,), and eigenvalue problems of 3 by 3 solved on the way."""
-
-    motions: list[ComplexArray]
-    solved: int
-
-
 class _Lowest(NamedTuple):
     """Eigenvalues (..., 3) and vectors (..., 3, 3) at places (...), and the slope of the lowest."""
 
@@ -110,110 +103,62 @@ def ends(line: Line) -> list[ComplexArray]:
 
     Where it misses them there is one, of the nearest approach: no motion has these amplitudes.
     """
-    return counted_ends(line).motions
-
-
-def counted_ends(line: Line) -> ConeEnds:
-    """The same with what it took."""
     size = float(np.linalg.norm(line.origin))
     if not size > 0.0:
-        return ConeEnds([np.zeros(3, dtype=complex)], 1)
+        return [np.zeros(3, dtype=complex)]
     unit = Line(line.origin / size, line.direction / float(np.linalg.norm(line.direction)))
-    lowest = _by_roots(unit)
-    if lowest is None:
-        lowest = _by_search(unit)
-    motions = [motion * math.sqrt(size) for motion in lowest.motions]
-    return lowest._replace(motions=motions)
+    found = _by_roots(unit) or _by_search(unit)
+    return [math.sqrt(size) * motion for motion in found]
 
 
-def _by_roots(line: Line) -> ConeEnds | None:
-    """From the roots of the cubic; None where the ends meet, or where the line misses."""
-    both = _root_pair(line)
-    if both is None:
+def _by_roots(line: Line) -> list[ComplexArray] | None:
+    """From the roots of the determinant; None where the ends meet, or where the line misses."""
+    at = _root_pair(line)
+    if at is None:
         return None
-    solved, at = 1, np.array(both)
     for _ in range(_POLISH):
         lowest = _lowest(line, at)
-        solved += 2
         if not (lowest.slope[0] > 0.0 > lowest.slope[1]):
             return None
         step = -lowest.values[:, 0] / lowest.slope
-        gap = float(at[1] - at[0])
-        if float(np.max(np.abs(step))) > _FAR * gap:
+        off, gap = float(np.max(np.abs(step))), float(at[1] - at[0])
+        small = np.max(np.abs(lowest.values[:, 0] / lowest.values[:, 2]))
+        if off > _FAR * gap:
             return None
-        scale = np.abs(lowest.values[:, 2])
-        if np.all(np.abs(lowest.values[:, 0]) <= _ZERO * scale):
-            return ConeEnds([_factor(lowest, place) for place in range(2)], solved)
+        if small <= _ZERO:
+            break
         at = at + step
-    # rounding no longer shrinks
-    small = np.abs(lowest.values[:, 0]) <= _COARSE * scale
-    if float(np.max(np.abs(step))) <= _CLOSE * gap and np.all(small):
-        return ConeEnds([_factor(lowest, place) for place in range(2)], solved)
+    # else rounding no longer shrinks
+    if small <= _ZERO or (off <= _CLOSE * gap and small <= _COARSE):
+        return [_factor(lowest, place) for place in range(2)]
     return None
 
 
-def _root_pair(line: Line) -> tuple[float, float] | None:
-    """The two of the three roots of the determinant between which the matrix can be positive.
+def _root_pair(line: Line) -> FloatArray | None:
+    """The two of the three roots of det(G_0 + t N) between which the matrix can be positive.
 
     None where not all are real, or too large to be distinguished from infinite ones.
     """
-    c0, c1, c2, c3 = _determinant(line)
-    size = max(abs(c0), abs(c1), abs(c2), abs(c3))
-    if not size > 0.0:
-        return None
-    if abs(c3) >= abs(c0):
-        roots = _three_roots(c3, c2, c1, c0)
-    else:
-        inverse = _three_roots(c0, c1, c2, c3)
-        # an infinite root is the third one
-        roots = None if inverse is None else [1.0 / r if r else math.inf for r in inverse]
-    if roots is None:
-        return None
+    from scipy.linalg import eigvals
+
+    roots = -eigvals(line.origin, line.direction)
     low, high = _bracket(line)
-    finite = sorted(root for root in roots if low <= root <= high)
-    if len(finite) == 3:
-        return (finite[1], finite[2]) if c3 < 0.0 else (finite[0], finite[1])
-    return (finite[0], finite[1]) if len(finite) == 2 else None
-
-
-def _determinant(line: Line) -> tuple[float, float, float, float]:
-    """Coefficients of det(G_0 + t N), lowest power first."""
-    g, n = line.origin.tolist(), line.direction.tolist()
-
-    def triple(a: list[float], b: list[float], c: list[float]) -> float:
-        return (
-            a[0] * (b[1] * c[2] - b[2] * c[1])
-            - a[1] * (b[0] * c[2] - b[2] * c[0])
-            + a[2] * (b[0] * c[1] - b[1] * c[0])
-        )
-
-    return (
-        triple(*g),
-        triple(n[0], g[1], g[2]) + triple(g[0], n[1], g[2]) + triple(g[0], g[1], n[2]),
-        triple(g[0], n[1], n[2]) + triple(n[0], g[1], n[2]) + triple(n[0], n[1], g[2]),
-        triple(*n),
-    )
-
-
-def _three_roots(a: float, b: float, c: float, d: float) -> list[float] | None:
-    """Real roots of a x^3 + b x^2 + c x + d by cosines (Viete); None if two are not real."""
-    b, c, d = b / a, c / a, d / a
-    middle = -b / 3.0
-    p, q = b * b / 9.0 - c / 3.0, ((2.0 * b * b - 9.0 * c) * b + 27.0 * d) / 54.0
-    if not (math.isfinite(p) and math.isfinite(q)) or p <= 0.0 or abs(q) >= p * math.sqrt(p):
+    within = (roots.imag == 0.0) & (roots.real >= low) & (roots.real <= high)
+    finite = np.sort(roots.real[within])
+    if finite.size < 2:
         return None
-    root = math.sqrt(p)
-    turn = math.acos(max(-1.0, min(1.0, q / (p * root)))) / 3.0
-    return [middle - 2.0 * root * math.cos(turn + k * 2.0 * math.pi / 3.0) for k in (-1, 0, 1)]
+    # the cubic is positive between the upper two of three where it falls at last
+    last = finite.size == 3 and np.linalg.det(line.direction) < 0.0
+    return finite[1:] if last else finite[:2]
 
 
-def _by_search(line: Line) -> ConeEnds:
+def _by_search(line: Line) -> list[ComplexArray]:
     """From the peak of the lowest eigenvalue, by Newton's method from outside."""
     low, high = _bracket(line)
-    peak, bend, solved = _peak(line, low, high)
+    peak, bend = _peak(line, low, high)
     top = float(peak.values[0])
     if top <= 0.0:
-        return ConeEnds([_factor(peak)], solved)
+        return [_factor(peak)]
     motions = []
     for outside in (low, high):
         start = outside
@@ -222,25 +167,23 @@ def _by_search(line: Line) -> ConeEnds:
             wide = 1.1 * math.sqrt(-2.0 * top / bend)
             start = float(peak.place) + math.copysign(wide, outside - float(peak.place))
             start = min(max(start, low), high)
-        lowest, steps = _march(line, start, outside, peak)
-        motions.append(_factor(lowest))
-        solved += steps
-    return ConeEnds(motions, solved)
+        motions.append(_factor(_march(line, start, outside, peak)))
+    return motions
 
 
-def _march(line: Line, start: float, outside: float, peak: _Lowest) -> tuple[_Lowest, int]:
+def _march(line: Line, start: float, outside: float, peak: _Lowest) -> _Lowest:
     """The end on one side of the peak: Newton's steps, kept between places on either side.
 
     From outside a step never passes the end, as the function is concave, but by rounding.
     """
     inner, outer, at, best = float(peak.place), outside, start, peak
     side = math.copysign(1.0, outside - inner)
-    for count in range(1, _MARCH):
+    for _ in range(_MARCH):
         lowest = _lowest(line, np.asarray(at))
         value, slope = float(lowest.values[0]), float(lowest.slope)
         falls = side * slope < 0.0
         if falls and abs(value) <= _ZERO * abs(float(lowest.values[2])):
-            return lowest, count
+            return lowest
         if abs(value) < abs(float(best.values[0])):
             best = lowest
         if falls and value <= 0.0:
@@ -249,17 +192,17 @@ def _march(line: Line, start: float, outside: float, peak: _Lowest) -> tuple[_Lo
             inner = at
         target = at - value / slope if falls else math.nan
         if abs(target - at) <= UNIT_ROUNDOFF * abs(at):
-            return best, count
+            return best
         if not min(inner, outer) < target < max(inner, outer):
             target = 0.5 * (inner + outer)
         if target in (inner, outer):
-            return best, count
+            return best
         at = target
-    return best, _MARCH
+    return best
 
 
-def _peak(line: Line, low: float, high: float) -> tuple[_Lowest, float, int]:
-    """Where the lowest eigenvalue is largest, its second derivative there, and problems solved.
+def _peak(line: Line, low: float, high: float) -> tuple[_Lowest, float]:
+    """Where the lowest eigenvalue is largest, and its second derivative there.
 
     Newton's method on the slope, kept between places on either side; where two eigenvalues meet
     and the slope jumps, the tangents' meeting or halves take over.
@@ -282,12 +225,12 @@ def _peak(line: Line, low: float, high: float) -> tuple[_Lowest, float, int]:
         if abs(target - at) <= 2.0 * UNIT_ROUNDOFF * max(abs(at), abs(target)) or (
             right - left <= 4.0 * UNIT_ROUNDOFF * max(abs(left), abs(right))
         ):
-            return best, bend, count + 1
+            return best, bend
         # tangents bound the rise that is left
         if _ceiling(*sides) - float(best.values[0]) <= _ZERO * abs(float(best.values[2])):
-            return best, bend, count + 1
+            return best, bend
         at = target if count % 4 else 0.5 * (left + right)
-    return best, bend, _CLIMB
+    return best, bend
 
 
 def _meeting(left: _Lowest, right: _Lowest) -> float:
