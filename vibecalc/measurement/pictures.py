@@ -7,7 +7,8 @@ import numpy as np
 
 from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, TOTAL, canvas, note
 from vibecalc.core.report.sections import having, labels, scalar_of, table_of
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.report.writing import rpm
+from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.core.results.verdicts import entries
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def draw_measured_levels(result: Result) -> "Figure | None":
     roll = having(record, _STEM + "roll_level", "order")
     if whole is None or roll is None or len(whole.axes[0].values) > _WIDEST:
         return None
-    orders = list(whole.axes[1].values)[:_MOST]
+    orders = _kept(result, whole.axes[1], _MOST)
     columns = min(len(orders), 3)
     rows = -(-len(orders) // columns)
     figure = canvas(
@@ -50,9 +51,9 @@ def draw_measured_levels(result: Result) -> "Figure | None":
     )
     grid = figure.add_gridspec(rows + 1, columns, height_ratios=[1.25] * rows + [0.8])
     first = None
-    for i, order in enumerate(orders):
-        first = _harmonic(figure.add_subplot(grid[i // columns, i % columns]), result, whole, i)
-        first.set_title(f"harmonic {order}", loc="left")
+    for i, place in enumerate(orders):
+        first = _harmonic(figure.add_subplot(grid[i // columns, i % columns]), result, whole, place)
+        first.set_title(f"harmonic {whole.axes[1].values[place]}", loc="left")
     _roll(figure.add_subplot(grid[rows, :]), result, roll)
     assert first is not None
     handles, words = first.get_legend_handles_labels()
@@ -263,3 +264,54 @@ def _quiet(record: Record, place: int | None) -> tuple[float, float] | None:
     found = [having(record, f"{_STEM}quiet/{name}", "order") for name in ("x", "y")]
     values = [float(one.values[place]) for one in found if one is not None]
     return (values[0], values[1]) if len(values) == 2 else None
+
+
+# ----------------------------------------------------------------------------
+# Spectra of orders of the channels of records; over the speed, where a record runs through one.
+# ----------------------------------------------------------------------------
+
+#: channels, and harmonics of the curves over the speed, of a picture
+_CHANNELS, _ORDERS = 6, 5
+#: of the mean, what a speed may change by and still count as one
+_STEADY = 0.01
+
+
+def draw_record_orders(result: Result) -> "Figure | None":
+    """A row for each channel."""
+    lines = having(result.record, _STEM + "record/spectrum", "channel", "order_line")
+    speed = having(result.record, _STEM + "record/block_speed", "channel", "block")
+    blocks = having(result.record, _STEM + "record/block_acceleration", "channel", "block", "order")
+    if lines is None or speed is None or blocks is None:
+        return None
+    places, names = _kept(result, lines.axes[0], _CHANNELS), labels(lines.axes[0])
+    orders, order_names = _kept(result, blocks.axes[2], _ORDERS), labels(blocks.axes[2])
+    speeds = np.asarray(speed.values, dtype=float)
+    runs = float(np.ptp(speeds)) > _STEADY * float(np.mean(speeds))
+    figure = canvas(result, "orders of the records", 1.0 + 1.8 * len(places))
+    panels = figure.subplots(len(places), 2 if runs else 1, squeeze=False, sharex="col")
+    at = np.asarray(lines.axes[1].values, dtype=float)
+    for place, (axes, *over_speed) in zip(places, panels, strict=True):
+        axes.vlines(at[1:], 0.0, np.asarray(lines.values)[place, 1:], color=COLOURS[0], lw=1.0)
+        axes.set_title(names[place], loc="left")
+        axes.set_ylabel("m/s$^2$, 0-pk")
+        for other in over_speed:
+            for row, j in enumerate(orders):
+                values = np.abs(np.asarray(blocks.values)[place, :, j])
+                other.plot(rpm(1.0) * speeds[place], values, "o-", ms=2.5,
+                           color=COLOURS[row % len(COLOURS)],
+                           label=f"order {order_names[j]}")  # fmt: skip
+        for one in (axes, *over_speed):
+            one.set_ylim(bottom=0.0)
+    panels[-1, 0].set_xlabel("order")
+    if runs:
+        panels[-1, 1].set_xlabel("crank speed in rpm")
+        handles, words = panels[0, 1].get_legend_handles_labels()
+        figure.legend(handles, words, loc="outside lower center", ncols=_ORDERS)
+    return figure
+
+
+def _kept(result: Result, axis: Axis, most: int) -> list[int]:
+    """Places of the first entries of an axis, and of those that references stand on."""
+    places = [row.get("where") or {} for row in entries(result, "reference")]
+    asked = {str(where.get(axis.name)) for where in places}
+    return [i for i, name in enumerate(labels(axis)) if i < most or name in asked]

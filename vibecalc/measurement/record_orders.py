@@ -8,7 +8,6 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.measurement import results
 from vibecalc.measurement.signals import MeanOrders, mean_of_blocks
-from vibecalc.measurement.stage import channel_names
 from vibecalc.measurement.tables import Measurement
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
@@ -36,7 +35,7 @@ class ChannelOrders(NamedTuple):
 
 def record_means(table: Measurement) -> Iterator[ChannelOrders]:
     """Each channel of each record."""
-    names = iter(channel_names(table))
+    names = iter(table.channel_names)
     for record in table.record:
         found = record.found
         assert found is not None  # put there when the file was read
