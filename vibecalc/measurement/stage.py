@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 from vibecalc.core.run.stage import Entries, Harmonics, Stage, Subject, Unit, below
 
 if TYPE_CHECKING:
-    from vibecalc.measurement.tables import Measurement
     from vibecalc.schema import Case
 
 
