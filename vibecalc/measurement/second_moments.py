@@ -79,14 +79,17 @@ def symmetric(entries: FloatArray) -> FloatArray:
 # a cubic in t, are real, and the ends are neighbours among them: the upper two where N has two
 # positive eigenvalues, the lower two where it has one. The lowest eigenvalue is a concave function
 # of t with the slope v' N v of its vector v. Newton's method on it mends the last digits of the
-# roots, and comes to an end from anywhere outside where the roots cannot be trusted.
+# roots; where these cannot be trusted, halving finds its maximum, and Brent's method the ends.
 # ----------------------------------------------------------------------------
 
 #: lowest eigenvalues, over the size of the matrix, that are nothing but rounding, well or badly met
 _ZERO, _COARSE = 4.0 * UNIT_ROUNDOFF, 64.0 * UNIT_ROUNDOFF
 #: steps over the distance of both ends: below this the roots were good, beyond it ends meet
 _CLOSE, _FAR = 1e-6, 1e-2
-_POLISH, _MARCH, _CLIMB = 8, 60, 60
+_POLISH = 8
+#: distance of two places, of a matrix of size one, that makes none; relative error of a root
+_STILL = 0.25 * UNIT_ROUNDOFF
+_ROOT = 4.0 * float(np.finfo(float).eps)
 
 
 class _Lowest(NamedTuple):
@@ -153,108 +156,25 @@ def _root_pair(line: Line) -> FloatArray | None:
 
 
 def _by_search(line: Line) -> list[ComplexArray]:
-    """From the peak of the lowest eigenvalue, by Newton's method from outside."""
-    low, high = _bracket(line)
-    peak, bend = _peak(line, low, high)
-    top = float(peak.values[0])
-    if top <= 0.0:
+    """From the largest lowest eigenvalue outwards, where that is positive."""
+    from scipy.optimize import brentq
+
+    def value(place: float) -> float:
+        return float(_lowest(line, np.asarray(place)).values[0])
+
+    outside = _bracket(line)
+    low, high = outside
+    peak = _lowest(line, np.asarray(low))
+    while high - low > _STILL and low < (middle := 0.5 * (low + high)) < high:
+        lowest = _lowest(line, np.asarray(middle))
+        if lowest.values[0] > peak.values[0]:
+            peak = lowest
+        # the slope of a concave function falls
+        low, high = (middle, high) if lowest.slope > 0.0 else (low, middle)
+    if not peak.values[0] > 0.0:
         return [_factor(peak)]
-    motions = []
-    for outside in (low, high):
-        start = outside
-        if bend < 0.0:
-            # where a parabola of the peak comes down to zero, and a little farther
-            wide = 1.1 * math.sqrt(-2.0 * top / bend)
-            start = float(peak.place) + math.copysign(wide, outside - float(peak.place))
-            start = min(max(start, low), high)
-        motions.append(_factor(_march(line, start, outside, peak)))
-    return motions
-
-
-def _march(line: Line, start: float, outside: float, peak: _Lowest) -> _Lowest:
-    """The end on one side of the peak: Newton's steps, kept between places on either side.
-
-    From outside a step never passes the end, as the function is concave, but by rounding.
-    """
-    inner, outer, at, best = float(peak.place), outside, start, peak
-    side = math.copysign(1.0, outside - inner)
-    for _ in range(_MARCH):
-        lowest = _lowest(line, np.asarray(at))
-        value, slope = float(lowest.values[0]), float(lowest.slope)
-        falls = side * slope < 0.0
-        if falls and abs(value) <= _ZERO * abs(float(lowest.values[2])):
-            return lowest
-        if abs(value) < abs(float(best.values[0])):
-            best = lowest
-        if falls and value <= 0.0:
-            outer = at
-        else:
-            inner = at
-        target = at - value / slope if falls else math.nan
-        if abs(target - at) <= UNIT_ROUNDOFF * abs(at):
-            return best
-        if not min(inner, outer) < target < max(inner, outer):
-            target = 0.5 * (inner + outer)
-        if target in (inner, outer):
-            return best
-        at = target
-    return best
-
-
-def _peak(line: Line, low: float, high: float) -> tuple[_Lowest, float]:
-    """Where the lowest eigenvalue is largest, and its second derivative there.
-
-    Newton's method on the slope, kept between places on either side; where two eigenvalues meet
-    and the slope jumps, the tangents' meeting or halves take over.
-    """
-    sides = [_lowest(line, np.asarray(place)) for place in (low, high)]
-    best, bend, at = sides[0], 0.0, 0.5 * (low + high)
-    for count in range(2, _CLIMB):
-        lowest = _lowest(line, np.asarray(at))
-        if lowest.values[0] > best.values[0]:
-            best, bend = lowest, _bend(line, lowest)
-        rising = float(lowest.slope) > 0.0
-        sides[0 if rising else 1] = lowest
-        left, right = (float(side.place) for side in sides)
-        curvature = _bend(line, lowest)
-        target = at - float(lowest.slope) / curvature if curvature < 0.0 else math.nan
-        if not left < target < right:
-            target = _meeting(*sides)
-        if not left < target < right:
-            target = 0.5 * (left + right)
-        if abs(target - at) <= 2.0 * UNIT_ROUNDOFF * max(abs(at), abs(target)) or (
-            right - left <= 4.0 * UNIT_ROUNDOFF * max(abs(left), abs(right))
-        ):
-            return best, bend
-        # tangents bound the rise that is left
-        if _ceiling(*sides) - float(best.values[0]) <= _ZERO * abs(float(best.values[2])):
-            return best, bend
-        at = target if count % 4 else 0.5 * (left + right)
-    return best, bend
-
-
-def _meeting(left: _Lowest, right: _Lowest) -> float:
-    """Where the tangents at both places meet."""
-    fall = float(left.slope - right.slope)
-    difference = float(right.values[0] - left.values[0])
-    ahead = difference - float(right.slope) * float(right.place - left.place)
-    return float(left.place) + ahead / fall if fall > 0.0 else math.nan
-
-
-def _ceiling(left: _Lowest, right: _Lowest) -> float:
-    """What a concave function between both places does not exceed."""
-    at = _meeting(left, right)
-    if math.isnan(at):
-        return math.inf
-    return float(left.values[0]) + float(left.slope) * (at - float(left.place))
-
-
-def _bend(line: Line, lowest: _Lowest) -> float:
-    """Second derivative of the lowest eigenvalue; minus infinity where two meet."""
-    across = lowest.vectors.T @ line.direction @ lowest.vectors[:, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        terms = np.square(across[1:]) / (lowest.values[0] - lowest.values[1:])
-    return 2.0 * float(np.sum(np.where(across[1:] == 0.0, 0.0, terms)))
+    roots = (brentq(value, end, float(peak.place), xtol=1e-300, rtol=_ROOT) for end in outside)
+    return [_factor(_lowest(line, np.asarray(root))) for root in roots]
 
 
 def _bracket(line: Line) -> tuple[float, float]:
