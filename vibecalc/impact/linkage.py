@@ -165,7 +165,7 @@ def assemble_train(linkage: Linkage, members: int) -> Train:
     columns = [np.array([batch(one) for one in size]) for size in sizes]
     continuous = np.array([[law == "continuous"] for law in laws])
     return Train(
-        Gaps(*columns, np.where(continuous, columns[0], 0.0)),
+        Gaps._make([*columns, np.where(continuous, columns[0], 0.0)]),
         couple,
         piston,
         rod,

@@ -131,7 +131,7 @@ class Study(NamedTuple):
         runs = len(self.clearance) * self.members
         shape = (-1, len(self.clearance), self.members, self.revolutions)
         kept = (one[:, :runs, -self.revolutions :] for one in found)
-        return GapForces(*(one.reshape(*shape, *one.shape[3:]) for one in kept))
+        return GapForces._make(one.reshape(*shape, *one.shape[3:]) for one in kept)
 
 
 def run_ensemble(linkage: Linkage, study: Study, perturbation: float) -> Ensemble:
@@ -173,12 +173,12 @@ def run_ensemble(linkage: Linkage, study: Study, perturbation: float) -> Ensembl
         each, state = each[going], Starts(*(one[going, -1] for one in forgotten))
     run = simulate(linkage.with_clearance(each), state, study.revolutions, study.orders)
     compare(pairs, run.end_gap, run.end_velocity, study.discard + 1)
-    energies = (run.dissipated, run.exchanged, run.imbalance)
-    return Ensemble(
-        study.forces(run.forces),
-        *(one[:runs].reshape(count, members, -1) for one in energies),
-        apart.reshape(count, neighbours, -1),
+    dissipated, exchanged, residual = (
+        one[:runs].reshape(count, members, -1)
+        for one in (run.dissipated, run.exchanged, run.imbalance)
     )
+    distances = apart.reshape(count, neighbours, -1)
+    return Ensemble(study.forces(run.forces), dissipated, exchanged, residual, distances)
 
 
 def run_fixed_steps(linkage: Linkage, study: Study, method: str, steps: int) -> GapForces:

@@ -144,7 +144,7 @@ def _rising(orders: IntArray, values: ComplexArray) -> list[ComplexArray]:
     """Rows (DEGREE - 1, n) of the angle series of a sum of harmonics."""
     rows = [values]
     for k in range(1, DEGREE - 1):
-        rows.append(rows[-1] * (1j * orders) / k)
+        rows.append(np.asarray(rows[-1] * (1j * orders) / k, dtype=np.complex128))
     return rows
 
 

@@ -156,7 +156,7 @@ def _missed(one: HarmonicMotion, read: InstrumentReading) -> Bounded:
     deviations = np.array([[read.deviation], [read.across[1]]])
     off = float(error) + 8.0 * EPSILON * read.amplitude
     residual = over_deviations(value - shown, shown, deviations)
-    return Bounded(residual, off / float(np.min(deviations)))
+    return Bounded(residual, np.asarray(off / np.min(deviations)))
 
 
 def _unique(names: Sequence[str]) -> np.ndarray:
@@ -178,34 +178,33 @@ def emit_plate(
     scene: Scene, solutions: list[HarmonicMotion], plate: Rectangle, points: int, orders: Axes
 ) -> None:
     """Emit amplitudes over the plate and the places of least amplitude."""
-    motions = np.stack([one.taken.motion for one in solutions])
+    taken = [one.taken for one in solutions]
+    motions = np.stack([one.motion for one in taken])
     x, y = grid(plate, points)
     corners = point_row(np.array(plate[:2])[:, None], np.array(plate[2:])[None, :])
-    errors = [float(np.max(one.taken.signal(corners.reshape(-1, 3)).error)) for one in solutions]
-    amplitudes = amplitude_map(motions, x, y)
+    errors = np.array([np.max(one.signal(corners.reshape(-1, 3)).error) for one in taken])
+    amplitudes, total = amplitude_map(motions, x, y), float(np.linalg.norm(errors))
     maps = results.Map(
-        amplitude=Bounded(amplitudes, np.full(amplitudes.shape, max(errors))),
-        all_orders=Bounded(np.linalg.norm(amplitudes, axis=0), float(np.linalg.norm(errors))),
+        amplitude=Bounded(amplitudes, np.max(errors)),
+        all_orders=Bounded(np.linalg.norm(amplitudes, axis=0), np.asarray(total)),
     )
     scene.emit_all(maps, {**orders, "plate_y": y, "plate_x": x})
     quiet = [
-        quietest(motion[None], plate, error) for motion, error in zip(motions, errors, strict=True)
+        quietest(motion[None], plate, error)
+        for motion, error in zip(motions, errors.tolist(), strict=True)
     ]
-    every = quietest(motions, plate, float(np.linalg.norm(errors)))
-    there = [
-        float(one.taken.signal(point_row(place.x, place.y)).error)
-        for one, place in zip(solutions, quiet, strict=True)
-    ]
-    row = point_row(every.x, every.y)
-    off = float(np.linalg.norm([float(one.taken.signal(row).error) for one in solutions]))
-    apart = max(place.error for place in quiet)
+    every = quietest(motions, plate, total)
+    there = [one.signal(point_row(at.x, at.y)).error for one, at in zip(taken, quiet, strict=True)]
+    off = np.linalg.norm([one.signal(point_row(every.x, every.y)).error for one in taken])
+    at_x, at_y, least, apart = np.array(quiet).T
+    x, y, amplitude, error = np.array(every)
     places = results.Quiet(
-        x=Bounded(np.array([place.x for place in quiet]), apart),
-        y=Bounded(np.array([place.y for place in quiet]), apart),
-        amplitude=Bounded(np.array([place.amplitude for place in quiet]), max(there)),
-        all_orders_x=Bounded(every.x, every.error),
-        all_orders_y=Bounded(every.y, every.error),
-        all_orders_amplitude=Bounded(every.amplitude, off + 8.0 * EPSILON * every.amplitude),
+        x=Bounded(at_x, np.max(apart)),
+        y=Bounded(at_y, np.max(apart)),
+        amplitude=Bounded(least, np.max(there)),
+        all_orders_x=Bounded(x, error),
+        all_orders_y=Bounded(y, error),
+        all_orders_amplitude=Bounded(amplitude, off + 8.0 * EPSILON * amplitude),
     )
     scene.emit_all(places, orders)
 
@@ -307,7 +306,7 @@ def _worst(one: HarmonicMotion, place: int) -> Bounded:
     level = level_of(candidate.signal(np.array([read.row for read in reads])), zero)
     sizes = np.array([read.amplitude / read.reference for read in reads if read.amplitude > 0.0])
     known = 8.0 * EPSILON * (np.abs(DECIBEL * np.log(sizes)) + DECIBEL)
-    return Bounded(candidate.worst, np.max(level.error) + np.max(known, initial=0.0))
+    return Bounded(np.asarray(candidate.worst), np.max(level.error) + np.max(known, initial=0.0))
 
 
 def warn_of(scene: Scene, one: HarmonicMotion, further: FurtherReading | None) -> None:

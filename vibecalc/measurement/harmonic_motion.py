@@ -173,12 +173,12 @@ def _from_levels(harmonic: Harmonic, reference: FloatArray) -> HarmonicMotion:
         worst = float(np.max(np.abs(choice.residuals[place] if others else one.residual)))
         rounding = one.spread._replace(half_widths=widths)
         candidates.append(Candidate(one.motion, rounding, one, worst))
-    best = motions[choice.ranking[0]]
+    best, off = motions[choice.ranking[0]], 2.0 * _ROUNDINGS * EPSILON * DECIBEL
     return HarmonicMotion(
         harmonic=harmonic,
         candidates=tuple(candidates),
         spread=best.spread,
-        misfit=Bounded(best.misfit, 2.0 * _ROUNDINGS * EPSILON * DECIBEL / float(np.min(half))),
+        misfit=Bounded(np.asarray(best.misfit), np.asarray(off / np.min(half))),
         decided=choice.decided,
         chosen_by_others=bool(others),
         reach=bounds,
@@ -194,6 +194,7 @@ def _from_phases(harmonic: Harmonic, growth: FloatArray) -> HarmonicMotion:
     felt = np.abs(given.readings) + fit.condition * np.abs(fit.residual)
     widths = _LINEAR * EPSILON * np.tile(felt, 2)
     misfit = float(np.sum(stated**2) / spare) ** 0.5 if spare else 0.0
+    off = np.max(widths / np.ravel(given.deviations))
     # uncertainties grow with what the readings scatter, and what is not known of the one goes along
     grown = np.any(growth > 1.0) or fit.excess > 1.0
     share = float(np.max(widths / fit.spread.deviations)) if grown else 0.0
@@ -201,7 +202,7 @@ def _from_phases(harmonic: Harmonic, growth: FloatArray) -> HarmonicMotion:
         harmonic=harmonic,
         candidates=(Candidate(fit.motion, fit.spread._replace(half_widths=widths)),),
         spread=fit.spread._replace(uncertainty=fit.spread.uncertainty + share),
-        misfit=Bounded(misfit, float(np.max(widths / np.ravel(given.deviations)))),
+        misfit=Bounded(np.asarray(misfit), np.asarray(off)),
     )
 
 

@@ -37,7 +37,7 @@ AXES = {
 }
 
 
-def _each(name: str) -> dict[str, Headline]:
+def _each(name: str) -> dict[str, Any]:
     return {"headline": Headline(name, "dB", pick="each")}
 
 
