@@ -1,12 +1,12 @@
 """Pictures of a measured plate: levels at its positions, and maps of the level over it."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, TOTAL, canvas, note
+from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, TOTAL, canvas, note, only
 from vibecalc.core.report.sections import having, labels, scalar_of, table_of
+from vibecalc.core.report.verdicts import MEASURED, judge_references
 from vibecalc.core.report.writing import rpm
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.core.results.verdicts import entries
@@ -84,10 +84,10 @@ def _harmonic(axes: "Axes", result: Result, whole: Quantity, column: int) -> "Ax
     for x in open_ended:  # a bound without end
         axes.axvline(x, color=TOTAL, lw=1.0, ls=":")
     read = _read(result.record, order, names)
-    measured = {**_printed(result, order, "measured"), **read}
+    measured = {**_printed(result, order, True), **read}
     for levels_of, mark, words, colour, shift in (
         (measured, "s", "measured", COLOURS[0], -0.22),
-        (_printed(result, order, "published"), "x", "published", COLOURS[1], 0.22),
+        (_printed(result, order, False), "x", "published", COLOURS[1], 0.22),
     ):
         known = [i for i, name in enumerate(names) if name in levels_of]
         values = [levels_of[names[i]] for i in known]
@@ -118,23 +118,15 @@ def _read(record: Record, order: int, names: list[str]) -> dict[str, float]:
     return {name: float(found[key]) for name, key in wanted.items() if key in found}
 
 
-def _printed(result: Result, order: int, kind: str) -> dict[str, float]:
-    """Levels of the whole motion that references of one kind give."""
-    found = {}
-    for row in entries(result, "reference"):
-        where: Mapping[str, Any] = row.get("where") or {}
-        own = str(row.get("kind") or "published")
-        if row["quantity"] != _PATH or own != kind or set(where) != {"position", "order"}:
-            continue
-        if int(where["order"]) == order:
-            found[str(where["position"])] = _number(row["value"])
-    return found
-
-
-def _number(value: Any) -> float:
-    from vibecalc.units import split_number
-
-    return float(split_number(value)[0]) if isinstance(value, str) else float(value)
+def _printed(result: Result, order: int, measured: bool) -> dict[str, float]:
+    """Levels of the whole motion that references give, measured or published ones."""
+    return {
+        str(row.where["position"]): row.value
+        for row in judge_references(only(result, _PATH))
+        if (row.kind == MEASURED) == measured
+        and set(row.where) == {"position", "order"}
+        and int(row.where["order"]) == order
+    }
 
 
 def _roll(axes: "Axes", result: Result, roll: Quantity) -> None:
@@ -178,13 +170,11 @@ def draw_plate_map(result: Result) -> "Figure | None":
     total = having(result.record, _STEM + "map/all_orders", "plate_y", "plate_x")
     if amplitudes is None or total is None:
         return None
-    orders = [int(order) for order in amplitudes.axes[0].values][:_MOST_MAPS]
-    x, y = (np.asarray(total.axes[place].values, dtype=float) for place in (1, 0))
-    maps = [np.asarray(amplitudes.values)[i] for i in range(len(orders))]
-    titles = [f"harmonic {order}" for order in orders]
-    if len(orders) > 1:
-        maps.append(np.asarray(total.values))
-        titles.append("all harmonics")
+    names, x, y = amplitudes.axes[0].values, total.axes[1].values, total.axes[0].values
+    maps = [(f"harmonic {names[i]}", np.asarray(amplitudes.values)[i], _quiet(result.record, i))
+            for i in _kept(result, amplitudes.axes[0], _MOST_MAPS)]  # fmt: skip
+    if len(maps) > 1:
+        maps.append(("all harmonics", np.asarray(total.values), _quiet(result.record, None)))
     columns = min(len(maps), 2)
     rows = -(-len(maps) // columns)
     height = 2.5 * float((y[-1] - y[0]) / (x[-1] - x[0])) + 0.9
@@ -193,9 +183,7 @@ def draw_plate_map(result: Result) -> "Figure | None":
     for axes in grid.ravel()[len(maps) :]:
         axes.set_visible(False)
     reference = _reference(result)
-    for i, (title, amplitude) in enumerate(zip(titles, maps, strict=True)):
-        axes = grid.ravel()[i]
-        place = _quiet(result.record, i if i < len(orders) else None)
+    for axes, (title, amplitude, place) in zip(grid.ravel(), maps, strict=False):
         _draw(axes, 1e3 * x, 1e3 * y, amplitude, reference)
         _mark(axes, result, place)
         axes.set_title(title, loc="left")
