@@ -239,13 +239,15 @@ def emit_dominance(
     """Emit both forces and who leads; `impact` (C, N) has the orders of `axes`."""
     orders = axes["order"]
     shaking = _shaking(scene, joints, int(orders[-1]))
-    scene.emit(f"{_ROOT}/shaking", shaking.value, shaking.error, axes)
-    motor = np.zeros(len(orders))
-    if scene.case.machine.motor is not None and scene.case.excitation is not None:
-        force = _motor(scene, orders)
-        scene.emit(f"{_ROOT}/motor", force.value, force.error, axes)
-        motor = force.value
-    dominant = dominance(impact, shaking.value, motor)
+    scene.emit(f"{_ROOT}/shaking", shaking, axes=axes)
+    motor, machine = Bounded(np.zeros(len(orders)), np.zeros(len(orders))), scene.case.machine
+    if machine.motor is not None and scene.case.excitation is not None:
+        acting, force = axial_force(machine.motor)
+        here = np.isin(acting, orders)
+        at = acting[here] - orders[0]
+        motor.value[at], motor.error[at] = abs(force.axial_force[here])
+        scene.emit(f"{_ROOT}/motor", motor, axes=axes)
+    dominant = dominance(impact, shaking.value, motor.value)
     # whole numbers, which a spectrum moves by whole orders
     for name, value, spread in (
         ("dominant", dominant.dominant, dominant.dominant_spread),
@@ -265,13 +267,3 @@ def _shaking(scene: Scene, joints: Joints, highest: int) -> Bounded:
     # R / L is itself rounded: d ln C_n / d ln(R / L) is about n / sqrt(1 - (R / L)^2)
     steepness = np.arange(1, highest + 1) / np.sqrt(1.0 - ratio**2)
     return Bounded(size, scale * motion.error[1:] + EPSILON * (8.0 + steepness) * size)
-
-
-def _motor(scene: Scene, orders: np.ndarray) -> Bounded:
-    """Axial force (N,) of the motor, N, magnitudes at these orders."""
-    own, force = axial_force(scene.case.machine.motor)
-    value, error = np.zeros(len(orders)), np.zeros(len(orders))
-    here = np.isin(own, orders)
-    at = own[here] - orders[0]
-    value[at], error[at] = abs(force.axial_force[here])
-    return Bounded(value, error)
