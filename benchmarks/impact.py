@@ -16,7 +16,7 @@ import numpy as np
 from rows import Report, Row, reported, seconds
 from scipy.integrate import solve_ivp
 
-from vibecalc.impact.linkage import GasForce, Joint, slider_crank_drive
+from vibecalc.impact.linkage import GasForce, Joint, Linkage, Starts, slider_crank_drive
 from vibecalc.impact.simulate import simulate
 
 RADIUS, LENGTH, SPEED = 0.0127, 0.060325, 361.0
@@ -45,14 +45,13 @@ def gas_force() -> GasForce:
 def batch(law: str, gap: np.ndarray) -> tuple[Measured, np.ndarray]:
     """All runs at once; also the times of their first contacts."""
     joint = Joint(CLEARANCE, STIFFNESS, DAMPING, DAMPING, law)
-    drive, gas = slider_crank_drive(RADIUS, LENGTH, SPEED), gas_force()
+    linkage = Linkage(slider_crank_drive(RADIUS, LENGTH, SPEED), gas_force(), MASS, joint)
+    start = Starts(gap[:, None], np.zeros((len(gap), 1)))
     started = time.process_time()
-    run = simulate(
-        drive, gas, MASS, joint, gap, 0.0 * gap, revolutions=REVOLUTIONS, orders_retained=100
-    )
+    run = simulate(linkage, start, REVOLUTIONS, 100)
     seconds = time.process_time() - started
-    count = float(np.mean(run.wrist_pin.impact_count))
-    return Measured(seconds / (len(gap) * REVOLUTIONS), count), run.wrist_pin.first_contacts
+    count = float(np.mean(run.forces.contacts))
+    return Measured(seconds / (len(gap) * REVOLUTIONS), count), run.first_contacts[0]
 
 
 def plain(law: str, start: float) -> tuple[float, list[float]]:

@@ -30,7 +30,7 @@ from timing import Work, each_of
 
 import vibecalc
 from vibecalc.core.study.sweep.assemble import merge
-from vibecalc.impact.linkage import Joint, slider_crank_drive
+from vibecalc.impact.linkage import Joint, Linkage, Starts, slider_crank_drive
 from vibecalc.impact.simulate import simulate
 from vibecalc.torsion.forced import forced
 
@@ -76,12 +76,10 @@ def forced_by_orders(orders: int) -> Work:
 
 def impacts_by_runs(runs: int) -> Work:
     """One turn of the compressor of `impact.py` with play, runs side by side in one batch."""
-    drive, gas = slider_crank_drive(RADIUS, LENGTH, SPEED), gas_force()
     joint = Joint(CLEARANCE, STIFFNESS, DAMPING, DAMPING)
-    gap = 1e-8 * np.random.default_rng(3).random(runs)
-    return lambda: simulate(
-        drive, gas, MASS, joint, gap, 0.0 * gap, revolutions=1, orders_retained=100
-    )
+    linkage = Linkage(slider_crank_drive(RADIUS, LENGTH, SPEED), gas_force(), MASS, joint)
+    gap = 1e-8 * np.random.default_rng(3).random((runs, 1))
+    return lambda: simulate(linkage, Starts(gap, 0.0 * gap), 1, 100)
 
 
 def transform(samples: int) -> dict[str, float]:

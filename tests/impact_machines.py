@@ -2,7 +2,14 @@
 
 import numpy as np
 
-from vibecalc.impact.linkage import Drive, GasForce, Joint, slider_crank_drive
+from vibecalc.impact.linkage import (
+    Drive,
+    GasForce,
+    Joint,
+    Linkage,
+    Starts,
+    slider_crank_drive,
+)
 
 POUND_FORCE, INCH, POUND = 4.4482216152605, 0.0254, 0.45359237
 RADIUS, LENGTH, SPEED = 0.5 * INCH, 2.375 * INCH, 361.0
@@ -50,3 +57,16 @@ def source_joint(law: str = "continuous", **changes: float) -> Joint:
 def near(count: int, seed: int = 1) -> np.ndarray:
     """Starts a little inside the gap, at rest."""
     return 1e-8 * np.random.default_rng(seed).random(count)
+
+
+def states(gap: object, velocity: object = 0.0) -> Starts:
+    """Starts (B, G), or (B,) of one gap."""
+    first = np.asarray(gap, dtype=float)
+    both = [np.broadcast_to(one, first.shape) for one in (first, np.asarray(velocity, float))]
+    return Starts(*(one[:, None] if one.ndim == 1 else one for one in both))
+
+
+def source_linkage(sense: str = "crank", joint: Joint | None = None, **parts: object) -> Linkage:
+    drive = compressor_drive(with_rod_tangent="bore" in parts)
+    rest = {"drive": drive, "gas": gas_towards(sense), "mass": MASS, **parts}
+    return Linkage(wrist_pin=joint or source_joint(), **rest)  # type: ignore[arg-type]

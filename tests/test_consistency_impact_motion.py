@@ -20,12 +20,14 @@ from impact_machines import (
     gas_towards,
     near,
     source_joint,
+    source_linkage,
+    states,
 )
 from impact_reference import Reference
 from long_but import long_but
 
 from vibecalc.impact.fixed_step import METHODS, simulate_fixed_steps
-from vibecalc.impact.linkage import Drive, GasForce, Joint
+from vibecalc.impact.linkage import Drive, GasForce, Joint, Linkage
 from vibecalc.impact.simulate import simulate
 from vibecalc.numerics.cycle_peak import cycle_peak
 
@@ -93,8 +95,8 @@ def test_bounces_of_a_damped_mass_against_fifty_digits(law):
     truth = bounces(1.3, joint, force, *start, 4)
     still = Drive(3.0, np.array([0]), np.array([0.0 + 0j]))
     gas = GasForce(np.array([0.0, np.pi]), np.array([force, force]))
-    run = simulate(still, gas, 1.3, joint, start[:1], start[1:], revolutions=1, orders_retained=2)
-    ours = run.wrist_pin.first_contacts[0, :4]
+    run = simulate(Linkage(still, gas, 1.3, joint), states(start[:1], start[1:]), 1, 2)
+    ours = run.first_contacts[0, 0, :4]
     np.testing.assert_allclose(ours, truth, rtol=2e-14)
 
 
@@ -117,29 +119,26 @@ def always_in_contact(damping):
 @pytest.mark.parametrize("damping", long_but([0.0, DAMPING, 40 * DAMPING], DAMPING))
 def test_permanent_contact_is_the_harmonic_response(damping):
     drive, gas, joint, start, force = always_in_contact(damping)
-    run = simulate(
-        drive, gas, MASS, joint, start[:1], start[1:], revolutions=1, orders_retained=100
-    )
-    wrist = run.wrist_pin
+    run = simulate(Linkage(drive, gas, MASS, joint), states(start[:1], start[1:]), 1, 100)
+    wrist = run.forces
     truth = np.zeros(101, dtype=complex)
     truth[drive.orders] = force
-    error = np.max(np.abs(wrist.force_harmonics[0] - truth), axis=-1)
+    error = np.max(np.abs(wrist.harmonics[0, 0] - truth), axis=-1)
     # the start is rounded once; undamped, it rings on at the frequency of the contact
     assert np.all(error < 3e-12 * np.abs(force[0]))
-    np.testing.assert_allclose(wrist.mean_absolute_force[0], force[0].real, rtol=2e-13)
+    np.testing.assert_allclose(wrist.mean[0, 0], force[0].real, rtol=2e-13)
     dynamic = cycle_peak(force[1:], drive.orders[1:]).value
-    assert abs(wrist.peak_force[0, 0] - force[0].real) <= dynamic * (1 + 1e-12) + 1e-9
+    assert abs(wrist.peak[0, 0, 0] - force[0].real) <= dynamic * (1 + 1e-12) + 1e-9
     sampled = np.sum(
         (force[:, None] * np.exp(1j * np.outer(drive.orders, np.linspace(0, 7, 70001)))).real, 0
     )
-    np.testing.assert_allclose(wrist.peak_force[0], sampled.max(), rtol=1e-8)
-    assert np.all(wrist.impact_count == 0) and np.all(np.isinf(wrist.first_contacts))
+    np.testing.assert_allclose(wrist.peak[0, 0], sampled.max(), rtol=1e-8)
+    assert np.all(wrist.contacts == 0) and np.all(np.isinf(run.first_contacts))
     np.testing.assert_allclose(wrist.contact_time, TURN, rtol=1e-14)
-    np.testing.assert_allclose(wrist.impulse[0], force[0].real * TURN, rtol=2e-13)
     # damping loss of a linear oscillator: sum of d |v_n|^2 / 2 over a turn
     speed = 1j * drive.orders * SPEED * force / (STIFFNESS + 1j * drive.orders * SPEED * damping)
     loss = damping * np.sum(np.abs(speed) ** 2) / 2 * TURN
-    np.testing.assert_allclose(wrist.contact_dissipation[0], loss, rtol=1e-10, atol=1e-15)
+    np.testing.assert_allclose(run.dissipated[0], loss, rtol=1e-10, atol=1e-15)
 
 
 SINGLE = [
@@ -167,24 +166,20 @@ SINGLE = [
     ],
 )
 def test_first_contacts_against_another_integrator(sense, joint, crank, wall, until):
-    gas, drive = gas_towards(sense), compressor_drive(with_rod_tangent=wall is not None)
     rod = None if crank is None else ROD_MASS
     mass = MASS - (rod or 0.0)
     gap = [1e-6] if crank is None else [1e-6, 2e-6]
+    parts = {"mass": mass, "crank_pin": crank, "rod_mass": rod}
     if wall is not None:
         gap = [*gap, 0.5 * float(wall.clearance)]
-    still = [0.0] * len(gap)
-    run = simulate(
-        drive, gas, mass, joint, [gap], [still], revolutions=1, orders_retained=4,
-        crank_joint=crank, rod_mass=rod, wall=wall,
-    )  # fmt: skip
-    other = Reference(RADIUS, LENGTH, SPEED, gas, mass, (joint, crank, wall), rod)
-    made, _ = other.contacts(gap, still, until * TURN)
-    records = [record for record in (run.wrist_pin, run.crank_pin, run.wall) if record is not None]
+        parts["bore"] = wall
+    run = simulate(source_linkage(sense, joint, **parts), states([gap]), 1, 4)
+    other = Reference(RADIUS, LENGTH, SPEED, gas_towards(sense), mass, (joint, crank, wall), rod)
+    made, _ = other.contacts(gap, [0.0] * len(gap), until * TURN)
     compared = 0
-    for record, times in zip(records, made, strict=True):
+    for found, times in zip(run.first_contacts[:, 0], made, strict=True):
         count = min(len(times), 8)
-        ours = record.first_contacts[0, :count]
+        ours = found[:count]
         # the other integrator by itself scatters by some 1e-11 turns between its tolerances
         np.testing.assert_allclose(ours, times[:count], rtol=0, atol=1e-10 * TURN)
         compared += count
@@ -193,25 +188,19 @@ def test_first_contacts_against_another_integrator(sense, joint, crank, wall, un
 
 def energy_and_momentum(revolutions, sense, law, **parts):
     start = near(3)
-    columns = 1 + ("crank_joint" in parts) + ("wall" in parts)
+    columns = 1 + ("crank_pin" in parts) + ("bore" in parts)
     gaps = np.tile(start[:, None], (1, columns))
-    drive = compressor_drive(with_rod_tangent="wall" in parts)
-    run = simulate(
-        drive, gas_towards(sense), MASS, source_joint(law), gaps, 0.0 * gaps,
-        revolutions=revolutions, orders_retained=20, **parts,
-    )  # fmt: skip
-    assert np.all(np.abs(run.axial.residual) < 2e-14 * run.axial.exchanged)
-    assert np.all(run.axial.relative_error < 1e-13)
-    assert np.all(run.wrist_pin.impact_count.sum(axis=1) > 20 * revolutions)
-    if run.lateral is not None:
-        assert np.all(np.abs(run.lateral.residual) < 1e-13 * run.lateral.exchanged)
+    linkage = source_linkage(sense, source_joint(law), **parts)
+    run = simulate(linkage, states(gaps), revolutions, 20)
+    assert np.all(run.imbalance < 1e-13)
+    assert np.all(run.forces.contacts[0].sum(axis=1) > 20 * revolutions)
     # the piston's momentum over a turn: mean joint force and mean gas force
     gas = gas_towards(sense)
     mean_gas = np.trapezoid(gas.force, gas.angle) / (2 * np.pi)
-    axial = run.end_velocity[..., : 1 + ("crank_joint" in parts)].sum(axis=-1)
+    axial = run.end_velocity[..., : 1 + ("crank_pin" in parts)].sum(axis=-1)
     change = -np.diff(axial, axis=1) * MASS / TURN
-    mean = run.wrist_pin.force_harmonics[:, 1:, 0].real
-    np.testing.assert_allclose(mean + mean_gas, change, atol=1e-12 * run.wrist_pin.peak_force.max())
+    mean = run.forces.harmonics[0, :, 1:, 0].real
+    np.testing.assert_allclose(mean + mean_gas, change, atol=1e-12 * run.forces.peak[0].max())
 
 
 @pytest.mark.parametrize(
@@ -225,8 +214,8 @@ def test_energy_and_momentum_balance(sense, law):
 @pytest.mark.long
 def test_energy_and_momentum_balance_of_all_three_gaps():
     energy_and_momentum(
-        2, "crank", "continuous", crank_joint=source_joint(film_damping=0.0), rod_mass=ROD_MASS,
-        wall=source_joint(clearance=2e-3 * INCH),
+        2, "crank", "continuous", crank_pin=source_joint(film_damping=0.0), rod_mass=ROD_MASS,
+        bore=source_joint(clearance=2e-3 * INCH),
     )  # fmt: skip
 
 
@@ -235,25 +224,22 @@ def test_statistics_of_a_revolution_against_dense_samples():
     samples = 1 << 13
     wide = 4 * CLEARANCE
     joint = source_joint(clearance=wide, contact_damping=DAMPING / 8, film_damping=5 * DAMPING)
-    run = simulate(
-        compressor_drive(), gas_towards("crank"), MASS, joint, near(1), [0.0],
-        revolutions=1, orders_retained=100, samples=samples,
-    )  # fmt: skip
-    wrist, force = run.wrist_pin, run.wrist_pin.force[0]
-    peak = wrist.peak_force[0, 0]
+    run = simulate(source_linkage(joint=joint), states(near(1)), 1, 100, samples)
+    wrist, force = run.forces, run.force[0, 0]
+    peak = wrist.peak[0, 0, 0]
     spectrum = np.fft.rfft(force)[:101] * 2 / samples
     spectrum[0] /= 2
     # the force jumps by the damping at contacts, so that samples have an error of one step
     coarse = 1.6e-4 * peak
-    assert np.max(np.abs(wrist.force_harmonics[0, 0] - spectrum)) < coarse
-    assert abs(wrist.mean_absolute_force[0, 0] - np.mean(np.abs(force))) < coarse
+    assert np.max(np.abs(wrist.harmonics[0, 0, 0] - spectrum)) < coarse
+    assert abs(wrist.mean[0, 0, 0] - np.mean(np.abs(force))) < coarse
     assert peak * (1 - 1e-3) < np.max(np.abs(force)) <= peak * (1 + 1e-13)
-    gap = wrist.gap[0]
+    gap = run.gap[0, 0]
     touching = (gap < 0.0) | (gap > wide)
-    assert abs(wrist.contact_time[0, 0] / TURN - np.mean(touching)) < 1e-3
-    assert wrist.impact_count[0, 0] == np.count_nonzero(touching[1:] & ~touching[:-1])
+    assert abs(wrist.contact_time[0, 0, 0] / TURN - np.mean(touching)) < 1e-3
+    assert wrist.contacts[0, 0, 0] == np.count_nonzero(touching[1:] & ~touching[:-1])
     # Parseval: what the kept orders hold cannot exceed the mean square
-    kept = np.abs(wrist.force_harmonics[0, 0]) ** 2
+    kept = np.abs(wrist.harmonics[0, 0, 0]) ** 2
     assert 0.5 * np.mean(force**2) < kept[0] + 0.5 * kept[1:].sum() < np.mean(force**2)
 
 
@@ -268,12 +254,10 @@ def test_orders_on_a_smooth_motion(method):
     exact[drive.orders[drive.orders < 9]] = force[drive.orders < 9]
     errors = []
     for steps in (FEW[method], 2 * FEW[method]):
-        run = simulate_fixed_steps(
-            drive, gas, MASS, joint, start[:1], start[1:], method=method, steps=steps,
-            revolutions=1, orders_retained=8,
-        )  # fmt: skip
-        errors.append(np.max(np.abs(run.wrist_pin.force_harmonics[0, 0] - exact)))
-        assert np.all(run.wrist_pin.impact_count == 0)
+        first = states(start[:1], start[1:])
+        run, _ = simulate_fixed_steps(Linkage(drive, gas, MASS, joint), first, method, steps, 1, 8)
+        errors.append(np.max(np.abs(run.harmonics[0, 0, 0] - exact)))
+        assert np.all(run.contacts == 0)
     assert np.log2(errors[0] / errors[1]) == pytest.approx(METHODS[method].order, abs=0.25)
     assert errors[1] < 1e-2 * abs(exact[1])
 
@@ -290,22 +274,10 @@ def test_tableaus_satisfy_the_conditions_of_their_order(method):
 
 @pytest.mark.long
 def test_fixed_steps_of_three_gaps_approach_the_event_exact_motion():
-    drive, gas = compressor_drive(with_rod_tangent=True), gas_towards("crank")
-    gap, still = [[1e-6, 2e-6, 2e-5]], [[0.0, 0.0, 0.0]]
-    parts = {"crank_joint": source_joint(), "rod_mass": 0.3 * MASS, "wall": source_joint()}
-    exact = simulate(
-        drive, gas, MASS, source_joint(), gap, still, revolutions=1, orders_retained=1,
-        samples=1024, **parts,
-    )  # fmt: skip
-    run = simulate_fixed_steps(
-        drive, gas, MASS, source_joint(), gap, still, method="dormand_prince", steps=8192,
-        revolutions=1, orders_retained=1, **parts,
-    )  # fmt: skip
-    for ours, theirs in (
-        (run.wrist_pin, exact.wrist_pin),
-        (run.crank_pin, exact.crank_pin),
-        (run.wall, exact.wall),
-    ):
-        error = np.abs(ours.gap[0, ::8] - theirs.gap[0])[:60]
-        assert np.max(error) < 2e-3 * float(source_joint().clearance)
-        assert np.max(np.abs(theirs.force[0, :60])) > 50.0
+    start = states([[1e-6, 2e-6, 2e-5]])
+    linkage = source_linkage(crank_pin=source_joint(), rod_mass=0.3 * MASS, bore=source_joint())
+    exact = simulate(linkage, start, 1, 1, 1024)
+    _, gap = simulate_fixed_steps(linkage, start, "dormand_prince", 8192, 1, 1)
+    error = np.abs(gap[:, 0, ::8] - exact.gap[:, 0])[:, :60]
+    assert np.max(error) < 2e-3 * float(source_joint().clearance)
+    assert np.all(np.max(np.abs(exact.force[:, 0, :60]), axis=1) > 50.0)

@@ -129,7 +129,7 @@ def test_a_fixed_step_method_is_measured_by_exact_contacts_and_needs_no_motor(ex
     assert "response/impact/motor" not in record
     assert set(value(record, "dominant").ravel()) <= {0, 1}
     linkage = build_joints(case_of().machine, None).linkage
-    own = mean_over_runs(run_fixed_steps(linkage, STUDY, "rk4", 256).wrist_pin.force)
+    own = mean_over_runs(run_fixed_steps(linkage, STUDY, "rk4", 256).mean[0])
     quantity = record["response/impact/mean_force"]
     np.testing.assert_allclose(quantity.values, own.value, rtol=1e-9)
     difference = np.abs(value(record, "mean_force") - value(exact, "mean_force"))

@@ -10,7 +10,7 @@ from plate_readings import LEVELS, apart, by_the_source, random_plate, source_ro
 from scipy.optimize import least_squares
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.measurement.choosing import choose
+from vibecalc.measurement.choosing import choose, reach
 from vibecalc.measurement.level_motions import level_motions
 from vibecalc.measurement.plate import difference_row, point_row
 from vibecalc.measurement.second_moments import ends, least_determined
@@ -166,13 +166,14 @@ def test_readings_that_choose():
     widths = np.full(5, HALF)
     found = level_motions(rows, amplitude_of(LEVELS[1], 1e-5), widths, rows[0], widths)
     six = point_row(-0.5493, 0.2794)[None]
+    within = reach(rows, amplitude_of(LEVELS[1], 1e-5), widths)
     for wanted in motions:
-        choice = choose(found, six, np.abs(six @ wanted), np.array([HALF]))
+        choice = choose(found, six, np.abs(six @ wanted), np.array([HALF]), within)
         assert choice.decided
         assert apart(found[choice.ranking[0]].motion, wanted) < 1e-9
     middle = np.array([np.sqrt(np.prod([abs(six[0] @ one.motion) for one in found]))])
-    assert not choose(found, six, middle, np.array([HALF])).decided
-    none = choose(found, np.empty((0, 3)), np.empty(0), np.empty(0))
+    assert not choose(found, six, middle, np.array([HALF]), within).decided
+    none = choose(found, np.empty((0, 3)), np.empty(0), np.empty(0), within)
     assert not none.decided and none.ranking == (0, 1)
 
 

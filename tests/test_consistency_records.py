@@ -17,7 +17,7 @@ from vibecalc.core.results.store import read_result
 from vibecalc.core.study.execute import execute, load_checked
 from vibecalc.errors import CaseError
 from vibecalc.measurement.export import export_orders
-from vibecalc.measurement.record_report import draw_record_orders
+from vibecalc.measurement.pictures import draw_record_orders
 from vibecalc.measurement.signals import (
     Pulses,
     Recording,

@@ -17,9 +17,10 @@ from impact_machines import (
     SPEED,
     STIFFNESS,
     compressor_drive,
-    gas_towards,
     near,
     source_joint,
+    source_linkage,
+    states,
 )
 
 from vibecalc.impact.ledger import absolute_mean, highest
@@ -50,20 +51,19 @@ def test_time_runs_back():
     drive = compressor_drive()
     joint = source_joint(clearance=6 * CLEARANCE, contact_damping=0.0, film_damping=0.0)
     gap, velocity = np.array([1.1e-4, 1.3e-4]), np.array([0.3, -0.2])
-    gas = gas_towards("crank")
-    there = simulate(drive, gas, MASS, joint, gap, velocity, revolutions=1, orders_retained=1)
-    mirrored = drive._replace(displacement=np.conj(drive.displacement))
-    backwards = gas._replace(force=gas.force[::-1])
-    back = simulate(
-        mirrored, backwards, MASS, joint, there.end_gap[:, 0, 0], -there.end_velocity[:, 0, 0],
-        revolutions=1, orders_retained=1,
-    )  # fmt: skip
-    assert np.all(there.wrist_pin.impact_count >= 2)
+    linkage = source_linkage(joint=joint)
+    there = simulate(linkage, states(gap, velocity), 1, 1)
+    mirrored = linkage._replace(
+        drive=drive._replace(displacement=np.conj(drive.displacement)),
+        gas=linkage.gas._replace(force=linkage.gas.force[::-1]),
+    )
+    last = there.end_gap[:, 0]
+    back = simulate(mirrored, states(last, -there.end_velocity[:, 0]), 1, 1)
+    contacts = there.forces.contacts[0, :, 0]
+    assert np.all(contacts >= 2)
     # on the way back every contact is made where it was broken
-    last = there.end_gap[:, 0, 0]
-    ends_touching = (last < 0.0) | (last > joint.clearance)
-    made = there.wrist_pin.impact_count[:, 0] - ends_touching
-    assert np.array_equal(back.wrist_pin.impact_count[:, 0], made)
+    ends_touching = ((last < 0.0) | (last > joint.clearance))[:, 0]
+    assert np.array_equal(back.forces.contacts[0, :, 0], contacts - ends_touching)
     np.testing.assert_allclose(back.end_gap[:, 0, 0], gap, rtol=1e-6)
     np.testing.assert_allclose(back.end_velocity[:, 0, 0], -velocity, rtol=1e-6)
 
@@ -88,18 +88,13 @@ def test_energy_balance_of_machines_of_any_size(sizes, law, sense):
         contact_damping=DAMPING * contact,
         film_damping=DAMPING * film,
     )
-    run = simulate(
-        drive, gas_towards(sense), MASS * heavy**0.25, joint, near(2), np.zeros(2),
-        revolutions=1, orders_retained=8,
-    )  # fmt: skip
-    assert np.all(run.axial.relative_error < 1e-12)
-    wrist = run.wrist_pin
-    assert np.all(wrist.peak_force >= wrist.mean_absolute_force)
-    assert np.all(np.abs(wrist.force_harmonics[..., 0]) <= wrist.mean_absolute_force * (1 + 1e-12))
-    assert np.all(
-        np.abs(wrist.force_harmonics[..., 1:])
-        <= 2.0 * wrist.mean_absolute_force[..., None] * (1 + 1e-12)
-    )
+    linkage = source_linkage(sense, joint, drive=drive, mass=MASS * heavy**0.25)
+    run = simulate(linkage, states(near(2)), 1, 8)
+    assert np.all(run.imbalance < 1e-12)
+    wrist = run.forces
+    assert np.all(wrist.peak >= wrist.mean)
+    bound = wrist.mean[..., None] * np.array([1.0, *[2.0] * 8])
+    assert np.all(np.abs(wrist.harmonics) <= bound * (1 + 1e-12))
     assert np.all(wrist.contact_time <= 2 * np.pi / drive.speed * (1 + 1e-12))
 
 
@@ -134,7 +129,7 @@ def test_statistics_of_a_piece(seed):
 
 @pytest.mark.parametrize("law", ["continuous", "full_deflection"])
 def test_spring_energy_is_the_integral_of_the_force(law):
-    train = assemble_train(1, np.array(1.0), source_joint(law), None, None, None)
+    train = assemble_train(source_linkage(joint=source_joint(law)), 1)
     for end in (2.5 * CLEARANCE, -1.5 * CLEARANCE, 0.5 * CLEARANCE):
         place = np.linspace(0.0, end, 200001)
         middle = 0.5 * (place[1:] + place[:-1])

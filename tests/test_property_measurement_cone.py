@@ -10,7 +10,7 @@ import pytest
 from plate_readings import source_rows
 
 from vibecalc.measurement.plate import scaled
-from vibecalc.measurement.second_moments import Line, counted_ends, ends, least_determined
+from vibecalc.measurement.second_moments import Line, ends, least_determined
 from vibecalc.numerics.rounding import EPSILON
 
 
@@ -64,15 +64,13 @@ def missed(line: Line, motion: np.ndarray) -> float:
 def test_ends_are_roots_in_forty_digits(planes: int, every: int) -> None:
     """On random planes, every so many held against 40 digits, which take most of the time."""
     draw = np.random.default_rng(1977)
-    solved = []
     for number in range(planes):
         rows = rows_of(draw, number)
         motion = draw.standard_normal(3) + 1j * draw.standard_normal(3)
         line = least_determined(rows, np.abs(rows @ motion))
-        found = counted_ends(line)
-        solved.append(found.solved)
-        assert len(found.motions) == 2
-        for one in found.motions:
+        found = ends(line)
+        assert len(found) == 2
+        for one in found:
             assert missed(line, one) < 64.0 * EPSILON
             values, vectors = np.linalg.eigh(moments(one))
             slope = abs(vectors[:, 0] @ line.direction @ vectors[:, 0])
@@ -80,10 +78,8 @@ def test_ends_are_roots_in_forty_digits(planes: int, every: int) -> None:
             if number % every == 0:
                 assert root_nearby(line, place_of(line, one)) < 64.0 * EPSILON * size / slope
         # one of them is the motion that the levels are those of
-        apart = min(np.max(np.abs(moments(one) - moments(motion))) for one in found.motions)
+        apart = min(np.max(np.abs(moments(one) - moments(motion))) for one in found)
         assert apart < 1e-7 * np.max(np.abs(moments(motion)))
-    # the cubic and an eigenvalue problem for each end, as a rule
-    assert np.median(solved) <= 5 and np.mean(np.array(solved) <= 9) > 0.9
 
 
 @pytest.mark.parametrize("aside", [1e-2, 1e-4, 1e-6, 1e-8, 0.0])

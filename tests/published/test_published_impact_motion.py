@@ -11,15 +11,7 @@ then, so one published run can only be compared with the distribution of many.
 
 import numpy as np
 import pytest
-from impact_machines import (
-    INCH,
-    MASS,
-    POUND_FORCE,
-    compressor_drive,
-    gas_towards,
-    near,
-    source_joint,
-)
+from impact_machines import INCH, POUND_FORCE, near, source_joint, source_linkage, states
 
 from vibecalc.impact.fixed_step import one_sided, simulate_fixed_steps
 from vibecalc.impact.simulate import simulate
@@ -35,12 +27,10 @@ def average(force_harmonics: np.ndarray) -> np.ndarray:
 
 def ensemble(clearance, law="full_deflection", sense="head", method="rk4"):
     """Averages of the revolutions that end after .08 s, of 30 runs."""
-    run = simulate_fixed_steps(
-        compressor_drive(), gas_towards(sense), MASS,
-        source_joint(law, clearance=clearance * INCH), near(MEMBERS) * clearance / 1.5e-3,
-        np.zeros(MEMBERS), method=method, steps=1024, revolutions=8, orders_retained=511,
-    )  # fmt: skip
-    return average(run.wrist_pin.force_harmonics[:, 4:])
+    linkage = source_linkage(sense, source_joint(law, clearance=clearance * INCH))
+    start = states(near(MEMBERS) * clearance / 1.5e-3)
+    run, _ = simulate_fixed_steps(linkage, start, method, 1024, 8, 511)
+    return average(run.harmonics[0, :, 4:])
 
 
 @pytest.mark.long
@@ -71,11 +61,8 @@ def test_third_published_average_is_out_of_reach(law, sense):
 
 @pytest.mark.long
 def test_event_exact_runs_are_near_the_published_average():
-    members = 12
-    run = simulate(
-        compressor_drive(), gas_towards("head"), MASS, source_joint("full_deflection"),
-        near(members), np.zeros(members), revolutions=4, orders_retained=8, samples=1024,
-    )  # fmt: skip
-    values = average(one_sided(run.wrist_pin.force))
+    linkage = source_linkage("head", source_joint("full_deflection"))
+    run = simulate(linkage, states(near(12)), 4, 8, 1024)
+    values = average(one_sided(run.force[0]))
     # another integrator, without its errors in the contacts, has its median within two fifths
     assert 0.6 * 21.11 < np.median(values) < 1.4 * 21.11

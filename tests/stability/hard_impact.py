@@ -12,7 +12,7 @@ from impact_machines import CLEARANCE, INCH, MASS, compressor_drive, gas_towards
 from stability.hard_case import HardCase, Numbers, Way
 from test_consistency_impact_motion import bounces
 
-from vibecalc.impact.linkage import Drive, GasForce, Joint, Linkage, spread_starts
+from vibecalc.impact.linkage import Drive, GasForce, Joint, Linkage, Starts, spread_starts
 from vibecalc.impact.runs import distance, first_motion, parting
 from vibecalc.impact.simulate import simulate
 from vibecalc.impact.statistics import mean_over_runs
@@ -87,11 +87,8 @@ def ensemble(members: int, turns: int, discard: int = 8) -> np.ndarray:
     """Mean magnitude of the force in the wrist pin, N (1, members, turns)."""
     one = linkage()
     start = spread_starts(one, np.array([CLEARANCE]), members)
-    run = simulate(
-        one.drive, one.gas, one.mass, one.wrist_pin, start.gap[0], start.velocity[0],
-        revolutions=discard + turns, orders_retained=2,
-    )  # fmt: skip
-    return run.wrist_pin.mean_absolute_force[None, :, discard:]
+    run = simulate(one, Starts(start.gap[0], start.velocity[0]), discard + turns, 2)
+    return run.forces.mean[:, :, discard:]
 
 
 def own_mean() -> Bounded:
@@ -106,8 +103,7 @@ def turns_together() -> np.ndarray:
     start = spread_starts(one, np.array([CLEARANCE]), count)
     gap = np.concatenate([start.gap[0], start.gap[0] + APART])
     velocity = np.concatenate([start.velocity[0], start.velocity[0]])
-    run = simulate(one.drive, one.gas, one.mass, one.wrist_pin, gap, velocity, revolutions=12,
-                   orders_retained=2)  # fmt: skip
+    run = simulate(one, Starts(gap, velocity), 12, 2)
     away = [run.end_gap[:count] - run.end_gap[count:],
             run.end_velocity[:count] - run.end_velocity[count:]]  # fmt: skip
     first = np.full((count, 1), APART / CLEARANCE)

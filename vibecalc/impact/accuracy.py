@@ -12,8 +12,8 @@ from vibecalc.core.accuracy.topic import Answer, Ask, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.impact.linkage import central_start
 from vibecalc.impact.model import joints_of
-from vibecalc.impact.runs import follow_events
 from vibecalc.impact.setup import DEGREE, REACH
+from vibecalc.impact.simulate import simulate
 from vibecalc.numerics.rounding import FloatArray
 
 #: angles a turn at which the gap is compared, and how many of them the first eighth holds
@@ -57,8 +57,10 @@ def impact_topics(scene: Scene) -> list[Topic]:
     pieces = fastest * times[-1] / REACH + len(angle) * SHOWN / SAMPLES + SHOWN
 
     def exact(parts: float) -> Answer:
-        run = follow_events(linkage, np.array([clearance]), centre, 1, 1, SAMPLES, int(parts))
-        return Answer(run.wrist_pin.gap[0, 1 : SHOWN + 1], DEGREE * pieces * parts)
+        run = simulate(
+            linkage.with_clearance(np.array([clearance])), centre, 1, 1, SAMPLES, int(parts)
+        )
+        return Answer(run.gap[0, 0, 1 : SHOWN + 1], DEGREE * pieces * parts)
 
     ask = Ask("first contacts", "gap of the first eighth of a turn",
               "response/impact/first_turn_force", 2.0, "a bound on its steps")  # fmt: skip

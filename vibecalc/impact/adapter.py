@@ -1,5 +1,6 @@
 """Adapter: play in the joints of one cylinder to statistics of its impacts."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -7,12 +8,11 @@ import numpy as np
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.axial_force import axial_force
-from vibecalc.impact.linkage import Linkage
+from vibecalc.impact.linkage import GapForces
 from vibecalc.impact.model import Joints, joints_of
 from vibecalc.impact.runs import (
     ROUNDINGS,
     Ensemble,
-    Forces,
     Study,
     first_motion,
     parting,
@@ -20,23 +20,21 @@ from vibecalc.impact.runs import (
     run_fixed_steps,
 )
 from vibecalc.impact.statistics import (
-    HIGH,
-    LOW,
     Statistic,
-    added_force,
     dominance,
     mean_over_runs,
     quantiles,
-    spectra,
     standard_error,
+    statistics,
 )
 from vibecalc.kinematics.harmonics import harmonics_with_error
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 
 if TYPE_CHECKING:
     from vibecalc.response.tables import Impact
 
+_ROOT = "response/impact"
 #: imbalance of energy above which an event-exact run is none
 _LARGEST_RESIDUAL = 1e-6
 #: relative standard error above which a statistic has not settled
@@ -59,34 +57,33 @@ def run_impact(scene: Scene) -> None:
     )
     _cite(scene, options)
     exact = run_ensemble(joints.linkage, study, options.perturbation)
-    forces, statistic_of = exact.forces, statistics(exact.forces, joints.linkage)
-    errors = numerical_errors(statistic_of, exact, joints.linkage)
+    forces, found = exact.forces, statistics(exact.forces, joints.linkage)
+    errors = numerical_errors(found, exact, float(joints.linkage.wrist_pin.stiffness))
     if options.method != "event_exact":
         forces = run_fixed_steps(joints.linkage, study, options.method, options.steps)
-        followed, statistic_of = statistic_of, statistics(forces, joints.linkage)
-        errors = differences(statistic_of, followed)
-    orders = np.arange(1, study.orders + 1)
-    axes = {"clearance": study.clearance, "order": orders}
-    for name, statistic in statistic_of.items():
+        followed, found = found, statistics(forces, joints.linkage)
+        errors = differences(found, followed)
+    axes = {"clearance": study.clearance, "order": np.arange(1, study.orders + 1)}
+    for name, statistic in found.items():
         _emit(scene, name, statistic, errors[name], axes)
-    mean = statistic_of["mean_force"].standard_error
-    uncertainty = float(np.max(mean)) / np.sqrt(2.0 * (study.members - 1))
-    scene.emit("response/impact/mean_force_standard_error", mean, EPSILON * mean, axes, uncertainty)
+    mean = found["mean_force"].standard_error
+    uncertain = mean / np.sqrt(2.0 * (study.members - 1))
+    _emit(scene, "mean_force_standard_error", Statistic(mean, uncertain), EPSILON * mean, axes)
     _emit_energy(scene, exact, axes)
     _emit_parting(scene, exact, axes, options.perturbation)
     _emit_first_motion(scene, joints, study.clearance)
-    emit_dominance(scene, joints, statistic_of["added_force"], axes)
-    _warn(scene, options, study, statistic_of, errors, forces)
+    emit_dominance(scene, joints, found["added_force"], axes)
+    _warn(scene, options, study, found, errors, forces)
 
 
 def _emit(
-    scene: Scene, name: str, statistic: Statistic, error: np.ndarray, axes: dict[str, np.ndarray]
+    scene: Scene, name: str, statistic: Statistic, error: np.ndarray, axes: Mapping[str, np.ndarray]
 ) -> None:
     uncertainty = float(np.max(statistic.standard_error))
-    scene.emit(f"response/impact/{name}", statistic.value, error, axes, uncertainty)
+    scene.emit(f"{_ROOT}/{name}", statistic.value, error, axes, uncertainty)
 
 
-def _emit_energy(scene: Scene, exact: Ensemble, axes: dict[str, np.ndarray]) -> None:
+def _emit_energy(scene: Scene, exact: Ensemble, axes: Mapping[str, np.ndarray]) -> None:
     error = np.mean(exact.residual * exact.exchanged, axis=(1, 2))
     _emit(scene, "dissipated", mean_over_runs(exact.dissipated), error, axes)
     residual = np.max(exact.residual, axis=(1, 2))
@@ -97,12 +94,12 @@ def _emit_energy(scene: Scene, exact: Ensemble, axes: dict[str, np.ndarray]) -> 
             f"revolution is missing, more than {_LARGEST_RESIDUAL:g}"
         )
     # of rounding only the size means something
-    path = "response/impact/energy_residual"
-    scene.emit(path, residual, residual + 64.0 * EPSILON, axes, terms=1.0)
+    off = residual + 64.0 * EPSILON
+    scene.emit(f"{_ROOT}/energy_residual", residual, off, axes, terms=1.0)
 
 
 def _emit_parting(
-    scene: Scene, exact: Ensemble, axes: dict[str, np.ndarray], perturbation: float
+    scene: Scene, exact: Ensemble, axes: Mapping[str, np.ndarray], perturbation: float
 ) -> None:
     turns = exact.distances.shape[-1] - 1
     found = parting(exact.distances)
@@ -117,7 +114,8 @@ def _emit_parting(
 
 
 def _emit_first_motion(scene: Scene, joints: Joints, clearance: np.ndarray) -> None:
-    if not scene.wants("response/impact/first_contacts", "response/impact/first_turn_force"):
+    paths = f"{_ROOT}/first_contacts", f"{_ROOT}/first_turn_force"
+    if not scene.wants(*paths):
         return
     first = first_motion(joints.linkage, clearance)
     axes = {
@@ -125,9 +123,8 @@ def _emit_first_motion(scene: Scene, joints: Joints, clearance: np.ndarray) -> N
         "contact": np.arange(1, first.contacts.shape[1] + 1),
         "crank_angle": first.angle,
     }
-    contacts = "response/impact/first_contacts"
-    scene.emit(contacts, first.contacts, first.contacts_error, axes)
-    scene.emit("response/impact/first_turn_force", first.force, first.force_error, axes)
+    scene.emit(paths[0], first.contacts, first.contacts_error, axes)
+    scene.emit(paths[1], first.force, first.force_error, axes)
 
 
 def _cite(scene: Scene, options: "Impact") -> None:
@@ -159,22 +156,22 @@ def _warn(
     scene: Scene,
     options: "Impact",
     study: Study,
-    statistics_: dict[str, Statistic],
-    errors: dict[str, np.ndarray],
-    forces: Forces,
+    found: Mapping[str, Statistic],
+    errors: Mapping[str, FloatArray],
+    forces: GapForces,
 ) -> None:
     for name, words in (("mean_force", "mean force"), ("average_amplitude", "spectrum")):
-        value, uncertainty = statistics_[name]
+        value, uncertainty = found[name]
         for at in np.flatnonzero(uncertainty > _UNSETTLED * value):
             scene.warn(
                 f"the {words} of impacts with a clearance of {study.clearance[at]:.6g} m has not "
                 f"settled: its standard error is {100.0 * uncertainty[at] / value[at]:.0f} %; more "
                 "members help"
             )
-    half, force = study.revolutions // 2, forces.wrist_pin.force
+    half, force = study.revolutions // 2, forces.mean[0]
     drift = np.mean(force[:, :, -half:], axis=2) - np.mean(force[:, :, :half], axis=2)
     size, uncertainty = np.abs(np.mean(drift, axis=1)), standard_error(drift)
-    mean = statistics_["mean_force"].value
+    mean = found["mean_force"].value
     for at in np.flatnonzero((size > _DRIFT * uncertainty) & (size > _DRIFT_SHARE * mean)):
         scene.warn(
             f"impacts with a clearance of {study.clearance[at]:.6g} m still remember their start: "
@@ -191,51 +188,23 @@ def _warn(
 
 
 # ----------------------------------------------------------------------------
-# Statistics of the impact forces under the names of their results, and how exact they are.
+# How exact the statistics are.
 # ----------------------------------------------------------------------------
 
 
-def statistics(forces: Forces, linkage: Linkage) -> dict[str, Statistic]:
-    """Statistics of the forces by what their paths have behind `response/impact/`."""
-    turn = 2.0 * np.pi / linkage.drive.speed
-    pin = forces.wrist_pin
-    low, high = quantiles(pin.force, (LOW, HIGH))
-    (peak_high,) = quantiles(pin.peak, (HIGH,))
-    bands = spectra(pin.harmonics)
-    added = np.abs(added_force(linkage, forces)[..., 1:])
-    values = {
-        "mean_force": mean_over_runs(pin.force),
-        "mean_force_low": low,
-        "mean_force_high": high,
-        "spectrum": bands.mean,
-        "spectrum_low": bands.low,
-        "spectrum_high": bands.high,
-        "average_amplitude": bands.average,
-        "added_force": mean_over_runs(added),
-        "peak_force": mean_over_runs(pin.peak),
-        "peak_force_high": peak_high,
-        "impacts": mean_over_runs(pin.contacts),
-        "contact_share": mean_over_runs(pin.contact_time / turn),
-    }
-    for name, gap in (("crank_pin", forces.crank_pin), ("bore", forces.bore)):
-        if gap is not None:
-            values[f"{name}/mean_force"] = mean_over_runs(gap.force)
-            values[f"{name}/impacts"] = mean_over_runs(gap.contacts)
-    return values
-
-
 def numerical_errors(
-    values: dict[str, Statistic], exact: Ensemble, linkage: Linkage
-) -> dict[str, np.ndarray]:
-    """What imbalance of energy and rounding make of each statistic: absolute, at most."""
+    values: Mapping[str, Statistic], exact: Ensemble, stiffness: float
+) -> dict[str, FloatArray]:
+    """What imbalance of energy and rounding make of each statistic: absolute, at most.
+
+    `stiffness`, N/m, is that of the contacts of the wrist pin.
+    """
     relative = np.max(exact.residual, axis=(1, 2)) + 32.0 * EPSILON
     # a harmonic is twice a mean
-    force = 2.0 * relative * np.max(exact.forces.wrist_pin.force, axis=(1, 2))
+    force = 2.0 * relative * np.max(exact.forces.mean[0], axis=(1, 2))
     # energy of a contact spring: dF = K dE / F
-    peak = exact.forces.wrist_pin.peak
     energy = relative * np.max(exact.exchanged, axis=(1, 2))
-    stiffness = float(linkage.wrist_pin.stiffness)
-    smallest = np.maximum(np.min(peak, axis=(1, 2)), np.sqrt(stiffness * energy))
+    smallest = np.maximum(np.min(exact.forces.peak[0], axis=(1, 2)), np.sqrt(stiffness * energy))
     of_peak = stiffness * energy / np.where(smallest > 0.0, smallest, 1.0)
     errors = dict.fromkeys(values, force)
     for name, (value, _) in values.items():
@@ -248,7 +217,9 @@ def numerical_errors(
     return errors
 
 
-def differences(values: dict[str, Statistic], exact: dict[str, Statistic]) -> dict[str, np.ndarray]:
+def differences(
+    values: Mapping[str, Statistic], exact: Mapping[str, Statistic]
+) -> dict[str, FloatArray]:
     """How far a fixed-step method is off: the event-exact statistics, and two standard errors."""
     return {
         name: np.abs(statistic.value - exact[name].value)
@@ -263,24 +234,26 @@ def differences(values: dict[str, Statistic], exact: dict[str, Statistic]) -> di
 
 
 def emit_dominance(
-    scene: Scene, joints: Joints, impact: Statistic, axes: dict[str, np.ndarray]
+    scene: Scene, joints: Joints, impact: Statistic, axes: Mapping[str, np.ndarray]
 ) -> None:
     """Emit both forces and who leads; `impact` (C, N) has the orders of `axes`."""
     orders = axes["order"]
     shaking = _shaking(scene, joints, int(orders[-1]))
-    scene.emit("response/impact/shaking", shaking.value, shaking.error, axes)
-    motor = np.zeros(len(orders))
-    if scene.case.machine.motor is not None and scene.case.excitation is not None:
-        force = _motor(scene, orders)
-        scene.emit("response/impact/motor", force.value, force.error, axes)
-        motor = force.value
-    dominant = dominance(impact, shaking.value, motor)
+    scene.emit(f"{_ROOT}/shaking", shaking, axes=axes)
+    motor, machine = Bounded(np.zeros(len(orders)), np.zeros(len(orders))), scene.case.machine
+    if machine.motor is not None and scene.case.excitation is not None:
+        acting, force = axial_force(machine.motor)
+        here = np.isin(acting, orders)
+        at = acting[here] - orders[0]
+        motor.value[at], motor.error[at] = abs(force.axial_force[here])
+        scene.emit(f"{_ROOT}/motor", motor, axes=axes)
+    dominant = dominance(impact, shaking.value, motor.value)
     # whole numbers, which a spectrum moves by whole orders
     for name, value, spread in (
         ("dominant", dominant.dominant, dominant.dominant_spread),
         ("dominant_from", dominant.dominant_from, dominant.dominant_from_spread),
     ):
-        scene.emit(f"response/impact/{name}", value, 0.0, axes, float(np.max(spread)))
+        scene.emit(f"{_ROOT}/{name}", value, 0.0, axes, float(np.max(spread)))
 
 
 def _shaking(scene: Scene, joints: Joints, highest: int) -> Bounded:
@@ -294,13 +267,3 @@ def _shaking(scene: Scene, joints: Joints, highest: int) -> Bounded:
     # R / L is itself rounded: d ln C_n / d ln(R / L) is about n / sqrt(1 - (R / L)^2)
     steepness = np.arange(1, highest + 1) / np.sqrt(1.0 - ratio**2)
     return Bounded(size, scale * motion.error[1:] + EPSILON * (8.0 + steepness) * size)
-
-
-def _motor(scene: Scene, orders: np.ndarray) -> Bounded:
-    """Axial force (N,) of the motor, N, magnitudes at these orders."""
-    own, force = axial_force(scene.case.machine.motor)
-    value, error = np.zeros(len(orders)), np.zeros(len(orders))
-    here = np.isin(own, orders)
-    at = own[here] - orders[0]
-    value[at], error[at] = abs(force.axial_force[here])
-    return Bounded(value, error)

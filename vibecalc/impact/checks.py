@@ -1,15 +1,14 @@
 """Physical checks of joints with play: their gaps, their contacts, and the work they ask for."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from vibecalc.errors import KeyPath, Problem
 from vibecalc.kinds import TRAIN, has_crank_train
-from vibecalc.parts import tables as parts
 from vibecalc.parts.crank_train import build_crank_train, rod_share
 from vibecalc.parts.motor_tables import Play
-from vibecalc.schema import Case
+from vibecalc.schema import Case, Machine
 
 # ----------------------------------------------------------------------------
 # The gaps of a cylinder with play in its joints, and the masses on their sides.
@@ -26,9 +25,32 @@ class Gap(NamedTuple):
     mobility: float
 
 
-def rod_nearby_piston(train: parts.CrankTrain) -> float:
-    """The rod's reciprocating point mass, kg; zero for a train without a rod."""
-    return 0.0 if train.rod is None else float(train.rod.mass * rod_share(train))
+class Masses(NamedTuple):
+    """All that moves with the piston of `cylinder`, kg, and the rod's share of it."""
+
+    cylinder: str
+    whole: float
+    rod: float
+
+
+def moving_masses(machine: Machine, working: Sequence[str] | None) -> Masses:
+    """Those of the cylinder that [machine.joints] names, or of the first that works.
+
+    `working` names the cylinders that work, None all.
+    """
+    case_train, joints = machine.crank_train, machine.joints
+    train = build_crank_train(case_train)
+    name = None if joints is None else joints.cylinder
+    if name not in train.names:
+        works = (each for each in train.names if working is None or each in working)
+        name = next(works, train.names[0])
+    rod = 0.0 if case_train.rod is None else float(case_train.rod.mass * rod_share(case_train))
+    return Masses(name, float(train.reciprocating_mass[train.names.index(name)]), rod)
+
+
+def _masses(case: Case) -> Masses:
+    working = None if case.excitation is None else case.excitation.working
+    return moving_masses(case.machine, working)
 
 
 def plays(case: Case) -> Iterator[tuple[KeyPath, Play]]:
@@ -40,53 +62,38 @@ def plays(case: Case) -> Iterator[tuple[KeyPath, Play]]:
             yield (*JOINTS, name), play
 
 
-def gaps(case: Case, problems: list[Problem]) -> list[Gap]:
-    """The gaps with the masses they move; where a mass is missing, a problem instead."""
-    joints, train = case.machine.joints, case.machine.crank_train
-    place = _cylinder(case)
-    name = train.cylinders[place].name
-    moving = float(build_crank_train(train).reciprocating_mass[place])
+def gaps(case: Case) -> list[Gap]:
+    """The gaps with the masses they move; none where a mass is missing."""
+    joints, (_, whole, rod) = case.machine.joints, _masses(case)
     play_at_crank = joints is not None and joints.crank_pin is not None
-    rod = rod_nearby_piston(train)
-    if play_at_crank and rod <= 0.0:
-        problems.append(
-            Problem(
-                path=(*JOINTS, "crank_pin"),
-                message="play in the crank pin needs a rod: it is then a mass between two gaps",
-                found=f"{rod:.6g} kg of rod that moves with the piston",
-                allowed="rod = { mass = ..., crank_pin_to_mass_centre = ... } in the crank train",
-            )
-        )
+    if whole <= rod or (play_at_crank and rod <= 0.0):
         return []
-    piston = moving - rod
-    if piston <= 0.0:
-        problems.append(
-            Problem(
-                path=(*JOINTS, "wrist_pin"),
-                message=f"nothing has a mass on the piston's side of the wrist pin of {name!r}",
-                found=f"{moving:.6g} kg that move with the piston, {rod:.6g} kg of them rod",
-                allowed="a mass above zero of piston and pin",
-                also=TRAIN,
-            )
-        )
-        return []
+    of_rod, of_piston = 1.0 / rod if rod else 0.0, 1.0 / (whole - rod)
     across = {
-        "wrist_pin": 1.0 / piston + (1.0 / rod if play_at_crank else 0.0),
-        "crank_pin": 1.0 / rod if rod else 0.0,
-        "bore": 1.0 / piston,
+        "wrist_pin": of_piston + of_rod * play_at_crank,
+        "crank_pin": of_rod,
+        "bore": of_piston,
     }
     return [Gap(path, play, across[str(path[-1])]) for path, play in plays(case)]
 
 
-def _cylinder(case: Case) -> int:
-    """Return which cylinder has the joints with play: the named one, or the first that works."""
-    names = [cylinder.name for cylinder in case.machine.crank_train.cylinders]
-    joints = case.machine.joints
-    if joints is not None and joints.cylinder in names:
-        return names.index(joints.cylinder)
-    working = None if case.excitation is None else case.excitation.working
-    works = [place for place, name in enumerate(names) if working is None or name in working]
-    return works[0] if works else 0
+def _mass_problems(case: Case) -> Iterator[Problem]:
+    joints, (name, whole, rod) = case.machine.joints, _masses(case)
+    if joints is not None and joints.crank_pin is not None and rod <= 0.0:
+        yield Problem(
+            path=(*JOINTS, "crank_pin"),
+            message="play in the crank pin needs a rod: it is then a mass between two gaps",
+            found=f"{rod:.6g} kg of rod that moves with the piston",
+            allowed="rod = { mass = ..., crank_pin_to_mass_centre = ... } in the crank train",
+        )
+    elif whole <= rod:
+        yield Problem(
+            path=(*JOINTS, "wrist_pin"),
+            message=f"nothing has a mass on the piston's side of the wrist pin of {name!r}",
+            found=f"{whole:.6g} kg that move with the piston, {rod:.6g} kg of them rod",
+            allowed="a mass above zero of piston and pin",
+            also=TRAIN,
+        )
 
 
 # ----------------------------------------------------------------------------
@@ -115,9 +122,9 @@ class Work(NamedTuple):
     total: float
 
 
-def cost_problems(case: Case, in_contact: list[Gap]) -> Iterator[Problem]:
+def _costs(case: Case) -> Iterator[Problem]:
     """A problem where the runs of a study would take too long, or not end."""
-    work = impact_work(case, in_contact)
+    work = impact_work(case)
     if work is None:
         return
     from vibecalc.impact.setup import MOST_STEPS  # only a study loads what follows it
@@ -145,12 +152,12 @@ def cost_problems(case: Case, in_contact: list[Gap]) -> Iterator[Problem]:
         )
 
 
-def impact_work(case: Case, in_contact: list[Gap] | None = None) -> Work | None:
+def impact_work(case: Case) -> Work | None:
     """What the impacts of a case cost; None without a study or joints that can be followed."""
     study = None if case.response is None else case.response.impact
     if study is None or case.machine.joints is None:
         return None
-    in_contact = gaps(case, []) if in_contact is None else in_contact
+    in_contact = gaps(case)
     if not in_contact:
         return None
     from vibecalc.impact.setup import REACH
@@ -189,13 +196,13 @@ def joint_problems(case: Case) -> list[Problem]:
     """Problems of joints with play, and of the study of impacts in them."""
     if not has_crank_train(case.machine) or case.machine.joints is None:
         return []
-    problems = [*_clearances(case), *_stands(case)]
-    found = gaps(case, problems)
+    problems = [*_clearances(case), *_stands(case), *_mass_problems(case)]
+    found = gaps(case)
     for gap in found:
         problems += [*_contact(case, gap), *_damping(case, gap)]
     # a contact that cannot be followed has no cost
-    costs = [] if problems else [*cost_problems(case, found)]
-    return [*problems, *costs, *_orders(case), *_steps(case, found)]
+    costs = [] if problems else [*_costs(case)]
+    return [*problems, *costs, *_fixed_steps(case, found)]
 
 
 def _clearances(case: Case) -> Iterator[Problem]:
@@ -282,30 +289,27 @@ def _damping(case: Case, gap: Gap) -> Iterator[Problem]:
             )
 
 
-def _orders(case: Case) -> Iterator[Problem]:
+def _fixed_steps(case: Case, in_contact: list[Gap]) -> Iterator[Problem]:
     study = None if case.response is None else case.response.impact
-    if study is not None and study.method != "event_exact" and study.steps <= 2 * study.orders:
+    if study is None or study.method == "event_exact":
+        return
+    path = (*IMPACT, "steps")
+    if study.steps <= 2 * study.orders:
         yield Problem(
-            path=(*IMPACT, "steps"),
+            path=path,
             message="response.impact.steps hold only the orders below half their number, fewer "
             "than response.impact.orders",
             found=f"{study.steps} steps per revolution for {study.orders} orders",
             allowed=f"> {2 * study.orders} steps, or < {study.steps / 2:g} orders",
             also=(*IMPACT, "orders"),
         )
-
-
-def _steps(case: Case, in_contact: list[Gap]) -> Iterator[Problem]:
-    study = None if case.response is None else case.response.impact
-    if study is None or study.method == "event_exact" or not in_contact:
-        return
-    gap = max(in_contact, key=lambda each: each.play.stiffness * each.mobility)
-    needed = math.sqrt(gap.play.stiffness * gap.mobility) * TURN / case.machine.speed
+    rates = [math.sqrt(gap.play.stiffness * gap.mobility) for gap in in_contact]
+    needed = max(rates, default=0.0) * TURN / case.machine.speed
     if needed > LONGEST_STEP * study.steps:
         yield Problem(
-            path=(*IMPACT, "steps"),
+            path=path,
             message="fixed steps this long run away in a contact as stiff as this",
             found=f"{study.steps} steps per revolution",
             allowed=f">= {math.ceil(needed / LONGEST_STEP)}, or method = 'event_exact'",
-            also=(*gap.path, "stiffness"),
+            also=(*in_contact[rates.index(max(rates))].path, "stiffness"),
         )

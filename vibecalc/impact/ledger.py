@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibecalc.impact.linkage import FREE, Train, spring_energy
+from vibecalc.impact.linkage import FREE, GapForces, Train, spring_energy
 from vibecalc.impact.roots import bernstein, evaluate, halves, sign_changes, single_root
 from vibecalc.impact.setup import (
     DEGREE,
@@ -15,7 +15,7 @@ from vibecalc.impact.setup import (
     harmonics,
     moments,
 )
-from vibecalc.numerics.rounding import BoolArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # Integrals and the highest force of one smooth segment of motion, from its power series.
@@ -110,10 +110,10 @@ def highest(force: FloatArray, floor: FloatArray) -> FloatArray:
 
 #: first contacts of each gap whose times are kept
 FIRST_CONTACTS = 8
-
-_PER_GAP = ("absolute", "peak", "count", "contact_time", "contact_absolute", "contact_loss",
-            "film_loss")  # fmt: skip
-_PER_RUN = ("pin_work", "gas_work", "side_work", "axial_exchanged", "lateral_exchanged")
+#: segments that are entered into the books at once
+_SEGMENTS = 4096
+#: whose energy an array with a leading axis of two holds
+AXIAL, LATERAL = 0, 1
 
 
 class MotionSegment(NamedTuple):
@@ -141,173 +141,186 @@ class MotionSegment(NamedTuple):
     length: FloatArray
 
 
-#: segments that are entered into the books at once
-_SEGMENTS = 4096
+class Ledger:
+    """The books of a batch: totals of G gaps and B runs in R revolutions.
 
-
-class Ledger(NamedTuple):
-    """The books of a batch: totals (G, B, revolutions) or (B, revolutions), and the energies.
+    `forces` with `absolute`, the integrals of |F| (G, B, R) in N s, `loss` (G, B, R) in J;
+    `stored` (2, B, R + 1), `work` and `exchanged` (2, B, R), J, of the axial and the lateral
+    motion; `first_contacts` (G, B, 8), s, infinite for those that were not made; `gap`, m, and
+    `force`, N, (G, B, samples) of the last revolution at equal crank angles from 0.
 
     Segments wait until there are many of them. `moments` (G, B, 2, p, MOMENTS) are those of the
     running revolution of each run, and of the one before for runs (B,) that are `closing`.
     """
 
-    book: dict[str, FloatArray]
-    moments: FloatArray
-    spectra: np.ndarray
-    first_contacts: FloatArray
-    contacts_counted: IntArray
-    waiting: list[MotionSegment]
-    closed: list[tuple[IntArray, IntArray]]
-    closing: BoolArray
+    def __init__(self, setup: Setup, revolutions: int, samples: int):
+        gaps, members = setup.train.gaps.clearance.shape
+        shape, orders = (gaps, members, revolutions), setup.transform.phase.shape[1]
+        self.setup = setup
+        self.absolute, self.peak, self.contacts, self.contact_time, self.loss = np.zeros(
+            (5, *shape)
+        )
+        self.work, self.exchanged = np.zeros((2, 2, members, revolutions))
+        self.stored = np.zeros((2, members, revolutions + 1))
+        self.moments = np.zeros((gaps, members, 2, len(setup.panels.start), MOMENTS))
+        self.spectra = np.zeros((*shape, orders), dtype=np.complex128)
+        self.first_contacts = np.full((gaps, members, FIRST_CONTACTS), np.inf)
+        self.contacts_counted = np.zeros((gaps, members), dtype=np.int64)
+        self.waiting: list[MotionSegment] = []
+        self.closed: list[tuple[IntArray, IntArray]] = []
+        self.closing = np.zeros(members, dtype=np.bool_)
+        self.angle = 2.0 * np.pi * np.arange(samples) / max(samples, 1)
+        self.gap, self.force = np.zeros((2, gaps, members, samples))
+        self.sampled = np.zeros(members, dtype=np.int64)
 
+    @property
+    def forces(self) -> GapForces:
+        """What the gaps carried, of a finished batch."""
+        mean = self.absolute * self.setup.speed / (2.0 * np.pi)
+        return GapForces(self.spectra, mean, self.peak, self.contacts, self.contact_time)
 
-def open_ledger(setup: Setup, revolutions: int) -> Ledger:
-    """Empty books for a batch."""
-    gaps, members = setup.train.gaps.clearance.shape
-    book: dict[str, FloatArray] = {}
-    for name in _PER_GAP:
-        book[name] = np.zeros((gaps, members, revolutions))
-    for name in _PER_RUN:
-        book[name] = np.zeros((members, revolutions))
-    for name in ("axial_energy", "lateral_energy"):
-        book[name] = np.zeros((members, revolutions + 1))
-    orders = setup.transform.phase.shape[1]
-    return Ledger(
-        book,
-        np.zeros((gaps, members, 2, len(setup.panels.start), MOMENTS)),
-        np.zeros((gaps, members, revolutions, orders), dtype=np.complex128),
-        np.full((gaps, members, FIRST_CONTACTS), np.inf),
-        np.zeros((gaps, members), dtype=np.int64),
-        [],
-        [],
-        np.zeros(members, dtype=np.bool_),
-    )
+    def imbalance(self) -> FloatArray:
+        """Error (2, B, R) of the energy over the larger of what is exchanged and stored.
 
+        Of change of stored - work + dissipated, which is zero but for errors, and rounding.
+        """
+        bore = self.setup.train.bore
+        lost = np.zeros_like(self.work)
+        lost[AXIAL] = np.sum(self.loss[:bore], axis=0)
+        if bore is not None:
+            lost[LATERAL] = self.loss[bore]
+        off = np.diff(self.stored, axis=-1) - self.work + lost
+        stored = np.maximum(self.stored[..., 1:], self.stored[..., :-1])
+        scale = np.maximum(self.exchanged, stored)
+        error = np.maximum(np.abs(off), 8.0 * EPSILON * scale)
+        return np.asarray(error / np.where(scale > 0.0, scale, 1.0))
 
-def add_segment(ledger: Ledger, setup: Setup, segment: MotionSegment) -> None:
-    """Put a segment to those that wait, and enter them all when they are many."""
-    ledger.waiting.append(segment)
-    if sum(len(each.members) for each in ledger.waiting) >= _SEGMENTS:
-        settle(ledger, setup)
+    def add(self, segment: MotionSegment) -> None:
+        """Put a segment to those that wait, and enter them all when they are many."""
+        self.waiting.append(segment)
+        if sum(len(each.members) for each in self.waiting) >= _SEGMENTS:
+            self.settle()
 
+    def settle(self) -> None:
+        """Enter the segments that wait, and the spectra of the revolutions that have ended."""
+        if self.waiting:
+            joined: list[Any] = [
+                None if parts[0] is None else np.concatenate(parts, axis=-1)
+                for parts in zip(*self.waiting, strict=True)
+            ]
+            self._enter(MotionSegment(*joined))
+        for members, revolution in self.closed:
+            for each, sums in enumerate(self.moments):
+                values = harmonics(sums[members, revolution % 2], self.setup.transform)
+                self.spectra[each, members, revolution] = values
+            self.moments[:, members, revolution % 2] = 0.0
+        self.closing[:] = False
+        self.waiting.clear()
+        self.closed.clear()
 
-def settle(ledger: Ledger, setup: Setup) -> None:
-    """Enter the segments that wait, and the spectra of the revolutions that have ended."""
-    if ledger.waiting:
-        joined: list[Any] = [
-            None if parts[0] is None else np.concatenate(parts, axis=-1)
-            for parts in zip(*ledger.waiting, strict=True)
-        ]
-        _enter(ledger, setup, MotionSegment(*joined))
-    for members, revolution in ledger.closed:
-        for each, sums in enumerate(ledger.moments):
-            values = harmonics(sums[members, revolution % 2], setup.transform)
-            ledger.spectra[each, members, revolution] = values
-        ledger.moments[:, members, revolution % 2] = 0.0
-    ledger.closing[:] = False
-    ledger.waiting.clear()
-    ledger.closed.clear()
+    def _enter(self, segment: MotionSegment) -> None:
+        """Integrals of segments: forces, times, losses and works."""
+        members, train, panels = segment.members, self.setup.train, self.setup.panels
+        axial = slice(0, train.bore)
+        velocity, force = at_points(segment.velocity), at_points(segment.force)
+        pin_velocity = at_points(segment.pin_velocity)
+        duration, touching = segment.duration, segment.side != FREE
+        loss = segment.damper * mean(velocity * velocity) * duration
+        pin_work = mean(force[:, train.pin] * pin_velocity) * duration
+        piston = pin_velocity - np.sum(velocity[:, axial], axis=1)
+        gas_work = mean(at_points(segment.gas) * piston) * duration
 
+        gaps, runs, revolutions = self.peak.shape
+        in_run = members * revolutions + segment.revolution
+        in_gap = np.arange(gaps)[:, None] * (runs * revolutions) + in_run
 
-def _enter(ledger: Ledger, setup: Setup, segment: MotionSegment) -> None:
-    """Integrals of segments: forces, times, losses and works."""
-    book, members, train = ledger.book, segment.members, setup.train
-    axial = slice(0, train.bore)
-    velocity, force = at_points(segment.velocity), at_points(segment.force)
-    pin_velocity = at_points(segment.pin_velocity)
-    duration, touching = segment.duration, segment.side != FREE
-    loss = segment.damper * mean(velocity * velocity) * duration
-    pin_work = mean(force[:, train.pin] * pin_velocity) * duration
-    piston = pin_velocity - np.sum(velocity[:, axial], axis=1)
-    gas_work = mean(at_points(segment.gas) * piston) * duration
+        def add(book: FloatArray, place: IntArray, values: FloatArray) -> None:
+            np.add.at(book.reshape(-1), place.reshape(-1), values.reshape(-1))
 
-    gaps, runs, revolutions = book["peak"].shape
-    in_run = members * revolutions + segment.revolution
-    in_gap = np.arange(gaps)[:, None] * (runs * revolutions) + in_run
+        add(self.loss, in_gap, loss)
+        add(self.contact_time, in_gap, np.where(touching, duration, 0.0))
+        add(self.work[AXIAL], in_run, pin_work + gas_work)
+        exchanged = np.abs(pin_work) + np.abs(gas_work) + np.sum(loss[axial], axis=0)
+        add(self.exchanged[AXIAL], in_run, exchanged)
+        if train.bore is not None and segment.tangent is not None:
+            pull = force[:, 0] * at_points(segment.tangent)
+            side_work = mean(pull * velocity[:, train.bore]) * duration
+            add(self.work[LATERAL], in_run, side_work)
+            add(self.exchanged[LATERAL], in_run, np.abs(side_work) + loss[train.bore])
 
-    def add(name: str, place: IntArray, values: FloatArray) -> None:
-        np.add.at(book[name].reshape(-1), place.reshape(-1), values.reshape(-1))
+        pulling = ((segment.spring > 0.0) | (segment.damper > 0.0)) & (duration > 0.0)
+        pulls = np.flatnonzero(pulling)
+        if not len(pulls):
+            return
+        gap, run = np.divmod(pulls, len(members))
+        place = in_gap.reshape(-1)[pulls]
+        series = segment.force.reshape(len(segment.force), -1).take(pulls, axis=1)
+        values = force.reshape(len(force), -1).take(pulls, axis=1)
+        add(self.absolute, place, absolute_mean(series) * duration[run])
+        peak = self.peak.reshape(-1)
+        np.maximum.at(peak, place, np.max(np.abs(values), axis=0))
+        np.maximum.at(peak, place, highest(series, peak[place]))
+        panel = segment.panel[run]
+        found = moments(values, segment.offset[run], segment.length[run], panels.width[panel])
+        row = ((gap * runs + members[run]) * 2 + segment.revolution[run] % 2) * len(panels.start)
+        row = (row + panel) * MOMENTS
+        np.add.at(self.moments.reshape(-1), row + np.arange(MOMENTS)[:, None], found)
 
-    add("contact_loss", in_gap, np.where(touching, loss, 0.0))
-    add("film_loss", in_gap, np.where(touching, 0.0, loss))
-    add("contact_time", in_gap, np.where(touching, duration, 0.0))
-    add("pin_work", in_run, pin_work)
-    add("gas_work", in_run, gas_work)
-    exchanged = np.abs(pin_work) + np.abs(gas_work) + np.sum(loss[axial], axis=0)
-    add("axial_exchanged", in_run, exchanged)
-    if train.bore is not None and segment.tangent is not None:
-        pull = force[:, 0] * at_points(segment.tangent)
-        side_work = mean(pull * velocity[:, train.bore]) * duration
-        add("side_work", in_run, side_work)
-        add("lateral_exchanged", in_run, np.abs(side_work) + loss[train.bore])
+    def add_contact(
+        self, gap: IntArray, members: IntArray, revolution: IntArray, moment: FloatArray
+    ) -> None:
+        """Count contacts made by `gap` (n,) of runs `members` (n,) at times `moment` (n,)."""
+        self.contacts[gap, members, revolution] += 1.0
+        counted = self.contacts_counted[gap, members]
+        early = counted < FIRST_CONTACTS
+        self.first_contacts[gap[early], members[early], counted[early]] = moment[early]
+        self.contacts_counted[gap, members] += 1
 
-    pulling = ((segment.spring > 0.0) | (segment.damper > 0.0)) & (duration > 0.0)
-    pulls = np.flatnonzero(pulling)
-    if not len(pulls):
-        return
-    gap, run = np.divmod(pulls, len(members))
-    place = in_gap.reshape(-1)[pulls]
-    series = segment.force.reshape(len(segment.force), -1).take(pulls, axis=1)
-    values = force.reshape(len(force), -1).take(pulls, axis=1)
-    area = absolute_mean(series) * duration[run]
-    add("absolute", place, area)
-    add("contact_absolute", place, np.where(touching.reshape(-1)[pulls], area, 0.0))
-    peak = book["peak"].reshape(-1)
-    np.maximum.at(peak, place, np.max(np.abs(values), axis=0))
-    np.maximum.at(peak, place, highest(series, peak[place]))
-    panel = segment.panel[run]
-    found = moments(values, segment.offset[run], segment.length[run], setup.panels.width[panel])
-    panels = len(setup.panels.start)
-    row = ((gap * runs + members[run]) * 2 + segment.revolution[run] % 2) * panels + panel
-    np.add.at(ledger.moments.reshape(-1), row * MOMENTS + np.arange(MOMENTS)[:, None], found)
+    def close_revolution(
+        self, members: IntArray, revolution: IntArray, gap: FloatArray, velocity: FloatArray
+    ) -> None:
+        """Enter the energies of runs (n,) at the end of their revolution (n,), and close it."""
+        if np.any(self.closing[members]):
+            self.settle()
+        self.closing[members] = True
+        self.closed.append((members, revolution))
+        self.enter_energy(members, revolution + 1, gap, velocity)
 
+    def enter_energy(
+        self, members: IntArray, revolution: IntArray | int, gap: FloatArray, velocity: FloatArray
+    ) -> None:
+        """Energy of the masses and springs of runs (n,) at crank angle 0, axial and lateral."""
+        self.stored[:, members, revolution] = stored_energy(
+            self.setup.train, members, gap, velocity, self.setup.pin_velocity_at_start
+        )
 
-def add_contact(
-    ledger: Ledger, gap: IntArray, members: IntArray, revolution: IntArray, moment: FloatArray
-) -> None:
-    """Count contacts made by `gap` (n,) of runs `members` (n,) at times `moment` (n,)."""
-    ledger.book["count"][gap, members, revolution] += 1.0
-    counted = ledger.contacts_counted[gap, members]
-    early = counted < FIRST_CONTACTS
-    ledger.first_contacts[gap[early], members[early], counted[early]] = moment[early]
-    ledger.contacts_counted[gap, members] += 1
+    def sample(self, segment: MotionSegment, gap: FloatArray, start: FloatArray) -> None:
+        """Fill in the samples that fall into a segment with gap series (k, G, A) from `start` (A,).
 
-
-def close_revolution(
-    ledger: Ledger,
-    setup: Setup,
-    members: IntArray,
-    revolution: IntArray,
-    gap: FloatArray,
-    velocity: FloatArray,
-) -> None:
-    """Enter the energies of runs (n,) at the end of their revolution (n,), and close it."""
-    if np.any(ledger.closing[members]):
-        settle(ledger, setup)
-    ledger.closing[members] = True
-    ledger.closed.append((members, revolution))
-    enter_energy(ledger, setup, members, revolution + 1, gap, velocity)
-
-
-def enter_energy(
-    ledger: Ledger,
-    setup: Setup,
-    members: IntArray,
-    revolution: IntArray,
-    gap: FloatArray,
-    velocity: FloatArray,
-) -> None:
-    """Energy of the masses and springs of runs (n,) at crank angle 0, axial and lateral."""
-    axial, lateral = stored_energy(setup.train, members, gap, velocity, setup.pin_velocity_at_start)
-    ledger.book["axial_energy"][members, revolution] = axial
-    ledger.book["lateral_energy"][members, revolution] = lateral
+        A sample belongs to the segment that it is the start of, not to the one before.
+        """
+        samples = len(self.angle)
+        if not samples:
+            return
+        last = segment.revolution == self.peak.shape[-1] - 1
+        here = np.flatnonzero(last & (segment.length > 0.0))
+        while len(here):
+            here = here[self.sampled[segment.members[here]] < samples]
+            following = self.sampled[segment.members[here]]
+            at = (self.angle[following] - start[here]) / segment.length[here]
+            inside = at < 1.0
+            here, following = here[inside], following[inside]
+            members, at = segment.members[here], np.maximum(at[inside], 0.0)
+            for each in range(gap.shape[1]):
+                self.gap[each, members, following] = evaluate(gap[:, each, here], at)
+                self.force[each, members, following] = evaluate(segment.force[:, each, here], at)
+            self.sampled[members] += 1
 
 
 def stored_energy(
     train: Train, members: IntArray, gap: FloatArray, velocity: FloatArray, pin_velocity: float
-) -> tuple[FloatArray, FloatArray]:
-    """Kinetic and spring energy, J, of the axial and of the lateral motion (n,)."""
+) -> FloatArray:
+    """Kinetic and spring energy (2, n), J, of the axial and of the lateral motion."""
     gaps = train.gaps._replace(**{k: v[:, members] for k, v in train.gaps._asdict().items()})
     spring = spring_energy(gaps, gap)
     axial = slice(0, train.bore)
@@ -319,51 +332,4 @@ def stored_energy(
     lateral = np.zeros_like(energy)
     if train.bore is not None:
         lateral = 0.5 * mass * velocity[train.bore] ** 2 + spring[train.bore]
-    return energy, lateral
-
-
-# ----------------------------------------------------------------------------
-# Samples of the last revolution at equal crank angles, for pictures and comparisons.
-# ----------------------------------------------------------------------------
-
-
-class Trace(NamedTuple):
-    """`angle` (samples,) rad; `gap` m and `force` N (G, B, samples); `filled` (B,) so far."""
-
-    angle: FloatArray
-    gap: FloatArray
-    force: FloatArray
-    filled: IntArray
-    revolution: int
-
-
-def open_trace(gaps: int, members: int, samples: int, revolutions: int) -> Trace:
-    """An empty trace of the last revolution."""
-    shape = (gaps, members, samples)
-    angle = 2.0 * np.pi * np.arange(samples) / max(samples, 1)
-    filled = np.zeros(members, dtype=np.int64)
-    return Trace(angle, np.zeros(shape), np.zeros(shape), filled, revolutions - 1)
-
-
-def record(trace: Trace, segment: MotionSegment, gap: FloatArray, start: FloatArray) -> None:
-    """Fill in the samples that fall into a segment with gap series (k, G, A) from `start` (A,).
-
-    A sample belongs to the segment that it is the start of, not to the one before.
-    """
-    samples = len(trace.angle)
-    if not samples:
-        return
-    here = np.flatnonzero((segment.revolution == trace.revolution) & (segment.length > 0.0))
-    while len(here):
-        members = segment.members[here]
-        left = trace.filled[members] < samples
-        here, members = here[left], members[left]
-        following = trace.filled[members]
-        at = (trace.angle[following] - start[here]) / segment.length[here]
-        inside = at < 1.0
-        here, members, following = here[inside], members[inside], following[inside]
-        at = np.maximum(at[inside], 0.0)
-        for each in range(gap.shape[1]):
-            trace.gap[each, members, following] = evaluate(gap[:, each, here], at)
-            trace.force[each, members, following] = evaluate(segment.force[:, each, here], at)
-        trace.filled[members] += 1
+    return np.stack([energy, lateral])

@@ -75,6 +75,50 @@ class Joint(NamedTuple):
     law: str = "continuous"
 
 
+class Linkage(NamedTuple):
+    """One cylinder with play: masses in kg, numbers or (B,).
+
+    `mass` is what lies beyond the wrist pin's play. `crank_pin` and `rod_mass` (the rod's
+    reciprocating point mass, between the two gaps) are there together or not at all. The
+    clearance of `bore` is the whole lateral play of the piston.
+    """
+
+    drive: Drive
+    gas: GasForce
+    mass: FloatArray | float
+    wrist_pin: Joint
+    crank_pin: Joint | None = None
+    rod_mass: FloatArray | float | None = None
+    bore: Joint | None = None
+
+    @property
+    def joints(self) -> dict[str, Joint]:
+        """The joints with play under their names, in the order of all arrays of gaps."""
+        every = {"wrist_pin": self.wrist_pin, "crank_pin": self.crank_pin, "bore": self.bore}
+        return {name: joint for name, joint in every.items() if joint is not None}
+
+    def with_clearance(self, clearance: FloatArray) -> "Linkage":
+        """The same with clearances (B,) of the wrist pin."""
+        return self._replace(wrist_pin=self.wrist_pin._replace(clearance=clearance))
+
+
+class GapForces(NamedTuple):
+    """The forces of G gaps over single revolutions; arrays (G, ..., R), `harmonics` one axis more.
+
+    harmonics : complex (G, ..., R, N + 1), N
+        One-sided 0-to-peak amplitudes over each revolution, F = Re sum F_n exp(i n theta);
+        order 0 is the mean.
+    mean, peak : N, mean and maximum over time of |F|, film included.
+    contacts : contacts made. contact_time : s.
+    """
+
+    harmonics: ComplexArray
+    mean: FloatArray
+    peak: FloatArray
+    contacts: FloatArray
+    contact_time: FloatArray
+
+
 class Gaps(NamedTuple):
     """Joints of one batch (G, B); the upper spring has no force at `upper_free_position`."""
 
@@ -100,55 +144,34 @@ class Train(NamedTuple):
     bore: int | None
 
 
-def assemble_train(
-    members: int,
-    mass: FloatArray,
-    joint: Joint,
-    crank_joint: Joint | None,
-    rod_mass: FloatArray | None,
-    wall: Joint | None,
-) -> Train:
-    """Arrays of the batch from its joints; a crank joint has a rod's mass with it."""
-    joints = [each for each in (joint, crank_joint, wall) if each is not None]
-    piston = np.broadcast_to(np.asarray(mass, dtype=np.float64), (members,))
-    rod = None
+def assemble_train(linkage: Linkage, members: int) -> Train:
+    """Arrays of a batch of so many runs."""
+    joints = list(linkage.joints.values())
+
+    def batch(value: ArrayLike) -> FloatArray:
+        return np.broadcast_to(np.asarray(value, dtype=np.float64), (members,))
+
+    piston, rod = batch(linkage.mass), None
     couple = np.zeros((len(joints), len(joints), members))
     couple[0, 0] = 1.0 / piston
-    if rod_mass is not None:
-        rod = np.broadcast_to(np.asarray(rod_mass, dtype=np.float64), (members,))
+    if linkage.rod_mass is not None:
+        rod = batch(linkage.rod_mass)
         couple[0, 0] = 1.0 / piston + 1.0 / rod
         couple[0, 1] = couple[1, 0] = -1.0 / rod
         couple[1, 1] = 1.0 / rod
-    if wall is not None:
+    if linkage.bore is not None:
         couple[-1, -1] = 1.0 / piston
-
-    def column(name: str) -> FloatArray:
-        values = [np.asarray(getattr(each, name), dtype=np.float64) for each in joints]
-        return np.array([np.broadcast_to(value, (members,)) for value in values])
-
-    clearance = column("clearance")
-    continuous = np.array([[each.law == "continuous"] for each in joints])
-    gaps = Gaps(
-        clearance,
-        column("stiffness"),
-        column("contact_damping"),
-        column("film_damping"),
-        np.where(continuous, clearance, 0.0),
-    )
+    *sizes, laws = zip(*joints, strict=True)
+    columns = [np.array([batch(one) for one in size]) for size in sizes]
+    continuous = np.array([[law == "continuous"] for law in laws])
     return Train(
-        gaps,
+        Gaps._make([*columns, np.where(continuous, columns[0], 0.0)]),
         couple,
         piston,
         rod,
-        pin=0 if crank_joint is None else 1,
-        bore=None if wall is None else len(joints) - 1,
+        pin=0 if linkage.crank_pin is None else 1,
+        bore=None if linkage.bore is None else len(joints) - 1,
     )
-
-
-def starts(values: ArrayLike) -> FloatArray:
-    """Starting values (B,), of one gap, or (B, G) as a new array (G, B)."""
-    array = np.asarray(values, dtype=np.float64)
-    return np.array(array[None, :] if array.ndim == 1 else array.T, order="C")
 
 
 # ----------------------------------------------------------------------------
@@ -186,6 +209,12 @@ def law_of(gaps: Gaps, side: IntArray) -> Law:
     )
 
 
+def contact_force(train: Train, gap: FloatArray, velocity: FloatArray) -> FloatArray:
+    """Force of each gap (G, B), N, for its place and velocity."""
+    law = law_of(train.gaps, side_of(train.gaps, gap))
+    return law.spring * (gap - law.free_position) + law.damper * velocity
+
+
 def spring_energy(gaps: Gaps, gap: FloatArray) -> FloatArray:
     """Energy in the contact springs, J, arrays (G, B); continuous at the faces by definition."""
     over = np.maximum(gap - gaps.clearance, 0.0)
@@ -210,34 +239,31 @@ def slider_crank_drive(
     speed: float,
     wrist_pin_offset: float = 0.0,
     *,
-    highest_order: int | None = None,
     with_rod_tangent: bool = False,
 ) -> Drive:
     """Harmonics of Y, m, counted from the outermost place of the centred crank downwards.
 
-    Lengths in m, `speed` in rad/s. Without `highest_order` every harmonic that double precision
-    can show is kept. `with_rod_tangent` adds those of tan(rod angle), see `model.Drive`;
-    `highest_order` cuts both.
+    Lengths in m, `speed` in rad/s. Every harmonic that double precision can show is kept.
+    `with_rod_tangent` adds those of tan(rod angle), see `Drive`.
 
     Raises NumericalFailure where the harmonics of a rod hardly longer than the crank do not end.
     """
-    top = _HIGHEST_ORDER if highest_order is None else highest_order
     ratio, offset = crank_radius / rod_length, wrist_pin_offset / crank_radius
-    acceleration = np.abs(motion_harmonics(ratio, top, offset, derivative=2))
+    acceleration = np.abs(motion_harmonics(ratio, _HIGHEST_ORDER, offset, derivative=2))
     keep = np.flatnonzero(acceleration > _NEGLIGIBLE * np.max(acceleration))
-    if highest_order is None and keep[-1] >= top - 1:
+    if keep[-1] >= _HIGHEST_ORDER - 1:
         raise NumericalFailure(
-            f"the harmonics of the piston motion do not end before order {top}: the rod "
+            f"the harmonics of the piston motion do not end before order {_HIGHEST_ORDER}: the rod "
             f"({rod_length:.9g} m) is hardly longer than the crank ({crank_radius:.9g} m)"
         )
-    displacement = -crank_radius * motion_harmonics(ratio, top, offset)
+    displacement = -crank_radius * motion_harmonics(ratio, _HIGHEST_ORDER, offset)
     displacement[0] += crank_radius + rod_length
     orders = np.concatenate([[0], keep]).astype(np.int64)
     drive = Drive(float(speed), orders, displacement[orders])
     if not with_rod_tangent:
         return drive
     # its harmonics fall as fast as those of the acceleration, but for a power of the order
-    highest = int(orders[-1]) + 4 if highest_order is None else highest_order
+    highest = int(orders[-1]) + 4
     angle = rod_angle_harmonics(crank_radius, rod_length, wrist_pin_offset, highest_order=highest)
     tangent = angle.tangent.value
     size = np.abs(tangent)
@@ -246,29 +272,12 @@ def slider_crank_drive(
 
 
 # ----------------------------------------------------------------------------
-# The running gear of one cylinder with its joints, and the states that its runs start from.
+# The states that runs start from.
 #
 # The start of an ensemble is spread evenly over the clearance and over the velocities that a piston
 # can have in it, by an additive recurrence that is written out here: it is the same on every
 # machine and in every version of every library.
 # ----------------------------------------------------------------------------
-
-
-class Linkage(NamedTuple):
-    """One cylinder: masses in kg; the joints hold plain numbers, see `model.py`.
-
-    `mass` is what lies beyond the wrist pin's play. `crank_pin` and `rod_mass` (the rod's
-    reciprocating point mass, between the two gaps) are there together or not at all. The
-    clearance of `bore` is the whole lateral play.
-    """
-
-    drive: Drive
-    gas: GasForce
-    mass: float
-    wrist_pin: Joint
-    crank_pin: Joint | None = None
-    rod_mass: float | None = None
-    bore: Joint | None = None
 
 
 class Starts(NamedTuple):
@@ -294,10 +303,8 @@ def low_discrepancy(points: int, dimensions: int) -> FloatArray:
 
 def clearances(linkage: Linkage, clearance: FloatArray) -> FloatArray:
     """Clearances (..., G) of all gaps where the wrist pin has `clearance` (...)."""
-    wrist_pin = np.asarray(clearance, dtype=np.float64)
-    others = [joint for joint in (linkage.crank_pin, linkage.bore) if joint is not None]
-    columns = [wrist_pin, *(np.full_like(wrist_pin, joint.clearance) for joint in others)]
-    return np.stack(columns, axis=-1)
+    joints = linkage.with_clearance(clearance).joints.values()
+    return np.stack([np.broadcast_to(one.clearance, np.shape(clearance)) for one in joints], -1)
 
 
 def velocity_scale(linkage: Linkage, clearance: FloatArray) -> FloatArray:
@@ -309,15 +316,10 @@ def velocity_scale(linkage: Linkage, clearance: FloatArray) -> FloatArray:
     drive = linkage.drive
     pin = np.sum(np.square(drive.orders * drive.speed) * np.abs(drive.displacement))
     gas = float(np.max(np.abs(linkage.gas.force), initial=0.0))
-    acceleration = np.full(gaps_of(linkage), pin + gas / linkage.mass)
+    acceleration = np.full(len(linkage.joints), pin + gas / linkage.mass)
     if linkage.bore is not None and drive.rod_tangent is not None:
         acceleration[-1] *= np.sum(np.abs(drive.rod_tangent))
     return np.asarray(np.sqrt(2.0 * acceleration * clearances(linkage, clearance)))
-
-
-def gaps_of(linkage: Linkage) -> int:
-    """Number of gaps."""
-    return 1 + (linkage.crank_pin is not None) + (linkage.bore is not None)
 
 
 def spread_starts(linkage: Linkage, clearance: FloatArray, members: int) -> Starts:
@@ -326,7 +328,7 @@ def spread_starts(linkage: Linkage, clearance: FloatArray, members: int) -> Star
     Each gap lies anywhere between its faces and opens or closes with up to `velocity_scale`; the
     first member is `central_start`.
     """
-    gaps = gaps_of(linkage)
+    gaps = len(linkage.joints)
     point = low_discrepancy(members, 2 * gaps)
     width = clearances(linkage, clearance)[:, None]
     fastest = velocity_scale(linkage, clearance)[:, None]

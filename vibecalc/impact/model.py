@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.impact.checks import rod_nearby_piston
+from vibecalc.impact.checks import moving_masses
 from vibecalc.impact.linkage import GasForce, Joint, Linkage, slider_crank_drive
 from vibecalc.parts import motor_tables as joint_parts
 from vibecalc.parts import tables as parts
@@ -44,11 +44,8 @@ def build_joints(
     if joints is None:
         raise ValueError("the machine has no joints with play")
     train = build_crank_train(case_train)
-    name = joints.cylinder or next(
-        (each for each in train.names if working is None or each in working), train.names[0]
-    )
-    whole = float(train.reciprocating_mass[train.names.index(name)])
-    bore, rod = joints.bore, rod_nearby_piston(case_train)
+    name, whole, rod = moving_masses(machine, working)
+    bore = joints.bore
     drive = slider_crank_drive(
         train.crank_radius,
         train.rod_length,

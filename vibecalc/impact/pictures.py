@@ -11,7 +11,6 @@ from vibecalc.core.report.canvas import (
     LIMIT,
     PLATE,
     TOTAL,
-    clearance_names,
     note,
     spread_out,
 )
@@ -27,16 +26,39 @@ from vibecalc.core.report.curves import (
     level,
     sourced,
 )
-from vibecalc.core.report.sections import having
+from vibecalc.core.report.sections import having, table_of
 from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Quantity, Result
+from vibecalc.core.results.verdicts import entries
 from vibecalc.impact.report import standard_error
+from vibecalc.units import parse_quantity
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _STEM = "response/impact/"
-_MOST_HISTORIES = 3
+#: clearances that a picture has room for
+_HISTORIES, _SPECTRA, _AMPLITUDES = 3, 3, 4
+#: of a clearance, how near another is the same
+_SAME = 1e-6
+
+
+def _drawn(result: Result, path: str, most: int) -> dict[int, str]:
+    """Places and names of clearances: the case's own, those of references, and others between."""
+    found = having(result.record, path, "clearance", "order") or having(
+        result.record, path, "clearance", "crank_angle"
+    )
+    if found is None:
+        return {}
+    values = found.axes[0].values.astype(float)
+    places = [row.get("where") or {} for row in entries(result, "reference")]
+    asked = [row["clearance"] for row in places if "clearance" in row]
+    own = table_of(result.case, "machine", "joints", "wrist_pin").get("clearance")
+    asked += [] if own is None else [own]
+    near = (np.abs(values - parse_quantity(one, "m")) <= _SAME * values for one in asked)
+    chosen = spread_out(len(values), most, np.flatnonzero(np.any([*near], axis=0)).tolist())
+    return {i: f"clearance {1e3 * values[i]:.4g} mm" for i in chosen}
+
 
 # ----------------------------------------------------------------------------
 # Force in the joint over the first turn from rest, with the contacts that can be reproduced.
@@ -58,15 +80,10 @@ def _contacts(plot: Plot, i: int, name: str) -> None:
 
 def _histories(result: Result) -> list[Panel]:
     """A panel for each clearance, three at most."""
-    path = _STEM + "first_turn_force"
-    force = having(result.record, path, "clearance", "crank_angle")
-    names = [] if force is None else clearance_names(force.axes[0])
-    look = {"linewidth": 1.0, "color": COLOURS[0]}
+    path, look = _STEM + "first_turn_force", {"linewidth": 1.0, "color": COLOURS[0]}
     return [
-        Panel(
-            "force", (Curve(entry_of(path, i), look=look), partial(_contacts, i=i, name=names[i]))
-        )
-        for i in spread_out(len(names), _MOST_HISTORIES)
+        Panel("force", (Curve(entry_of(path, i), look=look), partial(_contacts, i=i, name=name)))
+        for i, name in _drawn(result, path, _HISTORIES).items()
     ]
 
 
@@ -147,7 +164,6 @@ IMPACT_CLEARANCE = Curves(
 # Spectrum of the joint force with the spread of single turns, next to the inertia force.
 # ----------------------------------------------------------------------------
 
-_MOST_SPECTRA = 3
 #: decades shown below the smallest of the bands
 _BELOW = 0.3
 #: inertia forces below this share of the largest are not drawn
@@ -190,15 +206,11 @@ _INERTIA: Look = {"color": TOTAL, "linewidth": 1.0, "marker": "o", "ms": 4.0}
 
 def draw_impact_spectrum(result: Result) -> "Figure | None":
     """Linear above and logarithmic below, a column for each clearance; None without spectrum."""
-    spectrum = having(result.record, _STEM + "spectrum", "clearance", "order")
-    if spectrum is None:
-        return None
-    names = clearance_names(spectrum.axes[0])
-    chosen = spread_out(len(names), _MOST_SPECTRA)
-    panels = [_spectrum(i, "" if log else names[i], i == chosen[0], log)
-              for log in (False, True) for i in chosen]  # fmt: skip
-    words, columns = "spectrum of the joint force", len(chosen)
-    return Curves(words, tuple(panels), high=2.65, columns=columns, names=2)(result)
+    chosen = _drawn(result, _STEM + "spectrum", _SPECTRA)
+    panels = [_spectrum(i, "" if log else name, i == next(iter(chosen)), log)
+              for log in (False, True) for i, name in chosen.items()]  # fmt: skip
+    words = "spectrum of the joint force"
+    return Curves(words, tuple(panels), high=2.65, columns=len(chosen), names=2)(result)
 
 
 def _spectrum(i: int, title: str, first: bool, log: bool) -> Panel:
@@ -244,26 +256,24 @@ def _window(plot: Plot) -> Ends:
 # Which force leads at which order: inertia of the piston, impacts, axial force of the motor.
 # ----------------------------------------------------------------------------
 
-_MOST_PANELS = 4
 _MOTOR: Look = {"color": "#8A5A00", "linewidth": 1.1, "marker": "s", "ms": 4.0, "linestyle": ":"}
 
 
 def _leading(result: Result) -> list[Panel]:
     """Amplitudes against order; of the impacts what the play adds to the inertia force."""
-    added = having(result.record, _STEM + "added_force", "clearance", "order")
-    names = [] if added is None else clearance_names(added.axes[0])
-    chosen = spread_out(len(names), _MOST_PANELS)
+    added = _STEM + "added_force"
+    chosen = _drawn(result, added, _AMPLITUDES)
     impacts = (
-        Curve(_acting("added_force", place=i), f"impacts add, {names[i]}",
+        Curve(_acting("added_force", place=i), f"impacts add, {name}",
               {"color": COLOURS[row], "marker": ""})
-        for row, i in enumerate(chosen)
+        for row, (i, name) in enumerate(chosen.items())
     )  # fmt: skip
     shaking = _acting("shaking")
     inertia = Curve(shaking, "inertia force of the piston", {**_INERTIA, "linewidth": 1.1})
     motor = Curve(_acting("motor"), "axial force of the motor", _MOTOR)
     parts = (inertia, *impacts, motor)
-    return [Panel("amplitude", parts, unit="N", log="xy", ends=partial(_leads, chosen=chosen),
-                  needs=(shaking, _STEM + "added_force"))]  # fmt: skip
+    return [Panel("amplitude", parts, unit="N", log="xy", ends=partial(_leads, chosen=[*chosen]),
+                  needs=(shaking, added))]  # fmt: skip
 
 
 def _leads(plot: Plot, chosen: list[int]) -> Ends:

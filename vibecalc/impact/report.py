@@ -144,13 +144,13 @@ def _other_joints(record: Record) -> list[str]:
             having(record, f"{_ROOT}/{name}/{what}", "clearance")
             for what in ("mean_force", "impacts")
         )
-        known = force or count
-        for i, clearance in enumerate(_clearances(known) if known else ()):
-            cells = [show(float(one.values[i]), one.error_estimate) if one else ""
-                     for one in (force, count)]  # fmt: skip
-            spread = None if force is None else force.standard_error
-            cells.insert(1, "" if spread is None else show_error(spread))
-            rows.append([words, clearance, *cells])
+        if force is None or count is None:
+            continue
+        spread = "" if force.standard_error is None else show_error(force.standard_error)
+        for i, clearance in enumerate(_clearances(force)):
+            size, contacts = (show(float(one.values[i]), one.error_estimate)
+                              for one in (force, count))  # fmt: skip
+            rows.append([words, clearance, size, spread, contacts])
     heads = ("wrist pin play mm", "mean force N", "+-", "impacts per turn")
     return table([Column("also at the"), *map(number, heads)], rows)
 
@@ -178,9 +178,9 @@ def _method(result: Result) -> list[str]:
     words = "closed form between exact contacts"
     if method != "event_exact":
         words = f"{method.replace('_', ' ')}, {options.get('steps')} steps per turn"
-    runs, turns, before = (options.get(key) for key in ("members", "revolutions", "discard"))
-    if None not in (runs, turns, before):
-        words += f"; {runs} runs of {turns} turns that count, after {before} to forget the start"
+    if {"members", "revolutions", "discard"} <= options.keys():
+        words += f"; {options['members']} runs of {options['revolutions']} turns that count, after "
+        words += f"{options['discard']} to forget the start"
     if options.get("pressure"):
         words += f"; gas pushes the piston {str(options['pressure']).replace('_', ' ')}"
     return paragraph(f"method: {words}; {_mass_words(result)}")

@@ -1,28 +1,24 @@
 """An ensemble of runs, how fast neighbours part, and the first contacts that all methods share."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.errors import NumericalFailure, UsageError
-from vibecalc.impact.fixed_step import (
-    FixedSteps,
-    SampledRecord,
-    contact_force,
-    simulate_fixed_steps,
-)
+from vibecalc.impact.fixed_step import simulate_fixed_steps
 from vibecalc.impact.linkage import (
+    GapForces,
     Linkage,
     Starts,
     assemble_train,
     central_start,
     clearances,
-    gaps_of,
+    contact_force,
     spread_starts,
     velocity_scale,
 )
-from vibecalc.impact.simulate import GapRecord, Revolutions, end_states, simulate
-from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
+from vibecalc.impact.simulate import end_states, simulate
+from vibecalc.numerics.rounding import EPSILON, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
 # How fast two runs part company that start next to each other.
@@ -86,38 +82,17 @@ MOST_NEIGHBOURS = 16
 MOST_MEMORY = 2e9
 
 
-class GapRuns(NamedTuple):
-    """One gap in every counted revolution; arrays (C, M, R), harmonics (C, M, R, N + 1).
-
-    `harmonics`, mean magnitude `force` and `peak` in N; `contacts` made and `contact_time`, s,
-    per revolution.
-    """
-
-    harmonics: ComplexArray
-    force: FloatArray
-    peak: FloatArray
-    contacts: FloatArray
-    contact_time: FloatArray
-
-
-class Forces(NamedTuple):
-    """The joints of the cylinder; those without play are None."""
-
-    wrist_pin: GapRuns
-    crank_pin: GapRuns | None
-    bore: GapRuns | None
-
-
 class Ensemble(NamedTuple):
     """What M members of C clearances do in R revolutions, followed event by event.
 
-    `dissipated`, `exchanged` (C, M, R), J: energy lost in contacts and films, and all that was
-    taken and given. `residual` (C, M, R): the imbalance of energy over the energy exchanged.
-    `distances` (C, P, T + 1): how far the first P members are from neighbours, at the start and
-    after each of all T revolutions; infinite where they no longer run.
+    `forces` (G, C, M, R) of the gaps. `dissipated`, `exchanged` (C, M, R), J: energy lost in
+    contacts and films, and all that was taken and given. `residual` (C, M, R): the imbalance of
+    energy over the energy exchanged. `distances` (C, P, T + 1): how far the first P members are
+    from neighbours, at the start and after each of all T revolutions; infinite where they no
+    longer run.
     """
 
-    forces: Forces
+    forces: GapForces
     dissipated: FloatArray
     exchanged: FloatArray
     residual: FloatArray
@@ -133,39 +108,30 @@ class Study(NamedTuple):
     revolutions: int
     orders: int
 
+    def batch(self, linkage: Linkage, neighbours: int = 0) -> tuple[FloatArray, Starts]:
+        """Clearances (C M,) of all runs and their starts (C M, G).
 
-def follow_events(
-    linkage: Linkage,
-    clearance: FloatArray,
-    start: Starts,
-    revolutions: int,
-    orders: int,
-    samples: int = 0,
-    subdivision: int = 1,
-) -> Revolutions:
-    """The event-exact motion of a batch (B,) that differs in clearance and start (B, G)."""
-    return simulate(
-        gap=start.gap,
-        gap_velocity=start.velocity,
-        revolutions=revolutions,
-        orders_retained=orders,
-        samples=samples,
-        subdivision=subdivision,
-        **_running_gear(linkage, clearance),
-    )
+        Raises UsageError for a study that with so many neighbours does not fit into memory.
+        """
+        count, members = len(self.clearance), self.members + neighbours
+        runs = count * members * len(linkage.joints)
+        size = 16.0 * runs * self.revolutions * (self.orders + 1)
+        if size > MOST_MEMORY:
+            raise UsageError(
+                f"the spectra of {count} x {members} runs of {self.revolutions} revolutions with "
+                f"{self.orders} orders take {size / 1e9:.3g} GB, more than {MOST_MEMORY / 1e9:g}: "
+                f"ask for fewer members, revolutions or orders"
+            )
+        spread = spread_starts(linkage, self.clearance, self.members)
+        start = (one.reshape(-1, len(linkage.joints)) for one in spread)
+        return np.repeat(self.clearance, self.members), Starts(*start)
 
-
-def _running_gear(linkage: Linkage, clearance: FloatArray) -> dict[str, Any]:
-    """Arguments of every method for the linkage with clearances (B,) of the wrist pin."""
-    return {
-        "drive": linkage.drive,
-        "gas": linkage.gas,
-        "mass": linkage.mass,
-        "joint": linkage.wrist_pin._replace(clearance=clearance),
-        "crank_joint": linkage.crank_pin,
-        "rod_mass": linkage.rod_mass,
-        "wall": linkage.bore,
-    }
+    def forces(self, found: GapForces) -> GapForces:
+        """Those (G, C, M, R) of all runs, which come first, in the revolutions that count."""
+        runs = len(self.clearance) * self.members
+        shape = (-1, len(self.clearance), self.members, self.revolutions)
+        kept = (one[:, :runs, -self.revolutions :] for one in found)
+        return GapForces._make(one.reshape(*shape, *one.shape[3:]) for one in kept)
 
 
 def run_ensemble(linkage: Linkage, study: Study, perturbation: float) -> Ensemble:
@@ -177,20 +143,16 @@ def run_ensemble(linkage: Linkage, study: Study, perturbation: float) -> Ensembl
     """
     count, members = len(study.clearance), study.members
     neighbours, runs = min(members, MOST_NEIGHBOURS), count * members
-    _refuse_large(linkage, study, members + neighbours)
+    each, start = study.batch(linkage, neighbours)
     # all members, and then the neighbours of `paired`
     paired = np.arange(runs).reshape(count, members)[:, :neighbours].reshape(-1)
-    start = Starts(
-        *(one.reshape(runs, -1) for one in spread_starts(linkage, study.clearance, members))
-    )
     nearby = start.gap[paired]
     nearby[:, 0] += perturbation
+    each = np.concatenate([each, each[paired]])
     state = Starts(
         np.concatenate([start.gap, nearby]),
         np.concatenate([start.velocity, start.velocity[paired]]),
     )
-    each = np.repeat(study.clearance, members)
-    each = np.concatenate([each, each[paired]])
     width, fastest = (of(linkage, each[runs:])[:, None] for of in (clearances, velocity_scale))
     apart = np.full((len(paired), 1 + study.discard + study.revolutions), np.inf)
 
@@ -204,82 +166,32 @@ def run_ensemble(linkage: Linkage, study: Study, perturbation: float) -> Ensembl
     pairs = np.arange(len(paired))
     compare(pairs, state.gap[:, None], state.velocity[:, None], 0)
     if study.discard:
-        forgotten = end_states(
-            gap=state.gap,
-            gap_velocity=state.velocity,
-            revolutions=study.discard,
-            **_running_gear(linkage, each),
-        )
-        compare(pairs, forgotten.gap, forgotten.velocity, 1)
+        forgotten = end_states(linkage.with_clearance(each), state, study.discard)
+        compare(pairs, *forgotten, 1)
         pairs = np.flatnonzero(np.all(apart[:, : study.discard + 1] < APART, axis=1))
         going = np.concatenate([np.arange(runs), runs + pairs])
-        state, each = Starts(forgotten.gap[going, -1], forgotten.velocity[going, -1]), each[going]
-    run = follow_events(linkage, each, state, study.revolutions, study.orders)
+        each, state = each[going], Starts(*(one[going, -1] for one in forgotten))
+    run = simulate(linkage.with_clearance(each), state, study.revolutions, study.orders)
     compare(pairs, run.end_gap, run.end_velocity, study.discard + 1)
-    exchanged, residual, lost = run.axial.exchanged, run.axial.relative_error, run.axial.dissipated
-    if run.lateral is not None:
-        exchanged = exchanged + run.lateral.exchanged
-        residual = np.maximum(residual, run.lateral.relative_error)
-        lost = lost + run.lateral.dissipated
-    lost, exchanged, residual = (
-        one[:runs].reshape(count, members, -1) for one in (lost, exchanged, residual)
+    dissipated, exchanged, residual = (
+        one[:runs].reshape(count, members, -1)
+        for one in (run.dissipated, run.exchanged, run.imbalance)
     )
-    forces = _forces(run, (count, members))
-    return Ensemble(forces, lost, exchanged, residual, apart.reshape(count, neighbours, -1))
+    distances = apart.reshape(count, neighbours, -1)
+    return Ensemble(study.forces(run.forces), dissipated, exchanged, residual, distances)
 
 
-def run_fixed_steps(linkage: Linkage, study: Study, method: str, steps: int) -> Forces:
-    """The same members by a method of fixed step, `steps` to a revolution.
+def run_fixed_steps(linkage: Linkage, study: Study, method: str, steps: int) -> GapForces:
+    """Forces (G, C, M, R) of the same members by a method, `steps` to a revolution.
 
     Raises UsageError for a study that does not fit into memory, and what the method raises.
     """
-    _refuse_large(linkage, study, study.members)
-    start = spread_starts(linkage, study.clearance, study.members)
-    shape = start.gap.shape
-    run = simulate_fixed_steps(
-        gap=start.gap.reshape(-1, shape[2]),
-        gap_velocity=start.velocity.reshape(-1, shape[2]),
-        method=method,
-        steps=steps,
-        revolutions=study.discard + study.revolutions,
-        orders_retained=study.orders,
-        **_running_gear(linkage, np.repeat(study.clearance, study.members)),
+    each, start = study.batch(linkage)
+    turns = study.discard + study.revolutions
+    found, _ = simulate_fixed_steps(
+        linkage.with_clearance(each), start, method, steps, turns, study.orders
     )
-    return _forces(run, (len(study.clearance), study.members), study.discard)
-
-
-def _refuse_large(linkage: Linkage, study: Study, members: int) -> None:
-    count, turns = len(study.clearance), study.revolutions
-    runs = count * members * gaps_of(linkage)
-    size = 16.0 * runs * turns * (study.orders + 1)
-    if size > MOST_MEMORY:
-        raise UsageError(
-            f"the spectra of {count} x {members} runs of {turns} revolutions with {study.orders} "
-            f"orders take {size / 1e9:.3g} GB, more than {MOST_MEMORY / 1e9:g}: ask for fewer "
-            f"members, revolutions or orders"
-        )
-
-
-def _forces(run: Revolutions | FixedSteps, shape: tuple[int, int], discard: int = 0) -> Forces:
-    """Of the first C times M runs, for `shape` (C, M), in the revolutions after `discard`."""
-    runs = shape[0] * shape[1]
-
-    def gap_runs(gap: GapRecord | SampledRecord) -> GapRuns:
-        columns: list[Any] = [
-            gap.force_harmonics,
-            gap.mean_absolute_force,
-            gap.peak_force,
-            gap.impact_count.astype(np.float64),
-            gap.contact_time,
-        ]
-        kept = (column[:runs, discard:] for column in columns)
-        return GapRuns(*(one.reshape(*shape, *one.shape[1:]) for one in kept))
-
-    return Forces(
-        gap_runs(run.wrist_pin),
-        None if run.crank_pin is None else gap_runs(run.crank_pin),
-        None if run.wall is None else gap_runs(run.wall),
-    )
+    return study.forces(found)
 
 
 # ----------------------------------------------------------------------------
@@ -326,15 +238,15 @@ def first_motion(linkage: Linkage, clearance: FloatArray, subdivision: int = 1) 
     """
     count = len(clearance)
     start = _with_neighbours(linkage, clearance)
-    copies = len(start.gap) // count
-    each = np.repeat(clearance, copies)
-    turn = follow_events(linkage, each, start, 1, 1, ANGLES - 1, subdivision)
-    last = _end_force(linkage, each, turn)
-    force = np.concatenate([turn.wrist_pin.force, last[:, None]], axis=1)
-    times = turn.wrist_pin.first_contacts
+    members = len(start.gap)
+    batch = linkage.with_clearance(np.repeat(clearance, members // count))
+    turn = simulate(batch, start, 1, 1, ANGLES - 1, subdivision)
+    end = turn.end_gap[:, -1].T, turn.end_velocity[:, -1].T
+    last = contact_force(assemble_train(batch, members), *end)[0]
+    force = np.concatenate([turn.force[0], last[:, None]], axis=1)
+    times = turn.first_contacts[0]
     if not np.all(np.isfinite(times)):
-        longer = follow_events(linkage, each, start, _TURNS, 1, 0, subdivision)
-        times = longer.wrist_pin.first_contacts
+        times = simulate(batch, start, _TURNS, 1, 0, subdivision).first_contacts[0]
     contacts, contacts_error = _with_error(linkage.drive.speed * times, count)
     if not np.all(np.isfinite(contacts_error[:, :FEWEST])):
         raise NumericalFailure(
@@ -355,7 +267,7 @@ def first_motion(linkage: Linkage, clearance: FloatArray, subdivision: int = 1) 
 
 def _with_neighbours(linkage: Linkage, clearance: FloatArray) -> Starts:
     """The central start (C * (1 + 2 G), G) and neighbours in every gap and velocity."""
-    gaps = gaps_of(linkage)
+    gaps = len(linkage.joints)
     centre = central_start(linkage, clearance)
     aside = np.zeros((1 + 2 * gaps, 2, gaps))
     for each in range(gaps):
@@ -377,11 +289,3 @@ def _with_error(values: FloatArray, count: int) -> tuple[FloatArray, FloatArray]
     apart[np.isfinite(copies) != np.isfinite(centre)] = np.inf
     growth = np.sum(np.abs(apart), axis=1) / _NEARBY
     return copies[:, 0], ROUNDINGS * EPSILON * growth
-
-
-def _end_force(linkage: Linkage, clearance: FloatArray, turn: Revolutions) -> FloatArray:
-    """Force (B,) of the wrist pin at the end of a turn, from the state there."""
-    joint = linkage.wrist_pin._replace(clearance=clearance)
-    train = assemble_train(len(clearance), np.asarray(linkage.mass), joint, None, None, None)
-    gap, velocity = turn.end_gap[:, -1, :1].T, turn.end_velocity[:, -1, :1].T
-    return np.asarray(contact_force(train, gap, velocity)[0])

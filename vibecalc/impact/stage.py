@@ -6,11 +6,9 @@ from typing import TYPE_CHECKING
 
 from vibecalc.core.run.stage import (
     Entries,
-    Harmonics,
     Stage,
     Subject,
     Unit,
-    Work,
     below,
     first_orders,
 )
@@ -21,14 +19,10 @@ if TYPE_CHECKING:
 
 def plan_impact(case: "Case") -> Iterator[Stage]:
     """Planned where the case has [response.impact]."""
-    if case.response is not None and case.response.impact is not None:
-        yield _impact(case)
-
-
-def _impact(case: "Case") -> Stage:
-    options, machine = case.response, case.machine
-    assert options is not None and options.impact is not None
-    study, joints = options.impact, machine.joints
+    study = None if case.response is None else case.response.impact
+    if study is None:
+        return
+    machine, joints = case.machine, case.machine.joints
     left_out = tuple(
         f"/impact/{part}"
         for part, given in (
@@ -42,9 +36,11 @@ def _impact(case: "Case") -> Stage:
 
     work = impact_work(case)
     steps = "" if work is None else f", about {work.steps:.2g} steps per turn"
+    counted = 0 if work is None else math.ceil(work.total)
     turns = study.discard + study.revolutions
     runs = study.members * max(len(study.clearances), 1)
-    return Stage(
+    orders = first_orders(study.orders, "[response.impact] orders, of the joint force")
+    yield Stage(
         name="impact",
         adapter="vibecalc.impact.adapter:run_impact",
         why="[response.impact] is in the case",
@@ -53,27 +49,10 @@ def _impact(case: "Case") -> Stage:
         cost=f"{runs} runs of {turns} turns in one batch{steps}",
         quantities=below("response/impact/", without=left_out),
         is_last=True,
-        harmonics=_orders_of_impact,
-        work=_work_of_impact,
+        harmonics=lambda _: orders,
+        work=lambda *_: ((counted, "contact_step"),),
         topics=("vibecalc.impact.accuracy:impact_topics",),
     )
-
-
-# ----------------------------------------------------------------------------
-# Harmonics and counted work of each stage, read from the case: nothing is solved.
-# ----------------------------------------------------------------------------
-
-
-def _orders_of_impact(case: "Case") -> Harmonics:
-    assert case.response is not None and case.response.impact is not None
-    return first_orders(case.response.impact.orders, "[response.impact] orders, of the joint force")
-
-
-def _work_of_impact(case: "Case", orders: int) -> Work:
-    from vibecalc.impact.checks import impact_work  # loads what follows the contacts
-
-    work = impact_work(case)
-    return ((0 if work is None else math.ceil(work.total), "contact_step"),)
 
 
 _WRIST_PIN_CLEARANCE = "machine.joints.wrist_pin.clearance"
@@ -85,13 +64,11 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
         return None
     if axis == "order":
         return Entries.up_to(study.orders, "orders of [response.impact] is the highest")
-    return _clearances(case, study.clearances) if axis == "clearance" else None
-
-
-def _clearances(case: "Case", listed: tuple[float, ...] | None) -> Entries | None:
+    if axis != "clearance":
+        return None
+    if study.clearances:
+        return Entries(study.clearances, "clearances of [response.impact] takes more of them")
     joints, search = case.machine.joints, case.optimisation
-    if listed:
-        return Entries(listed, "clearances of [response.impact] takes more of them")
     varied = search is not None and any(one.key == _WRIST_PIN_CLEARANCE for one in search.variables)
     if joints is None or varied:
         return None

@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.impact.linkage import Drive, GasForce, Linkage
-from vibecalc.impact.runs import Forces
+from vibecalc.impact.linkage import Drive, GapForces, GasForce, Linkage
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 
 # ----------------------------------------------------------------------------
@@ -81,7 +80,7 @@ def _half_distance(low: FloatArray, high: FloatArray) -> FloatArray:
 
 
 # ----------------------------------------------------------------------------
-# Spectra of the joint force over an ensemble, and from which order on they lead.
+# Statistics of the forces, and from which order on they lead.
 # ----------------------------------------------------------------------------
 
 #: share of revolutions below the low and the high curve
@@ -90,25 +89,39 @@ LOW, HIGH = 0.05, 0.95
 SHAKING, IMPACT, MOTOR = 0, 1, 2
 
 
-class Spectra(NamedTuple):
-    """Amplitudes (C, N), N 0-to-peak, of orders 1 to N, and their mean over the orders (C,)."""
+def statistics(forces: GapForces, linkage: Linkage) -> dict[str, Statistic]:
+    """Statistics of forces (G, C, M, R) by what their paths have behind `response/impact/`.
 
-    mean: Statistic
-    low: Statistic
-    high: Statistic
-    average: Statistic
-
-
-def spectra(harmonics: ComplexArray) -> Spectra:
-    """Statistics of |F_n| of single revolutions, from harmonics (C, M, R, N + 1) in N.
-
-    Order 0, the mean force, is left out: it balances the gas and shakes nothing. The amplitude
-    of an order is the mean of magnitudes; that of magnitudes of means would be smaller by what
-    revolutions differ in phase.
+    Of single revolutions; those of spectra are of magnitudes, as magnitudes of means would be
+    smaller by what revolutions differ in phase. Order 0, the mean force, is left out: it balances
+    the gas and shakes nothing.
     """
-    size = np.abs(harmonics[..., 1:])
-    low, high = quantiles(size, (LOW, HIGH))
-    return Spectra(mean_over_runs(size), low, high, mean_over_runs(np.mean(size, axis=-1)))
+    force, peak = forces.mean[0], forces.peak[0]
+    size = np.abs(forces.harmonics[0, ..., 1:])
+    low, high = quantiles(force, (LOW, HIGH))
+    spectrum_low, spectrum_high = quantiles(size, (LOW, HIGH))
+    (peak_high,) = quantiles(peak, (HIGH,))
+    of_runs = {
+        "mean_force": force,
+        "spectrum": size,
+        "average_amplitude": np.mean(size, axis=-1),
+        "added_force": np.abs(added_force(linkage, forces)[..., 1:]),
+        "peak_force": peak,
+        "impacts": forces.contacts[0],
+        "contact_share": forces.contact_time[0] * linkage.drive.speed / (2.0 * np.pi),
+    }
+    for place, name in enumerate(linkage.joints):
+        if place:
+            of_runs[f"{name}/mean_force"] = forces.mean[place]
+            of_runs[f"{name}/impacts"] = forces.contacts[place]
+    return {
+        **{name: mean_over_runs(values) for name, values in of_runs.items()},
+        "mean_force_low": low,
+        "mean_force_high": high,
+        "spectrum_low": spectrum_low,
+        "spectrum_high": spectrum_high,
+        "peak_force_high": peak_high,
+    }
 
 
 class Dominance(NamedTuple):
@@ -171,10 +184,10 @@ def dominant_from(leading: IntArray) -> IntArray:
 # ----------------------------------------------------------------------------
 
 
-def added_force(linkage: Linkage, forces: Forces) -> ComplexArray:
+def added_force(linkage: Linkage, forces: GapForces) -> ComplexArray:
     """Harmonics (C, M, R, N + 1), N, 0-to-peak, of the crank-side joint's force less `carried`."""
-    runs = forces.wrist_pin if forces.crank_pin is None else forces.crank_pin
-    return runs.harmonics - carried_force(linkage, runs.harmonics.shape[-1] - 1)
+    found = forces.harmonics[0 if linkage.crank_pin is None else 1]
+    return np.asarray(found - carried_force(linkage, found.shape[-1] - 1))
 
 
 def carried_force(linkage: Linkage, highest: int) -> ComplexArray:

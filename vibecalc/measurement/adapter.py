@@ -1,301 +1,170 @@
-"""Adapter: motions of a plate from its readings."""
+"""Adapter: readings on a rigid plate to its motion, to levels anywhere, and to what is unsure."""
 
-import math
+from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
-from vibecalc.errors import NumericalFailure
-from vibecalc.measurement.choosing import Reach, TellingApart, choose, most_telling, reach
-from vibecalc.measurement.complex_motion import (
-    complex_motion,
-    growth_of_deviations,
-    over_deviations,
-)
-from vibecalc.measurement.level_motions import (
-    LevelMotion,
-    MotionSpread,
-    level_gradient,
-    level_motions,
-    phase_gradient,
-)
+from vibecalc.measurement import results
+from vibecalc.measurement.choosing import most_telling
+from vibecalc.measurement.complex_motion import over_deviations
+from vibecalc.measurement.harmonic_motion import OF_BOUNDS, HarmonicMotion, solve_all
 from vibecalc.measurement.model import (
-    Harmonic,
     InstrumentReading,
     build_harmonics,
-    places,
+    further_readings,
     position_rows,
+    reading_name,
     reference_row,
     references,
 )
-from vibecalc.measurement.plate import (
-    PARTS,
-    Rectangle,
-    amplitude_map,
-    difference_row,
-    grid,
-    point_row,
-    quietest,
-)
+from vibecalc.measurement.plate import PARTS, Rectangle, amplitude_map, grid, point_row, quietest
 from vibecalc.measurement.record_orders import emit_records
 from vibecalc.measurement.tables import Measurement
-from vibecalc.numerics.bounded import Bounded, stack
+from vibecalc.numerics.bounded import Bounded, concatenate, stack
 from vibecalc.numerics.level import DECIBEL, level_of
-from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 
-# ----------------------------------------------------------------------------
-# The motion of each harmonic from its readings, with all that levels leave open.
-# ----------------------------------------------------------------------------
+Axes = dict[str, np.ndarray]
 
-#: relative error where first order does not hold: rounding enters by its square root
-_IN_LINE = 3e-7
-_ROUNDINGS = 8.0
-#: of a linear problem
-_LINEAR = 4.0
+_MOTIONS = dict(zip(("translation", "roll", "pitch"), np.eye(3), strict=True))
 
 
-class HarmonicMotion(NamedTuple):
-    """The motion (3,) taken for a harmonic, and how its readings and rounding move it.
-
-    `candidates` are all motions that levels leave, the one taken first, with their largest
-    residual in dB; none where there are phases. `reach` bounds what they may be off. `excess` is
-    the misfit of readings with phases over their deviations after all harmonics have determined
-    these.
-    """
-
-    harmonic: Harmonic
-    motion: ComplexArray
-    spread: MotionSpread
-    rounding: MotionSpread
-    misfit: float
-    misfit_error: float
-    excess: float
-    decided: bool
-    chosen_by_others: bool
-    clipped: bool
-    candidates: tuple[LevelMotion, ...]
-    worst: tuple[float, ...]
-    roundings: tuple[MotionSpread, ...]
-    reach: Reach | None
-
-    @property
-    def folded(self) -> bool:
-        """Whether the motions are one family within the rounding, of which slopes say nothing."""
-        return self.reach is not None and self.reach.folded
-
-    def level_bound(self, rows: FloatArray, candidate: int = 0) -> FloatArray:
-        """How far the levels (m,) at rows (m, 3) may be off, dB."""
-        if self.reach is None:
-            return self.spread.bound(level_gradient(rows, self.motion))
-        return self.reach.bound(self.candidates[candidate], rows)
-
-    def level_deviation(self, rows: FloatArray) -> FloatArray:
-        """Standard uncertainty (m,) of the levels at rows (m, 3), dB."""
-        if self.reach is None:
-            return self.spread.deviation(level_gradient(rows, self.motion))
-        return self.reach.deviation(self.candidates[0], rows)
-
-    def phase_deviation(self, row: FloatArray, reference: FloatArray) -> float:
-        """Standard uncertainty, rad, of the phase of a row (3,) against another."""
-        turn = phase_gradient(row, self.motion) - phase_gradient(reference, self.motion)
-        if self.folded:
-            return float("inf") if np.any(turn != 0.0) else 0.0
-        return float(self.spread.deviation(turn))
-
-    def signal(self, rows: FloatArray) -> Bounded:
-        """Signals (...) at rows (..., 3) with their numerical error."""
-        return signal(self.motion, self.rounding, rows)
-
-
-def solve_all(harmonics: Sequence[Harmonic], reference: FloatArray) -> list[HarmonicMotion]:
-    """The motion of every harmonic; `reference` (3,) is the row where phases are zero."""
-    try:
-        growth = growth_of_deviations([one.phasors for one in harmonics if one.is_complex])
-    except NumericalFailure:
-        for one in harmonics:  # the harmonic that fails is named
-            _solve(one, reference, np.ones(2))
-        raise
-    return [_solve(one, reference, growth) for one in harmonics]
-
-
-def _solve(harmonic: Harmonic, reference: FloatArray, growth: FloatArray) -> HarmonicMotion:
-    try:
-        if harmonic.is_complex:
-            return _from_phases(harmonic, growth)
-        return _from_levels(harmonic, reference)
-    except NumericalFailure as failure:
-        raise NumericalFailure(f"harmonic {harmonic.order}: {failure}") from failure
-
-
-def signal(motion: ComplexArray, rounding: MotionSpread, rows: FloatArray) -> Bounded:
-    """Signals (...) of a motion at rows (..., 3), and what rounding makes of them."""
-    zero = np.zeros_like(rows)
-    parts = (np.concatenate([rows, zero], axis=-1), np.concatenate([zero, rows], axis=-1))
-    moved = np.hypot(*(rounding.bound(part) for part in parts))
-    size = np.abs(rows) @ np.abs(motion)
-    moved = np.where(np.isfinite(moved), moved, _IN_LINE * size)
-    return Bounded(rows @ motion, np.asarray(moved + 8.0 * EPSILON * size))
-
-
-def _from_levels(harmonic: Harmonic, reference: FloatArray) -> HarmonicMotion:
-    reads = harmonic.solving
-    rows, sizes = _rows(reads), np.array([read.amplitude for read in reads])
-    half = np.array([read.half_width for read in reads])
-    deviations = np.array([read.deviation for read in reads])
-    motions = level_motions(rows, sizes, half, reference, deviations)
-    bounds = reach(rows, sizes, half)
-    others = [read for read in harmonic.reads if read.use == "choose" and read.phase is None]
-    choice = choose(
-        motions,
-        _rows(others),
-        np.array([read.amplitude for read in others]),
-        np.array([read.half_width for read in others]),
-        bounds,
+def run_measurement(scene: Scene) -> None:
+    """Solve every harmonic by itself, then emit what follows from the motions."""
+    table = scene.case.measurement
+    assert table is not None  # or the stage is not planned
+    reference = reference_row(table)
+    solutions = solve_all(build_harmonics(table), reference)
+    further = [_further(one, table) for one in solutions]
+    for one, next_one in zip(solutions, further, strict=True):
+        warn_of(scene, one, next_one)
+    orders = {"order": np.array(table.orders)}
+    frequency = table.base_frequency or scene.case.machine.speed
+    if frequency is not None:
+        scene.emit_all(results.Whole(frequency=orders["order"] * frequency), orders)
+    _emit_motion(scene, solutions, reference, orders)
+    if table.positions:
+        _emit_positions(scene, solutions, orders)
+    fit = results.Fit(
+        motions=[len(one.candidates) for one in solutions],
+        decided=[int(one.decided) for one in solutions],
     )
-    ranked = tuple(motions[place] for place in choice.ranking)
-    by_others = choice.residuals[list(choice.ranking)] if others else None
-    worst = tuple(
-        float(np.max(np.abs(motion.residual if by_others is None else by_others[place])))
-        for place, motion in enumerate(ranked)
+    scene.emit_all(fit, orders)
+    misfit = stack([one.misfit for one in solutions])
+    scene.emit("measurement/fit/misfit", misfit, axes=orders, terms=1.0)
+    emit_readings(scene, solutions)
+    emit_candidates(scene, solutions, reference, [one for one in further if one is not None])
+    if table.plate is not None:
+        plate = Rectangle(*table.plate.x, *table.plate.y)
+        emit_plate(scene, solutions, plate, table.plate.points, orders)
+    emit_records(scene, table)
+    _cite(scene, solutions)
+
+
+def _emit_motion(
+    scene: Scene, solutions: list[HarmonicMotion], reference: FloatArray, axes: Axes
+) -> None:
+    table = scene.case.measurement
+    assert table is not None
+    zero = references(table)
+    whole: dict[str, Bounded] = {}
+    phases: dict[str, Bounded] = {}
+    unsure: dict[str, Bounded] = {}
+    for name, row in _MOTIONS.items():
+        found = stack([one.taken.signal(row) for one in solutions])
+        whole[name] = found
+        scale = zero.linear if name == "translation" else zero.angular
+        whole[f"{name}_level"] = level_of(found, scale)
+        phases[name] = stack([one.phase(row, reference) for one in solutions])
+        if name != "translation":
+            origin = _MOTIONS["translation"]
+            phases[f"{name}_to_translation"] = stack([one.phase(row, origin) for one in solutions])
+        unsure[f"{name}_level"] = concatenate(
+            [one.uncertain(one.level_deviation(row[None])) for one in solutions]
+        )
+        unsure[f"{name}_phase"] = concatenate(
+            [one.uncertain(np.array([one.phase_deviation(row, reference)])) for one in solutions]
+        )
+    scene.emit_all(results.Whole(**whole), axes)
+    scene.emit_all(results.Phase(**phases), axes)
+    scene.emit_all(results.Uncertainty(**unsure), axes)
+
+
+def _emit_positions(scene: Scene, solutions: list[HarmonicMotion], orders: Axes) -> None:
+    table = scene.case.measurement
+    assert table is not None
+    zero, rows = references(table).linear, position_rows(table)
+    axes = {"position": _names(table), **orders}
+    signals = {
+        part: stack([one.taken.signal(rows * np.array(mask)) for one in solutions])
+        for part, mask in PARTS.items()
+    }
+    whole = signals["standard"]
+    levels = {part: level_of(signal, zero) for part, signal in signals.items()}
+    scene.emit_all(results.Whole(acceleration=whole), axes)
+    scene.emit_all(results.Levels(**levels, all_orders=level_of(whole.norm(), zero)), axes)
+    uncertainty = results.Uncertainty(
+        level=stack([one.uncertain(one.level_deviation(rows)) for one in solutions]),
+        level_bound=stack([one.uncertain(one.level_bound(rows)) for one in solutions]),
     )
-    best = ranked[0]
-    # the levels carry a few roundings each, and so does the motion that has them
-    widths = _ROUNDINGS * EPSILON * (1.0 + np.abs(np.log(sizes / np.max(sizes)))) * DECIBEL
-    roundings = tuple(motion.spread._replace(half_widths=widths) for motion in ranked)
-    return HarmonicMotion(
-        harmonic=harmonic,
-        motion=best.motion,
-        spread=best.spread,
-        rounding=roundings[0],
-        misfit=best.misfit,
-        misfit_error=2.0 * _ROUNDINGS * EPSILON * DECIBEL / float(np.min(half)),
-        excess=0.0,
-        decided=choice.decided,
-        chosen_by_others=bool(others),
-        clipped=best.clipped,
-        candidates=ranked,
-        worst=worst,
-        roundings=roundings,
-        reach=bounds,
-    )
+    scene.emit_all(uncertainty, axes)
 
 
-def _from_phases(harmonic: Harmonic, growth: FloatArray) -> HarmonicMotion:
-    given = harmonic.phasors
-    fit = complex_motion(given._replace(deviations=given.deviations * growth[:, None]))
-    stated = over_deviations(fit.residual, given.readings, given.deviations)
-    spare = 2 * (len(given.rows) - 3)
-    # what is left over is felt by the condition once more
-    felt = np.abs(given.readings) + fit.condition * np.abs(fit.residual)
-    widths = _LINEAR * EPSILON * np.tile(felt, 2)
-    misfit_error = float(np.max(widths / np.ravel(given.deviations)))
-    # uncertainties grow with what the readings scatter, and what is not known of the one goes along
-    grown = np.any(growth > 1.0) or fit.excess > 1.0
-    share = float(np.max(widths / fit.spread.deviations)) if grown else 0.0
-    return HarmonicMotion(
-        harmonic=harmonic,
-        motion=fit.motion,
-        spread=fit.spread._replace(uncertainty=fit.spread.uncertainty + share),
-        rounding=fit.spread._replace(half_widths=widths),
-        misfit=float(np.sum(stated**2) / spare) ** 0.5 if spare else 0.0,
-        misfit_error=misfit_error,
-        excess=fit.excess,
-        decided=True,
-        chosen_by_others=False,
-        clipped=False,
-        candidates=(),
-        worst=(),
-        roundings=(),
-        reach=None,
-    )
-
-
-def _rows(reads: "list[InstrumentReading] | tuple[InstrumentReading, ...]") -> FloatArray:
-    return np.array([read.row for read in reads]).reshape(-1, 3)
-
-
-# ----------------------------------------------------------------------------
-# Phases of a measured motion against one another.
-# ----------------------------------------------------------------------------
-
-
-def phase_between(one: HarmonicMotion, row: FloatArray, other: FloatArray) -> Bounded:
-    """Phase (rad) of the signal of a row (3,) against that of another; 0 where there is none."""
-    try:
-        return phase_of(one.motion, one.rounding, row, other)
-    except NumericalFailure as failure:
-        raise NumericalFailure(f"harmonic {one.harmonic.order}: {failure}") from failure
-
-
-def phase_of(
-    motion: ComplexArray, rounding: MotionSpread, row: FloatArray, other: FloatArray
-) -> Bounded:
-    """The same for any motion, in (-pi, pi]."""
-    both, errors = signal(motion, rounding, np.stack([row, other]))
-    if abs(both[1]) <= errors[1]:
-        raise NumericalFailure("the signal that phases refer to is zero: a phase has no meaning")
-    if abs(both[0]) <= errors[0]:
-        return Bounded(np.array(0.0), np.array(0.0))
-    phase = float(np.angle(both[0] * np.conj(both[1])))
-    error = float(errors[0] / abs(both[0]) + errors[1] / abs(both[1])) + 8.0 * EPSILON
-    if phase <= -math.pi + error:
-        phase += 2.0 * math.pi
-    return Bounded(np.array(phase), np.array(error))
+def _names(table: Measurement) -> np.ndarray:
+    return np.array([position.name for position in table.positions], dtype=object)
 
 
 # ----------------------------------------------------------------------------
 # What instruments read next to what the motion found gives them.
 # ----------------------------------------------------------------------------
 
-#: roundings of a level on its way to an amplitude and back
-_READ = 8.0 * EPSILON
-
 
 def emit_readings(scene: Scene, solutions: list[HarmonicMotion]) -> None:
     """Emit levels read and computed, and of readings with a phase how far the motion is off."""
-    levels: list[tuple[str, int, float, float, float]] = []
-    signals: list[tuple[str, int, float, float]] = []
-    for one in solutions:
-        order = one.harmonic.order
-        for read in one.harmonic.reads:
-            value, error = one.signal(read.row)
-            if read.amplitude > 0.0:
-                computed, off = level_of(Bounded(value, error), read.reference)
-                measured, _ = level_of(read.amplitude, read.reference)
-                levels.append((read.name, order, float(measured), float(computed), float(off)))
-            if read.phase is not None:
-                shown = read.amplitude * np.exp(1j * read.phase)
-                deviations = np.array([[read.deviation], [read.across[1]]])
-                shift = np.array([complex(value) - shown])
-                apart = float(over_deviations(shift, np.array([shown]), deviations)[0])
-                rounding = float(error) + 8.0 * EPSILON * read.amplitude
-                rounding /= float(np.min(deviations))
-                signals.append((read.name, order, apart, rounding))
+    each = [(one, read) for one in solutions for read in one.harmonic.reads]
+    levels = [(one, read) for one, read in each if read.amplitude > 0.0]
     if levels:
-        names, orders, measured_, computed_, off_ = (
-            np.array(column) for column in zip(*levels, strict=True)
+        read = np.array([DECIBEL * np.log(read.amplitude / read.reference) for _, read in levels])
+        # roundings of a level on its way to an amplitude and back
+        known = Bounded(read, 8.0 * EPSILON * (np.abs(read) + DECIBEL))
+        computed = stack(
+            [level_of(one.taken.signal(read.row), read.reference) for one, read in levels]
         )
-        axes = {"reading": _unique([str(name) for name in names])}
-        scene.emit("measurement/reading/order", orders, 0.0, axes)
-        known = _READ * (np.abs(measured_) + DECIBEL)
-        scene.emit("measurement/reading/read", measured_, known, axes)
-        scene.emit("measurement/reading/computed", computed_, off_, axes)
-        scene.emit("measurement/reading/residual", computed_ - measured_, off_ + known, axes)
-    if signals:
-        names, orders, apart_, error_ = (np.array(column) for column in zip(*signals, strict=True))
-        axes = {"signal": _unique([str(name) for name in names])}
-        scene.emit("measurement/signal/order", orders, 0.0, axes)
-        scene.emit("measurement/signal/residual", apart_, error_, axes)
+        group = results.Readings(
+            order=[one.harmonic.order for one, _ in levels],
+            read=known,
+            computed=computed,
+            residual=Bounded(computed.value - read, computed.error + known.error),
+        )
+        scene.emit_all(group, {"reading": _unique([read.name for _, read in levels])})
+    phasors = [(one, read) for one, read in each if read.phase is not None]
+    if phasors:
+        signals = results.Signals(
+            order=[one.harmonic.order for one, _ in phasors],
+            residual=concatenate([_missed(one, read) for one, read in phasors]),
+        )
+        scene.emit_all(signals, {"signal": _unique([read.name for _, read in phasors])})
 
 
-def _unique(names: list[str]) -> np.ndarray:
-    """Names as entries of an axis; a second instrument at one place gets a number."""
-    seen: dict[str, int] = {}
+def _missed(one: HarmonicMotion, read: InstrumentReading) -> Bounded:
+    """By how many standard uncertainties the motion misses a reading with a phase."""
+    value, error = one.taken.signal(read.row)
+    shown = np.array([read.amplitude * np.exp(1j * (read.phase or 0.0))])
+    deviations = np.array([[read.deviation], [read.across[1]]])
+    off = float(error) + 8.0 * EPSILON * read.amplitude
+    residual = over_deviations(value - shown, shown, deviations)
+    return Bounded(residual, np.asarray(off / np.min(deviations)))
+
+
+def _unique(names: Sequence[str]) -> np.ndarray:
+    """Names as entries of an axis; another of the same name gets a number."""
+    seen: Counter[str] = Counter()
     entries = []
     for name in names:
-        seen[name] = seen.get(name, 0) + 1
+        seen[name] += 1
         entries.append(name if seen[name] == 1 else f"{name} ({seen[name]})")
     return np.array(entries, dtype=object)
 
@@ -306,331 +175,182 @@ def _unique(names: list[str]) -> np.ndarray:
 
 
 def emit_plate(
-    scene: Scene, solutions: list[HarmonicMotion], orders: dict[str, np.ndarray]
+    scene: Scene, solutions: list[HarmonicMotion], plate: Rectangle, points: int, orders: Axes
 ) -> None:
-    """Emit amplitudes over the plate and the places of least amplitude, if its edges are known."""
-    table = scene.case.measurement
-    if table is None or table.plate is None:
-        return
-    plate = Rectangle(*table.plate.x, *table.plate.y)
-    motions = np.stack([one.motion for one in solutions])
-    x, y = grid(plate, table.plate.points)
+    """Emit amplitudes over the plate and the places of least amplitude."""
+    taken = [one.taken for one in solutions]
+    motions = np.stack([one.motion for one in taken])
+    x, y = grid(plate, points)
     corners = point_row(np.array(plate[:2])[:, None], np.array(plate[2:])[None, :])
-    errors = [float(np.max(one.signal(corners.reshape(-1, 3)).error)) for one in solutions]
-    axes = {**orders, "plate_y": y, "plate_x": x}
-    amplitudes = amplitude_map(motions, x, y)
-    scene.emit("measurement/map/amplitude", amplitudes, max(errors), axes)
-    total = np.linalg.norm(amplitudes, axis=0)
-    scene.emit("measurement/map/all_orders", total, float(np.linalg.norm(errors)), axes)
+    errors = np.array([np.max(one.signal(corners.reshape(-1, 3)).error) for one in taken])
+    amplitudes, total = amplitude_map(motions, x, y), float(np.linalg.norm(errors))
+    maps = results.Map(
+        amplitude=Bounded(amplitudes, np.max(errors)),
+        all_orders=Bounded(np.linalg.norm(amplitudes, axis=0), np.asarray(total)),
+    )
+    scene.emit_all(maps, {**orders, "plate_y": y, "plate_x": x})
     quiet = [
-        quietest(motion[None], plate, error) for motion, error in zip(motions, errors, strict=True)
+        quietest(motion[None], plate, error)
+        for motion, error in zip(motions, errors.tolist(), strict=True)
     ]
-    apart = max(place.error for place in quiet)
-    for key in ("x", "y"):
-        values = [getattr(place, key) for place in quiet]
-        scene.emit(f"measurement/quiet/{key}", values, apart, orders)
-    least = [place.amplitude for place in quiet]
-    there = [
-        float(one.signal(point_row(place.x, place.y)).error)
-        for one, place in zip(solutions, quiet, strict=True)
-    ]
-    scene.emit("measurement/quiet/amplitude", least, max(there), orders)
-    all_orders = quietest(motions, plate, float(np.linalg.norm(errors)))
-    scene.emit("measurement/quiet/all_orders_x", all_orders.x, all_orders.error)
-    scene.emit("measurement/quiet/all_orders_y", all_orders.y, all_orders.error)
-    row = point_row(all_orders.x, all_orders.y)
-    uncertainty = float(np.linalg.norm([float(one.signal(row).error) for one in solutions]))
-    uncertainty += 8.0 * EPSILON * all_orders.amplitude
-    scene.emit("measurement/quiet/all_orders_amplitude", all_orders.amplitude, uncertainty)
+    every = quietest(motions, plate, total)
+    there = [one.signal(point_row(at.x, at.y)).error for one, at in zip(taken, quiet, strict=True)]
+    off = np.linalg.norm([one.signal(point_row(every.x, every.y)).error for one in taken])
+    at_x, at_y, least, apart = np.array(quiet).T
+    x, y, amplitude, error = np.array(every)
+    places = results.Quiet(
+        x=Bounded(at_x, np.max(apart)),
+        y=Bounded(at_y, np.max(apart)),
+        amplitude=Bounded(least, np.max(there)),
+        all_orders_x=Bounded(x, error),
+        all_orders_y=Bounded(y, error),
+        all_orders_amplitude=Bounded(amplitude, off + 8.0 * EPSILON * amplitude),
+    )
+    scene.emit_all(places, orders)
 
 
 # ----------------------------------------------------------------------------
 # All motions that levels leave, what would tell them apart, and what to say of it.
 # ----------------------------------------------------------------------------
 
-_PARTS = ("translation", "roll", "pitch")
 #: share of the largest amplitude; a further reading below it would drown in the others
 _TOO_QUIET = 0.01
 #: residuals of phases, root mean square over what is granted, that get a sentence
 _SCATTER = 2.0
 
 
-def emit_candidates(scene: Scene, solutions: list[HarmonicMotion], reference: np.ndarray) -> None:
-    """Emit every motion under a name such as `2 +/-`: harmonic, signs of roll and pitch phase."""
-    table = scene.case.measurement
-    each = [(one, place) for one in solutions for place in range(len(one.candidates))]
-    if table is None or not each:
-        return
-    zero = references(table)
-    phases = np.array([_phases(one, place, reference) for one, place in each])
-    axes = {"candidate": _names(each, phases[:, 0])}
-    scene.emit("measurement/candidate/order", [one.harmonic.order for one, _ in each], 0.0, axes)
-    scene.emit("measurement/candidate/chosen", [int(place == 0) for _, place in each], 0.0, axes)
-    worst = [one.worst[place] for one, place in each]
-    scene.emit(
-        "measurement/candidate/worst_residual", worst, [_rounded(*one) for one in each], axes
-    )
-    signals = [
-        signal(one.candidates[place].motion, one.roundings[place], np.eye(3)) for one, place in each
-    ]
-    for part, name in enumerate(_PARTS):
-        values, errors = (
-            np.array([getattr(one, key)[part] for one in signals]) for key in ("value", "error")
-        )
-        scale = zero.linear if name == "translation" else zero.angular
-        level = level_of(Bounded(values, errors), scale)
-        scene.emit(f"measurement/candidate/{name}_level", level, axes=axes)
-        phase, off = phases[:, :, part].T
-        scene.emit(f"measurement/candidate/{name}_phase", phase, off, axes)
-    if table.positions:
-        rows = position_rows(table)
-        both = [
-            signal(one.candidates[place].motion, one.roundings[place], rows) for one, place in each
-        ]
-        level = level_of(stack(both, axis=0), zero.linear)
-        names = np.array([position.name for position in table.positions], dtype=object)
-        scene.emit("measurement/candidate/level", level, axes={**axes, "position": names})
-        bounds = np.stack([one.level_bound(rows, place) for one, place in each])
-        error = 1e-5 * np.where(np.isfinite(bounds), bounds, 0.0)
-        scene.emit("measurement/candidate/level_bound", bounds, error, {**axes, "position": names})
-        _emit_further(scene, solutions, table)
-
-
-def _rounded(one: HarmonicMotion, place: int) -> float:
-    """dB; the largest error of the levels that a motion has at the readings it is judged by."""
-    reads = [read for read in one.harmonic.reads if read.use == "choose" and read.phase is None]
-    reads = reads or list(one.harmonic.solving)
-    rows = np.array([read.row for read in reads])
-    there = signal(one.candidates[place].motion, one.roundings[place], rows)
-    level = level_of(there, reads[0].reference)
-    known = [8.0 * EPSILON * (abs(DECIBEL * np.log(r.amplitude / r.reference)) + DECIBEL)
-             for r in reads if r.amplitude > 0.0]  # fmt: skip
-    return float(np.max(level.error) + max(known, default=0.0))
-
-
-def warn_of(scene: Scene, one: HarmonicMotion, table: Measurement) -> None:
-    """Say where readings contradict each other, and where they leave two motions."""
-    order = one.harmonic.order
-    if one.clipped:
-        least = one.misfit * max(read.half_width for read in one.harmonic.solving)
-        scene.warn(
-            f"harmonic {order}: no rigid plate has just these levels; one has levels that are off "
-            f"by {least:.2g} dB or more, within the rounding, with two of its signals in line"
-        )
-    elif one.harmonic.is_complex and one.misfit > _SCATTER:
-        scene.warn(
-            f"harmonic {order}: the readings scatter {one.misfit:.2g} times as much as they are "
-            "said to, and uncertainties have grown with it: the plate bends, an accelerometer is "
-            "off, or level_uncertainty and phase_uncertainty are to be stated"
-        )
-    elif not one.harmonic.is_complex and one.misfit > 1.0:
-        residual = np.max(np.abs(one.candidates[0].residual))
-        scene.warn(
-            f"harmonic {order}: no motion lies within the rounding of all its levels, the one "
-            f"taken misses one by {residual:.2g} dB: the plate bends, or an accelerometer is off"
-        )
-    if one.folded:
-        scene.warn(
-            f"harmonic {order}: within the rounding of its levels signals come into line: the "
-            f"{'two motions are' if len(one.candidates) > 1 else 'motion stands for'} one family, "
-            "the bounds of levels hold for all of it, and of phases there are none"
-        )
-    if one.decided or len(one.candidates) < 2:
-        return
-    words = "the readings that choose do not" if one.chosen_by_others else "nothing read can"
-    taken = "the nearer one" if one.chosen_by_others else "the first"
-    further = _further(one, table)
-    hint = "" if further is None else f"; reading {further.name} would: {_levels(further, table)}"
-    scene.warn(
-        f"harmonic {order}: the levels leave {len(one.candidates)} motions, and {words} tell them "
-        f"apart; {taken} is taken{hint}"
-    )
-
-
-def _levels(further: "FurtherReading", table: Measurement) -> str:
-    sizes, scale = further.apart.amplitudes, references(table).linear
-    first, other = (float(level_of(size, scale).value) for size in sizes)
-    return f"{first:.1f} dB with the one, {other:.1f} dB with the next"
-
-
 class FurtherReading(NamedTuple):
-    """A reading not yet made, what it would tell, and the error of that in dB."""
+    """A reading not yet made that tells two motions apart, and its levels with either (2,), dB."""
 
+    order: int
     name: str
-    apart: TellingApart
-    error: float
+    levels: Bounded
 
 
 def _further(one: HarmonicMotion, table: Measurement) -> FurtherReading | None:
     """The reading, of those not yet made at named positions, where two motions differ most."""
-    if len(one.candidates) < 2 or not table.positions:
+    every = further_readings(table)
+    if len(one.candidates) < 2 or not every:
         return None
-    known, done = places(table), [read.row for read in one.harmonic.reads]
-    rows, names = [], []
-    for place, name in enumerate(known):
-        rows.append(point_row(*known[name]))
-        names.append(f"at {name}")
-        for other in list(known)[:place]:
-            rows.append(difference_row(known[other], known[name]))
-            names.append(f"between {other} and {name}")
+    done = [read.row for read in one.harmonic.reads]
     fresh = [
-        place
-        for place, row in enumerate(rows)
+        (names, row)
+        for names, row in every
         if np.any(row) and not any(np.array_equal(np.abs(row), np.abs(old)) for old in done)
     ]
     motions = np.stack([candidate.motion for candidate in one.candidates[:2]])
-    loudest = max(float(np.max(np.abs(motions @ row))) for row in rows)
-    if not fresh:
+    loudest = np.max(np.abs(np.stack([row for _, row in every]) @ motions.T))
+    rows = np.array([row for _, row in fresh]).reshape(-1, 3)
+    place = most_telling(motions, rows, _TOO_QUIET * loudest)
+    if place is None:
         return None
-    choice = most_telling(motions, np.stack([rows[place] for place in fresh]), _TOO_QUIET * loudest)
-    if choice is None:
-        return None
-    row = rows[fresh[choice.place]]
-    both = [signal(one.candidates[place].motion, one.roundings[place], row) for place in range(2)]
-    errors = [float(level_of(each, 1.0).error) for each in both]
-    return FurtherReading(names[fresh[choice.place]], choice, sum(errors))
+    zero = references(table).linear
+    levels = [level_of(each.signal(rows[place]), zero) for each in one.candidates[:2]]
+    return FurtherReading(one.harmonic.order, reading_name(fresh[place][0]), stack(levels))
 
 
-def _emit_further(scene: Scene, solutions: list[HarmonicMotion], table: Measurement) -> None:
-    telling = [(one.harmonic.order, _further(one, table)) for one in solutions]
-    rows = [(order, further) for order, further in telling if further is not None]
-    # none where every harmonic has one motion, or all that is named has been read
-    names = np.array([f"{order}: {one.name}" for order, one in rows], dtype=object)
-    axes = {"further": names}
-    scene.emit("measurement/further/order", [order for order, _ in rows], 0.0, axes)
-    difference = np.array([one.apart.difference for _, one in rows], dtype=float)
-    error = np.array([one.error for _, one in rows], dtype=float)
-    scene.emit("measurement/further/difference", difference, error, axes)
-
-
-def _phases(one: HarmonicMotion, place: int, reference: np.ndarray) -> list[list[float]]:
-    motion, rounding = one.candidates[place].motion, one.roundings[place]
-    each = [phase_of(motion, rounding, np.eye(3)[part], reference) for part in range(3)]
-    return [[float(phase.value) for phase in each], [float(phase.error) for phase in each]]
-
-
-def _names(each: list[tuple[HarmonicMotion, int]], phases: np.ndarray) -> np.ndarray:
-    names: list[str] = []
-    for (one, _), (_, roll, pitch) in zip(each, phases, strict=True):
-        signs = "/".join("-" if phase < 0.0 else "+" for phase in (roll, pitch))
-        name = f"{one.harmonic.order} {signs}"
-        twins = sum(known.split(" (")[0] == name for known in names)
-        names.append(f"{name} ({twins + 1})" if twins else name)
-    return np.array(names, dtype=object)
-
-
-# ----------------------------------------------------------------------------
-# Adapter: readings on a rigid plate to its motion, to levels anywhere, and to what is unsure.
-# ----------------------------------------------------------------------------
-
-#: relative error of bounds that linear programs may have found
-_OF_BOUNDS = 1e-5
-_ROWS = {"translation": 0, "roll": 1, "pitch": 2}
-
-
-def run_measurement(scene: Scene) -> None:
-    """Solve every harmonic by itself, then emit what follows from the motions."""
-    table = scene.case.measurement
-    if table is None:
-        raise ValueError("the case has no [measurement]")
-    reference = reference_row(table)
-    solutions = solve_all(build_harmonics(table), reference)
-    for one in solutions:
-        warn_of(scene, one, table)
-    orders = {"order": np.array(table.orders)}
-    _emit_motion(scene, solutions, reference, orders)
-    _emit_positions(scene, solutions, orders)
-    _emit_fit(scene, solutions, orders)
-    emit_readings(scene, solutions)
-    emit_candidates(scene, solutions, reference)
-    emit_plate(scene, solutions, orders)
-    emit_records(scene, table)
-    frequency = table.base_frequency or scene.case.machine.speed
-    if frequency is not None:
-        scene.emit("measurement/frequency", orders["order"] * frequency, 0.0, orders)
-    _cite(scene, solutions)
-
-
-def _emit_motion(
+def emit_candidates(
     scene: Scene,
     solutions: list[HarmonicMotion],
-    reference: np.ndarray,
-    axes: dict[str, np.ndarray],
+    reference: FloatArray,
+    further: list[FurtherReading],
 ) -> None:
+    """Emit every motion under a name such as `2 +/-`: harmonic, signs of roll and pitch phase."""
     table = scene.case.measurement
-    assert table is not None
-    zero = references(table)
-    for name, place in _ROWS.items():
-        row = np.eye(3)[place]
+    each = [(one, place) for one in solutions for place in range(len(one.of_levels))]
+    if table is None or not each:
+        return
+    zero, every = references(table), [one.candidates[place] for one, place in each]
+    found: dict[str, Bounded] = {}
+    for name, row in _MOTIONS.items():
         scale = zero.linear if name == "translation" else zero.angular
-        values, errors = _stacked([one.signal(row) for one in solutions])
-        scene.emit(f"measurement/{name}", values, errors, axes)
-        scene.emit(f"measurement/{name}_level", level_of(Bounded(values, errors), scale), axes=axes)
-        phases = _stacked([phase_between(one, row, reference) for one in solutions])
-        scene.emit(f"measurement/phase/{name}", phases, axes=axes)
-        uncertainties = np.array([float(one.level_deviation(row[None])[0]) for one in solutions])
-        _emit_uncertainty(scene, f"{name}_level", uncertainties, solutions, axes)
-        uncertainties = np.array([one.phase_deviation(row, reference) for one in solutions])
-        _emit_uncertainty(scene, f"{name}_phase", uncertainties, solutions, axes)
-        if name != "translation":
-            phases = _stacked([phase_between(one, row, np.eye(3)[0]) for one in solutions])
-            scene.emit(f"measurement/phase/{name}_to_translation", phases, axes=axes)
-
-
-def _emit_uncertainty(
-    scene: Scene,
-    name: str,
-    values: np.ndarray,
-    solutions: list[HarmonicMotion],
-    axes: dict[str, np.ndarray],
-) -> None:
-    """Emit uncertainties, the last axis over the harmonics; an infinite one is as it is."""
-    finite = np.where(np.isfinite(values), values, 0.0)
-    share = np.array(
-        [one.spread.uncertainty + (one.reach is not None) * _OF_BOUNDS for one in solutions]
+        found[f"{name}_level"] = level_of(stack([one.signal(row) for one in every]), scale)
+        found[f"{name}_phase"] = stack([one.phase(row, reference) for one in every])
+    signs = np.where(np.stack([found[f"{name}_phase"].value for name in ("roll", "pitch")]) < 0,
+                     "-", "+").T  # fmt: skip
+    names = [f"{one.harmonic.order} {'/'.join(sign)}"
+             for (one, _), sign in zip(each, signs, strict=True)]  # fmt: skip
+    group = results.Candidates(
+        order=[one.harmonic.order for one, _ in each],
+        chosen=[int(place == 0) for _, place in each],
+        worst_residual=stack([_worst(one, place) for one, place in each]),
+        **found,
     )
-    scene.emit(f"measurement/uncertainty/{name}", values, finite * share, axes)
-
-
-def _emit_positions(
-    scene: Scene, solutions: list[HarmonicMotion], orders: dict[str, np.ndarray]
-) -> None:
-    table = scene.case.measurement
-    assert table is not None
+    axes = {"candidate": _unique(names)}
+    scene.emit_all(group, axes)
     if not table.positions:
         return
-    zero = references(table).linear
     rows = position_rows(table)
-    names = np.array([position.name for position in table.positions], dtype=object)
-    axes = {"position": names, **orders}
-    for part, mask in PARTS.items():
-        values, errors = _stacked([one.signal(rows * np.array(mask)) for one in solutions])
-        scene.emit(f"measurement/level/{part}", level_of(Bounded(values, errors), zero), axes=axes)
-        if part == "standard":
-            scene.emit("measurement/acceleration", values, errors, axes)
-            total = level_of(Bounded(values, errors).norm(), zero)
-            scene.emit("measurement/level/all_orders", total, axes=axes)
-    deviations = np.stack([one.level_deviation(rows) for one in solutions], axis=-1)
-    _emit_uncertainty(scene, "level", deviations, solutions, axes)
-    bounds = np.stack([one.level_bound(rows) for one in solutions], axis=-1)
-    _emit_uncertainty(scene, "level_bound", bounds, solutions, axes)
+    bounds = np.stack([one.level_bound(rows, place) for one, place in each])
+    levels = results.Candidates(
+        level=level_of(stack([one.signal(rows) for one in every], axis=0), zero.linear),
+        level_bound=Bounded(bounds, OF_BOUNDS * np.where(np.isfinite(bounds), bounds, 0.0)),
+    )
+    scene.emit_all(levels, {**axes, "position": _names(table)})
+    # none where every harmonic has one motion, or all that is named has been read
+    apart = np.array([one.levels.value for one in further]).reshape(-1, 2)
+    off = np.array([one.levels.error for one in further]).reshape(-1, 2)
+    telling = results.Further(
+        order=[one.order for one in further],
+        difference=Bounded(apart[:, 0] - apart[:, 1], np.sum(off, axis=1)),
+    )
+    entries = np.array([f"{one.order}: {one.name}" for one in further], dtype=object)
+    scene.emit_all(telling, {"further": entries})
 
 
-def _emit_fit(scene: Scene, solutions: list[HarmonicMotion], axes: dict[str, np.ndarray]) -> None:
-    motions = np.array([max(len(one.candidates), 1) for one in solutions])
-    scene.emit("measurement/fit/motions", motions, 0.0, axes)
-    decided = np.array([int(one.decided) for one in solutions])
-    scene.emit("measurement/fit/decided", decided, 0.0, axes)
-    misfit = np.array([one.misfit for one in solutions])
-    error = np.array([one.misfit_error for one in solutions])
-    scene.emit("measurement/fit/misfit", misfit, error, axes, terms=1.0)
+def _worst(one: HarmonicMotion, place: int) -> Bounded:
+    """Largest residual in dB, with the largest error of the levels that a motion is judged by."""
+    reads = [read for read in one.harmonic.reads if read.use == "choose" and read.phase is None]
+    reads = reads or list(one.harmonic.solving)
+    candidate, zero = one.candidates[place], reads[0].reference
+    level = level_of(candidate.signal(np.array([read.row for read in reads])), zero)
+    sizes = np.array([read.amplitude / read.reference for read in reads if read.amplitude > 0.0])
+    known = 8.0 * EPSILON * (np.abs(DECIBEL * np.log(sizes)) + DECIBEL)
+    return Bounded(np.asarray(candidate.worst), np.max(level.error) + np.max(known, initial=0.0))
 
 
-def _stacked(each: list[Bounded]) -> Bounded:
-    """Results of the harmonics, one next to the other along the last axis."""
-    return Bounded(
-        np.stack([np.asarray(one.value) for one in each], axis=-1),
-        np.stack([np.asarray(one.error) for one in each], axis=-1),
+def warn_of(scene: Scene, one: HarmonicMotion, further: FurtherReading | None) -> None:
+    """Say where readings contradict each other, and where they leave two motions."""
+    begin, misfit, level = f"harmonic {one.harmonic.order}:", one.misfit.value, one.taken.level
+    if level is None:
+        if misfit > _SCATTER:
+            scene.warn(
+                f"{begin} the readings scatter {misfit:.2g} times as much as they are said to, and "
+                "uncertainties have grown with it: the plate bends, an accelerometer is off, or "
+                "level_uncertainty and phase_uncertainty are to be stated"
+            )
+        return
+    if level.clipped:
+        least = misfit * max(read.half_width for read in one.harmonic.solving)
+        scene.warn(
+            f"{begin} no rigid plate has just these levels; one has levels that are off by "
+            f"{least:.2g} dB or more, within the rounding, with two of its signals in line"
+        )
+    elif misfit > 1.0:
+        scene.warn(
+            f"{begin} no motion lies within the rounding of all its levels, the one taken misses "
+            f"one by {np.max(np.abs(level.residual)):.2g} dB: the plate bends, or an accelerometer "
+            "is off"
+        )
+    count = len(one.candidates)
+    if one.folded:
+        scene.warn(
+            f"{begin} within the rounding of its levels signals come into line: the "
+            f"{'two motions are' if count > 1 else 'motion stands for'} one family, the bounds of "
+            "levels hold for all of it, and of phases there are none"
+        )
+    if one.decided or count < 2:
+        return
+    words = "the readings that choose do not" if one.chosen_by_others else "nothing read can"
+    taken = "the nearer one" if one.chosen_by_others else "the first"
+    hint = ""
+    if further is not None:
+        first, other = further.levels.value
+        hint = f"; reading {further.name} would: {first:.1f} dB with the one, {other:.1f} dB with "
+        hint += "the next"
+    scene.warn(
+        f"{begin} the levels leave {count} motions, and {words} tell them apart; {taken} is taken"
+        f"{hint}"
     )
 
 
@@ -640,7 +360,7 @@ def _cite(scene: Scene, solutions: list[HarmonicMotion]) -> None:
         "levels at any point from translation, roll and pitch",
         "Herold, Roll vibration of reciprocating machines, 1977, eqs. 1 to 43",
     )
-    if any(one.candidates for one in solutions):
+    if any(one.of_levels for one in solutions):
         scene.cite(
             "second moments of phasors from levels",
             "all motions that levels allow",

@@ -6,66 +6,7 @@ from vibecalc.errors import KeyPath, Problem
 from vibecalc.measurement.tables import Measurement, Reading
 from vibecalc.schema import Case
 
-# ----------------------------------------------------------------------------
-# Are the numbers of a measurement within reason, and does it say what they count in?
-# ----------------------------------------------------------------------------
-
 TABLE: KeyPath = ("measurement",)
-
-
-def scale_problems(table: Measurement) -> list[Problem]:
-    """Levels without a reference, and readings without their last digit."""
-    return [*_references(table), *_steps(table)]
-
-
-def _references(table: Measurement) -> Iterator[Problem]:
-    scanned = table.scan is not None and bool(table.scan.level)
-    linear = [n for n, one in enumerate(table.readings) if one.level and not one.about]
-    if table.reference_level is None and (linear or scanned):
-        path: KeyPath = (*TABLE, "readings", linear[0], "level") if linear else (*TABLE, "scan")
-        yield Problem(
-            path=path,
-            message="levels without a reference: a level says nothing without what 0 dB is",
-            allowed='reference_level = "1e-5 m/s^2", or what the instrument refers to',
-            hint="1e-5 m/s^2 in older and naval work, 1e-6 m/s^2 in ISO 1683",
-        )
-    angular = [n for n, one in enumerate(table.readings) if one.level and one.about]
-    if table.angular_reference_level is None and angular:
-        yield Problem(
-            path=(*TABLE, "readings", angular[0], "level"),
-            message="levels of rotation without a reference: what is 0 dB?",
-            allowed='angular_reference_level = "1 rad/s^2", or what the instrument refers to',
-        )
-
-
-def _steps(table: Measurement) -> Iterator[Problem]:
-    scan = table.scan
-    needs = {
-        "amplitude_step": [n for n, one in enumerate(table.readings) if one.amplitude],
-        "angular_step": [n for n, one in enumerate(table.readings) if one.angular_amplitude],
-        "phase_step": [n for n, one in enumerate(table.readings) if one.phase],
-    }
-    scanned = {
-        "amplitude_step": (scan is not None and bool(scan.amplitude)) or bool(table.spectrum),
-        "phase_step": (scan is not None and bool(scan.phase)) or bool(table.spectrum),
-    }
-    example = {"amplitude_step": "0.001 m/s^2", "angular_step": "0.01 rad/s^2"}
-    for key, readings in needs.items():
-        if getattr(table, key) is None and (readings or scanned.get(key)):
-            yield Problem(
-                path=(*TABLE, "readings", readings[0])
-                if readings
-                else (*TABLE, "scan" if scan is not None else "spectrum"),
-                message=f"[measurement] does not say the {key.replace('_', ' ')}: how far is a "
-                "reading off?",
-                allowed=f'{key} = "{example.get(key, "1 deg")}", the last digit that was read',
-            )
-
-
-# ----------------------------------------------------------------------------
-# Do the readings on a plate make sense, and do their places tell its motion?
-# ----------------------------------------------------------------------------
-
 _SIZES = ("level", "amplitude", "angular_amplitude")
 
 
@@ -74,11 +15,8 @@ def measurement_problems(case: Case) -> list[Problem]:
     table = case.measurement
     if table is None:
         return list(_nothing_read(case))
-    problems = [
-        *_forms(table),
-        *_scan(table),
-    ]
-    problems = problems or scale_problems(table)
+    problems = [*_forms(table), *_scan(table)]
+    problems = problems or [*_references(table), *_steps(table)]
     if problems:
         return problems
     # loads what solves the motion
@@ -97,20 +35,61 @@ def _nothing_read(case: Case) -> Iterator[Problem]:
         )
 
 
+def _references(table: Measurement) -> Iterator[Problem]:
+    """Levels without a reference."""
+    read = [(*TABLE, "readings", place, "level") for place in range(len(table.readings))]
+    with_levels = [(path, one) for path, one in zip(read, table.readings, strict=True) if one.level]
+    linear = [path for path, one in with_levels if not one.about]
+    if table.scan is not None and table.scan.level:
+        linear.append((*TABLE, "scan"))
+    if table.reference_level is None and linear:
+        yield Problem(
+            path=linear[0],
+            message="levels without a reference: a level says nothing without what 0 dB is",
+            allowed='reference_level = "1e-5 m/s^2", or what the instrument refers to',
+            hint="1e-5 m/s^2 in older and naval work, 1e-6 m/s^2 in ISO 1683",
+        )
+    angular = [path for path, one in with_levels if one.about]
+    if table.angular_reference_level is None and angular:
+        yield Problem(
+            path=angular[0],
+            message="levels of rotation without a reference: what is 0 dB?",
+            allowed='angular_reference_level = "1 rad/s^2", or what the instrument refers to',
+        )
+
+
+def _steps(table: Measurement) -> Iterator[Problem]:
+    """Readings without their last digit."""
+    for key, numbers, example in (
+        ("amplitude_step", "amplitude", "0.001 m/s^2"),
+        ("angular_step", "angular_amplitude", "0.01 rad/s^2"),
+        ("phase_step", "phase", "1 deg"),
+    ):
+        places: list[KeyPath] = [
+            (*TABLE, "readings", place)
+            for place, one in enumerate(table.readings)
+            if getattr(one, numbers)
+        ]
+        if key != "angular_step":
+            scanned = table.scan is not None and bool(getattr(table.scan, numbers))
+            if scanned or table.spectrum:
+                places.append((*TABLE, "spectrum" if table.scan is None else "scan"))
+        if getattr(table, key) is None and places:
+            yield Problem(
+                path=places[0],
+                message=f"[measurement] does not say the {key.replace('_', ' ')}: how far is a "
+                "reading off?",
+                allowed=f'{key} = "{example}", the last digit that was read',
+            )
+
+
 def _forms(table: Measurement) -> Iterator[Problem]:
     for place, reading in enumerate(table.readings):
         yield from _form((*TABLE, "readings", place), reading, table)
 
 
 def _form(path: KeyPath, reading: Reading, table: Measurement) -> Iterator[Problem]:
-    for place, order in enumerate(reading.orders):
-        if order not in table.orders:
-            yield Problem(
-                path=(*path, "orders", place),
-                message="a reading covers harmonics of [measurement]",
-                found=str(order),
-                allowed=", ".join(map(str, table.orders)),
-            )
+    yield from _other_orders((*path, "orders"), reading.orders, table, _OF_READING)
     orders = reading.orders or table.orders
     for key in (*_SIZES, "phase"):
         values = getattr(reading, key)
@@ -121,14 +100,25 @@ def _form(path: KeyPath, reading: Reading, table: Measurement) -> Iterator[Probl
                 allowed=f"one for each of the orders {', '.join(map(str, orders))}",
                 hint="orders = [...] in the reading says that it covers only some",
             )
-    if not reading.phase:
-        for key in _SIZES[1:]:
-            if 0.0 in getattr(reading, key):
-                yield Problem(
-                    path=(*path, key, getattr(reading, key).index(0.0)),
-                    message="an amplitude of zero without a phase has no level",
-                    allowed="the least that the instrument can show, or no reading there",
-                )
+        if key in _SIZES[1:] and not reading.phase and 0.0 in values:
+            yield Problem(
+                path=(*path, key, values.index(0.0)),
+                message="an amplitude of zero without a phase has no level",
+                allowed="the least that the instrument can show, or no reading there",
+            )
+
+
+_OF_READING = "a reading covers harmonics of [measurement]"
+_OF_SCAN = "a row of the scan is of no harmonic of [measurement]"
+
+
+def _other_orders(
+    path: KeyPath, orders: tuple[int, ...], table: Measurement, message: str
+) -> Iterator[Problem]:
+    for place, order in enumerate(orders):
+        if order not in table.orders:
+            allowed = ", ".join(map(str, table.orders))
+            yield Problem((*path, place), message, found=str(order), allowed=allowed)
 
 
 def _scan(table: Measurement) -> Iterator[Problem]:
@@ -136,21 +126,13 @@ def _scan(table: Measurement) -> Iterator[Problem]:
     if scan is None:
         return
     path: KeyPath = (*TABLE, "scan")
-    for place, order in enumerate(scan.order):
-        if order not in table.orders:
-            yield Problem(
-                path=(*path, "order", place),
-                message="a row of the scan is of no harmonic of [measurement]",
-                found=str(order),
-                allowed=", ".join(map(str, table.orders)),
-            )
+    yield from _other_orders((*path, "order"), scan.order, table, _OF_SCAN)
+    words = "is not negative" if scan.phase else "is larger than zero"
     for place, size in enumerate(scan.amplitude):
         if size < 0.0 or (size == 0.0 and not scan.phase):
             yield Problem(
                 path=(*path, "amplitude", place),
-                message="an amplitude is larger than zero"
-                if not scan.phase
-                else "an amplitude is not negative",
+                message=f"an amplitude {words}",
                 found=f"{size:.6g} m/s^2 in row {place + 1}",
                 hint="its sign is a phase of 180 deg",
             )

@@ -206,6 +206,7 @@ def reach(rows: FloatArray, amplitudes: FloatArray, half_widths: FloatArray) -> 
 
 
 def _apart(one: ComplexArray, other: ComplexArray) -> float:
+    """Largest difference of the second moments of two motions, over the size of each."""
     moments = [np.real(np.multiply.outer(u, np.conj(u))) for u in (one, other)]
     scale = np.sqrt(np.outer(*(2 * [np.abs(one) ** 2 + np.abs(other) ** 2])))
     return float(np.max(np.abs(moments[0] - moments[1]) / np.maximum(scale, 1e-300)))
@@ -237,59 +238,31 @@ def choose(
     rows: FloatArray,
     amplitudes: FloatArray,
     half_widths: FloatArray,
-    reach: Reach | None = None,
+    reach: Reach,
 ) -> MotionChoice:
     """Rank motions (best first by their own cost) by the levels of further readings.
 
     Rows (k, 3), amplitudes (k,) > 0 and half widths (k,) in dB are those of the further readings,
-    of which there may be none. `reach` bounds what the motions may be off; without it their slopes
-    do. Motions that are one family within the rounding are never decided on.
+    of which there may be none. `reach` bounds what the motions may be off. Motions that are one
+    family within the rounding are never decided on.
     """
-    choice = _ranked(motions, rows, amplitudes, half_widths, reach)
-    return choice._replace(decided=choice.decided and not (reach is not None and reach.folded))
-
-
-def _ranked(
-    motions: Sequence[LevelMotion],
-    rows: FloatArray,
-    amplitudes: FloatArray,
-    half_widths: FloatArray,
-    reach: Reach | None,
-) -> MotionChoice:
-    residuals = np.stack([_levels(motion, rows, amplitudes) for motion in motions])
-    if not len(rows):
-        ranking = tuple(range(len(motions)))
-        return MotionChoice(ranking, residuals, _stands_out(motions))
-    worst = np.max(np.abs(residuals), axis=1)
-    ranking = tuple(int(place) for place in np.argsort(worst, kind="stable"))
-    if len(motions) == 1:
-        return MotionChoice(ranking, residuals, True)
-    first, second = ranking[:2]
-    at = int(np.argmax(np.abs(residuals[first] - residuals[second])))
-    uncertainty = half_widths[at] + sum(
-        _uncertainty(motions[place], rows[at], reach) for place in (first, second)
-    )
-    apart = abs(residuals[second, at]) - abs(residuals[first, at])
-    return MotionChoice(ranking, residuals, bool(apart > uncertainty))
-
-
-def _uncertainty(motion: LevelMotion, row: FloatArray, reach: Reach | None) -> float:
-    if reach is not None:
-        return float(reach.bound(motion, row[None])[0])
-    return float(motion.spread.bound(level_gradient(row, motion.motion)))
-
-
-def _levels(motion: LevelMotion, rows: FloatArray, amplitudes: FloatArray) -> FloatArray:
-    size = np.abs(rows @ motion.motion)
+    sizes = np.abs(np.stack([rows @ one.motion for one in motions]))
     # a node of a motion lies 6000 dB below the reading: it is surely not the one
-    return np.asarray(DECIBEL * np.log(np.maximum(size / amplitudes, np.finfo(float).tiny)))
-
-
-def _stands_out(motions: Sequence[LevelMotion]) -> bool:
-    if len(motions) == 1:
-        return True
-    best, other = motions[0].misfit, motions[1].misfit
-    return bool(other > max(1.0, _AS_GOOD * best))
+    residuals = DECIBEL * np.log(np.maximum(sizes / amplitudes, np.finfo(float).tiny))
+    worst = np.max(np.abs(residuals), axis=1, initial=0.0)
+    ranking = tuple(np.argsort(worst, kind="stable").tolist())
+    if reach.folded or len(motions) == 1:
+        return MotionChoice(ranking, residuals, not reach.folded)
+    first, second = ranking[:2]
+    if not len(rows):
+        misfit = max(1.0, _AS_GOOD * motions[first].misfit)
+        return MotionChoice(ranking, residuals, bool(motions[second].misfit > misfit))
+    at = int(np.argmax(np.abs(residuals[first] - residuals[second])))
+    uncertain = half_widths[at] + sum(
+        float(reach.bound(motions[place], rows[at][None])[0]) for place in (first, second)
+    )
+    more = abs(residuals[second, at]) - abs(residuals[first, at])
+    return MotionChoice(ranking, residuals, bool(more > uncertain))
 
 
 # ----------------------------------------------------------------------------
@@ -297,30 +270,15 @@ def _stands_out(motions: Sequence[LevelMotion]) -> bool:
 # ----------------------------------------------------------------------------
 
 
-class TellingApart(NamedTuple):
-    """Place in the list of readings, and the two levels' difference there in dB (first less other).
+def most_telling(motions: ComplexArray, rows: FloatArray, quietest: float = 0.0) -> int | None:
+    """The place in rows (m, 3) where the levels of two motions (2, 3) differ most; None if nowhere.
 
-    The amplitudes (2,) are those of both motions, in the unit of the reading.
-    """
-
-    place: int
-    difference: float
-    amplitudes: FloatArray
-
-
-def most_telling(
-    motions: ComplexArray, rows: FloatArray, quietest: float = 0.0
-) -> TellingApart | None:
-    """The row of (m, 3) where the levels of two motions (2, 3) differ most; None without rows.
-
-    Rows where either amplitude does not exceed `quietest` are passed over: a reading next to a
-    node tells two motions apart on paper only.
+    Rows where either amplitude does not exceed `quietest` are passed over: a reading next to a node
+    tells two motions apart on paper only.
     """
     sizes = np.abs(rows @ motions.T)
     loud = np.min(sizes, axis=1, initial=np.inf) > quietest
     if not np.any(loud):
         return None
     safe = np.where(loud[:, None], sizes, 1.0)
-    difference = DECIBEL * np.log(safe[:, 0] / safe[:, 1])
-    place = int(np.argmax(np.where(loud, np.abs(difference), -1.0)))
-    return TellingApart(place, float(difference[place]), sizes[place])
+    return int(np.argmax(np.where(loud, np.abs(np.log(safe[:, 0] / safe[:, 1])), -1.0)))

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -59,23 +58,20 @@ def export_orders(result: Result, folder: Path, stem: str) -> list[Path]:
 
 
 def _channels(record: Record) -> Columns:
-    size = record.quantities.get(f"{_STEM}record/acceleration")
-    if size is None:
+    if f"{_STEM}record/acceleration" not in record:
         return []
+    size, off, phase, turn = (
+        record[f"{_STEM}record/{name}"].values
+        for name in ("acceleration", "uncertainty", "phase", "phase_uncertainty")
+    )
     found: Columns = []
-    parts = [
-        (words, unit, record[f"{_STEM}record/{name}"])
-        for words, unit, name in (
-            ("uncertainty [m/s^2]", "m/s^2", "uncertainty"),
-            ("phase [deg]", "deg", "phase"),
-            ("phase uncertainty [deg]", "deg", "phase_uncertainty"),
-        )
-    ]
-    for place, name in enumerate(map(str, size.axes[0].values)):
-        found.append((f"{name} [m/s^2]", np.abs(size.values[place])))
-        for words, unit, part in parts:
-            factor = convert(1.0, part.unit, unit)
-            found.append((f"{name} {words}", np.asarray(part.values[place]) * factor))
+    for place, name in enumerate(record[f"{_STEM}record/acceleration"].axes[0].values):
+        found += [
+            (f"{name} [m/s^2]", np.abs(size[place])),
+            (f"{name} uncertainty [m/s^2]", off[place]),
+            (f"{name} phase [deg]", np.degrees(phase[place])),
+            (f"{name} phase uncertainty [deg]", np.degrees(turn[place])),
+        ]
     return found
 
 
@@ -86,14 +82,13 @@ def _positions(record: Record) -> Columns:
     if size is None or level is None:
         return []
     found: Columns = []
-    for place, name in enumerate(map(str, size.axes[0].values)):
+    for place, name in enumerate(size.axes[0].values):
         amplitude = np.abs(size.values[place])
         off = amplitude * np.asarray(level.values[place]) / DECIBEL
         found.append((f"plate at {name} [m/s^2]", amplitude))
         if np.all(np.isfinite(off)):
             found.append((f"plate at {name} uncertainty [m/s^2]", off))
-        angle = [math.degrees(float(one)) for one in np.angle(size.values[place])]
-        found.append((f"plate at {name} phase [deg]", angle))
+        found.append((f"plate at {name} phase [deg]", np.degrees(np.angle(size.values[place]))))
     return found
 
 

@@ -38,8 +38,7 @@ class Fit(NamedTuple):
     """Motion (3,), residual (r,) in dB (computed less read), sum of squares, and its curvature.
 
     `hessian` (6, 6) and `jacobian` (r, 6) are those of the residuals over their half widths by
-    the real and then the imaginary parts of the motion. `evaluations` counts the motions that were
-    evaluated on the way.
+    the real and then the imaginary parts of the motion.
     """
 
     motion: ComplexArray
@@ -47,7 +46,6 @@ class Fit(NamedTuple):
     cost: float
     hessian: FloatArray
     jacobian: FloatArray
-    evaluations: int = 1
 
 
 def refine(
@@ -63,32 +61,42 @@ def refine(
     ------
     NumericalFailure : no convergence.
     """
-    motion = _clear(rows, amplitudes, start)
-    fit = evaluate(rows, amplitudes, half_widths, motion)
+    given = (rows, amplitudes, half_widths)
+    fit = evaluate(*given, _clear(rows, amplitudes, start))
     for _ in range(_STEPS):
         if np.max(np.abs(fit.residual)) <= _EXACT:
             return fit
-        gradient = fit.jacobian.T @ (fit.residual / half_widths)
         curvature, vectors = np.linalg.eigh(fit.hessian)
-        slope = vectors.T @ gradient
-        floor = _STILL * float(np.max(np.abs(curvature)))
-        turned = np.abs(curvature) > floor
-        step = np.where(turned, -slope / np.where(turned, np.abs(curvature), 1.0), 0.0)
-        step = _without_phase(step, vectors, fit.motion)
+        step = _newton(fit, half_widths, np.abs(curvature), vectors)
         escape = curvature[0] < -_SADDLE * curvature[-1]
-        size = float(np.linalg.norm(fit.motion))
-        if np.linalg.norm(step) <= _STILL * size:
+        size, length = float(np.linalg.norm(fit.motion)), float(np.linalg.norm(step))
+        if length <= _STILL * size:
             if not escape:
                 return fit
             step[0] = 1e-2 * size  # off a saddle, to either side
-        longest = 0.5 * size / max(float(np.linalg.norm(step)), np.finfo(float).tiny)
-        change = vectors @ (step * min(1.0, longest))
-        better = _shorten(rows, amplitudes, half_widths, fit, change[:3] + 1j * change[3:])
+            length = float(np.linalg.norm(step))
+        change = vectors @ (step * min(1.0, 0.5 * size / length))
+        better = _shorten(*given, fit, change[:3] + 1j * change[3:])
         if better is None:
-            near = not escape and np.linalg.norm(step) <= _NEAR * size
-            return _settled(rows, amplitudes, half_widths, fit) if near else fit
+            near = not escape and length <= _NEAR * size
+            return _settled(*given, fit) if near else fit
         fit = better
     raise NumericalFailure("the motion of the plate: least squares in dB did not converge")
+
+
+def _newton(
+    fit: Fit, half_widths: FloatArray, curvature: FloatArray, vectors: FloatArray
+) -> FloatArray:
+    """A step in terms of the eigenvectors of the Hessian, less what turns all phases alike.
+
+    No level tells that, so that it is rounding over rounding, and being straight it lengthens.
+    """
+    slope = vectors.T @ (fit.jacobian.T @ (fit.residual / half_widths))
+    bent = np.abs(curvature) > _STILL * np.max(np.abs(curvature))
+    step = np.where(bent, -slope / np.where(bent, curvature, 1.0), 0.0)
+    turn = np.concatenate([-fit.motion.imag, fit.motion.real])
+    along = vectors.T @ (turn / max(float(np.linalg.norm(turn)), np.finfo(float).tiny))
+    return np.asarray(step - along * float(along @ step))
 
 
 def _settled(rows: FloatArray, amplitudes: FloatArray, half_widths: FloatArray, fit: Fit) -> Fit:
@@ -99,29 +107,14 @@ def _settled(rows: FloatArray, amplitudes: FloatArray, half_widths: FloatArray, 
     """
     last = np.inf
     for _ in range(_WHOLE):
-        gradient = fit.jacobian.T @ (fit.residual / half_widths)
         curvature, vectors = np.linalg.eigh(fit.hessian)
-        turned = np.abs(curvature) > _STILL * float(np.max(np.abs(curvature)))
-        slope = vectors.T @ gradient
-        step = np.where(turned, -slope / np.where(turned, curvature, 1.0), 0.0)
-        step = vectors @ _without_phase(step, vectors, fit.motion)
+        step = vectors @ _newton(fit, half_widths, curvature, vectors)
         length = float(np.linalg.norm(step))
         motion = fit.motion + step[:3] + 1j * step[3:]
         if length > 0.5 * last or np.min(np.abs(rows @ motion)) == 0.0:
             return fit
-        last, evaluations = length, fit.evaluations + 1
-        fit = evaluate(rows, amplitudes, half_widths, motion)._replace(evaluations=evaluations)
+        last, fit = length, evaluate(rows, amplitudes, half_widths, motion)
     return fit
-
-
-def _without_phase(step: FloatArray, vectors: FloatArray, motion: ComplexArray) -> FloatArray:
-    """A step, in terms of `vectors`, less what turns all phases alike.
-
-    No level tells that, so that it is rounding over rounding, and being straight it lengthens.
-    """
-    turn = np.concatenate([-motion.imag, motion.real])
-    along = vectors.T @ (turn / max(float(np.linalg.norm(turn)), np.finfo(float).tiny))
-    return np.asarray(step - along * float(along @ step))
 
 
 def evaluate(
@@ -164,7 +157,7 @@ def _shorten(
             continue
         trial = evaluate(rows, amplitudes, half_widths, motion)
         if trial.cost < fit.cost:
-            return trial._replace(evaluations=fit.evaluations + halving + 1)
+            return trial
     return None
 
 
@@ -199,18 +192,6 @@ class MotionSpread(NamedTuple):
     def bound(self, gradient: FloatArray) -> FloatArray:
         """Largest change (...) of results with gradients (..., 6), all readings at their ends."""
         return np.asarray(np.abs(self._moves(gradient)) @ self.half_widths)
-
-    def in_units(self, units: FloatArray) -> "MotionSpread":
-        """The same for a motion multiplied by `units` (3,)."""
-        return self._replace(slopes=self.slopes * np.tile(units, 2)[:, None])
-
-    def turned(self, factor: complex, flipped: bool) -> "MotionSpread":
-        """The same for a motion multiplied by a factor, and then conjugated if `flipped`."""
-        if not np.isfinite(self.slopes).all():
-            return self
-        moves = (self.slopes[:3] + 1j * self.slopes[3:]) * factor
-        side = -1.0 if flipped else 1.0
-        return self._replace(slopes=np.concatenate([moves.real, side * moves.imag]))
 
     def _moves(self, gradient: FloatArray) -> FloatArray:
         if not np.isfinite(self.slopes).all():
@@ -332,14 +313,19 @@ def level_motions(
             fits.append(fit)
     if not fits:
         raise NumericalFailure("the motion of the plate: least squares in dB did not converge")
+    place, units = scaled(reference, span), size / np.array([1.0, span, span])
     motions = [
-        _motion(fit, plain, half_widths, scaled(reference, span), deviations, size, span)
+        _motion(fit, half_widths, place, deviations, units)
         for fit in sorted(fits, key=lambda fit: fit.cost)
     ]
-    exact = [motion for motion in motions if not motion.clipped]
     if len(rows) == NEEDED:
-        motions = exact or motions[:1]
-        _refuse_contradiction(motions[0], half_widths)
+        motions = [one for one in motions if not one.clipped] or motions[:1]
+        best, granted = motions[0], float(np.max(half_widths))
+        if best.clipped and best.misfit > 1.0:
+            raise NumericalFailure(
+                "the levels contradict each other: no rigid plate moves so, unless a reading is "
+                f"off by {best.misfit * granted:.2g} dB or more, and {granted:.2g} dB is granted"
+            )
     return motions
 
 
@@ -358,57 +344,38 @@ def lines(rows: FloatArray, amplitudes: FloatArray) -> Iterator[Line]:
 
 def _motion(
     fit: Fit,
-    rows: FloatArray,
     half_widths: FloatArray,
     reference: FloatArray,
     deviations: FloatArray,
-    size: float,
-    span: float,
+    units: FloatArray,
 ) -> LevelMotion:
-    spread = level_spread(fit, reference, half_widths, deviations)
-    motion, flipped = _phased(fit.motion, reference)
-    units = size / np.array([1.0, span, span])
-    clipped = bool(np.max(np.abs(fit.residual)) > _MISSED) and len(rows) == NEEDED
-    weighed = np.abs(fit.residual) / half_widths
-    total = float(np.sum(weighed))
-    misfit = fit.cost / total if total > 0.0 else 0.0
-    turned = spread.turned(np.conj(_turn(fit.motion, reference)), flipped)
-    return LevelMotion(
-        motion * units, fit.residual, fit.cost, misfit, clipped, turned.in_units(units)
-    )
-
-
-def _turn(motion: ComplexArray, reference: FloatArray) -> complex:
-    signal = complex(reference @ motion)
+    """A fit in SI, with phase zero at the reference and a roll that leads it."""
+    signal = complex(reference @ fit.motion)
     if abs(signal) == 0.0:
         raise NumericalFailure(
             "the reading that phases refer to is zero: name another reference position"
         )
-    return signal / abs(signal)
-
-
-def _phased(motion: ComplexArray, reference: FloatArray) -> tuple[ComplexArray, bool]:
-    """The motion with phase zero at the reference and a roll that leads it; whether conjugated."""
-    turned = motion * np.conj(_turn(motion, reference))
-    sides = turned.imag[[1, 2, 0]]
-    meant = np.flatnonzero(np.abs(sides) > 1e-12 * np.max(np.abs(turned)))
-    flipped = bool(meant.size and sides[meant[0]] < 0.0)
-    return (np.conj(turned) if flipped else turned), flipped
+    factor = np.conj(signal / abs(signal))
+    motion = fit.motion * factor
+    sides = motion.imag[[1, 2, 0]]
+    meant = np.flatnonzero(np.abs(sides) > 1e-12 * np.max(np.abs(motion)))
+    side = -1.0 if meant.size and sides[meant[0]] < 0.0 else 1.0
+    motion = motion.real + 1j * side * motion.imag
+    spread = level_spread(fit, reference, half_widths, deviations)
+    if np.isfinite(spread.slopes).all():
+        moves = (spread.slopes[:3] + 1j * spread.slopes[3:]) * factor
+        slopes = np.concatenate([moves.real, side * moves.imag])
+        spread = spread._replace(slopes=slopes * np.tile(units, 2)[:, None])
+    clipped = bool(np.max(np.abs(fit.residual)) > _MISSED) and len(half_widths) == NEEDED
+    total = float(np.sum(np.abs(fit.residual) / half_widths))
+    misfit = fit.cost / total if total > 0.0 else 0.0
+    return LevelMotion(motion * units, fit.residual, fit.cost, misfit, clipped, spread)
 
 
 def _same(one: ComplexArray, other: ComplexArray) -> bool:
     moments = [np.real(np.multiply.outer(u, np.conj(u))) for u in (one, other)]
-    apart = float(np.max(np.abs(moments[0] - moments[1])))
-    return apart <= _SAME * float(np.max(np.abs(moments[0])))
-
-
-def _refuse_contradiction(best: LevelMotion, half_widths: FloatArray) -> None:
-    if best.clipped and best.misfit > 1.0:
-        least = best.misfit * float(np.max(half_widths))
-        raise NumericalFailure(
-            "the levels contradict each other: no rigid plate moves so, unless a reading is off "
-            f"by {least:.2g} dB or more, and {float(np.max(half_widths)):.2g} dB is granted"
-        )
+    off = float(np.max(np.abs(moments[0] - moments[1])))
+    return off <= _SAME * float(np.max(np.abs(moments[0])))
 
 
 # ----------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """Readings of a case as rows and amplitudes, and whether their places determine the motion."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +11,7 @@ from vibecalc.measurement.complex_motion import Phasors
 from vibecalc.measurement.level_motions import NEEDED, Observable, helpful, observable
 from vibecalc.measurement.plate import difference_row, point_row, rotation_row
 from vibecalc.measurement.record_orders import record_means
-from vibecalc.measurement.tables import Measurement, Reading
+from vibecalc.measurement.tables import Measurement
 from vibecalc.numerics.level import DECIBEL, amplitude_of
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 
@@ -82,7 +82,7 @@ class References(NamedTuple):
 
 def references(table: Measurement) -> References:
     """What levels refer to, with the factor from effective values where levels are of these."""
-    peak = _peak(table)
+    peak = math.sqrt(2.0) if table.amplitude == "rms" else 1.0
     return References(
         peak * (table.reference_level or 1.0), peak * (table.angular_reference_level or 1.0)
     )
@@ -90,7 +90,7 @@ def references(table: Measurement) -> References:
 
 def build_harmonics(table: Measurement) -> tuple[Harmonic, ...]:
     """All readings, under the orders of the table, in the order in which they stand there."""
-    reads = [*_readings(table), *_scanned(table), *_spectra(table)]
+    reads = [*_stated(table)]
     alone = len(table.record) == 1 and all(read.phase is None for _, read in reads)
     reads += recorded(table, alone)
     return tuple(
@@ -127,63 +127,89 @@ def reference_row(table: Measurement) -> FloatArray:
     return point_row(0.0, 0.0)
 
 
-def row_of(reading: Reading, known: dict[str, tuple[float, float]]) -> FloatArray:
-    """Row (3,) of an instrument."""
-    if reading.at is not None:
-        return point_row(*known[reading.at])
-    if reading.between is not None:
-        return difference_row(known[reading.between[0]], known[reading.between[1]])
-    return rotation_row(_AXES[reading.about or "x"])
+class _Shown(NamedTuple):
+    """What one instrument shows: numbers of each of some orders, of levels or amplitudes."""
+
+    name: str
+    row: FloatArray
+    use: str
+    angular: bool
+    orders: Sequence[int]
+    level: Sequence[float]
+    amplitude: Sequence[float]
+    phase: Sequence[float]
 
 
-def name_of(reading: Reading) -> str:
-    """How results name an instrument: `1`, `1-2`, `about x`."""
-    if reading.at is not None:
-        return reading.at
-    if reading.between is not None:
-        return "-".join(reading.between)
-    return f"about {reading.about}"
-
-
-def _readings(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
-    known = places(table)
+def _shown(table: Measurement) -> Iterator[_Shown]:
+    """Readings, rows of the scan and spectra."""
+    known, scan = places(table), table.scan
     for reading in table.readings:
         angular = reading.about is not None
-        amplitudes = reading.angular_amplitude if angular else reading.amplitude
-        for place, order in enumerate(reading.orders or table.orders):
+        if reading.at is not None:
+            name, row = reading.at, point_row(*known[reading.at])
+        elif reading.between is not None:
+            name = "-".join(reading.between)
+            row = difference_row(*(known[at] for at in reading.between))
+        else:
+            name, row = f"about {reading.about}", rotation_row(_AXES[reading.about or "x"])
+        amplitude = reading.angular_amplitude if angular else reading.amplitude
+        orders = reading.orders or table.orders
+        yield _Shown(
+            name, row, reading.use, angular, orders, reading.level, amplitude, reading.phase
+        )
+    for place, order in enumerate(() if scan is None else scan.order):
+        assert scan is not None
+        one = slice(place, place + 1)
+        row = point_row(scan.x[place], scan.y[place])
+        numbers = (scan.level[one], scan.amplitude[one], scan.phase[one])
+        yield _Shown(f"row {place + 1}", row, "solve", False, (order,), *numbers)
+    for spectrum in table.spectrum:
+        found = spectrum.found
+        assert found is not None  # put there when the file was read
+        row, at = point_row(*known[spectrum.at]), spectrum.at
+        numbers = ((), found.amplitude, found.phase)
+        yield _Shown(at, row, spectrum.use, False, table.orders, *numbers)
+
+
+def _stated(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
+    """What they read of each order."""
+    peak = math.sqrt(2.0) if table.amplitude == "rms" else 1.0
+    turn = _off(table.phase_step or 0.0, table.phase_uncertainty)
+    for one in _shown(table):
+        reference = references(table)[int(one.angular)]
+        step = (table.angular_step if one.angular else table.amplitude_step) or 0.0
+        nearby = table.angular_uncertainty if one.angular else table.amplitude_uncertainty
+        for place, order in enumerate(one.orders):
+            if one.level:
+                size = float(amplitude_of(one.level[place], reference))
+                half, deviation = _off(table.level_step, table.level_uncertainty)
+                # in the unit of the amplitude, and in dB
+                unit, decibel = size / DECIBEL, 1.0
+            else:
+                size = peak * one.amplitude[place]
+                half, deviation = _off(peak * step, peak * nearby)
+                # an amplitude of zero has no level
+                unit, decibel = 1.0, DECIBEL / size if size > 0.0 else 0.0
+            phase, across = one.phase[place] if one.phase else None, (0.0, 0.0)
+            unit = decibel if phase is None else unit
+            half, deviation = half * unit, deviation * unit
+            if phase is not None:
+                # a phase of nothing says nothing: what is not there is not there in any direction
+                across = (size * turn[0], size * turn[1]) if size > 0.0 else (half, deviation)
             yield (
                 order,
-                _read(
-                    table,
-                    f"{order}: {name_of(reading)}",
-                    row_of(reading, known),
-                    reading.use,
-                    angular,
-                    reading.level[place] if reading.level else None,
-                    amplitudes[place] if amplitudes else None,
-                    reading.phase[place] if reading.phase else None,
+                InstrumentReading(
+                    f"{order}: {one.name}",
+                    one.row,
+                    one.use,
+                    size,
+                    phase,
+                    half,
+                    deviation,
+                    reference,
+                    across,
                 ),
             )
-
-
-def _scanned(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
-    scan = table.scan
-    if scan is None:
-        return
-    for place, order in enumerate(scan.order):
-        yield (
-            order,
-            _read(
-                table,
-                f"{order}: row {place + 1}",
-                point_row(scan.x[place], scan.y[place]),
-                "solve",
-                False,
-                scan.level[place] if scan.level else None,
-                scan.amplitude[place] if scan.amplitude else None,
-                scan.phase[place] if scan.phase else None,
-            ),
-        )
 
 
 def recorded(table: Measurement, alone: bool) -> Iterator[tuple[int, InstrumentReading]]:
@@ -192,7 +218,7 @@ def recorded(table: Measurement, alone: bool) -> Iterator[tuple[int, InstrumentR
     `alone` is a record next to which nothing else has phases.
     """
     known, reference = places(table), references(table).linear
-    stated = _peak(table) * table.amplitude_uncertainty
+    stated = table.amplitude_uncertainty * (math.sqrt(2.0) if table.amplitude == "rms" else 1.0)
     for one in record_means(table):
         row, sizes = point_row(*known[one.at]), np.abs(one.mean.amplitudes)
         for place, order in enumerate(table.orders):
@@ -219,58 +245,10 @@ def recorded(table: Measurement, alone: bool) -> Iterator[tuple[int, InstrumentR
             )
 
 
-def _spectra(table: Measurement) -> Iterator[tuple[int, InstrumentReading]]:
-    known = places(table)
-    for one in table.spectrum:
-        row, found = point_row(*known[one.at]), one.found
-        assert found is not None  # put there when the file was read
-        for order, size, phase in zip(table.orders, found.amplitude, found.phase, strict=True):
-            name = f"{order}: {one.at}"
-            yield order, _read(table, name, row, one.use, False, None, size, phase)
-
-
-def _read(
-    table: Measurement,
-    name: str,
-    row: FloatArray,
-    use: str,
-    angular: bool,
-    level: float | None,
-    amplitude: float | None,
-    phase: float | None,
-) -> InstrumentReading:
-    reference = references(table)[int(angular)]
-    if level is not None:
-        size = float(amplitude_of(level, reference))
-        half, deviation = _off(table.level_step, table.level_uncertainty)
-        unit = size / DECIBEL
-    else:
-        size = _peak(table) * (amplitude or 0.0)
-        step = (table.angular_step if angular else table.amplitude_step) or 0.0
-        nearby = table.angular_uncertainty if angular else table.amplitude_uncertainty
-        half, deviation = _off(_peak(table) * step, _peak(table) * nearby)
-        unit = 1.0
-    if phase is None:
-        # in dB, of an amplitude too; one of zero has no level
-        share = 1.0 if level is not None else DECIBEL / size if size > 0.0 else 0.0
-        return InstrumentReading(
-            name, row, use, size, phase, half * share, deviation * share, reference
-        )
-    half, deviation = half * unit, deviation * unit
-    # a phase of nothing says nothing: what is not there is not there in any direction
-    turn = _off(table.phase_step or 0.0, table.phase_uncertainty)
-    across = (size * turn[0], size * turn[1]) if size > 0.0 else (half, deviation)
-    return InstrumentReading(name, row, use, size, phase, half, deviation, reference, across)
-
-
 def _off(step: float, uncertainty: float) -> tuple[float, float]:
     """How far a reading may be off, and its standard uncertainty, from its last digit and what is
     said next to it."""
     return 0.5 * step + COVERAGE * uncertainty, math.hypot(step / math.sqrt(12.0), uncertainty)
-
-
-def _peak(table: Measurement) -> float:
-    return math.sqrt(2.0) if table.amplitude == "rms" else 1.0
 
 
 # ----------------------------------------------------------------------------
@@ -284,7 +262,17 @@ _SMALL = 1e-9
 
 def place_problems(table: Measurement) -> list[Problem]:
     """One problem for each set of places that leaves a motion free, with the harmonics it has."""
-    problems = list(_nowhere(table))
+    known = places(table)
+    problems = [
+        Problem(
+            path=(*TABLE, "readings", place, "between"),
+            message="the two positions of a difference are one place",
+            found=f"{reading.between[0]!r} and {reading.between[1]!r}",
+            allowed="positions some way apart",
+        )
+        for place, reading in enumerate(table.readings)
+        if reading.between is not None and len({known[at] for at in reading.between}) == 1
+    ]
     if problems:
         return problems
     found: dict[str, tuple[Problem, list[int]]] = {}
@@ -295,23 +283,8 @@ def place_problems(table: Measurement) -> list[Problem]:
     for problem, orders in found.values():
         which = "harmonic" if len(orders) == 1 else "harmonics"
         said = f"{which} {', '.join(map(str, orders))}: {problem.message}"
-        problems.append(
-            Problem(path=TABLE, message=said, allowed=problem.allowed, hint=problem.hint)
-        )
+        problems.append(problem._replace(message=said))
     return problems
-
-
-def _nowhere(table: Measurement) -> Iterator[Problem]:
-    """Differences between two names of one place, which are zero however the plate moves."""
-    known = places(table)
-    for place, reading in enumerate(table.readings):
-        if reading.between is not None and not np.any(row_of(reading, known)):
-            yield Problem(
-                path=(*TABLE, "readings", place, "between"),
-                message="the two positions of a difference are one place",
-                found=f"{reading.between[0]!r} and {reading.between[1]!r}",
-                allowed="positions some way apart",
-            )
 
 
 def _problem(harmonic: Harmonic, table: Measurement) -> Problem | None:
@@ -327,7 +300,7 @@ def _problem(harmonic: Harmonic, table: Measurement) -> Problem | None:
     if len(reported.unseen):
         return Problem(
             path=TABLE,
-            message="the readings do not see " + " nor ".join(_words(reported)),
+            message=f"the readings do not see {_unseen(reported)}",
             allowed="three points that are not on a line, or two with a rotation next to them",
             hint=_further(stacked, table),
         )
@@ -343,25 +316,20 @@ def _problem(harmonic: Harmonic, table: Measurement) -> Problem | None:
     )
 
 
-def _words(reported: Observable) -> list[str]:
-    """Each motion that no reading sees, as translation, roll and pitch."""
+def _unseen(reported: Observable) -> str:
+    """The motion that no reading sees, as translation, roll and pitch."""
     if len(reported.unseen) > 1:
-        return [f"{len(reported.unseen)} of the three motions translation, roll and pitch"]
-    texts = []
-    for unseen in reported.unseen:
-        translation, roll, pitch = unseen / np.array([1.0, reported.span, reported.span])
-        turn = float(np.hypot(roll, pitch))
-        if turn <= _SMALL * abs(translation):
-            texts.append("translation")
-            continue
-        roll, pitch, shift = roll / turn, pitch / turn, translation / turn
-        if roll < 0.0 or (roll == 0.0 and pitch < 0.0):
-            roll, pitch, shift = -roll, -pitch, -shift
-        texts.append(_line(roll, pitch, shift, reported.span))
-    return texts
+        return f"{len(reported.unseen)} of the three motions translation, roll and pitch"
+    translation, roll, pitch = reported.unseen[0] / np.array([1.0, reported.span, reported.span])
+    turn = float(np.hypot(roll, pitch))
+    if turn <= _SMALL * abs(translation):
+        return "translation"
+    if roll < 0.0 or (roll == 0.0 and pitch < 0.0):
+        turn = -turn
+    return _line(roll / turn, pitch / turn, translation / turn)
 
 
-def _line(roll: float, pitch: float, shift: float, span: float) -> str:
+def _line(roll: float, pitch: float, shift: float) -> str:
     """A rotation about a line on which all points of the readings lie."""
     if abs(pitch) <= _SMALL:
         return f"roll about the line y = {-shift / roll + 0.0:.4g} m, on which the points lie"
@@ -376,16 +344,23 @@ def _line(roll: float, pitch: float, shift: float, span: float) -> str:
 
 def _further(rows: FloatArray, table: Measurement) -> str:
     """Readings at the named positions that would tell more."""
+    further = further_readings(table)
+    told = helpful(rows, np.array([row for _, row in further]).reshape(-1, 3))[:_NAMED]
+    names = [reading_name([repr(at) for at in further[place][0]]) for place in told]
+    return f"it would help to read {', or '.join(names)}" if names else ""
+
+
+def further_readings(table: Measurement) -> list[tuple[list[str], FloatArray]]:
+    """All readings at a named position and between two of them: positions and row."""
     known = places(table)
-    names = list(known)
-    further, texts = [], []
-    for place, name in enumerate(names):
-        further.append(point_row(*known[name]))
-        texts.append(f"at {name!r}")
-        for other in names[:place]:
-            further.append(difference_row(known[other], known[name]))
-            texts.append(f"between {other!r} and {name!r}")
-    if not further:
-        return ""
-    telling = [texts[place] for place in helpful(rows, np.stack(further))][:_NAMED]
-    return f"it would help to read {', or '.join(telling)}" if telling else ""
+    found = []
+    for place, name in enumerate(known):
+        found.append(([name], point_row(*known[name])))
+        for other in list(known)[:place]:
+            found.append(([other, name], difference_row(known[other], known[name])))
+    return found
+
+
+def reading_name(positions: Sequence[str]) -> str:
+    """`at a`, `between a and b`."""
+    return f"{'at' if len(positions) == 1 else 'between'} {' and '.join(positions)}"

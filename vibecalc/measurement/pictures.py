@@ -1,13 +1,14 @@
 """Pictures of a measured plate: levels at its positions, and maps of the level over it."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, TOTAL, canvas, note
+from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, TOTAL, canvas, note, only
 from vibecalc.core.report.sections import having, labels, scalar_of, table_of
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.report.verdicts import MEASURED, judge_references
+from vibecalc.core.report.writing import rpm
+from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.core.results.verdicts import entries
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def draw_measured_levels(result: Result) -> "Figure | None":
     roll = having(record, _STEM + "roll_level", "order")
     if whole is None or roll is None or len(whole.axes[0].values) > _WIDEST:
         return None
-    orders = list(whole.axes[1].values)[:_MOST]
+    orders = _kept(result, whole.axes[1], _MOST)
     columns = min(len(orders), 3)
     rows = -(-len(orders) // columns)
     figure = canvas(
@@ -50,9 +51,9 @@ def draw_measured_levels(result: Result) -> "Figure | None":
     )
     grid = figure.add_gridspec(rows + 1, columns, height_ratios=[1.25] * rows + [0.8])
     first = None
-    for i, order in enumerate(orders):
-        first = _harmonic(figure.add_subplot(grid[i // columns, i % columns]), result, whole, i)
-        first.set_title(f"harmonic {order}", loc="left")
+    for i, place in enumerate(orders):
+        first = _harmonic(figure.add_subplot(grid[i // columns, i % columns]), result, whole, place)
+        first.set_title(f"harmonic {whole.axes[1].values[place]}", loc="left")
     _roll(figure.add_subplot(grid[rows, :]), result, roll)
     assert first is not None
     handles, words = first.get_legend_handles_labels()
@@ -83,10 +84,10 @@ def _harmonic(axes: "Axes", result: Result, whole: Quantity, column: int) -> "Ax
     for x in open_ended:  # a bound without end
         axes.axvline(x, color=TOTAL, lw=1.0, ls=":")
     read = _read(result.record, order, names)
-    measured = {**_printed(result, order, "measured"), **read}
+    measured = {**_printed(result, order, True), **read}
     for levels_of, mark, words, colour, shift in (
         (measured, "s", "measured", COLOURS[0], -0.22),
-        (_printed(result, order, "published"), "x", "published", COLOURS[1], 0.22),
+        (_printed(result, order, False), "x", "published", COLOURS[1], 0.22),
     ):
         known = [i for i, name in enumerate(names) if name in levels_of]
         values = [levels_of[names[i]] for i in known]
@@ -117,23 +118,15 @@ def _read(record: Record, order: int, names: list[str]) -> dict[str, float]:
     return {name: float(found[key]) for name, key in wanted.items() if key in found}
 
 
-def _printed(result: Result, order: int, kind: str) -> dict[str, float]:
-    """Levels of the whole motion that references of one kind give."""
-    found = {}
-    for row in entries(result, "reference"):
-        where: Mapping[str, Any] = row.get("where") or {}
-        own = str(row.get("kind") or "published")
-        if row["quantity"] != _PATH or own != kind or set(where) != {"position", "order"}:
-            continue
-        if int(where["order"]) == order:
-            found[str(where["position"])] = _number(row["value"])
-    return found
-
-
-def _number(value: Any) -> float:
-    from vibecalc.units import split_number
-
-    return float(split_number(value)[0]) if isinstance(value, str) else float(value)
+def _printed(result: Result, order: int, measured: bool) -> dict[str, float]:
+    """Levels of the whole motion that references give, measured or published ones."""
+    return {
+        str(row.where["position"]): row.value
+        for row in judge_references(only(result, _PATH))
+        if (row.kind == MEASURED) == measured
+        and set(row.where) == {"position", "order"}
+        and int(row.where["order"]) == order
+    }
 
 
 def _roll(axes: "Axes", result: Result, roll: Quantity) -> None:
@@ -177,13 +170,11 @@ def draw_plate_map(result: Result) -> "Figure | None":
     total = having(result.record, _STEM + "map/all_orders", "plate_y", "plate_x")
     if amplitudes is None or total is None:
         return None
-    orders = [int(order) for order in amplitudes.axes[0].values][:_MOST_MAPS]
-    x, y = (np.asarray(total.axes[place].values, dtype=float) for place in (1, 0))
-    maps = [np.asarray(amplitudes.values)[i] for i in range(len(orders))]
-    titles = [f"harmonic {order}" for order in orders]
-    if len(orders) > 1:
-        maps.append(np.asarray(total.values))
-        titles.append("all harmonics")
+    names, x, y = amplitudes.axes[0].values, total.axes[1].values, total.axes[0].values
+    maps = [(f"harmonic {names[i]}", np.asarray(amplitudes.values)[i], _quiet(result.record, i))
+            for i in _kept(result, amplitudes.axes[0], _MOST_MAPS)]  # fmt: skip
+    if len(maps) > 1:
+        maps.append(("all harmonics", np.asarray(total.values), _quiet(result.record, None)))
     columns = min(len(maps), 2)
     rows = -(-len(maps) // columns)
     height = 2.5 * float((y[-1] - y[0]) / (x[-1] - x[0])) + 0.9
@@ -192,9 +183,7 @@ def draw_plate_map(result: Result) -> "Figure | None":
     for axes in grid.ravel()[len(maps) :]:
         axes.set_visible(False)
     reference = _reference(result)
-    for i, (title, amplitude) in enumerate(zip(titles, maps, strict=True)):
-        axes = grid.ravel()[i]
-        place = _quiet(result.record, i if i < len(orders) else None)
+    for axes, (title, amplitude, place) in zip(grid.ravel(), maps, strict=False):
         _draw(axes, 1e3 * x, 1e3 * y, amplitude, reference)
         _mark(axes, result, place)
         axes.set_title(title, loc="left")
@@ -263,3 +252,54 @@ def _quiet(record: Record, place: int | None) -> tuple[float, float] | None:
     found = [having(record, f"{_STEM}quiet/{name}", "order") for name in ("x", "y")]
     values = [float(one.values[place]) for one in found if one is not None]
     return (values[0], values[1]) if len(values) == 2 else None
+
+
+# ----------------------------------------------------------------------------
+# Spectra of orders of the channels of records; over the speed, where a record runs through one.
+# ----------------------------------------------------------------------------
+
+#: channels, and harmonics of the curves over the speed, of a picture
+_CHANNELS, _ORDERS = 6, 5
+#: of the mean, what a speed may change by and still count as one
+_STEADY = 0.01
+
+
+def draw_record_orders(result: Result) -> "Figure | None":
+    """A row for each channel."""
+    lines = having(result.record, _STEM + "record/spectrum", "channel", "order_line")
+    speed = having(result.record, _STEM + "record/block_speed", "channel", "block")
+    blocks = having(result.record, _STEM + "record/block_acceleration", "channel", "block", "order")
+    if lines is None or speed is None or blocks is None:
+        return None
+    places, names = _kept(result, lines.axes[0], _CHANNELS), labels(lines.axes[0])
+    orders, order_names = _kept(result, blocks.axes[2], _ORDERS), labels(blocks.axes[2])
+    speeds = np.asarray(speed.values, dtype=float)
+    runs = float(np.ptp(speeds)) > _STEADY * float(np.mean(speeds))
+    figure = canvas(result, "orders of the records", 1.0 + 1.8 * len(places))
+    panels = figure.subplots(len(places), 2 if runs else 1, squeeze=False, sharex="col")
+    at = np.asarray(lines.axes[1].values, dtype=float)
+    for place, (axes, *over_speed) in zip(places, panels, strict=True):
+        axes.vlines(at[1:], 0.0, np.asarray(lines.values)[place, 1:], color=COLOURS[0], lw=1.0)
+        axes.set_title(names[place], loc="left")
+        axes.set_ylabel("m/s$^2$, 0-pk")
+        for other in over_speed:
+            for row, j in enumerate(orders):
+                values = np.abs(np.asarray(blocks.values)[place, :, j])
+                other.plot(rpm(1.0) * speeds[place], values, "o-", ms=2.5,
+                           color=COLOURS[row % len(COLOURS)],
+                           label=f"order {order_names[j]}")  # fmt: skip
+        for one in (axes, *over_speed):
+            one.set_ylim(bottom=0.0)
+    panels[-1, 0].set_xlabel("order")
+    if runs:
+        panels[-1, 1].set_xlabel("crank speed in rpm")
+        handles, words = panels[0, 1].get_legend_handles_labels()
+        figure.legend(handles, words, loc="outside lower center", ncols=_ORDERS)
+    return figure
+
+
+def _kept(result: Result, axis: Axis, most: int) -> list[int]:
+    """Places of the first entries of an axis, and of those that references stand on."""
+    places = [row.get("where") or {} for row in entries(result, "reference")]
+    asked = {str(where.get(axis.name)) for where in places}
+    return [i for i, name in enumerate(labels(axis)) if i < most or name in asked]

@@ -1,7 +1,7 @@
 """Rules between the records of a case and its orders and positions."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from vibecalc.core.case.raw import Data, read_number, table_at, tables_at, unknown
@@ -15,32 +15,48 @@ def check_records(row: Row) -> Iterator[Problem]:
     records = row.each("record")
     positions = [str(one.data.get("name")) for one in row.each("positions")]
     for one in records:
-        for place, channel in enumerate(one.each("channels")):
+        for channel in one.each("channels"):
             name = channel.data.get("at")
             if isinstance(name, str) and name not in positions:
-                yield unknown((*one.path, "channels", place, "at"), "position", name, positions)
-        found = one.data.get("found")
-        if isinstance(found, dict) and not _fits(found, len(one.entries("channels"))):
-            yield one.problem(
-                "found",
-                "these are no orders of so many channels and blocks",
-                hint=_LEAVE_OUT,
-            )
-            continue
-        yield from _of_other_orders(one, row)
-        yield from _made_otherwise(one)
+                yield unknown((*channel.path, "at"), "position", name, positions)
+        found = one.below("found")
+        if found is not None and not _fits(found.data, len(one.entries("channels"))):
+            words = "these are no orders of so many channels and blocks"
+            yield one.problem("found", words, hint=_LEAVE_OUT)
+        elif found is not None:
+            yield from _of_other_orders(one, found, row)
+            made = found.below("made_with")
+            keys = [key for key in RecordFile.model_fields if key != "channels"]
+            yield from _changed(one, made, keys)
+            others = [] if made is None else made.each("channels")
+            for channel, other in zip(one.each("channels"), others, strict=False):
+                yield from _changed(channel, other, ("column", "scale"))
     for one in row.each("spectrum"):
-        yield from _of_other_orders(one, row)
-        yield from _read_otherwise(one)
+        found = one.below("found")
+        if found is not None:
+            yield from _of_other_orders(one, found, row)
+            yield from _changed(one, found, ("file",))
+            base = found.number("base_frequency")
+            if base is not None and base != base_frequency_of(row.case):
+                yield one.problem(
+                    "found",
+                    "these lines were picked from the file with another frequency of order 1",
+                    found=f"{base:.6g} rad/s",
+                    hint=f"{_LEAVE_OUT}; a column order in the file needs no frequency",
+                )
     yield from _changed_by_studies(row)
     yield from _without_one_angle(row, records)
 
 
+# ----------------------------------------------------------------------------
+# Numbers that stand for a file were made with keys, which may no longer change.
+# ----------------------------------------------------------------------------
+
 _LEAVE_OUT = "leave found out: it is put there when the file is read"
 
 
-def _of_other_orders(one: Row, row: Row) -> Iterator[Problem]:
-    orders = table_at(one.data, "found").get("orders")
+def _of_other_orders(one: Row, found: Row, row: Row) -> Iterator[Problem]:
+    orders = found.data.get("orders")
     if isinstance(orders, list) and orders != row.entries("orders"):
         yield one.problem(
             "found",
@@ -50,57 +66,19 @@ def _of_other_orders(one: Row, row: Row) -> Iterator[Problem]:
         )
 
 
-# ----------------------------------------------------------------------------
-# Numbers that stand for a file were made with keys, which may no longer change.
-# ----------------------------------------------------------------------------
-
-
-def _made_otherwise(record: Row) -> Iterator[Problem]:
-    """Keys of a record that are not those that its orders were made with."""
-    found = record.below("found")
-    made = found.below("made_with") if found is not None else None
-    if made is None:
-        return
-    for key in RecordFile.model_fields:
-        if key != "channels" and not _same(record, made, key):
-            yield _no_longer(record, key, made[key])
-    now, then = record.each("channels"), made.each("channels")
-    for one, other in zip(now, then, strict=False):
-        for key in ("column", "scale"):
-            if not _same(one, other, key):
-                yield _no_longer(one, key, other[key])
-
-
-def _same(one: Row, other: Row, key: str) -> bool:
-    return bool(one[key] == other[key] or one.number(key) == other.number(key) is not None)
-
-
-def _no_longer(row: Row, key: str, made_with: Any) -> Problem:
-    return row.problem(
-        key,
-        "the orders here were made of the file with another value of this key, and it would "
-        "change nothing",
-        found=str(row[key])[:60],
-        allowed=str(made_with)[:60],
-        hint="change it in a case that names the file and has no `found`",
-    )
-
-
-def _read_otherwise(spectrum: Row) -> Iterator[Problem]:
-    """A spectrum whose lines are of another file, or of another frequency of order 1."""
-    found = spectrum.below("found")
-    if found is None:
-        return
-    if not _same(spectrum, found, "file"):
-        yield _no_longer(spectrum, "file", found["file"])
-    base = found.number("base_frequency")
-    if base is not None and base != base_frequency_of(spectrum.case):
-        yield spectrum.problem(
-            "found",
-            "these lines were picked from the file with another frequency of order 1",
-            found=f"{base:.6g} rad/s",
-            hint=f"{_LEAVE_OUT}; a column order in the file needs no frequency",
-        )
+def _changed(row: Row, made: Row | None, keys: Sequence[str]) -> Iterator[Problem]:
+    """Keys of a table that are not those that its numbers were made with."""
+    for key in keys if made is not None else ():
+        assert made is not None
+        if row[key] != made[key] and not row.number(key) == made.number(key) is not None:
+            yield row.problem(
+                key,
+                "the orders here were made of the file with another value of this key, and it "
+                "would change nothing",
+                found=str(row[key])[:60],
+                allowed=str(made[key])[:60],
+                hint="change it in a case that names the file and has no `found`",
+            )
 
 
 def base_frequency_of(case: Data) -> float | None:

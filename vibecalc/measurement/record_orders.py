@@ -6,12 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
+from vibecalc.measurement import results
 from vibecalc.measurement.signals import MeanOrders, mean_of_blocks
-from vibecalc.measurement.stage import channel_names
 from vibecalc.measurement.tables import Measurement
+from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
-
-ROOT = "measurement/record"
 
 
 class ChannelOrders(NamedTuple):
@@ -36,7 +35,7 @@ class ChannelOrders(NamedTuple):
 
 def record_means(table: Measurement) -> Iterator[ChannelOrders]:
     """Each channel of each record."""
-    names = iter(channel_names(table))
+    names = iter(table.channel_names)
     for record in table.record:
         found = record.found
         assert found is not None  # put there when the file was read
@@ -70,37 +69,45 @@ def emit_records(scene: Scene, table: Measurement) -> None:
     channels = list(record_means(table))
     if not channels:
         return
-    names = np.array([one.name for one in channels], dtype=object)
-    orders = {"channel": names, "order": np.array(table.orders)}
-    means = np.stack([one.mean.amplitudes for one in channels])
-    error = np.stack([one.error for one in channels]) + 8.0 * EPSILON * np.abs(means)
-    scene.emit(f"{ROOT}/acceleration", means, error, orders)
-    size = np.where(np.abs(means) > 0.0, np.abs(means), 1.0)
-    scene.emit(f"{ROOT}/phase", np.angle(means), np.minimum(error / size, np.pi), orders)
-    along = np.stack([one.mean.along for one in channels])
-    across = np.stack([one.mean.across for one in channels])
-    scene.emit(f"{ROOT}/uncertainty", along, error, orders)
     zero = np.stack([one.zero for one in channels])
-    off = np.minimum(np.hypot(across / size, zero), np.pi)
-    scene.emit(f"{ROOT}/phase_uncertainty", off, np.minimum(error / size, np.pi), orders)
+    means, along, across = (
+        np.stack([getattr(one.mean, key) for one in channels])
+        for key in ("amplitudes", "along", "across")
+    )
+    error = np.stack([one.error for one in channels]) + 8.0 * EPSILON * np.abs(means)
+    size = np.where(np.abs(means) > 0.0, np.abs(means), 1.0)
+    turn = np.minimum(error / size, np.pi)
     # of records with other numbers of blocks or lines, up to the shortest
     blocks = min(len(one.speeds) for one in channels)
-    axes = {"block": np.arange(1, blocks + 1)}
     speeds = np.stack([one.speeds[:blocks] for one in channels])
-    scene.emit(f"{ROOT}/block_speed", speeds, 16.0 * EPSILON * speeds, {"channel": names, **axes})
     amplitudes = np.stack([one.blocks[:blocks] for one in channels])
-    known = np.repeat(error[:, None], blocks, axis=1)
-    at = {"channel": names, **axes, "order": orders["order"]}
-    scene.emit(f"{ROOT}/block_acceleration", amplitudes, known, at)
+    shafts = [record.found for record in table.record for _ in record.channels]
+    scatter, correction = (
+        np.array([getattr(found, key) for found in shafts])
+        for key in ("pulse_scatter", "speed_correction")
+    )
+    group = results.Records(
+        acceleration=Bounded(means, error),
+        phase=Bounded(np.angle(means), turn),
+        uncertainty=Bounded(along, error),
+        phase_uncertainty=Bounded(np.minimum(np.hypot(across / size, zero), np.pi), turn),
+        pulse_scatter=Bounded(scatter, np.array(16.0 * EPSILON)),
+        speed_correction=Bounded(correction, np.array(16.0 * EPSILON)),
+        block_speed=rounded(speeds, 32.0),
+        block_acceleration=Bounded(amplitudes, np.repeat(error[:, None], blocks, axis=1)),
+    )
+    names = np.array([one.name for one in channels], dtype=object)
+    orders, block = np.array(table.orders), np.arange(1, blocks + 1)
+    scene.emit_all(group, {"channel": names, "order": orders, "block": block})
     alike = [one for one in channels if one.turns == channels[0].turns]
     length = min(len(one.lines) for one in alike)
-    lines = np.stack([one.lines[:length] for one in alike])
-    line = np.arange(length) / channels[0].turns
-    shown = np.array([one.name for one in alike], dtype=object)
-    scene.emit(
-        f"{ROOT}/spectrum", lines, float(np.max(error)), {"channel": shown, "order_line": line}
-    )
-    _emit_shafts(scene, table, names)
+    spectrum = np.stack([one.lines[:length] for one in alike])
+    axes = {
+        "channel": np.array([one.name for one in alike], dtype=object),
+        "order_line": np.arange(length) / channels[0].turns,
+    }
+    scene.emit_all(results.Records(spectrum=Bounded(spectrum, np.max(error))), axes)
+    _warn(scene, table)
     scene.cite(
         "computed order tracking",
         "orders of records by a tachometer",
@@ -112,13 +119,8 @@ def emit_records(scene: Scene, table: Measurement) -> None:
 _CORRECTED = 1e-4
 
 
-def _emit_shafts(scene: Scene, table: Measurement, names: np.ndarray) -> None:
-    """Emit what pulses scatter by and what a speed is corrected by; say what a record tells."""
-    each = [(record, record.found) for record in table.record for _ in record.channels]
-    axes = {"channel": names}
-    for key in ("pulse_scatter", "speed_correction"):
-        values = [getattr(found, key) for _, found in each]
-        scene.emit(f"{ROOT}/{key}", values, 16.0 * EPSILON, axes)
+def _warn(scene: Scene, table: Measurement) -> None:
+    """Say what records tell of their shafts."""
     for record in table.record:
         found = record.found
         assert found is not None

@@ -6,7 +6,7 @@ numbers and no later step needs the file.
 
 import io
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -79,23 +79,47 @@ def attach_records(data: Data, folder: Path) -> list[Problem]:
     return problems
 
 
-class _Samples:
-    """Samples of a file: columns by name, over time."""
+#: key -> unit, and an example of it
+_SCALES = {"scale": ("m/s^2", "1 m/s^2"), "speed_scale": ("rad/s", "1 rpm")}
 
-    def __init__(
-        self,
-        times: FloatArray,
-        columns: dict[str, FloatArray],
-        units: dict[str, str],
-        names: list[str],
-    ):
-        self.times, self.columns, self.units, self.names = times, columns, units, names
+
+class _Samples(NamedTuple):
+    """Samples of a file: columns by name, over time; `names` has all that the file has."""
+
+    times: FloatArray
+    columns: dict[str, FloatArray]
+    units: dict[str, str]
+    names: list[str]
+
+    @property
+    def rate(self) -> float:
+        """Samples per second."""
+        return float((self.times.size - 1) / (self.times[-1] - self.times[0]))
 
     def column(self, name: str, key: str) -> FloatArray:
+        """The samples of a column that `key` of the record names."""
         if name not in self.columns:
             near = nearest(name, self.names)
             raise Unreadable(f"the file has no {name[:40]!r}", listed(self.names), near, key=key)
         return self.columns[name]
+
+    def scaled(self, name: str, key: str, scale: str, row: Data) -> FloatArray:
+        """The same in m/s^2 or rad/s: by its unit, or by the key `scale` of `row`."""
+        samples, (wanted, example) = self.column(name, key), _SCALES[scale]
+        unit, given = self.units.get(name, ""), read_number(row.get(scale), wanted)
+        if unit and scale in row:
+            raise Unreadable(f"column {name} has a unit and a {scale}", "one of the two", key=key)
+        if not unit and given is None:
+            raise Unreadable(
+                f"what is 1 of {name!r}?",
+                f'{scale} = "{example}", or a unit in the line of names of a CSV file',
+                key=key,
+            )
+        try:
+            return samples * (convert(1.0, unit, wanted) if unit else float(given or 0.0))
+        except UnitError:
+            allowed = f"a unit that converts to {wanted}"
+            raise Unreadable(f"{name!r} is in {unit}", allowed, key=key) from None
 
 
 def _record(row: Data, folder: Path, orders: list[int], data: Data) -> None:
@@ -110,9 +134,8 @@ def _record(row: Data, folder: Path, orders: list[int], data: Data) -> None:
     if samples.times.size < 16:
         raise Unreadable(f"the record has {samples.times.size} samples", "a record of many turns")
     shaft = _shaft(row, samples)
-    turns = row.get("turns", 4)
-    degree = row.get("interpolation", 5)
-    window = row.get("window", "none")
+    turns, degree, window = (row.get(key) for key in ("turns", "interpolation", "window"))
+    turns, degree, window = turns or 4, degree or 5, window or "none"
     known = degree in (1, 3, 5) and window in ("none", "hann")
     if not isinstance(turns, int) or turns < 1 or not known:
         return  # which the schema says
@@ -124,19 +147,20 @@ def _record(row: Data, folder: Path, orders: list[int], data: Data) -> None:
             f"2 to {_MOST_BLOCKS} blocks, whose scatter tells the uncertainty",
             key="turns" if "turns" in row else "",
         )
-    rate = (samples.times.size - 1) / (samples.times[-1] - samples.times[0])
     fastest = float(np.max(np.diff(shaft.angles) / np.diff(shaft.times))) / (2.0 * np.pi)
-    highest = _HIGHEST * rate / fastest
+    highest = _HIGHEST * samples.rate / fastest
     if max(orders) > highest:
         raise Unreadable(
-            f"{rate:.6g} samples per second show orders up to {highest:.3g} at "
+            f"{samples.rate:.6g} samples per second show orders up to {highest:.3g} at "
             f"{60.0 * fastest:.4g} rpm",
             f"orders up to {highest:.3g}, or more samples: {max(orders)} was asked for",
         )
     lines = int(min(highest * turns, max(_MOST_LINES, max(orders) * turns)))
     signals = np.stack([_channel(one, samples) for one in _channels(row)])
     recording = Recording(samples.times, signals, turns, lines, window, degree)
-    torsion = float(np.hypot(read_number(row.get("torsion"), "rad") or 0.0, _pattern(row, shaft)))
+    # torsion of the shaft that the pattern of a disc may be if nobody says
+    pattern = 0.0 if row.get("disc") else float(np.sqrt(np.mean(shaft.late**2)))
+    torsion = float(np.hypot(read_number(row.get("torsion"), "rad") or 0.0, pattern))
     tracked = recording.tracked(shaft, np.array(orders, float), not row.get("pulses"), torsion)
     if tracked.unsteady and not tracked.runs:
         raise Unreadable(
@@ -146,27 +170,24 @@ def _record(row: Data, folder: Path, orders: list[int], data: Data) -> None:
         )
     found, settled = tracked.blocks, tracked.shaft
     at = np.array(orders) * turns
-    kept = found.amplitudes[..., at]
+    lists = {
+        "speeds": found.speeds,
+        "real": found.amplitudes[..., at].real,
+        "imaginary": found.amplitudes[..., at].imag,
+        "error": np.max(found.error[..., at], axis=1),
+        "by_angle": tracked.by_angle,
+        "disc_pattern": settled.late,
+        "lines": np.sqrt(np.mean(np.abs(found.amplitudes) ** 2, axis=1)),
+    }
     row["found"] = {
         "made_with": {key: value for key, value in row.items() if key in RecordFile.model_fields},
         "orders": list(orders),
-        "speeds": found.speeds.tolist(),
-        "real": kept.real.ravel().tolist(),
-        "imaginary": kept.imag.ravel().tolist(),
-        "error": np.max(found.error[..., at], axis=1).ravel().tolist(),
-        "by_angle": tracked.by_angle.ravel().tolist(),
         "zero": settled.zero,
         "pulse_scatter": settled.scatter,
-        "disc_pattern": settled.late.tolist(),
         "speed_correction": rate_of(settled) / rate_of(shaft) - 1.0,
         "unsteady": tracked.unsteady,
-        "lines": np.sqrt(np.mean(np.abs(found.amplitudes) ** 2, axis=1)).ravel().tolist(),
+        **{key: values.ravel().tolist() for key, values in lists.items()},
     }
-
-
-def _pattern(row: Data, shaft: Shaft) -> float:
-    """Torsion of the shaft, r.m.s. in rad, that the pattern of a disc may be if nobody says."""
-    return 0.0 if row.get("disc") else float(np.sqrt(np.mean(shaft.late**2)))
 
 
 def _channels(row: Data) -> list[Data]:
@@ -179,35 +200,10 @@ def _channels(row: Data) -> list[Data]:
 def _channel(one: Data, samples: _Samples) -> FloatArray:
     """A signal in m/s^2."""
     name = str(one["column"])
-    signal = samples.column(name, "channels")
-    size = _size_of(name, "channels", "scale", one, samples)
-    if not np.any(signal != signal[0]):
+    signal = samples.scaled(name, "channels", "scale", one)
+    if not np.any(samples.columns[name] != samples.columns[name][0]):
         raise Unreadable(f"{name!r} is the same in every sample", "a signal", key="channels")
-    return signal * size
-
-
-def _size_of(name: str, key: str, scale: str, row: Data, samples: _Samples) -> float:
-    """What 1 of a column is in m/s^2 or rad/s: by its unit, or by the key `scale` of `row`."""
-    wanted, example = _SCALES[scale]
-    unit, given = samples.units.get(name, ""), read_number(row.get(scale), wanted)
-    if unit and scale in row:
-        raise Unreadable(f"column {name} has a unit and a {scale}", "one of the two", key=key)
-    if not unit and given is None:
-        raise Unreadable(
-            f"what is 1 of {name!r}?",
-            f'{scale} = "{example}", or a unit in the line of names of a CSV file',
-            key=key,
-        )
-    try:
-        return convert(1.0, unit, wanted) if unit else float(given or 0.0)
-    except UnitError:
-        raise Unreadable(
-            f"{name!r} is in {unit}", f"a unit that converts to {wanted}", key=key
-        ) from None
-
-
-#: key -> unit, and an example of it
-_SCALES = {"scale": ("m/s^2", "1 m/s^2"), "speed_scale": ("rad/s", "1 rpm")}
+    return signal
 
 
 # ----------------------------------------------------------------------------
@@ -220,8 +216,7 @@ def _shaft(row: Data, samples: _Samples) -> Shaft:
     if row.get("pulses"):
         return _of_pulses(row, samples)
     if row.get("speed"):
-        name = str(row["speed"])
-        speed = samples.column(name, "speed") * _size_of(name, "speed", "speed_scale", row, samples)
+        speed = samples.scaled(str(row["speed"]), "speed", "speed_scale", row)
         if np.min(speed) <= 0.0:
             raise Unreadable("the speed is zero or negative in places", "> 0", key="speed")
         return shaft_of_speed(times, speed)
@@ -273,6 +268,8 @@ def _of_pulses(row: Data, samples: _Samples) -> Shaft:
 
 #: of a step of time, what two steps may differ by
 _EVEN = 0.02
+#: keys that name a column, and its unit; pulses are in any
+_OF_SHAFT = {"pulses": "", "speed": "rad/s"}
 
 
 def _csv(row: Data, folder: Path, name: str) -> _Samples:
@@ -286,15 +283,14 @@ def _csv(row: Data, folder: Path, name: str) -> _Samples:
         raise Unreadable(
             "a sample rate without a unit would be in rad/s", '"5 kHz"', key="sample_rate"
         )
-    wanted = [str(one["column"]) for one in _channels(row)]
-    wanted += [str(row[key]) for key in ("pulses", "speed") if row.get(key)]
-    numbers = {one: _numbers(one, columns) for one in dict.fromkeys(wanted) if one in columns}
+    wanted = [(str(one["column"]), "m/s^2") for one in _channels(row)]
+    wanted += [(str(row[key]), unit) for key, unit in _OF_SHAFT.items() if row.get(key)]
+    wanted = [(one, unit) for one, unit in wanted if one in columns]
+    numbers = {one: _numbers(one, columns) for one in dict(wanted)}
     units = {one: columns[one].unit for one in numbers}
-    for one in _channels(row):
-        if str(one["column"]) in numbers:
-            check_unit(str(one["column"]), columns[str(one["column"])], "m/s^2")
-    if row.get("speed") and str(row["speed"]) in numbers:
-        check_unit(str(row["speed"]), columns[str(row["speed"])], "rad/s")
+    for one, unit in wanted:
+        if unit:
+            check_unit(one, columns[one], unit)
     size = len(next(iter(columns.values())).cells)
     if time in columns:
         if rate is not None:
@@ -303,8 +299,7 @@ def _csv(row: Data, folder: Path, name: str) -> _Samples:
                 "one of the two",
                 key="sample_rate",
             )
-        check_unit(time, columns[time], "s")
-        times = _numbers(time, columns) * convert(1.0, columns[time].unit or "s", "s")
+        times = _in_unit(time, columns, "s")
         steps = np.diff(times)
         if size < 2 or np.min(steps) <= 0.0:
             raise Unreadable("the time does not rise from line to line", key="time")
@@ -367,7 +362,10 @@ def _wav(folder: Path, name: str) -> _Samples:
 def _spectrum(row: Data, folder: Path, orders: list[int], data: Data) -> None:
     columns = read_columns(folder, str(row["file"]))
     base = _base_frequency(columns, data)
-    lines = _lines(columns, base)
+    if base is None:
+        lines = _numbers("order", columns)
+    else:
+        lines = _in_unit("frequency", columns, "rad/s", "Hz") / base
     values = _values(columns)
     step = float(np.min(np.diff(np.unique(lines)))) if np.unique(lines).size > 1 else 1.0
     picked = []
@@ -406,31 +404,21 @@ def _base_frequency(columns: Columns, data: Data) -> float | None:
     return base
 
 
-def _lines(columns: Columns, base: float | None) -> FloatArray:
-    """The order of each line."""
-    if base is None:
-        return _numbers("order", columns)
-    check_unit("frequency", columns["frequency"], "Hz")
-    unit = columns["frequency"].unit or "Hz"
-    return _numbers("frequency", columns) * convert(1.0, unit, "rad/s") / base
-
-
 def _values(columns: Columns) -> Any:
     """Complex amplitudes of the lines, in m/s^2."""
-    for first, second in (("amplitude", "phase"), ("real", "imaginary")):
-        if first in columns and second in columns:
-            break
-    else:
-        raise Unreadable(
-            "the file lacks amplitude and phase, or real and imaginary", listed(list(columns))
-        )
-    check_unit(first, columns[first], "m/s^2")
-    one = _numbers(first, columns) * convert(1.0, columns[first].unit or "m/s^2", "m/s^2")
-    other = _numbers(second, columns)
-    if second == "phase":
-        check_unit(second, columns[second], "rad")
-        if np.min(one) < 0.0:
+    if {"amplitude", "phase"} <= columns.keys():
+        size = _in_unit("amplitude", columns, "m/s^2")
+        if np.min(size) < 0.0:
             raise Unreadable("an amplitude is not negative", "its sign is a phase of 180 deg")
-        return one * np.exp(1j * other * convert(1.0, columns[second].unit or "rad", "rad"))
-    check_unit(second, columns[second], "m/s^2")
-    return one + 1j * other * convert(1.0, columns[second].unit or "m/s^2", "m/s^2")
+        return size * np.exp(1j * _in_unit("phase", columns, "rad"))
+    if {"real", "imaginary"} <= columns.keys():
+        return _in_unit("real", columns, "m/s^2") + 1j * _in_unit("imaginary", columns, "m/s^2")
+    raise Unreadable(
+        "the file lacks amplitude and phase, or real and imaginary", listed(list(columns))
+    )
+
+
+def _in_unit(name: str, columns: Columns, unit: str, default: str = "") -> FloatArray:
+    """A column in a unit; without one of its own it is in that or in the `default`."""
+    check_unit(name, columns[name], default or unit)
+    return _numbers(name, columns) * convert(1.0, columns[name].unit or default or unit, unit)

@@ -1,17 +1,20 @@
 """Motion of a plate from readings in the report: motion, levels by position, uncertainty."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
 from vibecalc.core.report.rows import Cells, Found, How, Made, Rows, first, part_of, rows_of
 from vibecalc.core.report.sections import Section, having, labels, section
-from vibecalc.core.report.writing import Column, number, paragraph, show, table
+from vibecalc.core.report.writing import Column, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 
 _STEM = "measurement/"
 _MOST = 48
+#: path, heading, and what writes a value of the quantity
+_Told = tuple[str, str, Callable[[Any, Quantity], str]]
 
 
 def _fixed(form: str, factor: float = 1.0) -> How:
@@ -55,23 +58,19 @@ _READINGS = Rows(
 
 def readings(record: Record) -> list[str]:
     """Levels read that the motion does not meet exactly, the largest residual first."""
-    residual = having(record, f"{_STEM}reading/residual", "reading")
-    if residual is None:
-        return _signals(record)
-    met, count = int(np.sum(np.abs(residual.values) <= _MET)), len(residual.values)
-    words = f"{met} of {count} levels are met exactly; the motion was found from them"
     lines, _ = rows_of(record, _READINGS)
-    return [*lines, *(paragraph(words) if met else []), *_signals(record)]
-
-
-def _signals(record: Record) -> list[str]:
-    residual = having(record, _STEM + "signal/residual", "signal")
-    if residual is None:
-        return []
-    worst = int(np.argmax(residual.values))
-    return paragraph(
-        f"{len(residual.values)} readings with phases; the one that the motion misses most is "
-        f"{labels(residual.axes[0])[worst]}, by {show(residual.values[worst], digits=3)} times its "
+    residual = having(record, f"{_STEM}reading/residual", "reading")
+    if residual is not None:
+        met, count = int(np.sum(np.abs(residual.values) <= _MET)), len(residual.values)
+        words = f"{met} of {count} levels are met exactly; the motion was found from them"
+        lines += paragraph(words) if met else []
+    signals = having(record, _STEM + "signal/residual", "signal")
+    if signals is None:
+        return lines
+    worst = int(np.argmax(signals.values))
+    return lines + paragraph(
+        f"{len(signals.values)} readings with phases; the one that the motion misses most is "
+        f"{labels(signals.axes[0])[worst]}, by {show(signals.values[worst], digits=3)} times its "
         "standard uncertainty"
     )
 
@@ -112,14 +111,7 @@ def candidates(record: Record) -> list[str]:
 # ----------------------------------------------------------------------------
 
 _PARTS = ("translation", "roll", "pitch")
-_LEVELS = {
-    "no_roll": "no roll",
-    "no_pitch": "no pitch",
-    "only_translation": "transl.",
-    "only_roll": "roll",
-    "only_pitch": "pitch",
-}
-_MOST_LEVELS = 72
+_MOST_LEVELS, _MOST_CHANNELS = 72, 24
 
 
 def measurement(result: Result) -> Section | None:
@@ -129,7 +121,7 @@ def measurement(result: Result) -> Section | None:
     if not shown:
         return None
     details = {
-        "levels at every position": _levels(record),
+        "levels at every position": _by_order(record, "position", _LEVELS, _MOST_LEVELS),
         "readings and their residuals": readings(record),
         "motions that the levels leave open": candidates(record),
     }
@@ -139,7 +131,7 @@ def measurement(result: Result) -> Section | None:
     return section("Motion of the plate from readings", blocks, details, shown)
 
 
-def _level(value: float) -> str:
+def _level(value: float, _: object = None) -> str:
     return f"{float(value) + 0.0:.2f}" if math.isfinite(value) else "zero"
 
 
@@ -185,27 +177,57 @@ _MOTION = Rows(
 )  # fmt: skip
 
 
-def _levels(record: Record) -> list[str]:
-    first_ = having(record, _STEM + "level/standard", "position", "order")
-    if first_ is None:
+def _sure(value: float, _: Quantity) -> str:
+    return f"{value:.2f}" if math.isfinite(value) else "-"
+
+
+_LEVELS = (
+    ("level/standard", "whole dB", _level),
+    ("uncertainty/level", "+-", _sure),
+    ("level/no_roll", "no roll", _level),
+    ("level/no_pitch", "no pitch", _level),
+    ("level/only_translation", "transl.", _level),
+    ("level/only_roll", "roll", _level),
+    ("level/only_pitch", "pitch", _level),
+)
+_ORDERS = (
+    ("record/acceleration", "m/s^2", lambda value, one: show(abs(value), one.error_estimate)),
+    ("record/uncertainty", "+-", lambda value, _: show(value, digits=2)),
+    ("record/phase", "phase deg", lambda value, _: f"{math.degrees(value):.2f}"),
+    ("record/phase_uncertainty", "+-", lambda value, _: f"{math.degrees(value):.2g}"),
+)
+
+
+def _by_order(record: Record, axis: str, columns: Sequence[_Told], most: int) -> list[str]:
+    """Results by the entries of an axis and by order, a line for each pair."""
+    found = [having(record, _STEM + path, axis, "order") for path, _, _ in columns]
+    if found[0] is None:
         return []
-    further = {
-        name: having(record, f"{_STEM}level/{name}", "position", "order") for name in _LEVELS
-    }
-    uncertainty = having(record, _STEM + "uncertainty/level", "position", "order")
+    names, orders = (labels(one) for one in found[0].axes)
     rows = []
-    for place, position in enumerate(labels(first_.axes[0])):
-        for i, order in enumerate(labels(first_.axes[1])):
-            off = math.nan if uncertainty is None else uncertainty.values[place, i]
-            sure = f"{off:.2f}" if math.isfinite(off) else "-" * (uncertainty is not None)
-            row = ["" if one is None else _level(one.values[place, i]) for one in further.values()]
-            name = position if i == 0 else ""
-            rows.append([name, order, _level(first_.values[place, i]), sure, *row])
-    heads = map(number, ("order", "whole dB", "+-", *_LEVELS.values()))
-    lines = table((Column("position"), *heads), rows[:_MOST_LEVELS])
-    if len(rows) > _MOST_LEVELS:
-        lines += paragraph(f"and {len(rows) - _MOST_LEVELS} more rows in the result file")
+    for i, j in np.ndindex(len(names), len(orders)):
+        cells = ["" if one is None else write(one.values[i, j], one)
+                 for one, (_, _, write) in zip(found, columns, strict=True)]  # fmt: skip
+        rows.append([names[i] if j == 0 else "", orders[j], *cells])
+    heads = [number(head) for head in ("order", *(head for _, head, _ in columns))]
+    lines = table((Column(axis), *heads), rows[:most])
+    if len(rows) > most:
+        lines += paragraph(f"and {len(rows) - most} more rows in the result file")
     return lines
+
+
+def records(result: Result) -> Section | None:
+    """Amplitude and phase of each channel and harmonic with what the blocks leave open."""
+    record = result.record
+    speed = having(record, _STEM + "record/block_speed", "channel", "block")
+    lines = _by_order(record, "channel", _ORDERS, _MOST_CHANNELS)
+    if speed is None or not lines:
+        return None
+    low, high = (show(rpm(float(one))) for one in (np.min(speed.values), np.max(speed.values)))
+    at = f"{low} rpm" if low == high else f"{low} to {high} rpm"
+    words = f"{speed.values.shape[1]} blocks of whole turns at {at}; +- is the standard uncertainty"
+    words += " of the mean by scatter of blocks and angle; phases lead, against the first pulse"
+    return section("Orders of the records", [lines + paragraph(words)])
 
 
 def _quiet(record: Record) -> list[str]:

@@ -1,5 +1,9 @@
 """Results of readings on a rigid plate: its motion, levels anywhere, and how sure they are."""
 
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from vibecalc.core.results.described import entries_of, q
 from vibecalc.core.results.record import (
     CHECK,
     DIFFERENCE,
@@ -8,20 +12,15 @@ from vibecalc.core.results.record import (
     TURN,
     UNCERTAINTY,
     Headline,
-    entry,
 )
 
-ROOT = "measurement"
 _RE = "dB re reference_level of the case"
 _RE_ANGULAR = "dB re angular_reference_level of the case"
-_PARTS = {
-    "standard": "level of the whole motion",
-    "no_roll": "level without the roll",
-    "no_pitch": "level without the pitch",
-    "only_roll": "level of the roll alone",
-    "only_pitch": "level of the pitch alone",
-    "only_translation": "level of the translation alone",
-}
+_UNSURE = {"exempt": UNCERTAINTY}
+_OF = "standard uncertainty of"
+_PHASE = "against the reference position"
+_OF_RECORD = {"exempt": EXAMINED}
+_CIRCLE = {"circle": TURN}
 
 #: axis name -> (unit, long name)
 AXES = {
@@ -36,136 +35,210 @@ AXES = {
     "plate_x": ("m", "place on the plate along the crankshaft"),
     "plate_y": ("m", "place on the plate across the crankshaft"),
 }
-ENTRIES = (
-    entry(f"{ROOT}/frequency", "order", "rad/s", "frequency of the harmonics"),
-    entry(f"{ROOT}/translation", "order", "m/s^2", "acceleration of the origin along z", PEAK),
-    entry(f"{ROOT}/roll", "order", "rad/s^2", "angular acceleration about x", PEAK),
-    entry(f"{ROOT}/pitch", "order", "rad/s^2", "angular acceleration about y", PEAK),
-    entry(f"{ROOT}/translation_level", "order", "dB", f"level of the origin, {_RE}",
-          headline=Headline("translation", "dB", pick="each")),
-    entry(f"{ROOT}/roll_level", "order", "dB", f"level of the roll, {_RE_ANGULAR}",
-          headline=Headline("roll", "dB", pick="each")),
-    entry(f"{ROOT}/pitch_level", "order", "dB", f"level of the pitch, {_RE_ANGULAR}",
-          headline=Headline("pitch", "dB", pick="each")),
-    *(
-        entry(f"{ROOT}/phase/{name}", "order", "rad", words, circle=TURN)
-        for name, words in (
-            ("translation", "phase of the origin against the reference position"),
-            ("roll", "phase of the roll against the reference position"),
-            ("pitch", "phase of the pitch against the reference position"),
-            ("roll_to_translation", "phase of the roll against the origin"),
-            ("pitch_to_translation", "phase of the pitch against the origin"),
-        )
-    ),
-    entry(f"{ROOT}/acceleration", "position order", "m/s^2", "acceleration along z", PEAK),
-    *(
-        entry(f"{ROOT}/level/{part}", "position order", "dB", f"{words}, {_RE}")
-        for part, words in _PARTS.items()
-    ),
-    entry(f"{ROOT}/level/all_orders", "position", "dB", f"level of all harmonics, {_RE}"),
-    *(
-        entry(f"{ROOT}/uncertainty/{name}", axes, unit, f"standard uncertainty of {words}",
-              exempt=UNCERTAINTY)
-        for name, axes, unit, words in (
-            ("level", "position order", "dB", "the level at a position"),
-            ("translation_level", "order", "dB", "the level of the origin"),
-            ("roll_level", "order", "dB", "the level of the roll"),
-            ("pitch_level", "order", "dB", "the level of the pitch"),
-            ("translation_phase", "order", "rad", "the phase of the origin"),
-            ("roll_phase", "order", "rad", "the phase of the roll"),
-            ("pitch_phase", "order", "rad", "the phase of the pitch"),
-        )
-    ),
-    entry(
-        f"{ROOT}/uncertainty/level_bound", "position order", "dB",
+
+
+def _each(name: str) -> dict[str, Any]:
+    return {"headline": Headline(name, "dB", pick="each")}
+
+
+@dataclass(frozen=True)
+class Whole:
+    """The motion of the plate."""
+
+    ROOT: ClassVar[str] = "measurement"
+    frequency: Any = q("order", "rad/s", "frequency of the harmonics")
+    translation: Any = q("order", "m/s^2", "acceleration of the origin along z", PEAK)
+    roll: Any = q("order", "rad/s^2", "angular acceleration about x", PEAK)
+    pitch: Any = q("order", "rad/s^2", "angular acceleration about y", PEAK)
+    translation_level: Any = q("order", "dB", f"level of the origin, {_RE}", **_each("translation"))
+    roll_level: Any = q("order", "dB", f"level of the roll, {_RE_ANGULAR}", **_each("roll"))
+    pitch_level: Any = q("order", "dB", f"level of the pitch, {_RE_ANGULAR}", **_each("pitch"))
+    acceleration: Any = q("position order", "m/s^2", "acceleration along z", PEAK)
+
+
+@dataclass(frozen=True)
+class Phase:
+    """Of the motion."""
+
+    ROOT: ClassVar[str] = "measurement/phase"
+    translation: Any = q("order", "rad", f"phase of the origin {_PHASE}", **_CIRCLE)
+    roll: Any = q("order", "rad", f"phase of the roll {_PHASE}", **_CIRCLE)
+    pitch: Any = q("order", "rad", f"phase of the pitch {_PHASE}", **_CIRCLE)
+    roll_to_translation: Any = q("order", "rad", "phase of the roll against the origin", **_CIRCLE)
+    pitch_to_translation: Any = q(
+        "order", "rad", "phase of the pitch against the origin", **_CIRCLE
+    )
+
+
+@dataclass(frozen=True)
+class Levels:
+    """At named positions, of the motion and its parts."""
+
+    ROOT: ClassVar[str] = "measurement/level"
+    standard: Any = q("position order", "dB", f"level of the whole motion, {_RE}")
+    no_roll: Any = q("position order", "dB", f"level without the roll, {_RE}")
+    no_pitch: Any = q("position order", "dB", f"level without the pitch, {_RE}")
+    only_roll: Any = q("position order", "dB", f"level of the roll alone, {_RE}")
+    only_pitch: Any = q("position order", "dB", f"level of the pitch alone, {_RE}")
+    only_translation: Any = q("position order", "dB", f"level of the translation alone, {_RE}")
+    all_orders: Any = q("position", "dB", f"level of all harmonics, {_RE}")
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """Of levels and phases."""
+
+    ROOT: ClassVar[str] = "measurement/uncertainty"
+    level: Any = q("position order", "dB", f"{_OF} the level at a position", **_UNSURE)
+    translation_level: Any = q("order", "dB", f"{_OF} the level of the origin", **_UNSURE)
+    roll_level: Any = q("order", "dB", f"{_OF} the level of the roll", **_UNSURE)
+    pitch_level: Any = q("order", "dB", f"{_OF} the level of the pitch", **_UNSURE)
+    translation_phase: Any = q("order", "rad", f"{_OF} the phase of the origin", **_UNSURE)
+    roll_phase: Any = q("order", "rad", f"{_OF} the phase of the roll", **_UNSURE)
+    pitch_phase: Any = q("order", "rad", f"{_OF} the phase of the pitch", **_UNSURE)
+    level_bound: Any = q(
+        "position order", "dB",
         "how far the level of the motion taken is off at most, all readings within their rounding",
-        exempt=UNCERTAINTY),
-    entry(f"{ROOT}/fit/motions", "order", "", "motions that the readings leave"),
-    entry(f"{ROOT}/fit/decided", "order", "", "1 where the motion taken stands out"),
-    entry(
-        f"{ROOT}/fit/misfit", "order", "",
+        **_UNSURE)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How well readings determine the motion."""
+
+    ROOT: ClassVar[str] = "measurement/fit"
+    motions: Any = q("order", "", "motions that the readings leave")
+    decided: Any = q("order", "", "1 where the motion taken stands out")
+    misfit: Any = q(
+        "order", "",
         "how many times as far as they are said to be the readings are off, at least; with phases, "
-        "root mean square over the stated standard uncertainty", exempt=CHECK),
-    entry(f"{ROOT}/reading/order", "reading", "", "harmonic of the reading"),
-    entry(f"{ROOT}/reading/read", "reading", "dB", "level read, dB re the reference of its kind"),
-    entry(f"{ROOT}/reading/computed", "reading", "dB", "level of the motion, re the same"),
-    entry(f"{ROOT}/reading/residual", "reading", "dB", "level computed less level read",
-          exempt=CHECK),
-    entry(f"{ROOT}/signal/order", "signal", "", "harmonic of a reading with a phase"),
-    entry(
-        f"{ROOT}/signal/residual", "signal", "",
+        "root mean square over the stated standard uncertainty", exempt=CHECK)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What instruments read next to the motion."""
+
+    ROOT: ClassVar[str] = "measurement/reading"
+    order: Any = q("reading", "", "harmonic of the reading")
+    read: Any = q("reading", "dB", "level read, dB re the reference of its kind")
+    computed: Any = q("reading", "dB", "level of the motion, re the same")
+    residual: Any = q("reading", "dB", "level computed less level read", exempt=CHECK)
+
+
+@dataclass(frozen=True)
+class Signals:
+    """Readings with phases next to the motion."""
+
+    ROOT: ClassVar[str] = "measurement/signal"
+    order: Any = q("signal", "", "harmonic of a reading with a phase")
+    residual: Any = q(
+        "signal", "",
         "computed less read, in amplitude and phase over their stated uncertainties, as one",
-        exempt=CHECK),
-    entry(f"{ROOT}/candidate/order", "candidate", "", "harmonic of a motion that levels allow"),
-    entry(f"{ROOT}/candidate/chosen", "candidate", "", "1 for the motion taken"),
-    entry(
-        f"{ROOT}/candidate/worst_residual", "candidate", "dB",
+        exempt=CHECK)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """All motions that levels leave."""
+
+    ROOT: ClassVar[str] = "measurement/candidate"
+    order: Any = q("candidate", "", "harmonic of a motion that levels allow")
+    chosen: Any = q("candidate", "", "1 for the motion taken")
+    worst_residual: Any = q(
+        "candidate", "dB",
         "largest residual of the readings that choose, or of those that it was found from",
-        exempt=CHECK),
-    entry(f"{ROOT}/candidate/translation_level", "candidate", "dB", f"level of the origin, {_RE}"),
-    entry(f"{ROOT}/candidate/roll_level", "candidate", "dB", f"level of the roll, {_RE_ANGULAR}"),
-    entry(f"{ROOT}/candidate/pitch_level", "candidate", "dB", f"level of the pitch, {_RE_ANGULAR}"),
-    entry(
-        f"{ROOT}/candidate/translation_phase", "candidate", "rad",
-        "phase of the origin against the reference position",
-        circle=TURN,
-    ),
-    entry(
-        f"{ROOT}/candidate/roll_phase", "candidate", "rad",
-        "phase of the roll against the reference position",
-        circle=TURN,
-    ),
-    entry(
-        f"{ROOT}/candidate/pitch_phase", "candidate", "rad",
-        "phase of the pitch against the reference position",
-        circle=TURN,
-    ),
-    entry(
-        f"{ROOT}/candidate/level", "candidate position", "dB", f"level at a position, {_RE}"
-    ),
-    entry(
-        f"{ROOT}/candidate/level_bound", "candidate position", "dB",
+        exempt=CHECK)  # fmt: skip
+    translation_level: Any = q("candidate", "dB", f"level of the origin, {_RE}")
+    roll_level: Any = q("candidate", "dB", f"level of the roll, {_RE_ANGULAR}")
+    pitch_level: Any = q("candidate", "dB", f"level of the pitch, {_RE_ANGULAR}")
+    translation_phase: Any = q("candidate", "rad", f"phase of the origin {_PHASE}", **_CIRCLE)
+    roll_phase: Any = q("candidate", "rad", f"phase of the roll {_PHASE}", **_CIRCLE)
+    pitch_phase: Any = q("candidate", "rad", f"phase of the pitch {_PHASE}", **_CIRCLE)
+    level: Any = q("candidate position", "dB", f"level at a position, {_RE}")
+    level_bound: Any = q(
+        "candidate position", "dB",
         "how far it is off at most if this is the motion, all readings within their rounding",
-        exempt=UNCERTAINTY),
-    entry(
-        f"{ROOT}/further/order", "further", "",
+        **_UNSURE)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Further:
+    """Readings not yet made."""
+
+    ROOT: ClassVar[str] = "measurement/further"
+    order: Any = q(
+        "further", "",
         "harmonic with two motions, and the reading at named positions that best tells them apart",
-    ),
-    entry(
-        f"{ROOT}/further/difference", "further", "dB",
-        "level of the motion taken less that of the next one, there",
-    ),
-    entry(f"{ROOT}/record/acceleration", "channel order", "m/s^2",
-          "acceleration of a channel, mean over the blocks", PEAK, exempt=EXAMINED),
-    entry(f"{ROOT}/record/phase", "channel order", "rad",
-          "phase of it against the first pulse, leading positive", exempt=EXAMINED, circle=TURN),
-    entry(f"{ROOT}/record/uncertainty", "channel order", "m/s^2",
-          "standard uncertainty of it by scatter of the blocks and of the angle",
-          exempt=UNCERTAINTY),
-    entry(f"{ROOT}/record/phase_uncertainty", "channel order", "rad",
-          "standard uncertainty of the phase by both", exempt=UNCERTAINTY),
-    entry(f"{ROOT}/record/pulse_scatter", "channel", "rad",
-          "standard deviation of a pulse from a smooth motion of the shaft", exempt=UNCERTAINTY),
-    entry(f"{ROOT}/record/speed_correction", "channel", "",
-          "of the speed as given, so that phases stand still, relative", exempt=EXAMINED),
-    entry(f"{ROOT}/record/block_speed", "channel block", "rad/s", "mean crank speed of a block"),
-    entry(f"{ROOT}/record/block_acceleration", "channel block order", "m/s^2",
-          "acceleration of a channel in a block", PEAK, exempt=EXAMINED),
-    entry(f"{ROOT}/record/spectrum", "channel order_line", "m/s^2",
-          "root mean square over the blocks of the amplitudes of all lines", PEAK,
-          exempt=EXAMINED),
-    entry(f"{ROOT}/map/amplitude", "order plate_y plate_x", "m/s^2", "acceleration along z", PEAK),
-    entry(
-        f"{ROOT}/map/all_orders", "plate_y plate_x", "m/s^2",
-        "root of the sum of the squared amplitudes of all harmonics", PEAK,
-    ),
-    entry(f"{ROOT}/quiet/x", "order", "m", "place on the plate that moves least"),
-    entry(f"{ROOT}/quiet/y", "order", "m", "place on the plate that moves least"),
-    entry(f"{ROOT}/quiet/amplitude", "order", "m/s^2", "acceleration of that place", PEAK,
-          exempt=DIFFERENCE),
-    entry(f"{ROOT}/quiet/all_orders_x", "", "m", "place that moves least in all harmonics"),
-    entry(f"{ROOT}/quiet/all_orders_y", "", "m", "place that moves least in all harmonics"),
-    entry(
-        f"{ROOT}/quiet/all_orders_amplitude", "", "m/s^2",
-        "root of the sum of the squared amplitudes of that place", PEAK, exempt=DIFFERENCE),
+    )  # fmt: skip
+    difference: Any = q(
+        "further", "dB", "level of the motion taken less that of the next one, there"
+    )
+
+
+@dataclass(frozen=True)
+class Records:
+    """Orders of records over time."""
+
+    ROOT: ClassVar[str] = "measurement/record"
+    acceleration: Any = q(
+        "channel order", "m/s^2", "acceleration of a channel, mean over the blocks", PEAK,
+        **_OF_RECORD)  # fmt: skip
+    phase: Any = q(
+        "channel order", "rad", "phase of it against the first pulse, leading positive",
+        **_OF_RECORD, **_CIRCLE)  # fmt: skip
+    uncertainty: Any = q(
+        "channel order", "m/s^2",
+        "standard uncertainty of it by scatter of the blocks and of the angle",
+        **_UNSURE)  # fmt: skip
+    phase_uncertainty: Any = q(
+        "channel order", "rad", "standard uncertainty of the phase by both", **_UNSURE
+    )
+    pulse_scatter: Any = q(
+        "channel", "rad", "standard deviation of a pulse from a smooth motion of the shaft",
+        **_UNSURE)  # fmt: skip
+    speed_correction: Any = q(
+        "channel", "", "of the speed as given, so that phases stand still, relative", **_OF_RECORD
+    )
+    block_speed: Any = q("channel block", "rad/s", "mean crank speed of a block")
+    block_acceleration: Any = q(
+        "channel block order", "m/s^2", "acceleration of a channel in a block", PEAK, **_OF_RECORD
+    )
+    spectrum: Any = q(
+        "channel order_line", "m/s^2",
+        "root mean square over the blocks of the amplitudes of all lines", PEAK,
+        **_OF_RECORD)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Map:
+    """Over the plate."""
+
+    ROOT: ClassVar[str] = "measurement/map"
+    amplitude: Any = q("order plate_y plate_x", "m/s^2", "acceleration along z", PEAK)
+    all_orders: Any = q(
+        "plate_y plate_x", "m/s^2", "root of the sum of the squared amplitudes of all harmonics",
+        PEAK)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Quiet:
+    """Places of the plate that move least."""
+
+    ROOT: ClassVar[str] = "measurement/quiet"
+    x: Any = q("order", "m", "place on the plate that moves least")
+    y: Any = q("order", "m", "place on the plate that moves least")
+    amplitude: Any = q("order", "m/s^2", "acceleration of that place", PEAK, exempt=DIFFERENCE)
+    all_orders_x: Any = q("", "m", "place that moves least in all harmonics")
+    all_orders_y: Any = q("", "m", "place that moves least in all harmonics")
+    all_orders_amplitude: Any = q(
+        "", "m/s^2", "root of the sum of the squared amplitudes of that place", PEAK,
+        exempt=DIFFERENCE)  # fmt: skip
+
+
+ENTRIES = tuple(
+    entries_of(
+        Whole, Phase, Levels, Uncertainty, Fit, Readings, Signals, Candidates, Further, Records,
+        Map, Quiet,
+    )
 )  # fmt: skip

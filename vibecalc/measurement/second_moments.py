@@ -79,21 +79,17 @@ def symmetric(entries: FloatArray) -> FloatArray:
 # a cubic in t, are real, and the ends are neighbours among them: the upper two where N has two
 # positive eigenvalues, the lower two where it has one. The lowest eigenvalue is a concave function
 # of t with the slope v' N v of its vector v. Newton's method on it mends the last digits of the
-# roots, and comes to an end from anywhere outside where the roots cannot be trusted.
+# roots; where these cannot be trusted, halving finds its maximum, and Brent's method the ends.
 # ----------------------------------------------------------------------------
 
 #: lowest eigenvalues, over the size of the matrix, that are nothing but rounding, well or badly met
 _ZERO, _COARSE = 4.0 * UNIT_ROUNDOFF, 64.0 * UNIT_ROUNDOFF
 #: steps over the distance of both ends: below this the roots were good, beyond it ends meet
 _CLOSE, _FAR = 1e-6, 1e-2
-_POLISH, _MARCH, _CLIMB = 8, 60, 60
-
-
-class ConeEnds(NamedTuple):
-    """One or two motions (3,), and eigenvalue problems of 3 by 3 solved on the way."""
-
-    motions: list[ComplexArray]
-    solved: int
+_POLISH = 8
+#: distance of two places, of a matrix of size one, that makes none; relative error of a root
+_STILL = 0.25 * UNIT_ROUNDOFF
+_ROOT = 4.0 * float(np.finfo(float).eps)
 
 
 class _Lowest(NamedTuple):
@@ -110,208 +106,75 @@ def ends(line: Line) -> list[ComplexArray]:
 
     Where it misses them there is one, of the nearest approach: no motion has these amplitudes.
     """
-    return counted_ends(line).motions
-
-
-def counted_ends(line: Line) -> ConeEnds:
-    """The same with what it took."""
     size = float(np.linalg.norm(line.origin))
     if not size > 0.0:
-        return ConeEnds([np.zeros(3, dtype=complex)], 1)
+        return [np.zeros(3, dtype=complex)]
     unit = Line(line.origin / size, line.direction / float(np.linalg.norm(line.direction)))
-    lowest = _by_roots(unit)
-    if lowest is None:
-        lowest = _by_search(unit)
-    motions = [motion * math.sqrt(size) for motion in lowest.motions]
-    return lowest._replace(motions=motions)
+    found = _by_roots(unit) or _by_search(unit)
+    return [math.sqrt(size) * motion for motion in found]
 
 
-def _by_roots(line: Line) -> ConeEnds | None:
-    """From the roots of the cubic; None where the ends meet, or where the line misses."""
-    both = _root_pair(line)
-    if both is None:
+def _by_roots(line: Line) -> list[ComplexArray] | None:
+    """From the roots of the determinant; None where the ends meet, or where the line misses."""
+    at = _root_pair(line)
+    if at is None:
         return None
-    solved, at = 1, np.array(both)
     for _ in range(_POLISH):
         lowest = _lowest(line, at)
-        solved += 2
         if not (lowest.slope[0] > 0.0 > lowest.slope[1]):
             return None
         step = -lowest.values[:, 0] / lowest.slope
-        gap = float(at[1] - at[0])
-        if float(np.max(np.abs(step))) > _FAR * gap:
+        off, gap = float(np.max(np.abs(step))), float(at[1] - at[0])
+        small = np.max(np.abs(lowest.values[:, 0] / lowest.values[:, 2]))
+        if off > _FAR * gap:
             return None
-        scale = np.abs(lowest.values[:, 2])
-        if np.all(np.abs(lowest.values[:, 0]) <= _ZERO * scale):
-            return ConeEnds([_factor(lowest, place) for place in range(2)], solved)
+        if small <= _ZERO:
+            break
         at = at + step
-    # rounding no longer shrinks
-    small = np.abs(lowest.values[:, 0]) <= _COARSE * scale
-    if float(np.max(np.abs(step))) <= _CLOSE * gap and np.all(small):
-        return ConeEnds([_factor(lowest, place) for place in range(2)], solved)
+    # else rounding no longer shrinks
+    if small <= _ZERO or (off <= _CLOSE * gap and small <= _COARSE):
+        return [_factor(lowest, place) for place in range(2)]
     return None
 
 
-def _root_pair(line: Line) -> tuple[float, float] | None:
-    """The two of the three roots of the determinant between which the matrix can be positive.
+def _root_pair(line: Line) -> FloatArray | None:
+    """The two of the three roots of det(G_0 + t N) between which the matrix can be positive.
 
     None where not all are real, or too large to be distinguished from infinite ones.
     """
-    c0, c1, c2, c3 = _determinant(line)
-    size = max(abs(c0), abs(c1), abs(c2), abs(c3))
-    if not size > 0.0:
-        return None
-    if abs(c3) >= abs(c0):
-        roots = _three_roots(c3, c2, c1, c0)
-    else:
-        inverse = _three_roots(c0, c1, c2, c3)
-        # an infinite root is the third one
-        roots = None if inverse is None else [1.0 / r if r else math.inf for r in inverse]
-    if roots is None:
-        return None
+    from scipy.linalg import eigvals
+
+    roots = -eigvals(line.origin, line.direction)
     low, high = _bracket(line)
-    finite = sorted(root for root in roots if low <= root <= high)
-    if len(finite) == 3:
-        return (finite[1], finite[2]) if c3 < 0.0 else (finite[0], finite[1])
-    return (finite[0], finite[1]) if len(finite) == 2 else None
-
-
-def _determinant(line: Line) -> tuple[float, float, float, float]:
-    """Coefficients of det(G_0 + t N), lowest power first."""
-    g, n = line.origin.tolist(), line.direction.tolist()
-
-    def triple(a: list[float], b: list[float], c: list[float]) -> float:
-        return (
-            a[0] * (b[1] * c[2] - b[2] * c[1])
-            - a[1] * (b[0] * c[2] - b[2] * c[0])
-            + a[2] * (b[0] * c[1] - b[1] * c[0])
-        )
-
-    return (
-        triple(*g),
-        triple(n[0], g[1], g[2]) + triple(g[0], n[1], g[2]) + triple(g[0], g[1], n[2]),
-        triple(g[0], n[1], n[2]) + triple(n[0], g[1], n[2]) + triple(n[0], n[1], g[2]),
-        triple(*n),
-    )
-
-
-def _three_roots(a: float, b: float, c: float, d: float) -> list[float] | None:
-    """Real roots of a x^3 + b x^2 + c x + d by cosines (Viete); None if two are not real."""
-    b, c, d = b / a, c / a, d / a
-    middle = -b / 3.0
-    p, q = b * b / 9.0 - c / 3.0, ((2.0 * b * b - 9.0 * c) * b + 27.0 * d) / 54.0
-    if not (math.isfinite(p) and math.isfinite(q)) or p <= 0.0 or abs(q) >= p * math.sqrt(p):
+    within = (roots.imag == 0.0) & (roots.real >= low) & (roots.real <= high)
+    finite = np.sort(roots.real[within])
+    if finite.size < 2:
         return None
-    root = math.sqrt(p)
-    turn = math.acos(max(-1.0, min(1.0, q / (p * root)))) / 3.0
-    return [middle - 2.0 * root * math.cos(turn + k * 2.0 * math.pi / 3.0) for k in (-1, 0, 1)]
+    # the cubic is positive between the upper two of three where it falls at last
+    last = finite.size == 3 and np.linalg.det(line.direction) < 0.0
+    return finite[1:] if last else finite[:2]
 
 
-def _by_search(line: Line) -> ConeEnds:
-    """From the peak of the lowest eigenvalue, by Newton's method from outside."""
-    low, high = _bracket(line)
-    peak, bend, solved = _peak(line, low, high)
-    top = float(peak.values[0])
-    if top <= 0.0:
-        return ConeEnds([_factor(peak)], solved)
-    motions = []
-    for outside in (low, high):
-        start = outside
-        if bend < 0.0:
-            # where a parabola of the peak comes down to zero, and a little farther
-            wide = 1.1 * math.sqrt(-2.0 * top / bend)
-            start = float(peak.place) + math.copysign(wide, outside - float(peak.place))
-            start = min(max(start, low), high)
-        lowest, steps = _march(line, start, outside, peak)
-        motions.append(_factor(lowest))
-        solved += steps
-    return ConeEnds(motions, solved)
+def _by_search(line: Line) -> list[ComplexArray]:
+    """From the largest lowest eigenvalue outwards, where that is positive."""
+    from scipy.optimize import brentq
 
+    def value(place: float) -> float:
+        return float(_lowest(line, np.asarray(place)).values[0])
 
-def _march(line: Line, start: float, outside: float, peak: _Lowest) -> tuple[_Lowest, int]:
-    """The end on one side of the peak: Newton's steps, kept between places on either side.
-
-    From outside a step never passes the end, as the function is concave, but by rounding.
-    """
-    inner, outer, at, best = float(peak.place), outside, start, peak
-    side = math.copysign(1.0, outside - inner)
-    for count in range(1, _MARCH):
-        lowest = _lowest(line, np.asarray(at))
-        value, slope = float(lowest.values[0]), float(lowest.slope)
-        falls = side * slope < 0.0
-        if falls and abs(value) <= _ZERO * abs(float(lowest.values[2])):
-            return lowest, count
-        if abs(value) < abs(float(best.values[0])):
-            best = lowest
-        if falls and value <= 0.0:
-            outer = at
-        else:
-            inner = at
-        target = at - value / slope if falls else math.nan
-        if abs(target - at) <= UNIT_ROUNDOFF * abs(at):
-            return best, count
-        if not min(inner, outer) < target < max(inner, outer):
-            target = 0.5 * (inner + outer)
-        if target in (inner, outer):
-            return best, count
-        at = target
-    return best, _MARCH
-
-
-def _peak(line: Line, low: float, high: float) -> tuple[_Lowest, float, int]:
-    """Where the lowest eigenvalue is largest, its second derivative there, and problems solved.
-
-    Newton's method on the slope, kept between places on either side; where two eigenvalues meet
-    and the slope jumps, the tangents' meeting or halves take over.
-    """
-    sides = [_lowest(line, np.asarray(place)) for place in (low, high)]
-    best, bend, at = sides[0], 0.0, 0.5 * (low + high)
-    for count in range(2, _CLIMB):
-        lowest = _lowest(line, np.asarray(at))
-        if lowest.values[0] > best.values[0]:
-            best, bend = lowest, _bend(line, lowest)
-        rising = float(lowest.slope) > 0.0
-        sides[0 if rising else 1] = lowest
-        left, right = (float(side.place) for side in sides)
-        curvature = _bend(line, lowest)
-        target = at - float(lowest.slope) / curvature if curvature < 0.0 else math.nan
-        if not left < target < right:
-            target = _meeting(*sides)
-        if not left < target < right:
-            target = 0.5 * (left + right)
-        if abs(target - at) <= 2.0 * UNIT_ROUNDOFF * max(abs(at), abs(target)) or (
-            right - left <= 4.0 * UNIT_ROUNDOFF * max(abs(left), abs(right))
-        ):
-            return best, bend, count + 1
-        # tangents bound the rise that is left
-        if _ceiling(*sides) - float(best.values[0]) <= _ZERO * abs(float(best.values[2])):
-            return best, bend, count + 1
-        at = target if count % 4 else 0.5 * (left + right)
-    return best, bend, _CLIMB
-
-
-def _meeting(left: _Lowest, right: _Lowest) -> float:
-    """Where the tangents at both places meet."""
-    fall = float(left.slope - right.slope)
-    difference = float(right.values[0] - left.values[0])
-    ahead = difference - float(right.slope) * float(right.place - left.place)
-    return float(left.place) + ahead / fall if fall > 0.0 else math.nan
-
-
-def _ceiling(left: _Lowest, right: _Lowest) -> float:
-    """What a concave function between both places does not exceed."""
-    at = _meeting(left, right)
-    if math.isnan(at):
-        return math.inf
-    return float(left.values[0]) + float(left.slope) * (at - float(left.place))
-
-
-def _bend(line: Line, lowest: _Lowest) -> float:
-    """Second derivative of the lowest eigenvalue; minus infinity where two meet."""
-    across = lowest.vectors.T @ line.direction @ lowest.vectors[:, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        terms = np.square(across[1:]) / (lowest.values[0] - lowest.values[1:])
-    return 2.0 * float(np.sum(np.where(across[1:] == 0.0, 0.0, terms)))
+    outside = _bracket(line)
+    low, high = outside
+    peak = _lowest(line, np.asarray(low))
+    while high - low > _STILL and low < (middle := 0.5 * (low + high)) < high:
+        lowest = _lowest(line, np.asarray(middle))
+        if lowest.values[0] > peak.values[0]:
+            peak = lowest
+        # the slope of a concave function falls
+        low, high = (middle, high) if lowest.slope > 0.0 else (low, middle)
+    if not peak.values[0] > 0.0:
+        return [_factor(peak)]
+    roots = (brentq(value, end, float(peak.place), xtol=1e-300, rtol=_ROOT) for end in outside)
+    return [_factor(_lowest(line, np.asarray(root))) for root in roots]
 
 
 def _bracket(line: Line) -> tuple[float, float]:

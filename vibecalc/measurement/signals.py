@@ -7,15 +7,11 @@ at the first pulse, so that a positive phase leads.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray
-
-if TYPE_CHECKING:
-    from scipy.interpolate import BSpline
 
 # ----------------------------------------------------------------------------
 # Pulses of a tachometer, and the time at each angle.
@@ -266,23 +262,27 @@ class Tracked(NamedTuple):
 _RUNS = 0.05
 
 
-@dataclass(frozen=True)
 class Recording:
     """Signals (c, n) sampled at times (n,), and how orders are made of them.
 
     Blocks have so many turns; `lines` + 1 lines of orders 0, 1 / turns, 2 / turns ... are kept.
+    Between samples stand splines of an odd degree, and of the next lower one for the error.
     """
 
-    times: FloatArray
-    signals: FloatArray
-    turns: int
-    lines: int
-    window: str = "none"
-    degree: int = 5
+    def __init__(
+        self,
+        times: FloatArray,
+        signals: FloatArray,
+        turns: int,
+        lines: int,
+        window: str = "none",
+        degree: int = 5,
+    ):
+        from scipy.interpolate import make_interp_spline
 
-    def blocks(self, shaft: Shaft) -> OrderBlocks:
-        """Orders block by block; the samples have to go on over all angles of the shaft."""
-        return self._blocks(shaft, (self.degree, max(self.degree - 2, 1)))
+        self.times, self.turns, self.lines, self.window = times, turns, lines, window
+        degrees = (degree, max(degree - 2, 1))
+        self.splines = [make_interp_spline(times, signals.T, one) for one in degrees]
 
     def tracked(self, shaft: Shaft, orders: FloatArray, given: bool, torsion: float) -> "Tracked":
         """Blocks for the angle at which some orders stand still, where the shaft is steady.
@@ -330,10 +330,13 @@ class Recording:
     def phasors(self, shaft: Shaft, orders: FloatArray) -> ComplexArray:
         """Amplitudes (b, c, m) of some orders."""
         lines = np.rint(orders * self.turns).astype(int)
-        found = self._blocks(shaft, (self.degree,)).amplitudes[..., lines]
-        return np.moveaxis(found, 1, 0)
+        return np.moveaxis(self.blocks(shaft, 1).amplitudes[..., lines], 1, 0)
 
-    def _blocks(self, shaft: Shaft, degrees: tuple[int, ...]) -> OrderBlocks:
+    def blocks(self, shaft: Shaft, splines: int = 2) -> OrderBlocks:
+        """Orders block by block; the samples have to go on over all angles of the shaft.
+
+        Of one of the `splines` no error is known.
+        """
         rate = (self.times.size - 1) / (self.times[-1] - self.times[0])
         per_turn, turns = samples_per_turn(rate, shaft), self.turns
         while per_turn * turns < 4 * self.lines:
@@ -342,22 +345,12 @@ class Recording:
         at = shaft.at(shaft.start + _TURN * np.arange(count + 1) / per_turn)
         found = [
             amplitudes_of_blocks(
-                np.moveaxis(self._spline(one)(at[:-1]), 0, -1),
-                per_turn, turns, self.lines, self.window,
+                np.moveaxis(spline(at[:-1]), 0, -1), per_turn, turns, self.lines, self.window
             )
-            for one in degrees
-        ]  # fmt: skip
+            for spline in self.splines[:splines]
+        ]
         ends = at[:: per_turn * turns]
         return OrderBlocks(found[0], np.abs(found[0] - found[-1]), _TURN * turns / np.diff(ends))
-
-    def _spline(self, degree: int) -> "BSpline":
-        """Signals at any times, by a spline of an odd degree, made once."""
-        from scipy.interpolate import make_interp_spline
-
-        known: dict[int, BSpline] = self.__dict__.setdefault("_splines", {})
-        if degree not in known:
-            known[degree] = make_interp_spline(self.times, self.signals.T, degree)
-        return known[degree]
 
 
 # ----------------------------------------------------------------------------

@@ -1,12 +1,11 @@
 """The stage that [measurement] asks for."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from vibecalc.core.run.stage import Entries, Harmonics, Stage, Subject, Unit, Work, below
+from vibecalc.core.run.stage import Entries, Harmonics, Stage, Subject, Unit, below
 
 if TYPE_CHECKING:
-    from vibecalc.measurement.tables import Measurement
     from vibecalc.schema import Case
 
 
@@ -15,111 +14,42 @@ def plan_measurement(case: "Case") -> Iterator[Stage]:
     table = case.measurement
     if table is None:
         return
-    by_levels = not set(table.orders) <= _with_phases(table)
-    left_out = tuple(
-        f"measurement/{part}"
-        for part, there in (
-            ("frequency", table.base_frequency is not None or case.machine.speed is not None),
-            ("candidate/", by_levels),
-            ("further/", by_levels),
-            ("signal/", _any_phase(table)),
-            ("reading/", _any_level(table)),
-            ("record/", bool(table.record)),
-            ("map/", table.plate is not None),
-            ("quiet/", table.plate is not None),
-        )
-        if not there
-    )
-    positions = () if table.positions else _OF_POSITIONS
+    from vibecalc.measurement.model import build_harmonics  # loads what solves the motion
+
+    harmonics = build_harmonics(table)
+    reads = [read for one in harmonics for read in one.reads]
+    by_levels = not all(one.is_complex for one in harmonics)
+    phases = any(read.phase is not None for read in reads)
+    parts = {
+        "frequency": table.base_frequency is not None or case.machine.speed is not None,
+        "candidate/": by_levels,
+        "further/": by_levels and bool(table.positions),
+        "signal/": phases,
+        "reading/": any(read.amplitude > 0.0 for read in reads),
+        "record/": bool(table.record),
+        "map/": table.plate is not None,
+        "quiet/": table.plate is not None,
+        **dict.fromkeys(_OF_POSITIONS, bool(table.positions)),
+    }
+    left_out = (f"measurement/{part}" for part, there in parts.items() if not there)
     method = "levels: all motions that they allow" if by_levels else "least squares"
+    orders = table.orders
+    counted = Harmonics(len(orders), min(orders), max(orders), "[measurement] orders")
     yield Stage(
         name="measurement",
         adapter="vibecalc.measurement.adapter:run_measurement",
         why="[measurement] is in the case",
         parts=(),
-        orders=", ".join(map(str, table.orders)),
-        cost=f"{_count(table)} readings, {len(table.orders)} harmonics one by one; {method}",
-        quantities=below("measurement/", without=(*left_out, *positions)),
+        orders=", ".join(map(str, orders)),
+        cost=f"{len(reads)} readings, {len(orders)} harmonics one by one; {method}",
+        quantities=below("measurement/", without=tuple(left_out)),
         is_last=True,
-        harmonics=_orders_of_measurement,
-        work=_work_of_measurement,
+        harmonics=lambda _: counted,
+        work=lambda _, number: ((number, "least_squares" if phases else "level_motions"),),
     )
 
 
-def _with_phases(table: "Measurement") -> set[int]:
-    """Harmonics whose motion comes from complex amplitudes."""
-    found = {
-        order
-        for reading in table.readings
-        if reading.phase and reading.use == "solve"
-        for order in reading.orders or table.orders
-    }
-    if any(one.use == "solve" for one in _phasors(table)):
-        found |= set(table.orders)
-    scan = table.scan
-    return found | (set(scan.order) if scan is not None and scan.phase else set())
-
-
-def _phasors(table: "Measurement") -> list[Any]:
-    """Channels of records, and spectra: each a reading with phases of all harmonics."""
-    return [*(one for record in table.record for one in record.channels), *table.spectrum]
-
-
-def _any_phase(table: "Measurement") -> bool:
-    read = any(reading.phase for reading in table.readings) or bool(_phasors(table))
-    return read or (table.scan is not None and bool(table.scan.phase))
-
-
-def _any_level(table: "Measurement") -> bool:
-    """Whether anything read is larger than zero and so has a level."""
-    scan = table.scan
-    if (scan is not None and (scan.level or any(scan.amplitude))) or _phasors(table):
-        return True
-    return any(
-        reading.level or any(reading.amplitude) or any(reading.angular_amplitude)
-        for reading in table.readings
-    )
-
-
-def _count(table: "Measurement") -> int:
-    single = sum(len(reading.orders or table.orders) for reading in table.readings)
-    single += len(_phasors(table)) * len(table.orders)
-    return single + (len(table.scan.order) if table.scan is not None else 0)
-
-
-_OF_POSITIONS = (
-    *("measurement/acceleration", "measurement/level/", "measurement/candidate/level"),
-    *("measurement/uncertainty/level", "measurement/further/"),
-)
-
-
-# ----------------------------------------------------------------------------
-# Harmonics and counted work of each stage, read from the case: nothing is solved.
-# ----------------------------------------------------------------------------
-
-
-def _orders_of_measurement(case: "Case") -> Harmonics:
-    assert case.measurement is not None
-    orders = case.measurement.orders
-    return Harmonics(len(orders), min(orders), max(orders), "[measurement] orders")
-
-
-def _work_of_measurement(case: "Case", orders: int) -> Work:
-    table = case.measurement
-    assert table is not None
-    phases = any(reading.phase for reading in table.readings) or bool(_phasors(table))
-    phases = phases or (table.scan is not None and bool(table.scan.phase))
-    return ((orders, "least_squares" if phases else "level_motions"),)
-
-
-def channel_names(table: "Measurement") -> tuple[str, ...]:
-    """How results name the channels of all records: by position, and by record where several."""
-    several = len(table.record) > 1
-    return tuple(
-        f"{place}: {one.at}" if several else one.at
-        for place, record in enumerate(table.record, start=1)
-        for one in record.channels
-    )
+_OF_POSITIONS = ("acceleration", "level/", "candidate/level", "uncertainty/level")
 
 
 def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
@@ -128,7 +58,7 @@ def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
         return {}
     table = case.measurement
     named = {"position": tuple(position.name for position in table.positions)}
-    channels = channel_names(table)
+    channels = table.channel_names
     return named | ({"channel": channels} if channels else {})
 
 
@@ -154,11 +84,11 @@ SUBJECT = Subject(
     checks=("vibecalc.measurement.checks:measurement_problems",),
     sections=(
         "vibecalc.measurement.report:measurement",
-        "vibecalc.measurement.record_report:records",
+        "vibecalc.measurement.report:records",
     ),
     pictures={
         "measured_levels": "vibecalc.measurement.pictures:draw_measured_levels",
-        "record_orders": "vibecalc.measurement.record_report:draw_record_orders",
+        "record_orders": "vibecalc.measurement.pictures:draw_record_orders",
         "plate_map": "vibecalc.measurement.pictures:draw_plate_map",
     },
     assumes=("The plate is rigid and moves little: normal to itself, in roll and in pitch.",),

@@ -197,3 +197,13 @@ class Measurement(Table):
             also=("machine", "speed"),
         ),
     )
+
+    @property
+    def channel_names(self) -> tuple[str, ...]:
+        """How results name the channels of all records: by position, and by record of several."""
+        several = len(self.record) > 1
+        return tuple(
+            f"{place}: {one.at}" if several else one.at
+            for place, record in enumerate(self.record, start=1)
+            for one in record.channels
+        )

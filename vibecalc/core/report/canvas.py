@@ -1,6 +1,6 @@
 """What pictures share: a figure without a window, colours, marks, units."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from vibecalc.core.report.sections import read_as, speed_of
 from vibecalc.core.report.writing import fold, rpm
-from vibecalc.core.results.record import Axis, Quantity, Result
+from vibecalc.core.results.record import Quantity, Result
 from vibecalc.core.results.verdicts import entries, verdicts_of
 from vibecalc.units import convert
 
@@ -191,11 +191,6 @@ def read_in(quantity: Quantity, largest: float) -> tuple[float, str]:
     return more * convert(1.0, quantity.unit, unit), words
 
 
-def clearance_names(axis: Axis) -> list[str]:
-    """Clearances in mm, as legends name them."""
-    return [f"clearance {1e3 * float(value):.4g} mm" for value in axis.values]
-
-
 def plain_ticks(axis: Any) -> None:
     """1, 2, 5, 10, 20, 50 ... in plain numbers on a logarithmic axis; over decades 1, 10, 100.
 
@@ -214,11 +209,16 @@ def plain_ticks(axis: Any) -> None:
         axis.set_minor_locator(NullLocator())
 
 
-def spread_out(count: int, most: int) -> list[int]:
-    """At most `most` of `count` places, the first and the last among them."""
+def spread_out(count: int, most: int, kept: Iterable[int] = ()) -> list[int]:
+    """At most `most` of `count` places, spread out, but all that are to be `kept`."""
     if count <= most:
         return list(range(count))
-    return sorted({round(float(place)) for place in np.linspace(0, count - 1, most)})
+    chosen = set(kept)
+    first, *between, last = np.linspace(0, count - 1, most).round().astype(int).tolist()
+    for place in (first, last, *between):
+        if len(chosen) < most:
+            chosen.add(place)
+    return sorted(chosen)
 
 
 def keep_apart(places: np.ndarray, apart: float) -> np.ndarray:

@@ -4,7 +4,7 @@ A `Curves` stands as data in the `pictures.py` of a subject and is drawn from th
 a result lacks is left out; without any of its curves there is no picture.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -35,6 +35,7 @@ from vibecalc.core.report.sections import labels, magnitudes, scalar_of
 from vibecalc.core.report.verdicts import MEASURED, judge_references
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
+from vibecalc.core.results.verdicts import entries
 from vibecalc.units import convert, parse_quantity
 
 if TYPE_CHECKING:
@@ -171,7 +172,7 @@ def draw_points(
     cross = {"marker": "x", "color": colour, "label": "published"}
     for measured, look in ((True, hollow), (False, cross)):
         rows = [row for row in known if over.name in row.where and row.at != "start"
-                and ", ".join(str(row.where.get(axis.name, "")) for axis in others) == entry
+                and _named(others, row.where) == entry
                 and (row.kind == MEASURED) == measured]  # fmt: skip
         if rows:
             places = [parse_quantity(row.where[over.name], over.unit) for row in rows]
@@ -192,11 +193,12 @@ def draw_points(
 class Curve:
     """A quantity over its last axis, a curve for each entry of the axes before it.
 
-    Of many entries the `most` with the largest values are drawn, equal ones as one; their names
-    stand at `{}` of `words`, at `{each}` as `mounts 1, 2`. `part` makes numbers of complex values,
-    their size if nothing is said. `upto` fills the band to another quantity, `bars` draws bars,
-    with ranges between the two quantities `within` where these differ. References of the case on
-    the quantity, so far `apart`, and limits of it are drawn with it where its values are.
+    Of many entries the `most` with the largest values are drawn, and those that references stand
+    on, equal ones as one; their names stand at `{}` of `words`, at `{each}` as `mounts 1, 2`.
+    `part` makes numbers of complex values, their size if nothing is said. `upto` fills the band
+    to another quantity, `bars` draws bars, with ranges between the two quantities `within` where
+    these differ. References of the case on the quantity, so far `apart`, and limits of it are
+    drawn with it where its values are.
     """
 
     of: Source
@@ -218,7 +220,7 @@ class Curve:
         rank, axes = np.argsort(x, kind="stable"), plot.axes
         x = x[rank]
         upper = sourced(self.upto, plot.result) if self.upto else None
-        for names, row, place in self.rows(quantity):
+        for names, row, place in self.rows(quantity, plot.result):
             colour, dashes = plot.colour()
             joined = ", ".join(names)
             each = f"{quantity.axes[0].name}{'s' * (len(names) > 1)} {joined}" * any(names)
@@ -249,9 +251,13 @@ class Curve:
             for text, bound in bounds_of(plot.result, quantity.path, entry=False):
                 plot.limit(text, bound)
 
-    def rows(self, quantity: Quantity) -> list[tuple[list[str], np.ndarray, Any]]:
+    def rows(self, quantity: Quantity, result: Result) -> list[tuple[list[str], np.ndarray, Any]]:
         """What is drawn of the quantity; bars of equal height have a place each."""
-        return rows_of(quantity, self.most, self.part, near=0.0 if self.bars else _EQUAL)
+        known = entries(result, "reference")
+        places = [row.get("where") or {} for row in known if row["quantity"] == quantity.path]
+        names = {_named(quantity.axes[:-1], place) for place in places}
+        near = 0.0 if self.bars else _EQUAL
+        return rows_of(quantity, self.most, self.part, near, names)
 
     def _ranges(self, plot: "Plot", x: np.ndarray, y: np.ndarray, place: Any) -> None:
         found = [sourced(one, plot.result) for one in self.within or ()]
@@ -269,11 +275,13 @@ def rows_of(
     most: int = _MOST,
     part: Callable[[Any], Any] | None = None,
     near: float = _EQUAL,
+    kept: Collection[str] = (),
 ) -> list[tuple[list[str], np.ndarray, Any]]:
     """Names, values with gaps and place of each curve of a quantity, in the order of the entries.
 
     Those that differ by no more than `near` of the largest value are one, none if that is 0.
-    Entries of several axes are joined: `rear, order 2`.
+    Entries of several axes are joined: `rear, order 2`. The `most` largest are taken, and those
+    that are to be `kept`.
     """
     values = gaps(magnitudes(quantity) if part is None else part(quantity.values))
     named = [labels(axis) for axis in quantity.axes[:-1]]
@@ -289,7 +297,14 @@ def rows_of(
         else:
             found.append(([name], row, place))
     tops = [float(np.nanmax(np.abs(row), initial=0.0)) for _, row, _ in found]
-    return [found[i] for i in sorted(np.argsort(-np.array(tops), kind="stable")[:most])]
+    taken = set(np.argsort(-np.array(tops), kind="stable")[:most].tolist())
+    taken |= {i for i, (names, *_) in enumerate(found) if not set(kept).isdisjoint(names)}
+    return [found[i] for i in sorted(taken)]
+
+
+def _named(axes: Sequence[Axis], where: Mapping[str, Any]) -> str:
+    """The entry that a reference stands on."""
+    return ", ".join(str(where.get(axis.name, "")) for axis in axes)
 
 
 #: what draws into a panel, other than a curve
@@ -526,7 +541,11 @@ class Plot:
 
     def bars(self, x: np.ndarray, y: np.ndarray, look: Look) -> float:
         """Bars next to those of the other curves of the panel, or on them; how far aside."""
-        each = [one.rows(quantity) for one, quantity in self.panel.curves(self.result) if one.bars]
+        each = [
+            one.rows(quantity, self.result)
+            for one, quantity in self.panel.curves(self.result)
+            if one.bars
+        ]
         several, before = sum(map(len, each)), len(self._bars)
         self._bars.append(np.nan_to_num(y))
         step = float(np.min(np.diff(x), initial=1.0))
