@@ -41,56 +41,26 @@ def _dynamic(record: Record) -> Quantity | None:
     return part_of(damping, 1e3 * damping.values / films, *damping.axes)
 
 
-BENDING = Rows(
-    "mode",
-    "bending of the rod, mode",
-    (
-        Cells("frequency", "at rest, Hz", "Hz"),
-        Cells("forward", "with the\nspin, Hz", "Hz"),
-        Cells("backward", "against\nit, Hz", "Hz"),
-    ),
-    "hardware/bending",
-    merge=True,
-)
-SPRINGS = Rows(
-    "stock_spring",
-    "spring in stock",
-    (Cells("rate", "rate, N/m"), Cells("stiffness_ratio", "stiffness\nratio")),
-    "hardware/spring",
-    merge=True,
-)
-OILS = Rows(
-    "stock_oil",
-    "oil in stock",
-    (
-        Cells("hardware/oil/kinematic_viscosity", "viscosity\ncSt", "cSt"),
-        Cells(_dynamic, "viscosity\nmPa*s"),
-        Cells("hardware/oil/damping", "damping\nN*m*s/rad"),
-        Cells("hardware/oil/secondary_damping", "damping\nratio"),
-        Cells("hardware/oil/right_temperature", "right at\ndegC", _celsius, right=True),
-    ),
-)
-DAMPERS = Rows(
-    "stock_damper",
-    "damper in stock",
-    (Cells("damping", "N*s/m"), Cells("secondary_damping", "damping\nratio")),
-    "hardware/damper",
-    merge=True,
-)
-WARMING = Rows(
-    "temperature",
-    "oil at degC",
-    (
-        Cells("secondary_damping", "damping\nratio"),
-        Cells("peak", "peak, these\nsprings"),
-        Cells("best_stiffness_ratio", "best stiff-\nness ratio"),
-        Cells("best_peak", "peak with\nit"),
-    ),
-    "hardware/warming",
-    label=_celsius,
-    right=True,
-    places=evenly(9),
-)
+BENDING = Rows("mode", "bending of the rod, mode", (
+    Cells("frequency", "at rest, Hz", "Hz"), Cells("forward", "with the\nspin, Hz", "Hz"),
+    Cells("backward", "against\nit, Hz", "Hz"),
+), "hardware/bending", merge=True)  # fmt: skip
+SPRINGS = Rows("stock_spring", "spring in stock", (
+    Cells("rate", "rate, N/m"), Cells("stiffness_ratio", "stiffness\nratio"),
+), "hardware/spring", merge=True)  # fmt: skip
+OILS = Rows("stock_oil", "oil in stock", (
+    Cells("hardware/oil/kinematic_viscosity", "viscosity\ncSt", "cSt"),
+    Cells(_dynamic, "viscosity\nmPa*s"), Cells("hardware/oil/damping", "damping\nN*m*s/rad"),
+    Cells("hardware/oil/secondary_damping", "damping\nratio"),
+    Cells("hardware/oil/right_temperature", "right at\ndegC", _celsius, right=True),
+))  # fmt: skip
+DAMPERS = Rows("stock_damper", "damper in stock", (
+    Cells("damping", "N*s/m"), Cells("secondary_damping", "damping\nratio"),
+), "hardware/damper", merge=True)  # fmt: skip
+WARMING = Rows("temperature", "oil at degC", (
+    Cells("secondary_damping", "damping\nratio"), Cells("peak", "peak, these\nsprings"),
+    Cells("best_stiffness_ratio", "best stiff-\nness ratio"), Cells("best_peak", "peak with\nit"),
+), "hardware/warming", label=_celsius, right=True, places=evenly(9))  # fmt: skip
 
 
 def absorber_parts(result: Result) -> Section | None:
