@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from vibecalc.absorber.asked_tables import AMPLITUDES
-from vibecalc.absorber.tables import STIFFNESSES
+from vibecalc.absorber.tables import MOTIONS, WAYS, WIRE
 from vibecalc.core.case.raw import Data, table_at
 from vibecalc.core.case.rules import Row, Rule, needs, one_of, refuse, row_at, unique
 from vibecalc.errors import KeyPath, Problem, dotted
@@ -12,15 +12,8 @@ from vibecalc.errors import KeyPath, Problem, dotted
 # Primary and secondaries: in torsion, in translation, or in ratios alone.
 # ----------------------------------------------------------------------------
 
-MOTIONS = {
-    "torsion": ("inertia", "stiffness", "damping"),
-    "translation": ("mass", "linear_stiffness", "linear_damping"),
-}
-#: ways to one number of a secondary
-MASSES = ("mass_ratio", "inertia", "mass")
-DAMPERS = ("damping_ratio", "own_damping_ratio", "damping", "linear_damping")
-WIRE = ("wire_diameter", "coil_diameter", "turns", "shear_modulus")
 PRIMARY: KeyPath = ("machine", "primary")
+MASSES, STIFFNESSES, DAMPERS = WAYS.values()
 
 
 def _from_rod(machine: Data) -> bool:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vibecalc.absorber.tables import COLDEST, HOTTEST, ICE, THICKEST, THINNEST
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, floats
@@ -91,12 +92,6 @@ def clearance_rule(outer_radius: ArrayLike) -> Bounded:
 # measurements count more and more.
 # ----------------------------------------------------------------------------
 
-#: temperatures of the chart, in K (-70 and 370 C)
-COLDEST, HOTTEST = 203.15, 643.15
-
-#: m^2/s: the least and the greatest kinematic viscosity for which the line is drawn
-THINNEST, THICKEST = 2e-6, 20.0
-
 _SHIFT = 0.7e-6
 _UNIT = 1e-6
 
@@ -114,11 +109,11 @@ def kinematic_viscosity(line: Walther, temperature: ArrayLike) -> Bounded:
     Raises NumericalFailure for a temperature or a viscosity outside the chart.
     """
     (warm,) = floats(temperature)
-    cold, hot = COLDEST - 273.15, HOTTEST - 273.15
+    cold, hot = COLDEST - ICE, HOTTEST - ICE
     for outside in warm[(warm < COLDEST) | (warm > HOTTEST)].flat:
         raise NumericalFailure(
             f"the viscosity line ends at {cold:.0f} and {hot:.0f} C; asked for a viscosity at "
-            f"{outside - 273.15:.6g} C"
+            f"{outside - ICE:.6g} C"
         )
     (first, second), (low, high) = floats(*line.temperature), _double_log(*line.viscosity)
     share = np.log(warm / first) / np.log(second / first)
@@ -129,7 +124,7 @@ def kinematic_viscosity(line: Walther, temperature: ArrayLike) -> Bounded:
     for far in np.flatnonzero((value < THINNEST) | (value > THICKEST)):
         thick, there = (float(np.ravel(one)[far]) for one in np.broadcast_arrays(value, warm))
         raise NumericalFailure(
-            f"a kinematic viscosity of {1e6 * thick:.4g} mm^2/s at {there - 273.15:.6g} C is "
+            f"a kinematic viscosity of {1e6 * thick:.4g} mm^2/s at {there - ICE:.6g} C is "
             f"outside the range of the viscosity line, {THINNEST * 1e6:.0f} to "
             f"{THICKEST * 1e6:.0e} mm^2/s"
         )
