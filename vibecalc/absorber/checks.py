@@ -80,7 +80,7 @@ def _stated(case: Case) -> Iterator[Stated]:
             yield (*path, "primary_damping", place), "damping", ratio
         yield (*path, "mass_ratio", "from"), "mass", chart.mass_ratio.start
         yield (*path, "mass_ratio", "to"), "mass", chart.mass_ratio.stop
-    curves = case.response and case.response.absorber
+    curves = None if case.response is None else case.response.absorber
     if curves is not None and curves.vary is not None:
         for key in Vary.model_fields:
             for place, value in enumerate(getattr(curves.vary, key)):
@@ -206,7 +206,7 @@ def _tuning(case: Case) -> Iterator[Problem]:
             hint="the spring that stills one frequency has K2 / J2 = w^2",
             also=("tuning", "kind") if in_chart else ("machine", "primary"),
         )
-    bounds = tuning.bounds and tuning.bounds.stiffness_ratio
+    bounds = None if tuning.bounds is None else tuning.bounds.stiffness_ratio
     built = single_absorber(machine)
     if tuning.frequency is None or bounds is None or scale is None or built is None:
         return
@@ -223,8 +223,9 @@ def _tuning(case: Case) -> Iterator[Problem]:
 
 
 def _curves(case: Case) -> Iterator[Problem]:
-    curves, one = case.response and case.response.absorber, case.machine.secondary
-    if not curves or not curves.vary or one is None:
+    curves = None if case.response is None else case.response.absorber
+    one = case.machine.secondary
+    if curves is None or curves.vary is None or one is None:
         return
     if curves.vary.own_damping and 0.0 in (getattr(one, key) for key in WAYS["stiffness"]):
         yield Problem(

@@ -37,7 +37,6 @@ from vibecalc.absorber.results import (
     Films,
     Hardware,
     OilPairs,
-    Pairs,
     StockDampers,
     StockOils,
     StockSprings,
@@ -148,11 +147,13 @@ def _emit_wanted(scene: Scene, parts: AbsorberParts, scale: Scale, tuned: Absorb
     springs, filled = parts.springs, parts.filling
     exact = Bounded(np.ones(()), np.full((), 1e-11))
     if springs is not None:
-        k = tuned.stiffness_ratio * scale.stiffness
+        k = np.asarray(tuned.stiffness_ratio) * scale.stiffness
         rate = rate_for_couple(k, springs.count, springs.radius, springs.angle)
         scene.emit_all(Hardware(spring_rate=rate * exact))
     if filled is not None:
-        thick = viscosity_for_damping(filled.gap, tuned.secondary_damping * scale.damping)
+        thick = viscosity_for_damping(
+            filled.gap, np.asarray(tuned.secondary_damping) * scale.damping
+        )
         scene.emit_all(Hardware(dynamic_viscosity=thick * exact))
 
 
@@ -357,7 +358,7 @@ class _Choice:
         None, with a warning, where no pair keeps the bounds.
         """
         in_gap = self.scene.case.machine.gap is not None
-        group: type[Pairs] = OilPairs if in_gap else DamperPairs
+        group = OilPairs if in_gap else DamperPairs
         k, z, limits = springs.ratio, dampers.ratio, self.limits
         least = float(self.largest(
             np.asarray(self.tuned.stiffness_ratio), np.asarray(self.tuned.secondary_damping),

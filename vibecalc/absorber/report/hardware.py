@@ -7,6 +7,7 @@ from vibecalc.absorber.stage import AS_TUNED, NO_SPRING
 from vibecalc.absorber.tables import ICE
 from vibecalc.core.report.rows import Cells, Rows, evenly, part_of, rows_of
 from vibecalc.core.report.sections import (
+    Part,
     Section,
     having,
     labels,
@@ -79,7 +80,7 @@ def absorber_parts(result: Result) -> Section | None:
     warming, _ = rows_of(record, WARMING)
     if warming:
         warming = [*paragraph(_warmed(record)), *warming]
-    details = {
+    details: dict[str, Part] = {
         "parts of the absorber": scalars(record, (HARDWARE + name for name in _SCALARS), HARDWARE),
         "bending of the rod": bending,
         "springs in stock": rows_of(record, SPRINGS),
