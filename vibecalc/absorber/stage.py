@@ -536,7 +536,7 @@ SUBJECT = Subject(
         "vibecalc.absorber.report.tuning:pendulum",
     ),
     pictures={
-        "absorber_curves": "vibecalc.absorber.pictures:draw_absorber_curves",
+        "absorber_curves": "vibecalc.absorber.pictures:ABSORBER_CURVES",
         "absorber_motion": "vibecalc.absorber.motion_pictures:ABSORBER_MOTION",
         "absorber_surface": "vibecalc.absorber.pictures:draw_absorber_surface",
         "absorber_map": "vibecalc.absorber.pictures:draw_absorber_map",
