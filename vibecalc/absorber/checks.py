@@ -302,32 +302,19 @@ def _oil(case: Case) -> Iterator[Problem]:
 
 def _stock_names(case: Case) -> Iterator[Problem]:
     """Parts in stock and their arrangements have names of their own, by which they are bought."""
-    machine = case.machine
-    springs, oils = machine.spring_catalogue, machine.oil_catalogue
-    stock: dict[tuple[str, str], list[list[str]]] = {
-        ("stock_springs", "spring_catalogue"): [
-            [name for name, *_ in arranged(one)] for one in machine.stock_springs
-        ],
-        ("stock_dampers", ""): [
-            [name for name, _ in side_by_side(one)] for one in machine.stock_dampers
-        ],
-        ("stock_oils", "oil_catalogue"): [[one.name] for one in machine.stock_oils],
-    }
-    parts = {
-        "": (),
-        "spring_catalogue": (springs and springs.part) or (),
-        "oil_catalogue": (oils and oils.part) or (),
-    }
-    for (key, catalogue), rows in stock.items():
+    for key, arrangements, rows in (
+        ("stock_springs", arranged, "spring_catalogue"),
+        ("stock_dampers", side_by_side, ""),
+        ("stock_oils", lambda oil: [(oil.name,)], "oil_catalogue"),
+    ):
         named: list[tuple[KeyPath, str]] = [
             ((*MACHINE, key, place, "name"), name)
-            for place, names in enumerate(rows)
-            for name in names
+            for place, one in enumerate(getattr(case.machine, key))
+            for name, *_ in arrangements(one)
         ]
-        named += [
-            ((*MACHINE, catalogue, "part", place), str(part))
-            for place, part in enumerate(parts[catalogue])
-        ]
+        catalogue = getattr(case.machine, rows, None)
+        for place, part in enumerate(catalogue.part if catalogue else ()):
+            named.append(((*MACHINE, rows, "part", place), str(part)))
         first: dict[str, KeyPath] = {}
         for path, name in named:
             if name in first:

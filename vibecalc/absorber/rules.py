@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from vibecalc.absorber.asked_tables import AMPLITUDES
-from vibecalc.absorber.tables import MOTIONS, WAYS, WIRE
+from vibecalc.absorber.tables import MOTIONS, WAYS, WIRE, Secondary
 from vibecalc.core.case.raw import Data, table_at
 from vibecalc.core.case.rules import Row, Rule, needs, one_of, refuse, row_at, unique
 from vibecalc.errors import KeyPath, Problem, dotted
@@ -76,9 +76,7 @@ def _secondaries(row: Row) -> Iterator[Problem]:
     if one is not None and one.data:
         yield from _secondary(row, one, ring, built)
     elif ring and "secondaries" not in row:
-        alone = row_at({"machine": {"secondary": {}}}, "machine", "secondary")
-        assert alone is not None
-        empty = Row({}, (*row.path, "ring"), row.case, alone.model)
+        empty = Row({}, (*row.path, "ring"), row.case, Secondary)
         yield from _secondary(row, empty, ring, built)
     for several in row.each("secondaries"):
         yield from _secondary(row, several, False, {})
@@ -297,23 +295,16 @@ def _amplitude(row: Row) -> Iterator[Problem]:
             allowed=f"one of {', '.join(known)}" if motion else "base_acceleration",
             hint="" if motion else "and a primary with mass and natural_frequency",
         )
-    if modal:
-        for key in asked.said("vary", "limits", "response", "frequency_ratios"):
-            yield asked.problem(
-                key,
-                f"several modes have no {key}",
-                allowed="an amplitude and frequencies",
-                also=(*PRIMARY, "modes"),
-            )
-    elif of_ground:
-        for key in asked.said("vary", "limits", "response"):
-            yield asked.problem(
-                key,
-                f"against a ground that moves all motions of one absorber are read in units, "
-                f"without {key}",
-                allowed="an amplitude and frequencies",
-                hint="excitation = 'base' has it in ratios" if key != "response" else "",
-            )
+    where = "of several modes" if modal else "against a ground that moves"
+    ratios = ("vary", "limits", "response", *("frequency_ratios",) * modal)
+    for key in asked.said(*ratios) if modal or of_ground else ():
+        yield asked.problem(
+            key,
+            f"{where} all motions are read in units, without {key}",
+            allowed="an amplitude and frequencies",
+            hint="excitation = 'base' has it in ratios" if key != "response" and not modal else "",
+            also=(*PRIMARY, "modes") if modal else (),
+        )
 
 
 def _gap_in_band(row: Row) -> Iterator[Problem]:

@@ -67,23 +67,14 @@ def in_ratios(case: "Case") -> bool:
 
 def motions_of(case: "Case") -> tuple[str, ...]:
     """What is read in units: all that the excitation and the modes of a case give."""
+    from vibecalc.absorber.motion_results import TRANSLATION
     from vibecalc.absorber.readings import drifts
 
-    excitation, machine = excited_by(case), case.machine
-    modal = machine.primary is not None and bool(machine.primary.modes)
+    excitation, primary = excited_by(case), case.machine.primary
+    modal = primary is not None and bool(primary.modes)
+    there = {"deflection": excitation.startswith("base"), "transmitted_force": not modal}
     return tuple(
-        name
-        for name, there in (
-            ("displacement", True),
-            ("velocity", True),
-            ("acceleration", True),
-            ("deflection", excitation.startswith("base")),
-            ("transmitted_force", not modal),
-            ("travel", True),
-            ("spring_force", True),
-            ("damper_force", True),
-        )
-        if there and not drifts(excitation, name)
+        name for name in TRANSLATION if there.get(name, True) and not drifts(excitation, name)
     )
 
 

@@ -54,6 +54,8 @@ Share = Annotated[float, Field(ge=0), Unit("")]
 Positive = Annotated[float, Field(gt=0), Unit("")]
 Ordinate = Annotated[float, Field(ge=-1e6, le=1e6), Unit("")]
 PartNumber = Annotated[int, Field(strict=True, ge=0, le=10**9)]
+Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
+Several = Annotated[int, Field(strict=True, ge=1, le=100)]
 
 # ----------------------------------------------------------------------------
 # A primary system and the absorbers on it, in ratios or in units of their own.
@@ -300,9 +302,7 @@ class Springs(Table):
     they are the places of springs whose rate [tuning] finds.
     """
 
-    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
-        description="springs that act together"
-    )
+    count: Count = Field(description="springs that act together")
     radius: Length | None = Field(
         None, gt=0, description="from the axis to the hook on the mass, in torsion"
     )
@@ -429,7 +429,7 @@ class StockSpring(Table):
 
     name: Name = Field(description="label used in tables and in `where`")
     rate: LinearStiffness = Field(gt=0, description="of one spring")
-    parallel: Annotated[int, Field(strict=True, ge=1, le=100)] | None = Field(
+    parallel: Several | None = Field(
         None, description="every number up to it is tried; default: springs.count of them"
     )
     series: Annotated[int, Field(strict=True, ge=1, le=10)] | None = Field(
@@ -449,21 +449,21 @@ class StockDamper(Table):
 
     name: Name = Field(description="label used in tables and in `where`")
     linear_damping: LinearDamping = Field(gt=0, description="of one damper")
-    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
-        1, description="dampers that act together"
-    )
-    parallel: Annotated[int, Field(strict=True, ge=1, le=100)] = Field(
-        1, description="every number of such sets up to it is tried"
-    )
+    count: Count = Field(1, description="dampers that act together")
+    parallel: Several = Field(1, description="every number of such sets up to it is tried")
+
+
+PartNumbers = Annotated[tuple[PartNumber, ...], Field(min_length=1, max_length=2000)]
+Rates = Annotated[tuple[LinearStiffness, ...], Field(min_length=1, max_length=2000)]
+ManyViscosities = Annotated[tuple[KinematicViscosity, ...], Field(min_length=1, max_length=2000)]
+Densities = Annotated[tuple[LiquidDensity, ...], Field(min_length=1, max_length=2000)]
 
 
 class SpringCatalogue(Table):
     """Springs that can be bought, one in each row."""
 
-    part: tuple[PartNumber, ...] = Field(min_length=1, max_length=2000, description="its number")
-    rate: tuple[LinearStiffness, ...] = Field(
-        min_length=1, max_length=2000, description="of one spring"
-    )
+    part: PartNumbers = Field(description="its number")
+    rate: Rates = Field(description="of one spring")
     RULES = (same_length("part", "rate"),)
 
 
@@ -479,18 +479,10 @@ def _thins(row: Row) -> Iterator[Problem]:
 class OilCatalogue(Table):
     """Oils that can be bought, one in each row."""
 
-    part: tuple[PartNumber, ...] = Field(
-        min_length=1, max_length=2000, description="its number or grade"
-    )
-    viscosity_40: tuple[KinematicViscosity, ...] = Field(
-        min_length=1, max_length=2000, description="at 40 degC"
-    )
-    viscosity_100: tuple[KinematicViscosity, ...] = Field(
-        min_length=1, max_length=2000, description="at 100 degC"
-    )
-    density: tuple[LiquidDensity, ...] = Field(
-        min_length=1, max_length=2000, description="at 15 degC"
-    )
+    part: PartNumbers = Field(description="its number or grade")
+    viscosity_40: ManyViscosities = Field(description="at 40 degC")
+    viscosity_100: ManyViscosities = Field(description="at 100 degC")
+    density: Densities = Field(description="at 15 degC")
     RULES = (same_length("part", "viscosity_40", "viscosity_100", "density"), _thins)
 
 
@@ -530,9 +522,7 @@ class Pendulum(Table):
 
     order: Positive = Field(description="of the excitation that they have to follow")
     mass: Mass = Field(gt=0, description="of one pendulum, without its rollers")
-    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
-        1, description="pendulums that swing together"
-    )
+    count: Count = Field(1, description="pendulums that swing together")
     vertex_distance: Length | None = Field(
         None, gt=0, description="from the axis to the mass centre at rest"
     )
