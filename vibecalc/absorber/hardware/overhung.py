@@ -241,12 +241,12 @@ def _roots(rod: OverhungRod, body: EndBody, spin: FloatArray, starts: FloatArray
         raise NumericalFailure(
             "two bending frequencies of the rod lie too close to be distinguished"
         )
-    tolerances = {"xatol": 0.0, "xrtol": UNIT_ROUNDOFF, "fatol": 0.0, "frtol": 0.0}
+    tolerances = {"xatol": 0.0, "xrtol": 4.0 * UNIT_ROUNDOFF, "fatol": 0.0, "frtol": 0.0}
     root = find_root(value, ends.bracket, args=given, tolerances=tolerances).x
     step = np.minimum(1e-5 * root, np.minimum(root - start + reach, start + reach - root))
     slope = np.abs(value(root + step, *given) - value(root - step, *given)) / (2.0 * step)
     noise = with_errors(value, root, *given).error
-    return Bounded(root, 2.0 * noise / slope + 4.0 * UNIT_ROUNDOFF * root)
+    return Bounded(root, 2.0 * noise / slope + 8.0 * UNIT_ROUNDOFF * root)
 
 
 # ----------------------------------------------------------------------------
