@@ -68,37 +68,30 @@ def _primary(row: Row) -> Iterator[Problem]:
 
 def _secondaries(row: Row) -> Iterator[Problem]:
     """One absorber, or several, each with mass, spring and damper of the primary's motion."""
-    one, ring = row.below("secondary"), "ring" in row
+    one = row.below("secondary")
     if row.below("primary") is None:
         return
-    sprung = not table_at(row.data, "springs").keys().isdisjoint({"rate", *WIRE})
-    built = {"springs": sprung, "oil": "oil" in row and "gap" in row}
+    springs = table_at(row.data, "springs")
+    built = {
+        part
+        for part, there in (
+            ("ring", "ring" in row),
+            ("springs", not springs.keys().isdisjoint({"rate", *WIRE})),
+            ("oil", "oil" in row and "gap" in row),
+        )
+        if there
+    }
     if one is not None and one.data:
-        yield from _secondary(row, one, ring, built)
-    elif ring and "secondaries" not in row:
-        empty = Row({}, (*row.path, "ring"), row.case, Secondary)
-        yield from _secondary(row, empty, ring, built)
+        yield from _secondary(row, one, built)
+    elif "ring" in row and "secondaries" not in row:
+        yield from _secondary(row, Row({}, (*row.path, "ring"), row.case, Secondary), built)
     for several in row.each("secondaries"):
-        yield from _secondary(row, several, False, {})
+        yield from _secondary(row, several, set())
 
 
-def _secondary(machine: Row, one: Row, ring: bool, built: dict[str, bool]) -> Iterator[Problem]:
+def _secondary(machine: Row, one: Row, built: set[str]) -> Iterator[Problem]:
     name = one.header() if len(one.path) == 2 else dotted(one.path[1:])
     motion, tuned = _motion(machine.data), isinstance(machine.case.get("tuning"), dict)
-    heavy = one.said(*MASSES)
-    if ring and heavy:
-        yield one.problem(
-            heavy[0],
-            "the inertia of the seismic mass stands twice: [machine.ring] gives it",
-            allowed=f"{heavy[0]}, or a ring: one way or the other",
-            also=("machine", "ring"),
-        )
-    elif not ring and one.lacks(*MASSES):
-        yield one.problem(
-            "",
-            f"{name} has no mass",
-            allowed="mass_ratio, inertia (torsion), mass (translation), or [machine.ring]",
-        )
     for other, keys in MOTIONS.items():
         foreign = one.said(*keys)
         if foreign and other != motion and not _mixes(one.data):
@@ -112,11 +105,13 @@ def _secondary(machine: Row, one: Row, ring: bool, built: dict[str, bool]) -> It
                 also=PRIMARY,
             )
     for what, alternatives, part in (
+        ("mass", MASSES, "ring"),
         ("spring", STIFFNESSES, "springs"),
         ("damper", DAMPERS, "oil"),
     ):
         given, hardware = one.said(*alternatives), f"[machine.{part}]"
-        if tuned and given:
+        sought = tuned and what != "mass"
+        if sought and given:
             yield one.problem(
                 given[0],
                 f"{given[0]} is fixed, and [tuning] finds the {what}",
@@ -125,18 +120,19 @@ def _secondary(machine: Row, one: Row, ring: bool, built: dict[str, bool]) -> It
                 "tuning.bounds hold a value",
                 also=("tuning",),
             )
-        elif given and built.get(part):
+        elif given and part in built:
             yield one.problem(
                 given[0],
                 f"the {what} stands twice: {hardware} gives it",
                 allowed=f"{given[0]}, or {hardware}: one way or the other",
                 also=("machine", part),
             )
-        elif not (tuned or built.get(part)) and one.lacks(*alternatives):
+        elif not sought and part not in built and one.lacks(*alternatives):
+            least, tuning = (" (0 for none)", ", or [tuning]") if what != "mass" else ("", "")
             yield one.problem(
                 "",
-                f"{name} has no {what}, and no [tuning] finds one",
-                allowed=f"one of {', '.join(alternatives)} (0 for none), {hardware}, or [tuning]",
+                f"{name} has no {what}" + ", and no [tuning] finds one" * (what != "mass"),
+                allowed=f"one of {', '.join(alternatives)}{least}, {hardware}{tuning}",
             )
 
 
@@ -158,9 +154,6 @@ _NEEDS = {
     "gap": "secondary",
     "ring": "primary",
 }
-_BENDING = ("total_length", "span", "elastic_modulus")
-
-
 _NO_PARTS = "several absorbers have no parts as built"
 
 
@@ -181,14 +174,8 @@ def _parts(row: Row) -> Iterator[Problem]:
             )
     rod = row.below("rod")
     if rod is not None and "flywheel" in row:
-        yield from needs("", "mass density", "for the bending that [machine.flywheel] asks")(rod)
-        for key in filter(rod.lacks, _BENDING):
-            yield rod.problem(
-                "",
-                f"[machine.flywheel] asks how the rod bends, and the rod has no {key}",
-                allowed=", ".join((*_BENDING, "mass or density")),
-                also=("machine", "flywheel"),
-            )
+        for key in ("mass density", "total_length", "span", "elastic_modulus"):
+            yield from needs("", key, "for the bending that [machine.flywheel] asks")(rod)
     elif rod is not None and rod.lacks("length", "shear_modulus"):
         yield rod.problem(
             "",
