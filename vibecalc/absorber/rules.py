@@ -1,5 +1,6 @@
 """Rules between the tables of an absorber: each number in one way, all in one kind of motion."""
 
+import functools
 from collections.abc import Iterator
 
 from vibecalc.absorber.asked_tables import AMPLITUDES
@@ -331,6 +332,12 @@ def _modes(row: Row) -> Iterator[Problem]:
             )
 
 
+def _without_hertz(place: tuple[str, ...], key: str, row: Row) -> bool:
+    """Whether a table asks for frequencies of a primary of ratios alone."""
+    asked = key in table_at(row.case, *place)
+    return asked and row.below("primary") is not None and not _motion(row.data)
+
+
 OF_ABSORBER = (
     unique("secondaries", "absorbers"),
     one_of("primary", "pendulum"),
@@ -349,16 +356,18 @@ OF_ABSORBER = (
         "an inertia or a mass_ratio for each",
         also="secondaries",
     ),
-    refuse(
-        ("response", "absorber", "frequencies"),
-        "the primary is of ratios alone and has no frequency in Hz",
-        lambda t: (
-            "frequencies" in table_at(t.case, "response", "absorber")
-            and t.below("primary") is not None
-            and not _motion(t.data)
-        ),
-        "frequency_ratios, or a primary with inertia and stiffness",
-        also=PRIMARY,
+    *(
+        refuse(
+            (*place, key),
+            "the primary is of ratios alone and has no frequency in Hz",
+            functools.partial(_without_hertz, place, key),
+            f"{instead}, or a primary with mass and natural_frequency",
+            also=PRIMARY,
+        )
+        for place, key, instead in (
+            (("response", "absorber"), "frequencies", "frequency_ratios"),
+            (("tuning",), "band", "band_ratios"),
+        )
     ),
     *(
         lambda t, rule=rule: rule(t) if _readable(t) else ()
