@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from vibecalc.absorber.hardware.overhung import bending_frequencies, closed_in
+from vibecalc.absorber.hardware.overhung import bending_frequencies
 from vibecalc.absorber.hardware.rods_and_springs import EndBody, OverhungRod
 from vibecalc.absorber.pendulum_order import Pendulum, order_of_swing
 from vibecalc.numerics.cycle_peak import cycle_peak, needed_orders
@@ -30,22 +30,6 @@ def test_order_on_a_circle_is_the_elliptic_integral(swing: float) -> None:
         true /= 2 * mpmath.ellipk(mpmath.sin(mpmath.mpf(swing) / 2) ** 2)
         assert abs(mpmath.mpf(float(own.value[0])) - true) <= float(own.error[0])
     assert own.value[0] == order_of_swing(Pendulum(1.0, 0.2, 0.05), swing).value
-
-
-def test_roots_are_closed_in_to_rounding_each_by_itself() -> None:
-    shift = np.array([2.0, 3.0, 1e-3, 7.0])
-    low, high = np.zeros(4) + 1e-4, np.full(4, 3.0)
-
-    def value(x: np.ndarray, shift: np.ndarray = shift) -> np.ndarray:
-        return x**3 - shift
-
-    root, steps = closed_in(value, low, high, value(low), value(high))
-    assert np.all(np.abs(root / np.cbrt(shift) - 1.0) <= 4e-16) and np.max(steps) < 20
-    one = shift[2:3]
-    alone, _ = closed_in(
-        lambda x: x**3 - one, low[:1], high[:1], low[:1] ** 3 - one, high[:1] ** 3 - one
-    )
-    assert alone[0] == root[2]
 
 
 def test_modes_of_a_rod_do_not_depend_on_how_many_are_asked_for() -> None:

@@ -81,61 +81,30 @@ BAND_ROOT = "tuning/band"
 TOLERANCES_ROOT = "tuning/tolerances"
 OPTIMUM_ROOT = "tuning/optimum"
 
+_BEST = (
+    ("stiffness_ratio", "best stiffness of the absorber over that of the primary"),
+    ("secondary_damping", "best damping of the absorber, c2 / (2 sqrt(K1 J1))"),
+)
+_WORST = "largest response in the band in the worst case of the tolerances"
 BAND_ENTRIES = (
     entry(f"{BAND_ROOT}/from", "", "", "lower end of the band, over the primary's own frequency"),
     entry(f"{BAND_ROOT}/to", "", "", "upper end of the band, over the primary's own frequency"),
-    entry(
-        f"{BAND_ROOT}/residual",
-        "",
-        "",
-        "what is left of the slopes of the peaks: 0 for an optimum",
-        exempt=CHECK,
-        diagnostic=True,
-    ),
-    entry(
-        f"{TOLERANCES_ROOT}/nominal_peak",
-        "",
-        "",
+    entry(f"{BAND_ROOT}/residual", "", "",
+        "what is left of the slopes of the peaks: 0 for an optimum", exempt=CHECK, diagnostic=True),
+    entry(f"{TOLERANCES_ROOT}/nominal_peak", "", "",
         "largest response in the band with all parts as they should be",
-        headline=Headline("the same tuning, all parts without errors"),
-    ),
-    entry(
-        f"{TOLERANCES_ROOT}/worst_peak",
-        "",
-        "",
-        "largest response in the band in the worst case of the tolerances",
-    ),
-    entry(
-        f"{TOLERANCES_ROOT}/inside_peak",
-        "",
-        "",
-        "largest response in the band of parts drawn between the tolerances",
-        exempt=EXAMINED,
-    ),
-    entry(
-        f"{TOLERANCES_ROOT}/deviation",
-        "active toleranced",
-        "",
-        "what is off in the states whose peaks hold the tuning, relative",
-    ),
-    *(
-        entry(f"{OPTIMUM_ROOT}/{name}", "", "", f"{words}, next to a frequency as given")
-        for name, words in (
-            ("stiffness_ratio", "best stiffness for the band over that of the primary"),
-            ("secondary_damping", "best damping for the band, c2 / (2 sqrt(K1 J1))"),
-            ("peak", "least largest response in the band"),
-        )
-    ),
-    *(
-        entry(f"{TOLERANCES_ROOT}/exact/{name}", "", "", f"{words}, tuned for parts without errors")
-        for name, words in (
-            ("stiffness_ratio", "best stiffness of the absorber over that of the primary"),
-            ("secondary_damping", "best damping of the absorber, c2 / (2 sqrt(K1 J1))"),
-            ("nominal_peak", "largest response in the band"),
-            ("worst_peak", "largest response in the band in the worst case of the tolerances"),
-        )
-    ),
-)
+        headline=Headline("the same tuning, all parts without errors")),
+    entry(f"{TOLERANCES_ROOT}/worst_peak", "", "", _WORST),
+    entry(f"{TOLERANCES_ROOT}/inside_peak", "", "",
+        "largest response in the band of parts drawn between the tolerances", exempt=EXAMINED),
+    entry(f"{TOLERANCES_ROOT}/deviation", "active toleranced", "",
+        "what is off in the states whose peaks hold the tuning, relative"),
+    *(entry(f"{OPTIMUM_ROOT}/{name}", "", "", f"{words}, next to a frequency as given")
+        for name, words in (*_BEST, ("peak", "least largest response in the band"))),
+    *(entry(f"{TOLERANCES_ROOT}/exact/{name}", "", "", f"{words}, tuned for parts without errors")
+        for name, words in (*_BEST, ("nominal_peak", "largest response in the band"),
+                            ("worst_peak", _WORST))),
+)  # fmt: skip
 MOTION_ENTRIES = (*_rows(TRANSLATION), *_rows(TORSION))
 
 AXES = {

@@ -1,15 +1,25 @@
 """Pictures of absorbers: response, design chart, map around the optimum, pendulum."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibecalc.absorber.report.hardware import HARDWARE
 from vibecalc.absorber.report.tuning import ABSORBER, PENDULUM
-from vibecalc.core.report.canvas import COLOURS, LIMIT, QUIET, TOTAL, canvas, note, plain_ticks
-from vibecalc.core.report.curves import Curve, Curves, Look, Panel, Plot, level
+from vibecalc.core.report.canvas import (
+    COLOURS,
+    LIMIT,
+    QUIET,
+    TOTAL,
+    canvas,
+    gaps,
+    note,
+    plain_ticks,
+)
+from vibecalc.core.report.curves import Curve, Curves, Look, Panel, Plot, Source, level
 from vibecalc.core.report.sections import having, labels, scalar_of, table_of
 from vibecalc.core.report.writing import show
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
@@ -29,6 +39,7 @@ FEWEST = 10
 _DECADES = (-1.0, 1.5)
 #: decades of the axis from which on plain numbers would not fit below it
 _WIDE = 1.5
+_BELOW = "frequency / natural frequency of the primary"
 
 
 def varied(curve: Quantity) -> tuple[str, np.ndarray, np.ndarray]:
@@ -45,35 +56,29 @@ def varied(curve: Quantity) -> tuple[str, np.ndarray, np.ndarray]:
 
 def draw_absorber_surface(result: Result) -> "Figure | None":
     """Amplitude as colour; next to it the largest one over the ratio, on the same axis."""
-    curve = having(result.record, ABSORBER + "curve", "curve", "frequency_ratio")
-    largest = having(result.record, ABSORBER + "largest", "curve")
-    if curve is None or largest is None:
+    curve, largest = (result.record.quantities.get(ABSORBER + x) for x in ("curve", "largest"))
+    if curve is None or largest is None or len(varied(curve)[1]) < FEWEST:
         return None
     words, values, places = varied(curve)
-    if len(values) < FEWEST:
-        return None
     figure = canvas(result, f"response over frequency and {words}", 5.6)
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=[2.4, 1.0])
-    x = np.asarray(curve.axes[1].values, dtype=float)
-    size = np.abs(np.asarray(curve.values))[places]
+    size = np.abs(curve.values)[places]
     shown = np.log10(np.clip(np.where(np.isfinite(size), size, 1e9), 1e-9, 1e9))
-    mesh = left.pcolormesh(
-        x, values, shown, cmap="viridis", vmin=_DECADES[0], vmax=_DECADES[1], shading="nearest"
-    )
+    low, high = _DECADES
+    look = {"cmap": "viridis", "vmin": low, "vmax": high, "shading": "nearest"}
+    mesh = left.pcolormesh(curve.axes[1].values, values, shown, **look)
     bar = figure.colorbar(mesh, ax=left, location="bottom", aspect=40, extend="both")
     marks = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
     bar.set_ticks([float(np.log10(mark)) for mark in marks], labels=[f"{m:g}" for m in marks])
     bar.set_label("amplitude ratio")
-    tops = np.asarray(largest.values, dtype=float)[places]
-    right.plot(np.where(np.isfinite(tops), tops, np.nan), values, ".-", color=COLOURS[1])
+    tops = gaps(largest.values[places])
+    right.plot(tops, values, ".-", color=COLOURS[1])
     right.set_xscale("log")
     if np.ptp(np.log10(tops[np.isfinite(tops)])) < _WIDE:
         plain_ticks(right.xaxis)
-    right.set_xlabel("largest response")
-    right.set_ylabel(words)
+    right.set(xlabel="largest response", ylabel=words)
     right.tick_params(labelleft=True)
-    left.set_xlabel("frequency / natural frequency of the primary")
-    left.set_ylabel(words)
+    left.set(xlabel=_BELOW, ylabel=words)
     left.grid(visible=False)
     return figure
 
@@ -86,118 +91,103 @@ _OWN = ("tuned", "as given")
 _LIMITS = {"locked": "--", "free": ":"}
 #: of the highest finite maximum, or of the fixed points, the top of the picture
 _ROOM = 2.5
+_RING: Look = {"markerfacecolor": "none", "markeredgewidth": 1.6, "linestyle": ""}
 
 
-def draw_absorber_curves(result: Result) -> "Figure | None":
+def _title(result: Result) -> str:
+    what = str(table_of(result.case, "response", "absorber").get("response") or "displacement")
+    return f"{what.replace('_', ' ')} of the primary over the frequency"
+
+
+def _known(row: Quantity) -> Source:
+    return lambda result: row
+
+
+def _family(result: Result) -> tuple[Panel, ...]:
     """Magnitude on a logarithmic scale, and phase below; maxima as dots, fixed points as rings."""
-    record = result.record
-    curve = having(record, ABSORBER + "curve", "curve", "frequency_ratio")
+    curve = having(result.record, ABSORBER + "curve", "curve", "frequency_ratio")
     if curve is None:
-        return None
-    options = table_of(result.case, "response", "absorber")
-    what = str(options.get("response") or "displacement").replace("_", " ")
-    figure = canvas(result, f"{what} of the primary over the frequency", 7.0)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.6, 1.0])
-    hertz = having(record, ABSORBER + "frequency", "frequency_ratio")
-    x = np.asarray(curve.axes[1].values, dtype=float)
+        return ()
+    hertz = result.record.quantities.get(ABSORBER + "frequency")
+    over, below, colours = curve.axes[1], _BELOW, iter(COLOURS * 12)
     if hertz is not None:
-        x = np.asarray(hertz.values) / (2.0 * np.pi)
-    names, colours = labels(curve.axes[0]), iter(COLOURS * 12)
+        over = replace(over, values=hertz.values / (2.0 * np.pi))
+        below = "frequency in Hz"
     # a long family is a surface, with a picture of its own
-    hidden = set(varied(curve)[2]) if len(varied(curve)[1]) >= FEWEST else set()
-    for place, (name, row) in enumerate(zip(names, np.asarray(curve.values), strict=True)):
+    hidden = varied(curve)[2].tolist() if len(varied(curve)[1]) >= FEWEST else []
+    sizes, phases = list[Curve](), list[Curve]()
+    for place, name in enumerate(labels(curve.axes[0])):
         if place in hidden:
             continue
-        colour = TOTAL if name in _OWN else QUIET if name in _LIMITS else next(colours)
-        style = _LIMITS.get(name, "-")
-        width = 2.4 if name in _OWN else 1.3
-        size = np.abs(row)
-        seen = np.where(np.isfinite(size) & (size > 0.0), size, np.nan)
-        above.plot(x, seen, style, color=colour, linewidth=width, label=name)
-        turned = np.where(np.isfinite(size), np.degrees(np.angle(row)), np.nan)
-        turned = np.where(turned > 1.0, turned - 360.0, turned)
-        below.plot(x, turned, style, color=colour, linewidth=width)
-    scale = _scale(record, curve, x)
-    _dots(above, record, names, scale)
-    _rings(above, record, scale)
-    above.set_yscale("log")
-    above.set_ylim(*_limits(record, curve, hidden))
-    plain_ticks(above.yaxis)
-    above.set_ylabel("amplitude ratio")
-    below.set_ylabel("phase in deg")
-    below.set_yticks(range(-360, 1, 90))
-    below.set_ylim(*_phase_limits(below))
-    below.set_xlabel(
-        "frequency in Hz" if hertz is not None else "frequency / natural frequency of the primary"
+        row = replace(curve, path="", values=curve.values[place], axes=(over,), unit="")
+        look = {
+            "color": TOTAL if name in _OWN else QUIET if name in _LIMITS else next(colours),
+            "linestyle": _LIMITS.get(name, "-"),
+            "linewidth": 2.4 if name in _OWN else 1.3,
+            "marker": "",
+        }
+        sizes.append(Curve(_known(row), name, look))
+        phases.append(Curve(_known(row), "", look, part=_turned))
+    scale = float(over.values[-1] / curve.axes[1].values[-1])
+    return (
+        Panel(
+            "amplitude ratio",
+            (*sizes, partial(_dots, scale=scale), partial(_rings, scale=scale)),
+            log="y",
+            ends=partial(_heights, hidden=hidden),
+            height=2.6,
+        ),
+        Panel("phase in deg", (*phases, _quarters), ends=_lowest, below=below),
     )
-    below.set_xlim(x[0], x[-1])
-    figure.legend(loc="outside lower center", ncols=4)
-    return figure
 
 
-def _scale(record: Record, curve: Quantity, x: np.ndarray) -> float:
-    """What a frequency ratio is on the axis: itself, or Hz."""
-    ratios = np.asarray(curve.axes[1].values, dtype=float)
-    return float(x[-1] / ratios[-1]) if ratios[-1] else 1.0
+ABSORBER_CURVES = Curves(_title, _family, high=2.85)
 
 
-def _dots(axes: "Axes", record: Record, names: list[str], scale: float) -> None:
-    height = having(record, ABSORBER + "peak/magnitude", "curve", "peak")
-    place = having(record, ABSORBER + "peak/frequency_ratio", "curve", "peak")
-    if height is None or place is None:
-        return
-    first = True
-    for name, tops, spots in zip(names, height.values, place.values, strict=True):
-        there = np.isfinite(tops) & (tops > 0.0)
-        if name in _OWN and np.any(there):
-            axes.plot(
-                scale * spots[there],
-                tops[there],
-                "o",
-                color=TOTAL,
-                ms=6,
-                zorder=5,
-                label="its maxima" if first else None,
-            )
-            first = False
+def _turned(values: np.ndarray) -> np.ndarray:
+    """Phases in degrees, from -360 to 0."""
+    turned = np.where(np.isfinite(np.abs(values)), np.degrees(np.angle(values)), np.nan)
+    return np.where(turned > 1.0, turned - 360.0, turned)
 
 
-def _rings(axes: "Axes", record: Record, scale: float) -> None:
-    height = having(record, ABSORBER + "fixed_point/magnitude", "fixed_point")
-    place = having(record, ABSORBER + "fixed_point/frequency_ratio", "fixed_point")
-    if height is None or place is None:
-        return
-    axes.plot(
-        scale * np.asarray(place.values),
-        np.asarray(height.values),
-        "o",
-        color=LIMIT,
-        ms=9,
-        markerfacecolor="none",
-        markeredgewidth=1.6,
-        zorder=6,
-        label="fixed points P, Q",
-    )
-    for name, x, y in zip(labels(height.axes[0]), place.values, height.values, strict=True):
-        note(axes, name, (scale * float(x), float(y)), (0, 9), ha="center", color=LIMIT)
+def _quarters(plot: Plot) -> None:
+    plot.axes.set_yticks(range(-360, 1, 90))
 
 
-def _limits(record: Record, curve: Quantity, hidden: set[int]) -> tuple[float, float]:
-    size = np.abs(np.asarray(curve.values))
-    own = size[0][np.isfinite(size[0]) & (size[0] > 0.0)]
-    height = having(record, ABSORBER + "peak/magnitude", "curve", "peak")
-    tops = np.asarray(height.values, dtype=float) if height is not None else own
-    if hidden and height is not None:  # the highest of what is drawn
-        tops = np.delete(tops, sorted(hidden), axis=0)
-    tops = tops[np.isfinite(tops) & (tops > 0.0)]
-    top = float(np.max(tops, initial=float(np.max(own, initial=1.0))))
-    low = float(np.min(own, initial=1.0))
-    return max(0.5 * low, 0.02 * min(1.0, top)), _ROOM * top
-
-
-def _phase_limits(axes: "Axes") -> tuple[float, float]:
-    low = min(float(np.nanmin(line.get_ydata())) for line in axes.get_lines())
+def _lowest(plot: Plot) -> tuple[float, float]:
+    low = min(float(np.nanmin(y)) for _, y in plot.drawn)
     return (-370.0 if low < -185.0 else -190.0), 10.0
+
+
+def _dots(plot: Plot, scale: float) -> None:
+    height, place = (plot.result.record.quantities.get(f"{ABSORBER}peak/{x}") for x in (
+        "magnitude", "frequency_ratio"))  # fmt: skip
+    if height is not None and place is not None and labels(height.axes[0])[0] in _OWN:
+        tops, spots = gaps(height.values[0]), scale * place.values[0]
+        there = tops > 0.0
+        plot.axes.plot(spots[there], tops[there], "o", color=TOTAL, ms=6, zorder=5,
+                       label="its maxima")  # fmt: skip
+
+
+def _rings(plot: Plot, scale: float) -> None:
+    height, place = (plot.result.record.quantities.get(f"{ABSORBER}fixed_point/{x}") for x in (
+        "magnitude", "frequency_ratio"))  # fmt: skip
+    if height is None or place is None:
+        return
+    x, y = scale * place.values, height.values
+    plot.axes.plot(x, y, "o", color=LIMIT, ms=9, zorder=6, label="fixed points P, Q", **_RING)
+    for name, *at in zip(labels(height.axes[0]), x.tolist(), y.tolist(), strict=True):
+        note(plot.axes, name, (at[0], at[1]), (0, 9), ha="center", color=LIMIT)
+
+
+def _heights(plot: Plot, hidden: Sequence[int]) -> tuple[float, float]:
+    """From the lowest of the first curve to the highest maximum of what is drawn."""
+    own = plot.drawn[0][1]
+    height = plot.result.record.quantities.get(ABSORBER + "peak/magnitude")
+    tops = own if height is None else np.delete(height.values, np.array(hidden, dtype=int), axis=0)
+    top = float(np.nanmax(gaps(tops), initial=float(np.nanmax(own, initial=1.0))))
+    low = float(np.nanmin(own, initial=1.0))
+    return max(0.5 * low, 0.02 * min(1.0, top)), _ROOM * top
 
 
 # ----------------------------------------------------------------------------
@@ -234,14 +224,8 @@ def draw_absorber_chart(result: Result) -> "Figure | None":
         pairs = ((mass, top), (mass, k), (mass, z), (z, top), (k, top), (k, z))
         for axes, (x, y) in zip(panels.flat, pairs, strict=True):
             axes.plot(x, y, color=tint, label=label if axes is panels.flat[0] else None)
-    names = (
-        (_MASS, _PEAK),
-        (_MASS, _STIFF),
-        (_MASS, _DAMPING_LABEL),
-        (_DAMPING_LABEL, _PEAK),
-        (_STIFF, _PEAK),
-        (_STIFF, _DAMPING_LABEL),
-    )
+    names = ((_MASS, _PEAK), (_MASS, _STIFF), (_MASS, _DAMPING_LABEL),
+             (_DAMPING_LABEL, _PEAK), (_STIFF, _PEAK), (_STIFF, _DAMPING_LABEL))  # fmt: skip
     for axes, (across, up) in zip(panels.flat, names, strict=True):
         _dress(axes, across, up, mass)
     figure.legend(title="damping of the primary", loc="outside lower center", ncols=8)
@@ -291,35 +275,28 @@ def draw_absorber_map(result: Result) -> "Figure | None":
     bar = figure.colorbar(filled, ax=axes, ticks=levels)
     bar.ax.set_yticklabels([f"{100.0 * level:g}" for level in levels])
     bar.set_label("peak above the optimum in %")
-    _methods(axes, record)
-    _stock(axes, record, (k[0], k[-1]), (z2[0], z2[-1]))
-    axes.plot(
-        [float(record["tuning/stiffness_ratio"].values)],
-        [float(record["tuning/secondary_damping"].values)],
-        "*",
-        color=LIMIT,
-        ms=15,
-        zorder=6,
-        label=f"optimum{'' if free is None else ' within the bounds'}, peak {show(best, digits=4)}",
-    )
+    for place, (name, *at) in enumerate(_methods(record)):
+        look: Look = {"color": COLOURS[(place + 1) % 6], "ms": 7 + 3 * place, "zorder": 5, **_RING}
+        axes.plot(*at, _MARKS[place % 4], label=name.replace("_", " ").title(), **look)
+    stock = (record.quantities.get(HARDWARE + x) for x in (
+        "spring/stiffness_ratio", "oil/secondary_damping"))  # fmt: skip
+    sides = [one.values[(low < one.values) & (one.values < high)] for one, (low, high) in zip(
+        stock, ((k[0], k[-1]), (z2[0], z2[-1])), strict=True) if one is not None]  # fmt: skip
+    if len(sides) == 2 and all(map(len, sides)):
+        edge: Look = {"markeredgecolor": TOTAL, "markeredgewidth": 0.5}
+        x, y = (part.ravel() for part in np.meshgrid(*sides))
+        axes.plot(x, y, ".", color=COLOURS[4], ms=10, label="pairs in stock", **edge)
+    within = "" if free is None else " within the bounds"
+    words = f"optimum{within}, peak {show(best, digits=4)}"
+    axes.plot(*_place(record, "tuning"), "*", color=LIMIT, ms=15, zorder=6, label=words)
     if free is not None:
-        axes.plot(
-            [float(record["tuning/unbounded/stiffness_ratio"].values)],
-            [float(record["tuning/unbounded/secondary_damping"].values)],
-            "*",
-            color=LIMIT,
-            ms=12,
-            markerfacecolor="none",
-            zorder=6,
-            label="without the bounds",
-        )
+        hollow: Look = {"markerfacecolor": "none", "zorder": 6, "label": "without the bounds"}
+        axes.plot(*_place(record, "tuning/unbounded"), "*", color=LIMIT, ms=12, **hollow)
     axes.set_yscale("log")
     plain_ticks(axes.yaxis)
-    axes.set_xlim(k[0], k[-1])
-    axes.set_ylim(z2[0], z2[-1])
+    axes.set(xlim=(k[0], k[-1]), ylim=(z2[0], z2[-1]), xlabel="stiffness ratio $K_2 / K_1$",
+             ylabel=r"damping $c_2 / (2 \sqrt{K_1 J_1})$")  # fmt: skip
     axes.grid(visible=False)
-    axes.set_xlabel("stiffness ratio $K_2 / K_1$")
-    axes.set_ylabel(r"damping $c_2 / (2 \sqrt{K_1 J_1})$")
     figure.legend(loc="outside lower center", ncols=3)
     return figure
 
@@ -330,51 +307,18 @@ def _norm() -> "FuncNorm":
     return FuncNorm((np.sqrt, np.square), vmin=0.0, vmax=4.0)
 
 
-def _methods(axes: "Axes", record: Record) -> None:
-    k = having(record, "tuning/method/stiffness_ratio", "method")
-    z2 = having(record, "tuning/method/secondary_damping", "method")
-    if k is None or z2 is None:
-        return
-    others = [
-        (n, x, y)
-        for n, x, y in zip(k.axes[0].values, k.values, z2.values, strict=True)
-        if n != "numerical"
-    ]
-    for place, (name, x, y) in enumerate(others):
-        axes.plot(
-            [x],
-            [y],
-            _MARKS[place % 4],
-            color=COLOURS[(place + 1) % 6],
-            ms=7 + 3 * place,
-            label=str(name).replace("_", " ").title(),
-            zorder=5,
-            markerfacecolor="none",
-            markeredgewidth=1.6,
-        )
+def _place(record: Record, root: str) -> tuple[np.ndarray, np.ndarray]:
+    """Stiffness and damping ratio of tunings."""
+    return record[f"{root}/stiffness_ratio"].values, record[f"{root}/secondary_damping"].values
 
 
-def _stock(
-    axes: "Axes", record: Record, across: tuple[float, float], along: tuple[float, float]
-) -> None:
-    """Pairs of stock parts that lie on the map."""
-    k = having(record, "hardware/spring/stiffness_ratio", "stock_spring")
-    z2 = having(record, "hardware/oil/secondary_damping", "stock_oil")
-    if k is None or z2 is None:
-        return
-    x, y = (part.ravel() for part in np.meshgrid(k.values, z2.values))
-    there = (across[0] < x) & (x < across[1]) & (along[0] < y) & (y < along[1])
-    if np.any(there):
-        axes.plot(
-            x[there],
-            y[there],
-            ".",
-            color=COLOURS[4],
-            ms=10,
-            label="pairs in stock",
-            markeredgecolor=TOTAL,
-            markeredgewidth=0.5,
-        )
+def _methods(record: Record) -> list[tuple[str, float, float]]:
+    """Other methods and their tunings."""
+    if "tuning/method/stiffness_ratio" not in record:
+        return []
+    names = labels(record["tuning/method/stiffness_ratio"].axes[0])
+    both = zip(names, *_place(record, "tuning/method"), strict=True)
+    return [row for row in both if row[0] != "numerical"]
 
 
 # ----------------------------------------------------------------------------

@@ -1,7 +1,11 @@
 """Results of absorbers: response, tuning, hardware, and pendulums on a rotor."""
 
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
 from vibecalc.absorber.motion_results import AXES as MOTION_AXES
 from vibecalc.absorber.motion_results import BAND_ENTRIES, MOTION_ENTRIES
+from vibecalc.core.results.described import entries_of, lead, named, q
 from vibecalc.core.results.record import CHECK, DIFFERENCE, PEAK, Headline, entry
 
 # ----------------------------------------------------------------------------
@@ -9,636 +13,373 @@ from vibecalc.core.results.record import CHECK, DIFFERENCE, PEAK, Headline, entr
 # ----------------------------------------------------------------------------
 
 RESPONSE_ROOT = "response/absorber"
-
-RESPONSE_ENTRIES = (
-    entry(
-        f"{RESPONSE_ROOT}/curve",
-        "curve frequency_ratio",
-        "",
-        "response of the primary as a ratio, complex",
-        PEAK,
-    ),
-    entry(
-        f"{RESPONSE_ROOT}/relative_curve",
-        "curve frequency_ratio",
-        "",
-        "motion of the absorber against the primary, as a ratio, complex",
-        PEAK,
-    ),
-    entry(
-        f"{RESPONSE_ROOT}/each/relative_curve",
-        "curve absorber frequency_ratio",
-        "",
-        "motion of each absorber against what carries it, as a ratio, complex",
-        PEAK,
-    ),
-    entry(f"{RESPONSE_ROOT}/frequency", "frequency_ratio", "rad/s", "frequency of the excitation"),
-    entry(
-        f"{RESPONSE_ROOT}/largest",
-        "curve",
-        "",
-        "largest response at any frequency",
-        headline=Headline(
-            "largest response of the primary",
-            pick="first",
-            at="response/absorber/largest_frequency_ratio",
-            unless="tuning/peak",
-        ),
-    ),
-    entry(
-        f"{RESPONSE_ROOT}/largest_frequency_ratio",
-        "curve",
-        "",
-        "where that is, over the primary's own frequency; infinite for a limit at high frequency",
-    ),
-    entry(
-        f"{RESPONSE_ROOT}/peak/magnitude",
-        "curve peak",
-        "",
-        "maxima of the response; 0: no such one",
-    ),
-    entry(
-        f"{RESPONSE_ROOT}/peak/frequency_ratio",
-        "curve peak",
-        "",
-        "where they are; 0: no such one",
-    ),
-    entry(
-        f"{RESPONSE_ROOT}/largest_travel",
-        "curve",
-        "",
-        "largest relative motion of the absorber",
-        headline=Headline(
-            "largest travel of the absorber, as a ratio", pick="first", unless="tuning/peak"
-        ),
-    ),
-    entry(
-        f"{RESPONSE_ROOT}/each/largest_travel",
-        "curve absorber",
-        "",
-        "largest motion of each absorber against what carries it",
-    ),
-    entry(
-        f"{RESPONSE_ROOT}/fixed_point/frequency_ratio",
-        "fixed_point",
-        "",
-        "frequency at which the absorber's damping does not matter",
-    ),
-    entry(f"{RESPONSE_ROOT}/fixed_point/magnitude", "fixed_point", "", "response there"),
-    entry(
-        f"{RESPONSE_ROOT}/natural_frequency_ratio",
-        "mode",
-        "",
-        "undamped natural frequencies over the primary's own; infinite where parts are locked",
-    ),
-    entry(
-        f"{RESPONSE_ROOT}/antiresonance",
-        "",
-        "",
-        "frequency at which an undamped absorber holds still",
-    ),
-    entry(
-        f"{RESPONSE_ROOT}/locked_frequency_ratio",
-        "",
-        "",
-        "natural frequency with the absorber locked",
-    ),
-    entry(
-        f"{RESPONSE_ROOT}/primary_frequency", "", "rad/s", "natural frequency of the primary alone"
-    ),
-    entry(
-        f"{RESPONSE_ROOT}/pole", "pole", "", "damped pole over the primary's own frequency, complex"
-    ),
+TUNING_ROOT = "tuning"
+HARDWARE_ROOT = "hardware"
+PENDULUM_ROOT = "pendulum"
+_TUNED = f"{TUNING_ROOT}/peak"
+_TRAVEL = "largest travel of the absorber, as a ratio"
+_LARGEST = Headline(
+    "largest response of the primary",
+    pick="first",
+    at=f"{RESPONSE_ROOT}/largest_frequency_ratio",
+    unless=_TUNED,
 )
+
+
+@dataclass(frozen=True)
+class Response:
+    """Curves of a primary with its absorbers, their largest values, and frequencies."""
+
+    ROOT: ClassVar[str] = RESPONSE_ROOT
+    curve: Any = q("curve frequency_ratio", "", "response of the primary as a ratio, complex", PEAK)
+    relative_curve: Any = q("curve frequency_ratio", "",
+        "motion of the absorber against the primary, as a ratio, complex", PEAK)  # fmt: skip
+    frequency: Any = q("frequency_ratio", "rad/s", "frequency of the excitation")
+    largest: Any = q("curve", "", "largest response at any frequency", headline=_LARGEST)
+    largest_frequency_ratio: Any = q("curve", "",
+        "where that is, over the primary's own frequency; infinite for a limit at high frequency",
+    )  # fmt: skip
+    largest_travel: Any = lead("curve", "", _TRAVEL, pick="first", unless=_TUNED)
+    natural_frequency_ratio: Any = q("mode", "",
+        "undamped natural frequencies over the primary's own; infinite where parts are locked",
+    )  # fmt: skip
+    antiresonance: Any = q("", "", "frequency at which an undamped absorber holds still")
+    locked_frequency_ratio: Any = q("", "", "natural frequency with the absorber locked")
+    primary_frequency: Any = q("", "rad/s", "natural frequency of the primary alone")
+    pole: Any = q("pole", "", "damped pole over the primary's own frequency, complex")
+
+
+@dataclass(frozen=True)
+class EachResponse:
+    """Motions of each of several absorbers."""
+
+    ROOT: ClassVar[str] = f"{RESPONSE_ROOT}/each"
+    relative_curve: Any = q("curve absorber frequency_ratio", "",
+        "motion of each absorber against what carries it, as a ratio, complex", PEAK,
+    )  # fmt: skip
+    largest_travel: Any = q("curve absorber", "",
+        "largest motion of each absorber against what carries it")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Peaks:
+    """Maxima of all curves."""
+
+    ROOT: ClassVar[str] = f"{RESPONSE_ROOT}/peak"
+    magnitude: Any = q("curve peak", "", "maxima of the response; 0: no such one")
+    frequency_ratio: Any = q("curve peak", "", "where they are; 0: no such one")
+
+
+@dataclass(frozen=True)
+class FixedPoints:
+    """Points that the curves of all dampings of the absorber pass."""
+
+    ROOT: ClassVar[str] = f"{RESPONSE_ROOT}/fixed_point"
+    frequency_ratio: Any = q("fixed_point", "",
+        "frequency at which the absorber's damping does not matter")  # fmt: skip
+    magnitude: Any = q("fixed_point", "", "response there")
+
 
 # ----------------------------------------------------------------------------
 # Results of a tuning: the optimum, what proves it, what errors cost, other methods, charts.
 # ----------------------------------------------------------------------------
 
-TUNING_ROOT = "tuning"
 
+@dataclass(frozen=True)
+class Tuning:
+    """The best absorber, and what it brings."""
+
+    ROOT: ClassVar[str] = TUNING_ROOT
+    peak: Any = lead("", "", "largest response of the primary, tuned")
+    peak_alone: Any = lead("", "", "the same without the absorber", about="at any frequency")
+    peak_less_one: Any = q("", "", "that less 1, to its own digits", name="largest response less 1")
+    mean_square: Any = lead("", "", "mean square response, tuned",
+        about="integral over all frequencies")  # fmt: skip
+    mean_square_alone: Any = lead("", "", "the same without the absorber", about="mean square")
+    mass_ratio: Any = q("", "", "inertia of the absorber over that of the primary")
+    primary_damping: Any = named("", "", "damping of the primary, c1/(2 sqrt(K1 J1))")
+    stiffness_ratio: Any = lead("", "", "stiffness ratio, tuned",
+        about="absorber over primary", unless=f"{TUNING_ROOT}/secondary_frequency")  # fmt: skip
+    secondary_damping: Any = lead("", "", "damping of the absorber, c2/(2 sqrt(K1 J1))",
+        unless=f"{TUNING_ROOT}/own_damping")  # fmt: skip
+    own_damping: Any = lead("", "", "damping ratio of the absorber, c2/(2 J2 w2)")
+    travel: Any = lead("", "", _TRAVEL, unless=f"{RESPONSE_ROOT}/motion/in_band/travel")
+    certificate: Any = q("", "", "what is left of the slopes: 0 for an optimum",
+        exempt=CHECK, diagnostic=True)  # fmt: skip
+    helps: Any = q("", "", "1: a sprung or damped absorber helps, 0: none does")
+    without_spring: Any = q("", "", "1: the best absorber has no spring")
+    threshold: Any = q("", "", "damping of the primary from which on no absorber helps")
+    evaluations: Any = q("", "", "evaluations of a peak that the search took", diagnostic=True)
+    torsional_stiffness: Any = lead("", "N*m/rad", "spring of the absorber")
+    torsional_damping: Any = lead("", "N*m*s/rad", "damper of the absorber")
+    linear_stiffness: Any = lead("", "N/m", "spring of the absorber")
+    linear_damping: Any = lead("", "N*s/m", "damper of the absorber")
+    secondary_frequency: Any = lead("", "rad/s", "natural frequency of the absorber alone")
+
+
+@dataclass(frozen=True)
+class Active:
+    """The peaks that hold a tuning."""
+
+    ROOT: ClassVar[str] = f"{TUNING_ROOT}/active"
+    frequency_ratio: Any = q("active", "", "frequencies of the peaks that hold it",
+        exempt=DIFFERENCE)  # fmt: skip
+    magnitude: Any = q("active", "", "their heights", exempt=DIFFERENCE)
+    weight: Any = q("active", "", "weights with which their slopes cancel", exempt=DIFFERENCE)
+
+
+_BUILT = f"{TUNING_ROOT}/each/frequency"
+
+
+@dataclass(frozen=True)
+class EachTuned:
+    """Mass, spring and damper of each of several absorbers."""
+
+    ROOT: ClassVar[str] = f"{TUNING_ROOT}/each"
+    mass_ratio: Any = q("absorber", "", "mass ratio of each absorber", exempt=DIFFERENCE)
+    stiffness_ratio: Any = lead("absorber", "", "stiffness ratio of absorber",
+        pick="each", unless=_BUILT, exempt=DIFFERENCE)  # fmt: skip
+    secondary_damping: Any = q("absorber", "",
+        "damping of absorber, c2 / (2 sqrt(K1 J1))", exempt=DIFFERENCE)  # fmt: skip
+    own_damping: Any = lead("absorber", "", "damping ratio of absorber, c2/(2 J2 w2)",
+        pick="each", unless=_BUILT, exempt=DIFFERENCE)  # fmt: skip
+    torsional_stiffness: Any = lead("absorber", "N*m/rad", "spring of absorber",
+        pick="each", exempt=DIFFERENCE)  # fmt: skip
+    torsional_damping: Any = lead("absorber", "N*m*s/rad", "damper of absorber",
+        pick="each", exempt=DIFFERENCE)  # fmt: skip
+    linear_stiffness: Any = lead("absorber", "N/m", "spring of absorber",
+        pick="each", exempt=DIFFERENCE)  # fmt: skip
+    linear_damping: Any = lead("absorber", "N*s/m", "damper of absorber",
+        pick="each", exempt=DIFFERENCE)  # fmt: skip
+    frequency: Any = q("absorber", "rad/s",
+        "natural frequency of each absorber, with what carries it held", exempt=DIFFERENCE,
+    )  # fmt: skip
+    travel: Any = q("absorber", "",
+        "largest motion of each absorber against what carries it", exempt=DIFFERENCE)  # fmt: skip
+
+
+#: what a tuning finds, said of several tunings
 _FOUND = (
     ("stiffness_ratio", "stiffness of the absorber over that of the primary"),
     ("secondary_damping", "damping of the absorber, c2 / (2 sqrt(K1 J1))"),
     ("peak", "largest response of the primary"),
-)
-_OF_EACH = (
-    *_FOUND[:2],
     ("own_damping", "damping of the absorber on its own frequency, c2 / (2 J2 w2)"),
 )
-
-_TUNED = {
-    "stiffness_ratio": Headline("stiffness ratio, tuned", unless="tuning/secondary_frequency"),
-    "secondary_damping": Headline(
-        "damping of the absorber, c2/(2 sqrt(K1 J1))", unless="tuning/own_damping"
-    ),
-    "own_damping": Headline("damping ratio of the absorber, c2/(2 J2 w2)"),
-}
-_EACH_TUNED = {
-    name: Headline(words, pick="each", unless="tuning/each/frequency")
-    for name, words in (
-        ("stiffness_ratio", "stiffness ratio of absorber"),
-        ("own_damping", "damping ratio of absorber, c2/(2 J2 w2)"),
-    )
-}
-_BUILT = {
-    "torsional_stiffness": Headline("spring of absorber", "N*m/rad", pick="each"),
-    "torsional_damping": Headline("damper of absorber", "N*m*s/rad", pick="each"),
-    "linear_stiffness": Headline("spring of absorber", "N/mm", pick="each"),
-    "linear_damping": Headline("damper of absorber", "N*s/m", pick="each"),
-}
-
-TUNING_ENTRIES = (
-    entry(
-        f"{TUNING_ROOT}/peak",
-        "",
-        "",
-        "largest response of the primary with this tuning",
-        headline=Headline("largest response of the primary, tuned"),
-    ),
-    entry(
-        f"{TUNING_ROOT}/peak_alone",
-        "",
-        "",
-        "largest response without an absorber",
-        headline=Headline("the same without the absorber"),
-    ),
-    entry(
-        f"{TUNING_ROOT}/peak_less_one",
-        "",
-        "",
-        "that less 1, to its own digits",
-        name="largest response less 1",
-    ),
-    entry(
-        f"{TUNING_ROOT}/mean_square",
-        "",
-        "",
-        "integral of the squared response over all frequencies",
-        headline=Headline("mean square response, tuned"),
-    ),
-    entry(
-        f"{TUNING_ROOT}/mean_square_alone",
-        "",
-        "",
-        "the same without an absorber",
-        headline=Headline("the same without the absorber"),
-    ),
-    entry(f"{TUNING_ROOT}/mass_ratio", "", "", "inertia of the absorber over that of the primary"),
-    entry(
-        f"{TUNING_ROOT}/primary_damping",
-        "",
-        "",
-        "damping of the primary, c1 / (2 sqrt(K1 J1))",
-        name="damping of the primary, c1/(2 sqrt(K1 J1))",
-    ),
-    *(
-        entry(f"{TUNING_ROOT}/{name}", "", "", f"best {words}", headline=_TUNED.get(name))
-        for name, words in _OF_EACH
-    ),
-    entry(
-        f"{TUNING_ROOT}/travel",
-        "",
-        "",
-        "largest motion of the absorber against the primary",
-        headline=Headline(
-            "largest travel of the absorber, as a ratio",
-            unless="response/absorber/motion/in_band/travel",
-        ),
-    ),
-    entry(
-        f"{TUNING_ROOT}/active/frequency_ratio",
-        "active",
-        "",
-        "frequencies of the peaks that hold it",
-        exempt=DIFFERENCE,
-    ),
-    entry(f"{TUNING_ROOT}/active/magnitude", "active", "", "their heights", exempt=DIFFERENCE),
-    entry(
-        f"{TUNING_ROOT}/active/weight",
-        "active",
-        "",
-        "weights with which their slopes cancel",
-        exempt=DIFFERENCE,
-    ),
-    entry(
-        f"{TUNING_ROOT}/certificate",
-        "",
-        "",
-        "what is left of the slopes: 0 for an optimum",
-        exempt=CHECK,
-        diagnostic=True,
-    ),
-    entry(f"{TUNING_ROOT}/helps", "", "", "1: a sprung or damped absorber helps, 0: none does"),
-    entry(f"{TUNING_ROOT}/without_spring", "", "", "1: the best absorber has no spring"),
-    entry(
-        f"{TUNING_ROOT}/threshold", "", "", "damping of the primary from which on no absorber helps"
-    ),
-    entry(
-        f"{TUNING_ROOT}/evaluations",
-        "",
-        "",
-        "evaluations of a peak that the search took",
-        diagnostic=True,
-    ),
-    entry(
-        f"{TUNING_ROOT}/torsional_stiffness",
-        "",
-        "N*m/rad",
-        "best stiffness of the absorber",
-        headline=Headline("spring of the absorber", "N*m/rad"),
-    ),
-    entry(
-        f"{TUNING_ROOT}/torsional_damping",
-        "",
-        "N*m*s/rad",
-        "best damping of the absorber",
-        headline=Headline("damper of the absorber", "N*m*s/rad"),
-    ),
-    entry(
-        f"{TUNING_ROOT}/linear_stiffness",
-        "",
-        "N/m",
-        "best stiffness of the absorber",
-        headline=Headline("spring of the absorber", "N/mm"),
-    ),
-    entry(
-        f"{TUNING_ROOT}/linear_damping",
-        "",
-        "N*s/m",
-        "best damping of the absorber",
-        headline=Headline("damper of the absorber", "N*s/m"),
-    ),
-    entry(
-        f"{TUNING_ROOT}/secondary_frequency",
-        "",
-        "rad/s",
-        "natural frequency of the absorber alone",
-        headline=Headline("natural frequency of the absorber alone", "Hz"),
-    ),
-    *(
-        entry(
-            f"{TUNING_ROOT}/each/{name}",
-            "absorber",
-            "",
-            f"best {words}, of each absorber",
-            headline=_EACH_TUNED.get(name),
-            exempt=DIFFERENCE,
-        )
-        for name, words in (("mass_ratio", "mass ratio"), *_OF_EACH)
-    ),
-    *(
-        entry(
-            f"{TUNING_ROOT}/each/{name}",
-            "absorber",
-            unit,
-            f"{words} of each absorber",
-            headline=_BUILT.get(name),
-            exempt=DIFFERENCE,
-        )
-        for name, unit, words in (
-            ("torsional_stiffness", "N*m/rad", "best stiffness"),
-            ("torsional_damping", "N*m*s/rad", "best damping"),
-            ("linear_stiffness", "N/m", "best stiffness"),
-            ("linear_damping", "N*s/m", "best damping"),
-            ("frequency", "rad/s", "natural frequency, with what carries it held,"),
-            ("travel", "", "largest motion against what carries it,"),
-        )
-    ),
-    *(entry(f"{TUNING_ROOT}/method/{name}", "method", "", words) for name, words in _FOUND),
+#: other tunings, in tables below that of the best one: their axes and words
+_OTHERS = (
+    *(entry(f"{TUNING_ROOT}/method/{name}", "method", "", words) for name, words in _FOUND[:3]),
     entry(f"{TUNING_ROOT}/method/promised", "method", "", "peak that the formula itself promises"),
-    entry(
-        f"{TUNING_ROOT}/method/loss", "method", "", "what is made small over the optimum, less 1"
-    ),
-    entry(
-        f"{TUNING_ROOT}/mistuning/loss",
-        "mistuned deviation",
-        "",
-        "what a relative error of the part costs: what is made small over the optimum, less 1",
-    ),
-    entry(
-        f"{TUNING_ROOT}/mistuning/worst",
-        "share",
-        "",
-        "the same with spring and damper off by such a share, the worse way",
-    ),
-    *(
-        entry(
-            f"{TUNING_ROOT}/sensitivity/{name}",
-            "ratio",
-            "",
-            f"slope of the best {words}, by a ratio",
-            exempt=DIFFERENCE,
-        )
-        for name, words in _FOUND
-    ),
-    *(
-        entry(f"{TUNING_ROOT}/unbounded/{name}", "", "", f"{words}, without the bounds")
-        for name, words in _FOUND
-    ),
-    entry(
-        f"{TUNING_ROOT}/unbounded/travel", "", "", "largest relative motion of the absorber there"
-    ),
+    entry(f"{TUNING_ROOT}/method/loss", "method", "",
+        "what is made small over the optimum, less 1"),
+    entry(f"{TUNING_ROOT}/mistuning/loss", "mistuned deviation", "",
+        "what a relative error of the part costs: what is made small over the optimum, less 1"),
+    entry(f"{TUNING_ROOT}/mistuning/worst", "share", "",
+        "the same with spring and damper off by such a share, the worse way"),
+    *(entry(f"{TUNING_ROOT}/sensitivity/{name}", "ratio", "",
+        f"slope of the best {words}, by a ratio", exempt=DIFFERENCE) for name, words in _FOUND[:3]),
+    *(entry(f"{TUNING_ROOT}/unbounded/{name}", "", "", f"{words}, without the bounds")
+        for name, words in _FOUND[:3]),
+    entry(f"{TUNING_ROOT}/unbounded/travel", "", "",
+        "largest relative motion of the absorber there"),
     entry(f"{TUNING_ROOT}/bounds/active", "tuning_bound", "", "1: this bound holds the tuning"),
-    entry(
-        f"{TUNING_ROOT}/bounds/penalty", "", "", "peak within the bounds over that without, less 1"
-    ),
-    *(
-        entry(f"{TUNING_ROOT}/chart/{name}", "primary_damping mass_ratio", "", f"best {words}")
-        for name, words in (*_OF_EACH, _FOUND[2])
-    ),
-    entry(
-        f"{TUNING_ROOT}/map/peak",
-        "stiffness_ratio secondary_damping",
-        "",
-        "largest response around the optimum",
-    ),
-)
+    entry(f"{TUNING_ROOT}/bounds/penalty", "", "",
+        "peak within the bounds over that without, less 1"),
+    *(entry(f"{TUNING_ROOT}/chart/{name}", "primary_damping mass_ratio", "", f"best {words}")
+        for name, words in _FOUND),
+    entry(f"{TUNING_ROOT}/map/peak", "stiffness_ratio secondary_damping", "",
+        "largest response around the optimum"),
+)  # fmt: skip
 
 # ----------------------------------------------------------------------------
 # Results of what a tuning is built of: rod, springs, ring, gap, oils, stock, bending.
 # ----------------------------------------------------------------------------
 
-HARDWARE_ROOT = "hardware"
-_ON_PAIR = "stock_spring stock_oil"
-_WITH_DAMPER = "stock_spring stock_damper"
+_PENALTY = "that peak over the one of the tuning, less 1"
+_PRIMARY = "c2 / (2 sqrt(K1 J1))"
 
-HARDWARE_ENTRIES = (
-    entry(f"{HARDWARE_ROOT}/rod_stiffness", "", "N*m/rad", "torsional stiffness of the rod"),
-    entry(f"{HARDWARE_ROOT}/ring_mass", "", "kg", "mass of the seismic ring"),
-    entry(
-        f"{HARDWARE_ROOT}/ring_inertia", "", "kg*m^2", "inertia of the seismic ring about its axis"
-    ),
-    entry(
-        f"{HARDWARE_ROOT}/primary_frequency", "", "rad/s", "natural frequency of the primary alone"
-    ),
-    entry(
-        f"{HARDWARE_ROOT}/built/stiffness_ratio",
-        "",
-        "",
-        "of the springs that are in, over the primary",
-    ),
-    entry(
-        f"{HARDWARE_ROOT}/built/secondary_damping",
-        "",
-        "",
-        "of the oil that is in, c2 / (2 sqrt(K1 J1))",
-    ),
-    entry(f"{HARDWARE_ROOT}/built/spring_rate", "", "N/m", "rate of each spring that is in"),
-    entry(f"{HARDWARE_ROOT}/built/peak", "", "", "largest response of the primary as built"),
-    entry(f"{HARDWARE_ROOT}/built/peak_frequency", "", "rad/s", "where that is"),
-    entry(f"{HARDWARE_ROOT}/spring_rate", "", "N/m", "rate of each spring that the tuning wants"),
-    entry(f"{HARDWARE_ROOT}/clearance", "", "m", "clearance of the gap at the rim"),
-    entry(f"{HARDWARE_ROOT}/gap/rim", "", "m^3", "damping over dynamic viscosity: at the rim"),
-    entry(f"{HARDWARE_ROOT}/gap/sides", "", "m^3", "at the sides"),
-    entry(f"{HARDWARE_ROOT}/gap/bore", "", "m^3", "in the bore"),
-    entry(
-        f"{HARDWARE_ROOT}/dynamic_viscosity",
-        "",
-        "Pa*s",
-        "viscosity that the tuning wants in the gap",
-    ),
-    entry(f"{HARDWARE_ROOT}/spring/rate", "stock_spring", "N/m", "rate of each spring"),
-    entry(f"{HARDWARE_ROOT}/spring/stiffness_ratio", "stock_spring", "", "what such springs give"),
-    entry(
-        f"{HARDWARE_ROOT}/oil/kinematic_viscosity",
-        "stock_oil",
-        "m^2/s",
-        "at the temperature of the gap",
-    ),
-    entry(
-        f"{HARDWARE_ROOT}/oil/damping",
-        "stock_oil",
-        "N*m*s/rad",
-        "what such an oil gives in the gap",
-    ),
-    entry(
-        f"{HARDWARE_ROOT}/oil/secondary_damping", "stock_oil", "", "the same, c2 / (2 sqrt(K1 J1))"
-    ),
-    entry(
-        f"{HARDWARE_ROOT}/oil/right_temperature",
-        "stock_oil",
-        "K",
-        "at which it is as thick as the tuning wants; 0: never",
-    ),
-    entry(
-        f"{HARDWARE_ROOT}/pair/peak",
-        _ON_PAIR,
-        "",
-        "largest response with these springs and this oil",
-    ),
-    entry(
-        f"{HARDWARE_ROOT}/pair/penalty",
-        _ON_PAIR,
-        "",
-        "that peak over the one of the tuning, less 1",
-    ),
-    entry(f"{HARDWARE_ROOT}/pair/travel", _ON_PAIR, "", "largest relative motion of the absorber"),
-    entry(f"{HARDWARE_ROOT}/pair/allowed", _ON_PAIR, "", "1: it keeps the bounds of the case"),
-    entry(
-        f"{HARDWARE_ROOT}/damper/damping", "stock_damper", "N*s/m", "of all such dampers together"
-    ),
-    entry(
-        f"{HARDWARE_ROOT}/damper/secondary_damping",
-        "stock_damper",
-        "",
-        "the same, c2 / (2 sqrt(K1 M1))",
-    ),
-    *(
-        entry(
-            f"{HARDWARE_ROOT}/damper_pair/{name}",
-            _WITH_DAMPER,
-            "",
-            words,
-            exempt=DIFFERENCE * (name == "penalty"),
-        )
-        for name, words in (
-            ("peak", "largest response with these springs and this damper"),
-            ("penalty", "that peak over the one of the tuning, less 1"),
-            ("travel", "largest relative motion of the absorber"),
-            ("allowed", "1: it keeps the bounds of the case"),
-        )
-    ),
-    entry(
-        f"{HARDWARE_ROOT}/buy/peak",
-        "",
-        "",
-        "largest response with the best pair of stock parts",
-        headline=Headline("largest response with the best stock parts"),
-    ),
-    entry(
-        f"{HARDWARE_ROOT}/buy/penalty",
-        "",
-        "",
-        "that peak over the one of the tuning, less 1",
-        exempt=DIFFERENCE,
-    ),
-    entry(
-        f"{HARDWARE_ROOT}/warming/damping",
-        "temperature",
-        "N*m*s/rad",
-        "of the best oil as it warms",
-    ),
-    entry(f"{HARDWARE_ROOT}/warming/secondary_damping", "temperature", "", "c2 / (2 sqrt(K1 J1))"),
-    entry(
-        f"{HARDWARE_ROOT}/warming/peak",
-        "temperature",
-        "",
-        "largest response with springs and oil kept",
-    ),
-    entry(
-        f"{HARDWARE_ROOT}/warming/best_stiffness_ratio",
-        "temperature",
-        "",
-        "stiffness that would be best for this damping",
-    ),
-    entry(f"{HARDWARE_ROOT}/warming/best_peak", "temperature", "", "peak with such springs"),
-    entry(
-        f"{HARDWARE_ROOT}/bending/frequency",
-        "mode",
-        "rad/s",
-        "bending of the rod with its flywheel",
-    ),
-    entry(f"{HARDWARE_ROOT}/bending/forward", "mode", "rad/s", "whirl with the spin"),
-    entry(f"{HARDWARE_ROOT}/bending/backward", "mode", "rad/s", "whirl against the spin"),
-    entry(f"{HARDWARE_ROOT}/bending/rayleigh", "", "rad/s", "Rayleigh's quotient for half a sine"),
-)
+
+@dataclass(frozen=True)
+class Hardware:
+    """What single parts are, and what the tuning asks of them."""
+
+    ROOT: ClassVar[str] = HARDWARE_ROOT
+    rod_stiffness: Any = q("", "N*m/rad", "torsional stiffness of the rod")
+    ring_mass: Any = q("", "kg", "mass of the seismic ring")
+    ring_inertia: Any = q("", "kg*m^2", "inertia of the seismic ring about its axis")
+    primary_frequency: Any = q("", "rad/s", "natural frequency of the primary alone")
+    spring_rate: Any = q("", "N/m", "rate of each spring that the tuning wants")
+    clearance: Any = q("", "m", "clearance of the gap at the rim")
+    dynamic_viscosity: Any = q("", "Pa*s", "viscosity that the tuning wants in the gap")
+
+
+@dataclass(frozen=True)
+class Built:
+    """What springs and oil that are in give."""
+
+    ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/built"
+    stiffness_ratio: Any = q("", "", "of the springs that are in, over the primary")
+    secondary_damping: Any = q("", "", f"of the oil that is in, {_PRIMARY}")
+    spring_rate: Any = q("", "N/m", "rate of each spring that is in")
+    peak: Any = q("", "", "largest response of the primary as built")
+    peak_frequency: Any = q("", "rad/s", "where that is")
+
+
+@dataclass(frozen=True)
+class Films:
+    """Damping over dynamic viscosity of the films in the gap."""
+
+    ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/gap"
+    rim: Any = q("", "m^3", "damping over dynamic viscosity: at the rim")
+    sides: Any = q("", "m^3", "at the sides")
+    bore: Any = q("", "m^3", "in the bore")
+
+
+@dataclass(frozen=True)
+class StockSprings:
+    """What springs that can be bought give."""
+
+    ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/spring"
+    rate: Any = q("stock_spring", "N/m", "rate of each spring")
+    stiffness_ratio: Any = q("stock_spring", "", "what such springs give")
+
+
+@dataclass(frozen=True)
+class StockOils:
+    """What oils that can be bought give."""
+
+    ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/oil"
+    kinematic_viscosity: Any = q("stock_oil", "m^2/s", "at the temperature of the gap")
+    damping: Any = q("stock_oil", "N*m*s/rad", "what such an oil gives in the gap")
+    secondary_damping: Any = q("stock_oil", "", f"the same, {_PRIMARY}")
+    right_temperature: Any = q("stock_oil", "K",
+        "at which it is as thick as the tuning wants; 0: never")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class StockDampers:
+    """What dampers that can be bought give."""
+
+    ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/damper"
+    damping: Any = q("stock_damper", "N*s/m", "of all such dampers together")
+    secondary_damping: Any = q("stock_damper", "", "the same, c2 / (2 sqrt(K1 M1))")
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """The response with every pair of parts in stock."""
+
+    ROOT: ClassVar[str]
+    peak: Any = q("stock_spring stock_{part}", "",
+        "largest response with these springs and this {part}")  # fmt: skip
+    penalty: Any = q("stock_spring stock_{part}", "", _PENALTY, exempt=DIFFERENCE)
+    travel: Any = q("stock_spring stock_{part}", "", "largest relative motion of the absorber")
+    allowed: Any = q("stock_spring stock_{part}", "", "1: it keeps the bounds of the case")
+
+
+class OilPairs(Pairs):
+    """Springs with oils."""
+
+    ROOT = f"{HARDWARE_ROOT}/pair"
+    WORDS: ClassVar = {"part": "oil"}
+
+
+class DamperPairs(Pairs):
+    """Springs with dampers."""
+
+    ROOT = f"{HARDWARE_ROOT}/damper_pair"
+    WORDS: ClassVar = {"part": "damper"}
+
+
+@dataclass(frozen=True)
+class Buy:
+    """The best pair in stock."""
+
+    ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/buy"
+    peak: Any = lead("", "", "largest response with the best stock parts")
+    penalty: Any = q("", "", _PENALTY, exempt=DIFFERENCE)
+
+
+@dataclass(frozen=True)
+class Warming:
+    """What the absorber becomes as its oil warms."""
+
+    ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/warming"
+    damping: Any = q("temperature", "N*m*s/rad", "of the best oil as it warms")
+    secondary_damping: Any = q("temperature", "", _PRIMARY)
+    peak: Any = q("temperature", "", "largest response with springs and oil kept")
+    best_stiffness_ratio: Any = q("temperature", "",
+        "stiffness that would be best for this damping")  # fmt: skip
+    best_peak: Any = q("temperature", "", "peak with such springs")
+
+
+@dataclass(frozen=True)
+class Bending:
+    """Bending of the rod."""
+
+    ROOT: ClassVar[str] = f"{HARDWARE_ROOT}/bending"
+    frequency: Any = q("mode", "rad/s", "bending of the rod with its flywheel")
+    forward: Any = q("mode", "rad/s", "whirl with the spin")
+    backward: Any = q("mode", "rad/s", "whirl against the spin")
+    rayleigh: Any = q("", "rad/s", "Rayleigh's quotient for half a sine")
+
 
 # ----------------------------------------------------------------------------
 # Results of pendulums in the centrifugal field of a rotor.
 # ----------------------------------------------------------------------------
 
-PENDULUM_ROOT = "pendulum"
 
-PENDULUM_ENTRIES = (
-    entry(
-        f"{PENDULUM_ROOT}/order",
-        "",
-        "",
-        "order that small swings follow",
-        headline=Headline("order of the pendulum"),
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/path_radius",
-        "",
-        "m",
-        "radius of curvature of the path at its vertex",
-        name="radius of the path at its vertex",
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/path_exponent",
-        "",
-        "",
-        "0: a circle, 1: a cycloid",
-        name="form of the path (0 circle, 1 cycloid)",
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/detuning",
-        "",
-        "1/rad^2",
-        "relative change of the order by the swing squared",
-        name="change of the order by the swing squared",
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/largest_swing",
-        "",
-        "rad",
-        "where the path ends",
-        headline=Headline("swing at which the path of the pendulum ends", "deg"),
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/mass_ratio",
-        "",
-        "",
-        "inertia of the equivalent absorber over the rotor's",
-        name="mass ratio of the equivalent absorber",
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/inertia",
-        "",
-        "kg*m^2",
-        "inertia of the equivalent absorber",
-        name="inertia of the equivalent absorber",
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/stiffness",
-        "",
-        "N*m/rad",
-        "stiffness of the equivalent absorber at this speed",
-        name="stiffness of the equivalent absorber",
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/order_of_swing",
-        "swing",
-        "",
-        "order that the pendulum keeps at this swing",
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/small/rotor",
-        "",
-        "rad",
-        "motion of the rotor, small swings, complex",
-        PEAK,
-        name="motion of the rotor, small swings",
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/small/swing",
-        "",
-        "rad",
-        "swing, small swings, complex",
-        PEAK,
-        name="swing of the pendulums, small swings",
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/small/rotor_without",
-        "",
-        "rad",
-        "the same with the pendulums locked",
-        PEAK,
-        name="motion of the rotor, pendulums locked",
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/response/rotor",
-        "order_ratio",
-        "rad",
-        "motion of the rotor, complex",
-        PEAK,
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/response/without",
-        "order_ratio",
-        "rad",
-        "the same, pendulums locked",
-        PEAK,
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/steady/torque",
-        "steady_swing",
-        "N*m",
-        "torque that holds a steady swing, undamped",
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/steady/largest_swing",
-        "steady_swing",
-        "rad",
-        "largest angle of swing over the cycle",
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/jump/torque",
-        "",
-        "N*m",
-        "torque beyond which the pendulum jumps; infinite",
-        headline=Headline("torque at which the swing jumps", "N*m"),
-    ),
-    entry(
-        f"{PENDULUM_ROOT}/jump/swing",
-        "",
-        "rad",
-        "largest angle of swing, from which it jumps",
-        exempt=DIFFERENCE,
-        name="largest swing, from which it jumps",
-    ),
-)
+@dataclass(frozen=True)
+class Pendulum:
+    """The order that pendulums follow, and the absorber that they are."""
+
+    ROOT: ClassVar[str] = PENDULUM_ROOT
+    order: Any = lead("", "", "order of the pendulum", about="of small swings")
+    path_radius: Any = named("", "m", "radius of the path at its vertex")
+    path_exponent: Any = named("", "", "form of the path (0 circle, 1 cycloid)")
+    detuning: Any = named("", "1/rad^2", "change of the order by the swing squared")
+    largest_swing: Any = lead("", "rad", "swing at which the path of the pendulum ends")
+    mass_ratio: Any = named("", "", "mass ratio of the equivalent absorber")
+    inertia: Any = named("", "kg*m^2", "inertia of the equivalent absorber")
+    stiffness: Any = named("", "N*m/rad", "stiffness of the equivalent absorber")
+    order_of_swing: Any = q("swing", "", "order that the pendulum keeps at this swing")
+
+
+@dataclass(frozen=True)
+class SmallSwings:
+    """Motions under the torque of the case by equations for small swings, complex."""
+
+    ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/small"
+    rotor: Any = named("", "rad", "motion of the rotor, small swings", PEAK)
+    swing: Any = named("", "rad", "swing of the pendulums, small swings", PEAK)
+    rotor_without: Any = named("", "rad", "motion of the rotor, pendulums locked", PEAK)
+
+
+@dataclass(frozen=True)
+class OverOrders:
+    """The same over the order of the torque."""
+
+    ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/response"
+    rotor: Any = q("order_ratio", "rad", "motion of the rotor, complex", PEAK)
+    without: Any = q("order_ratio", "rad", "the same, pendulums locked", PEAK)
+
+
+@dataclass(frozen=True)
+class SteadySwings:
+    """Swings of an undamped pendulum by its exact equations."""
+
+    ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/steady"
+    torque: Any = q("steady_swing", "N*m", "torque that holds a steady swing, undamped")
+    largest_swing: Any = q("steady_swing", "rad", "largest angle of swing over the cycle")
+
+
+@dataclass(frozen=True)
+class Jump:
+    """The end of the motion out of rest."""
+
+    ROOT: ClassVar[str] = f"{PENDULUM_ROOT}/jump"
+    torque: Any = lead("", "N*m", "torque at which the swing jumps", about="infinite: at none")
+    swing: Any = named("", "rad", "largest swing, from which it jumps", exempt=DIFFERENCE)
+
 
 #: axis name -> (unit, long name)
 AXES = MOTION_AXES | {
@@ -670,10 +411,11 @@ NAMES = {
     "toleranced": ("natural_frequency", "mass", "stiffness", "damping"),
 }
 ENTRIES = (
-    *TUNING_ENTRIES,
+    *entries_of(Tuning, Active, EachTuned),
+    *_OTHERS,
     *BAND_ENTRIES,
-    *RESPONSE_ENTRIES,
-    *HARDWARE_ENTRIES,
-    *PENDULUM_ENTRIES,
+    *entries_of(Response, EachResponse, Peaks, FixedPoints, Hardware, Built, Films),
+    *entries_of(StockSprings, StockOils, StockDampers, OilPairs, DamperPairs, Buy, Warming),
+    *entries_of(Bending, Pendulum, SmallSwings, OverOrders, SteadySwings, Jump),
     *MOTION_ENTRIES,
 )

@@ -1,9 +1,10 @@
 """Rules between the tables of an absorber: each number in one way, all in one kind of motion."""
 
+import functools
 from collections.abc import Iterator
 
 from vibecalc.absorber.asked_tables import AMPLITUDES
-from vibecalc.absorber.tables import STIFFNESSES
+from vibecalc.absorber.tables import MOTIONS, WAYS, WIRE, Secondary
 from vibecalc.core.case.raw import Data, table_at
 from vibecalc.core.case.rules import Row, Rule, needs, one_of, refuse, row_at, unique
 from vibecalc.errors import KeyPath, Problem, dotted
@@ -12,15 +13,8 @@ from vibecalc.errors import KeyPath, Problem, dotted
 # Primary and secondaries: in torsion, in translation, or in ratios alone.
 # ----------------------------------------------------------------------------
 
-MOTIONS = {
-    "torsion": ("inertia", "stiffness", "damping"),
-    "translation": ("mass", "linear_stiffness", "linear_damping"),
-}
-#: ways to one number of a secondary
-MASSES = ("mass_ratio", "inertia", "mass")
-DAMPERS = ("damping_ratio", "own_damping_ratio", "damping", "linear_damping")
-WIRE = ("wire_diameter", "coil_diameter", "turns", "shear_modulus")
 PRIMARY: KeyPath = ("machine", "primary")
+MASSES, STIFFNESSES, DAMPERS = WAYS.values()
 
 
 def _from_rod(machine: Data) -> bool:
@@ -75,39 +69,30 @@ def _primary(row: Row) -> Iterator[Problem]:
 
 def _secondaries(row: Row) -> Iterator[Problem]:
     """One absorber, or several, each with mass, spring and damper of the primary's motion."""
-    one, ring = row.below("secondary"), "ring" in row
+    one = row.below("secondary")
     if row.below("primary") is None:
         return
-    sprung = not table_at(row.data, "springs").keys().isdisjoint({"rate", *WIRE})
-    built = {"springs": sprung, "oil": "oil" in row and "gap" in row}
+    springs = table_at(row.data, "springs")
+    built = {
+        part
+        for part, there in (
+            ("ring", "ring" in row),
+            ("springs", not springs.keys().isdisjoint({"rate", *WIRE})),
+            ("oil", "oil" in row and "gap" in row),
+        )
+        if there
+    }
     if one is not None and one.data:
-        yield from _secondary(row, one, ring, built)
-    elif ring and "secondaries" not in row:
-        alone = row_at({"machine": {"secondary": {}}}, "machine", "secondary")
-        assert alone is not None
-        empty = Row({}, (*row.path, "ring"), row.case, alone.model)
-        yield from _secondary(row, empty, ring, built)
+        yield from _secondary(row, one, built)
+    elif "ring" in row and "secondaries" not in row:
+        yield from _secondary(row, Row({}, (*row.path, "ring"), row.case, Secondary), built)
     for several in row.each("secondaries"):
-        yield from _secondary(row, several, False, {})
+        yield from _secondary(row, several, set())
 
 
-def _secondary(machine: Row, one: Row, ring: bool, built: dict[str, bool]) -> Iterator[Problem]:
+def _secondary(machine: Row, one: Row, built: set[str]) -> Iterator[Problem]:
     name = one.header() if len(one.path) == 2 else dotted(one.path[1:])
     motion, tuned = _motion(machine.data), isinstance(machine.case.get("tuning"), dict)
-    heavy = one.said(*MASSES)
-    if ring and heavy:
-        yield one.problem(
-            heavy[0],
-            "the inertia of the seismic mass stands twice: [machine.ring] gives it",
-            allowed=f"{heavy[0]}, or a ring: one way or the other",
-            also=("machine", "ring"),
-        )
-    elif not ring and one.lacks(*MASSES):
-        yield one.problem(
-            "",
-            f"{name} has no mass",
-            allowed="mass_ratio, inertia (torsion), mass (translation), or [machine.ring]",
-        )
     for other, keys in MOTIONS.items():
         foreign = one.said(*keys)
         if foreign and other != motion and not _mixes(one.data):
@@ -121,11 +106,13 @@ def _secondary(machine: Row, one: Row, ring: bool, built: dict[str, bool]) -> It
                 also=PRIMARY,
             )
     for what, alternatives, part in (
+        ("mass", MASSES, "ring"),
         ("spring", STIFFNESSES, "springs"),
         ("damper", DAMPERS, "oil"),
     ):
         given, hardware = one.said(*alternatives), f"[machine.{part}]"
-        if tuned and given:
+        sought = tuned and what != "mass"
+        if sought and given:
             yield one.problem(
                 given[0],
                 f"{given[0]} is fixed, and [tuning] finds the {what}",
@@ -134,18 +121,19 @@ def _secondary(machine: Row, one: Row, ring: bool, built: dict[str, bool]) -> It
                 "tuning.bounds hold a value",
                 also=("tuning",),
             )
-        elif given and built.get(part):
+        elif given and part in built:
             yield one.problem(
                 given[0],
                 f"the {what} stands twice: {hardware} gives it",
                 allowed=f"{given[0]}, or {hardware}: one way or the other",
                 also=("machine", part),
             )
-        elif not (tuned or built.get(part)) and one.lacks(*alternatives):
+        elif not sought and part not in built and one.lacks(*alternatives):
+            least, tuning = (" (0 for none)", ", or [tuning]") if what != "mass" else ("", "")
             yield one.problem(
                 "",
-                f"{name} has no {what}, and no [tuning] finds one",
-                allowed=f"one of {', '.join(alternatives)} (0 for none), {hardware}, or [tuning]",
+                f"{name} has no {what}" + ", and no [tuning] finds one" * (what != "mass"),
+                allowed=f"one of {', '.join(alternatives)}{least}, {hardware}{tuning}",
             )
 
 
@@ -167,9 +155,6 @@ _NEEDS = {
     "gap": "secondary",
     "ring": "primary",
 }
-_BENDING = ("total_length", "span", "elastic_modulus")
-
-
 _NO_PARTS = "several absorbers have no parts as built"
 
 
@@ -190,14 +175,8 @@ def _parts(row: Row) -> Iterator[Problem]:
             )
     rod = row.below("rod")
     if rod is not None and "flywheel" in row:
-        yield from needs("", "mass density", "for the bending that [machine.flywheel] asks")(rod)
-        for key in filter(rod.lacks, _BENDING):
-            yield rod.problem(
-                "",
-                f"[machine.flywheel] asks how the rod bends, and the rod has no {key}",
-                allowed=", ".join((*_BENDING, "mass or density")),
-                also=("machine", "flywheel"),
-            )
+        for key in ("mass density", "total_length", "span", "elastic_modulus"):
+            yield from needs("", key, "for the bending that [machine.flywheel] asks")(rod)
     elif rod is not None and rod.lacks("length", "shear_modulus"):
         yield rod.problem(
             "",
@@ -304,23 +283,16 @@ def _amplitude(row: Row) -> Iterator[Problem]:
             allowed=f"one of {', '.join(known)}" if motion else "base_acceleration",
             hint="" if motion else "and a primary with mass and natural_frequency",
         )
-    if modal:
-        for key in asked.said("vary", "limits", "response", "frequency_ratios"):
-            yield asked.problem(
-                key,
-                f"several modes have no {key}",
-                allowed="an amplitude and frequencies",
-                also=(*PRIMARY, "modes"),
-            )
-    elif of_ground:
-        for key in asked.said("vary", "limits", "response"):
-            yield asked.problem(
-                key,
-                f"against a ground that moves all motions of one absorber are read in units, "
-                f"without {key}",
-                allowed="an amplitude and frequencies",
-                hint="excitation = 'base' has it in ratios" if key != "response" else "",
-            )
+    where = "of several modes" if modal else "against a ground that moves"
+    ratios = ("vary", "limits", "response", *("frequency_ratios",) * modal)
+    for key in asked.said(*ratios) if modal or of_ground else ():
+        yield asked.problem(
+            key,
+            f"{where} all motions are read in units, without {key}",
+            allowed="an amplitude and frequencies",
+            hint="excitation = 'base' has it in ratios" if key != "response" and not modal else "",
+            also=(*PRIMARY, "modes") if modal else (),
+        )
 
 
 def _gap_in_band(row: Row) -> Iterator[Problem]:
@@ -360,6 +332,12 @@ def _modes(row: Row) -> Iterator[Problem]:
             )
 
 
+def _without_hertz(place: tuple[str, ...], key: str, row: Row) -> bool:
+    """Whether a table asks for frequencies of a primary of ratios alone."""
+    asked = key in table_at(row.case, *place)
+    return asked and row.below("primary") is not None and not _motion(row.data)
+
+
 OF_ABSORBER = (
     unique("secondaries", "absorbers"),
     one_of("primary", "pendulum"),
@@ -378,16 +356,18 @@ OF_ABSORBER = (
         "an inertia or a mass_ratio for each",
         also="secondaries",
     ),
-    refuse(
-        ("response", "absorber", "frequencies"),
-        "the primary is of ratios alone and has no frequency in Hz",
-        lambda t: (
-            "frequencies" in table_at(t.case, "response", "absorber")
-            and t.below("primary") is not None
-            and not _motion(t.data)
-        ),
-        "frequency_ratios, or a primary with inertia and stiffness",
-        also=PRIMARY,
+    *(
+        refuse(
+            (*place, key),
+            "the primary is of ratios alone and has no frequency in Hz",
+            functools.partial(_without_hertz, place, key),
+            f"{instead}, or a primary with mass and natural_frequency",
+            also=PRIMARY,
+        )
+        for place, key, instead in (
+            (("response", "absorber"), "frequencies", "frequency_ratios"),
+            (("tuning",), "band", "band_ratios"),
+        )
     ),
     *(
         lambda t, rule=rule: rule(t) if _readable(t) else ()

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from vibecalc.core.run.stage import Harmonics, Leading, Stage, Subject, Unit, Work, below
 
 if TYPE_CHECKING:
-    from vibecalc.absorber.asked_tables import Tuning, Vary
+    from vibecalc.absorber.asked_tables import AbsorberResponse, Tuning, Vary
     from vibecalc.schema import Case, Machine
 
 _NO_ORDERS = "none: over the frequency"
@@ -28,9 +28,7 @@ def plan_absorber(case: "Case") -> Iterator[Stage]:
                 yield _response(case)
             if excited_by(case):
                 yield _motion(case)
-        quantities = _hardware_quantities(case)
-        if quantities:
-            yield _hardware(quantities)
+        yield from _hardware(case)
     if machine.pendulum is not None:
         yield _pendulum(case)
 
@@ -69,23 +67,14 @@ def in_ratios(case: "Case") -> bool:
 
 def motions_of(case: "Case") -> tuple[str, ...]:
     """What is read in units: all that the excitation and the modes of a case give."""
+    from vibecalc.absorber.motion_results import TRANSLATION
     from vibecalc.absorber.readings import drifts
 
-    excitation, machine = excited_by(case), case.machine
-    modal = machine.primary is not None and bool(machine.primary.modes)
+    excitation, primary = excited_by(case), case.machine.primary
+    modal = primary is not None and bool(primary.modes)
+    there = {"deflection": excitation.startswith("base"), "transmitted_force": not modal}
     return tuple(
-        name
-        for name, there in (
-            ("displacement", True),
-            ("velocity", True),
-            ("acceleration", True),
-            ("deflection", excitation.startswith("base")),
-            ("transmitted_force", not modal),
-            ("travel", True),
-            ("spring_force", True),
-            ("damper_force", True),
-        )
-        if there and not drifts(excitation, name)
+        name for name in TRANSLATION if there.get(name, True) and not drifts(excitation, name)
     )
 
 
@@ -142,79 +131,78 @@ def has_units(machine: "Machine") -> bool:
 def _tuning(case: "Case") -> Stage:
     options, machine = case.tuning, case.machine
     assert options is not None
-    several = bool(machine.secondaries)
-    least_squares, banded = options.norm == "h2", is_banded(case)
+    several, one = bool(machine.secondaries), not machine.secondaries
+    least_squares, banded, white = options.norm == "h2", is_banded(case), white_ground(case)
     units = has_units(machine)
     turning = units and machine.primary is not None and machine.primary.inertia is not None
-    sprung = options.kind in ("free", "undamped_spring")
-    there = {
-        "tuning/each/": several,
-        "tuning/each/torsional_": several and turning,
-        "tuning/each/linear_": several and units and not turning,
-        "tuning/each/frequency": several and units,
-        "tuning/travel": not several,
-        "tuning/mass_ratio": not several,
-        "tuning/stiffness_ratio": not several,
-        "tuning/secondary_damping": not several,
-        "tuning/own_damping": not several and options.kind == "free",
-        "tuning/helps": (banded or not several) and options.frequency is None,
-        "tuning/optimum/": options.frequency is not None,
-        "tuning/without_spring": not (several or banded) and options.kind == "free",
-        "tuning/threshold": not several and not least_squares and not banded,
-        "tuning/band/": banded,
-        "tuning/band/residual": banded and options.frequency is None,
-        "tuning/active/weight": not least_squares and options.frequency is None,
-        "tuning/tolerances/": options.tolerances is not None,
-        "tuning/tolerances/exact/stiffness_ratio": options.tolerances is not None and not several,
-        "tuning/tolerances/exact/secondary_damping": options.tolerances is not None and not several,
-        "tuning/evaluations": not least_squares,
-        "tuning/mean_square": least_squares,
-        "tuning/active/": not least_squares,
-        "tuning/peak_less_one": not several and is_over_one(options) and not banded,
-        "tuning/certificate": not least_squares and options.kind == "free" and not banded,
-        "tuning/torsional_stiffness": not several and turning and sprung,
-        "tuning/torsional_damping": not several and turning,
-        "tuning/linear_stiffness": not several and units and not turning and sprung,
-        "tuning/linear_damping": not several and units and not turning,
-        "tuning/secondary_frequency": not several and units and sprung,
-        "tuning/method/": bool(options.compare),
-        "tuning/mistuning/": bool(options.mistuning),
-        "tuning/mistuning/worst": bool(options.mistuning) and (banded or not several),
-        "tuning/sensitivity/": options.sensitivity,
-        "tuning/unbounded/": options.bounds is not None and not several and not banded,
-        "tuning/bounds/": options.bounds is not None and not several and not banded,
-        "tuning/chart/": options.chart is not None,
-        "tuning/map/": not (several or least_squares or banded) and options.kind == "free",
-    }
-    if white_ground(case):
-        there |= dict.fromkeys(
-            ("tuning/travel", "tuning/peak", "tuning/peak_alone", "tuning/peak_less_one",
-             "tuning/method/peak", "tuning/method/promised"), False,
-        )  # fmt: skip
-    cost = "Newton's method, some tens of evaluations of a peak"
+    moving = units and not turning
+    free, sprung = options.kind == "free", options.kind in ("free", "undamped_spring")
+    seen, swings = options.compare and not white, options.frequency is not None
+    bounded = options.bounds is not None and one and not banded
+    quantities = _paths(
+        "tuning/",
+        (several, "each/"),
+        (several and turning, "each/torsional_"),
+        (several and moving, "each/linear_"),
+        (several and units, "each/frequency"),
+        (one, "mass_ratio stiffness_ratio secondary_damping"),
+        (not white, "peak peak_alone"),
+        (one and not white, "travel"),
+        (one and free, "own_damping"),
+        ((banded or one) and not swings, "helps"),
+        (swings, "optimum/"),
+        (one and free and not banded, "without_spring"),
+        (one and not least_squares and not banded, "threshold"),
+        (banded, "band/"),
+        (banded and not swings, "band/residual"),
+        (not least_squares, "active/ evaluations"),
+        (not (least_squares or swings), "active/weight"),
+        (options.tolerances is not None, "tolerances/"),
+        (options.tolerances is not None and one, "tolerances/exact/stiffness_ratio"),
+        (options.tolerances is not None and one, "tolerances/exact/secondary_damping"),
+        (least_squares, "mean_square"),
+        (one and is_over_one(options) and not banded, "peak_less_one"),
+        (free and not least_squares and not banded, "certificate"),
+        (one and turning and sprung, "torsional_stiffness"),
+        (one and turning, "torsional_damping"),
+        (one and moving and sprung, "linear_stiffness"),
+        (one and moving, "linear_damping"),
+        (one and units and sprung, "secondary_frequency"),
+        (bool(options.compare), "method/"),
+        (bool(seen), "method/peak method/promised"),
+        (bool(options.mistuning), "mistuning/"),
+        (bool(options.mistuning) and (banded or one), "mistuning/worst"),
+        (options.sensitivity, "sensitivity/"),
+        (bounded, "unbounded/ bounds/"),
+        (options.chart is not None, "chart/"),
+        (one and free and not (least_squares or banded), "map/"),
+    )
+    chart, cost = options.chart, "Newton's method, some tens of evaluations of a peak"
+    points = 0 if chart is None else len(chart.primary_damping) * chart.mass_ratio.points
+    searches = 1.0 + 0.8 * len(options.compare) + len(options.mistuning) / 3.0
+    searches += options.sensitivity + (options.bounds is not None)
+    work: Work = (round(searches, 1), "peak_search"), (points, "chart_point")
     if several:
         cost = "descents from many starts, then Newton's method"
-    elif options.chart is not None:
-        points = len(options.chart.primary_damping) * options.chart.mass_ratio.points
+        work = (1, "several"), (len(options.mistuning) / 3.0, "peak_search")
+    elif points:
         cost += f"; the same for {points} points of the chart at once"
+    if banded:
+        searches = 1.0 + 2.0 * (options.tolerances is not None)
+        work = ((searches * max(1, len(machine.secondaries)) ** 2, "band_search"),)
+    kind = "band" if banded else "several" if several else "ground" if white else "absorber"
+    folder = "tuning" if kind == "absorber" else kind
+    topics = () if banded or white else ("vibecalc.absorber.accuracy:tuning_topics",)
     return Stage(
         name="tuning",
-        adapter="vibecalc.absorber.adapters.band:run_band_tuning"
-        if banded
-        else "vibecalc.absorber.adapters.several:run_several_tuning"
-        if several
-        else "vibecalc.absorber.adapters.ground:run_ground_tuning"
-        if white_ground(case)
-        else "vibecalc.absorber.adapters.tuning:run_absorber_tuning",
+        adapter=f"vibecalc.absorber.adapters.{folder}:run_{kind}_tuning",
         why=f'[tuning] is in the case, norm = "{options.norm}"',
         parts=("primary", "secondaries" if several else "secondary"),
         orders=_NO_ORDERS,
         cost=cost,
-        quantities=_paths_of("tuning/", there),
-        work=_work_of_tuning,
-        topics=()
-        if banded or white_ground(case)
-        else ("vibecalc.absorber.accuracy:tuning_topics",),
+        quantities=quantities,
+        work=lambda case, orders: work,
+        topics=topics,
         leading=Leading(
             keys=TUNED_KEYS,
             only=TOGETHER,
@@ -248,33 +236,34 @@ def _one_by_one(case: "Case") -> str:
 
 
 def _response(case: "Case") -> Stage:
-    several = bool(case.machine.secondaries)
-    response = case.response
-    assert response is not None and response.absorber is not None
-    there = {
-        "response/absorber/frequency": has_units(case.machine),
-        "response/absorber/fixed_point/": has_fixed_points(case),
-        "response/absorber/each/": several,
-        "response/absorber/relative_curve": not several,
-        "response/absorber/largest_travel": not several,
-        "response/absorber/antiresonance": not several,
-        "response/absorber/locked_frequency_ratio": not several,
-        "response/absorber/natural_frequency_ratio": not several,
-        "response/absorber/pole": not several,
-        "response/absorber/primary_frequency": has_units(case.machine),
-    }
+    several, units = bool(case.machine.secondaries), has_units(case.machine)
+    options = case.response and case.response.absorber
+    assert options
+    vary = options.vary
+    curves = 1 if vary is None else 1 + max(len(values) for _, values in vary)
+    work = (curves * _points(options), "curve_point"), (1 + options.limits, "peaks")
+    alone = (
+        "relative_curve largest_travel antiresonance locked_frequency_ratio "
+        "natural_frequency_ratio pole"
+    )
+    kind = "several:run_several_response" if several else "response:run_absorber"
     return Stage(
         name="absorber",
-        adapter="vibecalc.absorber.adapters.several:run_several_response"
-        if case.machine.secondaries
-        else "vibecalc.absorber.adapters.response:run_absorber",
+        adapter=f"vibecalc.absorber.adapters.{kind}",
         why="[response.absorber] is in the case",
         parts=("primary", "secondaries" if several else "secondary"),
         orders=_NO_ORDERS,
         cost="one pass over the frequencies for each curve; peaks from a polynomial",
-        quantities=_paths_of("response/absorber/", there | {"response/absorber/motion/": False}),
+        quantities=_paths(
+            "response/absorber/",
+            (units, "frequency primary_frequency"),
+            (has_fixed_points(case), "fixed_point/"),
+            (several, "each/"),
+            (not several, alone),
+            (False, "motion/"),
+        ),
         is_last=True,
-        work=_work_of_absorber,
+        work=lambda case, orders: work,
         topics=("vibecalc.absorber.accuracy:absorber_topics",),
         leading=None
         if several
@@ -284,6 +273,12 @@ def _response(case: "Case") -> Stage:
             why_not="the response at a tuning is computed point by point" * bool(case.tuning),
         ),
     )
+
+
+def _points(options: "AbsorberResponse") -> int:
+    """Frequencies of a curve."""
+    swept = options.frequency_ratios or options.frequencies
+    return 400 if swept is None else swept.points
 
 
 #: numbers of primary and secondary over which the peaks of one absorber are found together
@@ -328,6 +323,8 @@ def _motion(case: "Case") -> Stage:
     torsion = primary is not None and primary.inertia is not None
     names = TORSION if torsion else TRANSLATION
     several = bool(case.machine.secondaries)
+    assert case.response is not None and case.response.absorber is not None
+    motions, points = len(motions_of(case)), _points(case.response.absorber)
     curves = ("", "largest/", "largest_at/")
     banded = [f"{IN_BAND_ROOT}/", f"{IN_BAND_ROOT}/at/"] if is_banded(case) else []
     return Stage(
@@ -347,81 +344,71 @@ def _motion(case: "Case") -> Stage:
             )
         ),
         is_last=True,
-        work=_work_of_motion,
+        work=lambda case, orders: ((motions * points, "motion_point"),),
     )
 
 
-def _hardware_quantities(case: "Case") -> tuple[str, ...]:
-    machine = case.machine
-    tuned = case.tuning is not None
-    springs, gap = machine.springs, machine.gap
+def _hardware(case: "Case") -> Iterator[Stage]:
+    """What the parts of a case give, if it has any."""
+    machine, tuning = case.machine, case.tuning
+    springs, gap, wheel = machine.springs, machine.gap, machine.flywheel
     sprung = springs is not None and (springs.rate is not None or springs.wire_diameter is not None)
     oiled = gap is not None and machine.oil is not None
     oils = gap is not None and bool(machine.stock_oils or machine.oil_catalogue)
     rates = springs is not None and bool(machine.stock_springs or machine.spring_catalogue)
-    viscous = case.tuning is not None and case.tuning.kind in ("viscous", "lanchester")
+    viscous = tuning is not None and tuning.kind in VISCOUS
     built = oiled and (sprung or viscous)
     rod = machine.rod is not None and machine.rod.length is not None
-    bends = machine.flywheel is not None
-    by_peak = case.tuning is not None and case.tuning.norm == "h_infinity"
+    by_peak = tuning is not None and tuning.norm == "h_infinity"
     pairs = by_peak and oils and (rates or viscous)
     moving = machine.primary is not None and machine.primary.mass is not None
     dampers = bool(machine.stock_dampers)
     damper_pairs = by_peak and moving and (dampers or rates)
-    warms = case.tuning is not None and case.tuning.temperatures is not None and (pairs or built)
-    there = {
-        "hardware/rod_stiffness": rod,
-        "hardware/ring": machine.ring is not None,
-        "hardware/primary_frequency": rod or springs is not None or gap is not None or dampers,
-        "hardware/built/stiffness_ratio": sprung,
-        "hardware/built/spring_rate": sprung,
-        "hardware/built/secondary_damping": oiled,
-        "hardware/built/peak": built,
-        "hardware/spring_rate": springs is not None and tuned and not viscous,
-        "hardware/clearance": gap is not None,
-        "hardware/gap/": gap is not None,
-        "hardware/dynamic_viscosity": gap is not None and tuned,
-        "hardware/spring/": rates,
-        "hardware/oil/": oils,
-        "hardware/oil/right_temperature": oils and tuned,
-        "hardware/pair/": pairs,
-        "hardware/buy/": pairs or damper_pairs,
-        "hardware/damper/": dampers,
-        "hardware/damper_pair/": damper_pairs,
-        "hardware/warming/": warms,
-        "hardware/warming/best": warms and not viscous,
-        "hardware/bending/": bends,
-        "hardware/bending/forward": bends and bool(machine.flywheel and machine.flywheel.spin),
-        "hardware/bending/backward": bends and bool(machine.flywheel and machine.flywheel.spin),
-    }
-    return _paths_of("hardware/", there)
-
-
-def _hardware(quantities: tuple[str, ...]) -> Stage:
-    return Stage(
-        name="hardware",
-        adapter="vibecalc.absorber.adapters.hardware:run_absorber_parts",
-        why="the case has parts: rod, springs, ring, gap, oils or stock",
-        parts=("rod", "springs", "ring", "gap", "oil", "stock"),
-        orders=_NO_ORDERS,
-        cost="closed forms, and the peaks of every pair of stock parts",
-        quantities=quantities,
-        is_last=True,
-        work=_work_of_hardware,
+    warms = tuning is not None and tuning.temperatures is not None and (pairs or built)
+    quantities = _paths(
+        "hardware/",
+        (rod, "rod_stiffness"),
+        (machine.ring is not None, "ring"),
+        (rod or springs is not None or gap is not None or dampers, "primary_frequency"),
+        (sprung, "built/stiffness_ratio built/spring_rate"),
+        (oiled, "built/secondary_damping"),
+        (built, "built/peak"),
+        (springs is not None and tuning is not None and not viscous, "spring_rate"),
+        (gap is not None, "clearance gap/"),
+        (gap is not None and tuning is not None, "dynamic_viscosity"),
+        (rates, "spring/"),
+        (oils, "oil/"),
+        (oils and tuning is not None, "oil/right_temperature"),
+        (pairs, "pair/"),
+        (pairs or damper_pairs, "buy/"),
+        (dampers, "damper/"),
+        (damper_pairs, "damper_pair/"),
+        (warms, "warming/"),
+        (warms and not viscous, "warming/best"),
+        (wheel is not None, "bending/"),
+        (wheel is not None and bool(wheel.spin), "bending/forward bending/backward"),
     )
+    work = ((1 + rates if oils else 0, "parts"),)
+    if quantities:
+        yield Stage(
+            name="hardware",
+            adapter="vibecalc.absorber.adapters.hardware:run_absorber_parts",
+            why="the case has parts: rod, springs, ring, gap, oils or stock",
+            parts=("rod", "springs", "ring", "gap", "oil", "stock"),
+            orders=_NO_ORDERS,
+            cost="closed forms, and the peaks of every pair of stock parts",
+            quantities=quantities,
+            is_last=True,
+            work=lambda case, orders: work,
+        )
 
 
 def _pendulum(case: "Case") -> Stage:
     given = case.machine.pendulum
     assert given is not None
-    driven = given.torque is not None
-    there = {
-        "pendulum/order_of_swing": given.swings is not None,
-        "pendulum/small/": driven,
-        "pendulum/response/": driven,
-        "pendulum/steady/": given.swings is not None and given.rotor_stiffness == 0.0,
-        "pendulum/jump/": given.path == "circular" and given.rotor_stiffness == 0.0,
-    }
+    driven, held = given.torque is not None, given.rotor_stiffness != 0.0
+    order = Harmonics(1, given.order, given.order, "of the speed of the rotor")
+    swings = 1 if given.swings is None else given.swings.points
     return Stage(
         name="pendulum",
         adapter="vibecalc.absorber.adapters.pendulum:run_absorber_pendulum",
@@ -429,79 +416,32 @@ def _pendulum(case: "Case") -> Stage:
         parts=("pendulum",),
         orders=f"{given.order:g} of the speed of the rotor",
         cost="closed forms; quadrature and Newton's method for each swing",
-        quantities=_paths_of("pendulum/", there),
+        quantities=_paths(
+            "pendulum/",
+            (given.swings is not None, "order_of_swing"),
+            (driven, "small/ response/"),
+            (given.swings is not None and not held, "steady/"),
+            (given.path == "circular" and not held, "jump/"),
+        ),
         is_last=True,
-        harmonics=_orders_of_pendulum,
-        work=_work_of_pendulum,
+        harmonics=lambda case: order,
+        work=lambda case, orders: ((swings, "swing"),),
         topics=("vibecalc.absorber.accuracy:pendulum_topics",),
     )
 
 
-def _paths_of(root: str, there: dict[str, bool]) -> tuple[str, ...]:
-    """Paths below `root`; of the beginnings that fit a path the longest decides."""
+def _paths(root: str, *rules: tuple[bool, str]) -> tuple[str, ...]:
+    """Paths below `root` but those that a rule leaves out.
+
+    Of the beginnings that fit a path the longest decides.
+    """
+    there = {f"{root}{start}": given for given, starts in rules for start in starts.split()}
     paths = []
     for path in below(root):
         fitting = [start for start in there if path.startswith(start)]
         if not fitting or there[max(fitting, key=len)]:
             paths.append(path)
     return tuple(paths)
-
-
-# ----------------------------------------------------------------------------
-# Harmonics and counted work of each stage, read from the case: nothing is solved.
-# ----------------------------------------------------------------------------
-
-
-def _orders_of_pendulum(case: "Case") -> Harmonics:
-    assert case.machine.pendulum is not None
-    order = case.machine.pendulum.order
-    return Harmonics(1, order, order, "of the speed of the rotor")
-
-
-def _work_of_tuning(case: "Case", orders: int) -> Work:
-    options = case.tuning
-    assert options is not None
-    several = len(case.machine.secondaries)
-    if is_banded(case):
-        searches = 1.0 + 2.0 * (options.tolerances is not None)
-        return ((searches * max(1, several) ** 2, "band_search"),)
-    if several:
-        return ((1, "several"), (len(options.mistuning) / 3.0, "peak_search"))
-    chart = options.chart
-    points = 0 if chart is None else len(chart.primary_damping) * chart.mass_ratio.points
-    searches = 1.0 + 0.8 * len(options.compare) + len(options.mistuning) / 3.0
-    searches += bool(options.sensitivity) + (options.bounds is not None)
-    return ((round(searches, 1), "peak_search"), (points, "chart_point"))
-
-
-def _work_of_absorber(case: "Case", orders: int) -> Work:
-    assert case.response is not None and case.response.absorber is not None
-    options = case.response.absorber
-    swept = options.frequency_ratios or options.frequencies
-    vary = options.vary
-    curves = 1 if vary is None else 1 + max(len(values) for _, values in vary)
-    points = 400 if swept is None else swept.points
-    return ((curves * points, "curve_point"), (1 + options.limits, "peaks"))
-
-
-def _work_of_motion(case: "Case", orders: int) -> Work:
-    assert case.response is not None and case.response.absorber is not None
-    options = case.response.absorber
-    swept = options.frequency_ratios or options.frequencies
-    return ((len(motions_of(case)) * (400 if swept is None else swept.points), "motion_point"),)
-
-
-def _work_of_hardware(case: "Case", orders: int) -> Work:
-    machine = case.machine
-    springs = bool(machine.stock_springs or machine.spring_catalogue)
-    oils = bool(machine.stock_oils or machine.oil_catalogue)
-    return ((1 + springs if oils else 0, "parts"),)
-
-
-def _work_of_pendulum(case: "Case", orders: int) -> Work:
-    given = case.machine.pendulum
-    assert given is not None
-    return ((1 if given.swings is None else given.swings.points, "swing"),)
 
 
 #: curves of the primary with all masses fastened rigidly, and with none
@@ -587,7 +527,7 @@ SUBJECT = Subject(
         "vibecalc.absorber.report.tuning:pendulum",
     ),
     pictures={
-        "absorber_curves": "vibecalc.absorber.pictures:draw_absorber_curves",
+        "absorber_curves": "vibecalc.absorber.pictures:ABSORBER_CURVES",
         "absorber_motion": "vibecalc.absorber.motion_pictures:ABSORBER_MOTION",
         "absorber_surface": "vibecalc.absorber.pictures:draw_absorber_surface",
         "absorber_map": "vibecalc.absorber.pictures:draw_absorber_map",

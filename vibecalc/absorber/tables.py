@@ -1,5 +1,6 @@
 """Tables of a machine with absorbers: primary system, absorbers, hardware, pendulums."""
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -25,6 +26,7 @@ from vibecalc.core.case.fields import (
 )
 from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import (
+    Row,
     at_most_one,
     below,
     needs,
@@ -32,6 +34,7 @@ from vibecalc.core.case.rules import (
     refuse,
     same_length,
 )
+from vibecalc.errors import Problem
 
 # ----------------------------------------------------------------------------
 # Kinds of field that only an absorber has: temperatures, viscosities, moduli, ratios.
@@ -39,19 +42,38 @@ from vibecalc.core.case.rules import (
 
 #: K, of 0 degrees Celsius
 ICE = 273.15
-Temperature = Annotated[float, Field(gt=0), Unit("K")]
+#: K and m^2/s, ends of the chart of viscosities, ASTM D341: -70 and 370 C, 2 and 20e6 cSt
+COLDEST, HOTTEST = 203.15, 643.15
+THINNEST, THICKEST = 2e-6, 20.0
+Temperature = Annotated[float, Field(ge=COLDEST, le=HOTTEST), Unit("K")]
 LinearStiffness = Annotated[float, Unit("N/m")]
 LinearDamping = Annotated[float, Unit("N*s/m")]
-KinematicViscosity = Annotated[float, Field(gt=0), Unit("m^2/s")]
+KinematicViscosity = Annotated[float, Field(ge=THINNEST, le=THICKEST), Unit("m^2/s")]
 #: zero is a limit: no spring, no damper
 Share = Annotated[float, Field(ge=0), Unit("")]
 Positive = Annotated[float, Field(gt=0), Unit("")]
 Ordinate = Annotated[float, Field(ge=-1e6, le=1e6), Unit("")]
 PartNumber = Annotated[int, Field(strict=True, ge=0, le=10**9)]
+Count = Annotated[int, Field(strict=True, ge=1, le=1000)]
+Several = Annotated[int, Field(strict=True, ge=1, le=100)]
 
 # ----------------------------------------------------------------------------
 # A primary system and the absorbers on it, in ratios or in units of their own.
 # ----------------------------------------------------------------------------
+
+
+#: keys of an absorber that say one number each, in the three ways
+WAYS = {
+    "mass": ("mass_ratio", "inertia", "mass"),
+    "stiffness": ("stiffness_ratio", "stiffness", "linear_stiffness"),
+    "damping": ("damping_ratio", "own_damping_ratio", "damping", "linear_damping"),
+}
+#: keys of a primary and of absorbers that say how they move
+MOTIONS = {
+    "torsion": ("inertia", "stiffness", "damping"),
+    "translation": ("mass", "linear_stiffness", "linear_damping"),
+}
+_ONE_MOTION = at_most_one(*map(" ".join, MOTIONS.values()))
 
 
 class Mode(Table):
@@ -115,11 +137,8 @@ class Primary(Table):
             "linear_stiffness",
         ),
         at_most_one("damping_ratio", "damping", "linear_damping"),
-        at_most_one("inertia stiffness damping", "mass linear_stiffness linear_damping"),
+        _ONE_MOTION,
     )
-
-
-STIFFNESSES = ("stiffness_ratio", "stiffness", "linear_stiffness")
 
 
 class Secondary(Table):
@@ -151,14 +170,12 @@ class Secondary(Table):
     )
     linear_damping: LinearDamping | None = Field(None, ge=0, description="in translation")
     RULES: ClassVar[tuple[Any, ...]] = (
-        at_most_one("mass_ratio", "inertia", "mass"),
-        at_most_one("stiffness_ratio", "stiffness", "linear_stiffness"),
-        at_most_one("damping_ratio", "own_damping_ratio", "damping", "linear_damping"),
-        at_most_one("inertia stiffness damping", "mass linear_stiffness linear_damping"),
+        *(at_most_one(*keys) for keys in WAYS.values()),
+        _ONE_MOTION,
         refuse(
             "own_damping_ratio",
             "without a spring the absorber has no frequency of its own for this ratio",
-            lambda t: "own_damping_ratio" in t and 0.0 in map(t.number, STIFFNESSES),
+            lambda t: "own_damping_ratio" in t and 0.0 in map(t.number, WAYS["stiffness"]),
             "damping_ratio, which is referred to the primary, or a stiffness > 0",
         ),
     )
@@ -240,6 +257,11 @@ class Rod(Table):
     )
 
 
+def _is_no_body(row: Row) -> bool:
+    polar, across = row.number("polar_inertia"), row.number("diametral_inertia")
+    return polar is not None and across is not None and polar > 2.0 * across * (1.0 + 1e-6)
+
+
 class Flywheel(Table):
     """The body on the free end of the rod, for its bending."""
 
@@ -257,9 +279,19 @@ class Flywheel(Table):
     modes: Annotated[int, Field(strict=True, ge=1, le=6)] = Field(
         2, description="bending modes to compute"
     )
+    RULES = (
+        refuse(
+            "polar_inertia",
+            "no body has this polar inertia: it is at most twice the diametral one",
+            _is_no_body,
+            "at most twice diametral_inertia",
+            found="{polar_inertia}",
+            also="diametral_inertia",
+        ),
+    )
 
 
-_WIRE = "wire_diameter coil_diameter turns shear_modulus"
+WIRE = ("wire_diameter", "coil_diameter", "turns", "shear_modulus")
 _NOT_BELOW = "the inner radius is not below the outer one"
 
 
@@ -270,9 +302,7 @@ class Springs(Table):
     they are the places of springs whose rate [tuning] finds.
     """
 
-    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
-        description="springs that act together"
-    )
+    count: Count = Field(description="springs that act together")
     radius: Length | None = Field(
         None, gt=0, description="from the axis to the hook on the mass, in torsion"
     )
@@ -291,10 +321,12 @@ class Springs(Table):
         None, gt=0, description="in shear: it bounds the extension of the wire's spring"
     )
     RULES = (
-        at_most_one("rate", _WIRE),
+        at_most_one("rate", " ".join(WIRE)),
         *(
-            needs(key, other, "a spring from its wire needs all of it", f"{_WIRE}, or rate")
-            for key, other in pairwise((*_WIRE.split(), _WIRE.split()[0]))
+            needs(
+                key, other, "a spring from its wire needs all of it", f"{' '.join(WIRE)}, or rate"
+            )
+            for key, other in pairwise((*WIRE, WIRE[0]))
         ),
         needs("allowed_stress", "wire_diameter", "the stress of a spring follows from its wire"),
         below(
@@ -315,6 +347,7 @@ class Ring(Table):
     RULES = (below("inner_radius", "outer_radius", _NOT_BELOW),)
 
 
+_NO_FILM = "a gap as wide as the mass is no film: its damping cannot be determined"
 OILS = frozenset({"oil", "stock_oils", "oil_catalogue"})
 
 
@@ -338,6 +371,20 @@ class Gap(Table):
     )
     RULES = (
         below("inner_radius", "outer_radius", _NOT_BELOW),
+        *(
+            below(key, "width", _NO_FILM)
+            for key in ("clearance", "side_clearance", "bore_clearance")
+        ),
+        refuse(
+            "bore_clearance",
+            "the gap in the bore is as wide as the bore itself",
+            lambda t: (
+                0.0 < (t.number("inner_radius") or 0.0) <= (t.number("bore_clearance") or 0.0)
+            ),
+            "less than inner_radius",
+            found="{bore_clearance}",
+            also="inner_radius",
+        ),
         needs("bore_clearance", "inner_radius", "a disc without a bore has no film in it"),
         refuse(
             "",
@@ -348,10 +395,25 @@ class Gap(Table):
     )
 
 
+_NO_OIL = "no oil has these two points: it is thinner at the higher temperature"
+
+
+_THINNER = "two temperatures, and less viscosity at the higher one"
+
+
+def _thickens(row: Row) -> bool:
+    warm, thick = row.listed("temperatures") or [*STATED], row.listed("viscosities")
+    if len(warm) != 2 or len(thick) != 2 or None in (*warm, *thick):
+        return False
+    return bool((warm[1] - warm[0]) * (thick[0] - thick[1]) <= 0.0)
+
+
 class Oil(Table):
     """A liquid by two points of its viscosity line (ASTM D341) and its density."""
 
-    viscosities: Viscosities = Field(description="kinematic, at the two temperatures")
+    viscosities: Viscosities = Field(
+        description="kinematic, at the two temperatures, '86 cSt' or in m^2/s"
+    )
     temperatures: Temperatures = Field(
         STATED, description="'40 degC' and '100 degC' if not said, otherwise so or in K"
     )
@@ -359,6 +421,7 @@ class Oil(Table):
     expansion: Expansion | None = Field(
         None, description="change of volume; default: that of mineral oils, from the density"
     )
+    RULES = (refuse("viscosities", _NO_OIL, _thickens, _THINNER, found="{viscosities}"),)
 
 
 class StockSpring(Table):
@@ -366,7 +429,7 @@ class StockSpring(Table):
 
     name: Name = Field(description="label used in tables and in `where`")
     rate: LinearStiffness = Field(gt=0, description="of one spring")
-    parallel: Annotated[int, Field(strict=True, ge=1, le=100)] | None = Field(
+    parallel: Several | None = Field(
         None, description="every number up to it is tried; default: springs.count of them"
     )
     series: Annotated[int, Field(strict=True, ge=1, le=10)] | None = Field(
@@ -386,40 +449,41 @@ class StockDamper(Table):
 
     name: Name = Field(description="label used in tables and in `where`")
     linear_damping: LinearDamping = Field(gt=0, description="of one damper")
-    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
-        1, description="dampers that act together"
-    )
-    parallel: Annotated[int, Field(strict=True, ge=1, le=100)] = Field(
-        1, description="every number of such sets up to it is tried"
-    )
+    count: Count = Field(1, description="dampers that act together")
+    parallel: Several = Field(1, description="every number of such sets up to it is tried")
+
+
+PartNumbers = Annotated[tuple[PartNumber, ...], Field(min_length=1, max_length=2000)]
+Rates = Annotated[tuple[LinearStiffness, ...], Field(min_length=1, max_length=2000)]
+ManyViscosities = Annotated[tuple[KinematicViscosity, ...], Field(min_length=1, max_length=2000)]
+Densities = Annotated[tuple[LiquidDensity, ...], Field(min_length=1, max_length=2000)]
 
 
 class SpringCatalogue(Table):
     """Springs that can be bought, one in each row."""
 
-    part: tuple[PartNumber, ...] = Field(min_length=1, max_length=2000, description="its number")
-    rate: tuple[LinearStiffness, ...] = Field(
-        min_length=1, max_length=2000, description="of one spring"
-    )
+    part: PartNumbers = Field(description="its number")
+    rate: Rates = Field(description="of one spring")
     RULES = (same_length("part", "rate"),)
+
+
+def _thins(row: Row) -> Iterator[Problem]:
+    both = zip(row.listed("viscosity_40"), row.listed("viscosity_100"), strict=False)
+    for place, (thick, thin) in enumerate(both):
+        if thick is not None and thin is not None and thick <= thin:
+            found = f"{1e6 * thin:.6g} cSt at 100 degC"
+            at = (*row.path, "viscosity_100", place)
+            yield row.problem(at, _NO_OIL, found=found, allowed=f"< {1e6 * thick:.6g} cSt")
 
 
 class OilCatalogue(Table):
     """Oils that can be bought, one in each row."""
 
-    part: tuple[PartNumber, ...] = Field(
-        min_length=1, max_length=2000, description="its number or grade"
-    )
-    viscosity_40: tuple[KinematicViscosity, ...] = Field(
-        min_length=1, max_length=2000, description="at 40 degC"
-    )
-    viscosity_100: tuple[KinematicViscosity, ...] = Field(
-        min_length=1, max_length=2000, description="at 100 degC"
-    )
-    density: tuple[LiquidDensity, ...] = Field(
-        min_length=1, max_length=2000, description="at 15 degC"
-    )
-    RULES = (same_length("part", "viscosity_40", "viscosity_100", "density"),)
+    part: PartNumbers = Field(description="its number or grade")
+    viscosity_40: ManyViscosities = Field(description="at 40 degC")
+    viscosity_100: ManyViscosities = Field(description="at 100 degC")
+    density: Densities = Field(description="at 15 degC")
+    RULES = (same_length("part", "viscosity_40", "viscosity_100", "density"), _thins)
 
 
 StockSprings = Annotated[tuple[StockSpring, ...], Field(max_length=200)]
@@ -458,9 +522,7 @@ class Pendulum(Table):
 
     order: Positive = Field(description="of the excitation that they have to follow")
     mass: Mass = Field(gt=0, description="of one pendulum, without its rollers")
-    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
-        1, description="pendulums that swing together"
-    )
+    count: Count = Field(1, description="pendulums that swing together")
     vertex_distance: Length | None = Field(
         None, gt=0, description="from the axis to the mass centre at rest"
     )

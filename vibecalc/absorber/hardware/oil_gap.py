@@ -1,12 +1,12 @@
 """Viscous damping of a ring in the oil gap of its casing, for the oils that may fill it."""
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vibecalc.absorber.tables import COLDEST, HOTTEST, ICE, THICKEST, THINNEST
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, rounded
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, floats
@@ -49,13 +49,8 @@ class GapShares(NamedTuple):
 
 
 def gap_shares(gap: RingGap) -> GapShares:
-    """Where the damping of a gap comes from.
-
-    Raises NumericalFailure where a clearance is not below the width of the ring, or the bore
-    clearance (if finite) not below the inner radius: no such film exists.
-    """
+    """Where the damping of a gap comes from, whose clearances are below the width of the ring."""
     outer, inner, wide, rim, side, bore = np.broadcast_arrays(*floats(*gap))
-    _check(wide, rim, side, bore, inner)
     grown = outer + rim
     # 1/Ro^2 - 1/(Ro + h)^2 = h (2 Ro + h) / (Ro (Ro + h))^2
     at_rim = 4.0 * math.pi * wide * np.square(outer * grown) / (rim * (2.0 * outer + rim))
@@ -71,20 +66,6 @@ def gap_shares(gap: RingGap) -> GapShares:
 def viscosity_for_damping(gap: RingGap, damping: ArrayLike) -> Bounded:
     """Dynamic viscosity in Pa s that gives a damping in N m s/rad."""
     return rounded(np.asarray(damping) / gap_shares(gap).total.value, 18.0)
-
-
-def _check(
-    wide: FloatArray, rim: FloatArray, side: FloatArray, bore: FloatArray, inner: FloatArray
-) -> None:
-    widest = np.maximum(np.maximum(rim, side), np.where(np.isfinite(bore), bore, 0.0))
-    if np.any(widest >= wide):
-        worst = np.unravel_index(np.argmax(widest - wide), wide.shape)
-        raise NumericalFailure(
-            f"a gap of {1e3 * widest[worst]:.4g} mm is no film for a mass "
-            f"{1e3 * wide[worst]:.4g} mm wide: the damping of a gap has to be that of a thin film"
-        )
-    if np.any(np.isfinite(bore) & (bore >= inner)):
-        raise NumericalFailure("the gap in the bore is as wide as the bore itself")
 
 
 # ----------------------------------------------------------------------------
@@ -111,12 +92,6 @@ def clearance_rule(outer_radius: ArrayLike) -> Bounded:
 # measurements count more and more.
 # ----------------------------------------------------------------------------
 
-#: temperatures of the chart, in K (-70 and 370 C)
-COLDEST, HOTTEST = 203.15, 643.15
-
-#: m^2/s: the least and the greatest kinematic viscosity for which the line is drawn
-THINNEST, THICKEST = 2e-6, 20.0
-
 _SHIFT = 0.7e-6
 _UNIT = 1e-6
 
@@ -131,55 +106,43 @@ class Walther(NamedTuple):
 def kinematic_viscosity(line: Walther, temperature: ArrayLike) -> Bounded:
     """Viscosity in m^2/s at a temperature in K.
 
-    Raises NumericalFailure for a temperature or a viscosity outside the chart, for points at one
-    temperature, and for an oil that would grow thicker with heat.
+    Raises NumericalFailure for a temperature or a viscosity outside the chart.
     """
     (warm,) = floats(temperature)
-    cold, hot = COLDEST - 273.15, HOTTEST - 273.15
+    cold, hot = COLDEST - ICE, HOTTEST - ICE
     for outside in warm[(warm < COLDEST) | (warm > HOTTEST)].flat:
         raise NumericalFailure(
             f"the viscosity line ends at {cold:.0f} and {hot:.0f} C; asked for a viscosity at "
-            f"{outside - 273.15:.6g} C"
+            f"{outside - ICE:.6g} C"
         )
-    first, second, low, high = _ends(line)
+    (first, second), (low, high) = floats(*line.temperature), _double_log(*line.viscosity)
     share = np.log(warm / first) / np.log(second / first)
     double = low + (high - low) * share
     # log log beyond the chart would overflow in the next line: clip, then refuse
     shifted = np.exp(np.exp(np.minimum(double, 3.5))) * _UNIT
     value = shifted - _SHIFT
-    _in_range(value, warm)
+    for far in np.flatnonzero((value < THINNEST) | (value > THICKEST)):
+        thick, there = (float(np.ravel(one)[far]) for one in np.broadcast_arrays(value, warm))
+        raise NumericalFailure(
+            f"a kinematic viscosity of {1e6 * thick:.4g} mm^2/s at {there - ICE:.6g} C is "
+            f"outside the range of the viscosity line, {THINNEST * 1e6:.0f} to "
+            f"{THICKEST * 1e6:.0e} mm^2/s"
+        )
     size = np.abs(low) + np.abs(high - low) * (np.abs(share) + 1.0 / np.abs(np.log(second / first)))
     error = shifted * (1.0 + np.log(shifted / _UNIT) * (8.0 + 8.0 * size)) * UNIT_ROUNDOFF
     return Bounded(value, error)
 
 
-def _double_log(viscosity: FloatArray) -> FloatArray:
-    return np.asarray(np.log(np.log((viscosity + _SHIFT) / _UNIT)))
+def _double_log(*viscosity: ArrayLike) -> list[FloatArray]:
+    return [np.log(np.log((one + _SHIFT) / _UNIT)) for one in floats(*viscosity)]
 
 
-def _ends(line: Walther) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    first, second = floats(*line.temperature)
-    thick, thin = floats(*line.viscosity)
-    _in_range(thick, first)
-    _in_range(thin, second)
-    if np.any((second - first) * (thick - thin) <= 0.0):
-        raise NumericalFailure(
-            "the two points of a viscosity line need two temperatures, and less viscosity at the "
-            "higher one"
-        )
-    return first, second, _double_log(thick), _double_log(thin)
-
-
-def _in_range(viscosity: FloatArray, temperature: FloatArray) -> None:
-    bad = (viscosity < THINNEST) | (viscosity > THICKEST)
-    if not np.any(bad):
-        return
-    worst = float(np.broadcast_to(viscosity, bad.shape)[bad][0]) * 1e6
-    warm = float(np.broadcast_to(temperature, bad.shape)[bad][0]) - 273.15
-    raise NumericalFailure(
-        f"a kinematic viscosity of {worst:.4g} mm^2/s at {warm:.6g} C is outside the range of the "
-        f"viscosity line, {THINNEST * 1e6:.0f} to {THICKEST * 1e6:.0e} mm^2/s"
-    )
+def known_range(line: Walther) -> tuple[float, float]:
+    """Temperatures in K between which the viscosity of a line is known."""
+    (first, second), (low, high) = floats(*line.temperature), _double_log(*line.viscosity)
+    ends = (np.array(_double_log(THICKEST, THINNEST)) - low) / (high - low)
+    cold, hot = np.clip(first * (second / first) ** ends, COLDEST, HOTTEST)
+    return float(cold) * (1.0 + 1e-9), float(hot) * (1.0 - 1e-9)
 
 
 # ----------------------------------------------------------------------------
@@ -213,8 +176,6 @@ def oil_density(
 # An oil from a list: what damping it gives in a gap at a temperature, and the reverse.
 # ----------------------------------------------------------------------------
 
-_HALVINGS = 60
-
 
 class Oil(NamedTuple):
     """Name, viscosity line, density at 15 C in kg/m^3; expansion in 1/K unless a mineral oil."""
@@ -227,111 +188,29 @@ class Oil(NamedTuple):
 
 def dynamic_viscosity(oil: Oil, temperature: ArrayLike) -> Bounded:
     """Kinematic viscosity times density in Pa s, at temperatures in K; refuses as the line does."""
-    thick = kinematic_viscosity(oil.line, temperature)
     dense = oil_density(oil.density_at_15, temperature, oil.expansion)
-    value = thick.value * dense.value
-    error = thick.error * dense.value + thick.value * dense.error + UNIT_ROUNDOFF * value
-    return Bounded(value, error)
+    return kinematic_viscosity(oil.line, temperature) * dense
 
 
 def oil_damping(oil: Oil, gap: RingGap, temperature: ArrayLike) -> Bounded:
     """Damping in N m s/rad of a gap filled with an oil, at temperatures in K."""
-    thick, shares = dynamic_viscosity(oil, temperature), gap_shares(gap).total
-    value = thick.value * shares.value
-    error = thick.error * shares.value + thick.value * shares.error + UNIT_ROUNDOFF * value
-    return Bounded(value, error)
+    return dynamic_viscosity(oil, temperature) * gap_shares(gap).total
 
 
 def right_temperature(oil: Oil, gap: RingGap, damping: float) -> Bounded:
-    """Temperature in K at which an oil gives a gap a damping in N m s/rad.
+    """Temperature in K at which an oil gives a gap a damping in N m s/rad; 0 where it never does.
 
-    Damping falls with temperature; the place is found by bisection. Raises NumericalFailure where
-    the oil does not reach the damping between the ends of its line.
+    Damping falls with temperature.
     """
-    low, high = _known_range(oil)
-    ends = oil_damping(oil, gap, np.array([low, high])).value
-    if not ends[1] <= damping <= ends[0]:
-        raise NumericalFailure(
-            f"{oil.name} gives this gap between {ends[1]:.4g} and {ends[0]:.4g} N m s/rad "
-            f"({high - 273.15:.4g} to {low - 273.15:.4g} C), never {damping:.4g}"
-        )
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if oil_damping(oil, gap, middle).value > damping:
-            low = middle
-        else:
-            high = middle
-    near = oil_damping(oil, gap, np.array([low, high - 1e-3, high + 1e-3]).clip(COLDEST, HOTTEST))
-    slope = (near.value[1] - near.value[2]) / 2e-3
-    uncertainty = near.error[0] / slope + 2.0 * UNIT_ROUNDOFF * high + (high - low)
-    return Bounded(np.asarray(0.5 * (low + high)), np.asarray(uncertainty))
+    from scipy.optimize import brentq
 
+    def off(warm: float) -> float:
+        return float(oil_damping(oil, gap, warm).value) - damping
 
-def _known_range(oil: Oil) -> tuple[float, float]:
-    """Temperatures between which the line of an oil stays within its viscosities, to 1e-9 K."""
-    inside = float(np.mean(np.asarray(oil.line.temperature, dtype=float)))
-    return _last_known(oil, inside, COLDEST + 1e-3), _last_known(oil, inside, HOTTEST - 1e-3)
-
-
-def _last_known(oil: Oil, known: float, end: float) -> float:
-    if _known(oil, end):
-        return end
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (known + end)
-        known, end = (middle, end) if _known(oil, middle) else (known, middle)
-    return known
-
-
-def _known(oil: Oil, temperature: float) -> bool:
-    try:
-        kinematic_viscosity(oil.line, temperature)
-    except NumericalFailure:
-        return False
-    return True
-
-
-# ----------------------------------------------------------------------------
-# What becomes of a tuned absorber while its oil warms.
-# ----------------------------------------------------------------------------
-
-
-class Warming(NamedTuple):
-    """Over temperature (n,) in K: damping in N m s/rad, the same referred to the primary, peak.
-
-    `secondary_damping` is c2 / (2 sqrt(K1 J1)); `penalty` the peak over the least one, less 1.
-    """
-
-    temperature: FloatArray
-    damping: Bounded
-    secondary_damping: Bounded
-    peak: Bounded
-    penalty: FloatArray
-
-
-def warming(
-    temperature: ArrayLike,
-    damping_at: Callable[[FloatArray], Bounded],
-    primary_stiffness: float,
-    primary_inertia: float,
-    peak_of: Callable[[FloatArray], Bounded],
-    least_peak: float,
-) -> Warming:
-    """Damping, its ratio and the peak of the primary at each temperature (n,) in K.
-
-    `damping_at` gives the damping of the gap (N m s/rad), `peak_of` the largest amplification for
-    secondary dampings (n,) with everything else as built, both with errors; the error of the
-    damping is carried into the peak by a difference. Stiffnesses are taken as constant: those of
-    steel fall by some 3 per cent over 100 K.
-    """
-    (warm,) = floats(temperature)
-    damping = damping_at(warm)
-    scale = 2.0 * np.sqrt(primary_stiffness * primary_inertia)
-    value = damping.value / scale
-    share = Bounded(value, damping.error / scale + 2.0 * UNIT_ROUNDOFF * value)
-    peak = peak_of(value)
-    step = 1e-6 * value
-    slope = np.abs(peak_of(value + step).value - peak.value) / step
-    uncertainty = peak.error + share.error * (slope + 2.0 * peak.error / step)
-    return Warming(
-        warm, damping, share, Bounded(peak.value, uncertainty), peak.value / least_peak - 1.0
-    )
+    low, high = known_range(oil.line)
+    if off(low) < 0.0 or off(high) > 0.0:
+        return Bounded(np.zeros(()), np.zeros(()))
+    place = brentq(off, low, high, xtol=UNIT_ROUNDOFF * high, rtol=8.0 * UNIT_ROUNDOFF)
+    ends = oil_damping(oil, gap, np.clip([place, place - 1e-3, place + 1e-3], low, high))
+    error = ends.error[0] * 2e-3 / (ends.value[1] - ends.value[2])
+    return Bounded(np.asarray(place), np.asarray(error + 16.0 * UNIT_ROUNDOFF * high))

@@ -1,7 +1,6 @@
 """Bending and whirling frequencies of an overhung rod with a body on its end."""
 
 import math
-from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import ArrayLike
 from vibecalc.absorber.hardware.rods_and_springs import EndBody, OverhungRod
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded, rounded
+from vibecalc.numerics.errors import with_errors
 from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, floats
 
 # ----------------------------------------------------------------------------
@@ -29,38 +29,29 @@ from vibecalc.numerics.rounding import UNIT_ROUNDOFF, FloatArray, floats
 
 def determinant(
     rod: OverhungRod, body: EndBody, spin: FloatArray, frequency: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Determinant at frequencies (..., modes) and a bound of its rounding."""
-    stiff, line, span, overhang, mass, diametral, polar, offset, turning = (
-        value[..., None] for value in floats(*rod, *body, spin)
+) -> FloatArray:
+    """Determinant at frequencies (...); all broadcasts."""
+    stiff, line, span, overhang, mass, diametral, polar, offset, turning, w = floats(
+        *rod, *body, spin, frequency
     )
-    w = frequency
     b = np.sqrt(w * np.sqrt(line / stiff))
     # shape on the span over exp(bL): slope and curvature at the second support, with length 1/b
     decay = np.exp(-2.0 * b * span)
     sinh, cosh = 0.5 * (1.0 - decay), 0.5 * (1.0 + decay)
     sine, cosine = np.sin(b * span), np.cos(b * span)
     tilt, bent = cosine * sinh - cosh * sine, -2.0 * sine * sinh
-    tilt_size = np.abs(cosine) * sinh + cosh * np.abs(sine)
     k = _krylov(b * overhang)
-    # deflection at the end and its derivatives over b, for the two unknowns; then their sizes
-    first = _derivatives(k, (np.zeros_like(tilt), tilt, bent))
-    second = (k[3], k[2], k[1], k[0])
-    sizes = _derivatives(
-        [np.abs(part) for part in k], (np.zeros_like(tilt), tilt_size, np.abs(bent))
-    )
-    loads = (
-        mass * w * w / (stiff * b**3),
-        offset * b,
-        (diametral * w * w - polar * turning * w) / (stiff * b),
-    )
-    turn_size = (diametral * w * w + polar * np.abs(turning) * w) / (stiff * b)
-    bound = (loads[0], np.abs(loads[1]), -turn_size)
-    (top, low), (other_top, other_low) = _end_rows(first, *loads), _end_rows(second, *loads)
-    top_size, low_size = _end_sizes(sizes, *bound)
-    other_top_size, other_low_size = _end_sizes([np.abs(part) for part in second], *bound)
-    noise = 16.0 * UNIT_ROUNDOFF * (top_size * other_low_size + other_top_size * low_size)
-    return top * other_low - other_top * low, np.asarray(noise)
+    # deflection at the end and its derivatives over b, for the two unknowns
+    first = [k[(1 - j) % 4] * tilt + k[(2 - j) % 4] * bent for j in range(4)]
+    force, arm = mass * w * w / (stiff * b**3), offset * b
+    turn = (diametral * w * w - polar * turning * w) / (stiff * b)
+
+    def at_end(end: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
+        moved = force * (end[0] + arm * end[1])
+        return end[2] - turn * end[1] - arm * moved, end[3] + moved
+
+    (top, low), (other_top, other_low) = at_end(first), at_end(k[::-1])
+    return np.asarray(top * other_low - other_top * low)
 
 
 def _krylov(x: FloatArray) -> list[FloatArray]:
@@ -76,28 +67,6 @@ def _krylov(x: FloatArray) -> list[FloatArray]:
     )
     last = np.where(x < 1.0, short**3 / 6.0 * series * fade, 0.5 * (sinh - np.sin(x) * fade))
     return [0.5 * (cosh + np.cos(x) * fade), 0.5 * (sinh + np.sin(x) * fade), between, last]
-
-
-def _derivatives(
-    k: Sequence[FloatArray], start: tuple[FloatArray, FloatArray, FloatArray]
-) -> list[FloatArray]:
-    """Deflection, slope, curvature and third derivative at the end of a beam that starts with
-    those three first values and no third derivative."""
-    return [sum((k[(i - j) % 4] * start[i] for i in range(3)), np.zeros(())) for j in range(4)]
-
-
-def _end_rows(
-    end: Sequence[FloatArray], force: FloatArray, arm: FloatArray, turn: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    moved = force * (end[0] + arm * end[1])
-    return end[2] - turn * end[1] - arm * moved, end[3] + moved
-
-
-def _end_sizes(
-    end: Sequence[FloatArray], force: FloatArray, arm: FloatArray, turn: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    moved = force * (end[0] + arm * end[1])
-    return end[2] - turn * end[1] + arm * moved, end[3] + moved
 
 
 # ----------------------------------------------------------------------------
@@ -169,15 +138,11 @@ def element_frequencies(
     gyroscopic[..., -1, -1] = polar * turning
     # slopes times the span: entries of one size
     level = np.ones((*shape, len(free)))
-    level[..., _slopes(free)] = 1.0 / np.broadcast_to(span, shape)[..., None]
+    level[..., free % 2 == 1] = 1.0 / np.broadcast_to(span, shape)[..., None]
     both = level[..., :, None] * level[..., None, :]
     whirl = _whirl(bend * both, move * both, gyroscopic * both)
     count = len(free)
     return whirl[..., count:], -whirl[..., count - 1 :: -1]
-
-
-def _slopes(free: np.ndarray) -> np.ndarray:
-    return np.flatnonzero(free % 2 == 1)
 
 
 def _whirl(bend: FloatArray, move: FloatArray, gyroscopic: FloatArray) -> FloatArray:
@@ -191,62 +156,6 @@ def _whirl(bend: FloatArray, move: FloatArray, gyroscopic: FloatArray) -> FloatA
     both[..., :count, count:] = root
     both[..., count:, :count] = np.swapaxes(root, -1, -2)
     return np.asarray(np.linalg.eigvalsh(both))
-
-
-# ----------------------------------------------------------------------------
-# Roots between given ends by inverse quadratic steps, each with halving as its net.
-#
-# Chandrupatla, Advances in Engineering Software 28 (1997) 145: a quadratic through the last three
-# values for the inverse function where it is sure to be monotonic, a halving elsewhere.
-# ----------------------------------------------------------------------------
-
-#: a halving every second step at worst
-_MOST_STEPS = 200
-
-
-def closed_in(
-    value: Callable[[FloatArray], FloatArray],
-    low: FloatArray,
-    high: FloatArray,
-    at_low: FloatArray,
-    at_high: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Roots (...) > 0 between ends whose values differ in sign, to rounding, and steps taken (...).
-
-    `value` takes and gives arrays (...). Every root ends by itself, so that its last bit does not
-    depend on the others.
-    """
-    new, old = low, high
-    at_new, at_old = np.asarray(at_low), np.asarray(at_high)
-    share = np.full(np.shape(low), 0.5)
-    root, steps = np.where(np.abs(at_new) < np.abs(at_old), new, old), np.zeros(np.shape(low))
-    live = (at_new != 0.0) & (at_old != 0.0)
-    for _ in range(_MOST_STEPS):
-        if not np.any(live):
-            break
-        place = np.where(live, new + share * (old - new), new)
-        there = value(place)
-        steps = steps + live
-        same = np.sign(there) == np.sign(at_new)
-        third, at_third = np.where(same, new, old), np.where(same, at_new, at_old)
-        old, at_old = np.where(live & ~same, new, old), np.where(live & ~same, at_new, at_old)
-        new, at_new = np.where(live, place, new), np.where(live, there, at_new)
-        nearer = np.abs(at_new) < np.abs(at_old)
-        root = np.where(live, np.where(nearer, new, old), root)
-        reach = 2.0 * UNIT_ROUNDOFF * np.abs(root)
-        width = np.abs(old - new)
-        live = live & (width > 2.0 * reach) & (there != 0.0)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            along = (new - old) / (third - old)
-            level = (at_new - at_old) / (at_third - at_old)
-            smooth = (1.0 - np.sqrt(1.0 - along) < level) & (level < np.sqrt(along))
-            inverse = at_new / (at_old - at_new) * at_third / (at_old - at_third) + (
-                third - new
-            ) / (old - new) * at_new / (at_third - at_new) * at_old / (at_third - at_old)
-            least = np.minimum(reach / np.where(width > 0.0, width, 1.0), 0.5)
-        share = np.where(smooth & np.isfinite(inverse), inverse, 0.5)
-        share = np.clip(share, least, 1.0 - least)
-    return root, steps
 
 
 # ----------------------------------------------------------------------------
@@ -264,8 +173,8 @@ def closed_in(
 # ----------------------------------------------------------------------------
 
 _MOST_MODES = 6
-#: first half width of a bracket over its start, and by how much it grows
-_FIRST_WIDTH, _GROWTH = 1e-4, 4.0
+#: first half width of a bracket over its start
+_FIRST_WIDTH = 1e-4
 
 #: overhang over span below which the elements that start the search are made this long
 _SHORT = 1e-3
@@ -313,35 +222,31 @@ def start_elements(modes: int) -> tuple[int, int]:
 
 def _roots(rod: OverhungRod, body: EndBody, spin: FloatArray, starts: FloatArray) -> Bounded:
     """Roots w > 0 of the determinant next to `starts` (..., modes + 1), without the last."""
-    start = starts[..., :-1]
-    gap = np.diff(starts, axis=-1)
+    from scipy.optimize.elementwise import bracket_root, find_root
+
+    start, gap = starts[..., :-1], np.diff(starts, axis=-1)
     below = np.concatenate([start[..., :1], gap[..., :-1]], axis=-1)
     reach = 0.5 * np.minimum(below, gap)
-    width = np.minimum(_FIRST_WIDTH * start, reach)
-    for _ in range(60):
-        low, high = start - width, start + width
-        at_low, at_high = (
-            determinant(rod, body, spin, low)[0],
-            determinant(rod, body, spin, high)[0],
-        )
-        apart = at_low * at_high <= 0.0
-        if np.all(apart | (width >= reach)):
-            break
-        width = np.where(apart, width, np.minimum(_GROWTH * width, reach))
-    if not np.all(apart):
+    width = np.minimum(_FIRST_WIDTH * start, 0.5 * reach)
+    given = floats(*(one[..., None] for one in floats(*rod, *body, spin)))
+    given = tuple(np.broadcast_to(one, start.shape) for one in given)
+
+    def value(frequency: FloatArray, *given: FloatArray) -> FloatArray:
+        return determinant(OverhungRod(*given[:4]), EndBody(*given[4:8]), given[8], frequency)
+
+    ends = bracket_root(
+        value, start - width, start + width, xmin=start - reach, xmax=start + reach, args=given
+    )
+    if not np.all(ends.success):
         raise NumericalFailure(
             "two bending frequencies of the rod lie too close to be distinguished"
         )
-
-    def value(frequency: FloatArray) -> FloatArray:
-        return determinant(rod, body, spin, frequency)[0]
-
-    root, _ = closed_in(value, low, high, at_low, at_high)
-    step = np.minimum(1e-5 * root, np.minimum(root - low, high - root) + 1e-9 * root)
-    after, noise = determinant(rod, body, spin, root + step)
-    before = determinant(rod, body, spin, root - step)[0]
-    slope = np.abs(after - before) / (2.0 * step)
-    return Bounded(root, noise / slope + 4.0 * UNIT_ROUNDOFF * root)
+    tolerances = {"xatol": 0.0, "xrtol": 4.0 * UNIT_ROUNDOFF, "fatol": 0.0, "frtol": 0.0}
+    root = find_root(value, ends.bracket, args=given, tolerances=tolerances).x
+    step = np.minimum(1e-5 * root, np.minimum(root - start + reach, start + reach - root))
+    slope = np.abs(value(root + step, *given) - value(root - step, *given)) / (2.0 * step)
+    noise = with_errors(value, root, *given).error
+    return Bounded(root, 2.0 * noise / slope + 8.0 * UNIT_ROUNDOFF * root)
 
 
 # ----------------------------------------------------------------------------

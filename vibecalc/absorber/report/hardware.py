@@ -3,8 +3,11 @@
 import numpy as np
 
 from vibecalc.absorber.report.tuning import is_mean, no_help
-from vibecalc.core.report.rows import by_axis
+from vibecalc.absorber.stage import AS_TUNED, NO_SPRING
+from vibecalc.absorber.tables import ICE
+from vibecalc.core.report.rows import Cells, Rows, evenly, part_of, rows_of
 from vibecalc.core.report.sections import (
+    Part,
     Section,
     having,
     labels,
@@ -17,19 +20,48 @@ from vibecalc.core.report.writing import Column, hertz, number, paragraph, show,
 from vibecalc.core.results.record import Quantity, Record, Result
 
 HARDWARE = "hardware/"
-ICE = 273.15
 _SCALARS = (
     *("rod_stiffness", "primary_frequency", "ring_mass", "ring_inertia"),
     *("built/spring_rate", "built/stiffness_ratio", "built/secondary_damping", "built/peak"),
     *("built/peak_frequency", "clearance", "gap/rim", "gap/sides", "gap/bore"),
 )
-#: axis of a stock without springs
-_NONE = "none"
-#: of a stock that leaves one part to the tuning
-_AS_TUNED = "as tuned"
 TUNING_BOUNDS = "tuning/bounds/penalty"
 _PAIRS = 5
-_MOST_ROWS = 9
+
+
+def _celsius(value: float, _error: float = 0.0) -> str:
+    return f"{value - ICE:.1f}" if value else "never"
+
+
+def _dynamic(record: Record) -> Quantity | None:
+    """Dynamic viscosity of stock oils: their damping over that of the gap at one Pa*s."""
+    damping = having(record, HARDWARE + "oil/damping", "stock_oil")
+    if damping is None:
+        return None
+    films = sum(float(record[f"{HARDWARE}gap/{name}"]) for name in ("rim", "sides", "bore"))
+    return part_of(damping, 1e3 * damping.values / films, *damping.axes)
+
+
+BENDING = Rows("mode", "bending of the rod, mode", (
+    Cells("frequency", "at rest, Hz", "Hz"), Cells("forward", "with the\nspin, Hz", "Hz"),
+    Cells("backward", "against\nit, Hz", "Hz"),
+), "hardware/bending", merge=True)  # fmt: skip
+SPRINGS = Rows("stock_spring", "spring in stock", (
+    Cells("rate", "rate, N/m"), Cells("stiffness_ratio", "stiffness\nratio"),
+), "hardware/spring", merge=True)  # fmt: skip
+OILS = Rows("stock_oil", "oil in stock", (
+    Cells("hardware/oil/kinematic_viscosity", "viscosity\ncSt", "cSt"),
+    Cells(_dynamic, "viscosity\nmPa*s"), Cells("hardware/oil/damping", "damping\nN*m*s/rad"),
+    Cells("hardware/oil/secondary_damping", "damping\nratio"),
+    Cells("hardware/oil/right_temperature", "right at\ndegC", _celsius, right=True),
+))  # fmt: skip
+DAMPERS = Rows("stock_damper", "damper in stock", (
+    Cells("damping", "N*s/m"), Cells("secondary_damping", "damping\nratio"),
+), "hardware/damper", merge=True)  # fmt: skip
+WARMING = Rows("temperature", "oil at degC", (
+    Cells("secondary_damping", "damping\nratio"), Cells("peak", "peak, these\nsprings"),
+    Cells("best_stiffness_ratio", "best stiff-\nness ratio"), Cells("best_peak", "peak with\nit"),
+), "hardware/warming", label=_celsius, right=True, places=evenly(9))  # fmt: skip
 
 
 def absorber_parts(result: Result) -> Section | None:
@@ -38,162 +70,69 @@ def absorber_parts(result: Result) -> Section | None:
     shown = frozenset(path for path in record if path.startswith(HARDWARE))
     if not shown:
         return None
-    parts, _ = scalars(record, (HARDWARE + name for name in _SCALARS), HARDWARE)
-    details = {
-        "parts of the absorber": parts,
-        "bending of the rod": _bending(record),
-        "springs in stock": _springs(record),
-        "oils in stock": _oils(record),
-        "dampers in stock": _dampers(record),
-        "what the absorber does as its oil warms": _warming(record),
-    }
-    blocks = [_to_buy(result), _pairs(result)]
-    return section("Parts of the absorber, and what to buy", blocks, details, shown)
-
-
-def _bending(record: Record) -> list[str]:
-    names = [
-        (f"{HARDWARE}bending/{name}", words, "Hz")
-        for name, words in (
-            ("frequency", "at rest,"), ("forward", "with the\nspin,"), ("backward", "against\nit,"),
-        )
-    ]  # fmt: skip
-    lines = by_axis(record, "mode", "bending of the rod, mode", names)
+    bending, _ = rows_of(record, BENDING)
     guess = scalar_of(record, HARDWARE + "bending/rayleigh")
     if guess is not None:
-        lines += paragraph(
+        bending += paragraph(
             f"Rayleigh's quotient for half a sine over the span: {show(hertz(guess))} Hz, an upper "
             "bound of the first"
         )
-    return lines
+    warming, _ = rows_of(record, WARMING)
+    if warming:
+        warming = [*paragraph(_warmed(record)), *warming]
+    details: dict[str, Part] = {
+        "parts of the absorber": scalars(record, (HARDWARE + name for name in _SCALARS), HARDWARE),
+        "bending of the rod": bending,
+        "springs in stock": rows_of(record, SPRINGS),
+        "oils in stock": rows_of(record, OILS),
+        "dampers in stock": rows_of(record, DAMPERS),
+        "what the absorber does as its oil warms": warming,
+    }
+    blocks = [_to_buy(result), _pairs(record)]
+    return section("Parts of the absorber, and what to buy", blocks, details, shown)
 
 
-def _springs(record: Record) -> list[str]:
-    return by_axis(
-        record, "stock_spring", "spring in stock",
-        [(HARDWARE + "spring/rate", "rate, N/m"),
-         (HARDWARE + "spring/stiffness_ratio", "stiffness\nratio")],
-    )  # fmt: skip
+# ----------------------------------------------------------------------------
+# What to buy: springs with an oil or a damper, the best pairs first.
+# ----------------------------------------------------------------------------
 
 
-def _oils(record: Record) -> list[str]:
-    thick = having(record, HARDWARE + "oil/kinematic_viscosity", "stock_oil")
-    if thick is None:
+def _best(record: Record) -> tuple[str, list[tuple[str, str, float]]]:
+    """Oil or damper; springs, part and penalty of all allowed pairs in stock, the best first."""
+    for part, root in (("oil", HARDWARE + "pair"), ("damper", HARDWARE + "damper_pair")):
+        penalty, allowed = (record.quantities.get(f"{root}/{x}") for x in ("penalty", "allowed"))
+        if penalty is not None:
+            springs, others = (labels(axis) for axis in penalty.axes)
+            there = True if allowed is None else allowed.values > 0
+            values = np.where(there, penalty.values, np.inf)
+            order = np.argsort(values, axis=None, kind="stable")
+            pairs = np.stack(np.unravel_index(order, values.shape), axis=1)[
+                : np.sum(np.isfinite(values))
+            ]
+            return part, [(springs[i], others[j], float(values[i, j])) for i, j in pairs]
+    return "", []
+
+
+def _pairs(record: Record) -> list[str]:
+    (part, pairs), least = _best(record), scalar_of(record, "tuning/peak")
+    if least is None or scalar_of(record, "tuning/helps") == 0.0:
         return []
-    columns = [Column("oil in stock"), number("viscosity\ncSt"),
-               number("viscosity\nmPa*s"), number("damping\nN*m*s/rad"),
-               number("damping\nratio")]  # fmt: skip
-    others = [
-        having(record, f"{HARDWARE}oil/{name}", "stock_oil")
-        for name in ("damping", "secondary_damping", "right_temperature")
-    ]
-    right = others.pop()
-    columns += [number("right at\ndegC")] if right is not None else []
-    rows = []
-    for place, label in enumerate(labels(thick.axes[0])):
-        row = [label, show(1e6 * float(thick.values[place])), _dynamic(record, place)]
-        row += ["" if one is None else show(float(one.values[place])) for one in others]
-        if right is not None:
-            warm = float(right.values[place])
-            row.append(f"{warm - ICE:.1f}" if warm else "never")
-        rows.append(row)
-    return table(columns, rows)
-
-
-def _dampers(record: Record) -> list[str]:
-    return by_axis(
-        record, "stock_damper", "damper in stock",
-        [(HARDWARE + "damper/damping", "N*s/m"),
-         (HARDWARE + "damper/secondary_damping", "damping\nratio")],
-    )  # fmt: skip
-
-
-def _penalty(record: Record) -> Quantity | None:
-    """What pairs of stock parts cost: springs with oils, or with dampers."""
-    oils = having(record, HARDWARE + "pair/penalty", "stock_spring", "stock_oil")
-    return oils or having(record, HARDWARE + "damper_pair/penalty", "stock_spring", "stock_damper")
-
-
-def _dynamic(record: Record, place: int) -> str:
-    """Dynamic viscosity of a stock oil: its damping over that of the gap at one Pa*s."""
-    damping = having(record, HARDWARE + "oil/damping", "stock_oil")
-    shares = [scalar_of(record, f"{HARDWARE}gap/{name}") for name in ("rim", "sides", "bore")]
-    films = sum(share for share in shares if share is not None)
-    if damping is None or films <= 0.0:
-        return ""
-    return show(1e3 * float(damping.values[place]) / films)
-
-
-def _best(record: Record, penalty: Quantity) -> list[tuple[str, str, float]]:
-    """Springs, oil and penalty of every pair that keeps the travel, the best first."""
-    springs, oils = (labels(axis) for axis in penalty.axes)
-    values = np.asarray(penalty.values, dtype=float)
-    path = penalty.path.replace("/penalty", "/allowed")
-    admissible = having(record, path, *(axis.name for axis in penalty.axes))
-    values = (
-        values
-        if admissible is None
-        else np.where(np.asarray(admissible.values) > 0, values, np.inf)
-    )
-    order = np.argsort(values, axis=None, kind="stable")
-    places = [np.unravel_index(int(place), values.shape) for place in order]
-    return [(springs[i], oils[j], float(values[i, j])) for i, j in places
-            if np.isfinite(values[i, j])]  # fmt: skip
-
-
-def _pairs(result: Result) -> list[str]:
-    record = result.record
-    if _is_useless(record):
-        return []
-    penalty, least = _penalty(record), scalar_of(record, "tuning/peak")
-    if penalty is None or least is None:
-        return []
-    other = penalty.axes[1].name.removeprefix("stock_")
-    columns = (Column("the best pairs: springs"), Column(other), number("peak"),
-               number("penalty, %"))  # fmt: skip
+    heads = Column("the best pairs: springs"), Column(part), number("peak"), number("penalty, %")
     rows = [
-        [spring, oil, show(least * (1.0 + cost)), show(100.0 * cost, digits=3)]
-        for spring, oil, cost in _best(record, penalty)[:_PAIRS]
+        [spring, other, show(least * (1.0 + cost)), show(100.0 * cost, digits=3)]
+        for spring, other, cost in pairs[:_PAIRS]
     ]
-    return table(columns, rows)
-
-
-def _warming(record: Record) -> list[str]:
-    peak = having(record, HARDWARE + "warming/peak", "temperature")
-    if peak is None:
-        return []
-    warm = np.asarray(peak.axes[0].values, dtype=float)
-    chosen = np.unique(np.linspace(0, len(warm) - 1, _MOST_ROWS).round().astype(int))
-    names = (
-        ("secondary_damping", "damping\nratio"), ("peak", "peak, these\nsprings"),
-        ("best_stiffness_ratio", "best stiff-\nness ratio"), ("best_peak", "peak with\nit"),
-    )  # fmt: skip
-    shown = [
-        (quantity, words)
-        for name, words in names
-        if (quantity := having(record, f"{HARDWARE}warming/{name}", "temperature")) is not None
-    ]
-    columns = [number("oil at degC"), *(number(words) for _, words in shown)]
-    rows = [
-        [f"{warm[i] - ICE:.1f}", *(show(float(q.values[i]), q.error_estimate) for q, _ in shown)]
-        for i in chosen
-    ]
-    return [*paragraph(_warmed(record)), *table(columns, rows)]
+    return table(heads, rows)
 
 
 def _warmed(record: Record) -> str:
     """Which springs and which oil get warm."""
-    penalty = having(record, HARDWARE + "pair/penalty", "stock_spring", "stock_oil")
-    pairs = [] if penalty is None else _best(record, penalty)
-    if not pairs:
+    part, pairs = _best(record)
+    if part != "oil" or not pairs:
         return "As the oil that is in warms, with the springs that are in:"
     spring, oil, _ = pairs[0]
-    held = "without springs" if spring == _NONE else f"with the springs {spring!r}"
+    held = "without springs" if spring == NO_SPRING else f"with the springs {spring!r}"
     return f"As the oil {oil!r} from stock warms, {held}:"
-
-
-def _is_useless(record: Record) -> bool:
-    return scalar_of(record, "tuning/helps") == 0.0
 
 
 def _to_buy(result: Result) -> list[str]:
@@ -202,50 +141,43 @@ def _to_buy(result: Result) -> list[str]:
     least = scalar_of(record, "tuning/peak")
     if least is None:
         return []
-    if _is_useless(record):
-        what = "mean square" if is_mean(result) else "peak"
-        subject = no_help(result)
-        words = f"Buy nothing: {subject[0].lower()}{subject[1:]} the {what}."
-        return [*paragraph("What to buy:"), *paragraph(words, "-")]
     rows = [*_wanted(result), *_bought(result, least)]
-    if not rows:
-        return []
+    if scalar_of(record, "tuning/helps") == 0.0:
+        subject, what = no_help(result), "mean square" if is_mean(result) else "peak"
+        rows = [f"Buy nothing: {subject[0].lower()}{subject[1:]} the {what}."]
     return [*paragraph("What to buy:"), *(line for words in rows for line in paragraph(words, "-"))]
 
 
 def _wanted(result: Result) -> list[str]:
-    record = result.record
-    rate = scalar_of(record, HARDWARE + "spring_rate")
-    thick = scalar_of(record, HARDWARE + "dynamic_viscosity")
-    play = scalar_of(record, HARDWARE + "clearance")
-    machine = table_of(result.case, "machine")
+    record, machine = result.record, table_of(result.case, "machine")
+    rate, thick, play, damper = (scalar_of(record, path) for path in (
+        *(HARDWARE + name for name in ("spring_rate", "dynamic_viscosity", "clearance")),
+        "tuning/linear_damping",
+    ))  # fmt: skip
     words = []
     if rate is not None:
         count = table_of(machine, "springs").get("count", 1)
-        stiff, unit = _in_units(record, "stiffness")
-        each = f" ({show(stiff)} {unit} together)" if stiff is not None else ""
-        words.append(f"springs: {count} of {show(1e-3 * rate)} N/mm each{each}")
+        together = _in_units(record, "stiffness", "together")
+        words.append(f"springs: {count} of {show(1e-3 * rate)} N/mm each{together}")
     if thick is not None:
-        gap = table_of(machine, "gap")
-        warm = gap.get("temperature")
+        warm = table_of(machine, "gap").get("temperature")
         place = f" at {float(warm) - ICE:.4g} degC" if isinstance(warm, int | float) else ""
-        damping, unit = _in_units(record, "damping")
-        worth = f" ({show(damping)} {unit} in the gap)" if damping is not None else ""
-        words.append(f"oil: {show(1e3 * thick)} mPa*s{place}{worth}")
-    elif (damping := scalar_of(record, "tuning/linear_damping")) is not None:
-        words.append(f"damper: {show(damping)} N*s/m")
+        inside = _in_units(record, "damping", "in the gap")
+        words.append(f"oil: {show(1e3 * thick)} mPa*s{place}{inside}")
+    elif damper is not None:
+        words.append(f"damper: {show(damper)} N*s/m")
     if play is not None:
         words.append(f"clearance: {show(1e3 * play, digits=4)} mm")
     return words
 
 
-def _in_units(record: Record, name: str) -> tuple[float | None, str]:
+def _in_units(record: Record, name: str, where: str) -> str:
     """Stiffness or damping of the tuning with its unit: in torsion, else along a line."""
     for kind in ("torsional", "linear"):
         found = record.quantities.get(f"tuning/{kind}_{name}")
         if found is not None:
-            return float(found.values), found.unit
-    return None, ""
+            return f" ({show(float(found))} {found.unit} {where})"
+    return ""
 
 
 def _bought(result: Result, least: float) -> list[str]:
@@ -258,30 +190,24 @@ def _bought(result: Result, least: float) -> list[str]:
     than = "the one of this tuning" if given or is_mean(result) else "the best"
     built = scalar_of(record, HARDWARE + "built/peak")
     if built is not None:
-        words.append(
-            f"with the parts that are in, it is {show(built)}, {_above(built / least - 1.0, than)}"
-        )
-    penalty = _penalty(record)
-    peak = scalar_of(record, HARDWARE + "buy/peak")
-    if penalty is None or peak is None:
+        above = _above(built / least - 1.0, than)
+        words.append(f"with the parts that are in, it is {show(built)}, {above}")
+    (part, pairs), peak = _best(record), scalar_of(record, HARDWARE + "buy/peak")
+    if not pairs or peak is None:
         return words
-    pairs = _best(record, penalty)
-    if not pairs:
-        return words
-    spring, oil, cost = pairs[0]
-    place = labels(penalty.axes[1]).index(oil)
+    spring, other, cost = pairs[0]
+    names = ("springs", spring), (part, other)
+    what = " and ".join(f"{kind} {name!r}" for kind, name in names
+                        if name not in (NO_SPRING, AS_TUNED))  # fmt: skip
+    if AS_TUNED in (spring, other):
+        what += f" with the {'springs' if spring == AS_TUNED else 'damper'} of the tuning"
+    thick, dynamic = record.quantities.get(HARDWARE + "oil/kinematic_viscosity"), _dynamic(record)
+    if thick is not None and dynamic is not None:
+        place = labels(thick.axes[0]).index(other)
+        both = show(float(dynamic[place])), show(1e6 * float(thick[place]))
+        what += f" ({both[0]} mPa*s, {both[1]} cSt)"
     than = "the tuning" if TUNING_BOUNDS in record.quantities else than
-    thick = having(record, HARDWARE + "oil/kinematic_viscosity", "stock_oil")
-    other = penalty.axes[1].name.removeprefix("stock_")
-    names = ((f"springs {spring!r}", spring), (f"{other} {oil!r}", oil))
-    what = " and ".join(words for words, name in names if name not in (_NONE, _AS_TUNED))
-    if _AS_TUNED in (spring, oil):
-        what += f" with the {'springs' if spring == _AS_TUNED else 'damper'} of the tuning"
-    if thick is not None:
-        size = show(1e6 * float(thick.values[place]))
-        what += f" ({_dynamic(record, place)} mPa*s, {size} cSt)"
-    words.append(f"from stock: {what}; the peak is {show(peak)}, {_above(cost, than)}")
-    return words
+    return [*words, f"from stock: {what}; the peak is {show(peak)}, {_above(cost, than)}"]
 
 
 def _above(cost: float, than: str) -> str:

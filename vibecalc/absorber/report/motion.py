@@ -10,6 +10,7 @@ from vibecalc.absorber.motion_results import (
     TRANSLATION,
     WITHOUT_ROOT,
 )
+from vibecalc.core.report.rows import Cells, by_name
 from vibecalc.core.report.sections import Section, labels, scalar_of, section, table_of
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, show, table
 from vibecalc.core.results.record import Record, Result
@@ -96,46 +97,34 @@ def band_words(result: Result) -> str:
     return ""
 
 
+def in_percent(value: float, error: float) -> str:
+    """A share in percent with three digits, as far as its error lets them be known."""
+    return show(100.0 * value, 100.0 * error, 3)
+
+
+#: what is tuned for -> where its ratios stand, and its peaks
+_TUNED_FOR = {
+    "the tolerances": ("", "tolerances/"),
+    "parts without errors": ("tolerances/exact/", "tolerances/exact/"),
+}
+TOLERANCES = (
+    Cells("{0}stiffness_ratio", "stiffness\nratio"),
+    Cells("{0}secondary_damping", "damping"),
+    Cells("{1}nominal_peak", "peak without\nerrors"),
+    Cells("{1}worst_peak", "peak, worst\ncase"),
+)
+
+
 def tolerances(record: Record) -> list[str]:
     """What tolerances cost, and what a tuning that knows none of them would."""
-    root = "tuning/tolerances/"
-    worst = scalar_of(record, root + "worst_peak")
-    if worst is None:
+    if "tuning/tolerances/worst_peak" not in record:
         return []
-    columns = [Column("tuned for"), number("stiffness\nratio"), number("damping")]
-    columns += [number("peak without\nerrors"), number("peak, worst\ncase")]
-    rows = []
-    for words, paths in (
-        ("the tolerances", ("tuning/stiffness_ratio", "tuning/secondary_damping",
-                            root + "nominal_peak", root + "worst_peak")),
-        ("parts without errors", tuple(f"{root}exact/{name}" for name in (
-            "stiffness_ratio", "secondary_damping", "nominal_peak", "worst_peak"))),
-    ):  # fmt: skip
-        found = [scalar_of(record, path) for path in paths]
-        rows.append([words, *("" if one is None else show(one) for one in found)])
-    several = all(not row[1] for row in rows)
-    if several:
-        columns, rows = [columns[0], *columns[3:]], [[row[0], *row[3:]] for row in rows]
-    lines = table(columns, rows)
-    inside = scalar_of(record, root + "inside_peak")
+    columns = TOLERANCES if "tuning/stiffness_ratio" in record else TOLERANCES[2:]
+    lines, _ = by_name(record, "tuned for", _TUNED_FOR, columns, "tuning")
+    inside = scalar_of(record, "tuning/tolerances/inside_peak")
     if inside is not None:
         lines += paragraph(
             f"examined: the ends and the middle of each tolerance, in every combination; of parts "
             f"drawn in between the worst has {show(inside)}"
         )
     return lines
-
-
-def states(record: Record) -> list[str]:
-    """What is off where the tuning is held."""
-    found = record.quantities.get("tuning/tolerances/deviation")
-    if found is None:
-        return []
-    names = [str(one) for one in found.axes[1].values]
-    columns = [number("peak that holds it")]
-    columns += [number(f"{name.replace('_', chr(10))}, %") for name in names]
-    rows = [
-        [str(place), *(show(100.0 * float(one), digits=3) for one in row)]
-        for place, row in enumerate(np.asarray(found.values), start=1)
-    ]
-    return table(columns, rows)

@@ -1,11 +1,13 @@
 """Absorbers and pendulums in the report: response, tuning, its proof, the cost of errors."""
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from vibecalc.absorber.report.motion import band_words, states, tolerances
-from vibecalc.core.report.rows import by_axis
+from vibecalc.absorber.report.motion import band_words, in_percent, tolerances
+from vibecalc.core.report.rows import Cells, Rows, evenly, part_of, rows_of
 from vibecalc.core.report.sections import (
     Part,
     Section,
@@ -14,12 +16,11 @@ from vibecalc.core.report.sections import (
     scalar_of,
     scalars,
     section,
-    stacked,
     table_of,
     together,
 )
 from vibecalc.core.report.writing import Column, height, hertz, number, paragraph, show, table
-from vibecalc.core.results.record import Record, Result
+from vibecalc.core.results.record import Quantity, Record, Result
 
 # ----------------------------------------------------------------------------
 # Response of a primary system with its absorber: peaks, frequencies, poles.
@@ -29,6 +30,19 @@ ABSORBER = "response/absorber/"
 #: lines on the curves that a brief report has room for
 _BRIEF = 40
 _MARKS = ("primary_frequency", "antiresonance", "locked_frequency_ratio")
+CURVES = Rows("curve", "curve", (
+    Cells("largest", "largest\nresponse"), Cells("largest_frequency_ratio", "at frequency\nratio"),
+    Cells("largest_travel", "largest\ntravel"),
+), "response/absorber", merge=True)  # fmt: skip
+TRAVELS = Rows("curve", "largest travel of curve", (
+    Cells("each/largest_travel", "{}"),
+), "response/absorber")  # fmt: skip
+NATURAL = Rows("mode", "undamped mode", (
+    Cells("natural_frequency_ratio", "frequency\nratio"),
+), "response/absorber", merge=True)  # fmt: skip
+FIXED = Rows("fixed_point", "fixed point", (
+    Cells("frequency_ratio", "frequency\nratio"), Cells("magnitude", "height"),
+), "response/absorber/fixed_point", merge=True)  # fmt: skip
 
 
 def absorber(result: Result) -> Section | None:
@@ -42,57 +56,28 @@ def absorber(result: Result) -> Section | None:
     # without a spring nothing stands still anywhere
     at_rest = scalar_of(record, ABSORBER + "antiresonance") == 0.0
     names = [name for name in _MARKS if not (at_rest and name == "antiresonance")]
-    marks, _ = scalars(record, (ABSORBER + name for name in names), ABSORBER)
-    natural = by_axis(
-        record,
-        "mode",
-        "undamped mode",
-        [(ABSORBER + "natural_frequency_ratio", "frequency\nratio")],
-    )
-    fixed = by_axis(
-        record, "fixed_point", "fixed point",
-        [(ABSORBER + "fixed_point/frequency_ratio", "frequency\nratio"),
-         (ABSORBER + "fixed_point/magnitude", "height")],
-    )  # fmt: skip
+    marks = scalars(record, (ABSORBER + name for name in names), ABSORBER)
     details: dict[str, Part] = {
-        "frequencies of the absorber": stacked(marks, natural, fixed),
+        "frequencies of the absorber": together(
+            marks, rows_of(record, NATURAL), rows_of(record, FIXED)
+        ),
         "poles": _poles(record),
     }
-    curves = [_curves(result), _peaks(record)]
+    curves: list[Part] = [_curves(result), _peaks(record)]
     if height(together(*curves)[0]) > _BRIEF:
         details, curves = {"curves and their maxima": together(*curves), **details}, []
     return section("Response of primary and absorber", curves, details, shown)
 
 
 def _curves(result: Result) -> list[str]:
-    lines = by_axis(
-        result.record, "curve", "curve",
-        [(ABSORBER + name, words) for name, words in (
-            ("largest", "largest\nresponse"),
-            ("largest_frequency_ratio", "at frequency\nratio"),
-            ("largest_travel", "largest\ntravel"),
-        )],
-    )  # fmt: skip
+    lines, _ = together(rows_of(result.record, CURVES), rows_of(result.record, TRAVELS))
     if not lines:
         return []
-    moved = having(result.record, ABSORBER + "each/largest_travel", "curve", "absorber")
-    if moved is not None:
-        columns = [Column("largest travel of curve")]
-        columns += [number(name) for name in labels(moved.axes[1])]
-        rows = [
-            [name, *(show(float(one), moved.error_estimate) for one in values)]
-            for name, values in zip(labels(moved.axes[0]), np.asarray(moved.values), strict=True)
-        ]
-        lines += ["", *table(columns, rows)]
-    options = table_of(result.case, "response", "absorber")
-    tuning = table_of(result.case, "tuning")
-    what = options.get("response") or tuning.get("response") or "displacement"
-    cause = options.get("excitation") or tuning.get("excitation") or "force"
-    words = f"{str(what).replace('_', ' ')} under excitation by {cause}, as ratios: "
-    return [
-        *paragraph(words + "displacements over T0 / K1, or over the motion of the ground"),
-        *lines,
-    ]
+    options = {**table_of(result.case, "tuning"), **table_of(result.case, "response", "absorber")}
+    what = str(options.get("response") or "displacement").replace("_", " ")
+    words = f"{what} under excitation by {options.get('excitation') or 'force'}, as ratios: "
+    about = paragraph(words + "displacements over T0 / K1, or over the motion of the ground")
+    return [*about, *lines]
 
 
 def _peaks(record: Record) -> list[str]:
@@ -155,25 +140,115 @@ _RESULTS = (
 _PENALTY = 1e-9
 #: peaks with and without absorbers that differ by less are the same
 _SAME = 1e-9
+_RATIO, _DAMPING = (
+    Cells("stiffness_ratio", "stiffness\nratio"),
+    Cells("secondary_damping", "damping"),
+)
+EACH = Rows("absorber", "absorber", (
+    Cells("mass_ratio", "mass ratio"), _RATIO, _DAMPING,
+    Cells("own_damping", "damping on its\nown frequency"), Cells("travel", "travel"),
+), "tuning/each", merge=True)  # fmt: skip
+EACH_BUILT = Rows("absorber", "absorber", (
+    Cells("torsional_stiffness", "spring\nN*m/rad"),
+    Cells("torsional_damping", "damper\nN*m*s/rad"),
+    Cells("linear_stiffness", "spring\nN/m", "N/m"), Cells("linear_damping", "damper\nN*s/m"),
+    Cells("frequency", "own frequency\nHz", "Hz"),
+), "tuning/each", merge=True)  # fmt: skip
+ACTIVE = Rows("active", "peak that holds it", (
+    Cells("frequency_ratio", "frequency\nratio"), Cells("magnitude", "height"),
+    Cells("weight", "weight"),
+), "tuning/active", merge=True)  # fmt: skip
+METHODS = Rows("method", "method", (
+    _RATIO, _DAMPING, Cells("promised", "promised\npeak", blank=True), Cells("peak", "true peak"),
+    Cells("loss", "above the\nbest, %", "%"),
+), "tuning/method", merge=True)  # fmt: skip
+SLOPES = Rows("ratio", "slope by", (
+    Cells("stiffness_ratio", "of the best\nstiffness"),
+    Cells("secondary_damping", "of the best\ndamping"), Cells("peak", "of the peak"),
+), "tuning/sensitivity", merge=True)  # fmt: skip
+
+
+def _with_names(quantity: Quantity, places: Any, names: list[str]) -> Quantity:
+    """Some columns of a quantity of two axes, under names of their own."""
+    first, second = quantity.axes
+    axis = replace(second, values=np.array(names, dtype=object))
+    return part_of(quantity, quantity.values[:, places], first, axis)
+
+
+def _mistuned(record: Record) -> Quantity | None:
+    """What errors of the parts that are there cost, the first six of them."""
+    loss = having(record, TUNING + "mistuning/loss", "mistuned", "deviation")
+    if loss is None or not np.any(loss.values):
+        return None
+    there = [
+        scalar_of(record, TUNING + name) != 0.0 for name in ("stiffness_ratio", "secondary_damping")
+    ]
+    axis = replace(loss.axes[0], values=loss.axes[0].values[there])
+    names = [f"{100.0 * size:+.3g} %" for size in loss.axes[1].values[:6]]
+    return _with_names(part_of(loss, loss.values[there], axis, loss.axes[1]), slice(6), names)
+
+
+MISTUNED = Rows("mistuned", "higher {what}, %, for an error of", (
+    Cells(_mistuned, "{}", in_percent, right=True),
+))  # fmt: skip
+
+
+def _charted(record: Record) -> Quantity | None:
+    """Peaks of a chart at six mass ratios."""
+    peak = having(record, TUNING + "chart/peak", "primary_damping", "mass_ratio")
+    if peak is None:
+        return None
+    masses = replace(peak, values=peak.axes[1].values, axes=peak.axes[1:])
+    places = evenly(6)([masses])
+    return _with_names(peak, places, [f"m = {masses.values[i]:.4g}" for i in places])
+
+
+CHART = Rows("primary_damping", "primary damping", (
+    Cells(_charted, "{}"),
+), label=lambda damping: show(float(damping), digits=4), right=True)  # fmt: skip
+
+
+def _off(record: Record) -> Quantity | None:
+    """What is off in the states whose peaks hold a tuning, in percent."""
+    found = record.quantities.get("tuning/tolerances/deviation")
+    if found is None:
+        return None
+    names = [f"{name}, %".replace("_", "\n") for name in labels(found.axes[1])]
+    return _with_names(found, slice(None), names)
+
+
+STATES = Rows("active", "peak that holds it", (
+    Cells(_off, "{}", in_percent, right=True),
+), right=True)  # fmt: skip
 
 
 def absorber_tuning(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
-    record = result.record
+    record, given = result.record, bool(table_of(result.case, "tuning").get("frequency"))
     shown = frozenset(path for path in record if path.startswith(TUNING))
     if not shown:
         return None
-    lines = _conclusion(result)
-    scalar, _ = scalars(record, (TUNING + name for name in _RESULTS), TUNING)
-    blocks = [lines, scalar, _each(record), _bounded(record), tolerances(record), _mistuned(result)]
-    given = bool(table_of(result.case, "tuning").get("frequency"))
-    peaks = "largest in the band" if given else "peaks that hold the optimum"
-    details = {
-        peaks: [*_proof(record, given), *states(record)],
+    what = "mean square" if is_mean(result) else "peak"
+    title = MISTUNED.title.format(what=what)
+    slopes, _ = rows_of(record, SLOPES)
+    if not any(np.any(record[path].values) for path in shown if "/sensitivity/" in path):
+        slopes = []
+    blocks: list[Part] = [
+        _conclusion(result),
+        scalars(record, (TUNING + name for name in _RESULTS), TUNING),
+        rows_of(record, EACH),
+        rows_of(record, EACH_BUILT),
+        _bounded(record),
+        tolerances(record),
+        rows_of(record, MISTUNED._replace(title=title)),
+    ]
+    details: dict[str, Part] = {
+        "largest in the band" if given else "peaks that hold the optimum": [
+            *_proof(record, given), *rows_of(record, STATES)[0]],
         "tuning by other methods": _methods(result),
-        "slopes of the optimum": _slopes(record),
+        "slopes of the optimum": slopes,
         "design chart": _chart(record),
-    }
+    }  # fmt: skip
     return section("Tuning of the absorber", blocks, details, shown)
 
 
@@ -262,38 +337,13 @@ def no_help(result: Result) -> str:
     }.get(str(options.get("kind", "free")), f"No absorber{within} lowers")
 
 
-def _each(record: Record) -> list[str]:
-    lines = by_axis(
-        record, "absorber", "absorber",
-        [(f"{TUNING}each/{name}", words) for name, words in (
-            ("mass_ratio", "mass ratio"), ("stiffness_ratio", "stiffness\nratio"),
-            ("secondary_damping", "damping"), ("own_damping", "damping on its\nown frequency"),
-            ("travel", "travel"),
-        )],
-    )  # fmt: skip
-    kind = "linear" if TUNING + "each/linear_stiffness" in record.quantities else "torsional"
-    units = ("N/m", "N*s/m") if kind == "linear" else ("N*m/rad", "N*m*s/rad")
-    in_units = by_axis(
-        record, "absorber", "absorber",
-        [(f"{TUNING}each/{kind}_stiffness", "spring\n", units[0]),
-         (f"{TUNING}each/{kind}_damping", "damper\n", units[1]),
-         (f"{TUNING}each/frequency", "own frequency\n", "Hz")],
-    )  # fmt: skip
-    return [*lines, "", *in_units] if in_units else lines
-
-
 def _proof(record: Record, given: bool) -> list[str]:
     if scalar_of(record, TUNING + "helps") == 0.0:
         return []
-    lines = by_axis(
-        record, "active", "largest in the band" if given else "peak that holds it",
-        [(f"{TUNING}active/{name}", words) for name, words in (
-            ("frequency_ratio", "frequency\nratio"), ("magnitude", "height"), ("weight", "weight"),
-        )],
-    )  # fmt: skip
-    proof = scalar_of(record, TUNING + "certificate")
+    lines, _ = rows_of(record, ACTIVE._replace(title="largest in the band") if given else ACTIVE)
+    proof = record.quantities.get(TUNING + "certificate")
     if proof is not None and lines:
-        left = show(proof, record[TUNING + "certificate"].error_estimate, 2)
+        left = show(float(proof), proof.error_estimate, 2)
         cost = scalar_of(record, TUNING + "bounds/penalty")
         what, small = "these peaks", "no small change"
         if cost is not None and cost > _PENALTY:
@@ -309,16 +359,13 @@ def _proof(record: Record, given: bool) -> list[str]:
 
 
 def _methods(result: Result) -> list[str]:
-    record = result.record
-    what = "mean square\nabove best," if is_mean(result) else "above the\nbest,"
-    lines = by_axis(
-        record, "method", "method",
-        [(f"{TUNING}method/{name}", *words) for name, *words in (
-            ("stiffness_ratio", "stiffness\nratio"), ("secondary_damping", "damping"),
-            ("promised", "promised\npeak"), ("peak", "true peak"), ("loss", what, "%"),
-        )],
-        blank=(f"{TUNING}method/promised",),
-    )  # fmt: skip
+    record, of = result.record, METHODS
+    if is_mean(result):
+        loss = of.columns[-1]
+        assert isinstance(loss, Cells)
+        mean = loss._replace(head="mean square\nabove best, %")
+        of = of._replace(columns=(*of.columns[:-1], mean))
+    lines, _ = rows_of(record, of)
     if lines and TUNING + "bounds/penalty" in record.quantities:
         lines += paragraph("closed forms know no bounds: all of these are without them")
     promised = having(record, TUNING + "method/promised", "method")
@@ -328,44 +375,6 @@ def _methods(result: Result) -> list[str]:
     if np.any(np.isfinite(np.asarray(promised.values)[forms])):
         lines += paragraph("promised by a closed form: the peak on an undamped primary")
     return lines
-
-
-def _mistuned(result: Result) -> list[str]:
-    record = result.record
-    loss = having(record, TUNING + "mistuning/loss", "mistuned", "deviation")
-    if loss is None or not np.any(loss.values):
-        return []
-    absent = {
-        label
-        for label, name in (("stiffness", "stiffness_ratio"), ("damping", "secondary_damping"))
-        if scalar_of(record, TUNING + name) == 0.0
-    }
-    what = "mean square" if is_mean(result) else "peak"
-    sizes = np.asarray(loss.axes[1].values, dtype=float)
-    columns = [Column(f"higher {what}, %, for an error of")]
-    columns += [number(f"{100.0 * size:+.3g} %") for size in sizes[:6]]
-    rows = []
-    for label, row in zip(labels(loss.axes[0]), np.asarray(loss.values), strict=True):
-        if label in absent:
-            continue
-        cells = [show(100.0 * one, 100.0 * loss.error_estimate, 3) for one in row[:6]]
-        rows.append([label, *cells])
-    return table(columns, rows)
-
-
-def _slopes(record: Record) -> list[str]:
-    names = [f"{TUNING}sensitivity/{n}" for n in ("stiffness_ratio", "secondary_damping", "peak")]
-    found = [one for name in names if (one := having(record, name, "ratio")) is not None]
-    if not any(np.any(one.values) for one in found):
-        return []
-    return by_axis(
-        record, "ratio", "slope by",
-        [(f"{TUNING}sensitivity/{name}", words) for name, words in (
-            ("stiffness_ratio", "of the best\nstiffness"),
-            ("secondary_damping", "of the best\ndamping"),
-            ("peak", "of the peak"),
-        )],
-    )  # fmt: skip
 
 
 def _bounded(record: Record) -> list[str]:
@@ -389,19 +398,9 @@ def _bounded(record: Record) -> list[str]:
 
 
 def _chart(record: Record) -> list[str]:
-    peak = having(record, TUNING + "chart/peak", "primary_damping", "mass_ratio")
-    if peak is None:
-        return []
-    masses = np.asarray(peak.axes[1].values, dtype=float)
-    chosen = np.unique(np.linspace(0, len(masses) - 1, 6).round().astype(int))
-    columns = [number("primary damping")]
-    columns += [number(f"m = {masses[i]:.4g}") for i in chosen]
-    rows = [
-        [show(float(damping), digits=4), *(show(row[i], peak.error_estimate) for i in chosen)]
-        for damping, row in zip(peak.axes[0].values, np.asarray(peak.values), strict=True)
-    ]
     free = ", without the bounds" if TUNING + "bounds/penalty" in record.quantities else ""
-    return [*paragraph(f"Least peak over the mass ratio m{free}:"), *table(columns, rows)]
+    lines, _ = rows_of(record, CHART)
+    return [*paragraph(f"Least peak over the mass ratio m{free}:"), *lines] if lines else []
 
 
 # ----------------------------------------------------------------------------
@@ -414,7 +413,21 @@ _SCALARS = (
     *("inertia", "stiffness", "small/rotor", "small/swing", "small/rotor_without"),
     *("jump/torque", "jump/swing"),
 )
-_MOST_ROWS = 9
+
+
+def _change(record: Record) -> Quantity | None:
+    """Change of the order by the swing, relative to that of small ones."""
+    order = having(record, PENDULUM + "order_of_swing", "swing")
+    if order is None:
+        return None
+    small = float(order.values[0])
+    changed = part_of(order, order.values / small - 1.0, *order.axes)
+    return replace(changed, error_estimate=2.0 * order.error_estimate / small, terms=1.0)
+
+
+ORDERS = Rows("swing", "swing, deg", (
+    Cells("pendulum/order_of_swing", "order"), Cells(_change, "off by, %", in_percent, right=True),
+), label=lambda swing: f"{math.degrees(swing):.1f}", right=True, places=evenly(9))  # fmt: skip
 
 
 def pendulum(result: Result) -> Section | None:
@@ -424,25 +437,8 @@ def pendulum(result: Result) -> Section | None:
     if not shown:
         return None
     lines, _ = scalars(record, (PENDULUM + name for name in _SCALARS), PENDULUM)
-    details = {"order against swing": _order_of_swing(record)}
+    details = {"order against swing": rows_of(record, ORDERS)}
     return section("Centrifugal pendulums", [lines, _words(result)], details, shown)
-
-
-def _order_of_swing(record: Record) -> list[str]:
-    quantity = having(record, PENDULUM + "order_of_swing", "swing")
-    if quantity is None:
-        return []
-    swings = np.asarray(quantity.axes[0].values, dtype=float)
-    chosen = np.unique(np.linspace(0, len(swings) - 1, _MOST_ROWS).round().astype(int))
-    small = float(quantity.values[0])
-    columns = (number("swing, deg"), number("order"), number("off by, %"))
-    rows = []
-    for i in chosen:
-        value = float(quantity.values[i])
-        off = 100.0 * (value / small - 1.0)
-        slack = 200.0 * quantity.error_estimate / small
-        rows.append([f"{math.degrees(swings[i]):.1f}", show(value), show(off, slack, 3)])
-    return table(columns, rows)
 
 
 def _words(result: Result) -> list[str]:

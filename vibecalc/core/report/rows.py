@@ -68,7 +68,7 @@ class Rows(NamedTuple):
     """A table with a row for each entry of `axis`, below the `title` of their names.
 
     `axis` may name several axes by blanks, whose entries are of one kind: "half_order order".
-    `label` formats the names, such as "{:g}",
+    `label` formats the names, such as "{:g}", or is a function that writes them,
     and `right` sets them like numbers; without a `title` they are left out. At `{turn}` in it, or
     in a head, stands `a turn`, or `two turns` where half orders act. `places` says which
     entries are shown, `rest` what is said of the others, `none` what if there is none to show.
@@ -82,7 +82,7 @@ class Rows(NamedTuple):
     title: str
     columns: Sequence[Cells | str]
     root: str = ""
-    label: str = ""
+    label: str | Callable[[Any], str] = ""
     right: bool = False
     digits: int = DIGITS
     places: Callable[[Found], np.ndarray] | None = None
@@ -175,6 +175,15 @@ def first(most: int) -> Callable[[Found], np.ndarray]:
     return lambda found: np.arange(len(found[0].values))[:most]
 
 
+def evenly(most: int) -> Callable[[Found], np.ndarray]:
+    """So many entries, evenly spread from the first to the last."""
+
+    def places(found: Found) -> np.ndarray:
+        return np.unique(np.linspace(0, len(found[0].values) - 1, most).round().astype(int))
+
+    return places
+
+
 def loud(share: float, most: int, count: int = 1) -> Callable[[Found], np.ndarray]:
     """The first entries where one of the first `count` columns has that `share` of the largest."""
 
@@ -225,7 +234,8 @@ def rows_of(record: Record, of: Rows) -> tuple[list[str], set[str]]:
     places = np.arange(len(axis.values)) if of.places is None else of.places(quantities)
     if not len(places):
         return paragraph(of.none) if of.none else [], paths
-    names = [of.label.format(one) for one in axis.values] if of.label else labels(axis)
+    write_name = of.label.format if isinstance(of.label, str) else of.label
+    names = [write_name(one) for one in axis.values] if of.label else labels(axis)
     cells, notes = [[names[i] for i in places]], list[str]()
     heads: list[Column | str] = [Column(_turned(of.title, quantities[0], record), right=of.right)]
     for one, quantity in found:
