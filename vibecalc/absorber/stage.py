@@ -200,11 +200,7 @@ def _tuning(case: "Case") -> Stage:
     return Stage(
         name="tuning",
         adapter="vibecalc.absorber.adapters.band:run_band_tuning"
-        if banded
-        else "vibecalc.absorber.adapters.several:run_several_tuning"
-        if several
-        else "vibecalc.absorber.adapters.ground:run_ground_tuning"
-        if white_ground(case)
+        if banded or several
         else "vibecalc.absorber.adapters.tuning:run_absorber_tuning",
         why=f'[tuning] is in the case, norm = "{options.norm}"',
         parts=("primary", "secondaries" if several else "secondary"),

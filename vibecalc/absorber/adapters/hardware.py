@@ -33,7 +33,7 @@ from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.results import HARDWARE_ROOT
 from vibecalc.absorber.stage import AS_TUNED, NO_SPRING, VISCOUS, is_banded
 from vibecalc.absorber.transfer import Absorber
-from vibecalc.absorber.tuning.band import at_least, largest_of_pairs
+from vibecalc.absorber.tuning.levels import at_least, largest_of_pairs
 from vibecalc.absorber.tuning.restricted import (
     Read,
     given_damping,

@@ -333,7 +333,7 @@ def _methods(result: Result) -> list[str]:
 def _mistuned(result: Result) -> list[str]:
     record = result.record
     loss = having(record, TUNING + "mistuning/loss", "mistuned", "deviation")
-    if loss is None or not np.any(loss.values):
+    if loss is None or not np.any(np.abs(loss.values) > loss.error_estimate):
         return []
     absent = {
         label
