@@ -53,7 +53,8 @@ def _magnitude(system: Fitted, pair: Pair, x: FloatArray) -> FloatArray:
 
 def _single(z1: Any, ratios: Iterable[Any]) -> Fitted:
     """One absorber on a primary."""
-    return fitted(one_mode(float(z1)), *(np.atleast_1d(part) for part in ratios))
+    m, k, z2 = (np.atleast_1d(part) for part in ratios)
+    return fitted(one_mode(float(z1)), m, k, z2)
 
 
 def absorber_topics(scene: Scene) -> list[Topic]:

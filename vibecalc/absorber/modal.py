@@ -351,13 +351,13 @@ def at_infinity(system: Driven) -> FloatArray:
     read, none = system.read, np.zeros_like(system.load)[..., None]
     right = [none] * 4
     right[0 if system.rises else 2] = system.load[..., None] * (-1.0 if system.rises else 1.0)
-    series = [none, none]
+    series: list[np.ndarray] = [none, none]
     for one in right:
         pull = system.drag @ series[-1] + system.stiff @ series[-2]
         series.append(np.linalg.solve(system.mass, one - pull))
     heights = np.zeros(len(none))
     for power in range(4):
-        terms = [np.full(len(none), read.direct * (read.direct_power == power))]
+        terms: list[np.ndarray] = [np.full(len(none), read.direct * (read.direct_power == power))]
         for row, order in enumerate((read.power - power, read.power + 1 - power)):
             if order >= 0:
                 terms.append(np.sum(read[row] * series[order + 2][..., 0], axis=1))

@@ -5,11 +5,11 @@ from collections.abc import Callable
 import numpy as np
 
 from vibecalc.absorber.adapters.optimum import (
-    BestTuning,
     emit_active,
     emit_methods,
     emit_mistuning,
     limits_of,
+    of_one,
 )
 from vibecalc.absorber.adapters.response import moved_by_ratios, tuning_error
 from vibecalc.absorber.adapters.tuning import emit_units, nearby, paths_below
@@ -141,7 +141,7 @@ def _relative(found: BandTuning) -> float:
 
 def _emit_one(scene: Scene, options: Tuning, parts: AbsorberParts, found: BandTuning) -> None:
     """Spring and damper of a single absorber, handed on."""
-    best, m = _as_best(found), float(np.asarray(parts.absorber and parts.absorber.mass_ratio))
+    best, m = of_one(found), float(np.asarray(parts.absorber and parts.absorber.mass_ratio))
     k, z, *off = best[:4]
     tuned = Absorber(parts.primary_damping, m, k, z)
     scene.handed_on["tuned"] = tuned
@@ -275,10 +275,10 @@ def _emit_next_to(
     if options.compare:
 
         def worst(stiff: FloatArray, damped: FloatArray) -> Bounded:
-            tops = [largest_in(problem, *np.split(one, 2)) for one in np.array([stiff, damped]).T]
+            tops = [largest_in(problem, k, z) for k, z in np.array([stiff, damped]).T[..., None]]
             return Bounded(*np.array([np.max(one, axis=1) for one in tops]).T)
 
-        best = _as_best(found)
+        best = of_one(found)
         emit_methods(scene, options, float(problem.mass[0]), best, found.largest, worst, worst)
     if options.mistuning:
 
@@ -293,15 +293,6 @@ def _emit_next_to(
             return Bounded(value, error + _moved(found, read))
 
         emit_mistuning(scene, options, off, banded)
-
-
-def _as_best(found: BandTuning) -> BestTuning:
-    """The tuning of a single absorber."""
-    return BestTuning(
-        float(found.stiffness_ratio[0]), float(found.secondary_damping[0]),
-        float(found.stiffness_error[0]), float(found.damping_error[0]), found.largest,
-        found.largest_error, 0.0, 0.0, True, 0,
-    )  # fmt: skip
 
 
 def _warn_of_bounds(

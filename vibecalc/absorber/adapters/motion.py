@@ -119,7 +119,7 @@ def absorbers_of(scene: Scene, parts: AbsorberParts) -> tuple[FloatArray, FloatA
     """Mass ratios (a,), then stiffness and damping ratios (2 a,) with their errors: tuned, or as
     given."""
     if parts.branches:
-        mass = [branch.mass_ratio for branch in parts.branches]
+        mass: Any = [branch.mass_ratio for branch in parts.branches]
         given = [(branch.stiffness_ratio, branch.secondary_damping) for branch in parts.branches]
         tuned = scene.handed_on.get("several")
         if tuned is None and any(value is None for row in given for value in row):

@@ -56,7 +56,7 @@ def run_several_response(scene: Scene) -> None:
         """One response of all systems over the frequency, with errors; the first may be tuned."""
 
         def read(one: Fitted) -> np.ndarray:
-            return magnitude(one, ratios, excitation, what, absorber)[0][0]
+            return np.asarray(magnitude(one, ratios, excitation, what, absorber)[0][0])
 
         each = [magnitude(one, ratios, excitation, what, absorber) for one in systems]
         values, error = (np.concatenate(part) for part in zip(*each, strict=True))
@@ -105,7 +105,8 @@ def system_of(parts: AbsorberParts, mass: FloatArray, ratios: FloatArray) -> Fit
     """Absorbers with k, then z (2 a,), on the primary of one mode."""
     carrier = tuple(branch.carrier for branch in parts.branches)
     modes = one_mode(parts.primary_damping, len(mass))
-    return fitted(modes, mass, *np.split(ratios, 2), carrier)
+    stiffness, damping = np.split(ratios, 2)
+    return fitted(modes, mass, stiffness, damping, carrier)
 
 
 _Tops = tuple[FloatArray, Bounded, tuple[float, float, float]]

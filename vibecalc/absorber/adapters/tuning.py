@@ -65,15 +65,18 @@ def emit_sensitivity(
     steps = np.array([min(_STEP * max(z1, np.sqrt(m)), _NEARER * away), _STEP * m])
     offsets = np.stack([np.arange(9.0) - 4.0 * (z1 > 5.0 * steps[0]), np.arange(-4.0, 5.0)])
     point = np.array([z1, m])[:, None] + np.eye(2)[..., None] * (steps[:, None] * offsets)[:, None]
-    k, z2, _ = tunings(options, point[:, 0], point[:, 1])
+    found = tunings(options, point[:, 0], point[:, 1])
+    if np.any(found.is_set):
+        raise NumericalFailure("sensitivity: the optimum is one of a set and has no derivative")
+    k, z2 = found.stiffness_ratio, found.secondary_damping
     top = peaks(Absorber(point[:, 0], point[:, 1], k, z2), *pair).largest
     for name, values in (("stiffness_ratio", k), ("secondary_damping", z2), ("peak", top)):
-        found = [
+        both = [
             [_slope(row[:count], at[:count]) for count in (9, 7)] if at[0] == 0.0 else
             [_slope(row, at), _slope(row[1:-1], at[1:-1])]
             for row, at in zip(values, offsets, strict=True)
         ]  # fmt: skip
-        slope, coarser = np.array(found).T / steps
+        slope, coarser = np.array(both).T / steps
         error = np.abs(slope - coarser) + 1e-14 * np.max(np.abs(values), axis=1) / steps
         scene.emit(f"{TUNING_ROOT}/sensitivity/{name}", slope, error, {"ratio": NAMES["ratio"]})
 
@@ -133,7 +136,7 @@ def run_absorber_tuning(scene: Scene) -> None:
     if options.mistuning and scene.wants(*paths_below("mistuning")):
 
         def off(stiff: FloatArray, damped: FloatArray) -> Bounded:
-            k, z2 = tuned.stiffness_ratio, tuned.secondary_damping
+            k, z2 = best.stiffness_ratio, best.secondary_damping
             there = Absorber(z1, m, k * (1.0 + stiff), z2 * (1.0 + damped))
             return level_of(options, there)
 
@@ -204,7 +207,7 @@ def _emit_best(scene: Scene, options: Tuning, best: BestTuning, tuned: Absorber)
         top = peaks(absorber, *pair)
         error = float(top.largest_error)
         value = float(top.largest)
-        uncertainty = best.peak_error if name == "peak" else 0.0
+        uncertainty = best.value_error if name == "peak" and options.norm != "h2" else 0.0
         scene.emit(
             f"{TUNING_ROOT}/{name}", value, error + uncertainty if np.isfinite(value) else 0.0
         )

@@ -42,7 +42,7 @@ def _grid(problem: BandProblem) -> FloatArray:
             frequency[::2] = near[which] * (0.8 + 0.35 * part)
         own = _DAMPINGS[0] * (0.5 / _DAMPINGS[0]) ** unit[:, count:]
     points = np.concatenate([problem.mass * frequency**2, own * problem.mass * frequency], axis=1)
-    return np.clip(points, *problem.bounds())
+    return np.asarray(np.clip(points, *problem.bounds()))
 
 
 def spread(points: int, axes: int) -> FloatArray:
@@ -481,10 +481,11 @@ def _certified(problem: BandProblem, held: Held, agreeing: int, used: int) -> Ba
     table = np.linalg.pinv(np.vstack([active.slope.T, curve]))
     peak = float(np.exp(0.5 * held.levels.top))
     k, z = np.split(held.point, 2)
+    k_off, z_off = np.split(scale * off, 2)
     if any(problem.locked):
         k = np.where(problem.locked, np.inf, k)
     return BandTuning(
-        k, z, peak, *np.split(scale * off, 2), 0.5 * peak * (noise + held.residual * move),
+        k, z, peak, k_off, z_off, 0.5 * peak * (noise + held.residual * move),
         active.state, active.place,
         np.abs(active.drift) @ (scale * off) + _PLACE * active.place,
         np.where(curve, 1.0, problem.travel) * np.exp(0.5 * active.level), weight,

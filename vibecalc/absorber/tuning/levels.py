@@ -138,7 +138,11 @@ class Levels(NamedTuple):
 
     def some(self, which: BoolArray | IntArray) -> "Levels":
         """The maxima that an index names."""
-        return Levels(*(part[which] for part in self))
+        state, place, level, error, slope, bend, drift, limit = self
+        return Levels(
+            state[which], place[which], level[which], error[which], slope[which], bend[which],
+            drift[which], limit[which],
+        )  # fmt: skip
 
     @property
     def top(self) -> float:
