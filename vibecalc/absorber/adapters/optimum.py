@@ -93,11 +93,12 @@ def tunings(options: Tuning, z1: FloatArray, m: FloatArray) -> BestTuning:
         )  # fmt: skip
     viscous = options.kind == "viscous"
     one = pure_viscous(z1, m, *pair) if viscous else undamped_spring(z1, m, *pair)
-    place = zero, one.value, zero, one.value_error
+    k, z2, k_error, z2_error = zero, one.value, zero, one.value_error
+    if not viscous:
+        k, z2, k_error, z2_error = z2, k, z2_error, k_error
     return BestTuning(
-        *(place if viscous else (one.value, zero, one.value_error, zero)), one.largest,
-        one.largest_error, one.held_by > 0, one.evaluations,
-    )  # fmt: skip
+        k, z2, k_error, z2_error, one.largest, one.largest_error, one.held_by > 0, one.evaluations
+    )
 
 
 def best_tuning(options: Tuning, z1: float, m: float) -> BestTuning:
