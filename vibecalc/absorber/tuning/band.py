@@ -405,11 +405,12 @@ def band_tuning(problem: BandProblem, starts: int = 0) -> BandTuning:
     assert best is not None
     if best.levels.over > _KEPT:
         factor = float(np.exp(0.5 * best.levels.over))
-        where = " in the band" if np.isfinite(problem.high) else ""
+        banded = np.isfinite(problem.high)
+        what = "travel within its limit in the band" if banded else "spring travel within its limit"
         raise NumericalFailure(
-            "no stiffness and damping within the bounds keep the travel within its limit"
-            f"{where}: the closest found exceeds it by the factor {factor:.6g}; the least travel "
-            f"found is {factor * problem.travel:.6g}"
+            f"no stiffness and damping within the bounds keep the {what}: the closest found "
+            f"exceeds it by the factor {factor:.6g}; the least travel found is "
+            f"{factor * problem.travel:.6g}"
         )
     raise NumericalFailure(
         f"the search for a tuning of {len(problem.mass)} absorber{'s' * (len(problem.mass) > 1)} "
