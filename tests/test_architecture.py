@@ -176,7 +176,7 @@ KERNELS = {
     "forced", "modes", "elimination", "holzer", "damped_modes", "poles", "network",
     "slider_crank", "harmonics",
     "minimax", "peaks", "transfer", "squared_magnitude", "rigid_body", "rows", "gas_force",
-    "rod_angle", "truncated_series", "closed_forms", "several_peaks", "synthesis",
+    "rod_angle", "truncated_series", "closed_forms", "modal", "band", "synthesis",
 }  # fmt: skip
 
 

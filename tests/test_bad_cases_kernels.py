@@ -28,20 +28,16 @@ from vibecalc.absorber.pendulum_order import (
     tuning_order,
 )
 from vibecalc.absorber.pendulum_steady import as_secondary, jump, small_motion, steady_motion
-from vibecalc.absorber.several import Several, several_amplitude
-from vibecalc.absorber.several_peaks import several_peaks
 from vibecalc.absorber.transfer import Absorber, amplitude
 from vibecalc.absorber.tuning.closed_forms import closed_form, threshold
 from vibecalc.absorber.tuning.mean_square import mean_square_tuning
 from vibecalc.absorber.tuning.minimax import minimax
-from vibecalc.absorber.tuning.mistuning import mistuning, sensitivity
 from vibecalc.absorber.tuning.restricted import (
     given_damping,
     given_stiffness,
     stock_choice,
     undamped_spring,
 )
-from vibecalc.absorber.tuning.several import bounded_tuning, several_tuning
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.induction_motor_fit import fit_induction_motor
 from vibecalc.excitation.induction_motor_flux import torque_answer
@@ -59,10 +55,6 @@ ROD = OverhungRod(4086.0, 3.9, 1.6, 0.1)
 TWINS = ONE_CAGE._replace(
     rotor_resistance=np.array([0.2, 0.2]), rotor_leakage=np.array([2e-3, 2e-3])
 )
-
-
-def pair(parent: tuple[int, ...], z1: float = 0.1) -> Several:
-    return Several(z1, [0.1, 0.1], [0.1, 0.08], [0.01 if z1 else 0.0] * 2, parent)
 
 
 RATIOS = [(0.1, 0.0), (0.1, -1.0), (0.1, np.inf), (-0.1, 0.1), (np.inf, 0.1), (np.nan, 0.1)]
@@ -101,23 +93,9 @@ OF_TUNINGS: Refused = [
      "nothing holds"),
     (lambda: mean_square_tuning(0.1, 0.1, "force", "relative_displacement"), "nothing to tune"),
     (lambda: threshold("force", "relative_displacement"), "no response of the primary"),
-    (lambda: bounded_tuning(0.02, 0.1, stiffness=(0.2, 0.1)), r"stiffness ratio, 0\.2 to 0\.1"),
-    (lambda: bounded_tuning(0.02, 0.1, damping=(-1.0, 1.0)), "damping ratio, -1 to 1"),
-    (lambda: bounded_tuning(0.02, 0.1, travel=0.0), "leaves no motion"),
-    (lambda: bounded_tuning(0.02, 0.1, stiffness=(0.0, 0.1), damping=(0.0, 0.02), travel=1.0),
-     "exceeds it by the factor"),
     (lambda: stock_choice(0.02, 0.1, [0.07, 0.08], [0.01, 0.02], 3.9, travel=2.0),
      "least travel is"),
     (lambda: stock_choice(0.0, 0.1, [0.08], [0.0], 3.9), "none of the 1 pairs"),
-    (lambda: mistuning(Absorber(0.0, 0.1, 0.08, 0.0)), "not finite"),
-    (lambda: sensitivity(0.0, 0.1, 0.05, 0.005), "sensitivity"),
-    (lambda: sensitivity(0.8, 0.1, 0.08, 0.02), "sensitivity"),
-    *((lambda parent=parent: several_amplitude(pair(parent), 1.0), "each must be 0")
-      for parent in ((1, 0), (0, 2), (0,), (0, -1))),
-    (lambda: several_amplitude(pair((0, 1)), 1.0, "force", "relative_displacement", 3),
-     "counted from 1"),
-    (lambda: several_peaks(pair((0, 0), z1=0.0)), "undamped natural frequency"),
-    (lambda: several_tuning(0.1, [0.05, 0.05], (0, 0), "unbalance", "velocity"), "without bound"),
 ]  # fmt: skip
 OF_PENDULUMS: Refused = [
     *((lambda near=near: tuning_order(POINT._replace(path_radius=near)),

@@ -9,9 +9,12 @@ from exact_absorber import KINDS, optimum
 from long_but import long_but
 from mpmath import mp, mpf
 
+from vibecalc.absorber.modal import one_mode
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.transfer import Absorber, own_damping_ratio
+from vibecalc.absorber.tuning.band import band_tuning
 from vibecalc.absorber.tuning.closed_forms import METHODS, closed_form
+from vibecalc.absorber.tuning.levels import BandProblem
 from vibecalc.absorber.tuning.minimax import BALANCED, NO_HELP, SET, minimax
 from vibecalc.absorber.tuning.minimax_steps import (
     BOUNDARY,
@@ -21,7 +24,6 @@ from vibecalc.absorber.tuning.minimax_steps import (
     certify,
 )
 from vibecalc.absorber.tuning.minimax_steps import SET as CERTIFIED_SET
-from vibecalc.absorber.tuning.mistuning import mistuning, sensitivity
 from vibecalc.absorber.tuning.restricted import (
     given_damping,
     given_stiffness,
@@ -29,8 +31,6 @@ from vibecalc.absorber.tuning.restricted import (
     stock_choice,
     undamped_spring,
 )
-from vibecalc.absorber.tuning.several import bounded_tuning, several_tuning
-from vibecalc.errors import NumericalFailure
 
 #: responses whose optimum is balanced for every primary damping
 ALWAYS = (("force", "velocity"), ("base", "displacement"), ("force", "transmitted_force"))
@@ -279,6 +279,9 @@ def test_nor_does_one_where_that_bound_says_nothing():
     assert np.all(peaks(Absorber(z1, m, k, 0.0)).largest >= bare * (1.0 - 1e-12))
 
 
+HELD_BY = (
+    "least stiffness", "least damping", "largest stiffness", "largest damping", "spring travel",
+)  # fmt: skip
 CASES = [
     ({"travel": 8.0}, ("spring travel",)),
     ({"travel": 1.0}, ("spring travel",)),
@@ -297,8 +300,11 @@ CASES = [
     CASES,
 )
 def test_no_point_of_a_grid_within_the_limits_is_better(limits, active):
-    found = bounded_tuning(0.02, 0.1, **limits)
-    assert found.active == active
+    found = band_tuning(
+        BandProblem(one_mode(0.02), np.array([0.1]), "force", "displacement", **limits)
+    )
+    held = (*found.lower, *found.upper, np.any(found.limit > 0))
+    assert tuple(name for name, one in zip(HELD_BY, held, strict=True) if one) == active
     low, high = limits.get("stiffness", (1e-3, 3.0))
     k = np.linspace(low, high, 40) if "stiffness" in limits else np.geomspace(low, high, 90)
     low, high = limits.get("damping", (1e-3, 3.0))
@@ -307,26 +313,11 @@ def test_no_point_of_a_grid_within_the_limits_is_better(limits, active):
     height = peaks(grid).largest
     allowed = peaks(grid, "force", "relative_displacement").largest <= limits.get("travel", np.inf)
     best = float(np.min(np.where(allowed, height, np.inf)))
-    assert found.tuning.peak <= best * (1.0 + 1e-12)
-    assert found.tuning.peak >= best * 0.9
-    assert found.travel <= limits.get("travel", np.inf) * (1.0 + 1e-9)
-    chosen = Absorber(0.02, 0.1, found.tuning.stiffness_ratio[0], found.tuning.secondary_damping[0])
-    assert peaks(chosen).largest == pytest.approx(found.tuning.peak, rel=1e-12)
-    assert found.penalty == pytest.approx(found.tuning.peak / found.free_peak - 1.0, rel=1e-12)
-
-
-def test_limits_that_do_not_bind_cost_nothing():
-    found = bounded_tuning(0.02, 0.1, stiffness=(0.0, 1.0), damping=(0.0, 1.0), travel=30.0)
-    assert found.active == () and abs(found.penalty) <= found.penalty_error
-    assert found.free_peak == pytest.approx(float(minimax(0.02, 0.1).largest), rel=1e-12)
-
-
-@pytest.mark.long
-def test_other_excitations_count_travel_in_their_own_unit():
-    free = bounded_tuning(0.05, 0.2, "base", "displacement")
-    held = bounded_tuning(0.05, 0.2, "base", "displacement", travel=0.5 * free.travel)
-    assert held.travel == pytest.approx(0.5 * free.travel, rel=1e-9)
-    assert held.penalty > 0.0
+    assert best * 0.9 <= found.largest <= best * (1.0 + 1e-12)
+    chosen = Absorber(0.02, 0.1, found.stiffness_ratio[0], found.secondary_damping[0])
+    assert peaks(chosen).largest == pytest.approx(found.largest, rel=1e-12)
+    travel = peaks(chosen, "force", "relative_displacement").largest
+    assert travel <= limits.get("travel", np.inf) * (1.0 + 1e-9)
 
 
 def test_the_best_stock_pair():
@@ -342,85 +333,3 @@ def test_the_best_stock_pair():
     limited = stock_choice(0.02, 0.1, springs, oils, free, travel=9.0)
     assert not np.any(limited.travel[tuple(limited.order.T)] > 9.0)
     assert len(limited.order) == 3 and limited.oil == 3
-
-
-DIFFERED = [("force", "displacement"), ("force", "velocity"), ("base", "displacement"),
-         ("unbalance", "displacement")]  # fmt: skip
-
-
-def tuned(z1, m, kind):
-    found = minimax(z1, m, *kind)
-    return np.array([float(found.largest), float(found.stiffness_ratio),
-                     float(found.secondary_damping)])  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    "kind", long_but(DIFFERED, ("force", "displacement"), ("base", "displacement"))
-)
-@pytest.mark.parametrize(
-    ("z1", "m"),
-    [
-        (0.1, 0.01),
-        pytest.param(0.05, 0.5, marks=pytest.mark.long),
-        (0.3, 0.2),
-        pytest.param(0.5, 0.05, marks=pytest.mark.long),
-    ],
-)
-def test_derivatives_against_differences(kind, z1, m):
-    _, k, z = tuned(z1, m, kind)
-    found = sensitivity(z1, m, k, z, (0,), *kind)
-    got = np.stack([found.peak, found.stiffness_ratio[0], found.secondary_damping[0]])
-    step = 1e-4
-    # fourth order
-    by = []
-    for z_by, m_by in ((z1 * step, 0.0), (0.0, m * step)):
-        values = [tuned(z1 + f * z_by, m + f * m_by, kind) for f in (-2, -1, 1, 2)]
-        change = (values[0] - 8.0 * values[1] + 8.0 * values[2] - values[3]) / 12.0
-        by.append(change / (z_by + m_by))
-    expected = np.stack(by, axis=-1)
-    scale = np.abs(expected) + np.array([[1.0], [k], [z]])
-    assert np.all(np.abs(got - expected) <= 2e-6 * scale)
-    for error in (found.peak_error, found.stiffness_error, found.damping_error):
-        assert np.all(error > 0.0)
-    assert np.all(found.peak_error < 1e-7 * np.abs(found.peak))
-
-
-def test_an_optimum_that_is_a_set_has_no_derivative():
-    kind = ("unbalance", "displacement")
-    _, k, z = tuned(0.5, 0.5, kind)
-    with pytest.raises(NumericalFailure, match="not an optimum held by its peaks"):
-        sensitivity(0.5, 0.5, k, z, (0,), *kind)
-
-
-@pytest.mark.long
-def test_two_absorbers_a_bound_included():
-    tuned = several_tuning(0.1, [0.05, 0.05], (0, 1))
-    found = sensitivity(0.1, [0.05, 0.05], tuned.stiffness_ratio, tuned.secondary_damping, (0, 1))
-    step = 1e-4
-    ends = [several_tuning(0.1 + s, [0.05, 0.05], (0, 1)) for s in (step, -step)]
-    assert found.peak[0] == pytest.approx((ends[0].peak - ends[1].peak) / (2 * step), rel=1e-5)
-    change = (ends[0].stiffness_ratio - ends[1].stiffness_ratio) / (2 * step)
-    assert found.stiffness_ratio[:, 0] == pytest.approx(change, rel=1e-4)
-    held = tuned.on_lower[2:]
-    assert np.all(found.secondary_damping[held] == 0.0)
-
-
-@pytest.mark.parametrize("kind", long_but(DIFFERED, *DIFFERED[:2]))
-def test_losses_are_differences_of_peaks(kind):
-    z1, m = np.array([0.0, 0.1, 0.3]), np.array([0.1, 0.01, 0.1])
-    tuned = minimax(z1, m, *kind)
-    absorber = Absorber(z1, m, tuned.stiffness_ratio, tuned.secondary_damping)
-    found = mistuning(absorber, *kind)
-    assert found.stiffness.value.shape == (3, 3, 2) and found.corner.value.shape == (3, 3)
-    for share, sign, column in ((0.05, -1.0, 0), (0.05, 1.0, 1)):
-        off = absorber._replace(stiffness_ratio=tuned.stiffness_ratio * (1.0 + sign * share))
-        loss = peaks(off, *kind).largest / tuned.largest - 1.0
-        assert found.stiffness.value[:, 1, column] == pytest.approx(loss, rel=1e-9)
-        off = absorber._replace(secondary_damping=tuned.secondary_damping * (1.0 + sign * share))
-        loss = peaks(off, *kind).largest / tuned.largest - 1.0
-        assert found.damping.value[:, 1, column] == pytest.approx(loss, rel=1e-9)
-    # an optimum loses by every change, and by both more than by one
-    for part in (found.stiffness, found.damping, found.corner):
-        assert np.all(part.value > 0.0) and np.all(part.error < 1e-9)
-    assert np.all(np.diff(found.corner.value, axis=-1) > 0.0)
-    assert np.all(found.corner.value >= np.max(found.stiffness.value, axis=-1) - 1e-12)

@@ -9,7 +9,8 @@ from vibecalc.absorber.asked_tables import WARBURTON_PAIRS
 from vibecalc.absorber.mean_square import mean_square
 from vibecalc.absorber.modal import one_mode
 from vibecalc.absorber.transfer import Absorber
-from vibecalc.absorber.tuning.band import BandProblem, band_tuning, states_of
+from vibecalc.absorber.tuning.band import band_tuning
+from vibecalc.absorber.tuning.levels import BandProblem, states_of
 from vibecalc.absorber.tuning.mean_square import closed_form, mean_square_tuning
 from vibecalc.absorber.tuning.warburton import WARBURTON
 from vibecalc.core.case.load import validate

@@ -28,7 +28,7 @@ FINDS: tuple[Find, ...] = (
     Find("mean square", 0.121, (0.067789, 0.892269, 0.176012, 0.228527, 0.352132), 20000, 0),
 )
 #: points that broke a promise, with what they gave before the mend: roundings of a - b k in a light
-#: and tuned absorber, panels far from normal, a narrow resonance that several_peaks missed, a
+#: and tuned absorber, panels far from normal, a narrow resonance that several absorbers missed, a
 #: Newton step of the march that was small by accident (twice)
 CORRECTED: tuple[Find, ...] = (
     Find("mean square", 2.22, (0.607919, 0.295875, 0.534358, 0.416063, 0.584766), 40, 0),

@@ -6,19 +6,20 @@ from typing import Any
 
 import numpy as np
 
+from vibecalc.absorber.adapters.motion import absorbers_of
 from vibecalc.absorber.adapters.response import family, frequency_ratios
-from vibecalc.absorber.adapters.several import STARTS
+from vibecalc.absorber.adapters.several import system_of
+from vibecalc.absorber.modal import Fitted, fitted, highest, magnitude, one_mode
 from vibecalc.absorber.model import build_absorber
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.pendulum_order import build_pendulum, order_of_swing, terms, tuning_order
-from vibecalc.absorber.several import Several, several_amplitude
-from vibecalc.absorber.several_peaks import several_peaks
 from vibecalc.absorber.stage import asked_of
 from vibecalc.absorber.transfer import Absorber, transfer_of
+from vibecalc.absorber.tuning.band import STARTS, band_tuning
 from vibecalc.absorber.tuning.closed_forms import METHODS
+from vibecalc.absorber.tuning.levels import BandProblem
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.restricted import pure_viscous
-from vibecalc.absorber.tuning.several import several_tuning
 from vibecalc.core.accuracy.kinds import (
     Optimal,
     optimum,
@@ -35,25 +36,25 @@ ONE, EACH = 120.0, 400.0
 Pair = tuple[str, str]
 
 
-def _highest_peak(system: Several, pair: Pair) -> tuple[float, float]:
+def _highest_peak(system: Fitted, pair: Pair) -> tuple[float, float]:
     """Height and place of the highest peak, as a run of one absorber or of several finds them."""
-    if len(system.parent) == 1:
-        z1, *ratios = (float(np.ravel(part)[0]) for part in system[:4])
-        one = peaks(Absorber(z1, *ratios), *pair)
+    if len(system.carrier) == 1:
+        z1 = float(system.modes.damping[0, 0])
+        one = peaks(Absorber(z1, *(float(part[0, 0]) for part in system[1:4])), *pair)
         return float(one.largest), float(one.where)
-    many = several_peaks(system, *pair)
-    return float(many.largest), float(many.where)
+    height, _, place = highest(system, *pair)
+    return float(height[0]), float(place[0])
 
 
-def _magnitude(system: Several, pair: Pair, x: FloatArray) -> FloatArray:
+def _magnitude(system: Fitted, pair: Pair, x: FloatArray) -> FloatArray:
     """|H| at frequency ratios (points,)."""
-    return np.asarray(np.abs(several_amplitude(system, x, *pair)))
+    return np.asarray(np.abs(magnitude(system, x, *pair)[0][0]))
 
 
-def _single(z1: Any, ratios: Iterable[Any]) -> Several:
+def _single(z1: Any, ratios: Iterable[Any]) -> Fitted:
     """One absorber on a primary."""
-    m, k, z2 = (np.atleast_1d(np.asarray(part, dtype=float)) for part in ratios)
-    return Several(z1, m, k, z2, (0,))
+    m, k, z2 = (np.atleast_1d(part) for part in ratios)
+    return fitted(one_mode(float(z1)), m, k, z2)
 
 
 def absorber_topics(scene: Scene) -> list[Topic]:
@@ -65,14 +66,14 @@ def absorber_topics(scene: Scene) -> list[Topic]:
     ratios = frequency_ratios(options, parts)
     low, high = float(ratios[0]), float(ratios[-1])
     if parts.branches:
-        one = scene.handed_on.get("several")
-        curves = [] if one is None else [Several(*one[:5])]
+        tuned = scene.handed_on.get("several") is not None
+        curves = [system_of(parts, *absorbers_of(scene, parts)[:2])] if tuned else []
     else:
         found = family(case, options, parts, scene.handed_on.get("tuned")).absorber
         rows = zip(*(np.asarray(part, dtype=float).tolist() for part in found), strict=True)
         curves = [_single(z1, more) for z1, *more in rows]
     for system in curves:
-        if np.all(np.isfinite(system.stiffness_ratio)):
+        if np.all(np.isfinite(system.stiffness)):
             height, place = _highest_peak(system, pair)
             if np.isfinite(height) and low < place < high:
                 return [_highest(system, pair, (low, high), place)]
@@ -83,13 +84,13 @@ def _of_primary(pair: Pair) -> bool:
     return transfer_of(*pair).motion == "primary"
 
 
-def _highest(system: Several, pair: Pair, ends: tuple[float, float], known: float) -> Topic:
+def _highest(system: Fitted, pair: Pair, ends: tuple[float, float], known: float) -> Topic:
     height, _ = _highest_peak(system, pair)
     curve = _magnitude(system, pair, np.linspace(*ends, 20001))
     tops = (curve[1:-1] > curve[:-2]) & (curve[1:-1] >= curve[2:])
     # peaks of a tuned absorber are equal, so that the highest has no one place
     alone = int(np.sum(tops & (curve[1:-1] > 0.99 * height))) == 1
-    n = len(system.parent)
+    n = len(system.carrier)
 
     def own(_: float) -> Answer:
         found, place = _highest_peak(system, pair)
@@ -111,20 +112,19 @@ def tuning_topics(scene: Scene) -> list[Topic]:
     if options.kind not in ("free", "viscous") or not _of_primary(pair):
         return []
     if parts.branches:
-        system = Several(*scene.handed_on["several"][:5])
+        system = system_of(parts, *absorbers_of(scene, parts)[:2])
     else:
         system = _single(parts.primary_damping, scene.handed_on["tuned"][1:])
-    tuned = np.array([system.stiffness_ratio, system.secondary_damping], dtype=float)
-    if any(system.parent) or not np.all(np.isfinite(tuned)):
+    if max(system.carrier) >= 0 or not np.all(np.isfinite(system.stiffness)):
         return []
-    z1, m = float(np.asarray(system.primary_damping)), np.asarray(system.mass_ratio)
+    z1, m = parts.primary_damping, system.mass[0]
     spring, n, many = options.kind == "free", len(m), len(m) > 1
 
     def search(starts: float) -> Optimal:
         if many:
-            found = several_tuning(z1, m, system.parent, *pair, starts=int(starts))
+            found = band_tuning(BandProblem(one_mode(z1, n), m, *pair), int(starts))
             tuning = *found.stiffness_ratio.tolist(), *found.secondary_damping.tolist()
-            return Optimal(np.log(tuning), float(found.peak), 0.0, float(found.evaluations))
+            return Optimal(np.log(tuning), found.largest, 0.0, float(found.evaluations))
         if not spring:
             line = pure_viscous(z1, float(m[0]), *pair)
             work = float(np.max(line.evaluations))
@@ -136,17 +136,17 @@ def tuning_topics(scene: Scene) -> list[Topic]:
     def looked_up(place: FloatArray) -> tuple[float, FloatArray]:
         """The highest peak at logarithms of all k (with a spring), then of all z2."""
         values = np.exp(place)
-        k = values[:n] if spring else system.stiffness_ratio
-        at = system._replace(stiffness_ratio=k, secondary_damping=values[-n:])
+        k = values[:n] if spring else system.stiffness[0]
+        at = fitted(one_mode(z1, n), m, k, values[-n:])
         return _looked_up(at, pair), np.zeros(0)
 
     ask = Ask("least peak", f"{n} absorber{'s' * many}, {pair[0]} to {pair[1]}", "tuning/peak",
-              float(STARTS + 4) if many else 2.0,
+              float(STARTS[1] + 4) if many else 2.0,
               "the global one as its starts are many" if many else "proven, to rounding",
               )  # fmt: skip
     ours = Solver("Newton's method on the balance of peaks", search)
     if many:
-        ours = ours._replace(setting="starts", settings=(1, 2, 4, 8), default=STARTS)
+        ours = ours._replace(setting="starts", settings=(1, 2, 4, 8), default=STARTS[1])
     first = _first_place(m, spring)
     return [optimum(
         ask, ours, lambda: looked_up, [(one - 1.0, one + 1.0) for one in first], first,
@@ -155,12 +155,12 @@ def tuning_topics(scene: Scene) -> list[Topic]:
     )]  # fmt: skip
 
 
-def _looked_up(system: Several, pair: Pair) -> float:
+def _looked_up(system: Fitted, pair: Pair) -> float:
     """The highest peak as a user finds it: even frequencies, finer ones, a parabola."""
     x = np.linspace(0.0, 2.0, 801)
     curve = _magnitude(system, pair, x)
     tops = np.flatnonzero((curve[1:-1] >= curve[:-2]) & (curve[1:-1] > curve[2:])) + 1
-    tops = tops[np.argsort(-curve[tops])][: len(system.parent) + 1]
+    tops = tops[np.argsort(-curve[tops])][: len(system.carrier) + 1]
     near = np.linspace(x[tops - 1], x[tops + 1], 81)
     fine = _magnitude(system, pair, near.ravel()).reshape(near.shape)
     return float(np.max(top_of_samples(fine), initial=np.max(curve)))

@@ -1,4 +1,4 @@
-"""A primary of one or several modes with absorbers on it: response, gradient, maxima in a band.
+"""A primary of one or several modes with absorbers on it: response, derivatives, all maxima.
 
 Everything is relative to the first mode, of modal mass M1 and natural frequency w1, K1 = M1 w1^2:
 x = w / w1, s = i x. In coordinates against the ground, y = (modal ones, absorbers),
@@ -45,7 +45,8 @@ class Modes(NamedTuple):
 class Fitted(NamedTuple):
     """Rows of modes (n, r) with absorbers: mass m, stiffness k, damping z of `transfer`, (n, a).
 
-    `carrier` (a,) is the absorber, before its own, on which each hangs, -1 for the primary.
+    `carrier` (a,) is the absorber, before its own, on which each hangs, -1 for the primary. An
+    infinite stiffness, in all rows, fastens an absorber rigidly to it.
     """
 
     modes: Modes
@@ -60,18 +61,30 @@ class Fitted(NamedTuple):
         mass, stiffness, damping = (part[row] for part in self[1:4])
         return Fitted(modes, mass, stiffness, damping, self.carrier)
 
-    def arms(self) -> FloatArray:
-        """e (n, a, r + a): motion of each absorber against what carries it."""
-        rows, count = self.mass.shape
+    @property
+    def locked(self) -> BoolArray:
+        """Absorbers (a,) that are fastened rigidly."""
+        return np.asarray(np.any(np.isinf(self.stiffness), axis=0))
+
+    def motions(self) -> tuple[FloatArray, FloatArray]:
+        """Motion of each absorber against the ground, and e, against what carries it (n, a, f).
+
+        Coordinates f are the modes and the absorbers that are free of what carries them.
+        """
+        locked, (rows, count) = self.locked, self.mass.shape
         size = self.modes.mass.shape[-1]
-        arm = np.zeros((rows, count, size + count))
+        absolute, arm = np.zeros((2, rows, count, size + count - int(np.sum(locked))))
+        own = size + np.cumsum(~locked) - 1
         for place, carrier in enumerate(self.carrier):
-            arm[:, place, size + place] = 1.0
             if carrier < 0:
-                arm[:, place, :size] = -self.modes.at_absorber[:, :, place]
+                absolute[:, place, :size] = self.modes.at_absorber[:, :, place]
             else:
-                arm[:, place, size + carrier] = -1.0
-        return arm
+                absolute[:, place] = absolute[:, carrier]
+            if not locked[place]:
+                arm[:, place] = -absolute[:, place]
+                absolute[:, place] = 0.0
+                arm[:, place, own[place]] = absolute[:, place, own[place]] = 1.0
+        return absolute, arm
 
 
 def one_mode(damping: float, absorbers: int = 1) -> Modes:
@@ -100,14 +113,14 @@ def fitted(
 
 
 def bare(modes: Modes, rows: int = 1) -> Fitted:
-    """The modes without absorbers: ones without mass, which follow their springs."""
-    return fitted(modes, np.zeros((rows, 1)), 1.0, 0.0)
+    """The modes without absorbers: one without mass, fastened to them."""
+    return fitted(modes, np.zeros((rows, 1)), np.inf, 0.0)
 
 
 class Reading(NamedTuple):
     """s^power (constant + s slope)' y + direct s^direct_power: what is read of y.
 
-    `constant` and `slope` (n, r + a); `direct` 0 or 1, of a ground that moves.
+    `constant` and `slope` (n, f); `direct` 0 or 1, of a ground that moves.
     """
 
     constant: FloatArray
@@ -120,7 +133,7 @@ class Reading(NamedTuple):
 EXCITATIONS = ("force", "base", "unbalance", "base_acceleration")
 #: what may be read -> power of s; `deflection` is displacement against the ground
 _POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2, "deflection": 0}
-READINGS = (*_POWERS, "transmitted_force", *OF_ABSORBER)
+READINGS = (*_POWERS, "transmitted_force", "secondary_displacement", *OF_ABSORBER)
 
 
 def reading_of(system: Fitted, excitation: str, response: str, absorber: int = 0) -> Reading:
@@ -133,12 +146,15 @@ def reading_of(system: Fitted, excitation: str, response: str, absorber: int = 0
     """
     if excitation not in EXCITATIONS or response not in READINGS or drifts(excitation, response):
         raise NumericalFailure(f"no response {response!r} to {excitation!r}")
-    modes, arms = system.modes, system.arms()
+    modes, (absolute, arms) = system.modes, system.motions()
     size = modes.mass.shape[-1]
     constant, slope = np.zeros_like(arms[:, 0]), np.zeros_like(arms[:, 0])
     power, direct, behind = _POWERS.get(response, 0), 0.0, 0
-    if response in _POWERS:
-        constant[:, :size] = modes.at_response
+    if response in _POWERS or response == "secondary_displacement":
+        if response in _POWERS:
+            constant[:, :size] = modes.at_response
+        else:
+            constant = absolute[:, absorber]
         if response != "deflection" and excitation.startswith("base"):
             direct, behind = 1.0, power - 2 * (excitation == "base_acceleration")
     elif response == "transmitted_force":
@@ -146,7 +162,7 @@ def reading_of(system: Fitted, excitation: str, response: str, absorber: int = 0
             raise NumericalFailure("the force on the ground is known of a single mode only")
         constant[:, :size] = modes.mass * np.square(modes.frequency)
         slope[:, :size] = 2.0 * modes.damping * modes.mass * modes.frequency
-    else:
+    elif not system.locked[absorber]:
         arm, own = arms[:, absorber], (slice(None), absorber, None)
         if response == "damper_force":
             slope = 2.0 * system.damping[own] * arm
@@ -161,30 +177,38 @@ def reading_of(system: Fitted, excitation: str, response: str, absorber: int = 0
 
 
 class Response(NamedTuple):
-    """H (n,) with its absolute error, slopes by x (first, second), by each k and z (n, a)."""
+    """H (n,) with its absolute error, derivatives by x (first, second)."""
 
     value: np.ndarray
     error: FloatArray
     first: np.ndarray
     second: np.ndarray
-    by_stiffness: np.ndarray
-    by_damping: np.ndarray
+
+
+class Gradient(NamedTuple):
+    """Derivatives of H by all k, then all z (n, 2 a), these by x, and the second (n, 2 a, 2 a)."""
+
+    first: np.ndarray
+    by_place: np.ndarray
+    second: np.ndarray
 
 
 def _matrices(system: Fitted) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """M, C, K (n, r + a, r + a) and e (n, a, r + a)."""
-    modes, arm = system.modes, system.arms()
+    """M, C, K (n, f, f) and e (n, a, f)."""
+    modes, (absolute, arm) = system.modes, system.motions()
     rows, _, width = arm.shape
-    size = modes.mass.shape[-1]
     mass, drag, stiff = (np.zeros((rows, width, width)) for _ in range(3))
-    place, own = np.arange(size), np.arange(size, width)
-    mass[:, place, place], mass[:, own, own] = modes.mass, system.mass
+    place = np.arange(modes.mass.shape[-1])
+    mass[:, place, place] = modes.mass
     drag[:, place, place] = 2.0 * modes.damping * modes.mass * modes.frequency
     stiff[:, place, place] = modes.mass * np.square(modes.frequency)
-    for one in range(arm.shape[1]):
-        square = arm[:, one, :, None] * arm[:, one, None, :]
-        drag += 2.0 * system.damping[:, one, None, None] * square
-        stiff += system.stiffness[:, one, None, None] * square
+    bonds = ~system.locked
+    for matrix, size, motion in (
+        (mass, system.mass, absolute),
+        (drag, np.where(bonds, 2.0 * system.damping, 0.0), arm),
+        (stiff, np.where(bonds, system.stiffness, 0.0), arm),
+    ):
+        matrix += np.einsum("na,nai,naj->nij", size, motion, motion)
     return mass, drag, stiff, arm
 
 
@@ -197,6 +221,117 @@ def _power(x: FloatArray, power: int) -> tuple[np.ndarray, np.ndarray, np.ndarra
     return s**power, first, second
 
 
+#: frequency ratio that stands for rest, where what has no spring may be anywhere
+_REST = 1e-30
+
+
+class Driven(NamedTuple):
+    """Matrices M, C, K (n, f, f), e (n, a, f), what drives and what is read, of rows of systems."""
+
+    mass: FloatArray
+    drag: FloatArray
+    stiff: FloatArray
+    arm: FloatArray
+    load: FloatArray
+    read: Reading
+    rises: bool
+
+    def at(self, row: IntArray, x: FloatArray) -> Response:
+        """H of rows (n,) at one frequency ratio each.
+
+        Raises NumericalFailure on an undamped resonance.
+        """
+        return self._solved(row, x, False)[0]
+
+    def with_gradient(self, row: IntArray, x: FloatArray) -> tuple[Response, Gradient]:
+        """The same with the derivatives by stiffness and damping of all absorbers."""
+        found, gradient = self._solved(row, x, True)
+        assert gradient is not None
+        return found, gradient
+
+    def singular(self, row: IntArray, x: FloatArray) -> BoolArray:
+        """Where (n,) an undamped natural frequency is met exactly."""
+        wide = np.maximum(x, _REST)[:, None, None]
+        z = self.stiff[row] - np.square(wide) * self.mass[row] + 1j * wide * self.drag[row]
+        return np.asarray(np.linalg.det(z) == 0.0)
+
+    def _solved(
+        self, row: IntArray, x: FloatArray, slopes: bool
+    ) -> tuple[Response, Gradient | None]:
+        x = np.maximum(np.asarray(x, dtype=float), _REST)
+        wide, along = x[:, None, None], x[:, None]
+        mass, drag, load, read = self.mass[row], self.drag[row], self.load[row], self.read
+        z = self.stiff[row] - np.square(wide) * mass + 1j * wide * drag
+        z1 = 1j * drag - 2.0 * wide * mass
+        try:
+            inverse = np.linalg.inv(z)
+        except np.linalg.LinAlgError:
+            raise NumericalFailure(
+                "without damping the response is infinite at a resonance"
+            ) from None
+
+        def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+            return np.asarray((matrix @ vector[..., None])[..., 0])
+
+        r = np.square(along) * load if self.rises else load
+        y = times(inverse, r)
+        pull = times(z1, y)
+        y1 = times(inverse, 2.0 * along * load - pull if self.rises else -pull)
+        bent = 2.0 * (times(mass, y) - times(z1, y1))
+        y2 = times(inverse, 2.0 * load + bent if self.rises else bent)
+        turn = 1j * read.slope[row]
+        out = read.constant[row] + along * turn
+        g, g1, g2 = (
+            np.sum(out * y, axis=1),
+            np.sum(out * y1 + turn * y, axis=1),
+            np.sum(out * y2 + 2.0 * turn * y1, axis=1),
+        )
+        p, p1, p2 = _power(x, read.power)
+        d, d1, d2 = (read.direct * part for part in _power(x, read.direct_power))
+        back = times(np.abs(inverse), times(np.abs(z), np.abs(y)) + np.abs(r))
+        error = np.abs(p) * np.sum(np.abs(out) * back, axis=1)
+        found = Response(
+            p * g + d,
+            UNIT_ROUNDOFF * ((z.shape[-1] + 4.0) * error + 4.0 * np.abs(d)),
+            p1 * g + p * g1 + d1, p2 * g + 2.0 * p1 * g1 + p * g2 + d2,
+        )  # fmt: skip
+        if not slopes:
+            return found, None
+        # Z is symmetric: what the reading weighs each load with
+        arm, v = self.arm[row], times(inverse, out + 0j)
+        v1 = times(inverse, turn - times(z1, v))
+        left, left1, right, right1 = (np.tile(times(arm, part), 2) for part in (v, v1, y, y1))
+        mobility = np.tile(arm @ inverse @ np.swapaxes(arm, 1, 2), (2, 2))
+        spring = np.ones((len(x), arm.shape[1]))
+        share = np.concatenate([spring, 2j * along * spring], axis=1)
+        share1 = np.concatenate([0.0 * spring, 2j * spring], axis=1)
+        p, p1, both = p[:, None], p1[:, None], left * right
+        cross = (share * left)[:, :, None] * mobility * (share * right)[:, None, :]
+        return found, Gradient(
+            -p * share * both,
+            -p1 * share * both - p * (share1 * both + share * (left1 * right + left * right1)),
+            p[..., None] * (cross + np.swapaxes(cross, 1, 2)),
+        )  # fmt: skip
+
+
+#: frequency ratio that stands for rest, where what has no spring may be anywhere
+_REST = 1e-30
+
+
+def driven(system: Fitted, excitation: str, response: str, absorber: int = 0) -> Driven:
+    """A response to an excitation, of one absorber where it is its own."""
+    read = reading_of(system, excitation, response, absorber)
+    modes, (absolute, _) = system.modes, system.motions()
+    size, load = modes.mass.shape[-1], np.zeros_like(absolute[:, 0])
+    if excitation.startswith("base"):
+        load[:, :size] = modes.mass * modes.participation
+        load += np.einsum("na,naf->nf", system.mass, absolute)
+        load = -load if excitation == "base_acceleration" else load
+    else:
+        load[:, :size] = modes.at_force
+    return Driven(*_matrices(system), load, read, excitation in ("base", "unbalance"))
+
+
 def response_at(
     system: Fitted, x: FloatArray, excitation: str = "force", response: str = "displacement",
     absorber: int = 0,
@@ -205,73 +340,48 @@ def response_at(
 
     Raises NumericalFailure on an undamped resonance.
     """
-    mass, drag, stiff, arm = _matrices(system)
-    read = reading_of(system, excitation, response, absorber)
-    x = np.asarray(x, dtype=float)
-    wide = x[:, None, None]
-    z = stiff - np.square(wide) * mass + 1j * wide * drag
-    z1, z2 = 1j * drag - 2.0 * wide * mass, -2.0 * mass
-    r, r1, r2 = _loads(system, x, excitation)
-    try:
-        inverse = np.linalg.inv(z)
-    except np.linalg.LinAlgError:
-        raise NumericalFailure("without damping the response is infinite at a resonance") from None
-
-    def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-        return np.asarray(np.einsum("nij,nj->ni", matrix, vector))
-
-    y = times(inverse, r)
-    y1 = times(inverse, r1 - times(z1, y))
-    y2 = times(inverse, r2 - 2.0 * times(z1, y1) - times(z2, y))
-    row = read.constant + 1j * x[:, None] * read.slope
-    turn = 1j * read.slope
-    g, g1, g2 = (
-        np.sum(row * y, axis=1),
-        np.sum(row * y1 + turn * y, axis=1),
-        np.sum(row * y2 + 2.0 * turn * y1, axis=1),
-    )
-    p, p1, p2 = _power(x, read.power)
-    d, d1, d2 = (read.direct * part for part in _power(x, read.direct_power))
-    # Z is symmetric: what the reading weighs each load with
-    weight = times(inverse, row + 0j)
-    pull = -p[:, None] * np.einsum("nj,naj->na", weight, arm) * np.einsum("naj,nj->na", arm, y)
-    spring, damper = pull, 2j * x[:, None] * pull
-    if response in ("spring_force", "damper_force"):  # these rows hold k or z themselves
-        spring = damper = np.full(pull.shape, np.nan)
-    size = np.abs(row) * np.abs(p)[:, None]
-    back = times(np.abs(inverse), times(np.abs(z), np.abs(y)) + np.abs(r))
-    error = UNIT_ROUNDOFF * (z.shape[-1] + 4.0) * np.sum(size * back, axis=1)
-    return Response(
-        p * g + d, error + 4.0 * UNIT_ROUNDOFF * np.abs(d), p1 * g + p * g1 + d1,
-        p2 * g + 2.0 * p1 * g1 + p * g2 + d2, spring, damper,
-    )  # fmt: skip
+    return driven(system, excitation, response, absorber).at(np.arange(len(system.mass)), x)
 
 
-def _loads(
-    system: Fitted, x: FloatArray, excitation: str
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """r (n, r + a) and its derivatives by x."""
-    modes = system.modes
-    if excitation.startswith("base"):
-        load = np.concatenate([modes.mass * modes.participation, system.mass], axis=1)
-        if excitation == "base_acceleration":
-            return -load, 0.0 * load, 0.0 * load
-    else:
-        load = np.concatenate([modes.at_force, np.zeros_like(system.mass)], axis=1)
-        if excitation == "force":
-            return load, 0.0 * load, 0.0 * load
-    wide = x[:, None]
-    return np.square(wide) * load, 2.0 * wide * load, 2.0 * load
+def at_infinity(system: Driven) -> FloatArray:
+    """|H| (n,) at infinite frequency: zero, a number or infinity.
+
+    y is a series in 1 / s there: M y_j = r_j - C y_(j-1) - K y_(j-2), r_0 with s^2, r_2 constant.
+    """
+    read, none = system.read, np.zeros_like(system.load)[..., None]
+    right = [none] * 4
+    right[0 if system.rises else 2] = system.load[..., None] * (-1.0 if system.rises else 1.0)
+    series: list[np.ndarray] = [none, none]
+    for one in right:
+        pull = system.drag @ series[-1] + system.stiff @ series[-2]
+        series.append(np.linalg.solve(system.mass, one - pull))
+    heights = np.zeros(len(none))
+    for power in range(4):
+        terms: list[np.ndarray] = [np.full(len(none), read.direct * (read.direct_power == power))]
+        for row, order in enumerate((read.power - power, read.power + 1 - power)):
+            if order >= 0:
+                terms.append(np.sum(read[row] * series[order + 2][..., 0], axis=1))
+        total = np.abs(np.sum(terms, axis=0))
+        there = total > 1e-13 * np.sum(np.abs(terms), axis=0)
+        heights = np.where(there, np.inf if power else total, heights)
+    return heights
 
 
 def magnitude(
     system: Fitted, x: FloatArray, excitation: str, response: str, absorber: int = 0
 ) -> tuple[np.ndarray, FloatArray]:
-    """Complex H (n, points) of each row over frequency ratios (points,), and its error."""
+    """Complex H (n, points) of each row over frequency ratios (points,), and its error.
+
+    Infinite on an undamped natural frequency that is felt.
+    """
     rows, points = len(system.mass), len(x)
-    row = np.repeat(np.arange(rows), points)
-    found = response_at(system.some(row), np.tile(x, rows), excitation, response, absorber)
-    return found.value.reshape(rows, points), found.error.reshape(rows, points)
+    row, at = np.repeat(np.arange(rows), points), np.tile(x, rows)
+    asked = driven(system, excitation, response, absorber)
+    sharp = asked.singular(row, at)
+    found = asked.at(row, np.where(sharp, at * (1.0 + 1e-6), at))
+    sharp &= np.abs(found.value) > 1e4
+    value, error = np.where(sharp, np.inf, found.value), np.where(sharp, 0.0, found.error)
+    return value.reshape(rows, points), error.reshape(rows, points)
 
 
 # ----------------------------------------------------------------------------
@@ -280,6 +390,8 @@ def magnitude(
 
 #: seeds over the range, besides those about the poles
 _SEEDS = 9
+#: how far beyond all poles a response has no maximum left
+_BEYOND = 100.0
 
 
 class Tops(NamedTuple):
@@ -301,41 +413,44 @@ class Tops(NamedTuple):
 
 
 def poles(system: Fitted) -> np.ndarray:
-    """Damped poles s (n, 2 r + 2 a) over w1; (n, 2 r) of modes alone. Masses all zero, or none."""
-    if np.all(system.mass == 0.0):
-        nu, zeta = system.modes.frequency, system.modes.damping
-        root = np.sqrt(np.square(zeta) - 1.0 + 0j)
-        return np.concatenate([nu * (-zeta + root), nu * (-zeta - root)], axis=1)
+    """Damped poles s (n, 2 f) over w1."""
     mass, drag, stiff, _ = _matrices(system)
     size = mass.shape[-1]
-    heavy = np.diagonal(mass, axis1=1, axis2=2)[:, :, None]
     state = np.zeros((len(mass), 2 * size, 2 * size))
     state[:, np.arange(size), size + np.arange(size)] = 1.0
-    state[:, size:, :size], state[:, size:, size:] = -stiff / heavy, -drag / heavy
+    state[:, size:, :size] = -np.linalg.solve(mass, stiff)
+    state[:, size:, size:] = -np.linalg.solve(mass, drag)
     return np.linalg.eigvals(state).astype(complex)
 
 
 def tops_within(
-    system: Fitted, excitation: str, response: str, low: float, high: float, absorber: int = 0
-) -> Tops:
-    """All maxima of |H| of each row from `low` to `high`; an end counts where H falls away from it.
+    system: Fitted, excitation: str, response: str, low: float = 0.0, high: float = np.inf,
+    absorber: int = 0,
+) -> Tops:  # fmt: skip
+    """All maxima of |H| of each row from `low` to `high`; an end counts where H falls away from it,
+    rest and infinite frequency always.
 
-    Raises NumericalFailure on an undamped resonance in the range.
+    Raises NumericalFailure on an undamped resonance in the range, and where H has no bound.
     """
-    rows = len(system.mass)
-    grid = np.broadcast_to(np.linspace(low, high, _SEEDS), (rows, _SEEDS))
+    rows, asked = len(system.mass), driven(system, excitation, response, absorber)
     roots = poles(system)
     swings = np.abs(roots.imag)
     sharp = (-roots.real <= 1e-13 * swings) & (swings >= low) & (swings <= high) & (swings > 0.0)
-    if np.any(sharp):
+    if np.any(sharp) and _resounds(asked, sharp, swings):
         raise NumericalFailure("without damping the response is infinite at a resonance")
-    seed = seeds_about(roots, grid)
-    seed = np.where((seed > low) & (seed < high), seed, np.nan)
-    ends = np.broadcast_to([low, high], (rows, 2))
-    seed = np.concatenate([ends, seed], axis=1)
+    # beside a resonance that is not felt
+    roots = np.where(sharp, roots * (1.0 + 1e-6), roots)
+    grid = np.linspace(low, high, _SEEDS) if np.isfinite(high) else np.zeros(_SEEDS)
+    if np.isinf(high):
+        size = np.abs(roots)
+        size = size[size > _REST**0.5 * np.max(size)]
+        grid = np.geomspace(np.min(size) / _BEYOND, np.max(size) * _BEYOND, _SEEDS)
+    seed = seeds_about(roots, np.broadcast_to(grid, (rows, _SEEDS)))
+    seed = np.where((seed > grid[0]) & (seed < grid[-1]), seed, np.nan)
+    seed = np.concatenate([np.broadcast_to(grid[[0, -1]], (rows, 2)), seed], axis=1)
 
     def jet_at(row: IntArray, x: FloatArray) -> Jet:
-        h = response_at(system.some(row), x, excitation, response, absorber)
+        h = asked.at(row, x)
         size = np.square(np.abs(h.value))
         slope = 2.0 * np.real(np.conj(h.value) * h.first)
         bend = 2.0 * (np.square(np.abs(h.first)) + np.real(np.conj(h.value) * h.second))
@@ -344,8 +459,17 @@ def tops_within(
     found: Maxima = by_slopes(jet_at, seed)
     row = np.tile(np.arange(rows), 2)
     at = np.repeat([low, high], rows)
-    edge = jet_at(row, at)
+    edge = jet_at(row, np.minimum(at, grid[-1]))
     falls = np.where(at == low, edge.slope <= 0.0, edge.slope >= 0.0)
+    if np.isinf(high):
+        limit = np.square(at_infinity(asked))
+        if np.any(np.isinf(limit)):
+            raise NumericalFailure(
+                f"the largest {response} under {excitation!r} is infinite: it grows with frequency "
+                "without bound"
+            )
+        edge.value[rows:], edge.error[rows:] = limit, 16.0 * UNIT_ROUNDOFF * limit
+        falls |= (at == 0.0) | (at == high)
     row, at, edge = row[falls], at[falls], edge.some(falls)
     where = np.concatenate([found.row, row])
     place = np.concatenate([found.place.value, at])
@@ -359,9 +483,19 @@ def tops_within(
                 Bounded(height[order], error[order]))  # fmt: skip
 
 
+def _resounds(asked: Driven, sharp: BoolArray, swings: FloatArray) -> bool:
+    """Whether a response grows towards an undamped resonance: not all of them are seen by it."""
+    row, place = np.nonzero(sharp)
+    beside = [
+        np.abs(asked.at(row, swings[row, place] * away).value) for away in (1.0 + 1e-6, 1.0 + 1e-4)
+    ]
+    return bool(np.any(beside[0] > 10.0 * beside[1]))
+
+
 def highest(
-    system: Fitted, excitation: str, response: str, low: float, high: float, absorber: int = 0
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    system: Fitted, excitation: str, response: str, low: float = 0.0, high: float = np.inf,
+    absorber: int = 0,
+) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
     """Largest |H| (n,) of each row within the range, its error and where it is; infinite on an
     undamped resonance in it."""
     rows = len(system.mass)

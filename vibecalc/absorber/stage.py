@@ -190,12 +190,11 @@ def _tuning(case: "Case") -> Stage:
     if banded:
         searches = 1.0 + 2.0 * (options.tolerances is not None)
         work = ((searches * max(1, len(machine.secondaries)) ** 2, "band_search"),)
-    kind = "band" if banded else "several" if several else "ground" if white else "absorber"
-    folder = "tuning" if kind == "absorber" else kind
+    place = "band:run_band" if banded or several else "tuning:run_absorber"
     topics = () if banded or white else ("vibecalc.absorber.accuracy:tuning_topics",)
     return Stage(
         name="tuning",
-        adapter=f"vibecalc.absorber.adapters.{folder}:run_{kind}_tuning",
+        adapter=f"vibecalc.absorber.adapters.{place}_tuning",
         why=f'[tuning] is in the case, norm = "{options.norm}"',
         parts=("primary", "secondaries" if several else "secondary"),
         orders=_NO_ORDERS,

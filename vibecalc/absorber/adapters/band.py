@@ -1,48 +1,51 @@
-"""Adapter: the tuning of an absorber within a band of frequencies, with tolerances of its parts."""
+"""Adapter: the tuning of absorbers by one search: several, or within a band, with tolerances."""
 
 from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.absorber.adapters.optimum import BestTuning
+from vibecalc.absorber.adapters.optimum import (
+    emit_active,
+    emit_methods,
+    emit_mistuning,
+    limits_of,
+    of_one,
+)
 from vibecalc.absorber.adapters.response import moved_by_ratios, tuning_error
-from vibecalc.absorber.adapters.several import hand_on, named
 from vibecalc.absorber.adapters.tuning import emit_units, nearby, paths_below
 from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.model import AbsorberParts, build_absorber, modes_of
 from vibecalc.absorber.motion_results import BAND_ROOT, OPTIMUM_ROOT, TOLERANCES_ROOT
 from vibecalc.absorber.results import NAMES, TUNING_ROOT
+from vibecalc.absorber.stage import is_banded
 from vibecalc.absorber.transfer import Absorber, own_damping_ratio
-from vibecalc.absorber.tuning.band import (
+from vibecalc.absorber.tuning.band import BandTuning, band_tuning, spread, tuned_to
+from vibecalc.absorber.tuning.levels import (
+    NOMINAL,
     BandProblem,
-    BandTuning,
-    band_tuning,
     largest_alone,
     largest_in,
-    spread,
     states_of,
-    tuned_to,
 )
-from vibecalc.absorber.tuning.closed_forms import METHODS
-from vibecalc.absorber.tuning.warburton import WARBURTON
 from vibecalc.core.run.stage import Scene
-from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 from vibecalc.schema import Machine
 
 #: a peak this close to the one without an absorber is no lower
 _NO_LOWER = 1e-9
+_EACH = f"{TUNING_ROOT}/each"
 #: parts drawn between their tolerances
 _DRAWN = 256
 
 
 def run_band_tuning(scene: Scene) -> None:
-    """Emit the best springs and dampers for the band; hand on the tuned absorbers."""
+    """Emit the best springs and dampers of several absorbers or for a band; hand them on."""
     options, parts = scene.case.tuning, build_absorber(scene.case)
     if options is None:
         raise ValueError("the case has no absorber to tune")
     problem, scale = problem_of(options, parts, scene.case.machine), parts.scale
-    as_given = options.frequency is not None
+    as_given, banded = options.frequency is not None, is_banded(scene.case)
     if options.frequency is not None and scale is not None:
         found = tuned_to(problem, options.frequency / scale.frequency)
     else:
@@ -53,59 +56,93 @@ def run_band_tuning(scene: Scene) -> None:
     scene.emit(f"{TUNING_ROOT}/peak", found.largest, found.largest_error)
     scene.emit(f"{TUNING_ROOT}/peak_alone", alone, slack if np.isfinite(alone) else 0.0)
     if parts.branches:
-        hand_on(
-            scene, parts, found.stiffness_ratio, found.secondary_damping, found.stiffness_error,
-            found.damping_error,
-        )  # fmt: skip
+        _hand_on(scene, parts, found)
     else:
         _emit_one(scene, options, parts, found)
     if as_given and scene.wants(*paths_below("optimum")):
         nearby(scene, "optimum", lambda: _emit_optimum(scene, problem))
-    if not as_given:
-        scene.emit(f"{TUNING_ROOT}/helps", int(helps))
+    if banded:
+        if not as_given:
+            scene.emit(f"{TUNING_ROOT}/helps", int(helps))
+            # zero at the exact optimum, so that all of it is error
+            scene.emit(f"{BAND_ROOT}/residual", found.residual, found.residual + EPSILON, terms=1.0)
+        scene.emit(f"{BAND_ROOT}/from", problem.low, 4.0 * EPSILON * problem.low)
+        scene.emit(f"{BAND_ROOT}/to", problem.high, 4.0 * EPSILON * problem.high)
+    else:
+        scene.emit(
+            f"{TUNING_ROOT}/certificate", found.residual, found.residual + EPSILON, terms=1.0
+        )
     scene.emit(f"{TUNING_ROOT}/evaluations", found.evaluations)
     _emit_travel(scene, parts, problem, found)
-    scene.emit(f"{BAND_ROOT}/from", problem.low, 4.0 * EPSILON * problem.low)
-    scene.emit(f"{BAND_ROOT}/to", problem.high, 4.0 * EPSILON * problem.high)
-    if not as_given:
-        # zero at the exact optimum, so that all of it is error
-        scene.emit(f"{BAND_ROOT}/residual", found.residual, found.residual + EPSILON, terms=1.0)
-    _emit_active(scene, found, as_given)
+    emit_active(scene, found, as_given)
     if options.tolerances is not None:
         _emit_tolerances(scene, problem, found)
-    if options.compare:
-        _emit_methods(scene, options, problem, found)
-    if "free" in found.edge:
+    _emit_next_to(scene, options, problem, found, banded)
+    if found.unsprung:
         scene.warn("the best absorber for this band hardly has a spring: its damper does it alone")
-    if options.mistuning:
-        _emit_mistuning(scene, options, problem, found)
-    if not (helps or as_given):
+    if found.is_set and not helps and options.bounds is None:
+        scene.warn("many tunings are as good: the largest response stands at one end")
+    elif not (helps or as_given):
         scene.warn(
             f"no absorber of this mass does better than none within the band: the largest response "
             f"is {found.largest:.6g} with the best of them, {alone:.6g} without"
-        )
+            if banded else
+            f"no absorbers within the bounds do better than none: with the best of them the "
+            f"largest response is {found.largest:.6g}, without absorbers {alone:.6g}"
+        )  # fmt: skip
+    elif not as_given and len(problem.mass) > 1 and found.agreeing < 2:
+        scene.warn("only one of the best starts ends at this tuning; another may be better")
     _warn_of_bounds(scene, options, parts, problem, found)
     scene.cite(
-        "quadratic models of all maxima within the band, then Newton's method on equal maxima "
-        "whose slopes cancel",
-        "tuning within a band",
-        "docs/theory_absorber_band.md",
+        "sequential quadratic programming on the levels of all peaks, then Newton's method",
+        "tuning within a band" if banded else "tuning of several absorbers, from a dozen starts",
+        f"docs/theory_absorber_{'band' if banded else 'tuning'}.md",
     )
+
+
+def _hand_on(scene: Scene, parts: AbsorberParts, found: BandTuning) -> None:
+    """Emit mass, spring and damper of each absorber, in units where the primary has them."""
+    m = np.array([branch.mass_ratio for branch in parts.branches])
+    k, z2, axes, root = found.stiffness_ratio, found.secondary_damping, named(parts), _EACH
+    off = tuning_error(found.stiffness_error, found.damping_error)
+    scene.handed_on["several"], scene.handed_on["several_uncertainty"] = (k, z2), off
+    scene.emit(f"{root}/mass_ratio", m, 2.0 * EPSILON * np.max(m), axes)
+    scene.emit(f"{root}/stiffness_ratio", k, found.stiffness_error, axes)
+    scene.emit(f"{root}/secondary_damping", z2, found.damping_error, axes)
+    sprung = (k > 0.0) & np.isfinite(k)
+    safe = np.where(sprung, k, 1.0)
+    own = np.where(sprung, z2 / np.sqrt(m * safe), 0.0)
+    error = off.damping / np.sqrt(m * safe) + own * (0.5 * off.stiffness / safe + 4.0 * EPSILON)
+    scene.emit(f"{root}/own_damping", own, np.where(sprung, error, 0.0), axes)
+    if parts.scale is None:
+        return
+    kind = "torsional" if parts.scale.torsion else "linear"
+    frequency, share = parts.scale.frequency * np.sqrt(k / m), off.stiffness / safe
+    for name, value, error in (
+        (f"{kind}_stiffness", parts.scale.stiffness * k, parts.scale.stiffness * off.stiffness),
+        (f"{kind}_damping", parts.scale.damping * z2, parts.scale.damping * off.damping),
+        ("frequency", frequency, np.where(sprung, frequency, 0.0) * share),
+    ):
+        error = np.where(np.isfinite(value), error + 8.0 * EPSILON * value, 0.0)
+        scene.emit(f"{root}/{name}", value, error, axes)
+
+
+def named(parts: AbsorberParts) -> dict[str, tuple[str, ...]]:
+    """The axis of all absorbers."""
+    return {"absorber": tuple(branch.name for branch in parts.branches)}
 
 
 def _relative(found: BandTuning) -> float:
     """Relative error of spring and damper together, the largest of all absorbers."""
-    drag = np.where(found.secondary_damping > 0.0, found.secondary_damping, 1.0)
-    return float(np.max(
-        found.damping_error / drag + found.stiffness_error / found.stiffness_ratio))  # fmt: skip
+    both = found.secondary_damping, found.stiffness_ratio
+    drag, stiff = (np.where(part > 0.0, part, 1.0) for part in both)
+    return float(np.max(found.damping_error / drag + found.stiffness_error / stiff))
 
 
 def _emit_one(scene: Scene, options: Tuning, parts: AbsorberParts, found: BandTuning) -> None:
     """Spring and damper of a single absorber, handed on."""
-    k, z, m = (float(part) for part in (
-        found.stiffness_ratio[0], found.secondary_damping[0],
-        np.asarray(parts.absorber and parts.absorber.mass_ratio)))  # fmt: skip
-    off = float(found.stiffness_error[0]), float(found.damping_error[0])
+    best, m = of_one(found), float(np.asarray(parts.absorber and parts.absorber.mass_ratio))
+    k, z, *off = best[:4]
     tuned = Absorber(parts.primary_damping, m, k, z)
     scene.handed_on["tuned"] = tuned
     scene.handed_on["band_active"] = found.state, found.frequency
@@ -115,21 +152,7 @@ def _emit_one(scene: Scene, options: Tuning, parts: AbsorberParts, found: BandTu
     scene.emit(f"{TUNING_ROOT}/secondary_damping", z, off[1])
     own = float(own_damping_ratio(tuned))
     scene.emit(f"{TUNING_ROOT}/own_damping", own, own * (_relative(found) + 4.0 * EPSILON))
-    best = BestTuning(k, z, *off, found.largest, found.largest_error, 0.0, 0.0, True, 0)
     emit_units(scene, options, parts, best)
-
-
-def _emit_active(scene: Scene, found: BandTuning, as_given: bool) -> None:
-    """Maxima of the response that hold the tuning."""
-    held = found.limit == 0
-    axes = {"active": np.arange(1, int(np.sum(held)) + 1)}
-    near = 16.0 * EPSILON + _relative(found)
-    place = found.frequency[held]
-    scene.emit(f"{TUNING_ROOT}/active/magnitude", found.height[held], found.largest_error, axes)
-    scene.emit(f"{TUNING_ROOT}/active/frequency_ratio", place, near * place, axes)
-    if not as_given:
-        off = found.residual + 1e3 * near
-        scene.emit(f"{TUNING_ROOT}/active/weight", found.weight[held], off, axes)
 
 
 def _emit_optimum(scene: Scene, problem: BandProblem) -> None:
@@ -144,33 +167,28 @@ def _emit_optimum(scene: Scene, problem: BandProblem) -> None:
 
 
 def problem_of(options: Tuning, parts: AbsorberParts, machine: Machine) -> BandProblem:
-    """The band over the first natural frequency, the states, and the bounds of a case."""
+    """The band over the first natural frequency, all frequencies without one, states, bounds."""
     several = parts.branches
     if machine.primary is None or (parts.absorber is None and not several):
         raise ValueError("the case has no absorber to tune")
     masses = [branch.mass_ratio for branch in several]
     if parts.absorber is not None:
         masses = [float(np.asarray(parts.absorber.mass_ratio))]
+    low, high = 0.0, np.inf
     if options.band_ratios is not None:
         low, high = options.band_ratios.start, options.band_ratios.stop
     elif options.band is not None and parts.scale is not None:
         natural = parts.scale.frequency
         low, high = options.band.start / natural, options.band.stop / natural
-    else:
-        raise ValueError("a band in Hz needs a primary with units")
-    off, bounds = options.tolerances, options.bounds
+    off, limits = options.tolerances, limits_of(options)
     shares = (
         (0.0,) * 4 if off is None else tuple(getattr(off, name) for name in NAMES["toleranced"])
     )
-    none = (0.0, np.inf)
     return BandProblem(
         modes_of(machine.primary, parts.scale, several), np.array(masses),
         options.excitation, options.response, low, high,
-        states_of((shares[0], shares[1], shares[2], shares[3])),
-        none if bounds is None else bounds.stiffness_ratio or none,
-        none if bounds is None else bounds.damping_ratio or none,
-        np.inf if bounds is None or bounds.travel is None else bounds.travel,
-        tuple(branch.carrier for branch in several),
+        states_of((shares[0], shares[1], shares[2], shares[3])), *limits,
+        carrier=tuple(branch.carrier for branch in several),
     )  # fmt: skip
 
 
@@ -197,10 +215,9 @@ def _emit_travel(
 def _emit_tolerances(scene: Scene, problem: BandProblem, found: BandTuning) -> None:
     """What the tolerances cost, next to a tuning that knows none; parts drawn between them."""
     k, z = found.stiffness_ratio, found.secondary_damping
-    nominal = np.zeros((1, len(NAMES["toleranced"])))
 
     def as_they_should(k: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return largest_in(problem, k, z, nominal)
+        return largest_in(problem, k, z, NOMINAL)
 
     value, error = as_they_should(k, z)
     off = error[0] + _moved(found, as_they_should)
@@ -226,7 +243,7 @@ def _emit_tolerances(scene: Scene, problem: BandProblem, found: BandTuning) -> N
             f"the worst case lies between the tolerances: {most:.6g} there, "
             f"{found.largest:.6g} at their ends and the nominal values, which were examined"
         )
-    exact = band_tuning(problem._replace(states=nominal))
+    exact = band_tuning(problem._replace(states=NOMINAL))
     root = f"{TOLERANCES_ROOT}/exact"
     if len(problem.mass) == 1:
         scene.emit(f"{root}/stiffness_ratio", exact.stiffness_ratio[0], exact.stiffness_error[0])
@@ -250,65 +267,32 @@ def _moved(
     return float(np.max(moved))
 
 
-_NAMED = {"den_hartog": "den_hartog_brock", "nishihara_asami": "nishihara_asami"}
+def _emit_next_to(
+    scene: Scene, options: Tuning, problem: BandProblem, found: BandTuning, banded: bool
+) -> None:
+    """Closed forms by their true peak in the worst state; losses by errors of the nominal parts."""
+    k, z = found.stiffness_ratio, found.secondary_damping
+    if options.compare:
 
+        def worst(stiff: FloatArray, damped: FloatArray) -> Bounded:
+            tops = [largest_in(problem, k, z) for k, z in np.array([stiff, damped]).T[..., None]]
+            return Bounded(*np.array([np.max(one, axis=1) for one in tops]).T)
 
-def _emit_methods(
-    scene: Scene, options: Tuning, problem: BandProblem, found: BandTuning
-) -> None:  # fmt: skip
-    """Closed forms next to the tuning: their true peak in the band, in the worst state."""
-    pair, m = (options.excitation, options.response), problem.mass[0]
-    rows = []
-    for name in options.compare:
-        if name == "numerical":
-            k, z = float(found.stiffness_ratio[0]), float(found.secondary_damping[0])
-            promise = found.largest
-        else:
-            method = WARBURTON[pair] if name == "warburton" else METHODS[_NAMED[name]]
-            with np.errstate(invalid="ignore"):
-                k, z, promise = (float(part) for part in method.formula(m))
-            scene.cite(f"closed form {name!r}: {method.validity}", "comparison", method.source)
-        if not np.isfinite(z) or k < 0.0:
-            raise NumericalFailure(
-                f"closed form {name!r}: no tuning for a mass ratio of {float(m):g}"
-            )
-        value, error = largest_in(problem, np.array([k]), np.array([z]))
-        rows.append((k, z, promise, float(np.max(value)), float(np.max(error))))
-    k, z, promise, peak, slack = np.array(rows).T
-    axes = {"method": options.compare}
-    root, least = f"{TUNING_ROOT}/method", found.largest
-    scene.emit(f"{root}/stiffness_ratio", k, 8.0 * EPSILON * k + found.stiffness_error[0], axes)
-    scene.emit(f"{root}/secondary_damping", z, 8.0 * EPSILON * z + found.damping_error[0], axes)
-    scene.emit(f"{root}/promised", promise, 16.0 * EPSILON * promise, axes)
-    scene.emit(f"{root}/peak", peak, slack + found.largest_error, axes)
-    off = 2.0 * (slack + found.largest_error) / least + 4.0 * EPSILON
-    scene.emit(f"{root}/loss", peak / least - 1.0, off, axes)
+        best = of_one(found)
+        emit_methods(scene, options, float(problem.mass[0]), best, found.largest, worst, worst)
+    if options.mistuning:
 
+        def off(stiff: FloatArray, damped: FloatArray) -> Bounded:
+            none = np.zeros(len(stiff))
+            states = np.stack([none, none, stiff, damped], axis=1)
 
-def _emit_mistuning(
-    scene: Scene, options: Tuning, problem: BandProblem, found: BandTuning
-) -> None:  # fmt: skip
-    """Loss by errors of spring and damper, each alone and both at worst, of the nominal system."""
-    shares = np.array(sorted(set(options.mistuning)))
-    signed = np.concatenate([-shares[::-1], shares])
-    zero = np.zeros(len(signed))
-    corners = [(a * shares, b * shares) for a in (-1.0, 1.0) for b in (-1.0, 1.0)]
-    pairs = [(zero[:1], zero[:1]), (signed, zero), (zero, signed), *corners]
-    stiff, damped = (np.concatenate(part) for part in zip(*pairs, strict=True))
-    none = np.zeros(len(stiff))
-    states = np.stack([none, none, stiff, damped], axis=1)
+            def read(k: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+                return largest_in(problem, k, z, states)
 
-    def losses(k: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        value, error = largest_in(problem, k, z, states)
-        return value[1:] / value[0] - 1.0, 2.0 * np.max(error) / value[0] + EPSILON + 0.0 * value
+            value, error = read(k, z)
+            return Bounded(value, error + _moved(found, read))
 
-    loss, error = losses(found.stiffness_ratio, found.secondary_damping)
-    off = np.max(error) + _moved(found, losses)
-    n = len(signed)
-    axes = {"mistuned": NAMES["mistuned"], "deviation": signed}
-    scene.emit(f"{TUNING_ROOT}/mistuning/loss", loss[: 2 * n].reshape(2, n), off, axes)
-    worst = np.max(loss[2 * n :].reshape(4, len(shares)), axis=0)
-    scene.emit(f"{TUNING_ROOT}/mistuning/worst", worst, off, {"share": shares})
+        emit_mistuning(scene, options, off, banded)
 
 
 def _warn_of_bounds(

@@ -44,7 +44,7 @@ from vibecalc.absorber.results import (
 )
 from vibecalc.absorber.stage import AS_TUNED, NO_SPRING, VISCOUS, is_banded
 from vibecalc.absorber.transfer import Absorber
-from vibecalc.absorber.tuning.band import at_least, largest_of_pairs
+from vibecalc.absorber.tuning.levels import at_least, largest_of_pairs
 from vibecalc.absorber.tuning.restricted import given_damping, leading_pairs, stock_choice
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.run.stage import Scene

@@ -7,7 +7,6 @@ import numpy as np
 
 from vibecalc.absorber.adapters.band import problem_of
 from vibecalc.absorber.adapters.response import moved_by_ratios
-from vibecalc.absorber.adapters.several import given_system
 from vibecalc.absorber.asked_tables import AMPLITUDES, AbsorberResponse
 from vibecalc.absorber.modal import Fitted, Modes, bare, fitted, highest, magnitude
 from vibecalc.absorber.model import AbsorberParts, Scale, build_absorber, modes_of
@@ -38,6 +37,11 @@ def run_motion(scene: Scene) -> None:
         raise ValueError("a motion in units needs a primary with units")
     modes = modes_of(case.machine.primary, scale, several)
     masses, given, errors = absorbers_of(scene, parts)
+    if not np.all(np.isfinite(given)):
+        raise NumericalFailure(
+            "the tuning fastens an absorber rigidly to what carries it, and a motion in units is "
+            "that of springs and dampers: leave this absorber out, or bound its stiffness_ratio"
+        )
     carrier = tuple(branch.carrier for branch in several)
 
     def made(ratios: FloatArray) -> Fitted:
@@ -115,9 +119,13 @@ def absorbers_of(scene: Scene, parts: AbsorberParts) -> tuple[FloatArray, FloatA
     """Mass ratios (a,), then stiffness and damping ratios (2 a,) with their errors: tuned, or as
     given."""
     if parts.branches:
-        tuned = scene.handed_on.get("several") or given_system(parts)
+        mass: Any = [branch.mass_ratio for branch in parts.branches]
+        given = [(branch.stiffness_ratio, branch.secondary_damping) for branch in parts.branches]
+        tuned = scene.handed_on.get("several")
+        if tuned is None and any(value is None for row in given for value in row):
+            raise NumericalFailure("an absorber has no spring or no damper, and no tuning finds it")
+        stiffness, damping = tuned or zip(*given, strict=True)
         uncertainty = scene.handed_on.get("several_uncertainty")
-        mass, stiffness, damping = tuned[1:4]
     else:
         tuned = scene.handed_on.get("tuned")
         if tuned is None and not parts.is_complete:
@@ -128,11 +136,6 @@ def absorbers_of(scene: Scene, parts: AbsorberParts) -> tuple[FloatArray, FloatA
         uncertainty = scene.handed_on.get("tuned_uncertainty")
     masses = np.atleast_1d(np.asarray(mass, float))
     ratios = np.concatenate([np.atleast_1d(stiffness), np.atleast_1d(damping)]).astype(float)
-    if not np.all(np.isfinite(ratios)):
-        raise NumericalFailure(
-            "the tuning fastens an absorber rigidly to what carries it, and a motion in units is "
-            "that of springs and dampers: leave this absorber out, or bound its stiffness_ratio"
-        )
     if uncertainty is None:
         return masses, ratios, np.zeros(len(ratios))
     return masses, ratios, np.concatenate([np.atleast_1d(part) for part in uncertainty])

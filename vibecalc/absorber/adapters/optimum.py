@@ -1,24 +1,28 @@
 """Adapter: the tuning of one absorber by norm and kind, within bounds, over a design chart."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibecalc.absorber.asked_tables import MassRatios, Tuning
 from vibecalc.absorber.mean_square import mean_square
+from vibecalc.absorber.modal import one_mode
 from vibecalc.absorber.peaks import peaks
-from vibecalc.absorber.results import TUNING_ROOT
+from vibecalc.absorber.results import NAMES, TUNING_ROOT
 from vibecalc.absorber.transfer import Absorber, own_damping_ratio, transfer_of
 from vibecalc.absorber.tuning import mean_square as least_squares
+from vibecalc.absorber.tuning.band import BandTuning, band_tuning
 from vibecalc.absorber.tuning.closed_forms import METHODS, lanchester, threshold
+from vibecalc.absorber.tuning.levels import BandProblem
 from vibecalc.absorber.tuning.mean_square import mean_square_tuning
-from vibecalc.absorber.tuning.minimax import BALANCED, NO_HELP, SET, UNBOUNDED, minimax
+from vibecalc.absorber.tuning.minimax import NO_HELP, SET, minimax
 from vibecalc.absorber.tuning.restricted import pure_viscous, undamped_spring
-from vibecalc.absorber.tuning.several import HELD_BY, BoundedTuning, bounded_tuning, keeps
+from vibecalc.absorber.tuning.warburton import WARBURTON
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 
 # ----------------------------------------------------------------------------
 # One tuning by the norm and kind that a case asks for.
@@ -26,61 +30,98 @@ from vibecalc.numerics.rounding import EPSILON
 
 
 class BestTuning(NamedTuple):
-    """Stiffness and damping found, what they make small (`value`; `alone` without an absorber).
+    """Stiffness and damping found (...), what they make small (`value`; `alone` without an
+    absorber), with absolute errors.
 
-    `is_held`: one tuning, held by its peaks, and no set of them. `remarks`: words for the report.
-    `above_floor`: the peak less what no absorber changes at rest or at high frequency, to its own
-    digits; NaN where it is not known so.
+    `is_set`: many tunings are as good. `above_floor`: the peak less what no absorber changes at
+    rest or at high frequency, to its own digits. NaN is what is not known. `remarks`: words for the
+    report on a single one.
     """
 
-    stiffness_ratio: float
-    secondary_damping: float
-    stiffness_error: float
-    damping_error: float
-    value: float
-    value_error: float
-    alone: float
-    peak_error: float
-    helps: bool
-    evaluations: int
+    stiffness_ratio: Any
+    secondary_damping: Any
+    stiffness_error: Any
+    damping_error: Any
+    value: Any
+    value_error: Any
+    helps: Any = True
+    evaluations: Any = 1
+    alone: Any = np.nan
+    is_set: Any = False
+    above_floor: Any = np.nan
+    above_floor_error: Any = 0.0
     remarks: tuple[str, ...] = ()
-    is_held: bool = True
-    above_floor: float = np.nan
-    above_floor_error: float = 0.0
 
 
-def best_tuning(options: Tuning, z1: float, m: float) -> BestTuning:
-    """The optimum for one primary damping and mass ratio.
+def tunings(options: Tuning, z1: FloatArray, m: FloatArray) -> BestTuning:
+    """The optima by the norm and kind of the case, for arrays that broadcast.
 
     Raises NumericalFailure where there is none: a response that grows without bound, or has no
     mean square, or is never finite.
     """
-    pair = options.excitation, options.response
+    pair, zero = (options.excitation, options.response), np.zeros(np.broadcast(z1, m).shape)
     if options.norm == "h2":
-        return _least_squares(options, z1, m)
-    if options.kind == "free":
-        return _free(z1, m, pair)
-    if options.kind == "lanchester":
-        _, z2, _ = lanchester(np.asarray(m))
-        damping = float(z2)
+        if options.kind != "free":
+            raise NumericalFailure(
+                f"a mean square is tuned with both spring and damper, not of kind {options.kind!r}"
+            )
+        least = mean_square_tuning(z1, m, *pair)
+        if np.any(least.locked):
+            raise NumericalFailure(
+                "a mass fastened rigidly to the primary has a lower mean square than any absorber"
+            )
         return BestTuning(
-            0.0, damping, 0.0, 8.0 * EPSILON * damping, np.nan, 0.0, np.nan, 0.0, True, 1,
+            least.stiffness_ratio, least.secondary_damping, least.stiffness_error,
+            least.damping_error, least.value, least.value_error, ~least.no_help, least.steps,
+            least.alone,
         )  # fmt: skip
-    if is_endless(pair, z1):
-        raise NumericalFailure(_endless(pair, threshold(*pair).why))
+    if options.kind == "lanchester":
+        z2 = zero + lanchester(m)[1]
+        return BestTuning(zero, z2, zero, 8.0 * EPSILON * z2, np.nan, zero)
+    if is_endless(pair, float(np.max(z1))):
+        raise NumericalFailure(
+            f"no tuning makes the {pair[1]} under excitation by {pair[0]} small: "
+            f"{threshold(*pair).why}"
+        )
+    if options.kind == "free":
+        best = minimax(z1, m, *pair)
+        slack = best.excess_error / (best.largest + best.floor) + 4.0 * EPSILON * best.above_floor
+        return BestTuning(
+            best.stiffness_ratio, best.secondary_damping, best.stiffness_error, best.damping_error,
+            best.largest, best.largest_error, best.outcome != NO_HELP, best.evaluations,
+            is_set=best.outcome == SET, above_floor=best.above_floor, above_floor_error=slack,
+        )  # fmt: skip
     viscous = options.kind == "viscous"
-    restricted = pure_viscous(z1, m, *pair) if viscous else undamped_spring(z1, m, *pair)
-    value, error = float(restricted.value), float(restricted.value_error)
-    if not np.isfinite(value):
+    one = pure_viscous(z1, m, *pair) if viscous else undamped_spring(z1, m, *pair)
+    k, z2, k_error, z2_error = zero, one.value, zero, one.value_error
+    if not viscous:
+        k, z2, k_error, z2_error = z2, k, z2_error, k_error
+    return BestTuning(
+        k, z2, k_error, z2_error, one.largest, one.largest_error, one.held_by > 0, one.evaluations
+    )
+
+
+def best_tuning(options: Tuning, z1: float, m: float) -> BestTuning:
+    """The optimum for one primary damping and mass ratio, with words on it."""
+    found = tunings(options, np.asarray(z1), np.asarray(m))
+    best = BestTuning(*(np.asarray(part).item() for part in found[:-1]))
+    if not np.isfinite(best.stiffness_ratio + best.secondary_damping):
         raise NumericalFailure(
             "the best such absorber is locked to the primary: a mass fastened rigidly does more"
         )
-    place = (0.0, value, 0.0, error) if viscous else (value, 0.0, error, 0.0)
-    return BestTuning(
-        *place, float(restricted.largest), float(restricted.largest_error), np.nan,
-        float(restricted.largest_error), bool(restricted.held_by),
-        int(np.max(restricted.evaluations)),
-    )  # fmt: skip
+    words = ""
+    if options.norm == "h2":
+        words = "" if best.helps else "no absorber of this mass lowers the mean square"
+    elif options.kind == "free":
+        limit = threshold(options.excitation, options.response)
+        if best.is_set:
+            words = f"many tunings are as good: {limit.why}; the one given is one of them"
+        elif not best.helps:
+            words = (
+                f"no absorber helps: the primary's damping {z1:.6g} is not below the threshold "
+                f"{limit.exact} ({limit.primary_damping:.6g}); {limit.why}"
+            )
+    return best._replace(remarks=(words,) if words else ())
 
 
 def is_endless(pair: tuple[str, str], z1: float) -> bool:
@@ -97,54 +138,6 @@ def level_of(options: Tuning, absorber: Absorber) -> Bounded:
         return mean_square(absorber, *pair)
     found = peaks(absorber, *pair)
     return Bounded(found.largest, found.largest_error)
-
-
-def _free(z1: float, m: float, pair: tuple[str, str]) -> BestTuning:
-    tuning = minimax(z1, m, *pair)
-    outcome, limit = int(tuning.outcome), threshold(*pair)
-    if outcome == UNBOUNDED:
-        raise NumericalFailure(_endless(pair, limit.why))
-    remarks: tuple[str, ...] = ()
-    if outcome == NO_HELP:
-        remarks = (
-            f"no absorber helps: the primary's damping {z1:.6g} is not below the threshold "
-            f"{limit.exact} ({limit.primary_damping:.6g}); {limit.why}",
-        )
-    elif outcome == SET:
-        remarks = (f"many tunings are as good: {limit.why}; the one given is one of them",)
-    return BestTuning(
-        float(tuning.stiffness_ratio), float(tuning.secondary_damping),
-        float(tuning.stiffness_error), float(tuning.damping_error), float(tuning.largest),
-        float(tuning.largest_error), np.nan, float(tuning.largest_error), outcome != NO_HELP,
-        int(tuning.evaluations), remarks, outcome == BALANCED,
-        float(tuning.above_floor),
-        float(tuning.excess_error / (tuning.largest + tuning.floor)) + 4.0 * EPSILON * float(
-            tuning.above_floor
-        ),
-    )  # fmt: skip
-
-
-def _least_squares(options: Tuning, z1: float, m: float) -> BestTuning:
-    if options.kind != "free":
-        raise NumericalFailure(
-            f"a mean square is tuned with both spring and damper, not of kind {options.kind!r}"
-        )
-    found = mean_square_tuning(z1, m, options.excitation, options.response)
-    if bool(found.locked):
-        raise NumericalFailure(
-            "a mass fastened rigidly to the primary has a lower mean square than any absorber"
-        )
-    helps = not bool(found.no_help)
-    remarks = () if helps else ("no absorber of this mass lowers the mean square",)
-    return BestTuning(
-        float(found.stiffness_ratio), float(found.secondary_damping),
-        float(found.stiffness_error), float(found.damping_error), float(found.value),
-        float(found.value_error), float(found.alone), 0.0, helps, found.steps, remarks,
-    )  # fmt: skip
-
-
-def _endless(pair: tuple[str, str], why: str) -> str:
-    return f"no tuning makes the {pair[1]} under excitation by {pair[0]} small: {why}"
 
 
 # ----------------------------------------------------------------------------
@@ -177,45 +170,53 @@ def limits_of(options: Tuning) -> Limits:
     return Limits(stiffness, damping, np.inf if bounds.travel is None else bounds.travel)
 
 
-def within_bounds(options: Tuning, z1: float, m: float, best: BestTuning) -> BoundedTuning | None:
+#: what may hold an optimum
+HELD_BY = (
+    "least stiffness", "least damping", "largest stiffness", "largest damping", "spring travel",
+)  # fmt: skip
+
+
+def within_bounds(options: Tuning, z1: float, m: float, best: BestTuning) -> BandTuning | None:
     """The best tuning within the bounds of the case; None where the best one of all keeps them.
 
     Raises NumericalFailure where nothing keeps them.
     """
     limits = limits_of(options)
-    one = Absorber(z1, m, best.stiffness_ratio, best.secondary_damping)
-    travel = float(peaks(one, options.excitation, _TRAVEL).largest)
-    there = (best.stiffness_ratio, best.secondary_damping)
-    if keeps(there, limits.stiffness, limits.damping) and travel <= limits.travel:
+    k, z2 = best.stiffness_ratio, best.secondary_damping
+    travel = peaks(Absorber(z1, m, k, z2), options.excitation, _TRAVEL).largest
+    both = ((k, limits.stiffness), (z2, limits.damping))
+    inside = all(low <= ratio <= high for ratio, (low, high) in both)
+    if inside and travel <= limits.travel:
         return None
-    return bounded_tuning(
-        z1, m, options.excitation, options.response,
+    return band_tuning(BandProblem(
+        one_mode(z1), np.array([m]), options.excitation, options.response,
         stiffness=limits.stiffness, damping=limits.damping, travel=limits.travel,
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
-def as_best(options: Tuning, bounded: BoundedTuning, z1: float, m: float) -> BestTuning:
+def as_best(options: Tuning, bounded: BandTuning, z1: float, m: float) -> BestTuning:
     """The tuning within bounds as the answer to the case."""
-    tuning = bounded.tuning
-    alone = peaks(Absorber(z1, m, 0.0, 0.0), options.excitation, options.response)
-    helps = bool(tuning.peak < float(alone.largest) * (1.0 - _NO_LOWER))
+    alone = float(peaks(Absorber(z1, m, 0.0, 0.0), options.excitation, options.response).largest)
+    helps = bool(bounded.largest < alone * (1.0 - _NO_LOWER))
     remarks: tuple[str, ...] = ()
     if not helps:
         remarks = (
             f"no absorber within the bounds does better than none: with the best of them the "
-            f"largest response is {tuning.peak:.6g}, without an absorber "
-            f"{float(alone.largest):.6g}",
+            f"largest response is {bounded.largest:.6g}, without an absorber {alone:.6g}",
         )
-    stiff_error, damp_error = (float(error) for error in tuning.ratio_error[:2])
+    return of_one(bounded)._replace(helps=helps, evaluations=bounded.evaluations, remarks=remarks)
+
+
+def of_one(found: BandTuning) -> BestTuning:
+    """The tuning of a single absorber."""
+    k, z2, value, k_error, z2_error, error = found[:6]
     return BestTuning(
-        float(tuning.stiffness_ratio[0]), float(tuning.secondary_damping[0]),
-        stiff_error, damp_error, tuning.peak, tuning.peak_error, np.nan, tuning.peak_error,
-        helps, tuning.evaluations, remarks, False,
-    )  # fmt: skip
+        float(k[0]), float(z2[0]), float(k_error[0]), float(z2_error[0]), value, error
+    )
 
 
 def emit_comparison(
-    scene: Scene, options: Tuning, free: Absorber, best: BestTuning, bounded: BoundedTuning | None
+    scene: Scene, options: Tuning, free: Absorber, best: BestTuning, bounded: BandTuning | None
 ) -> None:
     """Which bounds hold the tuning, and next to it the one that there would be without them."""
     pair = options.excitation, options.response
@@ -225,15 +226,17 @@ def emit_comparison(
     scene.emit(f"{TUNING_ROOT}/unbounded/secondary_damping", z2, best.damping_error)
     for name, one in (("peak", top), ("travel", travel)):
         value = float(one.largest)
-        error = float(one.largest_error) + best.peak_error * (name == "peak")
+        error = float(one.largest_error) + best.value_error * (name == "peak")
         scene.emit(f"{TUNING_ROOT}/unbounded/{name}", value, error if np.isfinite(value) else 0.0)
-    active = np.array([int(bounded is not None and name in bounded.active) for name in HELD_BY])
+    active = np.zeros(len(HELD_BY), dtype=int)
+    if bounded is not None:
+        active[:] = *bounded.lower, *bounded.upper, np.any(bounded.limit > 0)
     scene.emit(f"{TUNING_ROOT}/bounds/active", active, 0.0, {"tuning_bound": HELD_BY})
     least, cost = float(top.largest), 0.0
     error = 0.0
     if bounded is not None:
-        cost = bounded.tuning.peak / least - 1.0
-        error = (2.0 * bounded.tuning.peak_error + float(top.largest_error)) / least + 4.0 * EPSILON
+        cost = bounded.largest / least - 1.0
+        error = (2.0 * bounded.largest_error + float(top.largest_error)) / least + 4.0 * EPSILON
     scene.emit(f"{TUNING_ROOT}/bounds/penalty", cost, error if np.isfinite(cost) else 0.0)
     scene.cite(
         "sequential quadratic programming on the levels of all peaks, then Newton's method",
@@ -242,28 +245,87 @@ def emit_comparison(
     )
 
 
-def emit_bounded_proof(scene: Scene, options: Tuning, bounded: BoundedTuning) -> None:
-    """The peaks that hold a tuning within bounds, their weights, and what is left of slopes."""
-    tuning = bounded.tuning
-    axes = {"active": np.arange(1, len(tuning.frequency) + 1)}
-    relative = float(np.max(tuning.ratio_error / np.maximum(_sizes(bounded), EPSILON)))
-    height = np.full(len(tuning.frequency), tuning.peak)
-    scene.emit(f"{TUNING_ROOT}/active/magnitude", height, tuning.peak_error, axes)
-    off = 16.0 * (EPSILON + relative)
-    scene.emit(
-        f"{TUNING_ROOT}/active/frequency_ratio", tuning.frequency, off * tuning.frequency, axes
-    )
-    scene.emit(
-        f"{TUNING_ROOT}/active/weight", tuning.weight, 16.0 * EPSILON + tuning.residual, axes
-    )
-    if options.kind == "free":
-        # zero at the exact optimum, so that all of it is error
-        scene.emit(f"{TUNING_ROOT}/certificate", tuning.residual, tuning.residual + 16.0 * EPSILON)
+def emit_active(scene: Scene, found: BandTuning, as_given: bool = False) -> None:
+    """Maxima of the response that hold the tuning."""
+    held = found.limit == 0
+    axes = {"active": np.arange(1, int(np.sum(held)) + 1)}
+    place, error = found.frequency[held], found.frequency_error[held]
+    scene.emit(f"{TUNING_ROOT}/active/magnitude", found.height[held], found.largest_error, axes)
+    scene.emit(f"{TUNING_ROOT}/active/frequency_ratio", place, error, axes)
+    if not as_given:
+        weight, error = found.weight[held], found.weight_error[held]
+        scene.emit(f"{TUNING_ROOT}/active/weight", weight, error, axes)
 
 
-def _sizes(bounded: BoundedTuning) -> np.ndarray:
-    both = np.append(bounded.tuning.stiffness_ratio, bounded.tuning.secondary_damping)
-    return np.where(both > 0.0, both, 1.0)
+# ----------------------------------------------------------------------------
+# Adapter, continued: other methods, and what parts cost that are off.
+# ----------------------------------------------------------------------------
+
+#: name of a method in the case -> name of its closed form, for the largest amplitude
+_FORMS = {"den_hartog": "den_hartog_brock", "nishihara_asami": "nishihara_asami"}
+#: levels of k and z2 (n,), or of relative errors of both
+Read = Callable[[FloatArray, FloatArray], Bounded]
+
+
+def emit_methods(
+    scene: Scene, options: Tuning, m: float, best: BestTuning, promise: float, top: Read | None,
+    level: Read,
+) -> None:  # fmt: skip
+    """Tunings by other methods, the peaks that they promise and those that they give."""
+    pair, rows = (options.excitation, options.response), []
+    for name in options.compare:
+        row = (best.stiffness_ratio, best.secondary_damping, promise)
+        if name != "numerical" and options.norm == "h2":
+            form = least_squares.closed_form(m, *pair)
+            row = (float(form[0]), float(form[1]), np.inf)
+        elif name != "numerical":
+            method = METHODS["warburton_acceleration"]
+            method = WARBURTON.get(pair, method) if name == "warburton" else METHODS[_FORMS[name]]
+            with np.errstate(invalid="ignore"):
+                k, z2, promised = (float(part) for part in method.formula(np.asarray(m)))
+            if not np.isfinite(z2) or k < 0.0:
+                raise NumericalFailure(f"closed form {name!r}: no tuning for a mass ratio of {m:g}")
+            row = (k, z2, promised)
+            scene.cite(f"closed form {name!r}: {method.validity}", "comparison", method.source)
+        rows.append(row)
+    k, z2, promised = np.array(rows).T
+    root, axes = f"{TUNING_ROOT}/method", {"method": options.compare}
+    scene.emit(f"{root}/stiffness_ratio", k, 8.0 * EPSILON * k + best.stiffness_error, axes)
+    scene.emit(f"{root}/secondary_damping", z2, 8.0 * EPSILON * z2 + best.damping_error, axes)
+    if top is not None:
+        scene.emit(f"{root}/promised", promised, 16.0 * EPSILON, axes)
+        scene.emit(f"{root}/peak", top(k, z2), axes=axes)
+    found, least = level(k, z2), best.value
+    slack = np.where(np.isfinite(found.error), found.error, 0.0) + best.value_error
+    scene.emit(f"{root}/loss", found.value / least - 1.0, 2.0 * slack / least + 4.0 * EPSILON, axes)
+
+
+def emit_mistuning(scene: Scene, options: Tuning, read: Read, both: bool = True) -> None:
+    """What relative errors of spring and damper cost, each alone and, if wanted, both at worst.
+
+    Raises NumericalFailure where the tuned level is not finite.
+    """
+    shares = np.array(sorted(set(options.mistuning)))
+    signed = np.concatenate([-shares[::-1], shares])
+    zero = np.zeros(len(signed))
+    corners = [(a * shares, b * shares) for a in (-1.0, 1.0) for b in (-1.0, 1.0)]
+    pairs = [(zero[:1], zero[:1]), (signed, zero), (zero, signed), *(corners if both else ())]
+    level = read(*(np.concatenate(part) for part in zip(*pairs, strict=True)))
+    tuned, slack = level.value[0], level.error[0]
+    if not np.isfinite(tuned):
+        raise NumericalFailure(
+            f"the largest {options.response} under {options.excitation!r} of the tuned absorber is "
+            "not finite: no loss can be determined"
+        )
+    ratio = level.value[1:] / tuned
+    error = (level.error[1:] + ratio * slack) / tuned + 4.0 * EPSILON
+    n, axes = len(signed), {"mistuned": NAMES["mistuned"], "deviation": signed}
+    each, off = (part[: 2 * n].reshape(2, n) for part in (ratio - 1.0, error))
+    scene.emit(f"{TUNING_ROOT}/mistuning/loss", each, off, axes)
+    if both:
+        worst, off = (part[2 * n :].reshape(4, -1) for part in (ratio - 1.0, error))
+        worst, off = np.max(worst, axis=0), np.max(off, axis=0)
+        scene.emit(f"{TUNING_ROOT}/mistuning/worst", worst, off, {"share": shares})
 
 
 # ----------------------------------------------------------------------------
@@ -290,48 +352,21 @@ def emit_chart(scene: Scene, options: Tuning) -> None:
     damping, ratio = np.array(asked.primary_damping), mass_ratios(asked.mass_ratio)
     z1, m = damping[:, None], ratio[None, :]
     pair = options.excitation, options.response
-    k, z2, errors = _tunings(options, z1, m)
+    best = tunings(options, z1, m)
+    k, z2 = best.stiffness_ratio, best.secondary_damping
     there = Absorber(z1, m, k, z2)
     top = peaks(there, *pair)
     on_secondary = np.where(k > 0.0, own_damping_ratio(there), 0.0)
     axes = {"primary_damping": damping, "mass_ratio": ratio}
-    scene.emit(f"{TUNING_ROOT}/chart/stiffness_ratio", k, errors[0], axes)
-    scene.emit(f"{TUNING_ROOT}/chart/secondary_damping", z2, errors[1], axes)
+    scene.emit(f"{TUNING_ROOT}/chart/stiffness_ratio", k, best.stiffness_error, axes)
+    scene.emit(f"{TUNING_ROOT}/chart/secondary_damping", z2, best.damping_error, axes)
     safe = [np.where(part > 0.0, part, 1.0) for part in (k, z2)]
-    relative = errors[0] / safe[0] + errors[1] / safe[1] + 8.0 * EPSILON
+    relative = best.stiffness_error / safe[0] + best.damping_error / safe[1] + 8.0 * EPSILON
     scene.emit(f"{TUNING_ROOT}/chart/own_damping", on_secondary, on_secondary * relative, axes)
     uncertainty = np.where(np.isfinite(top.largest), top.largest_error, 0.0)
-    scene.emit(f"{TUNING_ROOT}/chart/peak", top.largest, uncertainty + errors[2], axes)
-
-
-def _tunings(
-    options: Tuning, z1: np.ndarray, m: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """k, z2 and their errors with that of the peak, by the norm and kind of the case."""
-    pair = options.excitation, options.response
-    zero = np.zeros(np.broadcast_shapes(z1.shape, m.shape))
-    if options.norm == "h2":
-        least = least_squares.mean_square_tuning(z1, m, *pair)
-        if np.any(least.locked):
-            raise NumericalFailure("somewhere on the chart a locked mass is best: no tuning there")
-        return least.stiffness_ratio, least.secondary_damping, (
-            least.stiffness_error, least.damping_error, zero,
-        )  # fmt: skip
-    if options.kind == "viscous":
-        restricted = pure_viscous(z1, m, *pair)
-        return zero, restricted.value, (zero, restricted.value_error, restricted.largest_error)
-    if options.kind == "undamped_spring":
-        restricted = undamped_spring(z1, m, *pair)
-        return restricted.value, zero, (restricted.value_error, zero, restricted.largest_error)
-    if options.kind == "lanchester":
-        z2 = zero + METHODS["lanchester"].formula(m)[1]
-        return zero, z2, (zero, 8.0 * EPSILON * z2, zero)
-    best = minimax(z1, m, *pair)
-    if np.any(best.outcome == UNBOUNDED):
-        raise NumericalFailure("somewhere on the chart the response grows without bound")
-    return best.stiffness_ratio, best.secondary_damping, (
-        best.stiffness_error, best.damping_error, best.largest_error,
-    )  # fmt: skip
+    if options.norm == "h_infinity":
+        uncertainty = uncertainty + best.value_error
+    scene.emit(f"{TUNING_ROOT}/chart/peak", top.largest, uncertainty, axes)
 
 
 def emit_map(scene: Scene, options: Tuning, tuned: Absorber) -> None:

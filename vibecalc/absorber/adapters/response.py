@@ -10,12 +10,9 @@ from vibecalc.absorber.asked_tables import AbsorberResponse, Vary
 from vibecalc.absorber.model import AbsorberParts, build_absorber
 from vibecalc.absorber.peaks import Peaks, peaks
 from vibecalc.absorber.results import NAMES, RESPONSE_ROOT
-from vibecalc.absorber.several import Several
-from vibecalc.absorber.several_peaks import several_slopes
 from vibecalc.absorber.stage import SHOWN, asked_of, curve_names, has_fixed_points, varied_key
 from vibecalc.absorber.transfer import (
     Absorber,
-    Transfer,
     amplitude_with_error,
     damping_from_own_ratio,
     fixed_points,
@@ -88,8 +85,6 @@ def _varied(vary: Vary, given: Absorber, ratio: float | None) -> list[Absorber]:
 
 #: relative change of a ratio
 _STEP = 1e-6
-#: roundings granted to a slope of a peak
-_ROUNDINGS = 64.0
 
 
 class TuningError(NamedTuple):
@@ -118,31 +113,17 @@ def moved(
     return moved_by_ratios(at, ratios, np.array(uncertainty))
 
 
-def moved_several(
-    read: Callable[[Several], np.ndarray], tuned: Several, uncertainty: TuningError
-) -> FloatArray:
-    """The same of several absorbers, each ratio by itself."""
-    ratios = np.array([tuned.stiffness_ratio, tuned.secondary_damping], dtype=float)
-
-    def at(both: FloatArray) -> np.ndarray:
-        stiffness, damping = both.reshape(ratios.shape)
-        return read(tuned._replace(stiffness_ratio=stiffness, secondary_damping=damping))
-
-    errors = np.broadcast_arrays(*uncertainty, ratios[0])[:2]
-    return moved_by_ratios(at, ratios.ravel(), np.ravel(errors))
-
-
 def moved_by_ratios(
     read: Callable[[FloatArray], np.ndarray], ratios: FloatArray, errors: FloatArray
 ) -> FloatArray:
     """What absolute errors (n,) of ratios (n,) do to a reading of them, absolute.
 
-    Infinite readings, and those of which there are fewer or more, count as not moved.
+    Infinite errors and readings, and those of which there are fewer or more, count as none.
     """
     here = np.asarray(read(ratios))
     total = np.zeros(here.shape)
     for place, (size, error) in enumerate(zip(ratios.tolist(), errors.tolist(), strict=True)):
-        if error == 0.0 or size == 0.0 or not np.isfinite(size):
+        if error == 0.0 or size == 0.0 or not np.isfinite(size + error):
             continue
         off = ratios.copy()
         off[place] *= 1.0 + _STEP
@@ -153,29 +134,6 @@ def moved_by_ratios(
             change = np.abs(there - here)
         total += np.where(np.isfinite(change), change, 0.0) * (error / (_STEP * size))
     return total
-
-
-def weight_error(
-    system: Several,
-    transfer: Transfer,
-    frequency: FloatArray,
-    weight: FloatArray,
-    uncertainty: TuningError,
-) -> FloatArray:
-    """Error (a,) of the weights with which the slopes of active peaks at `frequency` (a,) cancel.
-
-    The slopes move with the ratios by their second derivatives, and are rounded.
-    """
-    slopes = several_slopes(system, frequency, transfer)
-    errors = np.concatenate([np.atleast_1d(part) for part in uncertainty])
-    size = len(errors)
-    slope = slopes.first[:, :size]
-    ratios = np.concatenate([np.atleast_1d(part) for part in system[2:4]]).astype(float)
-    scale = np.where((ratios > 0.0) & np.isfinite(ratios), ratios, 0.0)
-    off = np.abs(slopes.second[:, :size, :size]) @ errors
-    off = (off + _ROUNDINGS * EPSILON * np.abs(slope)) * scale
-    table = np.vstack([(slope * scale).T, np.ones(len(weight))])
-    return np.asarray(np.abs(np.linalg.pinv(table))[:, :size] @ (off.T @ np.abs(weight)))
 
 
 # ----------------------------------------------------------------------------

@@ -8,12 +8,15 @@ from vibecalc.absorber.adapters.optimum import (
     BestTuning,
     as_best,
     best_tuning,
-    emit_bounded_proof,
+    emit_active,
     emit_chart,
     emit_comparison,
     emit_map,
+    emit_methods,
+    emit_mistuning,
     is_endless,
     level_of,
+    tunings,
     within_bounds,
 )
 from vibecalc.absorber.adapters.response import TuningError, moved, tuning_error
@@ -21,196 +24,67 @@ from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.model import AbsorberParts, build_absorber
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.results import NAMES, TUNING_ROOT
-from vibecalc.absorber.stage import is_over_one
+from vibecalc.absorber.stage import is_over_one, white_ground
 from vibecalc.absorber.transfer import Absorber, own_damping_ratio
-from vibecalc.absorber.tuning import mean_square as least_squares
-from vibecalc.absorber.tuning.closed_forms import METHODS, closed_form, threshold
+from vibecalc.absorber.tuning.closed_forms import threshold
 from vibecalc.absorber.tuning.minimax_steps import VERDICTS, certify
-from vibecalc.absorber.tuning.mistuning import mistuning, sensitivity
-from vibecalc.absorber.tuning.warburton import WARBURTON
 from vibecalc.core.run.stage import Scene, below
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import Bounded, stack
-from vibecalc.numerics.rounding import EPSILON
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON, FloatArray
 
 # ----------------------------------------------------------------------------
-# Adapter, continued: what a case may ask for next to a tuning of one absorber.
+# Adapter, continued: slopes of a tuning by differences of it, all points of them at once.
 # ----------------------------------------------------------------------------
 
-#: name of a method in the case -> name of its closed form, for the largest amplitude
-_FORMS = {
-    "den_hartog": "den_hartog_brock",
-    "nishihara_asami": "nishihara_asami",
-    "warburton": "warburton_acceleration",
-}
-#: relative step of slopes by the given ratios
-_STEP = 1e-4
-
-
-def emit_methods(scene: Scene, options: Tuning, tuned: Absorber, best: BestTuning) -> None:
-    """Tunings by other methods, the peaks that they promise and those that they give."""
-    z1, m = float(np.asarray(tuned.primary_damping)), float(np.asarray(tuned.mass_ratio))
-    pair = options.excitation, options.response
-    optimum, least = float(peaks(tuned, *pair).largest), float(level_of(options, tuned).value)
-    names = options.compare
-    rows = []
-    for name in names:
-        if name == "numerical":
-            k, z2, promise = best.stiffness_ratio, best.secondary_damping, optimum
-        elif options.norm == "h2":
-            form = least_squares.closed_form(m, *pair)
-            k, z2, promise = (float(x) for x in (form[0], form[1], np.inf))
-        else:
-            closed = closed_form(_form(name, pair), m, z1, *pair)
-            k, z2 = float(closed.stiffness_ratio), float(closed.secondary_damping)
-            promise = float(closed.promised)
-            _cite_form(scene, name, pair)
-        one = Absorber(z1, m, k, z2)
-        there, level = peaks(one, *pair), level_of(options, one)
-        rows.append((
-            k, z2, promise, float(there.largest), float(there.largest_error),
-            float(level.value), float(level.error),
-        ))  # fmt: skip
-    table = np.array(rows).T
-    axes = {"method": names}
-    slack, uncertainty = (np.where(np.isfinite(part), part, 0.0) for part in (table[4], table[6]))
-    stiffness, damping = table[0], table[1]
-    scene.emit(
-        f"{TUNING_ROOT}/method/stiffness_ratio",
-        stiffness,
-        8.0 * EPSILON * stiffness + best.stiffness_error,
-        axes,
-    )
-    scene.emit(
-        f"{TUNING_ROOT}/method/secondary_damping",
-        damping,
-        8.0 * EPSILON * damping + best.damping_error,
-        axes,
-    )
-    scene.emit(f"{TUNING_ROOT}/method/promised", table[2], 16.0 * EPSILON, axes)
-    scene.emit(f"{TUNING_ROOT}/method/peak", table[3], slack, axes)
-    scene.emit(
-        f"{TUNING_ROOT}/method/loss",
-        table[5] / least - 1.0,
-        2.0 * uncertainty / least + 4.0 * EPSILON,
-        axes,
-    )
-
-
-def _form(name: str, pair: tuple[str, str]) -> str:
-    """Warburton's form is that of the excitation and response, where there is one."""
-    if name == "warburton":
-        return next((key for key, one in METHODS.items() if one is WARBURTON.get(pair)),
-                    _FORMS[name])  # fmt: skip
-    return _FORMS[name]
-
-
-def _cite_form(scene: Scene, name: str, pair: tuple[str, str]) -> None:
-    method = METHODS[_form(name, pair)]
-    scene.cite(f"closed form {name!r}: {method.validity}", "comparison", method.source)
-
-
-def emit_mistuning(scene: Scene, options: Tuning, tuned: Absorber) -> None:
-    """What relative errors of spring and damper cost, each alone and both at worst."""
-    shares = tuple(sorted(set(options.mistuning)))
-    if options.norm == "h2":
-        _emit_mistuned_mean(scene, options, tuned, shares)
-        return
-    found = mistuning(tuned, options.excitation, options.response, shares)
-    signed = np.concatenate([-np.array(shares)[::-1], shares])
-    rows, errors = [], []
-    for part in (found.stiffness, found.damping):
-        rows.append(np.concatenate([part.value[::-1, 0], part.value[:, 1]]))
-        errors.append(float(np.max(part.error)))
-    axes = {"mistuned": NAMES["mistuned"], "deviation": signed}
-    scene.emit(f"{TUNING_ROOT}/mistuning/loss", np.array(rows), max(errors), axes)
-    scene.emit(
-        f"{TUNING_ROOT}/mistuning/worst", found.corner.value, found.corner.error, {"share": shares}
-    )
-
-
-def _emit_mistuned_mean(
-    scene: Scene, options: Tuning, tuned: Absorber, shares: tuple[float, ...]
-) -> None:
-    """The same for a mean square."""
-    size = np.array(shares)
-    signed, both = np.concatenate([-size[::-1], size]), np.stack([-size, size])
-    k, z2 = tuned.stiffness_ratio, tuned.secondary_damping
-    least = float(level_of(options, tuned).value)
-
-    def loss(stiff: np.ndarray, damped: np.ndarray) -> Bounded:
-        off = tuned._replace(
-            stiffness_ratio=np.multiply(k, 1.0 + stiff),
-            secondary_damping=np.multiply(z2, 1.0 + damped),
-        )
-        found = level_of(options, off)
-        return Bounded(found.value / least - 1.0, 2.0 * found.error / least + 4.0 * EPSILON)
-
-    zero = np.zeros_like(signed)
-    each = stack([loss(signed, zero), loss(zero, signed)], axis=0)
-    axes = {"mistuned": NAMES["mistuned"], "deviation": signed}
-    scene.emit(f"{TUNING_ROOT}/mistuning/loss", each, axes=axes)
-    corner = loss(both[:, None, :], both[None, :, :])
-    worst = np.max(corner.value, axis=(0, 1))
-    scene.emit(f"{TUNING_ROOT}/mistuning/worst", worst, np.max(corner.error), {"share": shares})
+#: step over the ratio, and of the primary's damping over the distance to a threshold
+_STEP, _NEARER = 2e-3, 0.05
+#: a distance to the threshold that leaves too little of the peaks above an end of the range
+_TOO_NEAR = 1e-4
 
 
 def emit_sensitivity(
     scene: Scene, options: Tuning, z1: float, m: float, bounded: object = None
 ) -> None:
-    """Slopes of the optimum by the given ratios: of its own conditions, else from differences."""
-    names = NAMES["ratio"]
+    """Slopes of the optimum by the given ratios, of eighth order; on one side of no damping."""
+    pair = options.excitation, options.response
     if bounded is not None:
         raise NumericalFailure("bounds hold the tuning, and slopes are those of a free one")
-    best = best_tuning(options, z1, m)
-    if options.kind == "free" and options.norm == "h_infinity" and best.is_held:
-        exact = sensitivity(
-            z1, m, best.stiffness_ratio, best.secondary_damping,
-            excitation=options.excitation, response=options.response,
-        )  # fmt: skip
-        for name, slopes, errors in (
-            ("stiffness_ratio", exact.stiffness_ratio[0], exact.stiffness_error[0]),
-            ("secondary_damping", exact.secondary_damping[0], exact.damping_error[0]),
-            ("peak", exact.peak, exact.peak_error),
-        ):
-            scene.emit(f"{TUNING_ROOT}/sensitivity/{name}", slopes, errors, {"ratio": names})
-        return
-    pair = options.excitation, options.response
     if is_endless(pair, max(z1, EPSILON)):
         raise NumericalFailure(
             f"no slopes of this tuning: with damping of the primary the {pair[1]} under excitation "
             f"by {pair[0]} has no bound at high frequency"
         )
-    derivatives: dict[str, list[tuple[float, float]]] = {"k": [], "z2": [], "peak": []}
-    for place, value in enumerate((z1, m)):
-        width = _STEP * max(value, 0.01 if place == 0 else 0.0)
-        each = [_slopes(options, z1, m, place, step) for step in (width, 0.5 * width)]
-        sharper = (4.0 * each[1] - each[0]) / 3.0
-        uncertainty = np.abs(each[1] - each[0]) + 1e-13 / width
-        for name, slope, error in zip(derivatives, sharper, uncertainty, strict=True):
-            derivatives[name].append((float(slope), float(error)))
-    axes = {"ratio": names}
-    for name, key in (("stiffness_ratio", "k"), ("secondary_damping", "z2"), ("peak", "peak")):
-        values, errors = np.array(derivatives[key]).T
-        scene.emit(f"{TUNING_ROOT}/sensitivity/{name}", values, errors, axes)
+    away = np.inf
+    if options.norm == "h_infinity":
+        away = abs(threshold(*pair).primary_damping - z1)
+    if away < _TOO_NEAR:
+        raise NumericalFailure(
+            "sensitivity: its peaks stand too little above an end of the frequency range to tell"
+        )
+    steps = np.array([min(_STEP * max(z1, np.sqrt(m)), _NEARER * away), _STEP * m])
+    offsets = np.stack([np.arange(9.0) - 4.0 * (z1 > 5.0 * steps[0]), np.arange(-4.0, 5.0)])
+    point = np.array([z1, m])[:, None] + np.eye(2)[..., None] * (steps[:, None] * offsets)[:, None]
+    found = tunings(options, point[:, 0], point[:, 1])
+    if np.any(found.is_set):
+        raise NumericalFailure("sensitivity: the optimum is one of a set and has no derivative")
+    k, z2 = found.stiffness_ratio, found.secondary_damping
+    top = peaks(Absorber(point[:, 0], point[:, 1], k, z2), *pair).largest
+    for name, values in (("stiffness_ratio", k), ("secondary_damping", z2), ("peak", top)):
+        both = [
+            [_slope(row[:count], at[:count]) for count in (9, 7)] if at[0] == 0.0 else
+            [_slope(row, at), _slope(row[1:-1], at[1:-1])]
+            for row, at in zip(values, offsets, strict=True)
+        ]  # fmt: skip
+        slope, coarser = np.array(both).T / steps
+        error = np.abs(slope - coarser) + 1e-14 * np.max(np.abs(values), axis=1) / steps
+        scene.emit(f"{TUNING_ROOT}/sensitivity/{name}", slope, error, {"ratio": NAMES["ratio"]})
 
 
-def _slopes(options: Tuning, z1: float, m: float, place: int, step: float) -> np.ndarray:
-    """Slope of k, z2 and peak; at an undamped primary by points on one side, of second order."""
-    at = np.array([z1, m])
-    shifts = np.array([-1.0, 0.0, 1.0])
-    weights = np.array([-0.5, 0.0, 0.5])
-    if at[place] - step < 0.0:
-        shifts, weights = np.array([0.0, 1.0, 2.0]), np.array([-1.5, 2.0, -0.5])
-    rows = []
-    for shift in shifts:
-        one = at.copy()
-        one[place] += shift * step
-        best = best_tuning(options, float(one[0]), float(one[1]))
-        there = Absorber(one[0], one[1], best.stiffness_ratio, best.secondary_damping)
-        top = float(peaks(there, options.excitation, options.response).largest)
-        rows.append((best.stiffness_ratio, best.secondary_damping, top))
-    return np.asarray(weights @ np.array(rows) / step)
+def _slope(values: FloatArray, offsets: FloatArray) -> float:
+    """Slope at zero of the polynomial through values (n,) at offsets (n,)."""
+    weights = np.linalg.solve(offsets ** np.arange(len(offsets))[:, None], np.eye(len(offsets))[1])
+    return float(weights @ values)
 
 
 # ----------------------------------------------------------------------------
@@ -249,14 +123,24 @@ def run_absorber_tuning(scene: Scene) -> None:
     _emit_best(scene, options, best, tuned)
     emit_units(scene, options, parts, best)
     if bounded is not None:
-        emit_bounded_proof(scene, options, bounded)
+        emit_active(scene, bounded)
+        if options.kind == "free":
+            # zero at the exact optimum, so that all of it is error
+            residual = bounded.residual
+            scene.emit(f"{TUNING_ROOT}/certificate", residual, residual + _PLACE)
     elif options.norm == "h_infinity":
         _emit_proof(scene, options, tuned, _uncertainty(best))
     alone = Absorber(z1, m, free.stiffness_ratio, free.secondary_damping)
     if options.compare and scene.wants(*paths_below("method")):
-        emit_methods(scene, options, alone, free)
+        _emit_methods(scene, options, alone, free)
     if options.mistuning and scene.wants(*paths_below("mistuning")):
-        nearby(scene, "mistuning", lambda: emit_mistuning(scene, options, tuned))
+
+        def off(stiff: FloatArray, damped: FloatArray) -> Bounded:
+            k, z2 = best.stiffness_ratio, best.secondary_damping
+            there = Absorber(z1, m, k * (1.0 + stiff), z2 * (1.0 + damped))
+            return level_of(options, there)
+
+        nearby(scene, "mistuning", lambda: emit_mistuning(scene, options, off))
     if options.sensitivity and scene.wants(*paths_below("sensitivity")):
         nearby(scene, "sensitivity", lambda: emit_sensitivity(scene, options, z1, m, bounded))
     if options.bounds is not None:
@@ -266,6 +150,21 @@ def run_absorber_tuning(scene: Scene) -> None:
     if options.kind == "free" and options.norm == "h_infinity" and scene.wants(*paths_below("map")):
         emit_map(scene, options, tuned)
     _cite(scene, options)
+
+
+def _emit_methods(scene: Scene, options: Tuning, tuned: Absorber, best: BestTuning) -> None:
+    z1, m, pair = tuned.primary_damping, tuned.mass_ratio, (options.excitation, options.response)
+    level = level_of(options, tuned)
+    white = white_ground(scene.case)
+    promise = np.inf if white else float(peaks(tuned, *pair).largest)
+
+    def top(k: FloatArray, z2: FloatArray) -> Bounded:
+        found = peaks(Absorber(z1, m, k, z2), *pair)
+        return Bounded(found.largest, found.largest_error)
+
+    best = best._replace(value=float(level.value), value_error=float(level.error))
+    emit_methods(scene, options, float(np.asarray(m)), best, promise, None if white else top,
+                 lambda k, z2: level_of(options, Absorber(z1, m, k, z2)))  # fmt: skip
 
 
 def paths_below(table: str) -> tuple[str, ...]:
@@ -301,17 +200,18 @@ def _emit_best(scene: Scene, options: Tuning, best: BestTuning, tuned: Absorber)
             f"{TUNING_ROOT}/own_damping", on_secondary, on_secondary * (relative + 4.0 * EPSILON)
         )
     both = (("peak", tuned), ("peak_alone", Absorber(z1, m, 0.0, 0.0)))
-    for name, absorber in both:
+    peaked = not white_ground(scene.case)
+    for name, absorber in both if peaked else ():
         if not scene.wants(f"{TUNING_ROOT}/{name}"):
             continue
         top = peaks(absorber, *pair)
         error = float(top.largest_error)
         value = float(top.largest)
-        uncertainty = best.peak_error if name == "peak" else 0.0
+        uncertainty = best.value_error if name == "peak" and options.norm != "h2" else 0.0
         scene.emit(
             f"{TUNING_ROOT}/{name}", value, error + uncertainty if np.isfinite(value) else 0.0
         )
-    if scene.wants(f"{TUNING_ROOT}/travel"):
+    if peaked and scene.wants(f"{TUNING_ROOT}/travel"):
         travel = peaks(tuned, pair[0], "relative_displacement")
         reach = float(travel.largest)
         off = moved(
@@ -392,6 +292,14 @@ def _emit_proof(scene: Scene, options: Tuning, tuned: Absorber, uncertainty: Tun
 
 
 def _cite(scene: Scene, options: Tuning) -> None:
+    if white_ground(scene.case):
+        scene.cite(
+            "closed form of the mean square, Newton's method",
+            "tuning for a white acceleration of the ground",
+            "Warburton, Earthq. Eng. Struct. Dyn. 10 (1982), undamped; "
+            "docs/theory_absorber_tuning.md",
+        )
+        return
     if options.norm == "h2":
         scene.cite(
             "closed form of the mean square, Newton's method",

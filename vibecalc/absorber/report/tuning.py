@@ -178,7 +178,7 @@ def _with_names(quantity: Quantity, places: Any, names: list[str]) -> Quantity:
 def _mistuned(record: Record) -> Quantity | None:
     """What errors of the parts that are there cost, the first six of them."""
     loss = having(record, TUNING + "mistuning/loss", "mistuned", "deviation")
-    if loss is None or not np.any(loss.values):
+    if loss is None or not np.any(np.abs(loss.values) > loss.error_estimate):
         return None
     there = [
         scalar_of(record, TUNING + name) != 0.0 for name in ("stiffness_ratio", "secondary_damping")
