@@ -13,6 +13,7 @@ from vibecalc.core.case.fields import (
     Name,
     Table,
     Unit,
+    key,
 )
 from vibecalc.core.case.rules import (
     Row,
@@ -68,41 +69,39 @@ def _of_rows(axis: str, *others: str) -> tuple[object, ...]:
 class Dependence(Table):
     """Columns of values at the rows of some quantity."""
 
-    stiffness: Stiffnesses | None = Field(
-        None, description="dynamic torsional stiffness, one per row"
-    )
-    stiffness_factor: Factors | None = Field(None, description="on the stiffness, instead of it")
-    relative_damping: Dampings | None = Field(None, description="psi, one per row")
-    relative_damping_factor: Factors | None = Field(None, description="on psi, instead of it")
+    stiffness: Stiffnesses | None = key("dynamic torsional stiffness, one per row", None)
+    stiffness_factor: Factors | None = key("on the stiffness, instead of it", None)
+    relative_damping: Dampings | None = key("psi, one per row", None)
+    relative_damping_factor: Factors | None = key("on psi, instead of it", None)
 
 
 class OverMeanTorque(Dependence):
     """Stiffness and damping of a coupling against the mean torque that it carries."""
 
-    torque: Torques = Field(description="mean torque, ascending, on its own shaft")
+    torque: Torques = key("mean torque, ascending, on its own shaft")
     RULES = _of_rows("torque")
 
 
 class OverAmplitude(Dependence):
     """Stiffness and damping of a coupling against its vibratory torque."""
 
-    torque: Torques = Field(description="half range of all orders, ascending")
+    torque: Torques = key("half range of all orders, ascending")
     RULES = _of_rows("torque")
 
 
 class OverFrequency(Dependence):
     """Stiffness and damping of a coupling against the frequency of its vibration."""
 
-    frequency: Frequencies = Field(description="ascending, e.g. '10 Hz'")
+    frequency: Frequencies = key("ascending, e.g. '10 Hz'")
     RULES = _of_rows("frequency")
 
 
 class OverTemperature(Dependence):
     """Stiffness and damping of a coupling against the temperature of its element."""
 
-    temperature: Temperatures = Field(description="ascending, e.g. '60 degC'")
-    service_factor: Factors | None = Field(
-        None, description="S_theta of DIN 740-2, by which torques count more: 1 where it is cold"
+    temperature: Temperatures = key("ascending, e.g. '60 degC'")
+    service_factor: Factors | None = key(
+        "S_theta of DIN 740-2, by which torques count more: 1 where it is cold", None
     )
     RULES = _of_rows("temperature", "service_factor")
 
@@ -110,8 +109,8 @@ class OverTemperature(Dependence):
 class PowerOverTemperature(Table):
     """Permissible power loss of a coupling against the temperature of the air about it."""
 
-    temperature: Temperatures = Field(description="of the air, ascending")
-    power_loss: Powers = Field(description="permissible there, one per row")
+    temperature: Temperatures = key("of the air, ascending")
+    power_loss: Powers = key("permissible there, one per row")
     RULES = (ascending("temperature"), same_length("temperature", "power_loss"))
 
 
@@ -175,53 +174,47 @@ def _covers(rows: str, key: str, words: str) -> object:
 class Coupling(Table):
     """An elastic coupling by the values of its maker; torques on its own shaft."""
 
-    catalogue: Name | None = Field(
-        None, description="TOML file of couplings next to the case; its keys may be replaced here"
+    catalogue: Name | None = key(
+        "TOML file of couplings next to the case; its keys may be replaced here", None
     )
-    type: Name | None = Field(None, description="name of the coupling in its catalogue")
-    source: Name | None = Field(None, description="where the values are from")
-    stiffness: AngularStiffness | None = Field(
-        None, gt=0, description="C_Tdyn, dynamic torsional stiffness"
+    type: Name | None = key("name of the coupling in its catalogue", None)
+    source: Name | None = key("where the values are from", None)
+    stiffness: AngularStiffness | None = key("C_Tdyn, dynamic torsional stiffness", None, gt=0)
+    relative_damping: Psi | None = key(
+        "psi, loss of a cycle over elastic energy: loss factor 2 pi times", None
     )
-    relative_damping: Psi | None = Field(
-        None, description="psi, loss of a cycle over elastic energy: loss factor 2 pi times"
+    over_mean_torque: OverMeanTorque | None = key(
+        "rows over the mean torque: a table or a CSV", None
     )
-    over_mean_torque: OverMeanTorque | None = Field(
-        None, description="rows over the mean torque: a table or a CSV"
+    over_temperature: OverTemperature | None = key(
+        "rows over the temperature of the element: a table or a CSV", None
     )
-    over_temperature: OverTemperature | None = Field(
-        None, description="rows over the temperature of the element: a table or a CSV"
+    over_frequency: OverFrequency | None = key("rows over the frequency: a table or a CSV", None)
+    over_amplitude: OverAmplitude | None = key(
+        "rows over the vibratory torque: a table or a CSV", None
     )
-    over_frequency: OverFrequency | None = Field(
-        None, description="rows over the frequency: a table or a CSV"
+    temperature: Temperature | None = key("of the element, where it is known", None)
+    ambient_temperature: Temperature | None = key("of the air about it", None)
+    thermal_resistance: ThermalResistance | None = key(
+        "rise of the temperature per power loss", None
     )
-    over_amplitude: OverAmplitude | None = Field(
-        None, description="rows over the vibratory torque: a table or a CSV"
+    temperature_rise: Rise | None = key("instead: rise at the permissible power loss", None)
+    nominal_torque: Moment | None = key("T_KN, mean torque", None, gt=0)
+    maximum_torque: Moment | None = key("T_Kmax, peak torque", None, gt=0)
+    vibratory_torque: Moment | None = key(
+        "T_KW, continuous vibratory torque, half range", None, gt=0
     )
-    temperature: Temperature | None = Field(None, description="of the element, where it is known")
-    ambient_temperature: Temperature | None = Field(None, description="of the air about it")
-    thermal_resistance: ThermalResistance | None = Field(
-        None, description="rise of the temperature per power loss"
-    )
-    temperature_rise: Rise | None = Field(
-        None, description="instead: rise at the permissible power loss"
-    )
-    nominal_torque: Moment | None = Field(None, gt=0, description="T_KN, mean torque")
-    maximum_torque: Moment | None = Field(None, gt=0, description="T_Kmax, peak torque")
-    vibratory_torque: Moment | None = Field(
-        None, gt=0, description="T_KW, continuous vibratory torque, half range"
-    )
-    vibratory_frequency: Frequency = Field(
+    vibratory_frequency: Frequency = key(
+        "of T_KW; above it less is permissible by the root of the ratio; 10 Hz",
         62.83185307179586,
         gt=0,
-        description="of T_KW; above it less is permissible by the root of the ratio; 10 Hz",
     )
-    power_loss: Power | None = Field(None, description="P_KV, permissible power loss")
-    power_loss_over_temperature: PowerOverTemperature | None = Field(
-        None, description="instead: rows over the temperature of the air, a table or a CSV"
+    power_loss: Power | None = key("P_KV, permissible power loss", None)
+    power_loss_over_temperature: PowerOverTemperature | None = key(
+        "instead: rows over the temperature of the air, a table or a CSV", None
     )
-    maximum_speed: AngularSpeed | None = Field(None, gt=0, description="n_max, of its own shaft")
-    maximum_temperature: Temperature | None = Field(None, description="of the element")
+    maximum_speed: AngularSpeed | None = key("n_max, of its own shaft", None, gt=0)
+    maximum_temperature: Temperature | None = key("of the element", None)
     RULES = (
         _said_once("stiffness", "stiffness", True),
         _said_once("relative_damping", "relative damping", True),

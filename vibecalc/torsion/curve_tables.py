@@ -14,6 +14,7 @@ from vibecalc.core.case.fields import (
     Stress,
     Table,
     Unit,
+    key,
 )
 from vibecalc.core.case.rules import Row, at_most_one, needs, once, refers, refuse, same_length
 from vibecalc.torsion.shaft_line_tables import Layout, ShaftLine, stressed
@@ -40,18 +41,16 @@ READINGS = (*OF_SECTIONS, *OF_STATIONS)
 class MeasuredPoints(Table):
     """Measured half ranges, one per speed: a column for each quantity, or a CSV with such ones."""
 
-    speed: Annotated[tuple[AngularSpeed, ...], Field(min_length=1, max_length=2000)] = Field(
-        description="of the crankshaft"
+    speed: tuple[AngularSpeed, ...] = key("of the crankshaft", min_length=1, max_length=2000)
+    order: Annotated[tuple[LineOrder, ...], Points] = key(
+        "amplitude of this order; 0 or no column: half range of all orders", ()
     )
-    order: Annotated[tuple[LineOrder, ...], Points] = Field(
-        (), description="amplitude of this order; 0 or no column: half range of all orders"
-    )
-    torque: Torques = Field((), description="in the section")
-    stress: Stresses = Field((), description="in the section")
-    twist: Angles = Field((), description="of the section")
-    angle: Angles = Field((), description="of the station")
-    angular_speed: Speeds = Field((), description="of the station, vibration alone")
-    angular_acceleration: Accelerations = Field((), description="of the station")
+    torque: Torques = key("in the section", ())
+    stress: Stresses = key("in the section", ())
+    twist: Angles = key("of the section", ())
+    angle: Angles = key("of the station", ())
+    angular_speed: Speeds = key("of the station, vibration alone", ())
+    angular_acceleration: Accelerations = key("of the station", ())
     RULES = (
         needs("", " ".join(READINGS), "what was measured at these speeds"),
         *(same_length("speed", name) for name in ("order", *READINGS)),
@@ -61,26 +60,20 @@ class MeasuredPoints(Table):
 class LineCurve(Table):
     """Orders over the range of speeds, with their sums, of one shaft or station."""
 
-    on: Name = Field(description="name of a shaft, elastic gear, damper or station")
-    of: Annotated[
-        tuple[
-            Literal["torque", "stress", "twist", "angle", "angular_speed", "angular_acceleration"],
-            ...,
-        ],
-        Field(max_length=6),
-    ] = Field(
-        (), description="default: torque, and stress where it is known; of a station the angle"
+    on: Name = key("name of a shaft, elastic gear, damper or station")
+    of: tuple[
+        Literal["torque", "stress", "twist", "angle", "angular_speed", "angular_acceleration"],
+        ...,
+    ] = key(
+        "default: torque, and stress where it is known; of a station the angle", (), max_length=6
     )
-    orders: Annotated[tuple[LineOrder, ...], Field(max_length=400)] = Field(
-        (), description="that are kept; default: those of some share"
+    orders: tuple[LineOrder, ...] = key(
+        "that are kept; default: those of some share", (), max_length=400
     )
-    share: Number = Field(
-        0.05,
-        gt=0,
-        le=1,
-        description="of the largest order over the speeds, from which on an order is kept",
+    share: Number = key(
+        "of the largest order over the speeds, from which on an order is kept", 0.05, gt=0, le=1
     )
-    measured: MeasuredPoints | None = Field(None, description="points next to the curves")
+    measured: MeasuredPoints | None = key("points next to the curves", None)
     RULES = (
         at_most_one("orders", "share"),
         once("of", "quantity"),
@@ -110,9 +103,9 @@ def curves_of(line: ShaftLine, curves: Iterable[LineCurve]) -> dict[str, tuple[s
 class Irregularity(Table):
     """Degree of unevenness of the turning of one station."""
 
-    on: Name = Field(description="name of the station")
-    pole_pairs: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = Field(
-        None, description="of the generator there, for its vibration in electrical degrees"
+    on: Name = key("name of the station")
+    pole_pairs: Annotated[int, Field(strict=True, ge=1, le=1000)] | None = key(
+        "of the generator there, for its vibration in electrical degrees", None
     )
     RULES = (refers("on", "machine.shaft_line.stations", "station"),)
 
@@ -146,20 +139,20 @@ def condition_names(options: "Conditions", cylinders: Iterable[str]) -> tuple[st
 class Conditions(Table):
     """What the cylinders may do: all fire, each misfires, pressures differ; the worst counts."""
 
-    misfire: Literal["each", "none"] = Field(
-        "each", description="every cylinder in turn, the others firing, or none"
+    misfire: Literal["each", "none"] = key(
+        "every cylinder in turn, the others firing, or none", "each"
     )
-    misfire_kind: Literal["no_gas", "motored"] = Field(
-        "no_gas", description="its gas: none, or compressed and expanded without combustion"
+    misfire_kind: Literal["no_gas", "motored"] = key(
+        "its gas: none, or compressed and expanded without combustion", "no_gas"
     )
-    imbalance: Number | None = Field(
+    imbalance: Number | None = key(
+        "share of gas pressure that every cylinder in turn has less; below 0: more",
         None,
         ge=-1,
         le=1,
-        description="share of gas pressure that every cylinder in turn has less; below 0: more",
     )
-    pressure_scale: Annotated[tuple[Share, ...], Field(max_length=200)] = Field(
-        (), description="factors on the gas pressure of all cylinders at once, in their order"
+    pressure_scale: tuple[Share, ...] = key(
+        "factors on the gas pressure of all cylinders at once, in their order", (), max_length=200
     )
     RULES = (
         refuse(

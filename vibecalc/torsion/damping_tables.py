@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.core.case.fields import AngularDamping, AngularSpeed, Moment, Number, Table
+from vibecalc.core.case.fields import AngularDamping, AngularSpeed, Moment, Number, Table, key
 from vibecalc.core.case.rules import ascending, at_most_one, needs, one_of, refuse, same_length
 
 # ----------------------------------------------------------------------------
@@ -23,23 +23,23 @@ Torques = Annotated[tuple[Moment, ...], Field(min_length=2, max_length=2000)]
 class FactorCurve(Table):
     """A factor against the speed, straight lines between the entries."""
 
-    speed: Speeds = Field(description="ascending")
-    factor: Factors = Field(description="on the damping that is given, one per speed")
+    speed: Speeds = key("ascending")
+    factor: Factors = key("on the damping that is given, one per speed")
     RULES = (same_length("speed", "factor"), ascending("speed"))
 
 
 class OverSpeed(Table):
     """A factor on a damping against the speed, as a table or as a power of the speed."""
 
-    of: Literal["crank", "own"] = Field(
-        "crank", description="whose speed: of the crankshaft, or that of its own shaft"
+    of: Literal["crank", "own"] = key(
+        "whose speed: of the crankshaft, or that of its own shaft", "crank"
     )
-    table: FactorCurve | None = Field(None, description="a table or a CSV")
-    exponent: Number | None = Field(
-        None, ge=-4, le=4, description="instead: factor (speed / reference) ^ exponent"
+    table: FactorCurve | None = key("a table or a CSV", None)
+    exponent: Number | None = key(
+        "instead: factor (speed / reference) ^ exponent", None, ge=-4, le=4
     )
-    reference: AngularSpeed | None = Field(
-        None, gt=0, description="speed at which the damping is as given, with exponent"
+    reference: AngularSpeed | None = key(
+        "speed at which the damping is as given, with exponent", None, gt=0
     )
     RULES = (
         one_of("table", "exponent reference"),
@@ -51,8 +51,8 @@ class OverSpeed(Table):
 class LoadCurve(Table):
     """A torque against the speed, straight lines between the entries."""
 
-    speed: Speeds = Field(description="ascending, of the crankshaft")
-    torque: Torques = Field(description="mean, on its own shaft; positive brakes; one per speed")
+    speed: Speeds = key("ascending, of the crankshaft")
+    torque: Torques = key("mean, on its own shaft; positive brakes; one per speed")
     RULES = (same_length("speed", "torque"), ascending("speed"))
 
 
@@ -64,12 +64,10 @@ class LoadCurve(Table):
 class PropellerDamping(Table):
     """Absolute damping from the mean torque T that the load takes at each speed."""
 
-    method: Literal["archer", "slope", "factor"] = Field(
-        description="a T / n with n in rpm; dT/dw of the law of the load; or x T / w"
+    method: Literal["archer", "slope", "factor"] = key(
+        "a T / n with n in rpm; dT/dw of the law of the load; or x T / w"
     )
-    coefficient: Number | None = Field(
-        None, gt=0, le=1000, description="a of archer, default 30; or x of factor"
-    )
+    coefficient: Number | None = key("a of archer, default 30; or x of factor", None, gt=0, le=1000)
     RULES = (
         refuse(
             "coefficient",
@@ -89,23 +87,18 @@ class PropellerDamping(Table):
 class EngineDamping(Table):
     """Absolute damping at every station with a cylinder."""
 
-    magnifier: Number | None = Field(
-        None, ge=1, le=1e6, description="dynamic magnifier M of its inertia J: J w / M"
+    magnifier: Number | None = key(
+        "dynamic magnifier M of its inertia J: J w / M", None, ge=1, le=1e6
     )
-    damping_ratio: Number | None = Field(
-        None, ge=0, lt=1, description="Lehr's damping ratio D of its inertia: 2 D J w"
+    damping_ratio: Number | None = key(
+        "Lehr's damping ratio D of its inertia: 2 D J w", None, ge=0, lt=1
     )
-    loss_factor: Number | None = Field(
-        None, ge=0, le=2, description="of its inertia: loss_factor J w"
+    loss_factor: Number | None = key("of its inertia: loss_factor J w", None, ge=0, le=2)
+    damping: AngularDamping | None = key("viscous, of each station; instead", None, ge=0)
+    mode: Annotated[int, Field(strict=True, ge=2, le=2000)] | None = key(
+        "whose undamped frequency w is, the rigid one is 1; default: lowest elastic", None
     )
-    damping: AngularDamping | None = Field(
-        None, ge=0, description="viscous, of each station; instead"
-    )
-    mode: Annotated[int, Field(strict=True, ge=2, le=2000)] | None = Field(
-        None,
-        description="whose undamped frequency w is, the rigid one is 1; default: lowest elastic",
-    )
-    over_speed: OverSpeed | None = Field(None, description="factor on it against the speed")
+    over_speed: OverSpeed | None = key("factor on it against the speed", None)
     RULES = (
         one_of("magnifier", "damping_ratio", "loss_factor", "damping"),
         at_most_one("damping", "mode"),

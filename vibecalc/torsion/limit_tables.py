@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.core.case.fields import AngularSpeed, Length, Moment, Name, Number, Stress, Table
+from vibecalc.core.case.fields import AngularSpeed, Length, Moment, Name, Number, Stress, Table, key
 from vibecalc.core.case.rules import (
     Row,
     Rule,
@@ -52,9 +52,9 @@ def _no_less(transient: str, continuous: str) -> Rule:
 class StressCurve(Table):
     """A limit of the stress against the speed, straight lines between the entries."""
 
-    speed: _Speeds = Field(description="ascending, of the crankshaft")
-    stress: _Stresses = Field(description="amplitude that is allowed, one per speed")
-    transient: tuple[Stress, ...] | None = Field(None, max_length=2000, description=_PASSING)
+    speed: _Speeds = key("ascending, of the crankshaft")
+    stress: _Stresses = key("amplitude that is allowed, one per speed")
+    transient: tuple[Stress, ...] | None = key(_PASSING, None, max_length=2000)
     RULES = (
         same_length("speed", "stress", "transient"),
         ascending("speed"),
@@ -65,11 +65,9 @@ class StressCurve(Table):
 class TorqueCurve(Table):
     """A limit of the vibratory torque against the speed, straight lines between the entries."""
 
-    speed: _Speeds = Field(description="ascending, of the crankshaft")
-    torque: _Torques = Field(
-        description="amplitude that is allowed, one per speed, on its own shaft"
-    )
-    transient: tuple[Moment, ...] | None = Field(None, max_length=2000, description=_PASSING)
+    speed: _Speeds = key("ascending, of the crankshaft")
+    torque: _Torques = key("amplitude that is allowed, one per speed, on its own shaft")
+    transient: tuple[Moment, ...] | None = key(_PASSING, None, max_length=2000)
     RULES = (
         same_length("speed", "torque", "transient"),
         ascending("speed"),
@@ -91,22 +89,20 @@ class TorqueCurve(Table):
 class Crank(CrankDimensions):
     """A throw as the rule for crankshafts counts it, solid forged or cast."""
 
-    pin_fillet: Length = Field(gt=0, description="radius between pin and web")
-    journal_fillet: Length = Field(gt=0, description="radius between journal and web")
+    pin_fillet: Length = key("radius between pin and web", gt=0)
+    journal_fillet: Length = key("radius between journal and web", gt=0)
 
 
 class CrankBending(Table):
     """Nominal alternating stresses of a throw that are not of torsion."""
 
-    web: Stress = Field(ge=0, description="sigma_BFN: bending, of the web's cross-section")
-    compressive: Stress = Field(
-        ge=0, description="sigma_QFN: by the radial force, of the web's cross-section"
+    web: Stress = key("sigma_BFN: bending, of the web's cross-section", ge=0)
+    compressive: Stress = key("sigma_QFN: by the radial force, of the web's cross-section", ge=0)
+    oil_bore: Stress | None = key(
+        "sigma_BON: bending at the oil bore, of the pin's cross-section", None, ge=0
     )
-    oil_bore: Stress | None = Field(
-        None, ge=0, description="sigma_BON: bending at the oil bore, of the pin's cross-section"
-    )
-    additional: Stress = Field(
-        10e6, ge=0, description="sigma_add: 10 N/mm2 of trunk piston, 30 of crosshead engines"
+    additional: Stress = key(
+        "sigma_add: 10 N/mm2 of trunk piston, 30 of crosshead engines", 10e6, ge=0
     )
 
 
@@ -142,41 +138,33 @@ _Names = Annotated[tuple[Name, ...], Field(max_length=64)]
 class TorsionLimit(Table):
     """A limit of stress or torque: a class rule as data, a curve, or a share of the mean torque."""
 
-    rule: Literal["iacs_m68", "iacs_m53"] | None = Field(
-        None, description="of propulsion shafts (m68) or of crankshafts (m53); informative"
+    rule: Literal["iacs_m68", "iacs_m53"] | None = key(
+        "of propulsion shafts (m68) or of crankshafts (m53); informative", None
     )
-    curve: StressCurve | None = Field(
-        None, description="instead of a rule: stress over speed, a table or a CSV"
+    curve: StressCurve | None = key("instead of a rule: stress over speed, a table or a CSV", None)
+    torque: TorqueCurve | None = key(
+        "instead: torque over speed of sections or gears, a table or a CSV", None
     )
-    torque: TorqueCurve | None = Field(
-        None, description="instead: torque over speed of sections or gears, a table or a CSV"
-    )
-    alternating_share: Number | None = Field(
+    alternating_share: Number | None = key(
+        "instead, of gears: alternating torque over the mean at the operating speed",
         None,
         gt=0,
         le=10,
-        description="instead, of gears: alternating torque over the mean at the operating speed",
     )
-    sections: _Names = Field(
-        (), description="names of shafts; default: all with what the limit needs"
+    sections: _Names = key("names of shafts; default: all with what the limit needs", ())
+    gears: _Names = key("names of gears; default of alternating_share: all", ())
+    tensile_strength: Stress | None = key(
+        "of the material, for the rule, where the shaft does not say it", None, gt=0
     )
-    gears: _Names = Field((), description="names of gears; default of alternating_share: all")
-    tensile_strength: Stress | None = Field(
-        None, gt=0, description="of the material, for the rule, where the shaft does not say it"
+    design_factor: Number = key("c_K of m68: 1 for a plain intermediate shaft", 1.0, gt=0, le=1)
+    shaft_kind: ShaftKind | None = key(
+        "instead of design_factor: what the shaft is, for c_K of m68", None
     )
-    design_factor: Number = Field(
-        1.0, gt=0, le=1, description="c_K of m68: 1 for a plain intermediate shaft"
+    crank: Crank | None = key("throw for m53, where the shafts have no `throw` with fillets", None)
+    crankshaft_kind: Literal["continuous_grain_flow", "free_form", "cast_cold_rolled"] | None = key(
+        "how it is made, for K of m53; default: free_form", None
     )
-    shaft_kind: ShaftKind | None = Field(
-        None, description="instead of design_factor: what the shaft is, for c_K of m68"
-    )
-    crank: Crank | None = Field(
-        None, description="throw for m53, where the shafts have no `throw` with fillets"
-    )
-    crankshaft_kind: Literal["continuous_grain_flow", "free_form", "cast_cold_rolled"] | None = (
-        Field(None, description="how it is made, for K of m53; default: free_form")
-    )
-    bending: CrankBending | None = Field(None, description="for m53: stresses not of torsion")
+    bending: CrankBending | None = key("for m53: stresses not of torsion", None)
     RULES = (
         one_of("rule", *_CURVES),
         *(at_most_one(one, other) for one in _CURVES for other in _OF_RULES),

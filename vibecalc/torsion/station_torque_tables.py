@@ -5,7 +5,16 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.core.case.fields import Angle, AngularSpeed, Frequency, Moment, Name, Number, Table
+from vibecalc.core.case.fields import (
+    Angle,
+    AngularSpeed,
+    Frequency,
+    Moment,
+    Name,
+    Number,
+    Table,
+    key,
+)
 from vibecalc.core.case.rules import (
     Row,
     ascending,
@@ -31,10 +40,10 @@ _TURN = 6.283185307179586
 class FactorOverSpeed(Table):
     """What a torque is at other speeds, over what it is given as; straight between the entries."""
 
-    speed: tuple[AngularSpeed, ...] = Field(
-        min_length=2, max_length=2000, description="ascending, of the crankshaft"
+    speed: tuple[AngularSpeed, ...] = key(
+        "ascending, of the crankshaft", min_length=2, max_length=2000
     )
-    factor: tuple[Number, ...] = Field(min_length=2, max_length=2000, description="one per speed")
+    factor: tuple[Number, ...] = key("one per speed", min_length=2, max_length=2000)
     RULES = (same_length("speed", "factor"), ascending("speed"))
 
 
@@ -67,11 +76,11 @@ def _span(row: Row) -> Iterator[Problem]:
 class TorqueOverAngle(Table):
     """A torque that was measured or computed over one turn of its shaft, or over two."""
 
-    angle: tuple[Angle, ...] = Field(
-        min_length=4, max_length=100_000, description="ascending, of the shaft, one turn or two"
+    angle: tuple[Angle, ...] = key(
+        "ascending, of the shaft, one turn or two", min_length=4, max_length=100_000
     )
-    torque: tuple[Moment, ...] = Field(
-        min_length=4, max_length=100_000, description="one per angle; the last equals the first"
+    torque: tuple[Moment, ...] = key(
+        "one per angle; the last equals the first", min_length=4, max_length=100_000
     )
 
     RULES = (same_length("angle", "torque"), ascending("angle"), _span)
@@ -101,42 +110,36 @@ _BY_ORDER = ("orders", "blades", "teeth", "frequencies", "record")
 class StationExcitation(Table):
     """A torque on a station: A cos(order x angle turned + phase), positive as the station turns."""
 
-    name: Name | None = Field(None, description="label; default: that of the station")
-    on: Name = Field(description="name of a station")
-    orders: Annotated[tuple[Order, ...], Field(max_length=MOST)] = Field(
-        (), description="periods in a turn of its own shaft, or of the crankshaft, see `of`"
+    name: Name | None = key("label; default: that of the station", None)
+    on: Name = key("name of a station")
+    orders: tuple[Order, ...] = key(
+        "periods in a turn of its own shaft, or of the crankshaft, see `of`", (), max_length=MOST
     )
-    blades: Blades | None = Field(
-        None, description="instead: of a propeller or wheel; the orders are its multiples"
+    blades: Blades | None = key(
+        "instead: of a propeller or wheel; the orders are its multiples", None
     )
-    teeth: Blades | None = Field(
-        None, description="instead: of a gear or sprocket; the orders are its multiples"
+    teeth: Blades | None = key("instead: of a gear or sprocket; the orders are its multiples", None)
+    frequencies: tuple[Annotated[Frequency, Field(gt=0)], ...] = key(
+        "instead: that do not follow the speed, '50 Hz'", (), max_length=MOST
     )
-    frequencies: Annotated[
-        tuple[Annotated[Frequency, Field(gt=0)], ...], Field(max_length=MOST)
-    ] = Field((), description="instead: that do not follow the speed, '50 Hz'")
-    record: TorqueOverAngle | None = Field(
-        None, description="instead: over its own angle, a table or a CSV; its mean does not count"
+    record: TorqueOverAngle | None = key(
+        "instead: over its own angle, a table or a CSV; its mean does not count", None
     )
-    harmonics: Annotated[int, Field(strict=True, ge=1, le=MOST)] = Field(
-        24, description="of a record: how many orders are taken from it"
+    harmonics: int = key(
+        "of a record: how many orders are taken from it", 24, strict=True, ge=1, le=MOST
     )
-    of: Literal["shaft", "crankshaft"] = Field(
-        "shaft", description="whose turns the orders count: its own shaft's or the crankshaft's"
+    of: Literal["shaft", "crankshaft"] = key(
+        "whose turns the orders count: its own shaft's or the crankshaft's", "shaft"
     )
-    torques: Annotated[tuple[Amplitude, ...], Field(max_length=MOST)] = Field(
-        (), description="amplitudes, 0-to-peak, on its own shaft, at the operating speed"
+    torques: tuple[Amplitude, ...] = key(
+        "amplitudes, 0-to-peak, on its own shaft, at the operating speed", (), max_length=MOST
     )
-    shares: Annotated[tuple[Share, ...], Field(max_length=MOST)] = Field(
-        (), description="instead: of the mean torque that the station takes, at every speed"
+    shares: tuple[Share, ...] = key(
+        "instead: of the mean torque that the station takes, at every speed", (), max_length=MOST
     )
-    phases: Annotated[tuple[Angle, ...], Field(max_length=MOST)] = Field(
-        (), description="at crank angle zero; default: 0"
-    )
-    exponent: Number = Field(0.0, ge=0, le=4, description="of the speed, for torques: 2 as a fan")
-    over_speed: FactorOverSpeed | None = Field(
-        None, description="instead of exponent: a table or a CSV"
-    )
+    phases: tuple[Angle, ...] = key("at crank angle zero; default: 0", (), max_length=MOST)
+    exponent: Number = key("of the speed, for torques: 2 as a fan", 0.0, ge=0, le=4)
+    over_speed: FactorOverSpeed | None = key("instead of exponent: a table or a CSV", None)
     RULES = (
         one_of(
             *_BY_ORDER,

@@ -15,6 +15,7 @@ from vibecalc.core.case.fields import (
     Table,
     Time,
     Unit,
+    key,
 )
 from vibecalc.core.case.rules import (
     ascending,
@@ -39,17 +40,14 @@ AT_CONSTANT_SPEED = ("load_step", "misfire_onset", "short_circuit", "torque_hist
 class FatigueLine(Table):
     """An S-N line: N = cycles (strength / amplitude)^slope down to its knee."""
 
-    stress: Stress | None = Field(
-        None, gt=0, description="amplitude of the shear stress at the knee"
+    stress: Stress | None = key("amplitude of the shear stress at the knee", None, gt=0)
+    torque: Moment | None = key(
+        "amplitude of the torque at the knee instead, on its own shaft", None, gt=0
     )
-    torque: Moment | None = Field(
-        None, gt=0, description="amplitude of the torque at the knee instead, on its own shaft"
-    )
-    cycles: Number = Field(1e6, ge=1e3, le=1e12, description="at the knee")
-    slope: Number = Field(5.0, ge=1, le=50, description="k of the line above the knee")
-    below: Literal["elementary", "haibach", "original"] = Field(
-        "elementary",
-        description="the knee: the same slope, 2 k - 1, or no damage at all",
+    cycles: Number = key("at the knee", 1e6, ge=1e3, le=1e12)
+    slope: Number = key("k of the line above the knee", 5.0, ge=1, le=50)
+    below: Literal["elementary", "haibach", "original"] = key(
+        "the knee: the same slope, 2 k - 1, or no damage at all", "elementary"
     )
     RULES = (one_of("stress", "torque"),)
 
@@ -57,20 +55,18 @@ class FatigueLine(Table):
 class CycleCounting(Table):
     """Cycles of the torque of sections over the change, by the rainflow method of ASTM E1049."""
 
-    sections: Annotated[tuple[Name, ...], Field(max_length=64)] = Field(
-        (), description="names of shafts; default: all sections of the line"
+    sections: tuple[Name, ...] = key(
+        "names of shafts; default: all sections of the line", (), max_length=64
     )
-    bins: Annotated[int, Field(strict=True, ge=2, le=256)] = Field(
-        16, description="equal ones, up to the largest range of each section"
+    bins: int = key(
+        "equal ones, up to the largest range of each section", 16, strict=True, ge=2, le=256
     )
-    ignore: Number = Field(
-        0.01, ge=0, lt=1, description="share of the largest range that a cycle has to reach"
+    ignore: Number = key("share of the largest range that a cycle has to reach", 0.01, ge=0, lt=1)
+    slope: Number = key(
+        "of a section without an S-N line, for the equivalent number", 5.0, ge=1, le=50
     )
-    slope: Number = Field(
-        5.0, ge=1, le=50, description="of a section without an S-N line, for the equivalent number"
-    )
-    changes: Number = Field(
-        1.0, gt=0, le=1e9, description="how many such changes the line goes through in its life"
+    changes: Number = key(
+        "how many such changes the line goes through in its life", 1.0, gt=0, le=1e9
     )
 
 
@@ -82,12 +78,10 @@ class CycleCounting(Table):
 class DecayingTorque(Table):
     """amplitude exp(-t / time_constant) sin(2 pi frequency t + phase) from the change on."""
 
-    amplitude: Moment = Field(description="at its begin, on its own shaft; positive brakes")
-    frequency: Frequency = Field(
-        0.0, ge=0, description="of the grid or twice that; 0: a torque that only decays"
-    )
-    time_constant: Time = Field(gt=0, description="in which it falls to 1 / e")
-    phase: Angle = Field(0.0, description="of the sine; 90 deg for one of frequency 0")
+    amplitude: Moment = key("at its begin, on its own shaft; positive brakes")
+    frequency: Frequency = key("of the grid or twice that; 0: a torque that only decays", 0.0, ge=0)
+    time_constant: Time = key("in which it falls to 1 / e", gt=0)
+    phase: Angle = key("of the sine; 90 deg for one of frequency 0", 0.0)
 
 
 Times = Annotated[tuple[Time, ...], Field(min_length=2, max_length=2000)]
@@ -97,10 +91,8 @@ Torques = Annotated[tuple[Moment, ...], Field(min_length=2, max_length=2000)]
 class TorqueTable(Table):
     """A torque against the time, straight lines between the entries."""
 
-    time: Times = Field(description="from the change on, ascending")
-    torque: Torques = Field(
-        description="on its own shaft, one per time; positive brakes more than before"
-    )
+    time: Times = key("from the change on, ascending")
+    torque: Torques = key("on its own shaft, one per time; positive brakes more than before")
     RULES = (same_length("time", "torque"), ascending("time", 0.0))
 
 
@@ -115,43 +107,40 @@ class Transient(Table):
     kind: Literal[
         "run_up", "run_down", "start", "stop", "load_step", "misfire_onset", "short_circuit",
         "torque_history", "clutch_in",
-    ] = Field(description="what happens")  # fmt: skip
-    start: AngularSpeed | None = Field(
-        None, alias="from", ge=0, description="speed at the begin, of run_up, run_down and stop"
+    ] = key("what happens")  # fmt: skip
+    start: AngularSpeed | None = key(
+        "speed at the begin, of run_up, run_down and stop", None, alias="from", ge=0
     )
-    stop: AngularSpeed | None = Field(
-        None, alias="to", ge=0, description="speed at the end, of run_up, run_down and start"
+    stop: AngularSpeed | None = key(
+        "speed at the end, of run_up, run_down and start", None, alias="to", ge=0
     )
-    acceleration: AngularAcceleration | None = Field(
-        None, description="largest magnitude; it grows and fades evenly"
+    acceleration: AngularAcceleration | None = key(
+        "largest magnitude; it grows and fades evenly", None
     )
-    duration: Time | None = Field(None, gt=0, description="instead of acceleration")
-    on: Name | None = Field(None, description="name of the station that the torque acts on")
-    torque: Moment | None = Field(
-        None, description="of a load step, on its own shaft; positive brakes more than before"
+    duration: Time | None = key("instead of acceleration", None, gt=0)
+    on: Name | None = key("name of the station that the torque acts on", None)
+    torque: Moment | None = key(
+        "of a load step, on its own shaft; positive brakes more than before", None
     )
-    cylinder: Name | None = Field(None, description="name of the cylinder that stops firing")
-    terms: Annotated[tuple[DecayingTorque, ...], Field(min_length=1, max_length=16)] = Field(
-        (), description="air-gap torque of a short circuit, a sum of decaying sines"
+    cylinder: Name | None = key("name of the cylinder that stops firing", None)
+    terms: tuple[DecayingTorque, ...] = key(
+        "air-gap torque of a short circuit, a sum of decaying sines",
+        (),
+        min_length=1,
+        max_length=16,
     )
-    history: TorqueTable | None = Field(
-        None, description="a torque over the time: a table or a CSV"
+    history: TorqueTable | None = key("a torque over the time: a table or a CSV", None)
+    clutch: Name | None = key("name of the shaft that is the clutch", None)
+    driven_speed: AngularSpeed | None = key(
+        "of what the clutch takes along, before, on the clutch's own shaft", None, ge=0
     )
-    clutch: Name | None = Field(None, description="name of the shaft that is the clutch")
-    driven_speed: AngularSpeed | None = Field(
-        None, ge=0, description="of what the clutch takes along, before, on the clutch's own shaft"
+    friction_torque: Moment | None = key("that the clutch slips at, on its own shaft", None, gt=0)
+    engaging_time: Time | None = key(
+        "in which that grows along a straight line from 0; default: at once", None, gt=0
     )
-    friction_torque: Moment | None = Field(
-        None, gt=0, description="that the clutch slips at, on its own shaft"
-    )
-    engaging_time: Time | None = Field(
-        None, gt=0, description="in which that grows along a straight line from 0; default: at once"
-    )
-    before: Time = Field(0.0, ge=0, description="time at the first state that is also computed")
-    after: Time = Field(1.0, gt=0, description="time watched afterwards")
-    counting: CycleCounting | None = Field(
-        None, description="also count the cycles of torque and stress"
-    )
+    before: Time = key("time at the first state that is also computed", 0.0, ge=0)
+    after: Time = key("time watched afterwards", 1.0, gt=0)
+    counting: CycleCounting | None = key("also count the cycles of torque and stress", None)
     RULES = (
         refers("on", "machine.shaft_line.stations", "station"),
         refers("cylinder", "machine.crank_train.cylinders", "cylinder"),

@@ -2,8 +2,8 @@
 
 from vibecalc.core.report.canvas import LIMIT
 from vibecalc.core.report.curves import Curve, Curves, Panel, operating
-from vibecalc.torsion.coupling_results import COUPLING
 from vibecalc.torsion.pictures.excitation import also
+from vibecalc.torsion.results import COUPLING
 
 _BESIDE = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
 

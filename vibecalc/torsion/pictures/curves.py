@@ -20,9 +20,9 @@ from vibecalc.core.report.curves import (
 from vibecalc.core.report.sections import labels
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Result
-from vibecalc.torsion.curve_results import QUANTITIES
 from vibecalc.torsion.report.curves import drawn
 from vibecalc.torsion.report.line import TORSION, order_text, place_of, row_of
+from vibecalc.torsion.results import QUANTITIES
 
 # ----------------------------------------------------------------------------
 # Orders in thin lines with their number at the maximum, their sum thick, the sum of their

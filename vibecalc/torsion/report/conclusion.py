@@ -12,10 +12,10 @@ from vibecalc.core.results.record import (
     Verdict,
 )
 from vibecalc.core.results.verdicts import verdicts_of
-from vibecalc.torsion.coupling_results import COUPLING
 from vibecalc.torsion.report.couplings import as_text
 from vibecalc.torsion.report.limits import ranges_in_words
 from vibecalc.torsion.report.line import TORSION, short, turns
+from vibecalc.torsion.results import COUPLING
 
 
 def in_one_sentence(result: Result) -> str:

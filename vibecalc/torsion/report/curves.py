@@ -8,7 +8,6 @@ from vibecalc.core.report.rows import Cells, Found, Made, Rows, named_at, part_o
 from vibecalc.core.report.sections import Section, labels, magnitudes
 from vibecalc.core.report.writing import Column, number, paragraph, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.torsion.curve_results import QUANTITIES
 from vibecalc.torsion.report.line import (
     TORSION,
     cell,
@@ -19,6 +18,7 @@ from vibecalc.torsion.report.line import (
     torque_unit,
     turns,
 )
+from vibecalc.torsion.results import QUANTITIES
 from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
