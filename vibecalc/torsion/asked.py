@@ -23,10 +23,6 @@ _MANY_FREEDOMS = 200
 _LONGEST_HOLZER = 100
 
 
-def parts_of(case: Case) -> tuple[str, ...]:
-    return ("crank_train", "shaft_line") if has_crank_train(case.machine) else ("shaft_line",)
-
-
 def asked(case: Case) -> "Torsion | None":
     """[response.torsion] of a case."""
     return None if case.response is None else case.response.torsion
@@ -52,12 +48,6 @@ def has_loops(case: Case) -> bool:
 def has_holzer(case: Case) -> bool:
     """Whether the line, a row or a tree of branches, is short enough for printed tables."""
     return freedom_count(case) <= _LONGEST_HOLZER and not has_loops(case)
-
-
-def has_modal_damping(case: Case) -> bool:
-    """Whether the case damps by mode."""
-    torsion = torsion_of(case)
-    return torsion.damping_model is not None and torsion.damping_model.kind == "modal"
 
 
 def has_damped_rings(case: Case) -> bool:
@@ -127,11 +117,6 @@ def excited_orders(case: Case) -> tuple[float, ...]:
     from vibecalc.torsion.adapters.given_torques import all_orders
 
     return tuple(all_orders(case, engine).order.tolist())
-
-
-def solves(case: Case, speeds: int = 1) -> int:
-    """Solves of the line at so many speeds, one per order."""
-    return len(excited_orders(case)) * speeds
 
 
 def orders_words(case: Case) -> str:
