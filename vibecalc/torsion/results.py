@@ -632,7 +632,7 @@ def of_line(ranged: bool) -> Iterator[str]:
     return (path for path in every if over_range(path) == ranged)
 
 
-JUDGE = "vibecalc.torsion.report.verdicts:limit_verdicts"
+JUDGE = "vibecalc.torsion.report.limits:limit_verdicts"
 HELPS = {f"{ROOT}/": (CANCELS, RESONANCE), study_results.DESIGN: (CANCELS,)}
 #: curves over the speeds below a folder and the results that a bound on all of one is held against
 _EXTREMES = (

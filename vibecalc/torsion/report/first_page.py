@@ -1,22 +1,38 @@
-"""What comes first on a shaft line: one sentence, and its variants side by side with limits."""
+"""What comes first on a shaft line, the conclusion, and the calculation as it is handed in."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.core.report.calculation import Calculation, Chapter
+from vibecalc.core.report.pages import conclusion as counted
 from vibecalc.core.report.pages import limit_verdict
-from vibecalc.core.report.sections import Section, having, labels
+from vibecalc.core.report.sections import Section, having, labels, read_as, stacked, table_of
+from vibecalc.core.report.verdicts import place_of as place_of_row
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
-from vibecalc.core.results.record import BROKEN, Result
+from vibecalc.core.results.record import (
+    BARRED,
+    BROKEN,
+    Result,
+    Verdict,
+)
 from vibecalc.core.results.verdicts import verdicts_of
+from vibecalc.torsion.report.couplings import as_text
 from vibecalc.torsion.report.limits import (
+    AT_SPEED,
+    PASSING,
+    crank_places,
+    exceeded_table,
+    flags,
+    formulas,
     has_limits,
     limited_words,
     limits_of,
     ranges_in_words,
     rule_of,
     separation_rule,
+    uses_by_section,
 )
 from vibecalc.torsion.report.line import (
     TORSION,
@@ -27,12 +43,13 @@ from vibecalc.torsion.report.line import (
     mode_names,
     names,
     place_of,
+    short,
     silent,
     torque_unit,
     turns,
     vector,
 )
-from vibecalc.torsion.report.verdicts import AT_SPEED, PASSING, flags
+from vibecalc.torsion.results import COUPLING
 from vibecalc.units import convert
 
 #: what has another section
@@ -342,3 +359,169 @@ def _of_gears(result: Result) -> Iterator[str]:
             found.append(f"from {joined(ends)} rpm" if ends else "from somewhere")
     for name, where in places.items():
         yield f"gear {name!r} hammers {joined(where)}"
+
+
+def in_one_sentence(result: Result) -> str:
+    """How many limits are kept, which are not, and the speed ranges that are barred."""
+    rows = verdicts_of(result)
+    if not rows:
+        return "The case sets no limit, so none is judged."
+    ranges = ranges_in_words(result)
+    if not ranges and having(result.record, f"{TORSION}limit/largest_use", "limit"):
+        ranges = ["no speed range is barred"]
+    return "; ".join([counted([], rows).rstrip("."), *ranges]) + "."
+
+
+_BARRED = (
+    "Kept but where barred: exceeded only in speed ranges that the rule lets be barred for "
+    "continuous running, and not at the operating speed."
+)
+_INFORMATIVE = "Informative: the society's or the standard's current text counts."
+_COUPLINGS = "Use of a coupling: T_KW counts by its frequency, a temperature by its rise."
+
+
+def conclusion_table(result: Result) -> list[str]:
+    """The sentence, and the table of limits."""
+    rows = verdicts_of(result)
+    columns = [Column("element"), Column("limit"), Column("rule"), Column("status"),
+               number("allowed"), number("computed"), Column("unit"), number("use\n%"),
+               number("at\nrpm"), Column("verdict")]  # fmt: skip
+    coupled = any(row.element and row.quantity.startswith(COUPLING) for row in rows)
+    words = [_BARRED] * any(row.state == BARRED for row in rows)
+    words += [_INFORMATIVE] * any(row.status == "informative" for row in rows)
+    words += [_COUPLINGS] * coupled
+    return [*paragraph(in_one_sentence(result)), *table(columns, map(_cells, rows)),
+            *paragraph(" ".join(words))[: len(words)]]  # fmt: skip
+
+
+def _cells(row: Verdict) -> list[str]:
+    use = show(100.0 * row.use) if np.isfinite(row.use) else ""
+    at = turns(row.speed) if np.isfinite(row.speed) else ""
+    sides = (("min", row.min), ("max", row.max))
+    bounds = ", ".join(f"{side} {short(one)}" for side, one in sides if one is not None)
+    if row.element:
+        element, limit, source = row.element, row.limit, row.source
+        limit += f"; {row.condition}" if row.condition else ""
+        bare = not row.unit and row.max == 1.0  # the use itself
+        bounds = bounds if row.min is not None else as_text(row.max or 0.0, row.unit)
+        bounds, computed = ("", "") if bare else (bounds, as_text(row.computed, row.unit))
+    else:
+        picks = ", ".join(f"{axis.replace('_', ' ')} {one}" for axis, one in row.where.items())
+        element = place_of_row(row).strip() or picks or "line"
+        limit = read_as(row.quantity, row.unit)[0] + " (start)" * (row.at == "start")
+        source, computed = row.source or "limit of the case", show(row.computed, row.error_estimate)
+    return [element, limit, source, row.status, bounds, computed, row.unit, use, at,
+            limit_verdict(row)]  # fmt: skip
+
+
+# ----------------------------------------------------------------------------
+# The chapters in their order. What a result does not have is no chapter.
+# ----------------------------------------------------------------------------
+
+
+def _chapter(title: str, *parts: str, details: tuple[str, ...] = ()) -> Chapter:
+    """Parts that are functions of the folder of reports are named by file and function."""
+    return Chapter(
+        title, tuple(map(_where_calculation, parts)), tuple(map(_where_calculation, details))
+    )
+
+
+def _where_calculation(part: str) -> str:
+    return f"vibecalc.torsion.report.{part}" if ":" in part and "." not in part else part
+
+
+CALCULATION = Calculation(
+    title="Torsional vibration calculation",
+    applies=_where_calculation("first_page:has_calculation"),
+    summary=_where_calculation("first_page:summary"),
+    chapters=(
+        _chapter("System data", "line:torsion_line", "vibecalc.torsion.pictures.modes:draw_system"),
+        _chapter(
+            "Natural frequencies and mode shapes",
+            *("modes:torsion_modes", "modes:node_table", "torsion_shapes"),
+        ),
+        _chapter("Holzer tables", "modes:lowest_holzer"),
+        _chapter(
+            "Excitation",
+            *("excitation:engine_torque", "excitation:cylinder_orders"),
+            *("excitation:station_torques", "torsion_excitation"),
+            details=("excitation:vector_sums", "torsion_vectors"),
+        ),
+        _chapter("Damping", "line:torsion_damping", "damping_over_speed"),
+        _chapter(
+            "Forced vibration",
+            *("first_page:conventions", "vibration:torsion_steady"),
+            *("vibration:torsion_speeds", "torsion_speeds"),
+            *("first_page:loads_and_limits", "torsion_limits", "gear_torque"),
+            *("vibration:torsion_curves", "torsion_curves", "torsion_station_curves"),
+            *("couplings:torsion_couplings", "torsion_couplings", "torsion_dampers"),
+            *("vibration:torsion_irregularity", "cyclic_irregularity"),
+            details=("torsion_orders", "station_angles", "section_stress"),
+        ),
+        _chapter(
+            "Misfire and worst condition",
+            *("first_page:misfire", "vibration:torsion_conditions", "worst_condition"),
+        ),
+        _chapter(
+            "Barred ranges and critical speeds",
+            *("first_page:barred", "excitation:torsion_excitation", "torsion_campbell"),
+        ),
+        _chapter(
+            "Changes in time and passage",
+            *("studies:torsion_transient", "torsion_transient", "torsion_waterfall"),
+            *("clutch_slip", "counted_cycles"),
+        ),
+        _chapter("Variable inertia", "studies:torsion_variable", "torsion_variable_inertia"),
+        _chapter("As published", "studies:torsion_published"),
+        _chapter("Design of a damper", "studies:damper_design", "damper_map", "damper_response"),
+        _chapter("Conclusion", "first_page:conclusion_table"),
+    ),
+    elsewhere=(
+        _where_calculation("first_page:torsion"),
+        _where_calculation("limits:torsion_limits"),
+    ),
+)
+
+
+def has_calculation(result: Result) -> bool:
+    """Whether a case asks for the vibration of a shaft line, and has it."""
+    asks = bool(table_of(result.case, "response", "torsion"))
+    return asks and TORSION + "modes/natural_frequency" in result.record
+
+
+def summary(result: Result) -> list[str]:
+    """The sentence of the first page."""
+    return paragraph(in_one_sentence(result))
+
+
+# ----------------------------------------------------------------------------
+# What the text report has elsewhere, or not.
+# ----------------------------------------------------------------------------
+
+
+def conventions(result: Result) -> list[str]:
+    """What a half range is."""
+    driven = TORSION + "torque_half_range" in result.record
+    return paragraph(CONVENTIONS) if driven else []
+
+
+def loads_and_limits(result: Result) -> list[str]:
+    """What each section bears and may bear, by each limit, with the formulas of the rules."""
+    uses, places = uses_by_section(result), crank_places(result)
+    return stacked(uses, places, formulas(result)) if uses else []
+
+
+def misfire(result: Result) -> list[str]:
+    """The line with all cylinders firing beside that of the case."""
+    there = any(one.prefix == HEALTHY for one in variants(result))
+    return variant_table(result) if there else []
+
+
+def barred(result: Result) -> list[str]:
+    """The ranges of speeds that are barred, and what bars them."""
+    record = result.record
+    if f"{TORSION}limit/largest_use" not in record:
+        there = having(record, TORSION + "critical/speed", "mode", "half_order") is not None
+        return paragraph("No limit is held over the speeds: none is barred.") if there else []
+    words = "; ".join(ranges_in_words(result)) or "no range is barred"
+    return stacked(paragraph(f"{words[0].upper()}{words[1:]}."), exceeded_table(record))
