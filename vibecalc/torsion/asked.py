@@ -10,10 +10,10 @@ from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.study_results import PASSAGES
 
 if TYPE_CHECKING:
-    from vibecalc.torsion.coupling_tables import Coupling
+    from vibecalc.torsion.line_part_tables import Coupling
+    from vibecalc.torsion.question_tables import Transient
     from vibecalc.torsion.shaft_line_tables import ShaftLine
     from vibecalc.torsion.tables import Torsion
-    from vibecalc.torsion.transient_tables import Transient
 
 #: where the case says nothing
 _HIGHEST_ORDER = 12.0
@@ -62,12 +62,7 @@ def modes_follow_speed(case: Case) -> bool:
     """Whether pendulums, or couplings that vary, let natural frequencies change with the speed."""
     if any(one.kind == "pendulum" for one in shaft_line_of(case).dampers):
         return True
-    found = named_couplings(case).values()
-    if not found:
-        return False
-    from vibecalc.torsion.coupling_checks import what_it_follows
-
-    return any(map(what_it_follows, found))
+    return any(one.follows for one in named_couplings(case).values())
 
 
 def named_couplings(case: Case) -> dict[str, "Coupling"]:
@@ -129,7 +124,7 @@ def orders_words(case: Case) -> str:
 
 def condition_names(case: Case) -> tuple[str, ...]:
     """Names of the conditions of the cylinders, none where the case asks for none."""
-    from vibecalc.torsion.curve_tables import condition_names
+    from vibecalc.torsion.question_tables import condition_names
 
     torsion = asked(case)
     if torsion is None or torsion.conditions is None:

@@ -38,28 +38,20 @@ from vibecalc.core.case.rules import (
 )
 from vibecalc.errors import Problem
 
+_PARTS = "vibecalc.torsion.line_part_tables"
 if TYPE_CHECKING:
-    from vibecalc.torsion.coupling_tables import Coupling
-    from vibecalc.torsion.damping_tables import (
+    from vibecalc.torsion.line_part_tables import (
+        Coupling,
         EngineDamping,
+        FatigueLine,
         LoadCurve,
         OverSpeed,
         PropellerDamping,
+        StationExcitation,
     )
-    from vibecalc.torsion.station_torque_tables import StationExcitation
-    from vibecalc.torsion.transient_tables import FatigueLine
 else:
-    globals().update(
-        later(
-            {
-                "vibecalc.torsion.coupling_tables": "Coupling",
-                "vibecalc.torsion.damping_tables": "EngineDamping OverSpeed PropellerDamping "
-                "LoadCurve",
-                "vibecalc.torsion.station_torque_tables": "StationExcitation",
-                "vibecalc.torsion.transient_tables": "FatigueLine",
-            }
-        )
-    )
+    _named = "Coupling EngineDamping FatigueLine LoadCurve OverSpeed PropellerDamping"
+    globals().update(later({_PARTS: f"{_named} StationExcitation"}))
 
 # ----------------------------------------------------------------------------
 # A damper on a shaft line: a ring behind oil or springs, or pendulums.

@@ -203,7 +203,7 @@ def _curves(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[Sta
     """Orders of named shafts and stations, cyclic irregularity, conditions of the cylinders."""
     if not (torsion.curves or torsion.irregularity or torsion.conditions):
         return
-    from vibecalc.torsion.curve_tables import curves_of
+    from vibecalc.torsion.question_tables import curves_of
 
     points = 1 if torsion.speeds is None else torsion.speeds.points
     solved = len(excited_orders(case)) * points
@@ -459,8 +459,8 @@ SUBJECT = Subject(
         "torsion_campbell": "vibecalc.torsion.pictures.modes:draw_torsion_campbell",
         "torsion_speeds": "vibecalc.torsion.pictures.speeds:TORSION_SPEEDS",
         "torsion_limits": "vibecalc.torsion.pictures.speeds:TORSION_LIMITS",
-        "torsion_curves": "vibecalc.torsion.pictures.speeds:TORSION_CURVES",
-        "torsion_station_curves": "vibecalc.torsion.pictures.speeds:TORSION_STATION_CURVES",
+        "torsion_curves": "vibecalc.torsion.pictures.excitation:TORSION_CURVES",
+        "torsion_station_curves": "vibecalc.torsion.pictures.excitation:TORSION_STATION_CURVES",
         "torsion_orders": "vibecalc.torsion.pictures.excitation:TORSION_ORDERS",
         "torsion_vectors": "vibecalc.torsion.pictures.excitation:draw_torsion_vectors",
         "torsion_transient": "vibecalc.torsion.pictures.studies:TORSION_TRANSIENT",

@@ -32,19 +32,16 @@ from vibecalc.core.case.rules import (
 from vibecalc.parts.tables import cylinders_in
 
 if TYPE_CHECKING:
-    from vibecalc.torsion.curve_tables import Conditions, Irregularity, LineCurve
-    from vibecalc.torsion.limit_tables import TorsionLimit
-    from vibecalc.torsion.transient_tables import Transient
-else:
-    globals().update(
-        later(
-            {
-                "vibecalc.torsion.curve_tables": "Conditions Irregularity LineCurve",
-                "vibecalc.torsion.limit_tables": "TorsionLimit",
-                "vibecalc.torsion.transient_tables": "Transient",
-            }
-        )
+    from vibecalc.torsion.question_tables import (
+        Conditions,
+        Irregularity,
+        LineCurve,
+        TorsionLimit,
+        Transient,
     )
+else:
+    _named = "Conditions Irregularity LineCurve TorsionLimit Transient"
+    globals().update(later({"vibecalc.torsion.question_tables": _named}))
 
 # ----------------------------------------------------------------------------
 # What is asked of the torsion of a shaft line.
