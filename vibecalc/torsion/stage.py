@@ -468,7 +468,7 @@ SUBJECT = Subject(
         "torsion_couplings": "vibecalc.torsion.pictures.speeds:TORSION_COUPLINGS",
         "torsion_dampers": "vibecalc.torsion.pictures.speeds:TORSION_DAMPERS",
         "torsion_variable_inertia": "vibecalc.torsion.pictures.studies:VARIABLE_INERTIA",
-        "torsion_as_published": "vibecalc.torsion.pictures.as_published:AS_PUBLISHED",
+        "torsion_as_published": "vibecalc.torsion.pictures.studies:AS_PUBLISHED",
         "damper_map": "vibecalc.torsion.pictures.studies:draw_damper_map",
         "damper_response": "vibecalc.torsion.pictures.studies:DAMPER_RESPONSE",
     },

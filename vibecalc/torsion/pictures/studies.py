@@ -1,4 +1,4 @@
-"""Pictures of studies: change in time, waterfall, variable inertia, design of a damper."""
+"""Pictures of studies: change in time, waterfall, variable inertia, modal route, damper design."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -26,6 +26,7 @@ from vibecalc.core.report.curves import (
     Panel,
     Plot,
     Source,
+    decades,
     entry_of,
     first_of,
     level,
@@ -34,7 +35,7 @@ from vibecalc.core.report.curves import (
 )
 from vibecalc.core.report.sections import having, labels, scalar_of, table_of
 from vibecalc.core.report.writing import hertz, rpm, show
-from vibecalc.core.results.record import Quantity, Record, Result
+from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.torsion.pictures.excitation import torque_words
 from vibecalc.torsion.report.line import TORSION, at_speed, mode_names, place_of, torque_unit
 from vibecalc.torsion.report.studies import (
@@ -44,7 +45,7 @@ from vibecalc.torsion.report.studies import (
     change_in_words,
     objective_of,
 )
-from vibecalc.torsion.study_results import PASSAGES
+from vibecalc.torsion.study_results import PASSAGES, PUBLISHED
 from vibecalc.units import convert
 
 if TYPE_CHECKING:
@@ -481,4 +482,59 @@ DAMPER_RESPONSE = Curves(
     _response,
     high=4.1,
     names=3,
+)
+
+
+#: elastic modes that have a curve of their own; the source shows three
+_MODES = 6
+
+
+def _at_criticals(mode: int) -> Source:
+    """The twist of one mode over the speeds at which its orders meet its frequency."""
+
+    def made(result: Result) -> Quantity | None:
+        natural = result.record.quantities.get(PUBLISHED + "natural_frequency")
+        if natural is None or mode >= len(natural.values):
+            return None
+        found = sourced(entry_of(PUBLISHED + "twist_at_critical", mode), result)
+        if found is None:
+            return None
+        order = np.asarray(found.axes[1].values, dtype=float)
+        speeds = natural.values[mode] / order[order > 0.0]
+        axis = Axis(name="speed", values=speeds, unit="rad/s", long_name="speed")
+        values = np.abs(found.values[:, order > 0.0])
+        return replace(found, path="", values=values, axes=(found.axes[0], axis))
+
+    return made
+
+
+AS_PUBLISHED = Curves(
+    "modal route of the source: shapes with 1 at the first freedom, no twist of a shaft",
+    (
+        Panel(
+            "twist",
+            (Curve(PUBLISHED + "twist_magnitude", "mode {}"), operating),
+            "size of the modal twist at crank angle 0 against speed",
+            log="y",
+        ),
+        Panel(
+            "vector sum",
+            (Curve(PUBLISHED + "intensity", bars=True),),
+            "intensity: torques weighted by the shape, summed over the stations",
+            log="y",
+            ends=decades(4),
+        ),
+        Panel(
+            "twist",
+            tuple(
+                Curve(
+                    _at_criticals(mode),
+                    look={"color": COLOURS[mode], "marker": "v", "linestyle": ""},
+                )
+                for mode in range(_MODES)
+            ),
+            "size of the modal twist at the critical speeds, all orders",
+            log="xy",
+        ),
+    ),
 )

@@ -69,7 +69,7 @@ def torsion(result: Result) -> Section | None:
     lines = [*paragraph(conclusion(result)), *paragraph(CONVENTIONS)]
     columns = variants(result)
     # without a misfire the table of the speed range has the other variant, as a column
-    first = any(variant.prefix == HEALTHY for variant in columns)
+    first = HEALTHY in columns
     lines += ["", *variant_table(result)] if first else []
     return Section(
         "Torsional vibration of the shaft line",
@@ -100,14 +100,6 @@ _LARGEST = (
 _DAMPERS = (("heat", "W"), ("travel", "mrad"))
 
 
-class Variant(NamedTuple):
-    """A column: its title, its name in a row, and what its paths start with below `TORSION`."""
-
-    title: str
-    name: str
-    prefix: str
-
-
 class Value(NamedTuple):
     """A cell: size in the unit shown, text, where it is, and at which speed."""
 
@@ -127,48 +119,51 @@ class SummaryRow(NamedTuple):
     limit: str = ""
     flag: str = ""
 
-    def text(self, prefix: str) -> str:
-        """What stands in the column of a variant."""
-        if prefix not in self.value:
-            return ""
-        size, text, *_ = self.value[prefix]
-        return text + ABOVE * bool(prefix and size > self.bound)
 
+def variants(result: Result) -> dict[str, tuple[str, str]]:
+    """What paths of a column start with below `TORSION` -> its title, and its name in a row.
 
-def variants(result: Result) -> list[Variant]:
-    """The columns that the result has: all fire, misfire, without dampers."""
-
-    def there(prefix: str) -> bool:
-        return any(path.startswith(TORSION + prefix) for path in result.record)
-
-    ill, found = silent(result), [Variant("all\nfire", "all fire", "")]
+    The columns that the result has: all fire, misfire, without dampers.
+    """
+    ill = silent(result)
     name = f"misfire {', '.join(ill)}" if ill else "all fire"
-    if ill:
-        found = [Variant("all\nfire", "all fire", HEALTHY)] * there(HEALTHY)
-        found.append(Variant(name.replace(" ", "\n", 1), name, ""))
-    return found + [Variant(f"{name},\nwithout\ndampers", "no dampers", BARE)] * there(BARE)
+    every = {
+        **({HEALTHY: ("all\nfire", "all fire")} if ill else {}),
+        "": (name.replace(" ", "\n", 1), name),
+        BARE: (f"{name},\nwithout\ndampers", "no dampers"),
+    }
+    paths = tuple(result.record)
+    return {
+        prefix: words
+        for prefix, words in every.items()
+        if not prefix or any(path.startswith(TORSION + prefix) for path in paths)
+    }
 
 
-def _rows(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
-    yield from _frequencies(result, columns)
+def _rows(result: Result) -> Iterator[SummaryRow]:
+    yield from _frequencies(result)
     for words, path, unit in _LARGEST:
         for scope, of in ((ANY, f"largest/{path}"), (OPERATING, path)):
-            yield from _load(result, columns, f"{words}, {scope}", of, "section", unit)
-    yield from _uses(result, columns)
+            yield from _load(result, f"{words}, {scope}", of, "section", unit)
+    yield from _uses(result)
     for name, unit in _DAMPERS:
-        words = f"{name} in a damper, {OPERATING}"
-        yield from _load(result, columns, words, f"damper/{name}", "damper", unit)
+        yield from _load(
+            result, f"{name} in a damper, {OPERATING}", f"damper/{name}", "damper", unit
+        )
 
 
 def variant_table(result: Result) -> list[str]:
     """A row for each quantity, with those above a limit of another column marked."""
-    columns = variants(result)
-    rows = [
-        [row.words, row.unit, *(row.text(variant.prefix) for variant in columns),
-         row.limit, row.flag]
-        for row in _rows(result, columns)
-    ]  # fmt: skip
-    head = [Column("quantity"), Column("unit"), *(number(variant.title) for variant in columns)]
+    columns, rows = variants(result), list[list[str]]()
+    for words, unit, value, bound, limit, flag in _rows(result):
+        cells = [
+            value[prefix].text + ABOVE * bool(prefix and value[prefix].size > bound)
+            if prefix in value
+            else ""
+            for prefix in columns
+        ]
+        rows.append([words, unit, *cells, limit, flag])
+    head = [Column("quantity"), Column("unit"), *(number(title) for title, _ in columns.values())]
     lines = table([*head, number("limit"), Column("flag")], rows)
     if any(text.endswith(ABOVE) for row in rows for text in row):
         lines += paragraph("!: above the limit, which the case sets for another column.")
@@ -178,65 +173,68 @@ def variant_table(result: Result) -> list[str]:
 def _where(result: Result) -> list[str]:
     """Section and speed of the values in the table of variants."""
     columns, places = variants(result), list[list[str]]()
-    for row in _rows(result, columns):
-        there = [one for one in columns if one.prefix in row.value and row.value[one.prefix].at]
-        for one in there:
-            *_, place, at = row.value[one.prefix]
-            places.append([row.words if one is there[0] else "", one.name, place, at])
+    for row in _rows(result):
+        words = row.words
+        for prefix, (_, name) in columns.items():
+            if prefix in row.value and row.value[prefix].at:
+                places.append([words, name, *row.value[prefix][2:]])
+                words = ""
     heads = ("where", "variant", "section or mode", "at")
     return table([Column(head) for head in heads], places)
 
 
-def _frequencies(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
+def _frequencies(result: Result) -> Iterator[SummaryRow]:
     quantity = having(result.record, TORSION + "modes/natural_frequency", "mode")
-    modes = elastic_modes(result)
+    modes, value = elastic_modes(result), dict[str, Value]()
     if quantity is None or not modes:
         return
-    first, error = float(quantity.values[modes[0]]), quantity.error_estimate
-    text = show(hertz(first), hertz(error), 4)
-    value = {one.prefix: Value(first, text) for one in columns if one.prefix != BARE}
-    at = f"{show(rpm(first), digits=4)} cpm"
-    value[columns[0].prefix] = Value(first, text, mode_names(result)[modes[0]], at)
+
+    def cell(frequency: float, error: float, name: str) -> Value:
+        at = f"{show(rpm(frequency), digits=4)} cpm" if name else ""
+        return Value(frequency, show(hertz(frequency), hertz(error), 4), name, at)
+
+    for prefix in variants(result):
+        if prefix != BARE:
+            name = "" if value else mode_names(result)[modes[0]]
+            value[prefix] = cell(float(quantity.values[modes[0]]), quantity.error_estimate, name)
     bare = vector(result.record, BARE + "natural_frequency", "bare_mode")
     if bare is not None and np.any(bare > 0.0):
-        lowest = bare[bare > 0.0][0]
-        at = f"{show(rpm(lowest), digits=4)} cpm"
-        value[BARE] = Value(lowest, show(hertz(lowest), digits=4), "1st elastic", at)
+        value[BARE] = cell(bare[bare > 0.0][0], 0.0, "1st elastic")
     yield SummaryRow("lowest natural frequency", "Hz", value)
 
 
-def _load(
-    result: Result, columns: list[Variant], words: str, path: str, axis: str, unit: str
-) -> Iterator[SummaryRow]:
+def _load(result: Result, words: str, path: str, axis: str, unit: str) -> Iterator[SummaryRow]:
     """The worst section or damper in each variant, with the limit of the case."""
     record, value = result.record, dict[str, Value]()
     unit = unit or torque_unit(record)[1]
     # the twist of a damper is the travel of its ring, which has another row
     rings = [] if axis == "damper" else names(record, "damper/travel", "damper")
-    for _, _, prefix in columns:
+    for prefix in variants(result):
         quantity = having(record, TORSION + prefix + path, axis)
         if quantity is None:
             continue
         named, factor = labels(quantity.axes[0]), convert(1.0, quantity.unit, unit)
         values = np.where(np.isin(named, rings), 0.0, np.asarray(quantity.values, dtype=float))
         place = int(np.argmax(values))
-        size, at = factor * float(values[place]), OPERATING
+        size, name, at = factor * float(values[place]), named[place], OPERATING
         if size <= 0.0 and axis == "section":
             continue
-        if path.startswith("largest/"):
-            at = _at_speed(result, prefix, path, named[place])
         if not np.isfinite(size):
-            named[place], at = "", "undamped criticals, listed below"
-        text = show(size, factor * quantity.error_estimate, 4)
-        value[prefix] = Value(size, text, named[place], at)
-    for row in verdicts_of(result) if value else ():
-        whole = row.quantity == TORSION + path and not row.where and not row.element
-        if whole and row.at != "start" and row.max is not None:
-            bound = convert(row.max, row.unit, unit)
-            text = show(bound, digits=4)
-            yield SummaryRow(words, unit, value, bound, text, limit_verdict(row))
-            return
-    if value:
+            name, at = "", "undamped criticals, listed below"
+        elif path.startswith("largest/"):
+            at = _at_speed(result, prefix, path, name)
+        value[prefix] = Value(size, show(size, factor * quantity.error_estimate, 4), name, at)
+    bounds = [
+        row
+        for row in (verdicts_of(result) if value else ())
+        if row.quantity == TORSION + path and not row.where and not row.element
+        if row.at != "start" and row.max is not None
+    ]
+    for row in bounds[:1]:
+        bound = convert(row.max or 0.0, row.unit, unit)
+        text = show(bound, digits=4)
+        yield SummaryRow(words, unit, value, bound, text, limit_verdict(row))
+    if value and not bounds:
         yield SummaryRow(words, unit, value)
 
 
@@ -257,28 +255,29 @@ def _at_speed(result: Result, prefix: str, path: str, section: str) -> str:
     return f"{turns(speed)} rpm" + f" ({met})" * bool(met)
 
 
-def _uses(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
+def _uses(result: Result) -> Iterator[SummaryRow]:
     """A row for each limit: use, over the speed range and at the operating speed."""
-    record, flagged = result.record, {ANY: flags(result), OPERATING: flags(result, AT_SPEED)}
+    record = result.record
     for i, limit in enumerate(limits_of(result) if has_limits(record) else ()):
-        own = [row for row in verdicts_of(result) if row.element
-               and row.quantity == f"{TORSION}limit/each/use"
+        own = [row for row in verdicts_of(result)
+               if row.element and row.quantity == f"{TORSION}limit/each/use"
                and row.where["limit"] == i + 1]  # fmt: skip
-        worst = max(own, key=lambda row: row.use, default=None)
-        for scope, path in ((ANY, "limit/largest_use"), (OPERATING, "limit/operating_use")):
-            value, rule = dict[str, Value](), rule_of(limit).name
-            for _, _, prefix in columns:
+        worst, rule = max(own, key=lambda row: row.use, default=None), rule_of(limit).name
+        here = (worst.element, f"{turns(worst.speed)} rpm: {rule}") if worst else None
+        for scope, path, place, flagged in (
+            (ANY, "limit/largest_use", here, flags(result)),
+            (OPERATING, "limit/operating_use", None, flags(result, AT_SPEED)),
+        ):
+            value = dict[str, Value]()
+            for prefix in variants(result):
                 use = vector(record, prefix + path, "limit")
                 if use is not None and i < use.size:
-                    share, place, at = 100.0 * float(use[i]), "", ""
-                    if not prefix:
-                        here = scope == ANY and worst
-                        place = here.element if here else ""
-                        at = f"{f'{turns(here.speed)} rpm' if here else OPERATING}: {rule}"
-                    value[prefix] = Value(share, show(share, digits=4), place, at)
+                    share = 100.0 * float(use[i])
+                    where = ("", "") if prefix else place or ("", f"{OPERATING}: {rule}")
+                    value[prefix] = Value(share, show(share, digits=4), *where)
             if value:
                 words = f"{limited_words(record, some=[i])} over limit {i + 1}, {scope}"
-                yield SummaryRow(words, "%", value, 100.0, "100", flagged[scope][i])
+                yield SummaryRow(words, "%", value, 100.0, "100", flagged[i])
 
 
 # ----------------------------------------------------------------------------
@@ -513,8 +512,7 @@ def loads_and_limits(result: Result) -> list[str]:
 
 def misfire(result: Result) -> list[str]:
     """The line with all cylinders firing beside that of the case."""
-    there = any(one.prefix == HEALTHY for one in variants(result))
-    return variant_table(result) if there else []
+    return variant_table(result) if HEALTHY in variants(result) else []
 
 
 def barred(result: Result) -> list[str]:
