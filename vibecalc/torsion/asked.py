@@ -115,6 +115,7 @@ def excited_orders(case: Case) -> tuple[float, ...]:
 
 
 def orders_words(case: Case) -> str:
+    """Orders of the excitation in words."""
     if shaft_line_of(case).excitations:
         orders = excited_orders(case)
         return f"{len(orders)} from {orders[0]:.4g} to {orders[-1]:.4g}"
@@ -131,16 +132,6 @@ def condition_names(case: Case) -> tuple[str, ...]:
         return ()
     cylinders = (one.name for one in case.machine.crank_train.cylinders)
     return condition_names(torsion.conditions, cylinders)
-
-
-def line_orders(case: Case) -> str:
-    """Orders of the excitation in words."""
-    torsion = asked(case)
-    given = None if torsion is None else torsion.orders
-    if given is None or given.count is None:
-        highest = _HIGHEST_ORDER if given is None or given.highest is None else given.highest
-        return f"up to {highest:g}, mean torque apart"
-    return f"the first {given.count}, mean torque apart"
 
 
 def has_loss(case: Case) -> bool:

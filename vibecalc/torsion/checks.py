@@ -350,7 +350,7 @@ def effort_problems(case: Case, speeds: Sequence[tuple[KeyPath, float]]) -> Iter
     yield from _loads(given)
     yield from _speeds(given, speeds)
     if case.machine.shaft_line is not None:
-        yield from _orders_tangential_effort_checks(case, given)
+        yield from _effort_orders(case, given)
         yield from _motored(case)
     for table in with_torque(case):
         yield Problem(
@@ -406,7 +406,7 @@ def _speeds(given: TangentialEffort, speeds: Sequence[tuple[KeyPath, float]]) ->
             )
 
 
-def _orders_tangential_effort_checks(case: Case, given: TangentialEffort) -> Iterator[Problem]:
+def _effort_orders(case: Case, given: TangentialEffort) -> Iterator[Problem]:
     """Orders that the gas of such an engine has, and all of those that are asked."""
     rows = given.harmonics.order
     base = TURN / cycle_angle(case.machine)

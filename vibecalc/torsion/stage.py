@@ -29,7 +29,6 @@ from vibecalc.torsion.asked import (
     has_loss,
     leading,
     least_steps,
-    line_orders,
     modes_follow_speed,
     named_couplings,
     orders_words,
@@ -65,7 +64,7 @@ def _stage(case: "Case", name: str, adapter: str, topics: str = "", **more: Any)
     """A stage whose excitation is that of the line; it is a last one if nothing else is said."""
     usual: dict[str, Any] = {
         "parts": ("crank_train",) * has_crank_train(case.machine) + ("shaft_line",),
-        "orders": line_orders(case),
+        "orders": orders_words(case),
         "harmonics": _half_orders,
         "is_last": True,
         "topics": (f"vibecalc.torsion.accuracy:{topics}",) if topics else (),
@@ -87,7 +86,6 @@ def plan(case: "Case") -> Iterator[Stage]:
 def _line(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[Stage]:
     """Modes, excitation and vibration at the operating speed; curves where speeds are given."""
     orders, freedoms, speeds = len(excited_orders(case)), freedom_count(case), torsion.speeds
-    usual = {"orders": orders_words(case), "leading": leading(case)}
     yield _stage(
         case,
         "torsion",
@@ -99,7 +97,7 @@ def _line(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[Stage
         quantities=_picked(case, line, torsion, ranged=False),
         is_last=False,
         work=lambda _, kept: ((1, "line"), (kept, "line_order"), (freedoms**3, "shape_weight")),
-        **usual,
+        leading=leading(case),
     )
     if speeds is None:
         return
@@ -123,7 +121,7 @@ def _line(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[Stage
         f"{speeds.stop:.6g} rad/s{twice}",
         quantities=_picked(case, line, torsion, ranged=True),
         work=work,
-        **usual,
+        leading=leading(case),
     )
 
 
@@ -243,7 +241,6 @@ def _curves(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[Sta
                 f"torsion {name}",
                 f"{adapter}:run_torsion_{name}",
                 why=f"[response.torsion] {name} {why} in the case",
-                orders=orders_words(case),
                 cost=f"{solved} solves, one per order and speed{at_once * (name == 'conditions')}",
                 quantities=tuple(one for one in paths if torsion.speeds or not over_range(one)),
                 work=work_of_conditions if name == "conditions" else work,
@@ -282,7 +279,7 @@ def _studies(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[St
             "variable_inertia:run_torsion_variable_inertia",
             "torsion_variable_topics",
             why="[response.torsion.variable_inertia] is in the case",
-            orders=line_orders(case) + ", and further ones of the motion",
+            orders=orders_words(case) + ", and further ones of the motion",
             cost=over + "Newton's method with all orders at the operating speed",
             quantities=below(VARIABLE, lacking),
             # the motion has more orders than its excitation; so many are tried first

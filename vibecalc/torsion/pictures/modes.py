@@ -297,7 +297,7 @@ def _crossings(
 
 #: half heights of the discs: of the largest inertia, and of the least
 _HIGH, _LOW = 0.36, 0.08
-_HALF_SYSTEM = 0.11
+_HALF_DISC = 0.11
 #: discs of a row from which on names are small
 _SMALL = 14
 #: height of a row, in units of its discs, and in inches
@@ -331,8 +331,8 @@ def draw_system(result: Result) -> "Figure | None":
         colour = COLOURS[0] if place in fired else "#b8bec4"
         if place >= stations:
             colour, half = "white", 0.16
-        corners = [(x - _HALF_SYSTEM, y - half), (x + _HALF_SYSTEM, y - half),
-                   (x + _HALF_SYSTEM, y + half), (x - _HALF_SYSTEM, y + half)]  # fmt: skip
+        corners = [(x - _HALF_DISC, y - half), (x + _HALF_DISC, y - half),
+                   (x + _HALF_DISC, y + half), (x - _HALF_DISC, y + half)]  # fmt: skip
         axes.fill(*zip(*corners, strict=True), facecolor=colour, edgecolor=TOTAL, linewidth=0.8)
         axes.text(x - 0.05, y + half + 0.07, names[place], rotation=35, fontsize=size, va="bottom",
                   ha="left")  # fmt: skip

@@ -439,8 +439,7 @@ TORSION_DAMPERS = Curves(
 # ----------------------------------------------------------------------------
 
 #: panels of one picture
-_MOST_LIMITS = 8
-_BESIDE_LIMITS = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
+_LIMIT_PANELS = 8
 
 
 def _cross_section(record: Record, limit: int, place: int) -> float | None:
@@ -508,7 +507,7 @@ def _panel(result: Result, limit: int, rule: str) -> Panel | None:
         f"limit {limit + 1}: {rule}",
         torque_words(result) if torques else "N/mm^2",
         ends=(0.0, None),
-        legend=_BESIDE_LIMITS,
+        legend=_BESIDE,
     )
 
 
@@ -517,7 +516,7 @@ def _panels(result: Result) -> list[Panel]:
     own = any(one.get("rule") == "iacs_m53" for one in given) or np.any(of_torque(record))
     if f"{TORSION}limit/largest_use" not in record or not own:
         return []
-    made = (_panel(result, i, rule_of(one).name) for i, one in enumerate(given[:_MOST_LIMITS]))
+    made = (_panel(result, i, rule_of(one).name) for i, one in enumerate(given[:_LIMIT_PANELS]))
     return [one for one in made if one is not None]
 
 
@@ -534,9 +533,6 @@ TORSION_LIMITS = Curves(
 )
 
 
-_BESIDE_COUPLINGS = {"loc": "upper left", "bbox_to_anchor": (1.005, 1.0)}
-
-
 def _full(plot: object) -> None:
     """The line of all that is permitted."""
     plot.axes.axhline(100.0, color=LIMIT, linewidth=1.2, linestyle="--")  # type: ignore[attr-defined]
@@ -549,18 +545,18 @@ TORSION_COUPLINGS = Curves(
             "use",
             (Curve(f"{COUPLING}/speeds/use", "{}", most=14), _full, operating),
             unit="%",
-            legend=_BESIDE_COUPLINGS,
+            legend=_BESIDE,
         ),
         Panel(
             "vibratory torque",
             (Curve(f"{COUPLING}/speeds/vibratory_torque", "{}"), operating),
             "half range of all orders",
-            legend=_BESIDE_COUPLINGS,
+            legend=_BESIDE,
         ),
         Panel(
             "power loss",
             (Curve(f"{COUPLING}/speeds/power_loss", "{}"), operating),
-            legend=_BESIDE_COUPLINGS,
+            legend=_BESIDE,
         ),
     ),
 )

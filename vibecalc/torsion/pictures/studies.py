@@ -442,7 +442,7 @@ def _held(result: Result) -> Quantity | None:
     return replace(worst, path="", values=np.full(at.shape, float(worst.values)), axes=(axis,))
 
 
-def _worst_damper_design(result: Result) -> float | None:
+def _optimum(result: Result) -> float | None:
     return scalar_of(result.record, f"{DESIGN}worst_{objective_of(result)}")
 
 
@@ -450,7 +450,7 @@ def _scale(plot: Plot) -> Ends:
     """Logarithmic where a curve is far above the optimum."""
     known = np.concatenate([y for _, y in plot.drawn])
     known = known[np.isfinite(known) & (known > 0.0)]
-    worst = plot.factor * (_worst_damper_design(plot.result) or np.inf)
+    worst = plot.factor * (_optimum(plot.result) or np.inf)
     if not known.size or float(np.max(known)) <= _FAR * worst:
         return None, None
     plot.axes.set_yscale("log")
@@ -464,7 +464,7 @@ def _response(result: Result) -> list[Panel]:
         Curve(_with("table value"), "table value", {"linewidth": 1.8, "color": COLOURS[1]}),
         Curve(_with("optimum"), "optimum", {"linewidth": 1.8, "color": COLOURS[0]}),
         level(
-            _worst_damper_design,
+            _optimum,
             "largest of the optimum",
             color=COLOURS[0],
             linestyle=":",

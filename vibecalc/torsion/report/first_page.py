@@ -420,19 +420,17 @@ def _cells(row: Verdict) -> list[str]:
 
 def _chapter(title: str, *parts: str, details: tuple[str, ...] = ()) -> Chapter:
     """Parts that are functions of the folder of reports are named by file and function."""
-    return Chapter(
-        title, tuple(map(_where_calculation, parts)), tuple(map(_where_calculation, details))
-    )
+    return Chapter(title, tuple(map(_named_part, parts)), tuple(map(_named_part, details)))
 
 
-def _where_calculation(part: str) -> str:
+def _named_part(part: str) -> str:
     return f"vibecalc.torsion.report.{part}" if ":" in part and "." not in part else part
 
 
 CALCULATION = Calculation(
     title="Torsional vibration calculation",
-    applies=_where_calculation("first_page:has_calculation"),
-    summary=_where_calculation("first_page:summary"),
+    applies=_named_part("first_page:has_calculation"),
+    summary=_named_part("first_page:summary"),
     chapters=(
         _chapter("System data", "line:torsion_line", "vibecalc.torsion.pictures.modes:draw_system"),
         _chapter(
@@ -476,8 +474,8 @@ CALCULATION = Calculation(
         _chapter("Conclusion", "first_page:conclusion_table"),
     ),
     elsewhere=(
-        _where_calculation("first_page:torsion"),
-        _where_calculation("limits:torsion_limits"),
+        _named_part("first_page:torsion"),
+        _named_part("limits:torsion_limits"),
     ),
 )
 

@@ -25,7 +25,6 @@ from vibecalc.torsion.report.couplings import BORNE, borne, permitted
 from vibecalc.torsion.report.line import (
     MEGA,
     TORSION,
-    Detail,
     asked,
     every,
     joined,
@@ -36,6 +35,7 @@ from vibecalc.torsion.report.line import (
     short,
     silent,
     speed_range,
+    titled,
     torque_unit,
     turns,
     vector,
@@ -58,13 +58,10 @@ def torsion_limits(result: Result) -> Section | None:
     record = result.record
     if not {f"{_LIMIT}largest_use", f"{_LIMIT}operating_use"} & set(record):
         return None
-    lines = stacked(uses_by_section(result), crank_places(result), exceeded_table(record))
-    return Section(
-        f"Limits of the {limited_words(record)} and barred ranges",
-        lines,
-        frozenset(),
-        "rules of the limits",
-        Detail(result, formulas, basis, origins),
+    blocks = uses_by_section(result), crank_places(result), exceeded_table(record)
+    title = f"Limits of the {limited_words(record)} and barred ranges"
+    return titled(
+        result, title, *blocks, details={"rules of the limits": (formulas, basis, origins)}
     )
 
 
@@ -494,7 +491,7 @@ def _row(use: _Use, speed: float) -> Verdict:
     quantity, share = use.quantity, use.share
     state = state_of(1.0 - share, quantity.error_estimate, 1.0)
     decided_by = remedy(quantity, use.result.case) if state == UNDECIDED else ""
-    load_of = _coupling if "coupling" in use.where else _load_verdicts
+    load_of = _coupling if "coupling" in use.where else _section_or_gear
     words, allowed, load, unit = load_of(use, speed)
     if not load or not allowed or not 0.0 < allowed < np.inf:
         allowed, load, unit = 1.0, share, ""
@@ -560,7 +557,7 @@ def _coupling(use: _Use, speed: float) -> _Read:
     return told, allowed, load, unit
 
 
-def _load_verdicts(use: _Use, _speed: float) -> _Read:
+def _section_or_gear(use: _Use, _speed: float) -> _Read:
     """Of a section or gear, by a rule, a table or a share."""
     record, place, here = use.result.record, int(use.where["limit"]) - 1, use.kind == AT_SPEED
     limit, torques = limits_of(use.result)[place], of_torque(record)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.report.headline import large_torques
-from vibecalc.core.report.rows import Found, Made, part_of
+from vibecalc.core.report.rows import Found, Made, derived, part_of
 from vibecalc.core.report.sections import (
     Section,
     having,
@@ -64,15 +64,23 @@ class Detail:
 
 
 def titled(
-    result: Result, title: str, *blocks: list[str], details: Mapping[str, Iterable[Maker]] = {}
+    result: Result,
+    title: str,
+    *blocks: list[str],
+    details: Mapping[str, Iterable[Maker]] = {},
+    root: str = "",
 ) -> Section | None:
-    """A section of blocks, None without any; `details` have one name for all of their makers."""
+    """A section of blocks, None without any; `details` have one name for all of their makers.
+
+    With a `root` it shows all results below that, and there is none without one.
+    """
     lines = stacked(*blocks)
-    if not lines:
+    shown = frozenset(path for path in result.record if root and path.startswith(root))
+    if not (shown if root else lines):
         return None
     for name, makers in details.items():
-        return Section(title, lines, frozenset(), name, Detail(result, *makers))
-    return Section(title, lines, frozenset())
+        return Section(title, lines, shown, name, Detail(result, *makers))
+    return Section(title, lines, shown)
 
 
 def line_of(result: Result) -> "ShaftLineModel | None":
@@ -220,15 +228,12 @@ def modes_named(result: Result, path: str) -> Made:
     """Names of the modes whose numbers, from 1, stand at a path, or are its first axis."""
     known = np.array(mode_names(result))
 
-    def made(record: Record) -> Quantity | None:
-        found = record.quantities.get(path)
-        if found is None:
-            return None
+    def named(found: Quantity) -> Quantity:
         of_axis = found.axes[0].name.endswith("mode")
         numbers = found.axes[0].values if of_axis else found.values
         return part_of(found, known[np.asarray(numbers, dtype=int) - 1], found.axes[0])
 
-    return made
+    return derived(path, named)
 
 
 def vector(record: Record, name: str, axis: str) -> np.ndarray | None:
@@ -247,14 +252,13 @@ def every(record: Record, stem: str, axes: str, *names_: str) -> list[Quantity]:
 def row_of(path: str, place: int | str | None) -> Made:
     """One entry of the first axis, by place or name, over the second one; none without it."""
 
-    def made(record: Record) -> Quantity | None:
-        found = record.quantities.get(path)
+    def row(found: Quantity) -> Quantity | None:
         i = place if isinstance(place, int) else place_of(found, place)
-        if found is None or i is None or len(found.axes) != 2:
+        if i is None or len(found.axes) != 2:
             return None
         return part_of(found, found.values[i], found.axes[1])
 
-    return made
+    return derived(path, row)
 
 
 def strongest(most: int, column: int = 0) -> Callable[[Found], np.ndarray]:

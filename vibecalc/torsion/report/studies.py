@@ -21,7 +21,6 @@ from vibecalc.core.report.sections import (
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import (
-    Detail,
     cell,
     joined,
     mode_names,
@@ -29,6 +28,7 @@ from vibecalc.torsion.report.line import (
     names,
     short,
     strongest,
+    titled,
     torque_unit,
     turns,
     within,
@@ -94,12 +94,10 @@ def _history(change: Mapping[str, Any]) -> str:
 def torsion_transient(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    shown = frozenset(path for path in record if path.startswith(TRANSIENT))
-    if not shown:
-        return None
     words = change_in_words(result), _supplied(record), _most_loaded(record), _clutch(record)
     lines = [line for one in words if one for line in paragraph(one)]
-    return Section("Change in time", stacked(lines, _sections(record), _counted(record)), shown)
+    blocks = lines, _sections(record), _counted(record)
+    return titled(result, "Change in time", *blocks, root=TRANSIENT)
 
 
 def _most_loaded(record: Record) -> str:
@@ -244,14 +242,10 @@ _MOST = 8
 
 def torsion_variable(result: Result) -> Section | None:
     """The section of the variable inertia, None if the result has nothing of it."""
-    record = result.record
-    shown = frozenset(path for path in record if path.startswith(_VARIABLE))
-    if not shown:
-        return None
-    lines = stacked(_changes(record), _changed_sections(record), _unstable(record))
-    details = Detail(result, _secondary, _wedges)
-    title = "Inertia that changes over the revolution"
-    return Section(title, lines, shown, "secondary vibration", details)
+    record, title = result.record, "Inertia that changes over the revolution"
+    blocks = _changes(record), _changed_sections(record), _unstable(record)
+    details = {"secondary vibration": (_secondary, _wedges)}
+    return titled(result, title, *blocks, details=details, root=_VARIABLE)
 
 
 def _changes(record: Record) -> list[str]:
@@ -367,9 +361,6 @@ _MAGNIFIERS = {
 def torsion_published(result: Result) -> Section | None:
     """The section of the modal method, None if the result has nothing of it."""
     record = result.record
-    shown = frozenset(path for path in record if path.startswith(_PUBLISHED))
-    if not shown:
-        return None
     options = table_of(result.case, "response", "torsion", "as_published")
     kind = _MAGNIFIERS[str(options.get("magnifier", "damped"))]
     words = (
@@ -377,18 +368,18 @@ def torsion_published(result: Result) -> Section | None:
         f"speeds, {kind}. Twists at crank angle zero, not peaks: of no shaft, and no basis of a "
         "design; what the shafts bear stands above."
     )
-    lines = stacked(paragraph(words), _published_modes(result))
+    scaled, rayleigh = _published_modes(result), list[str]()
     inertia, stiffness = (
         scalar_of(record, f"{_PUBLISHED}rayleigh_{name}") for name in ("inertia", "stiffness")
     )
     if inertia is not None and stiffness is not None:
-        lines += paragraph(
+        rayleigh = paragraph(
             f"Rayleigh damping through this ratio at the two lowest elastic modes: "
             f"{show(inertia)} 1/s of the inertia and {show(stiffness)} s of the stiffness."
         )
-    details = Detail(result, _intensities)
-    name = "intensities of the modal method"
-    return Section("Modal method as published", lines, shown, name, details)
+    details = {"intensities of the modal method": [_intensities]}
+    title, lines = "Modal method as published", stacked(paragraph(words), scaled) + rayleigh
+    return titled(result, title, lines, details=details, root=_PUBLISHED)
 
 
 def _published_modes(result: Result) -> list[str]:
@@ -435,13 +426,9 @@ _CERTIFIED = (
 
 def damper_design(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
-    record = result.record
-    shown = frozenset(path for path in record if path.startswith(DESIGN))
-    if not shown:
-        return None
-    lines = stacked(_compared(result), _sensitivity(record), _rings(result))
-    proof = Detail(result, _proof, _basins)
-    return Section("Design of the damper", lines, shown, "proof of the optimum", proof)
+    blocks = _compared(result), _sensitivity(result.record), _rings(result)
+    details = {"proof of the optimum": (_proof, _basins)}
+    return titled(result, "Design of the damper", *blocks, details=details, root=DESIGN)
 
 
 def objective_of(result: Result) -> str:

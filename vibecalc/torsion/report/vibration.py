@@ -4,7 +4,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vibecalc.core.report.rows import Cells, Found, How, Made, Rows, named_at, part_of, rows_of
+from vibecalc.core.report.rows import (
+    Cells,
+    Found,
+    How,
+    Made,
+    Rows,
+    derived,
+    named_at,
+    part_of,
+    rows_of,
+)
 from vibecalc.core.report.sections import Section, having, labels, magnitudes
 from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
 from vibecalc.core.results.described import paths_of
@@ -251,7 +261,7 @@ def _masked(result: Result) -> list[str]:
 # ----------------------------------------------------------------------------
 
 #: orders of a shaft or station, measured points of a quantity
-_MOST_CURVES, _POINTS = 6, 40
+_STRONGEST, _POINTS = 6, 40
 #: what is read in other units than those of results
 _READ = {"stress": "N/mm^2", "twist": "mrad", "angle": "mrad"}
 _AMPLITUDES = (
@@ -301,7 +311,7 @@ def _largest(record: Record, name: str, found: Quantity) -> list[str]:
         rows += [
             ["", order_text(top.axes[1].values[i]), cell(top, (place, i), factor),
              turns(at.values[place, i])]
-            for i in np.sort(np.argsort(-sizes, kind="stable")[:_MOST_CURVES]).tolist()
+            for i in np.sort(np.argsort(-sizes, kind="stable")[:_STRONGEST]).tolist()
         ]  # fmt: skip
     heads = [Column(found.axes[0].name), Column("order")]
     return table([*heads, number(f"{name.replace('_', ' ')}\n{unit}"), number("at\nrpm")], rows)
@@ -346,20 +356,17 @@ def _over(degree: float, _error: float) -> str:
     return short(1.0 / degree) if 0.0 < degree < np.inf else "-"
 
 
-def _worst_curves(path: str, along: str, named: bool = False) -> Made:
+def _largest_along(path: str, along: str, named: bool = False) -> Made:
     """The largest of each entry along another axis, or the name of where it is."""
 
-    def made(record: Record) -> Quantity | None:
-        found = record.quantities.get(path)
-        if found is None:
-            return None
+    def largest(found: Quantity) -> Quantity:
         over = [axis.name for axis in found.axes].index(along)
         place, other = np.argmax(found.values, axis=over), found.axes[1 - over]
         names = np.array(labels(found.axes[over]), dtype=object)
         values = names[place].astype(str) if named else np.max(found.values, axis=over)
         return part_of(found, values, other)
 
-    return made
+    return derived(path, largest)
 
 
 _IRREGULARITY = Rows(
@@ -372,8 +379,8 @@ _IRREGULARITY = Rows(
         Cells("largest/degree", "1 : x", _over),
         Cells("largest/speed", "at\nrpm", "rpm"),
         Cells("electrical_angle", "el. angle at\nspeed, deg", "deg"),
-        Cells(_worst_curves(f"{_ALL}/irregularity", "condition"), "worst"),
-        Cells(_worst_curves(f"{_ALL}/irregularity", "condition", named=True), "at speed in"),
+        Cells(_largest_along(f"{_ALL}/irregularity", "condition"), "worst"),
+        Cells(_largest_along(f"{_ALL}/irregularity", "condition", named=True), "at speed in"),
     ),
     root=f"{TORSION}irregularity",
     note="Cyclic irregularity: highest less lowest angular speed of the station over its mean, "
@@ -396,10 +403,10 @@ def torsion_conditions(result: Result) -> Section | None:
         return None
     unit, stress, largest = torque_unit(record)[1], f"{_ALL}/stress_half_range", f"{_ALL}/largest"
     columns = (
-        Cells(_all_fire, "all fire\n{unit}", unit),
-        Cells(_worst_curves(torque, "condition"), "worst\n{unit}", unit),
-        Cells(_worst_curves(stress, "condition"), "stress\n{unit}", "N/mm^2"),
-        Cells(_worst_curves(torque, "condition", named=True), "at speed in"),
+        Cells(row_of(torque, 0), "all fire\n{unit}", unit),
+        Cells(_largest_along(torque, "condition"), "worst\n{unit}", unit),
+        Cells(_largest_along(stress, "condition"), "stress\n{unit}", "N/mm^2"),
+        Cells(_largest_along(torque, "condition", named=True), "at speed in"),
         Cells(f"{largest}/torque_half_range", "largest\n{unit}", unit),
         Cells(f"{largest}/stress_half_range", "stress\n{unit}", "N/mm^2"),
         Cells(f"{largest}/section_speed", "at\n{unit}", "rpm"),
@@ -414,12 +421,6 @@ def torsion_conditions(result: Result) -> Section | None:
               for one in (Rows("section", "section", columns, note=words), _USES)]  # fmt: skip
     details = {"every condition at the operating speed": [_every]}
     return titled(result, title, *blocks, details=details)
-
-
-def _all_fire(record: Record) -> Quantity | None:
-    """Torques of the first condition."""
-    found = record[f"{_ALL}/torque_half_range"]
-    return part_of(found, found.values[0], found.axes[1])
 
 
 def _highest(found: Found) -> np.ndarray:
@@ -448,11 +449,11 @@ def _every(result: Result) -> list[str]:
     torque, angle = (f"{_ALL}/{name}_half_range" for name in ("torque", "angle"))
     columns = (
         Cells(f"{_ALL}/mean_torque", "mean torque\n{unit}", unit),
-        Cells(_worst_curves(torque, "section"), "torque\n{unit}", unit),
-        Cells(_worst_curves(torque, "section", named=True), "in section"),
-        Cells(_worst_curves(f"{_ALL}/stress_half_range", "section"), "stress\n{unit}", "N/mm^2"),
-        Cells(_worst_curves(angle, "station"), "angle\n{unit}", "mrad"),
-        Cells(_worst_curves(angle, "station", named=True), "of station"),
+        Cells(_largest_along(torque, "section"), "torque\n{unit}", unit),
+        Cells(_largest_along(torque, "section", named=True), "in section"),
+        Cells(_largest_along(f"{_ALL}/stress_half_range", "section"), "stress\n{unit}", "N/mm^2"),
+        Cells(_largest_along(angle, "station"), "angle\n{unit}", "mrad"),
+        Cells(_largest_along(angle, "station", named=True), "of station"),
     )
     words = "The largest half range of each condition at the operating speed:"
     return rows_of(result.record, Rows("condition", "condition", columns, above=words))[0]
