@@ -147,10 +147,14 @@ def _missed(plot: Plot) -> None:
         plot.axes.set_title(words, loc="right", fontsize=8)
 
 
-def _headroom(plot: Plot) -> Ends:
-    """Room for the legend above the curves."""
-    low, high = plot.axes.get_ylim()
-    return low, high + 0.22 * (high - low)
+def headroom(share: float) -> Callable[[Plot], Ends]:
+    """Room for the legend above the curves, a share of their range."""
+
+    def ends(plot: Plot) -> Ends:
+        low, high = plot.axes.get_ylim()
+        return low, high + share * (high - low)
+
+    return ends
 
 
 def _one_cylinder(result: Result, times: float) -> Panel:
@@ -168,7 +172,7 @@ def _one_cylinder(result: Result, times: float) -> Panel:
         ),
         f"one cylinder from its firing on{at}",
         unit=torque_words,
-        ends=_headroom,
+        ends=headroom(0.22),
         legend={"loc": "upper right", "ncols": 4},
     )
 
@@ -199,7 +203,7 @@ def _over_cycle(result: Result) -> Sequence[Panel]:
             ),
             words if order else "",
             unit=torque_words,
-            ends=_headroom,
+            ends=headroom(0.22),
             legend={"loc": "upper right", "ncols": 2},
         ),
     ]

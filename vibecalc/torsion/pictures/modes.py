@@ -196,7 +196,7 @@ def draw_torsion_campbell(result: Result) -> "Figure | None":
     axes.grid(False)
     chosen, major = _chosen(result, modes)
     lines = chosen.any(axis=0)
-    _orders(axes, critical.axes[1].values[lines], major[lines], right, top)
+    draw_orders(axes, critical.axes[1].values[lines], major[lines], right, top)
     colours = [COLOURS[i % len(COLOURS)] for i in range(len(modes))]
     aside, below, known = 0, -top, mode_names(result)
     for mode, value, colour in zip(modes, frequency, colours, strict=True):
@@ -253,8 +253,10 @@ def _chosen(result: Result, modes: list[int]) -> tuple[np.ndarray, np.ndarray]:
     return inside & (major | ((size >= least) & (size > 0.0))), major
 
 
-def _orders(axes: "Axes", order: np.ndarray, major: np.ndarray, right: float, top: float) -> None:
-    """Lines from the origin; names at the right or upper edge, where there is room for them."""
+def draw_orders(
+    axes: "Axes", order: np.ndarray, major: np.ndarray, right: float, top: float
+) -> None:
+    """Hz over rpm from the origin, `major` ones thick; names at the edges where there is room."""
     from matplotlib.collections import LineCollection
 
     lines = [[(0.0, 0.0), (right, q * right / 60.0)] for q in order]

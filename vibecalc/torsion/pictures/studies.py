@@ -36,7 +36,8 @@ from vibecalc.core.report.curves import (
 from vibecalc.core.report.sections import having, labels, scalar_of, table_of
 from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
-from vibecalc.torsion.pictures.excitation import torque_words
+from vibecalc.torsion.pictures.excitation import headroom, torque_words
+from vibecalc.torsion.pictures.modes import draw_orders
 from vibecalc.torsion.report.line import TORSION, at_speed, mode_names, place_of, torque_unit
 from vibecalc.torsion.report.studies import (
     DESIGN,
@@ -133,12 +134,6 @@ def _crank_speed(plot: Plot) -> None:
     other.spines["right"].set_visible(True)
 
 
-def _headroom(plot: Plot) -> Ends:
-    """Room for the legend above the curves."""
-    low, high = plot.axes.get_ylim()
-    return low, high + 0.36 * (high - low)
-
-
 def _half_ends(plot: Plot) -> Ends:
     own, *others = [float(np.nanmax(y)) for _, y in plot.drawn]
     return 0.0, 1.22 * max([own, *(min(one, _ROOM * own) for one in others)])
@@ -157,7 +152,7 @@ TORSION_TRANSIENT = Curves(
              _onset, _steady("before", COLOURS[2]), _steady("after", COLOURS[1]), _crank_speed),
             lambda result: f"torque in section {_section(result)}, mean included",
             unit=torque_words,
-            ends=_headroom,
+            ends=headroom(0.36),
             legend={"loc": "upper left", "ncols": 3},
             needs=(_LOW, _HIGH),
         ),
@@ -232,7 +227,8 @@ def draw_torsion_waterfall(result: Result) -> "Figure | None":
              xlabel="crank speed in rpm" if moves else "time in s")  # fmt: skip
     axes.grid(visible=False)
     if moves:
-        _orders(axes, record, low, high, highest)
+        orders = _strongest(record)
+        draw_orders(axes, orders, np.zeros(orders.shape, bool), high, highest)
     natural = hertz(1.0) * first_of(record, TORSION + "modes/natural_frequency")
     for name, value in zip(mode_names(result), natural, strict=True):
         if 0.0 < value < 0.98 * highest:
@@ -242,12 +238,11 @@ def draw_torsion_waterfall(result: Result) -> "Figure | None":
     return figure
 
 
-def _orders(axes: "Axes", record: Record, low: float, high: float, top: float) -> None:
-    """The strongest orders as rays, named where they leave the picture."""
+def _strongest(record: Record) -> np.ndarray:
+    """The orders (n,) that stand out most, ascending."""
     found = having(record, TRANSIENT + "waterfall/order", "waterfall_time", "half_order")
     if found is None:
-        return
-    orders = np.asarray(found.axes[1].values, dtype=float)
+        return np.zeros(0)
     size = np.abs(found.values)
     # an order that is there stands above its neighbours, what leaks from another does not
     walls = np.pad(size, ((0, 0), (1, 1)), constant_values=np.inf)
@@ -255,13 +250,7 @@ def _orders(axes: "Axes", record: Record, low: float, high: float, top: float) -
     there = (size > walls[:, :-2]) & (size > walls[:, 2:])
     score = np.where(there, size, 0.0).max(axis=0)
     best = [place for place in np.argsort(-score, kind="stable")[:_NAMED] if score[place] > 0.0]
-    for order in np.sort(orders[best]):
-        slope = order / 60.0
-        end = min(high, top / slope)
-        axes.plot([low, end], [slope * low, slope * end], color=QUIET, linewidth=0.7, alpha=0.8)
-        aside = {"ha": "left", "va": "center"} if end >= high else {"ha": "center", "va": "bottom"}
-        note(axes, f"{order:g}", (end, slope * end), (3, 0) if end >= high else (0, 2),
-             color=QUIET, annotation_clip=False, **aside)  # fmt: skip
+    return np.sort(np.asarray(found.axes[1].values, dtype=float)[best])
 
 
 # ----------------------------------------------------------------------------
