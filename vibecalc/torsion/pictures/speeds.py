@@ -489,9 +489,8 @@ def _panel(result: Result, limit: int, rule: str) -> Panel | None:
     top = np.nan
     if lasting is not None:
         top = float(use[limit] * np.interp(at[limit], speed, lasting.values))
-    if np.isfinite(top) and at[limit] not in speed:  # the place of largest use
-        there = int(np.searchsorted(speed, at[limit]))
-        speed, values = np.insert(speed, there, at[limit]), np.insert(values, there, top)
+    if np.isfinite(top):  # the place of largest use
+        speed, values = through(speed, values, np.array([[at[limit], top]]))
     axes = (replace(load.axes[1], values=speed),)
     curve = replace(load, path="", values=values, unit=unit, axes=axes)
     line = {"color": LIMIT, "linewidth": 1.4, "marker": ""}
@@ -533,9 +532,9 @@ TORSION_LIMITS = Curves(
 )
 
 
-def _full(plot: object) -> None:
+def _permitted(plot: Plot) -> None:
     """The line of all that is permitted."""
-    plot.axes.axhline(100.0, color=LIMIT, linewidth=1.2, linestyle="--")  # type: ignore[attr-defined]
+    plot.axes.axhline(100.0, color=LIMIT, linewidth=1.2, linestyle="--")
 
 
 TORSION_COUPLINGS = Curves(
@@ -543,7 +542,7 @@ TORSION_COUPLINGS = Curves(
     (
         Panel(
             "use",
-            (Curve(f"{COUPLING}/speeds/use", "{}", most=14), _full, operating),
+            (Curve(f"{COUPLING}/speeds/use", "{}", most=14), _permitted, operating),
             unit="%",
             legend=_BESIDE,
         ),

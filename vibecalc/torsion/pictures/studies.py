@@ -38,6 +38,7 @@ from vibecalc.core.report.writing import hertz, rpm, show
 from vibecalc.core.results.record import Axis, Quantity, Record, Result
 from vibecalc.torsion.pictures.excitation import headroom, torque_words
 from vibecalc.torsion.pictures.modes import draw_orders
+from vibecalc.torsion.pictures.speeds import through
 from vibecalc.torsion.report.line import TORSION, at_speed, mode_names, place_of, torque_unit
 from vibecalc.torsion.report.studies import (
     DESIGN,
@@ -405,14 +406,13 @@ def _with(name: str) -> Source:
         place = place_of(found, name)
         if found is None or place is None:
             return None
-        speed, values = found.axes[1].values, found.values[place]
         held = _held(result) if name == "optimum" else None
+        peaks = np.zeros((0, 2))
         if held is not None:
-            speed = np.append(speed, held.axes[0].values)
-            values = np.append(values, held.values)
-        order = np.argsort(speed, kind="stable")
-        axis = replace(found.axes[1], values=speed[order])
-        return replace(found, path="", values=values[order], axes=(axis,))
+            peaks = np.stack([held.axes[0].values, held.values], axis=1)
+        speed, values = through(found.axes[1].values, found.values[place], peaks)
+        axis = replace(found.axes[1], values=speed)
+        return replace(found, path="", values=values, axes=(axis,))
 
     return made
 
