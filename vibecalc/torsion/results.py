@@ -273,12 +273,6 @@ BARRED = under(
     entry("exceeded/from", "exceeded", "rad/s", "more than allowed for lasting from here"),
     entry("exceeded/to", "exceeded", "rad/s", "to here"),
     entry("exceeded/limit", "exceeded", "", "above this limit, counted from 1"),
-    entry("exceeded/peak_speed", "exceeded", "rad/s", "of the largest use inside the range",
-          exempt=PLACE),
-    entry("exceeded/formula_from", "exceeded", "rad/s",
-          "16 n_c / (18 - lambda) of the rule, n_c the peak; 0: a limit without such a formula"),
-    entry("exceeded/formula_to", "exceeded", "rad/s", "(18 - lambda) n_c / 16 of the rule"),
-    entry("exceeded/permitted", "exceeded", "", _MAY_BE_BARRED),
 )  # fmt: skip
 
 # ----------------------------------------------------------------------------
@@ -318,6 +312,9 @@ LIMITS = under(
     entry("transient_use", "limit", "",
           "largest stress or torque over that for passing through; 0: the limit has none",
           name="use of a limit for passing through"),
+)  # fmt: skip
+BY_SECTION = under(
+    f"{ROOT}/limit",
     entry("basis/rated_speed", "limit", "rad/s", "that a rule counts from"),
     entry("basis/diameter", _EACH, "m", "outer, of the stressed section"),
     entry("basis/tensile_strength", _EACH, "Pa", "of the material, as given"),
@@ -343,6 +340,15 @@ LIMITS = under(
           f"Q, fatigue strength over equivalent stress, {_HERE}; 0: no bore, or no end of stress"),
     entry("crank/acceptability", _CRANK, "",
           "the same at the speed of largest use; 1.15 at least is asked for"),
+)  # fmt: skip
+EXCEEDED = under(
+    ROOT,
+    entry("exceeded/peak_speed", "exceeded", "rad/s", "of the largest use inside the range",
+          exempt=PLACE),
+    entry("exceeded/formula_from", "exceeded", "rad/s",
+          "16 n_c / (18 - lambda) of the rule, n_c the peak; 0: a limit without such a formula"),
+    entry("exceeded/formula_to", "exceeded", "rad/s", "(18 - lambda) n_c / 16 of the rule"),
+    entry("exceeded/permitted", "exceeded", "", _MAY_BE_BARRED),
 )  # fmt: skip
 
 # ----------------------------------------------------------------------------
@@ -598,7 +604,7 @@ AXES = {
 }
 ENTRIES = (
     *(*EXCITATION, *entries_of(PowerBalance), *MODES, *DAMPING, *STEADY),
-    *(*SPEEDS, *LIMITS, *BARRED, *VARIANTS, *study_results.ENTRIES),
+    *(*SPEEDS, *LIMITS, *BARRED, *BY_SECTION, *EXCEEDED, *VARIANTS, *study_results.ENTRIES),
     *(*CURVE_ENTRIES, *IRREGULARITY_ENTRIES, *CONDITION_ENTRIES, *COUPLING_ENTRIES),
 )
 #: results that are found over a range of speeds

@@ -6,7 +6,8 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.torsion.adapters.setup import Setup
-from vibecalc.torsion.question_tables import CycleCounting, FatigueLine
+from vibecalc.torsion.line_part_tables import FatigueLine
+from vibecalc.torsion.question_tables import CycleCounting
 from vibecalc.torsion.study_results import TRANSIENT
 from vibecalc.torsion.transient.counting import (
     Strength,
