@@ -12,7 +12,7 @@ from test_consistency_shaft_line_files import HEAD
 from vibecalc.core.case.load import load_case
 from vibecalc.errors import UsageError
 from vibecalc.torsion.adapters.exchange import case_of_assembly, export_shaft_line
-from vibecalc.torsion.tors_form import LARGEST_FILE
+from vibecalc.torsion.tors import LARGEST_FILE
 
 FILES = {
     "stations": (

@@ -25,12 +25,11 @@ from vibecalc.core.results.record import (
 )
 from vibecalc.core.results.store import read_result
 from vibecalc.core.results.verdicts import verdicts_of
-from vibecalc.torsion.pictures.system import draw_system
-from vibecalc.torsion.report.calculation import CALCULATION
-from vibecalc.torsion.report.conclusion import conclusion_table, in_one_sentence
+from vibecalc.torsion.pictures.modes import draw_system
+from vibecalc.torsion.report.first_page import CALCULATION, conclusion_table, in_one_sentence
+from vibecalc.torsion.report.limits import flags
 from vibecalc.torsion.report.line import line_of
 from vibecalc.torsion.report.modes import nodes_in
-from vibecalc.torsion.report.verdicts import flags
 
 GOLDEN = ROOT / "tests" / "golden"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")

@@ -17,7 +17,7 @@ from vibecalc.torsion.crank_strength import (
     stress_concentration,
     torsion_ratio,
 )
-from vibecalc.torsion.limit_tables import CrankBending
+from vibecalc.torsion.question_tables import CrankBending
 from vibecalc.torsion.stress_limits import SHAFT_KINDS, propulsion_shaft_limits
 
 

@@ -8,7 +8,7 @@ from engine_cases import ENGINE, GEARED
 from limited_lines import CRANK, ran
 
 from vibecalc.core.results.record import Record
-from vibecalc.torsion.report.verdicts import flags
+from vibecalc.torsion.report.limits import flags
 
 
 @pytest.mark.long

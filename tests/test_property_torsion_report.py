@@ -17,9 +17,9 @@ from torsion_samples import ROOT, geared, ruled, six
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Axis, Record, Result
 from vibecalc.torsion.report.first_page import conclusion
+from vibecalc.torsion.report.limits import flags
 from vibecalc.torsion.report.line import within
 from vibecalc.torsion.report.modes import torsion_modes
-from vibecalc.torsion.report.verdicts import flags
 
 
 def changed(result: Result, **values: Any) -> Result:

@@ -69,8 +69,8 @@ def test_check_needs_no_arrays_file_or_solver(tmp_path: Path) -> None:
 #: what a subject has to say of any case: its tables and rules, its stages, its results
 SAYING = (
     "tables", "shaft_line_tables", "rules", "form", "stage", "results",
-    "checks", "motor_checks", "shaft_line_checks", "engine_rules", "curve_results", "curve_tables",
-    "curve_checks", "coupling_results", "efficiency_results", "study_results",
+    "checks", "motor_checks", "line_checks", "engine_rules", "question_tables",
+    "question_checks", "line_part_tables", "efficiency_results", "study_results",
     "mount_results", "asked", "asked_tables", "motion_results", "readings",
 )  # fmt: skip
 #: what checks count with

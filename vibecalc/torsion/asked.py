@@ -10,10 +10,10 @@ from vibecalc.torsion.results import ROOT
 from vibecalc.torsion.study_results import PASSAGES
 
 if TYPE_CHECKING:
-    from vibecalc.torsion.coupling_tables import Coupling
+    from vibecalc.torsion.line_part_tables import Coupling
+    from vibecalc.torsion.question_tables import Transient
     from vibecalc.torsion.shaft_line_tables import ShaftLine
     from vibecalc.torsion.tables import Torsion
-    from vibecalc.torsion.transient_tables import Transient
 
 #: where the case says nothing
 _HIGHEST_ORDER = 12.0
@@ -21,10 +21,6 @@ _HIGHEST_ORDER = 12.0
 _MANY_FREEDOMS = 200
 #: longer rows are not printed
 _LONGEST_HOLZER = 100
-
-
-def parts_of(case: Case) -> tuple[str, ...]:
-    return ("crank_train", "shaft_line") if has_crank_train(case.machine) else ("shaft_line",)
 
 
 def asked(case: Case) -> "Torsion | None":
@@ -54,12 +50,6 @@ def has_holzer(case: Case) -> bool:
     return freedom_count(case) <= _LONGEST_HOLZER and not has_loops(case)
 
 
-def has_modal_damping(case: Case) -> bool:
-    """Whether the case damps by mode."""
-    torsion = torsion_of(case)
-    return torsion.damping_model is not None and torsion.damping_model.kind == "modal"
-
-
 def has_damped_rings(case: Case) -> bool:
     """Whether a ring is damped against the line, which may make its modes others than undamped."""
     dampers = shaft_line_of(case).dampers
@@ -72,12 +62,7 @@ def modes_follow_speed(case: Case) -> bool:
     """Whether pendulums, or couplings that vary, let natural frequencies change with the speed."""
     if any(one.kind == "pendulum" for one in shaft_line_of(case).dampers):
         return True
-    found = named_couplings(case).values()
-    if not found:
-        return False
-    from vibecalc.torsion.coupling_checks import what_it_follows
-
-    return any(map(what_it_follows, found))
+    return any(one.follows for one in named_couplings(case).values())
 
 
 def named_couplings(case: Case) -> dict[str, "Coupling"]:
@@ -129,12 +114,8 @@ def excited_orders(case: Case) -> tuple[float, ...]:
     return tuple(all_orders(case, engine).order.tolist())
 
 
-def solves(case: Case, speeds: int = 1) -> int:
-    """Solves of the line at so many speeds, one per order."""
-    return len(excited_orders(case)) * speeds
-
-
 def orders_words(case: Case) -> str:
+    """Orders of the excitation in words."""
     if shaft_line_of(case).excitations:
         orders = excited_orders(case)
         return f"{len(orders)} from {orders[0]:.4g} to {orders[-1]:.4g}"
@@ -144,23 +125,13 @@ def orders_words(case: Case) -> str:
 
 def condition_names(case: Case) -> tuple[str, ...]:
     """Names of the conditions of the cylinders, none where the case asks for none."""
-    from vibecalc.torsion.curve_tables import condition_names
+    from vibecalc.torsion.question_tables import condition_names
 
     torsion = asked(case)
     if torsion is None or torsion.conditions is None:
         return ()
     cylinders = (one.name for one in case.machine.crank_train.cylinders)
     return condition_names(torsion.conditions, cylinders)
-
-
-def line_orders(case: Case) -> str:
-    """Orders of the excitation in words."""
-    torsion = asked(case)
-    given = None if torsion is None else torsion.orders
-    if given is None or given.count is None:
-        highest = _HIGHEST_ORDER if given is None or given.highest is None else given.highest
-        return f"up to {highest:g}, mean torque apart"
-    return f"the first {given.count}, mean torque apart"
 
 
 def has_loss(case: Case) -> bool:

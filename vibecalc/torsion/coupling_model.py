@@ -9,7 +9,7 @@ from vibecalc.numerics.rounding import FloatArray
 from vibecalc.torsion.couplings import Coupling, Permissible, Rows
 
 if TYPE_CHECKING:
-    from vibecalc.torsion import coupling_tables as tables
+    from vibecalc.torsion import line_part_tables as tables
 
 # ----------------------------------------------------------------------------
 # Nominal values of a coupling, and its rows as factors on them.

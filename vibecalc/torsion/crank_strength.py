@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from vibecalc.numerics.rounding import FloatArray
 
 if TYPE_CHECKING:
-    from vibecalc.torsion.limit_tables import Crank, CrankBending
+    from vibecalc.torsion.question_tables import Crank, CrankBending
     from vibecalc.torsion.shaft_line_tables import Throw
 
 # ----------------------------------------------------------------------------

@@ -21,6 +21,7 @@ from vibecalc.core.case.fields import (
     Stress,
     Table,
     Unit,
+    key,
     later,
 )
 from vibecalc.core.case.raw import tables_at
@@ -37,28 +38,20 @@ from vibecalc.core.case.rules import (
 )
 from vibecalc.errors import Problem
 
+_PARTS = "vibecalc.torsion.line_part_tables"
 if TYPE_CHECKING:
-    from vibecalc.torsion.coupling_tables import Coupling
-    from vibecalc.torsion.damping_tables import (
+    from vibecalc.torsion.line_part_tables import (
+        Coupling,
         EngineDamping,
+        FatigueLine,
         LoadCurve,
         OverSpeed,
         PropellerDamping,
+        StationExcitation,
     )
-    from vibecalc.torsion.station_torque_tables import StationExcitation
-    from vibecalc.torsion.transient_tables import FatigueLine
 else:
-    globals().update(
-        later(
-            {
-                "vibecalc.torsion.coupling_tables": "Coupling",
-                "vibecalc.torsion.damping_tables": "EngineDamping OverSpeed PropellerDamping "
-                "LoadCurve",
-                "vibecalc.torsion.station_torque_tables": "StationExcitation",
-                "vibecalc.torsion.transient_tables": "FatigueLine",
-            }
-        )
-    )
+    _named = "Coupling EngineDamping FatigueLine LoadCurve OverSpeed PropellerDamping"
+    globals().update(later({_PARTS: f"{_named} StationExcitation"}))
 
 # ----------------------------------------------------------------------------
 # A damper on a shaft line: a ring behind oil or springs, or pendulums.
@@ -70,30 +63,20 @@ DamperKind = Literal["viscous", "spring", "pendulum"]
 class LineDamper(Table):
     """What hangs on a station. Its hub and casing belong to the inertia of the station."""
 
-    name: Name = Field(description="label used in tables and in `where`")
-    on: Name = Field(description="name of the station that carries it")
-    kind: DamperKind = Field(description="a ring in oil, a ring on springs, or pendulums")
-    inertia: Inertia | None = Field(
-        None, gt=0, description="of the ring, about the axis of its station"
+    name: Name = key("label used in tables and in `where`")
+    on: Name = key("name of the station that carries it")
+    kind: DamperKind = key("a ring in oil, a ring on springs, or pendulums")
+    inertia: Inertia | None = key("of the ring, about the axis of its station", None, gt=0)
+    stiffness: AngularStiffness | None = key("of the springs between station and ring", None, ge=0)
+    damping: AngularDamping = key("viscous, between station and ring or pendulums", 0.0, ge=0)
+    loss_factor: Number = key("of the springs, k (1 + i loss_factor)", 0.0, ge=0, le=10)
+    order: Number | None = key(
+        "of its station's own turns, to which pendulums are tuned", None, gt=0, le=400
     )
-    stiffness: AngularStiffness | None = Field(
-        None, ge=0, description="of the springs between station and ring"
-    )
-    damping: AngularDamping = Field(
-        0.0, ge=0, description="viscous, between station and ring or pendulums"
-    )
-    loss_factor: Number = Field(
-        0.0, ge=0, le=10, description="of the springs, k (1 + i loss_factor)"
-    )
-    order: Number | None = Field(
-        None, gt=0, le=400, description="of its station's own turns, to which pendulums are tuned"
-    )
-    mass: Mass | None = Field(None, gt=0, description="of one pendulum")
-    count: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
-        1, description="equal pendulums"
-    )
-    arm_radius: Length | None = Field(
-        None, gt=0, description="from the axis to the point that a pendulum swings about"
+    mass: Mass | None = key("of one pendulum", None, gt=0)
+    count: int = key("equal pendulums", 1, strict=True, ge=1, le=1000)
+    arm_radius: Length | None = key(
+        "from the axis to the point that a pendulum swings about", None, gt=0
     )
     RULES = (
         by_kind(
@@ -120,15 +103,15 @@ _TWO_ENDS = "a rectangular web has two ends"
 class CrankDimensions(Table):
     """Journal, pin and web of a throw, solid forged or cast."""
 
-    journal_diameter: Length = Field(gt=0, description="outer, of the main journal")
-    journal_bore: Length = Field(0.0, ge=0, description="of a hollow journal")
-    pin_diameter: Length = Field(gt=0, description="outer, of the crank pin")
-    pin_bore: Length = Field(0.0, ge=0, description="of a hollow pin")
-    web_thickness: Length = Field(gt=0, description="of one web, along the shaft")
-    web_width: Length = Field(gt=0, description="of a web, across the throw")
-    pin_recess: Length = Field(0.0, ge=0, description="of the pin's fillet into the web")
-    journal_recess: Length = Field(0.0, ge=0, description="of the journal's fillet into the web")
-    oil_bore: Length | None = Field(None, gt=0, description="diameter, radial, in the pin")
+    journal_diameter: Length = key("outer, of the main journal", gt=0)
+    journal_bore: Length = key("of a hollow journal", 0.0, ge=0)
+    pin_diameter: Length = key("outer, of the crank pin", gt=0)
+    pin_bore: Length = key("of a hollow pin", 0.0, ge=0)
+    web_thickness: Length = key("of one web, along the shaft", gt=0)
+    web_width: Length = key("of a web, across the throw", gt=0)
+    pin_recess: Length = key("of the pin's fillet into the web", 0.0, ge=0)
+    journal_recess: Length = key("of the journal's fillet into the web", 0.0, ge=0)
+    oil_bore: Length | None = key("diameter, radial, in the pin", None, gt=0)
     RULES: ClassVar[tuple[Any, ...]] = (
         below("journal_bore", "journal_diameter", _NARROWER),
         below("pin_bore", "pin_diameter", _NARROWER),
@@ -138,28 +121,26 @@ class CrankDimensions(Table):
 class Throw(CrankDimensions):
     """One throw of a crankshaft: half a journal, a web, the pin, a web, half a journal."""
 
-    journal_length: Length = Field(gt=0, description="of one journal between two webs")
-    pin_length: Length = Field(gt=0, description="of the pin between the webs")
-    beyond_journal: Length | None = Field(
-        None, gt=0, description="reach of a rectangular web behind the axis of the journal"
+    journal_length: Length = key("of one journal between two webs", gt=0)
+    pin_length: Length = key("of the pin between the webs", gt=0)
+    beyond_journal: Length | None = key(
+        "reach of a rectangular web behind the axis of the journal", None, gt=0
     )
-    beyond_pin: Length | None = Field(
-        None, gt=0, description="and past that of the pin; without both a web ends in half discs"
+    beyond_pin: Length | None = key(
+        "and past that of the pin; without both a web ends in half discs", None, gt=0
     )
-    formula: Literal["source", "timoshenko", "carter", "ker_wilson"] = Field(
-        "carter", description="for the stiffness; they differ"
+    formula: Literal["source", "timoshenko", "carter", "ker_wilson"] = key(
+        "for the stiffness; they differ", "carter"
     )
-    density: Density = Field(7850.0, description="of the steel")
-    shear_modulus: Modulus = Field(80e9, description="of the steel")
-    balance_weight_inertia: Inertia = Field(
-        0.0, ge=0, description="about the crank axis, of the weights on both webs"
+    density: Density = key("of the steel", 7850.0)
+    shear_modulus: Modulus = key("of the steel", 80e9)
+    balance_weight_inertia: Inertia = key(
+        "about the crank axis, of the weights on both webs", 0.0, ge=0
     )
-    pin_fillet: Length | None = Field(
-        None, gt=0, description="radius between pin and web, for the rule for crankshafts"
+    pin_fillet: Length | None = key(
+        "radius between pin and web, for the rule for crankshafts", None, gt=0
     )
-    journal_fillet: Length | None = Field(
-        None, gt=0, description="radius between journal and web, for that rule"
-    )
+    journal_fillet: Length | None = key("radius between journal and web, for that rule", None, gt=0)
     RULES = (
         needs("pin_fillet", "journal_fillet", "a throw has both"),
         needs("journal_fillet", "pin_fillet", "a throw has both"),
@@ -172,25 +153,23 @@ class Throw(CrankDimensions):
 class Station(Table):
     """One inertia of the line, on the shaft whose speed it has."""
 
-    name: Name = Field(description="label used in tables, in `between` and in `where`")
-    inertia: Inertia | None = Field(
-        None, ge=0, description="about its own axis, at its own speed; 0: a point without mass"
+    name: Name = key("label used in tables, in `between` and in `where`")
+    inertia: Inertia | None = key(
+        "about its own axis, at its own speed; 0: a point without mass", None, ge=0
     )
-    throw: Throw | None = Field(
-        None, description="dimensions that give the inertia, with rod and piston of its cylinders"
+    throw: Throw | None = key(
+        "dimensions that give the inertia, with rod and piston of its cylinders", None
     )
-    cylinder: Name | None = Field(None, description="name of the cylinder that turns it")
-    cylinders: Annotated[tuple[Name, ...], Field(max_length=8)] = Field(
-        (), description="instead, names of several on one throw, as in a V engine"
+    cylinder: Name | None = key("name of the cylinder that turns it", None)
+    cylinders: tuple[Name, ...] = key(
+        "instead, names of several on one throw, as in a V engine", (), max_length=8
     )
-    absolute_damping: AngularDamping = Field(
-        0.0, ge=0, description="against the steady rotation, on its own shaft"
+    absolute_damping: AngularDamping = key(
+        "against the steady rotation, on its own shaft", 0.0, ge=0
     )
-    over_speed: OverSpeed | None = Field(
-        None, description="factor on absolute_damping against the speed"
-    )
-    ground_stiffness: AngularStiffness = Field(
-        0.0, ge=0, description="to the steady rotation; a line on an unlimited grid has some"
+    over_speed: OverSpeed | None = key("factor on absolute_damping against the speed", None)
+    ground_stiffness: AngularStiffness = key(
+        "to the steady rotation; a line on an unlimited grid has some", 0.0, ge=0
     )
     RULES = (
         refuse(
@@ -223,16 +202,16 @@ def _cone(row: Row) -> Iterator[Problem]:
 class Section(Table):
     """A round shaft from its dimensions, plain or a cone from one end to the other."""
 
-    outer_diameter: Length = Field(gt=0, description="of the shaft")
-    inner_diameter: Length = Field(0.0, ge=0, description="of its bore; 0: solid")
-    end_outer_diameter: Length | None = Field(
-        None, gt=0, description="at its other end, of a cone; default: the same"
+    outer_diameter: Length = key("of the shaft", gt=0)
+    inner_diameter: Length = key("of its bore; 0: solid", 0.0, ge=0)
+    end_outer_diameter: Length | None = key(
+        "at its other end, of a cone; default: the same", None, gt=0
     )
-    end_inner_diameter: Length | None = Field(
-        None, ge=0, description="of the bore at the other end; default: the same"
+    end_inner_diameter: Length | None = key(
+        "of the bore at the other end; default: the same", None, ge=0
     )
-    length: Length = Field(gt=0, description="that twists")
-    shear_modulus: Modulus = Field(80e9, description="of the material")
+    length: Length = key("that twists", gt=0)
+    shear_modulus: Modulus = key("of the material", 80e9)
     RULES = (below("inner_diameter", "outer_diameter", _NARROWER), _cone)
 
 
@@ -249,51 +228,41 @@ _TO_ITSELF = refuse(
 class Shaft(Table):
     """What twists between two stations: a shaft, a throw or an elastic coupling."""
 
-    name: Name | None = Field(None, description="label; default: 'first - second'")
-    between: TwoNames | None = Field(
-        None, description="names of two stations; without any: from each to the next"
+    name: Name | None = key("label; default: 'first - second'", None)
+    between: TwoNames | None = key(
+        "names of two stations; without any: from each to the next", None
     )
-    stiffness: AngularStiffness | None = Field(
-        None, gt=0, description="on its own shaft; or section, throw, coupling"
+    stiffness: AngularStiffness | None = key(
+        "on its own shaft; or section, throw, coupling", None, gt=0
     )
-    section: Section | None = Field(None, description="dimensions that give the stiffness")
-    throw: Throw | None = Field(None, description="of a crank, that give the stiffness")
-    coupling: Coupling | None = Field(
-        None, description="an elastic coupling by its maker's table, with damping and limits"
+    section: Section | None = key("dimensions that give the stiffness", None)
+    throw: Throw | None = key("of a crank, that give the stiffness", None)
+    coupling: Coupling | None = key(
+        "an elastic coupling by its maker's table, with damping and limits", None
     )
-    damping: AngularDamping | None = Field(
-        None, ge=0, description="viscous, of the twist; default: none"
-    )
-    damping_ratio: Number | None = Field(
+    damping: AngularDamping | None = key("viscous, of the twist; default: none", None, ge=0)
+    damping_ratio: Number | None = key(
+        "instead: of the two neighbouring inertias against each other, were they alone",
         None,
         ge=0,
         le=10,
-        description="instead: of the two neighbouring inertias against each other, were they alone",
     )
-    loss_factor: Number = Field(
-        0.0, ge=0, le=10, description="of a complex stiffness k (1 + i loss_factor)"
+    loss_factor: Number = key("of a complex stiffness k (1 + i loss_factor)", 0.0, ge=0, le=10)
+    magnifier: Number | None = key(
+        "dynamic magnifier M, instead: loss_factor = 1 / M", None, ge=0.1
     )
-    magnifier: Number | None = Field(
-        None, ge=0.1, description="dynamic magnifier M, instead: loss_factor = 1 / M"
+    lehr_ratio: Number | None = key(
+        "Lehr's damping ratio D, instead: loss_factor = 2 D", None, ge=0, le=5
     )
-    lehr_ratio: Number | None = Field(
-        None, ge=0, le=5, description="Lehr's damping ratio D, instead: loss_factor = 2 D"
+    over_speed: OverSpeed | None = key(
+        "factor on its damping and loss factor against the speed", None
     )
-    over_speed: OverSpeed | None = Field(
-        None, description="factor on its damping and loss factor against the speed"
+    diameter: Length | None = key("of the solid shaft where the stress is read", None, gt=0)
+    section_modulus: SectionModulus | None = key(
+        "polar, instead of diameter: stress is torque over it", None
     )
-    diameter: Length | None = Field(
-        None, gt=0, description="of the solid shaft where the stress is read"
-    )
-    section_modulus: SectionModulus | None = Field(
-        None, description="polar, instead of diameter: stress is torque over it"
-    )
-    tensile_strength: Stress | None = Field(
-        None, gt=0, description="of the material, for a class rule"
-    )
-    fatigue: FatigueLine | None = Field(
-        None, description="S-N line, for the cycles that a change in time counts"
-    )
+    tensile_strength: Stress | None = key("of the material, for a class rule", None, gt=0)
+    fatigue: FatigueLine | None = key("S-N line, for the cycles that a change in time counts", None)
     RULES = (
         one_of("stiffness", "section", "throw", "coupling"),
         at_most_one("coupling", "loss_factor"),
@@ -338,20 +307,18 @@ class Shaft(Table):
 class Gear(Table):
     """Two stations on two shafts that turn together."""
 
-    name: Name | None = Field(None, description="label; default: 'first - second'")
-    between: TwoNames = Field(description="names of two stations")
-    ratio: Number | None = Field(
-        None, ge=1e-6, le=1e6, description="speed of the second over that of the first; or teeth"
+    name: Name | None = key("label; default: 'first - second'", None)
+    between: TwoNames = key("names of two stations")
+    ratio: Number | None = key(
+        "speed of the second over that of the first; or teeth", None, ge=1e-6, le=1e6
     )
-    teeth: tuple[Teeth, Teeth] | None = Field(
-        None, description="of the first and of the second wheel"
+    teeth: tuple[Teeth, Teeth] | None = key("of the first and of the second wheel", None)
+    reverses: bool = key("the second one turns the other way", True, strict=True)
+    mesh_stiffness: LinearStiffness | None = key(
+        "along the line of action; default: rigid teeth", None
     )
-    reverses: bool = Field(True, strict=True, description="the second one turns the other way")
-    mesh_stiffness: LinearStiffness | None = Field(
-        None, description="along the line of action; default: rigid teeth"
-    )
-    pitch_radius: Length | None = Field(
-        None, gt=0, description="of the first wheel, with mesh_stiffness; it gives tooth forces"
+    pitch_radius: Length | None = key(
+        "of the first wheel, with mesh_stiffness; it gives tooth forces", None, gt=0
     )
     RULES = (
         one_of("ratio", "teeth"),
@@ -377,18 +344,16 @@ class Gear(Table):
 class Load(Table):
     """A torque that something takes from the line, apart from what balances the mean torque."""
 
-    on: Name = Field(description="name of a station")
-    torque: Moment | None = Field(
-        None, description="mean, at the operating speed, on its own shaft; positive brakes"
+    on: Name = key("name of a station")
+    torque: Moment | None = key(
+        "mean, at the operating speed, on its own shaft; positive brakes", None
     )
-    exponent: Number = Field(
-        0.0, ge=0, le=4, description="of the speed: 0 constant, 2 as a propeller"
+    exponent: Number = key("of the speed: 0 constant, 2 as a propeller", 0.0, ge=0, le=4)
+    curve: LoadCurve | None = key(
+        "instead of torque and exponent: a table or a CSV over the speed", None
     )
-    curve: LoadCurve | None = Field(
-        None, description="instead of torque and exponent: a table or a CSV over the speed"
-    )
-    propeller_damping: PropellerDamping | None = Field(
-        None, description="absolute damping of its station that follows from this torque"
+    propeller_damping: PropellerDamping | None = key(
+        "absolute damping of its station that follows from this torque", None
     )
     RULES = (one_of("torque", "curve"), at_most_one("curve", "exponent"))
 
@@ -413,26 +378,25 @@ _STATIONS, _CYLINDERS = "machine.shaft_line.stations", "machine.crank_train.cyli
 class ShaftLine(Table):
     """Inertias, shafts, gears and dampers of the whole installation."""
 
-    stations: tuple[Station, ...] = Field(
-        min_length=1, max_length=2000, description="inertias in their order, also as a CSV"
+    stations: tuple[Station, ...] = key(
+        "inertias in their order, also as a CSV", min_length=1, max_length=2000
     )
-    shafts: tuple[Shaft, ...] = Field((), max_length=4000, description="between them, also a CSV")
-    gears: tuple[Gear, ...] = Field((), max_length=64, description="between two shafts, also a CSV")
-    dampers: tuple[LineDamper, ...] = Field((), max_length=16, description="attached to stations")
-    load: Name | None = Field(
-        None, description="name of the station that takes up the mean torque; default: the last"
+    shafts: tuple[Shaft, ...] = key("between them, also a CSV", (), max_length=4000)
+    gears: tuple[Gear, ...] = key("between two shafts, also a CSV", (), max_length=64)
+    dampers: tuple[LineDamper, ...] = key("attached to stations", (), max_length=16)
+    load: Name | None = key(
+        "name of the station that takes up the mean torque; default: the last", None
     )
-    speed_of: Name | None = Field(
+    speed_of: Name | None = key(
+        "without cylinders: name of the station that turns with machine.speed; default: the first",
         None,
-        description="without cylinders: name of the station that turns with machine.speed; "
-        "default: the first",
     )
-    loads: tuple[Load, ...] = Field((), max_length=64, description="other torques that are taken")
-    excitations: tuple[StationExcitation, ...] = Field(
-        (), max_length=64, description="torques that alternate, beside those of cylinders"
+    loads: tuple[Load, ...] = key("other torques that are taken", (), max_length=64)
+    excitations: tuple[StationExcitation, ...] = key(
+        "torques that alternate, beside those of cylinders", (), max_length=64
     )
-    engine_damping: EngineDamping | None = Field(
-        None, description="absolute damping at every station with a cylinder"
+    engine_damping: EngineDamping | None = key(
+        "absolute damping at every station with a cylinder", None
     )
     RULES = (
         *(unique(key) for key in ("stations", "shafts", "gears", "dampers")),

@@ -11,7 +11,7 @@ from vibecalc.numerics.rounding import FloatArray
 from vibecalc.torsion.line import Line
 
 if TYPE_CHECKING:
-    from vibecalc.torsion.damping_tables import EngineDamping, OverSpeed
+    from vibecalc.torsion.line_part_tables import EngineDamping, OverSpeed
     from vibecalc.torsion.shaft_line_tables import Layout, Load, ShaftLine
 
 # ----------------------------------------------------------------------------

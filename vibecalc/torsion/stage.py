@@ -1,4 +1,4 @@
-"""The stages that a case asks for its shaft line, and the steps that a change in time takes."""
+"""The stages that a case asks for its shaft line: reasons, results, harmonics, counted work."""
 
 import math
 from collections.abc import Iterator
@@ -27,17 +27,12 @@ from vibecalc.torsion.asked import (
     has_holzer,
     has_loops,
     has_loss,
-    has_modal_damping,
     leading,
     least_steps,
-    line_orders,
     modes_follow_speed,
     named_couplings,
     orders_words,
-    parts_of,
     shaft_line_of,
-    solves,
-    torsion_of,
 )
 from vibecalc.torsion.results import ROOT, of_line, over_range
 from vibecalc.torsion.study_results import (
@@ -52,26 +47,23 @@ from vibecalc.torsion.study_results import (
 )
 
 if TYPE_CHECKING:
-    from vibecalc.torsion.tables import LineSpeeds, Torsion
-    from vibecalc.torsion.transient_tables import Transient
+    from vibecalc.torsion.shaft_line_tables import ShaftLine
+    from vibecalc.torsion.tables import DamperDesign, Torsion
 
 # ----------------------------------------------------------------------------
-# The stages that [response.torsion] asks for: the shaft line at one speed and over a range.
+# One stage for each question. Its results are those below a root, but for what the case lacks.
 # ----------------------------------------------------------------------------
 
-#: what only a line with cylinders has
-_OF_CYLINDERS = (
-    *("/excitation/pressure", "/excitation/gas", "/excitation/inertia", "/excitation/total"),
-    *("/excitation/engine_torque", "/excitation/power", "/excitation/mean_torque"),
-    *("/excitation/firing_angle", "/excitation/vector_sum", "/excitation/rank"),
-    *("/excitation/major", "/speeds/mean_torque", "/power_balance/source"),
-)
+
+def _without(*rows: tuple[object, str]) -> tuple[str, ...]:
+    """Words in paths of what there is not: each row says whether it is there, and its words."""
+    return tuple(word for there, words in rows if not there for word in words.split())
 
 
 def _stage(case: "Case", name: str, adapter: str, topics: str = "", **more: Any) -> Stage:
     """A stage whose excitation is that of the line; it is a last one if nothing else is said."""
     usual: dict[str, Any] = {
-        "parts": parts_of(case),
+        "parts": ("crank_train",) * has_crank_train(case.machine) + ("shaft_line",),
         "orders": orders_words(case),
         "harmonics": _half_orders,
         "is_last": True,
@@ -80,100 +72,114 @@ def _stage(case: "Case", name: str, adapter: str, topics: str = "", **more: Any)
     return Stage(name=name, adapter=f"vibecalc.torsion.adapters.{adapter}", **(usual | more))
 
 
-def plan_torsion(case: "Case") -> Iterator[Stage]:
+def plan(case: "Case") -> Iterator[Stage]:
+    """What [response.torsion] and [damper_design] ask of a shaft line."""
+    torsion, line = asked(case), case.machine.shaft_line
+    if line is not None and torsion is not None:
+        yield from _line(case, line, torsion)
+        yield from _curves(case, line, torsion)
+        yield from _studies(case, line, torsion)
+    if line is not None and case.damper_design is not None:
+        yield _damper(case, torsion, case.damper_design)
+
+
+def _line(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[Stage]:
     """Modes, excitation and vibration at the operating speed; curves where speeds are given."""
-    torsion = asked(case)
-    if torsion is None or case.machine.shaft_line is None:
-        return
-    line = case.machine.shaft_line
-    stations = len(line.stations)
+    orders, freedoms, speeds = len(excited_orders(case)), freedom_count(case), torsion.speeds
     yield _stage(
         case,
         "torsion",
         "steady:run_torsion",
         "torsion_topics",
         why="[response.torsion] is in the case",
-        cost=f"modes of {stations} stations; {solves(case)} solves, one per order, at "
+        cost=f"modes of {len(line.stations)} stations; {orders} solves, one per order, at "
         f"{case.machine.speed:.6g} rad/s",
-        quantities=_picked(case, ranged=False),
+        quantities=_picked(case, line, torsion, ranged=False),
         is_last=False,
-        work=_work_of_torsion,
+        work=lambda _, kept: ((1, "line"), (kept, "line_order"), (freedoms**3, "shape_weight")),
         leading=leading(case),
     )
-    if torsion.speeds is None:
+    if speeds is None:
         return
-    speeds = torsion.speeds
+    solved, bare = orders * speeds.points, bool(line.dampers)
+    twice = f", and {solved} without dampers" * bare
+    twice += f", and {solved} without misfire" * bool(torsion.misfire)
+
+    def work(case: "Case", _: int) -> Work:
+        lines = 1 + bare + bool(torsion.misfire)
+        couplings = lines * len(named_couplings(case))
+        counted = (1 + bare, "line"), (solved * freedoms * lines, "line_solve")
+        return (*counted, (len(torsion.limits), "limit"), (couplings, "coupling_range"))
+
     yield _stage(
         case,
         "torsion_speeds",
         "speeds:run_torsion_speeds",
         "torsion_speeds_topics",
         why="[response.torsion] speeds are in the case",
-        cost=_range_cost(case, speeds),
-        quantities=_picked(case, ranged=True),
-        work=_work_of_speeds,
+        cost=f"{solved} solves, one per order at {speeds.points} speeds from {speeds.start:.6g} to "
+        f"{speeds.stop:.6g} rad/s{twice}",
+        quantities=_picked(case, line, torsion, ranged=True),
+        work=work,
         leading=leading(case),
     )
 
 
-def _picked(case: "Case", ranged: bool) -> tuple[str, ...]:
+#: what only a line with cylinders has
+_OF_CYLINDERS = (
+    "/excitation/pressure /excitation/gas /excitation/inertia /excitation/total /excitation/power "
+    "/excitation/engine_torque /excitation/mean_torque /excitation/firing_angle /excitation/rank "
+    "/excitation/vector_sum /excitation/major /speeds/mean_torque /power_balance/source"
+)
+
+
+def _picked(case: "Case", line: "ShaftLine", torsion: "Torsion", ranged: bool) -> tuple[str, ...]:
     """Paths that the case has something for, at the operating speed or over the range."""
     from vibecalc.torsion.shaft_line_tables import has_laws, what_follows
 
-    line, torsion = shaft_line_of(case), torsion_of(case)
     train = case.machine.crank_train if has_crank_train(case.machine) else None
-    bored, loads = train is not None and bool(train.bore), bool(line.loads)
-    of_loads = loads and case.machine.kind == "engine"
-    there = {
-        **dict.fromkeys(("ring_shape", "/damper/", "/bare/", "/reduction"), bool(line.dampers)),
-        **dict.fromkeys(("speeds/heat", "speeds/travel"), bool(line.dampers)),
-        **dict.fromkeys(("largest/heat", "largest/travel"), bool(line.dampers)),
-        **dict.fromkeys(("gear", "/hammering/"), bool(line.gears)),
-        "/campbell/": torsion.campbell and modes_follow_speed(case),
-        "transfer_matrix": not has_loops(case),
-        "holzer": has_holzer(case),
-        "undamped_frequency": has_damped_rings(case),
-        "/sufficient": torsion.separation is not None,
-        **dict.fromkeys(_OF_CYLINDERS, train is not None),
-        "/power_balance/load": loads,
-        "/power_balance/rest": train is not None or loads,
-        **dict.fromkeys(("total_load_power", "load_share"), of_loads),
-        "bank_factor": train is not None and len({c.bank_angle for c in train.cylinders}) > 1,
-        "modal_heat": has_modal_damping(case),
-        "stress": any(shaft.has_stress for shaft in line.shafts),
-        "/excitation/pressure": train is not None and train.tangential_effort is None,
-        **dict.fromkeys(("tangential_pressure", "mean_indicated_pressure"), bored),
-        "/coupling/": bool(named_couplings(case)),
-        **dict.fromkeys(
-            ("/coupling/largest_use", "/coupling/use", "/coupling/speeds/use"),
-            bool(coupling_limits(case)),
-        ),
-        "/healthy/": bool(torsion.misfire),
-        **dict.fromkeys(("/barred/", "/exceeded/", "healthy/limit/"), bool(torsion.limits)),
-        "/damping/": torsion.damping_model is None and has_laws(line),
-        **dict.fromkeys(_not_allowed(torsion), False),
-    }
-    for name, does in what_follows(line).items():
-        there[f"/speeds/{name}"] = torsion.damping_model is None and does
-    held = f"{ROOT}/limit/"
-    there_are = {*below(f"{ROOT}/", without=tuple(word for word, has in there.items() if not has))}
+    bored, own = train is not None and train.bore, torsion.damping_model is None
+    modal = torsion.damping_model is not None and torsion.damping_model.kind == "modal"
+    lacking = _without(
+        (line.dampers, "ring_shape /damper/ /bare/ /reduction /speeds/heat /speeds/travel"),
+        (line.dampers, "/largest/heat /largest/travel"),
+        (line.gears, "gear /hammering/"),
+        (torsion.campbell and modes_follow_speed(case), "/campbell/"),
+        (not has_loops(case), "transfer_matrix"),
+        (has_holzer(case), "holzer"),
+        (has_damped_rings(case), "undamped_frequency"),
+        (torsion.separation, "/sufficient"),
+        (train, _OF_CYLINDERS),
+        (line.loads, "/power_balance/load"),
+        (train or line.loads, "/power_balance/rest"),
+        (line.loads and case.machine.kind == "engine", "total_load_power load_share"),
+        (train and len({one.bank_angle for one in train.cylinders}) > 1, "bank_factor"),
+        (modal, "modal_heat"),
+        (any(shaft.has_stress for shaft in line.shafts), "stress"),
+        (train and train.tangential_effort is None, "/excitation/pressure"),
+        (bored, "tangential_pressure mean_indicated_pressure"),
+        (named_couplings(case), "/coupling/"),
+        (coupling_limits(case), "/coupling/largest_use /coupling/use /coupling/speeds/use"),
+        (torsion.misfire, "/healthy/"),
+        (torsion.limits, "/barred/ /exceeded/ healthy/limit/"),
+        (own and has_laws(line), "/damping/"),
+        *((own and does, f"/speeds/{name}") for name, does in what_follows(line).items()),
+    )
+    held, there = f"{ROOT}/limit/", {*below(f"{ROOT}/", lacking + _not_allowed(torsion))}
     return tuple(
         path
         for path in of_line(ranged)
-        if (_of_limits(torsion, path) if path.startswith(held) else path in there_are)
+        if (_of_limits(torsion, path) if path.startswith(held) else path in there)
     )
 
 
-def _not_allowed(torsion: "Torsion") -> list[str]:
+def _not_allowed(torsion: "Torsion") -> tuple[str, ...]:
     """What limits of stress or of torque allow in conditions, of the kind that the case has not."""
     of_torque = [bool(one.torque or one.alternating_share) for one in torsion.limits]
-    kinds = {"torque_": any(of_torque), "": not all(of_torque)}
-    return [
-        f"limit/{start}{kind}allowed"
-        for kind, there in kinds.items()
-        if not there
-        for start in ("", "operating_")
-    ]
+    return _without(
+        (any(of_torque), "limit/torque_allowed limit/operating_torque_allowed"),
+        (not all(of_torque), "limit/allowed limit/operating_allowed"),
+    )
 
 
 def _of_limits(torsion: "Torsion", path: str) -> bool:
@@ -191,213 +197,150 @@ def _of_limits(torsion: "Torsion", path: str) -> bool:
     return bool(limits)
 
 
-def _range_cost(case: "Case", speeds: "LineSpeeds") -> str:
-    """Solves over the range in words; maxima between the points take some more."""
-    line, torsion = shaft_line_of(case), torsion_of(case)
-    number = solves(case, speeds.points)
-    twice = f", and {number} without dampers" if line.dampers else ""
-    twice += f", and {number} without misfire" if torsion.misfire else ""
-    return (
-        f"{number} solves, one per order at {speeds.points} speeds from {speeds.start:.6g} to "
-        f"{speeds.stop:.6g} rad/s{twice}"
+def _curves(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[Stage]:
+    """Orders of named shafts and stations, cyclic irregularity, conditions of the cylinders."""
+    if not (torsion.curves or torsion.irregularity or torsion.conditions):
+        return
+    from vibecalc.torsion.question_tables import curves_of
+
+    points = 1 if torsion.speeds is None else torsion.speeds.points
+    solved = len(excited_orders(case)) * points
+    of = curves_of(line, torsion.curves)
+    known = {path.split("/")[3] for path in below(f"{ROOT}/curves/")}
+    measured = {one for c in torsion.curves for one in known if getattr(c.measured, one, ())}
+    lacking = _without(
+        *((one in of, f"/curves/{one}/") for one in known),
+        *((one in measured, f"/curves/{one}/measured/") for one in known),
+        (torsion.limits, "/stress/allowed /stress/transient /limit/"),
+        (any(one.pole_pairs for one in torsion.irregularity), "/electrical_angle"),
+        (any(shaft.has_stress for shaft in line.shafts), "/stress"),
+        (torsion.irregularity, "/conditions/irregularity"),
+        (coupling_limits(case), "/coupling/"),
     )
 
+    def work(case: "Case", _: int) -> Work:
+        each = solved * freedom_count(case)
+        return ((1, "line"), (each * max(2, len(of)), "line_solve"))
 
-def plan_torsion_curves(case: "Case") -> Iterator[Stage]:
-    """Orders of named shafts and stations, cyclic irregularity, conditions of the cylinders."""
-    torsion, line = asked(case), case.machine.shaft_line
-    if torsion is None or line is None:
-        return
-    points = 0 if torsion.speeds is None else torsion.speeds.points
-    asks = {
-        "curves": bool(torsion.curves) and torsion.speeds is not None,
-        "irregularity": bool(torsion.irregularity),
-        "conditions": torsion.conditions is not None,
-    }
-    for name in (name for name, is_asked in asks.items() if is_asked):
-        module, are = ("order_curves", "are") if name == "curves" else (name, "is")
-        cost = f"{solves(case, points or 1)} solves, one per order and speed"
-        if name == "conditions":
-            cost += f", for {len(condition_names(case))} conditions at once"
+    def work_of_conditions(case: "Case", _: int) -> Work:
+        # samples and maxima; couplings are solved for by themselves
+        times = (1 + (torsion.speeds is not None)) * (1 + bool(coupling_limits(case)))
+        each = solved * freedom_count(case) * len(condition_names(case))
+        return ((2, "line"), (times * each, "line_solve"))
+
+    for name, adapter, there, why in (
+        ("curves", "order_curves", torsion.curves and torsion.speeds, "are"),
+        ("irregularity", "irregularity", torsion.irregularity, "is"),
+        ("conditions", "conditions", torsion.conditions, "is"),
+    ):
+        at_once = f", for {len(condition_names(case))} conditions at once"
+        paths = below(f"{ROOT}/{name}/", lacking + _not_allowed(torsion))
+        if there:
+            yield _stage(
+                case,
+                f"torsion {name}",
+                f"{adapter}:run_torsion_{name}",
+                why=f"[response.torsion] {name} {why} in the case",
+                cost=f"{solved} solves, one per order and speed{at_once * (name == 'conditions')}",
+                quantities=tuple(one for one in paths if torsion.speeds or not over_range(one)),
+                work=work_of_conditions if name == "conditions" else work,
+            )
+
+
+def _studies(case: "Case", line: "ShaftLine", torsion: "Torsion") -> Iterator[Stage]:
+    """The modal route as published, the variable inertia and the transient, where asked for."""
+    speeds, points = torsion.speeds, torsion.speeds.points if torsion.speeds else 0
+    published, change = torsion.as_published, torsion.transient
+    if published is not None:
+        lacking = _without(
+            (speeds, f"{PUBLISHED}twist_magnitude"),
+            (published.magnifier != "undamped", "critical largest_twist"),
+        )
+        paths = below(PUBLISHED, lacking)
         yield _stage(
             case,
-            f"torsion {name}",
-            f"{module}:run_torsion_{name}",
-            why=f"[response.torsion] {name} {are} in the case",
-            cost=cost,
-            quantities=_of_curves(case, name),
-            work=_work_of_conditions if name == "conditions" else _work_of_curves,
+            "modal route as published",
+            "as_published:run_torsion_as_published",
+            why="[response.torsion.as_published] is in the case",
+            cost=f"closed forms for {published.modes} modes, each order"
+            + f" and each of {points} speeds" * bool(speeds),
+            quantities=tuple(one for one in paths if speeds or one != f"{PUBLISHED}twist"),
+            work=lambda _, orders: ((1, "closed_forms"),),
+        )
+    if torsion.variable_inertia is not None:
+        lacking = _without(
+            (speeds, "/speeds/ /wedge/ /unstable/ /largest_"),
+            (not has_loss(case), f"{VARIABLE}growth /unstable/"),
+        )
+        over = f"{points} solves of all orders at once, and " * bool(speeds)
+        yield _stage(
+            case,
+            "variable inertia",
+            "variable_inertia:run_torsion_variable_inertia",
+            "torsion_variable_topics",
+            why="[response.torsion.variable_inertia] is in the case",
+            orders=orders_words(case) + ", and further ones of the motion",
+            cost=over + "Newton's method with all orders at the operating speed",
+            quantities=below(VARIABLE, lacking),
+            # the motion has more orders than its excitation; so many are tried first
+            harmonics=lambda case: _half_orders(case)._replace(
+                is_least=True, rule="of the excitation; more of the motion"
+            ),
+            work=lambda _, orders: ((5 + points, "variable_solve"),),
+        )
+    if change is not None:
+        stressed = any(shaft.has_stress for shaft in line.shafts)
+        lacking = _without(
+            (change.kind == "clutch_in", "/clutch/"),
+            (change.kind != "clutch_in", "steady_before"),
+            (stressed, "peak_stress counted/largest_stress_range"),
+            (has_loss(case) and torsion.damping_model is None, "/equivalent/"),
+            (change.counting, "/counted/"),
+            (any(shaft.fatigue is not None for shaft in line.shafts), "counted/damage"),
+        )
+        lacking += OF_STEPS if change.kind in PASSAGES else OF_PASSAGES
+        steps = least_steps(case)
+        yield _stage(
+            case,
+            "transient",
+            "transient:run_torsion_transient",
+            "torsion_transient_topics",
+            why=f'[response.torsion.transient] is in the case, kind = "{change.kind}"',
+            cost=f"matrix exponentials over {round(steps)} steps of a third of the highest order's "
+            "period, or more",
+            quantities=below(TRANSIENT, lacking),
+            work=lambda _, orders: ((math.ceil(steps), "time_step"), (6, "line")),
         )
 
 
-def _of_curves(case: "Case", name: str) -> tuple[str, ...]:
-    """Paths of curves, irregularity or conditions that the case has something for."""
-    from vibecalc.torsion.curve_tables import curves_of
-
-    torsion, line = torsion_of(case), shaft_line_of(case)
-    left_out = _not_allowed(torsion)
-    if torsion.speeds is None:
-        left_out += [one for one in below(f"{ROOT}/{name}/") if over_range(one)]
-    if name == "curves":
-        of = curves_of(line, torsion.curves)
-        every = {path.split("/")[3] for path in below(f"{ROOT}/curves/")}
-        points = {one for c in torsion.curves for one in every if getattr(c.measured, one, ())}
-        left_out += [f"/{one}/" for one in every - set(of)]
-        left_out += [f"/{one}/measured/" for one in every - points]
-        left_out += [] if torsion.limits else ["/allowed", "/transient"]
-    if not any(one.pole_pairs for one in torsion.irregularity):
-        left_out.append("/electrical_angle")
-    if not any(shaft.has_stress for shaft in line.shafts):
-        left_out.append("/stress")
-    if name == "conditions" and not torsion.irregularity:
-        left_out.append("/irregularity")
-    if not torsion.limits:
-        left_out.append("/limit/")
-    if not coupling_limits(case):
-        left_out.append("/coupling/")
-    return below(f"{ROOT}/{name}/", without=tuple(left_out))
-
-
-# ----------------------------------------------------------------------------
-# What a case asks of a shaft line next to its steady response: one stage for each question.
-# ----------------------------------------------------------------------------
-
-
-def plan_torsion_studies(case: "Case") -> Iterator[Stage]:
-    """The modal route as published, the variable inertia and the transient, where asked for."""
-    torsion = asked(case)
-    if torsion is None or case.machine.shaft_line is None:
-        return
-    if torsion.as_published is not None:
-        yield _published(case)
-    if torsion.variable_inertia is not None:
-        yield _variable(case)
-    if torsion.transient is not None:
-        yield _transient(case)
-
-
-def _published(case: "Case") -> Stage:
-    torsion = torsion_of(case)
-    options = torsion.as_published
-    assert options is not None
-    without = ("/twist", "/largest_twist") if torsion.speeds is None else ()
-    paths = below(PUBLISHED, without=without)
-    if torsion.speeds is None:
-        paths += (f"{PUBLISHED}twist_at_critical", f"{PUBLISHED}largest_twist")
-        paths += (f"{PUBLISHED}largest_twist_order",)
-    if options.magnifier == "undamped":
-        paths = tuple(p for p in paths if "critical" not in p and "largest_twist" not in p)
-    return _stage(
-        case,
-        "modal route as published",
-        "as_published:run_torsion_as_published",
-        why="[response.torsion.as_published] is in the case",
-        orders=line_orders(case),
-        cost=f"closed forms for {options.modes} modes, each order"
-        + ("" if torsion.speeds is None else f" and each of {torsion.speeds.points} speeds"),
-        quantities=paths,
-        work=lambda case, orders: ((1, "closed_forms"),),
-    )
-
-
-def _variable(case: "Case") -> Stage:
-    torsion = torsion_of(case)
-    there = list(below(VARIABLE))
-    if torsion.speeds is None:
-        of_range = (f"{VARIABLE}{name}" for name in ("speeds/", "wedge/", "unstable/", "largest_"))
-        there = [path for path in there if not path.startswith(tuple(of_range))]
-    if has_loss(case):
-        timed = (f"{VARIABLE}growth", f"{VARIABLE}unstable/")
-        there = [path for path in there if not path.startswith(timed)]
-    over = f"{torsion.speeds.points} solves of all orders at once, and " if torsion.speeds else ""
-    return _stage(
-        case,
-        "variable inertia",
-        "variable_inertia:run_torsion_variable_inertia",
-        "torsion_variable_topics",
-        why="[response.torsion.variable_inertia] is in the case",
-        orders=line_orders(case) + ", and further ones of the motion",
-        cost=over + "Newton's method with all orders at the operating speed",
-        quantities=tuple(there),
-        # the motion has more orders than its excitation; so many are tried first
-        harmonics=lambda case: _half_orders(case)._replace(
-            is_least=True, rule="of the excitation; more of the motion"
-        ),
-        work=_work_of_variable,
-    )
-
-
-def _transient(case: "Case") -> Stage:
-    change = torsion_of(case).transient
-    assert change is not None
-    return _stage(
-        case,
-        "transient",
-        "transient:run_torsion_transient",
-        "torsion_transient_topics",
-        why=f'[response.torsion.transient] is in the case, kind = "{change.kind}"',
-        orders=line_orders(case),
-        cost=f"matrix exponentials over {round(least_steps(case))} steps of a third of the highest "
-        "order's period, or more",
-        quantities=below(TRANSIENT, without=_not_of_change(case, change)),
-        work=_work_of_transient,
-    )
-
-
-def _not_of_change(case: "Case", change: "Transient") -> tuple[str, ...]:
-    """Beginnings of what there is not of a change."""
-    shafts = shaft_line_of(case).shafts
-    stressed = any(shaft.has_stress for shaft in shafts)
-    left_out = [*(OF_STEPS if change.kind in PASSAGES else OF_PASSAGES)]
-    there = {
-        "clutch/": change.kind == "clutch_in",
-        "steady_before": change.kind != "clutch_in",
-        "peak_stress": stressed,
-        "equivalent/": has_loss(case) and torsion_of(case).damping_model is None,
-        "counted/": change.counting is not None,
-        "counted/largest_stress_range": stressed,
-        "counted/damage": any(shaft.fatigue is not None for shaft in shafts),
-    }
-    return (*left_out, *(TRANSIENT + name for name, has in there.items() if not has))
-
-
-# ----------------------------------------------------------------------------
-# The stage that finds the damper of a shaft line.
-# ----------------------------------------------------------------------------
-
-
-def plan_damper(case: "Case") -> Iterator[Stage]:
-    """Planned where [damper_design] is in the case."""
-    options = case.damper_design
-    if options is None or case.machine.shaft_line is None:
-        return
+def _damper(case: "Case", torsion: "Torsion | None", options: "DamperDesign") -> Stage:
+    """The search for the damper of a shaft line."""
     others = [name for name in OBJECTIVES if name != options.objective]
-    there = {
-        "table/": options.compare is not None,
-        "chart/": {"stiffness", "damping"} <= set(options.find),
-        "ring/": bool(options.rings),
-    }
-    left_out = [
-        *(f"{stem}{name}" for stem in ("worst_", "chart/", "ring/", "curve/") for name in others),
-        *(DESIGN + name for name, has in there.items() if not has),
-    ]
-    searches = f"{1 + len(options.rings)} searches, one for each ring: " if options.rings else ""
-    yield _stage(
+    lacking = _without(
+        *((False, f"worst_{one} chart/{one} ring/{one} curve/{one}") for one in others),
+        (options.compare, f"{DESIGN}table/"),
+        ({"stiffness", "damping"} <= set(options.find), f"{DESIGN}chart/"),
+        (options.rings, f"{DESIGN}ring/"),
+    )
+    rings = 1 + len(options.rings)
+    searches = f"{rings} searches, one for each ring: " * bool(options.rings)
+    speeds = options.speeds or (torsion and torsion.speeds)
+    solved = rings * (speeds.points if speeds else 100) * freedom_count(case)
+    return _stage(
         case,
         "damper design",
         "damper_design:run_damper_design",
         "damper_design_topics",
         why="[damper_design] is in the case",
-        orders=line_orders(case),
         cost=f"{searches}a map of dampers by changes of rank one, then descents and Newton's "
         "method",
-        quantities=below(DESIGN, without=tuple(left_out)),
-        work=_work_of_damper,
+        quantities=below(DESIGN, lacking),
+        work=lambda _, orders: ((rings, "damper_map"), (orders * solved, "damper_solve")),
     )
 
 
 # ----------------------------------------------------------------------------
-# Harmonics and counted work of each stage, read from the case: nothing is solved.
+# Harmonics, and the entries of axes that the case knows.
 # ----------------------------------------------------------------------------
 
 
@@ -412,59 +355,6 @@ def _half_orders(case: "Case") -> Harmonics:
     usual = torsion is None or torsion.orders is None
     rule = "the usual ones" if usual else "[response.torsion] orders"
     return Harmonics(round(highest / step), step, highest, rule)
-
-
-def _work_of_torsion(case: "Case", orders: int) -> Work:
-    return ((1, "line"), (orders, "line_order"), (freedom_count(case) ** 3, "shape_weight"))
-
-
-def _work_of_speeds(case: "Case", orders: int) -> Work:
-    torsion, freedoms = torsion_of(case), freedom_count(case)
-    assert torsion.speeds is not None
-    bare = bool(shaft_line_of(case).dampers)
-    lines = 1 + bare + bool(torsion.misfire)
-    solved = solves(case, torsion.speeds.points) * freedoms * lines
-    couplings = lines * len(named_couplings(case))
-    return (
-        *((1 + bare, "line"), (solved, "line_solve"), (len(torsion.limits), "limit")),
-        *(((couplings, "coupling_range"),) if couplings else ()),
-    )
-
-
-def _work_of_curves(case: "Case", orders: int) -> Work:
-    from vibecalc.torsion.curve_tables import curves_of
-
-    torsion, line = torsion_of(case), shaft_line_of(case)
-    points = 1 if torsion.speeds is None else torsion.speeds.points
-    solved = solves(case, points) * freedom_count(case)
-    return ((1, "line"), (solved * max(2, len(curves_of(line, torsion.curves))), "line_solve"))
-
-
-def _work_of_conditions(case: "Case", orders: int) -> Work:
-    range_ = torsion_of(case).speeds
-    solved = solves(case, 1 if range_ is None else 2 * range_.points) * freedom_count(case)
-    ranges = 1 + bool(coupling_limits(case))  # couplings are solved for by themselves
-    return ((2, "line"), (solved * len(condition_names(case)) * ranges, "line_solve"))
-
-
-def _work_of_variable(case: "Case", orders: int) -> Work:
-    range_ = torsion_of(case).speeds
-    speeds = 0 if range_ is None else range_.points
-    return ((5 + speeds, "variable_solve"),)
-
-
-def _work_of_transient(case: "Case", orders: int) -> Work:
-    return ((math.ceil(least_steps(case)), "time_step"), (6, "line"))
-
-
-def _work_of_damper(case: "Case", orders: int) -> Work:
-    options, freedoms = case.damper_design, freedom_count(case)
-    assert options is not None
-    rings = 1 + len(options.rings)
-    torsion = asked(case)
-    speeds = options.speeds or (None if torsion is None else torsion.speeds)
-    points = 100 if speeds is None else speeds.points
-    return ((rings, "damper_map"), (rings * orders * points * freedoms, "damper_solve"))
 
 
 def names_of(case: "Case") -> dict[str, tuple[str, ...]]:
@@ -504,12 +394,11 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
 
 
 def _planned_orders(case: "Case", path: str) -> Entries | None:
-    stages = (one for plan in SUBJECT.stages for one in plan(case))
-    stage = next((one for one in stages if path in one.quantities), None)
+    stage = next((one for one in plan(case) if path in one.quantities), None)
     found = None if stage is None else harmonics_of(case, stage)
     if found is None:
         return None
-    if case.machine.shaft_line is not None and case.machine.shaft_line.excitations:
+    if shaft_line_of(case).excitations:
         return Entries(excited_orders(case), "orders of cylinders and of torques at stations")
     orders = tuple(found.lowest * number for number in range(1, found.number + 1))
     return Entries(orders, "orders of [response.torsion] says their step and the highest")
@@ -518,12 +407,7 @@ def _planned_orders(case: "Case", path: str) -> Entries | None:
 SUBJECT = Subject(
     entries=_entries,
     names=names_of,
-    stages=(
-        plan_torsion,
-        plan_torsion_curves,
-        plan_torsion_studies,
-        plan_damper,
-    ),
+    stages=(plan,),
     concerns=lambda case: (
         case.machine.kind in ("engine", "drive_train")
         or case.machine.shaft_line is not None
@@ -551,42 +435,42 @@ SUBJECT = Subject(
     sections=(
         "vibecalc.torsion.report.first_page:torsion",
         "vibecalc.torsion.report.line:torsion_line",
-        "vibecalc.torsion.report.damping:torsion_damping",
+        "vibecalc.torsion.report.line:torsion_damping",
         "vibecalc.torsion.report.modes:torsion_modes",
         "vibecalc.torsion.report.excitation:torsion_excitation",
         "vibecalc.torsion.report.vibration:torsion_steady",
         "vibecalc.torsion.report.vibration:torsion_speeds",
-        "vibecalc.torsion.report.curves:torsion_curves",
-        "vibecalc.torsion.report.curves:torsion_irregularity",
-        "vibecalc.torsion.report.curves:torsion_conditions",
+        "vibecalc.torsion.report.vibration:torsion_curves",
+        "vibecalc.torsion.report.vibration:torsion_irregularity",
+        "vibecalc.torsion.report.vibration:torsion_conditions",
         "vibecalc.torsion.report.limits:torsion_limits",
         "vibecalc.torsion.report.couplings:torsion_couplings",
         "vibecalc.torsion.report.studies:torsion_variable",
         "vibecalc.torsion.report.studies:torsion_transient",
         "vibecalc.torsion.report.studies:torsion_published",
-        "vibecalc.torsion.report.damper_design:damper_design",
+        "vibecalc.torsion.report.studies:damper_design",
     ),
     pictures={
         "torsion_excitation": "vibecalc.torsion.pictures.excitation:TORSION_EXCITATION",
         "torsion_shapes": "vibecalc.torsion.pictures.modes:draw_torsion_shapes",
         "torsion_campbell": "vibecalc.torsion.pictures.modes:draw_torsion_campbell",
         "torsion_speeds": "vibecalc.torsion.pictures.speeds:TORSION_SPEEDS",
-        "torsion_limits": "vibecalc.torsion.pictures.limits:TORSION_LIMITS",
-        "torsion_curves": "vibecalc.torsion.pictures.curves:TORSION_CURVES",
-        "torsion_station_curves": "vibecalc.torsion.pictures.curves:TORSION_STATION_CURVES",
+        "torsion_limits": "vibecalc.torsion.pictures.speeds:TORSION_LIMITS",
+        "torsion_curves": "vibecalc.torsion.pictures.excitation:TORSION_CURVES",
+        "torsion_station_curves": "vibecalc.torsion.pictures.excitation:TORSION_STATION_CURVES",
         "torsion_orders": "vibecalc.torsion.pictures.excitation:TORSION_ORDERS",
         "torsion_vectors": "vibecalc.torsion.pictures.excitation:draw_torsion_vectors",
         "torsion_transient": "vibecalc.torsion.pictures.studies:TORSION_TRANSIENT",
         "torsion_waterfall": "vibecalc.torsion.pictures.studies:draw_torsion_waterfall",
-        "torsion_couplings": "vibecalc.torsion.pictures.couplings:TORSION_COUPLINGS",
+        "torsion_couplings": "vibecalc.torsion.pictures.speeds:TORSION_COUPLINGS",
         "torsion_dampers": "vibecalc.torsion.pictures.speeds:TORSION_DAMPERS",
         "torsion_variable_inertia": "vibecalc.torsion.pictures.studies:VARIABLE_INERTIA",
-        "torsion_as_published": "vibecalc.torsion.pictures.as_published:AS_PUBLISHED",
-        "damper_map": "vibecalc.torsion.pictures.damper_design:draw_damper_map",
-        "damper_response": "vibecalc.torsion.pictures.damper_design:DAMPER_RESPONSE",
+        "torsion_as_published": "vibecalc.torsion.pictures.studies:AS_PUBLISHED",
+        "damper_map": "vibecalc.torsion.pictures.studies:draw_damper_map",
+        "damper_response": "vibecalc.torsion.pictures.studies:DAMPER_RESPONSE",
     },
     leads=True,
-    calculation="vibecalc.torsion.report.calculation:CALCULATION",
+    calculation="vibecalc.torsion.report.first_page:CALCULATION",
     assumes=(
         "Inertias are lumped and shafts linear; bending and axial vibration are left "
         "out. The mean crank speed is given.",

@@ -14,6 +14,7 @@ from vibecalc.core.case.fields import (
     Number,
     Table,
     Unit,
+    key,
     later,
 )
 from vibecalc.core.case.raw import table_at
@@ -31,19 +32,16 @@ from vibecalc.core.case.rules import (
 from vibecalc.parts.tables import cylinders_in
 
 if TYPE_CHECKING:
-    from vibecalc.torsion.curve_tables import Conditions, Irregularity, LineCurve
-    from vibecalc.torsion.limit_tables import TorsionLimit
-    from vibecalc.torsion.transient_tables import Transient
-else:
-    globals().update(
-        later(
-            {
-                "vibecalc.torsion.curve_tables": "Conditions Irregularity LineCurve",
-                "vibecalc.torsion.limit_tables": "TorsionLimit",
-                "vibecalc.torsion.transient_tables": "Transient",
-            }
-        )
+    from vibecalc.torsion.question_tables import (
+        Conditions,
+        Irregularity,
+        LineCurve,
+        TorsionLimit,
+        Transient,
     )
+else:
+    _named = "Conditions Irregularity LineCurve TorsionLimit Transient"
+    globals().update(later({"vibecalc.torsion.question_tables": _named}))
 
 # ----------------------------------------------------------------------------
 # What is asked of the torsion of a shaft line.
@@ -59,28 +57,23 @@ class LineSpeeds(Table):
 
     model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
 
-    start: AngularSpeed = Field(alias="from", gt=0, description="lowest")
-    stop: AngularSpeed = Field(alias="to", gt=0, description="highest")
-    points: Annotated[int, Field(strict=True, ge=2, le=1_000_000)] = Field(
-        801, description="both ends included; maxima between them are found"
+    start: AngularSpeed = key("lowest", alias="from", gt=0)
+    stop: AngularSpeed = key("highest", alias="to", gt=0)
+    points: int = key(
+        "both ends included; maxima between them are found", 801, strict=True, ge=2, le=1_000_000
     )
-    spacing: Literal["linear", "logarithmic"] = Field("linear", description="between them")
+    spacing: Literal["linear", "logarithmic"] = key("between them", "linear")
     RULES = (ordered("from", "to", "speeds go from a lower one to a higher one"),)
 
 
 class LineOrders(Table):
     """Orders of the excitation: step, 2 step, 3 step and so on."""
 
-    step: Number | None = Field(
-        None,
-        gt=0,
-        le=1,
-        description="0.5 or 1; default: 0.5 of a four-stroke, 1 of a two-stroke engine",
+    step: Number | None = key(
+        "0.5 or 1; default: 0.5 of a four-stroke, 1 of a two-stroke engine", None, gt=0, le=1
     )
-    count: Annotated[int, Field(strict=True, ge=1, le=800)] | None = Field(
-        None, description="how many"
-    )
-    highest: Number | None = Field(None, gt=0, le=400, description="instead of count")
+    count: Annotated[int, Field(strict=True, ge=1, le=800)] | None = key("how many", None)
+    highest: Number | None = key("instead of count", None, gt=0, le=400)
     RULES = (
         at_most_one("count", "highest"),
         refuse(
@@ -102,14 +95,16 @@ def _through(row: Row) -> bool:
 class ProportionalDamping(Table):
     """Damping by mode, instead of that of shafts, stations and dampers."""
 
-    kind: Literal["rayleigh", "modal"] = Field(
-        description="a J + b K through two ratios, or a ratio for every mode"
+    kind: Literal["rayleigh", "modal"] = key(
+        "a J + b K through two ratios, or a ratio for every mode"
     )
-    modes: Annotated[tuple[ModeNumber, ...], Field(max_length=2)] = Field(
-        (), description="two that ratios belong to, of rayleigh; the rigid mode is number 1"
+    modes: tuple[ModeNumber, ...] = key(
+        "two that ratios belong to, of rayleigh; the rigid mode is number 1", (), max_length=2
     )
-    ratios: Annotated[tuple[DampingRatio, ...], Field(min_length=1, max_length=2000)] = Field(
-        description="of the two modes, or of all; one number alone is for all of them"
+    ratios: tuple[DampingRatio, ...] = key(
+        "of the two modes, or of all; one number alone is for all of them",
+        min_length=1,
+        max_length=2000,
     )
     RULES = (
         refuse(
@@ -131,58 +126,58 @@ class ProportionalDamping(Table):
 class AsPublished(Table):
     """The modal route of the source: one mode at a time, with its dynamic magnifier."""
 
-    damping_ratio: DampingRatio = Field(0.01, description="of every mode")
-    magnifier: Literal["undamped", "empirical", "damped"] = Field(
-        "damped", description="of each order; empirical: 3.8 over the fourth root, on a critical"
+    damping_ratio: DampingRatio = key("of every mode", 0.01)
+    magnifier: Literal["undamped", "empirical", "damped"] = key(
+        "of each order; empirical: 3.8 over the fourth root, on a critical", "damped"
     )
-    modes: ModeNumber = Field(3, description="how many elastic modes, from the lowest")
+    modes: ModeNumber = key("how many elastic modes, from the lowest", 3)
 
 
 class VariableInertia(Table):
     """The inertia of the crank train as it changes over the revolution."""
 
-    orders: Annotated[int, Field(strict=True, ge=1, le=400)] | None = Field(
-        None, description="highest harmonic of the motion; without it the tolerance decides"
+    orders: Annotated[int, Field(strict=True, ge=1, le=400)] | None = key(
+        "highest harmonic of the motion; without it the tolerance decides", None
     )
 
 
 class Torsion(Table):
     """Natural frequencies, modes and forced vibration of the shaft line."""
 
-    speeds: LineSpeeds | None = Field(
-        None, description="also over a range of speeds, not at the operating speed only"
+    speeds: LineSpeeds | None = key(
+        "also over a range of speeds, not at the operating speed only", None
     )
-    orders: LineOrders | None = Field(None, description="default: up to order 12")
-    method: Literal["elimination", "modal", "dense"] = Field(
-        "elimination", description="along the line, by modes, or one full solve for each order"
+    orders: LineOrders | None = key("default: up to order 12", None)
+    method: Literal["elimination", "modal", "dense"] = key(
+        "along the line, by modes, or one full solve for each order", "elimination"
     )
-    misfire: TorsionNames = Field((), description="names of cylinders that do not fire")
-    misfire_kind: Literal["no_gas", "motored"] = Field(
-        "no_gas", description="their gas: none, or compressed and expanded without combustion"
+    misfire: TorsionNames = key("names of cylinders that do not fire", ())
+    misfire_kind: Literal["no_gas", "motored"] = key(
+        "their gas: none, or compressed and expanded without combustion", "no_gas"
     )
-    damping_model: ProportionalDamping | None = Field(
-        None, description="default: what shafts, stations and dampers have"
+    damping_model: ProportionalDamping | None = key(
+        "default: what shafts, stations and dampers have", None
     )
-    campbell: bool = Field(False, strict=True, description="natural frequencies against speed")
-    limits: Annotated[tuple[TorsionLimit, ...], Field(max_length=64)] = Field(
-        (), description="of stress or torque, with the barred ranges that follow"
+    campbell: bool = key("natural frequencies against speed", False, strict=True)
+    limits: tuple[TorsionLimit, ...] = key(
+        "of stress or torque, with the barred ranges that follow", (), max_length=64
     )
-    separation: Literal["api_618", "api_684", "api_671"] | None = Field(
-        None, description="hold the margins of modes to orders against this rule; informative"
+    separation: Literal["api_618", "api_684", "api_671"] | None = key(
+        "hold the margins of modes to orders against this rule; informative", None
     )
-    as_published: AsPublished | None = Field(None, description="also by the route of the source")
-    variable_inertia: VariableInertia | None = Field(
-        None, description="also with the inertia that changes over the revolution"
+    as_published: AsPublished | None = key("also by the route of the source", None)
+    variable_inertia: VariableInertia | None = key(
+        "also with the inertia that changes over the revolution", None
     )
-    transient: Transient | None = Field(None, description="also a change in time")
-    curves: Annotated[tuple[LineCurve, ...], Field(max_length=64)] = Field(
-        (), description="orders against speed of named shafts and stations"
+    transient: Transient | None = key("also a change in time", None)
+    curves: tuple[LineCurve, ...] = key(
+        "orders against speed of named shafts and stations", (), max_length=64
     )
-    irregularity: Annotated[tuple[Irregularity, ...], Field(max_length=64)] = Field(
-        (), description="how evenly named stations turn"
+    irregularity: tuple[Irregularity, ...] = key(
+        "how evenly named stations turn", (), max_length=64
     )
-    conditions: Conditions | None = Field(
-        None, description="also the worst of cylinders that misfire or are out of balance"
+    conditions: Conditions | None = key(
+        "also the worst of cylinders that misfire or are out of balance", None
     )
     RULES = (
         wants("machine.shaft_line", "stations and shafts of the line", of="engine"),
@@ -213,17 +208,15 @@ Power = Annotated[float, Field(gt=0), Unit("W")]
 class DamperValues(Table):
     """A damper from a table, to be compared with the one that is found."""
 
-    stiffness: AngularStiffness = Field(0.0, ge=0, description="of its springs; 0: none")
-    damping: AngularDamping = Field(ge=0, description="viscous")
+    stiffness: AngularStiffness = key("of its springs; 0: none", 0.0, ge=0)
+    damping: AngularDamping = key("viscous", ge=0)
 
 
 class DamperLimits(Table):
     """What the damper has to keep at every speed."""
 
-    heat: Power | None = Field(None, description="in its dashpot, mean over the cycle")
-    travel: Angle | None = Field(
-        None, gt=0, description="of the ring against its station, peak over the cycle"
-    )
+    heat: Power | None = key("in its dashpot, mean over the cycle", None)
+    travel: Angle | None = key("of the ring against its station, peak over the cycle", None, gt=0)
 
 
 SomeStiffness = Annotated[float, Field(ge=0), Unit("N*m/rad")]
@@ -234,12 +227,12 @@ SomeInertia = Annotated[float, Field(ge=0), Unit("kg*m^2")]
 class DamperBounds(Table):
     """From and to, of each number that is looked for."""
 
-    stiffness: tuple[SomeStiffness, SomeStiffness] | None = Field(
-        None, description="of the springs; from 0 to 0 is a ring in oil"
+    stiffness: tuple[SomeStiffness, SomeStiffness] | None = key(
+        "of the springs; from 0 to 0 is a ring in oil", None
     )
-    damping: tuple[SomeDamping, SomeDamping] | None = Field(None, description="viscous")
-    inertia: tuple[SomeInertia, SomeInertia] | None = Field(
-        None, description="of the ring; needed where it is looked for"
+    damping: tuple[SomeDamping, SomeDamping] | None = key("viscous", None)
+    inertia: tuple[SomeInertia, SomeInertia] | None = key(
+        "of the ring; needed where it is looked for", None
     )
     RULES = (pair_ordered("stiffness"), pair_ordered("damping"), pair_ordered("inertia"))
 
@@ -247,38 +240,31 @@ class DamperBounds(Table):
 class DamperDesign(Table):
     """Spring and damper of a ring on the line that make its worst section best."""
 
-    on: Name = Field(description="name of a station, or of a damper that is replaced")
-    find: Annotated[
-        tuple[Literal["stiffness", "damping", "inertia"], ...],
-        Field(min_length=1, max_length=3),
-    ] = Field(("stiffness", "damping"), description="numbers to look for")
-    inertia: Inertia | None = Field(
-        None, gt=0, description="of the ring; default: that of the damper that is replaced"
+    on: Name = key("name of a station, or of a damper that is replaced")
+    find: tuple[Literal["stiffness", "damping", "inertia"], ...] = key(
+        "numbers to look for", ("stiffness", "damping"), min_length=1, max_length=3
     )
-    stiffness: AngularStiffness | None = Field(
-        None, ge=0, description="where it is not looked for; default: of the replaced damper"
+    inertia: Inertia | None = key(
+        "of the ring; default: that of the damper that is replaced", None, gt=0
     )
-    damping: AngularDamping | None = Field(
-        None, ge=0, description="where it is not looked for; default: of the replaced damper"
+    stiffness: AngularStiffness | None = key(
+        "where it is not looked for; default: of the replaced damper", None, ge=0
     )
-    objective: Literal["torque", "twist", "stress"] = Field(
-        "torque", description="half range over the cycle in the worst section at the worst speed"
+    damping: AngularDamping | None = key(
+        "where it is not looked for; default: of the replaced damper", None, ge=0
     )
-    sections: Annotated[tuple[Name, ...], Field(max_length=64)] = Field(
-        (), description="names of shafts that count; default: all"
+    objective: Literal["torque", "twist", "stress"] = key(
+        "half range over the cycle in the worst section at the worst speed", "torque"
     )
-    speeds: LineSpeeds | None = Field(
-        None, description="that count; default: those of [response.torsion]"
+    sections: tuple[Name, ...] = key("names of shafts that count; default: all", (), max_length=64)
+    speeds: LineSpeeds | None = key("that count; default: those of [response.torsion]", None)
+    limits: DamperLimits | None = key("that the damper has to keep", None)
+    bounds: DamperBounds | None = key("of what is looked for", None)
+    compare: DamperValues | None = key("a table value to compare with", None)
+    rings: tuple[Inertia, ...] = key(
+        "inertias of other rings, whose best dampers are reported as well", (), max_length=32
     )
-    limits: DamperLimits | None = Field(None, description="that the damper has to keep")
-    bounds: DamperBounds | None = Field(None, description="of what is looked for")
-    compare: DamperValues | None = Field(None, description="a table value to compare with")
-    rings: Annotated[tuple[Inertia, ...], Field(max_length=32)] = Field(
-        (), description="inertias of other rings, whose best dampers are reported as well"
-    )
-    tolerance: Number = Field(
-        0.1, gt=0, lt=1, description="error of spring and damper whose cost is reported"
-    )
+    tolerance: Number = key("error of spring and damper whose cost is reported", 0.1, gt=0, lt=1)
     RULES = (
         wants("machine.shaft_line", "stations and shafts of the line", of="engine"),
         refuse(

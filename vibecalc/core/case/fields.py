@@ -119,6 +119,11 @@ class Table(BaseModel):
         return schema
 
 
+def key(words: str, default: Any = ..., **bounds: Any) -> Any:
+    """A key of a table: its description, its default (without one it is required), its bounds."""
+    return Field(default, description=words, **bounds)
+
+
 @dataclass(frozen=True)
 class DeferredTable:
     """A table that is imported, and its schema built, where a case has it: `later` names it."""

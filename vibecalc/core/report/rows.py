@@ -129,16 +129,25 @@ def part_of(quantity: Quantity, values: np.ndarray, *axes: Axis) -> Quantity:
     return replace(quantity, values=values, axes=axes, terms=quantity.estimate.terms)
 
 
-def reduced(path: str, by: Callable[..., np.ndarray] = np.linalg.norm) -> Made:
-    """Lengths of vectors that stand along the second axis, or what `by` makes of their entries."""
+def derived(path: str, make: Callable[[Quantity], Quantity | None]) -> Made:
+    """What a function makes of the result at a path; none without it."""
 
     def made(record: Record) -> Quantity | None:
         found = record.quantities.get(path)
-        if found is None or len(found.axes) != 2:
+        return None if found is None else make(found)
+
+    return made
+
+
+def reduced(path: str, by: Callable[..., np.ndarray] = np.linalg.norm) -> Made:
+    """Lengths of vectors that stand along the second axis, or what `by` makes of their entries."""
+
+    def lengths(found: Quantity) -> Quantity | None:
+        if len(found.axes) != 2:
             return None
         return part_of(found, by(magnitudes(found), axis=1), found.axes[0])
 
-    return made
+    return derived(path, lengths)
 
 
 def chosen(

@@ -128,6 +128,11 @@ def entry(
     return Entry(path, tuple(axes.split()), unit, long_name, amplitude, **more)
 
 
+def under(root: str, *entries: Entry) -> tuple[Entry, ...]:
+    """Entries whose paths are written below a root, with their whole paths."""
+    return tuple(one._replace(path=f"{root}/{one.path}") for one in entries)
+
+
 def exempt(reason: str, entries: Iterable[Entry]) -> Iterator[Entry]:
     """Entries that share the `reason` for which they are not held to the tolerance."""
     return (one._replace(exempt=one.exempt or reason) for one in entries)

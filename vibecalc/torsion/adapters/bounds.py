@@ -22,7 +22,7 @@ from vibecalc.torsion.stress_limits import (
 )
 
 if TYPE_CHECKING:
-    from vibecalc.torsion.limit_tables import StressCurve, TorqueCurve, TorsionLimit
+    from vibecalc.torsion.question_tables import StressCurve, TorqueCurve, TorsionLimit
 
 # ----------------------------------------------------------------------------
 # Adapter: the limits of a case as stresses or torques allowed in loads of the line, at any speeds.

@@ -16,7 +16,7 @@ from vibecalc.torsion.crank_strength import (
     stress_concentration,
     torsion_ratio,
 )
-from vibecalc.torsion.limit_tables import TorsionLimit
+from vibecalc.torsion.question_tables import TorsionLimit
 
 # ----------------------------------------------------------------------------
 # Adapter: the nominal torsional stress of the pin with which the worst place of a throw just keeps

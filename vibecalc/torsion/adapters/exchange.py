@@ -14,9 +14,16 @@ from vibecalc.core.results.visible import fits_a_line
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.errors import CaseError, Problem, UsageError
 from vibecalc.torsion.model import build_shaft_line
-from vibecalc.torsion.tors_form import LARGEST_FILE, NoAssembly
-from vibecalc.torsion.tors_reading import LineRead, read_assembly
-from vibecalc.torsion.tors_writing import Joint, Mesh, Twist, tors
+from vibecalc.torsion.tors import (
+    LARGEST_FILE,
+    Joint,
+    LineRead,
+    Mesh,
+    NoAssembly,
+    Twist,
+    read_assembly,
+    tors,
+)
 
 if TYPE_CHECKING:
     from vibecalc.torsion.shaft_line_tables import Gear, ShaftLine

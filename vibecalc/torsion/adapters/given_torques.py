@@ -21,9 +21,9 @@ from vibecalc.torsion.station_torques import (
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
+    from vibecalc.torsion.line_part_tables import StationExcitation
     from vibecalc.torsion.model import ShaftLineModel
     from vibecalc.torsion.shaft_line_tables import ShaftLine
-    from vibecalc.torsion.station_torque_tables import StationExcitation
 
 # ----------------------------------------------------------------------------
 # [[machine.shaft_line.excitations]] as harmonics.

@@ -9,7 +9,7 @@ from vibecalc.torsion.adapters.motion import Motion, Reading
 from vibecalc.torsion.adapters.search import Search
 from vibecalc.torsion.adapters.setup import Setup, line_speeds
 from vibecalc.torsion.adapters.steady import setup_of
-from vibecalc.torsion.curve_results import IRREGULARITY
+from vibecalc.torsion.results import IRREGULARITY
 
 # ----------------------------------------------------------------------------
 # Adapter: degree of unevenness, (highest - lowest) / mean of the angular speed over the cycle.

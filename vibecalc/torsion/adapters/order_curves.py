@@ -12,8 +12,8 @@ from vibecalc.torsion.adapters.motion import ROWS, Motion, Reading, blocks
 from vibecalc.torsion.adapters.search import Search, moved, some_speeds
 from vibecalc.torsion.adapters.setup import Setup, line_speeds
 from vibecalc.torsion.adapters.steady import setup_of
-from vibecalc.torsion.curve_results import CURVES
-from vibecalc.torsion.curve_tables import OF_SECTIONS, LineCurve, curves_of
+from vibecalc.torsion.question_tables import OF_SECTIONS, LineCurve, curves_of
+from vibecalc.torsion.results import CURVES
 
 # ----------------------------------------------------------------------------
 # Adapter: every order of named shafts and stations against the speed.

@@ -7,12 +7,12 @@ from vibecalc.numerics.rounding import FloatArray
 from vibecalc.torsion.adapters.setup import Setup
 from vibecalc.torsion.adapters.transient_motion import Journey, dampable, torques
 from vibecalc.torsion.line import Line, part_of
+from vibecalc.torsion.question_tables import Transient
 from vibecalc.torsion.shaft_line_tables import Layout
 from vibecalc.torsion.study_results import TRANSIENT
 from vibecalc.torsion.transient.clutch import Clutch, Engagement, engage, slip_view
 from vibecalc.torsion.transient.march import TransientRun
 from vibecalc.torsion.transient.motion import Stretch, stretch
-from vibecalc.torsion.transient_tables import Transient
 
 # ----------------------------------------------------------------------------
 # Clutch-in: before it each part turns steadily. What keeps it so, the governor of the engine and

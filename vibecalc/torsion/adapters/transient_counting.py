@@ -6,6 +6,8 @@ import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.torsion.adapters.setup import Setup
+from vibecalc.torsion.line_part_tables import FatigueLine
+from vibecalc.torsion.question_tables import CycleCounting
 from vibecalc.torsion.study_results import TRANSIENT
 from vibecalc.torsion.transient.counting import (
     Strength,
@@ -16,7 +18,6 @@ from vibecalc.torsion.transient.counting import (
     slope_below,
 )
 from vibecalc.torsion.transient.trace import Trace
-from vibecalc.torsion.transient_tables import CycleCounting, FatigueLine
 
 # ----------------------------------------------------------------------------
 # Adapter: cycles of a change in time, torques of the sections' own shafts.

@@ -10,9 +10,9 @@ from vibecalc.numerics.rounding import ComplexArray, FloatArray
 from vibecalc.torsion.adapters.setup import Setup, motored_torque
 from vibecalc.torsion.adapters.transient_damping import Equivalent, without_loss
 from vibecalc.torsion.line import Line
+from vibecalc.torsion.question_tables import AT_CONSTANT_SPEED, Transient
 from vibecalc.torsion.speed_damping import SpeedLaw
 from vibecalc.torsion.transient.motion import Stretch, TorqueInTime, stretch
-from vibecalc.torsion.transient_tables import AT_CONSTANT_SPEED, Transient
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case, Machine

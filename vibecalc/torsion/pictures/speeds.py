@@ -1,6 +1,6 @@
-"""Pictures of the sections of a shaft line against speed, with and without dampers."""
+"""Pictures of a shaft line against speed: loads, dampers, limits, couplings, named orders."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -25,10 +25,11 @@ from vibecalc.core.report.sections import having, labels
 from vibecalc.core.report.writing import rpm, show
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.pictures.excitation import also, misfire_words, torque_words
-from vibecalc.torsion.report.limits import limits_of, rule_of
+from vibecalc.torsion.report.limits import limits_of, of_torque, rule_of
 from vibecalc.torsion.report.line import (
     MILLI,
     TORSION,
+    every,
     mode_names,
     names,
     order_text,
@@ -37,6 +38,7 @@ from vibecalc.torsion.report.line import (
     vector,
     worst_section,
 )
+from vibecalc.torsion.results import COUPLING
 
 # ----------------------------------------------------------------------------
 # Maxima of the curves of a shaft line: points that the curves go through, and their names.
@@ -426,4 +428,134 @@ TORSION_DAMPERS = Curves(
     high=2.7,
     columns=3,
     level=True,
+)
+
+
+# ----------------------------------------------------------------------------
+# A panel for each limit: what it is of in the section or gear of largest use, and what is allowed.
+#
+# Where a case has limits of stresses by tables and UR M68 alone, these stand in the picture of the
+# stresses against the speed, and there is none of these panels.
+# ----------------------------------------------------------------------------
+
+#: panels of one picture
+_LIMIT_PANELS = 8
+
+
+def _cross_section(record: Record, limit: int, place: int) -> float | None:
+    """Stress of a section over its torque, of the cross-section that the limit counts.
+
+    That may be another than that of the section.
+    """
+    here = having(record, f"{TORSION}limit/operating/stress", "limit", "section")
+    whole = having(record, f"{TORSION}torque_half_range", "section")
+    column = None if whole is None or here is None else np.flatnonzero(
+        here.axes[1].values == whole.axes[0].values[place])  # fmt: skip
+    if here is None or whole is None or column is None or not column.size:
+        return None
+    torque = float(whole.values[place])
+    return float(here.values[limit, column[0]]) / torque if torque > 0.0 else None
+
+
+def _panel(result: Result, limit: int, rule: str) -> Panel | None:
+    """The load of largest use of a limit, counted from 0, and what is allowed."""
+    record, torques = result.record, bool(of_torque(result.record)[limit])
+    section, gear, use, at = (
+        vector(record, f"limit/{name}", "limit")
+        for name in ("section", "gear", "largest_use", "speed")
+    )
+    of_gear = gear is not None and bool(gear[limit])
+    load = record.quantities.get(
+        f"{TORSION}speeds/{'gear_torque' if of_gear else 'torque_half_range'}"
+    )
+    if section is None or load is None or use is None or at is None:
+        return None
+    place = int((gear if of_gear and gear is not None else section)[limit]) - 1
+    factor = 1.0 if torques else _cross_section(record, limit, place)
+    if factor is None:
+        return None
+    unit, prefix = ("N*m", "torque_") if torques else ("Pa", "")
+
+    def allowed(name: str) -> Callable[[Result], Quantity | None]:
+        found = record.quantities.get(f"{TORSION}limit/{prefix}{name}")
+        if found is None or not np.any(np.isfinite(found.values[limit])):
+            return lambda _: None
+        one = replace(found, path="", values=found.values[limit], axes=found.axes[1:])
+        return lambda _: one
+
+    speed = np.asarray(load.axes[1].values, dtype=float)
+    values = factor * np.asarray(load.values[place], dtype=float)
+    lasting = allowed("allowed")(result)
+    top = np.nan
+    if lasting is not None:
+        top = float(use[limit] * np.interp(at[limit], speed, lasting.values))
+    if np.isfinite(top):  # the place of largest use
+        speed, values = through(speed, values, np.array([[at[limit], top]]))
+    axes = (replace(load.axes[1], values=speed),)
+    curve = replace(load, path="", values=values, unit=unit, axes=axes)
+    line = {"color": LIMIT, "linewidth": 1.4, "marker": ""}
+    return Panel(
+        "torque" if torques else "stress",
+        (
+            Curve(lambda _: curve, labels(load.axes[0])[place], {"color": TOTAL, "marker": ""}),
+            Curve(allowed("allowed"), "allowed for lasting", line),
+            Curve(allowed("transient"), "for passing through", {**line, "linestyle": "-."}),
+            operating,
+            partial(_exceeded, limit),
+        ),
+        f"limit {limit + 1}: {rule}",
+        torque_words(result) if torques else "N/mm^2",
+        ends=(0.0, None),
+        legend=_BESIDE,
+    )
+
+
+def _panels(result: Result) -> list[Panel]:
+    record, given = result.record, limits_of(result)
+    own = any(one.get("rule") == "iacs_m53" for one in given) or np.any(of_torque(record))
+    if f"{TORSION}limit/largest_use" not in record or not own:
+        return []
+    made = (_panel(result, i, rule_of(one).name) for i, one in enumerate(given[:_LIMIT_PANELS]))
+    return [one for one in made if one is not None]
+
+
+def _exceeded(limit: int, plot: Plot) -> None:
+    """Ranges in which this limit is exceeded for lasting operation."""
+    found = every(plot.result.record, "exceeded", "exceeded", "from", "to", "limit")
+    for start, end, which in np.transpose([one.values for one in found]).tolist():
+        if which == limit + 1:
+            plot.axes.axvspan(rpm(start), rpm(end), color="#E69F00", alpha=0.25, zorder=0)
+
+
+TORSION_LIMITS = Curves(
+    "stress and torque, half range of all orders, against their limits", _panels, high=1.9
+)
+
+
+def _permitted(plot: Plot) -> None:
+    """The line of all that is permitted."""
+    plot.axes.axhline(100.0, color=LIMIT, linewidth=1.2, linestyle="--")
+
+
+TORSION_COUPLINGS = Curves(
+    also("couplings, use of what is permitted against speed"),
+    (
+        Panel(
+            "use",
+            (Curve(f"{COUPLING}/speeds/use", "{}", most=14), _permitted, operating),
+            unit="%",
+            legend=_BESIDE,
+        ),
+        Panel(
+            "vibratory torque",
+            (Curve(f"{COUPLING}/speeds/vibratory_torque", "{}"), operating),
+            "half range of all orders",
+            legend=_BESIDE,
+        ),
+        Panel(
+            "power loss",
+            (Curve(f"{COUPLING}/speeds/power_loss", "{}"), operating),
+            legend=_BESIDE,
+        ),
+    ),
 )

@@ -16,8 +16,8 @@ from vibecalc.core.report.writing import (
     table,
 )
 from vibecalc.core.results.record import Quantity, Result
-from vibecalc.torsion.coupling_results import COUPLING, HEALTHY
 from vibecalc.torsion.report.line import joined, line_of, short, titled, turns
+from vibecalc.torsion.results import COUPLING, HEALTHY
 
 if TYPE_CHECKING:
     from vibecalc.torsion.couplings import Coupling

@@ -1,22 +1,38 @@
-"""What comes first on a shaft line: one sentence, and its variants side by side with limits."""
+"""What comes first on a shaft line, the conclusion, and the calculation as it is handed in."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
+from vibecalc.core.report.calculation import Calculation, Chapter
+from vibecalc.core.report.pages import conclusion as counted
 from vibecalc.core.report.pages import limit_verdict
-from vibecalc.core.report.sections import Section, having, labels
+from vibecalc.core.report.sections import Section, having, labels, read_as, stacked, table_of
+from vibecalc.core.report.verdicts import place_of as place_of_row
 from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
-from vibecalc.core.results.record import BROKEN, Result
+from vibecalc.core.results.record import (
+    BARRED,
+    BROKEN,
+    Result,
+    Verdict,
+)
 from vibecalc.core.results.verdicts import verdicts_of
+from vibecalc.torsion.report.couplings import as_text
 from vibecalc.torsion.report.limits import (
+    AT_SPEED,
+    PASSING,
+    crank_places,
+    exceeded_table,
+    flags,
+    formulas,
     has_limits,
     limited_words,
     limits_of,
     ranges_in_words,
     rule_of,
     separation_rule,
+    uses_by_section,
 )
 from vibecalc.torsion.report.line import (
     TORSION,
@@ -27,12 +43,13 @@ from vibecalc.torsion.report.line import (
     mode_names,
     names,
     place_of,
+    short,
     silent,
     torque_unit,
     turns,
     vector,
 )
-from vibecalc.torsion.report.verdicts import AT_SPEED, PASSING, flags
+from vibecalc.torsion.results import COUPLING
 from vibecalc.units import convert
 
 #: what has another section
@@ -52,7 +69,7 @@ def torsion(result: Result) -> Section | None:
     lines = [*paragraph(conclusion(result)), *paragraph(CONVENTIONS)]
     columns = variants(result)
     # without a misfire the table of the speed range has the other variant, as a column
-    first = any(variant.prefix == HEALTHY for variant in columns)
+    first = HEALTHY in columns
     lines += ["", *variant_table(result)] if first else []
     return Section(
         "Torsional vibration of the shaft line",
@@ -83,14 +100,6 @@ _LARGEST = (
 _DAMPERS = (("heat", "W"), ("travel", "mrad"))
 
 
-class Variant(NamedTuple):
-    """A column: its title, its name in a row, and what its paths start with below `TORSION`."""
-
-    title: str
-    name: str
-    prefix: str
-
-
 class Value(NamedTuple):
     """A cell: size in the unit shown, text, where it is, and at which speed."""
 
@@ -110,48 +119,51 @@ class SummaryRow(NamedTuple):
     limit: str = ""
     flag: str = ""
 
-    def text(self, prefix: str) -> str:
-        """What stands in the column of a variant."""
-        if prefix not in self.value:
-            return ""
-        size, text, *_ = self.value[prefix]
-        return text + ABOVE * bool(prefix and size > self.bound)
 
+def variants(result: Result) -> dict[str, tuple[str, str]]:
+    """What paths of a column start with below `TORSION` -> its title, and its name in a row.
 
-def variants(result: Result) -> list[Variant]:
-    """The columns that the result has: all fire, misfire, without dampers."""
-
-    def there(prefix: str) -> bool:
-        return any(path.startswith(TORSION + prefix) for path in result.record)
-
-    ill, found = silent(result), [Variant("all\nfire", "all fire", "")]
+    The columns that the result has: all fire, misfire, without dampers.
+    """
+    ill = silent(result)
     name = f"misfire {', '.join(ill)}" if ill else "all fire"
-    if ill:
-        found = [Variant("all\nfire", "all fire", HEALTHY)] * there(HEALTHY)
-        found.append(Variant(name.replace(" ", "\n", 1), name, ""))
-    return found + [Variant(f"{name},\nwithout\ndampers", "no dampers", BARE)] * there(BARE)
+    every = {
+        **({HEALTHY: ("all\nfire", "all fire")} if ill else {}),
+        "": (name.replace(" ", "\n", 1), name),
+        BARE: (f"{name},\nwithout\ndampers", "no dampers"),
+    }
+    paths = tuple(result.record)
+    return {
+        prefix: words
+        for prefix, words in every.items()
+        if not prefix or any(path.startswith(TORSION + prefix) for path in paths)
+    }
 
 
-def _rows(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
-    yield from _frequencies(result, columns)
+def _rows(result: Result) -> Iterator[SummaryRow]:
+    yield from _frequencies(result)
     for words, path, unit in _LARGEST:
         for scope, of in ((ANY, f"largest/{path}"), (OPERATING, path)):
-            yield from _load(result, columns, f"{words}, {scope}", of, "section", unit)
-    yield from _uses(result, columns)
+            yield from _load(result, f"{words}, {scope}", of, "section", unit)
+    yield from _uses(result)
     for name, unit in _DAMPERS:
-        words = f"{name} in a damper, {OPERATING}"
-        yield from _load(result, columns, words, f"damper/{name}", "damper", unit)
+        yield from _load(
+            result, f"{name} in a damper, {OPERATING}", f"damper/{name}", "damper", unit
+        )
 
 
 def variant_table(result: Result) -> list[str]:
     """A row for each quantity, with those above a limit of another column marked."""
-    columns = variants(result)
-    rows = [
-        [row.words, row.unit, *(row.text(variant.prefix) for variant in columns),
-         row.limit, row.flag]
-        for row in _rows(result, columns)
-    ]  # fmt: skip
-    head = [Column("quantity"), Column("unit"), *(number(variant.title) for variant in columns)]
+    columns, rows = variants(result), list[list[str]]()
+    for words, unit, value, bound, limit, flag in _rows(result):
+        cells = [
+            value[prefix].text + ABOVE * bool(prefix and value[prefix].size > bound)
+            if prefix in value
+            else ""
+            for prefix in columns
+        ]
+        rows.append([words, unit, *cells, limit, flag])
+    head = [Column("quantity"), Column("unit"), *(number(title) for title, _ in columns.values())]
     lines = table([*head, number("limit"), Column("flag")], rows)
     if any(text.endswith(ABOVE) for row in rows for text in row):
         lines += paragraph("!: above the limit, which the case sets for another column.")
@@ -161,65 +173,68 @@ def variant_table(result: Result) -> list[str]:
 def _where(result: Result) -> list[str]:
     """Section and speed of the values in the table of variants."""
     columns, places = variants(result), list[list[str]]()
-    for row in _rows(result, columns):
-        there = [one for one in columns if one.prefix in row.value and row.value[one.prefix].at]
-        for one in there:
-            *_, place, at = row.value[one.prefix]
-            places.append([row.words if one is there[0] else "", one.name, place, at])
+    for row in _rows(result):
+        words = row.words
+        for prefix, (_, name) in columns.items():
+            if prefix in row.value and row.value[prefix].at:
+                places.append([words, name, *row.value[prefix][2:]])
+                words = ""
     heads = ("where", "variant", "section or mode", "at")
     return table([Column(head) for head in heads], places)
 
 
-def _frequencies(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
+def _frequencies(result: Result) -> Iterator[SummaryRow]:
     quantity = having(result.record, TORSION + "modes/natural_frequency", "mode")
-    modes = elastic_modes(result)
+    modes, value = elastic_modes(result), dict[str, Value]()
     if quantity is None or not modes:
         return
-    first, error = float(quantity.values[modes[0]]), quantity.error_estimate
-    text = show(hertz(first), hertz(error), 4)
-    value = {one.prefix: Value(first, text) for one in columns if one.prefix != BARE}
-    at = f"{show(rpm(first), digits=4)} cpm"
-    value[columns[0].prefix] = Value(first, text, mode_names(result)[modes[0]], at)
+
+    def cell(frequency: float, error: float, name: str) -> Value:
+        at = f"{show(rpm(frequency), digits=4)} cpm" if name else ""
+        return Value(frequency, show(hertz(frequency), hertz(error), 4), name, at)
+
+    for prefix in variants(result):
+        if prefix != BARE:
+            name = "" if value else mode_names(result)[modes[0]]
+            value[prefix] = cell(float(quantity.values[modes[0]]), quantity.error_estimate, name)
     bare = vector(result.record, BARE + "natural_frequency", "bare_mode")
     if bare is not None and np.any(bare > 0.0):
-        lowest = bare[bare > 0.0][0]
-        at = f"{show(rpm(lowest), digits=4)} cpm"
-        value[BARE] = Value(lowest, show(hertz(lowest), digits=4), "1st elastic", at)
+        value[BARE] = cell(bare[bare > 0.0][0], 0.0, "1st elastic")
     yield SummaryRow("lowest natural frequency", "Hz", value)
 
 
-def _load(
-    result: Result, columns: list[Variant], words: str, path: str, axis: str, unit: str
-) -> Iterator[SummaryRow]:
+def _load(result: Result, words: str, path: str, axis: str, unit: str) -> Iterator[SummaryRow]:
     """The worst section or damper in each variant, with the limit of the case."""
     record, value = result.record, dict[str, Value]()
     unit = unit or torque_unit(record)[1]
     # the twist of a damper is the travel of its ring, which has another row
     rings = [] if axis == "damper" else names(record, "damper/travel", "damper")
-    for _, _, prefix in columns:
+    for prefix in variants(result):
         quantity = having(record, TORSION + prefix + path, axis)
         if quantity is None:
             continue
         named, factor = labels(quantity.axes[0]), convert(1.0, quantity.unit, unit)
         values = np.where(np.isin(named, rings), 0.0, np.asarray(quantity.values, dtype=float))
         place = int(np.argmax(values))
-        size, at = factor * float(values[place]), OPERATING
+        size, name, at = factor * float(values[place]), named[place], OPERATING
         if size <= 0.0 and axis == "section":
             continue
-        if path.startswith("largest/"):
-            at = _at_speed(result, prefix, path, named[place])
         if not np.isfinite(size):
-            named[place], at = "", "undamped criticals, listed below"
-        text = show(size, factor * quantity.error_estimate, 4)
-        value[prefix] = Value(size, text, named[place], at)
-    for row in verdicts_of(result) if value else ():
-        whole = row.quantity == TORSION + path and not row.where and not row.element
-        if whole and row.at != "start" and row.max is not None:
-            bound = convert(row.max, row.unit, unit)
-            text = show(bound, digits=4)
-            yield SummaryRow(words, unit, value, bound, text, limit_verdict(row))
-            return
-    if value:
+            name, at = "", "undamped criticals, listed below"
+        elif path.startswith("largest/"):
+            at = _at_speed(result, prefix, path, name)
+        value[prefix] = Value(size, show(size, factor * quantity.error_estimate, 4), name, at)
+    bounds = [
+        row
+        for row in (verdicts_of(result) if value else ())
+        if row.quantity == TORSION + path and not row.where and not row.element
+        if row.at != "start" and row.max is not None
+    ]
+    for row in bounds[:1]:
+        bound = convert(row.max or 0.0, row.unit, unit)
+        text = show(bound, digits=4)
+        yield SummaryRow(words, unit, value, bound, text, limit_verdict(row))
+    if value and not bounds:
         yield SummaryRow(words, unit, value)
 
 
@@ -240,28 +255,29 @@ def _at_speed(result: Result, prefix: str, path: str, section: str) -> str:
     return f"{turns(speed)} rpm" + f" ({met})" * bool(met)
 
 
-def _uses(result: Result, columns: list[Variant]) -> Iterator[SummaryRow]:
+def _uses(result: Result) -> Iterator[SummaryRow]:
     """A row for each limit: use, over the speed range and at the operating speed."""
-    record, flagged = result.record, {ANY: flags(result), OPERATING: flags(result, AT_SPEED)}
+    record = result.record
     for i, limit in enumerate(limits_of(result) if has_limits(record) else ()):
-        own = [row for row in verdicts_of(result) if row.element
-               and row.quantity == f"{TORSION}limit/each/use"
+        own = [row for row in verdicts_of(result)
+               if row.element and row.quantity == f"{TORSION}limit/each/use"
                and row.where["limit"] == i + 1]  # fmt: skip
-        worst = max(own, key=lambda row: row.use, default=None)
-        for scope, path in ((ANY, "limit/largest_use"), (OPERATING, "limit/operating_use")):
-            value, rule = dict[str, Value](), rule_of(limit).name
-            for _, _, prefix in columns:
+        worst, rule = max(own, key=lambda row: row.use, default=None), rule_of(limit).name
+        here = (worst.element, f"{turns(worst.speed)} rpm: {rule}") if worst else None
+        for scope, path, place, flagged in (
+            (ANY, "limit/largest_use", here, flags(result)),
+            (OPERATING, "limit/operating_use", None, flags(result, AT_SPEED)),
+        ):
+            value = dict[str, Value]()
+            for prefix in variants(result):
                 use = vector(record, prefix + path, "limit")
                 if use is not None and i < use.size:
-                    share, place, at = 100.0 * float(use[i]), "", ""
-                    if not prefix:
-                        here = scope == ANY and worst
-                        place = here.element if here else ""
-                        at = f"{f'{turns(here.speed)} rpm' if here else OPERATING}: {rule}"
-                    value[prefix] = Value(share, show(share, digits=4), place, at)
+                    share = 100.0 * float(use[i])
+                    where = ("", "") if prefix else place or ("", f"{OPERATING}: {rule}")
+                    value[prefix] = Value(share, show(share, digits=4), *where)
             if value:
                 words = f"{limited_words(record, some=[i])} over limit {i + 1}, {scope}"
-                yield SummaryRow(words, "%", value, 100.0, "100", flagged[scope][i])
+                yield SummaryRow(words, "%", value, 100.0, "100", flagged[i])
 
 
 # ----------------------------------------------------------------------------
@@ -342,3 +358,166 @@ def _of_gears(result: Result) -> Iterator[str]:
             found.append(f"from {joined(ends)} rpm" if ends else "from somewhere")
     for name, where in places.items():
         yield f"gear {name!r} hammers {joined(where)}"
+
+
+def in_one_sentence(result: Result) -> str:
+    """How many limits are kept, which are not, and the speed ranges that are barred."""
+    rows = verdicts_of(result)
+    if not rows:
+        return "The case sets no limit, so none is judged."
+    ranges = ranges_in_words(result)
+    if not ranges and having(result.record, f"{TORSION}limit/largest_use", "limit"):
+        ranges = ["no speed range is barred"]
+    return "; ".join([counted([], rows).rstrip("."), *ranges]) + "."
+
+
+_BARRED = (
+    "Kept but where barred: exceeded only in speed ranges that the rule lets be barred for "
+    "continuous running, and not at the operating speed."
+)
+_INFORMATIVE = "Informative: the society's or the standard's current text counts."
+_COUPLINGS = "Use of a coupling: T_KW counts by its frequency, a temperature by its rise."
+
+
+def conclusion_table(result: Result) -> list[str]:
+    """The sentence, and the table of limits."""
+    rows = verdicts_of(result)
+    columns = [Column("element"), Column("limit"), Column("rule"), Column("status"),
+               number("allowed"), number("computed"), Column("unit"), number("use\n%"),
+               number("at\nrpm"), Column("verdict")]  # fmt: skip
+    coupled = any(row.element and row.quantity.startswith(COUPLING) for row in rows)
+    words = [_BARRED] * any(row.state == BARRED for row in rows)
+    words += [_INFORMATIVE] * any(row.status == "informative" for row in rows)
+    words += [_COUPLINGS] * coupled
+    return [*paragraph(in_one_sentence(result)), *table(columns, map(_cells, rows)),
+            *paragraph(" ".join(words))[: len(words)]]  # fmt: skip
+
+
+def _cells(row: Verdict) -> list[str]:
+    use = show(100.0 * row.use) if np.isfinite(row.use) else ""
+    at = turns(row.speed) if np.isfinite(row.speed) else ""
+    sides = (("min", row.min), ("max", row.max))
+    bounds = ", ".join(f"{side} {short(one)}" for side, one in sides if one is not None)
+    if row.element:
+        element, limit, source = row.element, row.limit, row.source
+        limit += f"; {row.condition}" if row.condition else ""
+        bare = not row.unit and row.max == 1.0  # the use itself
+        bounds = bounds if row.min is not None else as_text(row.max or 0.0, row.unit)
+        bounds, computed = ("", "") if bare else (bounds, as_text(row.computed, row.unit))
+    else:
+        picks = ", ".join(f"{axis.replace('_', ' ')} {one}" for axis, one in row.where.items())
+        element = place_of_row(row).strip() or picks or "line"
+        limit = read_as(row.quantity, row.unit)[0] + " (start)" * (row.at == "start")
+        source, computed = row.source or "limit of the case", show(row.computed, row.error_estimate)
+    return [element, limit, source, row.status, bounds, computed, row.unit, use, at,
+            limit_verdict(row)]  # fmt: skip
+
+
+# ----------------------------------------------------------------------------
+# The chapters in their order. What a result does not have is no chapter.
+# ----------------------------------------------------------------------------
+
+
+def _chapter(title: str, *parts: str, details: tuple[str, ...] = ()) -> Chapter:
+    """Parts that are functions of the folder of reports are named by file and function."""
+    return Chapter(title, tuple(map(_named_part, parts)), tuple(map(_named_part, details)))
+
+
+def _named_part(part: str) -> str:
+    return f"vibecalc.torsion.report.{part}" if ":" in part and "." not in part else part
+
+
+CALCULATION = Calculation(
+    title="Torsional vibration calculation",
+    applies=_named_part("first_page:has_calculation"),
+    summary=_named_part("first_page:summary"),
+    chapters=(
+        _chapter("System data", "line:torsion_line", "vibecalc.torsion.pictures.modes:draw_system"),
+        _chapter(
+            "Natural frequencies and mode shapes",
+            *("modes:torsion_modes", "modes:node_table", "torsion_shapes"),
+        ),
+        _chapter("Holzer tables", "modes:lowest_holzer"),
+        _chapter(
+            "Excitation",
+            *("excitation:engine_torque", "excitation:cylinder_orders"),
+            *("excitation:station_torques", "torsion_excitation"),
+            details=("excitation:vector_sums", "torsion_vectors"),
+        ),
+        _chapter("Damping", "line:torsion_damping", "damping_over_speed"),
+        _chapter(
+            "Forced vibration",
+            *("first_page:conventions", "vibration:torsion_steady"),
+            *("vibration:torsion_speeds", "torsion_speeds"),
+            *("first_page:loads_and_limits", "torsion_limits", "gear_torque"),
+            *("vibration:torsion_curves", "torsion_curves", "torsion_station_curves"),
+            *("couplings:torsion_couplings", "torsion_couplings", "torsion_dampers"),
+            *("vibration:torsion_irregularity", "cyclic_irregularity"),
+            details=("torsion_orders", "station_angles", "section_stress"),
+        ),
+        _chapter(
+            "Misfire and worst condition",
+            *("first_page:misfire", "vibration:torsion_conditions", "worst_condition"),
+        ),
+        _chapter(
+            "Barred ranges and critical speeds",
+            *("first_page:barred", "excitation:torsion_excitation", "torsion_campbell"),
+        ),
+        _chapter(
+            "Changes in time and passage",
+            *("studies:torsion_transient", "torsion_transient", "torsion_waterfall"),
+            *("clutch_slip", "counted_cycles"),
+        ),
+        _chapter("Variable inertia", "studies:torsion_variable", "torsion_variable_inertia"),
+        _chapter("As published", "studies:torsion_published"),
+        _chapter("Design of a damper", "studies:damper_design", "damper_map", "damper_response"),
+        _chapter("Conclusion", "first_page:conclusion_table"),
+    ),
+    elsewhere=(
+        _named_part("first_page:torsion"),
+        _named_part("limits:torsion_limits"),
+    ),
+)
+
+
+def has_calculation(result: Result) -> bool:
+    """Whether a case asks for the vibration of a shaft line, and has it."""
+    asks = bool(table_of(result.case, "response", "torsion"))
+    return asks and TORSION + "modes/natural_frequency" in result.record
+
+
+def summary(result: Result) -> list[str]:
+    """The sentence of the first page."""
+    return paragraph(in_one_sentence(result))
+
+
+# ----------------------------------------------------------------------------
+# What the text report has elsewhere, or not.
+# ----------------------------------------------------------------------------
+
+
+def conventions(result: Result) -> list[str]:
+    """What a half range is."""
+    driven = TORSION + "torque_half_range" in result.record
+    return paragraph(CONVENTIONS) if driven else []
+
+
+def loads_and_limits(result: Result) -> list[str]:
+    """What each section bears and may bear, by each limit, with the formulas of the rules."""
+    uses, places = uses_by_section(result), crank_places(result)
+    return stacked(uses, places, formulas(result)) if uses else []
+
+
+def misfire(result: Result) -> list[str]:
+    """The line with all cylinders firing beside that of the case."""
+    return variant_table(result) if HEALTHY in variants(result) else []
+
+
+def barred(result: Result) -> list[str]:
+    """The ranges of speeds that are barred, and what bars them."""
+    record = result.record
+    if f"{TORSION}limit/largest_use" not in record:
+        there = having(record, TORSION + "critical/speed", "mode", "half_order") is not None
+        return paragraph("No limit is held over the speeds: none is barred.") if there else []
+    words = "; ".join(ranges_in_words(result)) or "no range is barred"
+    return stacked(paragraph(f"{words[0].upper()}{words[1:]}."), exceeded_table(record))

@@ -1,4 +1,4 @@
-"""The shaft line in words: its parts, identity of the engine, terms that all sections share."""
+"""The shaft line in words: its parts, its engine, given torques, dampings; what sections share."""
 
 import math
 import re
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibecalc.core.report.headline import large_torques
-from vibecalc.core.report.rows import Found, Made, part_of
+from vibecalc.core.report.rows import Found, Made, derived, part_of
 from vibecalc.core.report.sections import (
     Section,
     having,
@@ -29,7 +29,7 @@ from vibecalc.core.report.writing import (
     table,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
-from vibecalc.torsion.report.given_torques import given_rows
+from vibecalc.torsion.speed_damping import ARCHER
 
 if TYPE_CHECKING:
     from vibecalc.torsion.model import ShaftLineModel
@@ -64,15 +64,23 @@ class Detail:
 
 
 def titled(
-    result: Result, title: str, *blocks: list[str], details: Mapping[str, Iterable[Maker]] = {}
+    result: Result,
+    title: str,
+    *blocks: list[str],
+    details: Mapping[str, Iterable[Maker]] = {},
+    root: str = "",
 ) -> Section | None:
-    """A section of blocks, None without any; `details` have one name for all of their makers."""
+    """A section of blocks, None without any; `details` have one name for all of their makers.
+
+    With a `root` it shows all results below that, and there is none without one.
+    """
     lines = stacked(*blocks)
-    if not lines:
+    shown = frozenset(path for path in result.record if root and path.startswith(root))
+    if not (shown if root else lines):
         return None
     for name, makers in details.items():
-        return Section(title, lines, frozenset(), name, Detail(result, *makers))
-    return Section(title, lines, frozenset())
+        return Section(title, lines, shown, name, Detail(result, *makers))
+    return Section(title, lines, shown)
 
 
 def line_of(result: Result) -> "ShaftLineModel | None":
@@ -220,15 +228,12 @@ def modes_named(result: Result, path: str) -> Made:
     """Names of the modes whose numbers, from 1, stand at a path, or are its first axis."""
     known = np.array(mode_names(result))
 
-    def made(record: Record) -> Quantity | None:
-        found = record.quantities.get(path)
-        if found is None:
-            return None
+    def named(found: Quantity) -> Quantity:
         of_axis = found.axes[0].name.endswith("mode")
         numbers = found.axes[0].values if of_axis else found.values
         return part_of(found, known[np.asarray(numbers, dtype=int) - 1], found.axes[0])
 
-    return made
+    return derived(path, named)
 
 
 def vector(record: Record, name: str, axis: str) -> np.ndarray | None:
@@ -247,14 +252,13 @@ def every(record: Record, stem: str, axes: str, *names_: str) -> list[Quantity]:
 def row_of(path: str, place: int | str | None) -> Made:
     """One entry of the first axis, by place or name, over the second one; none without it."""
 
-    def made(record: Record) -> Quantity | None:
-        found = record.quantities.get(path)
+    def row(found: Quantity) -> Quantity | None:
         i = place if isinstance(place, int) else place_of(found, place)
-        if found is None or i is None or len(found.axes) != 2:
+        if i is None or len(found.axes) != 2:
             return None
         return part_of(found, found.values[i], found.axes[1])
 
-    return made
+    return derived(path, row)
 
 
 def strongest(most: int, column: int = 0) -> Callable[[Found], np.ndarray]:
@@ -535,3 +539,147 @@ def _gears(line: "ShaftLineModel") -> list[str]:
         for gear in line.gears
     ]  # fmt: skip
     return table(columns, rows)
+
+
+def given_rows(result: Result, unit: tuple[float, str]) -> list[tuple[str, str]]:
+    """A row for each of the excitations; `unit`: factor from N m, and what torques are read in."""
+    given: Any = table_of(result.case, "machine", "shaft_line").get("excitations") or ()
+    return [
+        (f"torque on {one.get('on')!r}", f"{_orders(one)}: {_sizes(one, *unit)}{_law(one)}")
+        for one in given
+    ]
+
+
+def _orders(one: Mapping[str, Any]) -> str:
+    if one.get("record"):
+        return f"record over its angle, {one.get('harmonics') or 24} orders"
+    if one.get("frequencies"):
+        return f"{_list(w / (2.0 * math.pi) for w in one['frequencies'])} Hz"
+    for wheel in ("blades", "teeth"):
+        if one.get(wheel):
+            count = len(one.get("torques") or one.get("shares") or ())
+            return f"{one[wheel]} {wheel}, order " + _list(
+                one[wheel] * (k + 1) for k in range(count)
+            )
+    whose = "of the crankshaft" if one.get("of") == "crankshaft" else "of its shaft"
+    return f"order {_list(one.get('orders') or ())} {whose}"
+
+
+def _sizes(one: Mapping[str, Any], factor: float, unit: str) -> str:
+    if one.get("record"):
+        torque = one["record"]["torque"]
+        return f"{factor * min(torque):.4g} to {factor * max(torque):.4g} {unit}"
+    if one.get("shares"):
+        return f"{_list(100.0 * share for share in one['shares'])} % of its mean torque"
+    return f"{_list(factor * torque for torque in one.get('torques') or ())} {unit}"
+
+
+def _law(one: Mapping[str, Any]) -> str:
+    if one.get("over_speed"):
+        return ", over speed by its table"
+    power = one.get("exponent") or 0.0
+    return f" at the operating speed, with speed to the power {power:g}" if power else ""
+
+
+def _list(numbers: Any) -> str:
+    return ", ".join(f"{float(number):.4g}" for number in numbers)
+
+
+# ----------------------------------------------------------------------------
+# Which damping each station and shaft has: its law, and its value at the operating speed.
+# ----------------------------------------------------------------------------
+
+
+def torsion_damping(result: Result) -> Section | None:
+    """The section, None where all dampings are numbers of the case."""
+    record, line = result.record, table_of(result.case, "machine", "shaft_line")
+    station = having(record, TORSION + "damping/station", "station")
+    dashpot, loss = (
+        having(record, f"{TORSION}damping/{name}", "section") for name in ("section", "loss_factor")
+    )
+    if station is None:
+        return None
+    rows = [
+        [name, "; ".join(_of_station(line, given)), cell(station, place), ""]
+        for place, (name, given) in enumerate(
+            zip(labels(station.axes[0]), line["stations"], strict=True)
+        )
+        if station.values[place]
+    ]
+    shafts = list(line.get("shafts") or ())
+    for place, name in enumerate(labels(dashpot.axes[0]) if dashpot is not None else ()):
+        values = [cell(one, place) if one is not None and one.values[place] else ""
+                  for one in (dashpot, loss)]  # fmt: skip
+        if any(values):
+            words = _of_shaft(shafts[place]) if place < len(shafts) else "as given"
+            rows.append([name, words, *values])
+    columns = Column("part"), Column("damping"), number("N m s/rad"), number("loss\nfactor")
+    words = (
+        "Values at the operating speed, actual, not referred. T is the mean torque that the load "
+        "takes, n its speed in rpm, w in rad/s; J the inertia of the station."
+    )
+    return titled(result, "Damping", [*table(columns, together(rows)), *paragraph(words)])
+
+
+def _of_station(line: Mapping[str, Any], station: Mapping[str, Any]) -> list[str]:
+    """The laws of a station in words, each with its source."""
+    found = []
+    if station.get("absolute_damping"):
+        found.append("as given" + _over(station.get("over_speed")))
+    engine = line.get("engine_damping")
+    if engine and (station.get("cylinder") or station.get("cylinders")):
+        found.append(_of_engine(engine) + _over(engine.get("over_speed")))
+    for load in line.get("loads") or ():
+        if load["on"] == station["name"] and load.get("propeller_damping"):
+            found.append(_of_propeller(load))
+    return found
+
+
+def _of_engine(given: Mapping[str, Any]) -> str:
+    mode = given.get("mode")
+    w = f"w of mode {mode}" if mode else "w of the lowest elastic mode"
+    for key, law in (
+        ("magnifier", "J w / M, magnifier M = {}"),
+        ("damping_ratio", "2 D J w, Lehr's D = {}"),
+        ("loss_factor", "d J w, loss factor d = {}"),
+    ):
+        if given.get(key) is not None:
+            return f"engine, {law.format(short(given[key]))}, {w}"
+    return "engine, viscous"
+
+
+def _of_propeller(load: Mapping[str, Any]) -> str:
+    given, power = load["propeller_damping"], load.get("exponent") or 0.0
+    torque = "T of a table" if load.get("curve") else f"T as speed^{power:g}"
+    factor = given.get("coefficient")
+    if given["method"] == "archer":
+        return f"Archer (1951), a T / n, a = {short(factor or ARCHER)}, {torque}"
+    if given["method"] == "slope":
+        return f"slope of the load, {power:g} T / w, {torque}"
+    return f"{short(factor)} T / w, {torque}"
+
+
+def _of_shaft(given: Mapping[str, Any]) -> str:
+    laws = {
+        "damping": "viscous",
+        "damping_ratio": "ratio {} of its two neighbours",
+        "magnifier": "magnifier {}",
+        "lehr_ratio": "Lehr's ratio {}",
+        "loss_factor": "loss factor",
+    }
+    found = [words.format(short(given[key])) for key, words in laws.items() if given.get(key)]
+    return ", ".join(found) + _over(given.get("over_speed"))
+
+
+def _over(given: Mapping[str, Any] | None) -> str:
+    """How it follows the speed."""
+    if not given:
+        return ""
+    whose = "own speed" if given.get("of") == "own" else "speed"
+    if given.get("exponent") is not None:
+        return f", {whose}^{given['exponent']:g} from {turns(given['reference'])} rpm"
+    factor, speed = (given["table"][key] for key in ("factor", "speed"))
+    ends = f"{turns(speed[0])} to {turns(speed[-1])} rpm"
+    return f", times {short(factor[0])} to {short(factor[-1])} over {ends} {whose}".replace(
+        " rpm speed", " rpm"
+    )

@@ -1,4 +1,4 @@
-"""Studies of a shaft line: change in time, variable inertia, the modal method."""
+"""Studies of a shaft line: change in time, variable inertia, modal method, design of a damper."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,19 +18,23 @@ from vibecalc.core.report.sections import (
     stacked,
     table_of,
 )
-from vibecalc.core.report.writing import hertz, paragraph, rpm, show
+from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import (
-    Detail,
+    cell,
+    joined,
     mode_names,
     modes_named,
     names,
     short,
     strongest,
+    titled,
     torque_unit,
     turns,
     within,
 )
+from vibecalc.torsion.report.vibration import in_turns
+from vibecalc.units import convert
 
 # ----------------------------------------------------------------------------
 # A change in time of a shaft line: what happens, in a sentence.
@@ -90,12 +94,10 @@ def _history(change: Mapping[str, Any]) -> str:
 def torsion_transient(result: Result) -> Section | None:
     """The section, None if the result has nothing of it."""
     record = result.record
-    shown = frozenset(path for path in record if path.startswith(TRANSIENT))
-    if not shown:
-        return None
     words = change_in_words(result), _supplied(record), _most_loaded(record), _clutch(record)
     lines = [line for one in words if one for line in paragraph(one)]
-    return Section("Change in time", stacked(lines, _sections(record), _counted(record)), shown)
+    blocks = lines, _sections(record), _counted(record)
+    return titled(result, "Change in time", *blocks, root=TRANSIENT)
 
 
 def _most_loaded(record: Record) -> str:
@@ -240,14 +242,10 @@ _MOST = 8
 
 def torsion_variable(result: Result) -> Section | None:
     """The section of the variable inertia, None if the result has nothing of it."""
-    record = result.record
-    shown = frozenset(path for path in record if path.startswith(_VARIABLE))
-    if not shown:
-        return None
-    lines = stacked(_changes(record), _changed_sections(record), _unstable(record))
-    details = Detail(result, _secondary, _wedges)
-    title = "Inertia that changes over the revolution"
-    return Section(title, lines, shown, "secondary vibration", details)
+    record, title = result.record, "Inertia that changes over the revolution"
+    blocks = _changes(record), _changed_sections(record), _unstable(record)
+    details = {"secondary vibration": (_secondary, _wedges)}
+    return titled(result, title, *blocks, details=details, root=_VARIABLE)
 
 
 def _changes(record: Record) -> list[str]:
@@ -363,9 +361,6 @@ _MAGNIFIERS = {
 def torsion_published(result: Result) -> Section | None:
     """The section of the modal method, None if the result has nothing of it."""
     record = result.record
-    shown = frozenset(path for path in record if path.startswith(_PUBLISHED))
-    if not shown:
-        return None
     options = table_of(result.case, "response", "torsion", "as_published")
     kind = _MAGNIFIERS[str(options.get("magnifier", "damped"))]
     words = (
@@ -373,18 +368,18 @@ def torsion_published(result: Result) -> Section | None:
         f"speeds, {kind}. Twists at crank angle zero, not peaks: of no shaft, and no basis of a "
         "design; what the shafts bear stands above."
     )
-    lines = stacked(paragraph(words), _published_modes(result))
+    scaled, rayleigh = _published_modes(result), list[str]()
     inertia, stiffness = (
         scalar_of(record, f"{_PUBLISHED}rayleigh_{name}") for name in ("inertia", "stiffness")
     )
     if inertia is not None and stiffness is not None:
-        lines += paragraph(
+        rayleigh = paragraph(
             f"Rayleigh damping through this ratio at the two lowest elastic modes: "
             f"{show(inertia)} 1/s of the inertia and {show(stiffness)} s of the stiffness."
         )
-    details = Detail(result, _intensities)
-    name = "intensities of the modal method"
-    return Section("Modal method as published", lines, shown, name, details)
+    details = {"intensities of the modal method": [_intensities]}
+    title, lines = "Modal method as published", stacked(paragraph(words), scaled) + rayleigh
+    return titled(result, title, lines, details=details, root=_PUBLISHED)
 
 
 def _published_modes(result: Result) -> list[str]:
@@ -417,3 +412,148 @@ def _intensities(result: Result) -> list[str]:
     cells = Cells(made, "intensity\n{}, N m")
     rows = Rows("half_order", "order", [cells], label="{:.4g}", places=places)
     return rows_of(result.record, rows)[0]
+
+
+DESIGN = "damper_design/"
+#: objective -> unit that people read
+OBJECTIVES = {"torque": "N*m", "twist": "mrad", "stress": "N/mm^2"}
+_KINDS = {0: "section", 1: "heat", 2: "travel"}
+_CERTIFIED = (
+    "The weighted slopes of these peaks by spring and damper cancel (residual {}): no small change "
+    "lowers them all. That no other minimum is lower rests on a map of the whole range."
+)
+
+
+def damper_design(result: Result) -> Section | None:
+    """The section, None if the result has nothing of it."""
+    blocks = _compared(result), _sensitivity(result.record), _rings(result)
+    details = {"proof of the optimum": (_proof, _basins)}
+    return titled(result, "Design of the damper", *blocks, details=details, root=DESIGN)
+
+
+def objective_of(result: Result) -> str:
+    """What was made small: torque, twist or stress."""
+    return str(table_of(result.case, "damper_design").get("objective", "torque"))
+
+
+def _unit(record: Record, name: str) -> str:
+    """As in `OBJECTIVES`, torques in the unit of the report."""
+    return torque_unit(record)[1] if name == "torque" else OBJECTIVES[name]
+
+
+def _section_name(record: Record, number_: float) -> str:
+    """Name of a section by its number from 1; the number where no name is known."""
+    known = names(record, "torque_half_range", "section")
+    known = known or names(record, "speeds/torque_half_range", "section")
+    place = int(number_)
+    return known[place - 1] if 0 < place <= len(known) else f"number {place}"
+
+
+def _compared(result: Result) -> list[str]:
+    """The optimal damper and the one to compare it with."""
+    record, name = result.record, objective_of(result)
+    given = table_of(result.case, "damper_design", "compare")
+    rows = []
+    for title, key, unit in (
+        ("inertia of the ring", "inertia", "kg*m^2"),
+        ("stiffness", "stiffness", "kN*m/rad"),
+        ("damping", "damping", "N*m*s/rad"),
+        ("natural frequency of the ring, station held", "natural_frequency", "Hz"),
+        ("damping ratio of the ring, station held", "damping_ratio", ""),
+        (f"largest {name}, half range", f"worst_{name}", _unit(record, name)),
+        ("  at", "worst_speed", "rpm"),
+        ("  times the optimum", "gain", ""),
+        ("heat in the damper, mean", "heat", "W"),
+        ("  at", "heat_speed", "rpm"),
+        ("travel of the ring, peak", "travel", "mrad"),
+        ("  at", "travel_speed", "rpm"),
+    ):
+        quantity = record.quantities.get(DESIGN + key)
+        known = quantity or record.quantities.get(f"{DESIGN}table/{key}")
+        if known is None:
+            continue
+        scale = convert(1.0, known.unit, unit) if unit else 1.0
+        other = scalar_of(record, f"{DESIGN}table/{key}")
+        other = given.get(key) if other is None else other
+        compared = "" if other is None else show(scale * other)
+        rows.append([title, cell(quantity, (), scale), compared, unit])
+    columns = (Column("quantity"), number("optimum"), number("compared"), Column("unit"))
+    held, speed = _held(record), having(record, DESIGN + "active/speed", "active")
+    if held is not None and speed is not None:
+        both = zip(held.values, speed.values, strict=True)
+        words = f"The optimum is held by {joined(f'{of} at {turns(w)} rpm' for of, w in both)}."
+    else:
+        place = scalar_of(record, DESIGN + "worst_section")
+        section = "-" if place is None else _section_name(record, place)
+        words = f"The largest half range is in section {section}."
+    pull = having(record, DESIGN + "bound_sensitivity", "design_value")
+    if pull is not None and np.any(pull.values):
+        bounds = ", ".join(str(name) for name in pull.axes[0].values[pull.values != 0.0])
+        words += f" It stands on a bound: {bounds}."
+    return [*table(columns, rows), *paragraph(words)]
+
+
+def _held(record: Record) -> Quantity | None:
+    """What holds the optimum: a section, heat or travel."""
+    kind, section = (having(record, f"{DESIGN}active/{n}", "active") for n in ("kind", "section"))
+    if kind is None or section is None:
+        return None
+    words = [
+        _KINDS[int(code)] + (f" {_section_name(record, place)}" if code == 0 else "")
+        for code, place in zip(kind.values, section.values, strict=True)
+    ]
+    return part_of(kind, np.array(words), *kind.axes)
+
+
+_ACTIVE = Rows("active", "", (
+    Cells(_held, "held by"),
+    Cells("speed", "at, rpm", in_turns),
+    Cells("level", "level"),
+    Cells("weight", "weight"),
+), f"{DESIGN}active")  # fmt: skip
+
+
+def _proof(result: Result) -> list[str]:
+    """What carries the optimum, and that no small change lowers it."""
+    lines, _ = rows_of(result.record, _ACTIVE)
+    left = scalar_of(result.record, DESIGN + "certificate")
+    if lines and left is not None:
+        lines += paragraph(_CERTIFIED.format(show(left, digits=2)))
+    return lines
+
+
+def _sensitivity(record: Record) -> list[str]:
+    above = "Largest half range with other springs and damping, against the optimum:"
+    cells = Cells(_increases, "damping\ntimes {}", right=True)
+    rows = Rows("stiffness_factor", "stiffness times", [cells], label="{:g}", above=above)
+    return rows_of(record, rows)[0]
+
+
+def _increases(record: Record) -> Quantity | None:
+    """In percent, below the factors on the damping in words."""
+    found = having(record, f"{DESIGN}sensitivity", "stiffness_factor", "damping_factor")
+    if found is None:
+        return None
+    share = found.values - 1.0
+    words = [[f"{100.0 * one:+.2f} %" if abs(one) > 5e-5 else "0" for one in row] for row in share]
+    times = replace(found.axes[1], values=np.array([f"{one:g}" for one in found.axes[1].values]))
+    return part_of(found, np.array(words), found.axes[0], times)
+
+
+def _rings(result: Result) -> list[str]:
+    name = objective_of(result)
+    return by_axis(
+        result.record, "ring_inertia", "ring, kg m^2",
+        [(f"{DESIGN}ring/{name}", "largest half\nrange,", _unit(result.record, name)),
+         (DESIGN + "ring/stiffness", "stiffness\n", "kN*m/rad"),
+         (DESIGN + "ring/damping", "damping\n", "N*m*s/rad")],
+    )  # fmt: skip
+
+
+def _basins(result: Result) -> list[str]:
+    worst = having(result.record, DESIGN + "basin/worst", "basin")
+    if worst is None or len(worst.values) < 2:
+        return []
+    apart = show(100.0 * (float(np.max(worst.values)) - 1.0), digits=2)
+    words = f"{len(worst.values)} descents from the minima of the map ended within {apart} % of "
+    return paragraph(words + "the best.")

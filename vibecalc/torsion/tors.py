@@ -1,4 +1,4 @@
-"""Shaft lines that openTorsion reads: TORS, its JSON of components, as stations, shafts, gears.
+"""Shaft lines as TORS, the JSON of components that openTorsion reads: reading and writing.
 
 openTorsion 0.3.2, `opentorsion/parser.py` (Aalto-Arotor/openTorsion, MIT), says what a file means:
 it goes along the elements of a component and of those that hang on it, and numbers nodes on its
@@ -8,24 +8,189 @@ way. A `Disk` is an inertia (kg m^2) with a damping to ground (N m s/rad) on the
 `density` says another, without damping. A `GearElement` without parent stands on the node where it
 is, one with a `parent` on a node of its own: R theta + R' theta' = 0 with `teeth`, else `diameter`,
 as R. Every value is that of its own shaft, none is referred to another.
+
+The format has one way from node to node, and branches behind gears only. What branches off without
+a gear here begins with a wheel that turns as its parent does: with R and -R the condition
+R theta - R theta' = 0 is a rigid joint. Teeth that are elastic are the shaft k R^2 on the first
+shaft and a rigid gear behind it, a ring in oil stands behind a shaft without stiffness.
 """
 
+import json
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from vibecalc.core.case.raw import nearest
 from vibecalc.core.results.visible import fits_a_line
-from vibecalc.torsion.tors_form import (
-    NUMBERS,
-    OTHERS,
-    SHEAR_MODULUS,
-    NoAssembly,
-    components_of,
-    once,
-    parsed,
-)
+from vibecalc.errors import UsageError
+
+# ----------------------------------------------------------------------------
+# The form of a file: elements with their numbers, all that is wrong with them at once.
+# ----------------------------------------------------------------------------
+
+LARGEST_FILE = 5_000_000
+MOST_PROBLEMS, LARGEST_NUMBER = 8, 1e30
+#: of the steel of a ShaftContinuous in openTorsion
+SHEAR_MODULUS, DENSITY = 80e9, 8000.0
+
+#: type of an element -> its numbers, smallest value, whether it may be that, what is assumed
+NUMBERS: dict[str, dict[str, tuple[float, bool, float | None]]] = {
+    "Disk": {"inertia": (0.0, True, None), "damping": (0.0, True, 0.0)},
+    "ShaftDiscrete": {"stiffness": (0.0, True, None), "damping": (0.0, True, 0.0)},
+    "ShaftContinuous": {
+        "length": (0.0, False, None),
+        "outerDiameter": (0.0, False, None),
+        "innerDiameter": (0.0, True, 0.0),
+        "density": (0.0, True, DENSITY),
+        "damping": (0.0, True, 0.0),
+    },
+    "GearElement": {
+        "inertia": (0.0, True, 0.0),
+        "diameter": (-math.inf, False, None),
+        "teeth": (-math.inf, False, None),
+        "damping": (0.0, True, 0.0),
+    },
+}
+OTHERS = ("name", "type", "parent", "excitation")
+_WANTED = "'components', each with its 'elements', and 'structure', as openTorsion reads them"
+
+
+class NoAssembly(Exception):
+    """What is wrong with a file, a line for each problem."""
+
+
+def parsed(text: str) -> dict[str, Any]:
+    """The file as JSON reads it, with components. Raises NoAssembly."""
+
+    def unrepeated(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        keys = [key for key, _ in pairs]
+        twice = next((key for key in keys if keys.count(key) > 1), None)
+        if twice is not None:
+            raise NoAssembly(f"an object of the file has the key {twice[:40]!r} twice")
+        return dict(pairs)
+
+    try:
+        data = json.loads(text, object_pairs_hook=unrepeated)
+    except json.JSONDecodeError as error:
+        line = text.splitlines()[error.lineno - 1].strip()[:60] if text.strip() else ""
+        raise NoAssembly(
+            f"line {error.lineno}, column {error.colno} is no JSON: {line!r}"
+            if line
+            else "the file is no JSON, it ends too early"
+        ) from None
+    except (RecursionError, ValueError):  # brackets without end, a number of 5000 digits
+        raise NoAssembly("the file is no JSON that can be read") from None
+    if not isinstance(data, dict) or not isinstance(data.get("components"), list):
+        found = f"the keys {', '.join(map(repr, list(data)[:6]))}" if isinstance(data, dict) else ""
+        raise NoAssembly(
+            "the file is JSON and no assembly of openTorsion: it has "
+            + (found or f"a {type(data).__name__}")
+            + f"; wanted: {_WANTED}"
+        )
+    return data
+
+
+def components_of(data: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """Components by name. Raises NoAssembly with every problem of their elements."""
+    problems: list[str] = []
+    found: dict[str, dict[str, Any]] = {}
+    for place, one in enumerate(data["components"]):
+        where = f"components[{place}]"
+        if not isinstance(one, dict) or not _is_name(one.get("name")):
+            problems.append(f"{where} has no name of up to 80 letters")
+            continue
+        where = f"component {one['name'][:40]!r}"
+        if one["name"] in found:
+            problems.append(f"two components are named {one['name'][:40]!r}")
+        elements = one.get("elements")
+        if not isinstance(elements, list) or not elements:
+            problems.append(f"{where} has no elements")
+            continue
+        found[one["name"]] = one
+        seen: set[tuple[str, str]] = set()
+        for number, element in enumerate(elements):
+            problems += _problems(element, f"{where}, elements[{number}]", seen)
+    if not problems and not found:
+        problems.append("the file has no components")
+    if not problems and not any(
+        element["type"].startswith("Shaft") for one in found.values() for element in one["elements"]
+    ):
+        problems.append("the assembly has no shaft: nothing twists")
+    if problems:
+        more = len(problems) - MOST_PROBLEMS
+        raise NoAssembly(
+            "\n  ".join([*problems[:MOST_PROBLEMS], *([f"and {more} more"] if more > 0 else [])])
+        )
+    return found
+
+
+def _problems(element: Any, where: str, seen: set[tuple[str, str]]) -> Iterator[str]:
+    """What is wrong with one element."""
+    if not isinstance(element, dict):
+        yield f"{where} is no element"
+        return
+    name, kind = element.get("name"), element.get("type")
+    group = str(kind)[:5]  # both types of shaft are one group: openTorsion keeps one of a name
+    if not isinstance(name, str) or not _is_name(name):
+        yield f"{where} has no name of up to 80 letters"
+    elif (group, name) in seen:
+        yield f"{where}: two elements of a kind are named {name[:40]!r}"
+    else:
+        seen.add((group, name))
+        where = f"{where} {name[:40]!r}"
+    if not isinstance(kind, str) or kind not in NUMBERS:
+        known = list(NUMBERS)
+        hint = nearest(kind, known) if isinstance(kind, str) else ""
+        yield f"{where}: type {str(kind)[:40]!r}, wanted one of {', '.join(known)} {hint}".rstrip()
+        return
+    for key, (least, may_be, default) in NUMBERS[kind].items():
+        value = element.get(key, default)
+        if value is None and key in ("teeth", "diameter"):
+            continue
+        if value is None:
+            others = [other for other in element if other not in OTHERS]
+            yield f"{where} has no {key!r} {nearest(key, others)}".rstrip()
+        elif not _is_number(value):
+            yield f"{where}: {key} is {str(value)[:40]!r}, no finite number"
+        elif abs(value) > LARGEST_NUMBER:
+            yield f"{where}: {key} is {value:g}, wanted up to {LARGEST_NUMBER:g}"
+        elif value < least or (value == least and not may_be):
+            yield f"{where}: {key} is {value:g}, wanted {'>=' if may_be else '>'} {least:g}"
+    if kind == "GearElement" and not element.get("teeth" if "teeth" in element else "diameter"):
+        yield f"{where} has neither teeth nor a diameter"
+    if kind == "ShaftContinuous" and _bore_too_wide(element):
+        yield f"{where}: innerDiameter is no smaller than outerDiameter"
+
+
+def once(name: str, taken: set[Any], group: Any = None) -> str:
+    """The name, with a number if it is taken among those of a group; it is taken then."""
+    tried, number = name, 2
+    while (group, tried) in taken:
+        tried, number = f"{name} ({number})", number + 1
+    taken.add((group, tried))
+    return tried
+
+
+def _is_name(name: Any) -> bool:
+    return isinstance(name, str) and bool(name.strip()) and len(name) <= 80 and fits_a_line(name)
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        return (
+            isinstance(value, int | float)
+            and not isinstance(value, bool)
+            and math.isfinite(float(value))
+        )
+    except OverflowError:
+        return False
+
+
+def _bore_too_wide(element: dict[str, Any]) -> bool:
+    both = [element.get(key, 0.0) for key in ("innerDiameter", "outerDiameter")]
+    return all(map(_is_number, both)) and bool(both[0] >= both[1] > 0.0)
+
 
 # ----------------------------------------------------------------------------
 # What is read, in the words of a case.
@@ -348,3 +513,144 @@ def _gear_table(first: str, second: str, parent: Element, child: Element) -> dic
     else:
         table["ratio"] = abs(one / other)
     return table if one * other > 0.0 else table | {"reverses": False}
+
+
+class Twist(NamedTuple):
+    """An elastic element between stations `first` and `second`, at the speed of the first.
+
+    Stiffness in N m/rad and damping in N m s/rad. `wheels` are R of the wheels on first and second
+    where these are elastic teeth, R of the first is then positive; None for a shaft.
+    """
+
+    name: str
+    first: int
+    second: int
+    stiffness: float
+    damping: float
+    wheels: tuple[float, float] | None = None
+
+
+class Mesh(NamedTuple):
+    """A rigid gear: R theta + R' theta' = 0 of the wheels on stations `first` and `second`."""
+
+    name: str
+    first: int
+    second: int
+    wheels: tuple[float, float]
+    key: str
+
+
+Joint = Twist | Mesh
+Numbered = dict[str, Any]
+
+
+def tors(
+    title: str,
+    names: Sequence[str],
+    inertia: Sequence[float],
+    damping: Sequence[float],
+    joints: Sequence[Joint],
+) -> Numbered:
+    """The file of a line: `names`, inertias (kg m^2) and dampings to the ground (N m s/rad) of n
+    stations or rings, each at its own speed, and n - 1 joints between them.
+
+    Raises UsageError where joints close a loop, which the format cannot say.
+    """
+    neighbours: list[list[int]] = [[] for _ in names]
+    for place, joint in enumerate(joints):
+        neighbours[joint.first].append(place)
+        neighbours[joint.second].append(place)
+    start = next((n for n, found in enumerate(neighbours) if len(found) <= 1), 0)
+    elements: list[Numbered] = []
+    work: list[Numbered | tuple[int, int]] = [(start, -1)]
+    met: set[int] = set()
+    while work:
+        one = work.pop()
+        if isinstance(one, dict):
+            elements.append(one)
+            continue
+        station, came = one
+        if station in met:
+            joint = joints[came]
+            raise UsageError(
+                f"{joint.name!r} between {names[joint.first]!r} and {names[joint.second]!r} closes "
+                "a loop of the line, and the JSON of openTorsion has branches only; CSV files "
+                "carry it"
+            )
+        met.add(station)
+        disk = {"inertia": float(inertia[station]), "damping": float(damping[station])}
+        begin: list[Numbered | tuple[int, int]] = [{"name": names[station], "type": "Disk", **disk}]
+        begin += _branches(station, came, names, [(p, joints[p]) for p in neighbours[station]])
+        work += reversed(begin)
+    _finish(elements)
+    return {
+        "name": title,
+        "components": [{"name": "line", "elements": elements}],
+        "structure": [],
+    }
+
+
+def _branches(
+    station: int, came: int, names: Sequence[str], there: Sequence[tuple[int, Joint]]
+) -> "list[Numbered | tuple[int, int]]":
+    """Wheels on a station, what goes straight on from it, and its branches behind their wheels."""
+    straight: list[Numbered | tuple[int, int]] = []
+    branches: list[Numbered | tuple[int, int]] = []
+    wheels: list[Numbered] = []
+    root: Numbered | None = None
+    for place, joint in there:
+        if place == came:
+            continue
+        ahead = joint.first == station
+        other = joint.second if ahead else joint.first
+        if isinstance(joint, Mesh):
+            own, far = joint.wheels if ahead else joint.wheels[::-1]
+            wheels.append(_wheel(f"{names[station]}, {joint.name}", own, joint.key))
+            child = _wheel(joint.name, far, joint.key, wheels[-1])
+            branches += [child, (other, place)]
+            continue
+        name = joint.name if joint.wheels is None else f"{joint.name}, teeth"
+        leads: list[Numbered | tuple[int, int]] = [_shaft(joint._replace(name=name))]
+        if joint.wheels is None:
+            leads.append((other, place))
+        elif ahead:
+            front = _wheel(f"{joint.name}, first", joint.wheels[0], "diameter")
+            back = _wheel(joint.name, joint.wheels[1], "diameter", front)
+            leads += [front, back, (other, place)]
+        else:
+            wheels.append(_wheel(f"{joint.name}, first", joint.wheels[1], "diameter"))
+            child = _wheel(joint.name, joint.wheels[0], "diameter", wheels[-1])
+            branches += [child, *leads, (other, place)]
+            continue
+        if not straight:
+            straight = leads
+            continue
+        if root is None:
+            root = _wheel(f"{names[station]}, branches", 1.0, "diameter")
+            wheels.append(root)
+        branches += [_wheel(f"{joint.name}, branch", -1.0, "diameter", root), *leads]
+    return [*wheels, *straight, *branches]
+
+
+def _shaft(joint: Twist) -> Numbered:
+    values = {"stiffness": float(joint.stiffness), "damping": float(joint.damping)}
+    return {"name": joint.name, "type": "ShaftDiscrete", **values}
+
+
+def _wheel(name: str, size: float, key: str, parent: Numbered | None = None) -> Numbered:
+    """A wheel; its parent is named when all elements have their names."""
+    child = {} if parent is None else {"parent": parent}
+    return {"name": name, "type": "GearElement", "inertia": 0.0, key: size, **child}
+
+
+def _finish(elements: list[Numbered]) -> None:
+    """Number the names that come again among disks, shafts or wheels; name the parents of wheels.
+
+    openTorsion keeps one element of a name and a type only.
+    """
+    taken: set[Any] = set()
+    for one in elements:
+        one["name"] = once(one["name"], taken, one["type"])
+    for one in elements:
+        if "parent" in one:
+            one["parent"] = one["parent"]["name"]
