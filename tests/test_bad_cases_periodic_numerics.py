@@ -1,12 +1,10 @@
 """Claim: where there is no periodic solution, that is said."""
 
 import numpy as np
-import pytest
 from periodic_problems import TURN, linear_rhs
 
-from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.periodic.collocation import solve_periodic
-from vibecalc.numerics.periodic.other_methods import march_turns, solve_fourier
+from vibecalc.numerics.periodic.other_methods import march_turns
 from vibecalc.numerics.periodic.panels import PeriodicProblem
 
 EDGES = np.linspace(0.0, TURN, 37)
@@ -65,16 +63,6 @@ def test_a_multiplier_of_one_has_no_single_solution():
         return np.ones_like(y), np.zeros((*y.shape, y.shape[-1]))
 
     assert not solve_periodic(PeriodicProblem(still, EDGES), 2, [1.0, 2.0]).converged[0]
-
-
-def test_fourier_needs_an_odd_number_of_points_and_a_solution():
-    rhs = saddle_rhs(0.5)
-    for points in (1, 2, 20):
-        with pytest.raises(NumericalFailure, match="odd number"):
-            solve_fourier(rhs, points, [2.0])
-    assert solve_fourier(rhs, 21, [2.0]).converged[0]
-    none = solve_fourier(saddle_rhs(-0.5), 21, [2.0])
-    assert not none.converged[0] and np.isinf(none.error[0, 0])
 
 
 def test_values_outside_the_domain_shorten_the_step():

@@ -15,11 +15,12 @@ import tomli_w
 from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL, TUNED
 from fuzzing import command
 from long_but import long_but
+from shipped_cases import table_of
 from test_property_fuzz import check_broken_starters
 
 from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import load_case, resolve, validate
-from vibecalc.core.case.raw import get_key, set_key
+from vibecalc.core.case.raw import NOT_COMPUTED, get_key, set_key
 from vibecalc.core.case.walk import shape_at
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.core.run.run import StageCache, check_again
@@ -83,12 +84,15 @@ GOOD: dict[str, dict[str, Any]] = {
     "followed": rolling(DYNAMIC, "control"),
 }
 GOOD["pendulum"]["machine"]["pendulum"]["rollers"] = ROLLERS
+GOOD["generator"] = {
+    key: one for key, one in table_of("generator").items() if key not in NOT_COMPUTED
+}
 #: cases whose form is right, every key of the roll in one
 WHOLE = {name: GOOD[name] for name in ("ratios", "tuned", "rig", "several", "pendulum")}
 WHOLE["dynamic"] = rolling(DYNAMIC, "roll", "start_up", "control")
 BAD = (float("nan"), float("inf"), "nan", "1e400 m", "3 bananas", [], {}, True, "", 10**400)
 QUICK = ("nan", "3 bananas", {}, 10**400)
-TABLES = ("machine", "response", "tuning")
+TABLES = ("machine", "response", "tuning", "isolation")
 
 
 def leaves(value: Any, path: KeyPath = ()) -> list[KeyPath]:

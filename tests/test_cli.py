@@ -171,15 +171,6 @@ def test_diff_of_two_runs_is_0_and_1_with_one_number_changed(
     assert command("diff", str(result), "nowhere.h5").code == 2
 
 
-def test_accept_makes_the_candidate_golden(result: Path, tmp_path: Path) -> None:
-    golden = tmp_path / "golden.h5"
-    assert command("diff", str(golden), str(result), "--accept").code == 0
-    assert command("diff", str(golden), str(result)).code == 0
-    before = golden.read_bytes()
-    assert command("diff", str(golden), GENERATOR, "--accept").code == 2
-    assert golden.read_bytes() == before
-
-
 def test_diff_of_several_results_takes_the_golden_files_of_their_names(
     result: Path, tmp_path: Path
 ) -> None:
@@ -352,15 +343,6 @@ def test_plot_draws_what_is_asked_for(
         return
     assert outcome.code == 0
     assert made == written == {Path(line).name for line in outcome.out.splitlines()}
-
-
-def test_an_order_on_an_undamped_natural_frequency_exits_3(tmp_path: Path) -> None:
-    case = changed_case(tmp_path, ', damping = "50 N*s/m"', "")
-    frequency = (12 * 4 * 0.4**2 * 10000 / (100 * (0.35**2 + 0.8**2))) ** 0.5
-    outcome = command("run", str(case), "-q", "--set", f"machine.speed={frequency!r}")
-    assert outcome.code == 3
-    assert "order 1" in outcome.err and "mode 1" in outcome.err
-    assert not Path("outputs").exists()
 
 
 def start(*arguments: str, **options: object) -> subprocess.Popen[str]:

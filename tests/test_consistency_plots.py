@@ -87,37 +87,6 @@ def test_masked_speeds_are_shaded_and_leave_a_gap() -> None:
     assert [patch.get_x() for patch in lever.patches] == [pytest.approx(20.0 * RPM)]
 
 
-def test_a_run_up_without_bound_is_seen_between_its_resonances() -> None:
-    result = generator()
-    path = "isolation/support_force/run_up"
-    old = result.record.quantities.pop(path)
-    values = np.array(old.values)
-    usual = float(np.median(values))
-    values[:, 100] = 1e12
-    values[1] *= 1.5
-    result.record.add(quantity(path, values, "N", *old.axes))
-    spans = Axis(name="masked", values=np.array([1]))
-    result.record.add(quantity("isolation/masked/low", [20.0], "rad/s", spans))
-    result.record.add(quantity("isolation/masked/high", [22.0], "rad/s", spans))
-    support = figure(result, "run_up").axes[1]
-    low, high = support.get_ylim()
-    assert support.get_yscale() == "log"
-    assert low < usual < high < 1e6
-    assert {"mounts 1, 3, 4", "mount 2"} <= set(lines(support))
-
-
-def test_transmissibility_marks_the_orders_on_the_curve() -> None:
-    result = generator()
-    level, _ = figure(result, "transmissibility").axes
-    values = result.record["isolation/pitch/transmissibility"].values
-    curve, marks = level.get_lines()[:2]
-    decibels = np.asarray(marks.get_ydata())
-    np.testing.assert_allclose(decibels, 20.0 * np.log10(np.abs(values)), rtol=1e-14)
-    ratio, height = (np.asarray(one) for one in curve.get_data())
-    near = np.interp(np.log(marks.get_xdata()), np.log(ratio), height)
-    assert near == pytest.approx(decibels, abs=0.01)
-
-
 def test_a_row_of_the_catalogue_is_a_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = [entry(f"isolation/{name}", "mount speed", "N*m", f"what {name} does", curve="two_loads")
             for name in ("bend", "twist")]  # fmt: skip
@@ -192,15 +161,6 @@ def ticks_of(axes: Any) -> list[float]:
     """Ticks that are seen."""
     low, high = axes.get_xlim()
     return [float(place) for place in axes.get_xticks() if low <= place <= high]
-
-
-def test_modal_energy_bars_fill_the_modes() -> None:
-    axes = figure(rigid_body(), "modal_energy").axes[0]
-    bars = [bar.get_data() for bar in axes.patches]
-    tops, feet = (np.array(one)[:, ::2] for one in ([bar.values for bar in bars],
-                                                  [bar.baseline for bar in bars]))  # fmt: skip
-    np.testing.assert_allclose(tops.max(axis=0), 100.0)
-    np.testing.assert_allclose((tops - feet).sum(axis=0), 100.0)
 
 
 def test_start_and_optimum_against_bounds_and_limits() -> None:

@@ -100,18 +100,6 @@ def test_a_limit_of_the_case_says_what_is_expected_of_the_others_on_that_result(
     assert len(alone) == 1 and not alone[0].satisfied
 
 
-def test_rows_have_plain_numbers_whatever_a_subject_gives(monkeypatch: pytest.MonkeyPatch) -> None:
-    from vibecalc.torsion.report import verdicts
-
-    result = without_limits("marine_propulsion")
-    broken = next(row for row in judged(result) if row.state == BROKEN)
-    given = broken._replace(margin=np.float64(broken.margin), max=np.float64(2.0), unit="MPa")
-    monkeypatch.setattr(verdicts, "limit_verdicts", lambda _: iter([given]))
-    (row,) = judged(result)
-    assert {type(one) for one in (row.max, row.margin, row.computed, row.use)} == {float}
-    assert "MPa, allowed 2.000, " in conclusion([], [row])
-
-
 # ----------------------------------------------------------------------------
 # Each entry with an error of its own.
 # ----------------------------------------------------------------------------

@@ -134,15 +134,3 @@ def test_every_number_of_a_case_has_a_unit() -> None:
         if path[0] not in ("reference", "limit"):
             set_key(changed, path, f"{get_key(RESOLVED, path)!r} {field_unit(path)}")
     assert changed != RESOLVED and resolve(validate(changed)) == RESOLVED
-
-
-def test_units_of_keys() -> None:
-    assert field_unit("machine.mounts.each.stiffness") == "N/m"
-    assert field_unit("machine.mounts.each.stiffness[2]") == "N/m"
-    assert field_unit("machine.mounts.individual[3].position[0]") == "m"
-    assert field_unit("machine.crank_train.cylinders[0].crank_phase") == "rad"
-    assert field_unit("machine.body.inertia_block.mass") == "kg"
-    assert field_unit("isolation.run_up.from") == "rad/s"
-    for key in ("title", "machine", "machine.colour", "limit[0].max"):
-        with pytest.raises(UsageError, match="no number at"):
-            field_unit(key)

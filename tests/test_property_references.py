@@ -250,16 +250,6 @@ def test_an_infinite_value_breaks_a_maximum() -> None:
     assert limited([1.0, np.nan, 2.0, 3.0], {"min": "0 N"}).kept is False
 
 
-def test_expected_to_be_broken_turns_the_miss_round() -> None:
-    broken = limited(500.0, {"max": "400 N", "expect": "broken"})
-    kept = limited(300.0, {"max": "400 N", "expect": "broken"})
-    plain = limited(500.0, {"max": "400 N"})
-    assert (broken.kept, broken.satisfied) == (False, True)
-    assert (kept.kept, kept.satisfied) == (True, False)
-    assert len(misses([], [broken, kept, plain])) == 2
-    assert "expected to be broken" in misses([], [kept])[0]
-
-
 def test_the_published_generator_comes_out() -> None:
     result = generator()
     references, limits = judge_references(result), verdicts_of(result)
