@@ -32,11 +32,6 @@ def test_words_and_line(
         assert message.count("error: ") == 1, message
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_the_plain_cases_are_fine(case: str, tmp_path: Path) -> None:
-    assert refusal(tmp_path, CASES[case]) == ""
-
-
 def test_catalogues_from_files(tmp_path: Path) -> None:
     files = {
         "springs": "# by rate\npart, rate [N/mm]\n17, 2.0\n18, 3.5\n",

@@ -99,12 +99,6 @@ def compressor(**changes: Any) -> Case:
     return Case.model_validate(data_of(**changes))
 
 
-def test_the_compressor_has_neither_problems_nor_warnings() -> None:
-    assert cross_check(data_of()) == []
-    assert check_machine(compressor()) == []
-    assert machine_warnings(compressor()) == []
-
-
 PLAY = {"clearance": 4e-5, "stiffness": 1.75e8}
 GAS = "machine__crank_train__gas_pressure"
 PIN = "machine__joints__wrist_pin"

@@ -11,13 +11,10 @@ from vibecalc.absorber.hardware.oil_gap import (
     Oil,
     RingGap,
     Walther,
-    gap_shares,
     kinematic_viscosity,
     oil_damping,
     right_temperature,
 )
-from vibecalc.absorber.hardware.overhung import bending_frequencies
-from vibecalc.absorber.hardware.rods_and_springs import EndBody, OverhungRod
 from vibecalc.absorber.mean_square import mean_square, weights
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.pendulum_order import (
@@ -30,16 +27,15 @@ from vibecalc.absorber.pendulum_order import (
     tuning_order,
 )
 from vibecalc.absorber.pendulum_steady import as_secondary, jump, small_motion, steady_motion
-from vibecalc.absorber.several import Several, several_amplitude
+from vibecalc.absorber.several import Several
 from vibecalc.absorber.several_peaks import several_peaks
-from vibecalc.absorber.transfer import Absorber, amplitude
-from vibecalc.absorber.tuning.closed_forms import closed_form, threshold
+from vibecalc.absorber.transfer import Absorber
+from vibecalc.absorber.tuning.closed_forms import threshold
 from vibecalc.absorber.tuning.mean_square import mean_square_tuning
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.mistuning import mistuning, sensitivity
 from vibecalc.absorber.tuning.restricted import (
     given_damping,
-    given_stiffness,
     stock_choice,
     undamped_spring,
 )
@@ -57,17 +53,12 @@ ARM = POINT._replace(swing_inertia=1e-4)
 LINE = Walther((313.15, 373.15), (86e-6, 13.8e-6))
 OIL = Oil("10W-40", LINE, 870.0)
 GAP = RingGap(0.148, 0.1, 0.007, 0.0005, 0.0005)
-ROD = OverhungRod(4086.0, 3.9, 1.6, 0.1)
 TWINS = ONE_CAGE._replace(
     rotor_resistance=np.array([0.2, 0.2]), rotor_leakage=np.array([2e-3, 2e-3])
 )
 
 
-def pair(parent: tuple[int, ...], z1: float = 0.1) -> Several:
-    return Several(z1, [0.1, 0.1], [0.1, 0.08], [0.01 if z1 else 0.0] * 2, parent)
-
-
-RATIOS = [(0.1, 0.0), (0.1, -1.0), (0.1, np.inf), (-0.1, 0.1), (np.inf, 0.1), (np.nan, 0.1)]
+TWO_ALIKE = Several(0.0, [0.1, 0.1], [0.1, 0.08], [0.0, 0.0], (0, 0))
 NO_MEAN_SQUARE = {
     ("force", "acceleration", ""): "highest frequencies",
     ("base", "displacement", ""): "at zero frequency",
@@ -77,25 +68,13 @@ NO_MEAN_SQUARE = {
     ("base", "acceleration", "displacement"): "highest frequencies",
     ("unbalance", "displacement", ""): "highest frequencies",
     ("unbalance", "relative_displacement", ""): "highest frequencies",
-    ("force", "secondary_displacement", ""): "not among",
-    ("force", "displacement", "velocity"): "says nothing",
-    ("base", "displacement", "pink"): "says nothing",
 }
 OF_TUNINGS: Refused = [
-    *((lambda at=at: minimax(*at), "mass ratio") for at in RATIOS),
-    *((lambda at=at: given_stiffness(*at, 0.1), "mass ratio") for at in RATIOS),
     *((lambda what=what: minimax(0.1, 0.1, "force", what), "vanishes with the absorber")
       for what in ("secondary_displacement", "relative_displacement")),
     (lambda: given_damping(0.1, 0.1, 0.1, "force", "relative_displacement"), "vanishes with the"),
-    *((lambda bad=bad: given_damping(0.1, 0.1, bad), "zero or above")
-      for bad in (-0.1, np.inf, np.nan)),
     (lambda: undamped_spring([0.0, 0.1], 0.1), "infinite whatever the spring"),
-    (lambda: closed_form("newton", 0.1), "nishihara_asami"),
-    (lambda: closed_form("lanchester", [0.1, 0.0]), "mass ratios above 0"),
     (lambda: peaks(Absorber(1e-20, 0.1, 0.1, 0.0)), "beyond double precision"),
-    (lambda: peaks(SOME, "force", "noise"), "transmitted_force"),
-    (lambda: minimax(0.1, 0.1, "wind"), "unbalance"),
-    (lambda: amplitude(SOME, 1.0, "wind"), "force, base, unbalance"),
     *((lambda kind=kind: mean_square(SOME, *kind), words)
       for kind, words in NO_MEAN_SQUARE.items()),
     *((lambda kind=kind: mean_square_tuning(0.05, 0.1, *kind), r"\w") for kind in NO_MEAN_SQUARE),
@@ -103,9 +82,6 @@ OF_TUNINGS: Refused = [
      "nothing holds"),
     (lambda: mean_square_tuning(0.1, 0.1, "force", "relative_displacement"), "nothing to tune"),
     (lambda: threshold("force", "relative_displacement"), "no response of the primary"),
-    (lambda: bounded_tuning(0.02, 0.1, stiffness=(0.2, 0.1)), r"stiffness ratio, 0\.2 to 0\.1"),
-    (lambda: bounded_tuning(0.02, 0.1, damping=(-1.0, 1.0)), "damping ratio, -1 to 1"),
-    (lambda: bounded_tuning(0.02, 0.1, travel=0.0), "leaves no motion"),
     (lambda: bounded_tuning(0.02, 0.1, stiffness=(0.0, 0.1), damping=(0.0, 0.02), travel=1.0),
      "exceeds it by the factor"),
     (lambda: stock_choice(0.02, 0.1, [0.07, 0.08], [0.01, 0.02], 3.9, travel=2.0),
@@ -114,17 +90,12 @@ OF_TUNINGS: Refused = [
     (lambda: mistuning(Absorber(0.0, 0.1, 0.08, 0.0)), "not finite"),
     (lambda: sensitivity(0.0, 0.1, 0.05, 0.005), "sensitivity"),
     (lambda: sensitivity(0.8, 0.1, 0.08, 0.02), "sensitivity"),
-    *((lambda parent=parent: several_amplitude(pair(parent), 1.0), "each must be 0")
-      for parent in ((1, 0), (0, 2), (0,), (0, -1))),
-    (lambda: several_amplitude(pair((0, 1)), 1.0, "force", "relative_displacement", 3),
-     "counted from 1"),
-    (lambda: several_peaks(pair((0, 0), z1=0.0)), "undamped natural frequency"),
+    (lambda: several_peaks(TWO_ALIKE), "undamped natural frequency"),
     (lambda: several_tuning(0.1, [0.05, 0.05], (0, 0), "unbalance", "velocity"), "without bound"),
 ]  # fmt: skip
 OF_PENDULUMS: Refused = [
     *((lambda near=near: tuning_order(POINT._replace(path_radius=near)),
        "nothing pulls the pendulum outwards") for near in (0.12, 0.2)),
-    (lambda: path_exponent("elliptic", POINT), "paths: circular, cycloidal, epicycloidal"),
     (lambda: path_exponent("epicycloidal", ARM), "runs on a circle"),
     (lambda: detuning_coefficient(ARM._replace(path_exponent=0.5)), "runs on a circle"),
     (lambda: radius_for_order_with_rollers(POINT._replace(swing_inertia=0.1), 4.0),
@@ -141,20 +112,9 @@ OF_HARDWARE: Refused = [
     *((lambda at=at: kinematic_viscosity(LINE, at), "viscosity line ends at -70 and 370 C")
       for at in (200.0, 643.2, [300.0, 700.0])),
     (lambda: kinematic_viscosity(LINE, 553.15), r"mm\^2/s at 280 C is outside the range"),
-    (lambda: kinematic_viscosity(Walther((313.15, 313.15), (86e-6, 13.8e-6)), 300.0),
-     "two temperatures, and less viscosity"),
-    (lambda: kinematic_viscosity(Walther((313.15, 373.15), (13.8e-6, 86e-6)), 300.0),
-     "two temperatures, and less viscosity"),
-    *((lambda part=part: gap_shares(GAP._replace(**{part: 0.008})),
-       "a gap of 8 mm is no film for a mass 7 mm wide")
-      for part in ("rim_clearance", "side_clearance", "bore_clearance")),
-    (lambda: gap_shares(RingGap(0.148, 0.004, 0.007, 0.0005, 0.0005, 0.005)),
-     "as wide as the bore"),
     (lambda: oil_damping(OIL, GAP, 553.15), "outside the range"),
     (lambda: right_temperature(OIL, GAP, 1e-6), "10W-40 gives this gap between"),
     (lambda: right_temperature(OIL, GAP, 1e9), "never 1e\\+09"),
-    (lambda: bending_frequencies(ROD, EndBody(13.8), 7),
-     "7 modes of a rod asked for; 6 are computed"),
 ]  # fmt: skip
 OF_MOTORS: Refused = [
     (lambda: fit_induction_motor(TABLE_SLIP[:4], TABLE_TORQUE[:4], **GIVEN),

@@ -87,13 +87,6 @@ def test_a_closed_pipe(arguments: list[str], tmp_path: Path) -> None:
     assert written == (arguments == ["run", GENERATOR])
 
 
-def test_a_shell_that_asks_and_reads_no_answer(tmp_path: Path) -> None:
-    asked = {"_VIBECALC_COMPLETE": "complete_bash", "COMP_WORDS": "vibecalc ru", "COMP_CWORD": "1"}
-    ended = _to_a_closed_pipe([], tmp_path, **asked)
-    assert ended.returncode == 130
-    assert ended.stderr == "error: cannot write to standard output: it was closed by its reader\n"
-
-
 @pytest.mark.parametrize(
     "arguments",
     long_but(
@@ -107,15 +100,6 @@ def test_a_full_stderr_changes_no_exit_code(arguments: list[str]) -> None:
     with open("/dev/full", "w") as full:
         ended = subprocess.run([*PROGRAM, *arguments], stderr=full, check=False)
     assert ended.returncode == 2
-
-
-def test_an_error_as_an_object_for_a_full_device() -> None:
-    with open("/dev/full", "w") as full:
-        ended = subprocess.run(
-            [*PROGRAM, "check", "no.toml", "--json"], stdout=full, stderr=subprocess.PIPE,
-            text=True, check=False,
-        )  # fmt: skip
-    assert ended.returncode == 2 and ended.stderr.startswith("error: no.toml does not exist")
 
 
 @pytest.mark.parametrize(

@@ -96,15 +96,6 @@ def test_an_error_is_an_object_with_its_problems(given: tuple[str, ...], key: st
         assert (problem["file"] is None) == (given[0] in ("diff", "merge") or "--bogus" in given)
 
 
-def test_several_cases_give_a_list_and_a_folder() -> None:
-    outcome = command("run", GENERATOR, str(CASES / "generator_180.toml"), "--json", "-o", "out")
-    assert [Path(item["result"]).name for item in json.loads(outcome.out)] == [
-        "generator.h5",
-        "generator_180.h5",
-    ]
-    assert Path("out/generator_180.txt").is_file()
-
-
 def test_two_cases_of_one_name_are_refused(tmp_path: Path) -> None:
     other = tmp_path / "sub"
     other.mkdir()
@@ -146,12 +137,6 @@ def test_verify_exits_1_for_a_missed_reference_and_a_broken_limit(tmp_path: Path
     assert outcome.code == 1
     assert [row["kept"] for row in json.loads(outcome.out)[0]["limits"]].count(False) == 1
     assert not Path("outputs").exists()
-
-
-def test_report_renders_the_same_text_from_the_file_alone(result: Path) -> None:
-    outcome = command("report", str(result))
-    assert outcome.code == 0
-    assert outcome.out == result.with_suffix(".txt").read_text(encoding="utf-8")
 
 
 def test_diff_of_two_runs_is_0_and_1_with_one_number_changed(

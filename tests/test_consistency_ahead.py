@@ -1,7 +1,4 @@
-"""Claim: what a search computes at once, before it asks, is what runs of single points give.
-
-A point that a check refuses, or whose case arrays cannot compute, has a run of its own.
-"""
+"""Claim: a point of a search that a check refuses, or arrays cannot compute, has its own run."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,7 @@
-"""Claim: checks left out because nothing that they read has changed would have found nothing."""
+"""Claim: every check of a case belongs to the parts or to a subject, which a study runs or skips.
+
+That what it skips would have found nothing is held by `test_bad_cases_values.py`.
+"""
 
 import re
 from pathlib import Path

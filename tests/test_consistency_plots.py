@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -140,27 +139,6 @@ def test_references_and_limits_stand_over_the_curve_that_they_are_on() -> None:
         line.get_ydata() for line in figure(limited, "piston_acceleration").axes[0].get_lines()
     ]
     assert any(np.all(np.asarray(y) == 100.0) for y in heights)
-
-
-def test_bars_over_orders_have_ticks_at_orders_alone() -> None:
-    """At whole ones; at half ones too, where there are such and they are few."""
-    points = read_result(GOLDEN / "genset_points.h5")
-    many = ticks_of(figure(points, "points_by_order").axes[3])
-    assert many and all(place == round(place) for place in many)
-    found = points.record["points/velocity"]
-    few = replace(found.axes[1], values=found.axes[1].values[:6])
-    points.record.quantities["points/velocity"] = replace(
-        found, values=found.values[:, :6], axes=(found.axes[0], few)
-    )
-    points = replace(points, case={**points.case, "reference": []})
-    few_ticks = ticks_of(figure(points, "points_by_order").axes[-1])
-    assert few_ticks == [0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
-
-
-def ticks_of(axes: Any) -> list[float]:
-    """Ticks that are seen."""
-    low, high = axes.get_xlim()
-    return [float(place) for place in axes.get_xticks() if low <= place <= high]
 
 
 def test_start_and_optimum_against_bounds_and_limits() -> None:

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from long_but import long_but
 from sweep_views import (
     BOTH,
     FAILED_POINTS,
@@ -82,23 +81,6 @@ def is_limit_colour(colours: Any) -> bool:
 
 def legend(made: Any) -> list[str]:
     return [text.get_text() for text in made.legends[0].get_texts()]
-
-
-@pytest.mark.parametrize("name", long_but([*OWN, *MORE], "sweep_line", "sweep_map"))
-def test_letters_and_axes_stay_apart(name: str) -> None:
-    made = own(name)[1]
-    renderer = made.canvas.get_renderer()
-    width = made.bbox.width
-    assert 818.0 <= width <= 820.0  # 160 mm
-    with rc_context(STYLE):
-        boxes = [axes.get_tightbbox(renderer) for axes in made.axes if axes.get_visible()]
-        boxes += [legend.get_window_extent(renderer) for legend in made.legends]
-    for i, box in enumerate(boxes):
-        assert box.x0 >= -4.0 and box.x1 <= width + 4.0
-        for other in boxes[i + 1 :]:
-            across = min(box.x1, other.x1) - max(box.x0, other.x0)
-            up = min(box.y1, other.y1) - max(box.y0, other.y0)
-            assert not (across > 6.0 and up > 6.0)
 
 
 def test_lines_are_the_results_one_for_each_value_of_the_short_axis() -> None:

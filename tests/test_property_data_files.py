@@ -17,11 +17,11 @@ from hypothesis import strategies as st
 
 from vibecalc.core.case.csv_files import columns_of
 from vibecalc.core.case.data_files import attach_files
-from vibecalc.core.case.load import load_case, validate
+from vibecalc.core.case.load import load_case
 from vibecalc.core.results.plain import comma_separated
 from vibecalc.core.results.record import Axis, Quantity
 from vibecalc.core.results.visible import text_cell
-from vibecalc.errors import CaseError, Problem
+from vibecalc.errors import Problem
 from vibecalc.units import parse_quantity
 
 TABLES = """\
@@ -161,15 +161,7 @@ def test_any_bytes_are_a_table_or_one_problem(content: bytes) -> None:
     assert bool(problems) is ("file" in row)
 
 
-def test_a_case_without_tables_is_left_alone() -> None:
-    data: dict[str, Any] = {"machine": [{"x": "a.csv"}, "b.csv"], "title": "c.csv", "z": {"": []}}
-    assert attach_files(data, Path("nowhere")) == []
-    assert data == {"machine": [{"x": "a.csv"}, "b.csv"], "title": "c.csv", "z": {"": []}}
-    with pytest.raises(CaseError):
-        validate(data)
-
-
-@given(name=st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cf", "Zl", "Zp"])))
+@given(name=st.text("aB1 =+-@'\"#,;.é\U0001f600"))
 def test_a_text_that_could_be_a_formula_is_read_back(name: str) -> None:
     """`export` marks it, so that nobody computes it; our reader takes the mark off."""
     for text in (name.strip(), f"={name.strip()}", f"'@{name.strip()}", "-0.5", "+1e3", "'-"):

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 import tomli_w
+from fuzzing import leaves
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -84,17 +85,8 @@ def test_what_a_shell_leaves(text: str, value: Any) -> None:
         assert parse_override(text)[1] == value
 
 
-def spots(data: Any, path: KeyPath = ()) -> list[KeyPath]:
-    """Paths of all numbers of a resolved case."""
-    if isinstance(data, dict):
-        return [spot for key, entry in data.items() for spot in spots(entry, (*path, key))]
-    if isinstance(data, list):
-        return [spot for key, entry in enumerate(data) for spot in spots(entry, (*path, key))]
-    return [path] if isinstance(data, float) else []
-
-
 RESOLVED = load_case(GENERATOR).resolved
-SPOTS = spots(RESOLVED)
+SPOTS = leaves(RESOLVED)
 
 
 @settings(max_examples=50, deadline=None)

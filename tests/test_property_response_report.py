@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from report_samples import quantity
 from response_samples import (
-    by_order,
     compressor,
     impact,
     modes,
@@ -23,7 +22,7 @@ from response_samples import (
 
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Axis, Quantity, Result
-from vibecalc.response.report import SMALLEST, last_normal
+from vibecalc.response.report import SMALLEST
 
 PARTS = {
     "Running gear": motion,
@@ -85,13 +84,6 @@ def test_orders_end_where_they_no_longer_count_and_their_underflow_is_reported()
         orders = Axis(name="order", values=np.arange(1, 41))
         short.record.add(quantity(path, old.values[:40], "J", orders))
     assert "still above the smallest double" in render_report(short, full=True)
-
-
-def test_an_end_by_symmetry_is_not_an_underflow() -> None:
-    assert last_normal(np.array([1.0, 1e-3, 0.0])) == (1, False)
-    assert last_normal(by_order(1.0))[1]
-    assert last_normal(np.zeros(3)) == (-1, False)
-    assert last_normal(np.array([1.0, 1e-300, 5e-324])) == (1, True)
 
 
 def test_a_range_within_its_error_is_one_number() -> None:

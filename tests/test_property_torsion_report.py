@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from report_samples import quantity
-from torsion_samples import ROOT, geared, ruled, six
+from torsion_samples import ROOT, ruled, six
 
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Axis, Record, Result
@@ -66,15 +66,6 @@ def test_verdicts_follow_the_uses(
     })  # fmt: skip
     assert flags(result) == [verdict]
     assert words in conclusion(result)
-
-
-def test_gears_that_hammer_are_named() -> None:
-    result = changed(geared(), gear__hammers=[0, 1])
-    assert "gear 'wheel - take-off' hammers at the operating speed" in conclusion(result)
-    lines = section(render_report(result), "Vibration at the operating speed")
-    assert "HAMMER" in " ".join(row(lines, "wheel - take-off", 1))
-    assert row(lines, "pinion - wheel")[-3:] == ["stay", "in", "contact"]
-    assert "hammer" not in conclusion(changed(geared(), gear__hammers=[0, 0]))
 
 
 def test_gears_that_hammer_inside_the_range_are_named_with_the_range() -> None:

@@ -21,7 +21,6 @@ from vibecalc.core.case.walk import keys_of, shape_of
 from vibecalc.core.report.plots import every_picture
 from vibecalc.core.results.catalogue import AXES, CATALOGUE
 from vibecalc.errors import EXIT_CODES
-from vibecalc.json_schema import json_schema
 from vibecalc.units import parse_quantity
 
 
@@ -56,17 +55,6 @@ def test_examples_are_toml_and_may_stand_at_their_keys() -> None:
                 assert held[sign], (model, line)
         if shape.kind == "choice":
             assert value in shape.choices, (model, line)
-
-
-def test_tables_are_those_of_the_json_schema() -> None:
-    """Two ways to the same: from the classes, and from what editors get."""
-    named = {place.model.__name__ for place in case_reference.places().values()} - {"Case"}
-    tables = {
-        name.rsplit("__", 1)[-1]
-        for name, one in json_schema()["$defs"].items()
-        if "properties" in one.get("anyOf", [one])[0]
-    }
-    assert named == tables
 
 
 def test_every_result_and_axis_has_an_entry() -> None:
