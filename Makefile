@@ -25,7 +25,7 @@ NO_NUMBERS := docs* readme site package examples ci_example *plots *pictures pro
   cli* start_up architecture bad_cases_streams bad_cases_reports bad_cases_cli bad_cases_results \
   property_every_key property_store property_compare property_units property_select golden up_to_date \
   *_editors *_html *_help *_template *_report *_files *_needs *_said *_saying *_trees *_calculation \
-  *_sweep_assembly *_sweep_cluster *_verdicts property_described bad_cases_compressor bad_cases_machine \
+  *_sweep_assembly *_sweep_cluster *_verdicts bad_cases_compressor bad_cases_machine \
   bad_cases_plausibility bad_cases_sweep*
 # where the commit's hash chooses the kernel, its last digit chooses the eighth that runs of two sorts
 DIGIT = $(if $(filter commit,$(KERNEL)),$(shell git rev-parse HEAD | tail -c 2))

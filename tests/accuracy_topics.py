@@ -1,6 +1,5 @@
 """Small topics whose order of convergence is known, with failures and ties where asked."""
 
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -34,17 +33,6 @@ def gauss(points: float) -> Answer:
     node, weight = np.polynomial.legendre.leggauss(int(points))
     half = 0.5 * (node + 1.0)
     return Answer(np.array([1.0 + 0.5 * np.sum(weight * 1j * np.exp(1j * half))]), points)
-
-
-def monte_carlo(draws: float) -> Answer:
-    """1 + the same integral by the mean over seeded draws: order 1/2.
-
-    The root of the mean square over 400 seeds stands for the error of one of them.
-    """
-    generator = np.random.default_rng(7)
-    means = [np.mean(1j * np.exp(1j * generator.random(int(draws)))) for _ in range(400)]
-    error = math.sqrt(np.mean(np.abs(1.0 + np.array(means) - TRUTH[0]) ** 2))
-    return Answer(TRUTH + error, draws)
 
 
 def exact(_: float) -> Answer:

@@ -14,6 +14,8 @@ from typing import Any, NamedTuple
 
 import tomli_w
 
+from vibecalc.errors import KeyPath
+
 CASES = Path(__file__).resolve().parents[1] / "cases"
 ALLOWED = {0, 1, 2, 3}
 
@@ -128,12 +130,12 @@ MUTATORS = (_change_number, _change_number, _change_leaf, _change_leaf, _edit_li
 EXTREMES = (0.0, -0.0, 5e-324, 1e-300, 1e-21, 1e-9, 1.0, -1.0, 1e9, 1e19, -1e19, 1e21, 1e308)
 
 
-def leaves(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-    """Key paths of all numbers of a case."""
+def leaves(value: Any, path: KeyPath = (), kind: type = float) -> list[KeyPath]:
+    """Key paths of all values of a case that are of a kind: without another, its numbers."""
     if isinstance(value, dict | list):
         entries = value.items() if isinstance(value, dict) else enumerate(value)
-        return [leaf for key, entry in entries for leaf in leaves(entry, (*path, key))]
-    return [path] if isinstance(value, float) else []
+        return [leaf for key, entry in entries for leaf in leaves(entry, (*path, key), kind)]
+    return [path] if isinstance(value, kind) else []
 
 
 def make_extreme(draw: Any, data: Any, paths: list[tuple[Any, ...]]) -> None:

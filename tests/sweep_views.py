@@ -1,6 +1,6 @@
 """Sweeps for the tests of their report: results that are written down as formulas of the keys."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -164,6 +164,3 @@ def sampled(points: int = 64, indices: bool = True, **more: Any) -> SweepView:
         "indices": indices,
     }  # fmt: skip
     return view(drawn, keys, results(drawn[:, 0], drawn[:, 1]), **(settings | more))
-
-
-Builder = Callable[..., SweepView]

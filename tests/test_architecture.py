@@ -7,8 +7,6 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-import pytest
-
 import vibecalc
 from vibecalc.subjects import SUBJECTS
 
@@ -109,15 +107,6 @@ def edges() -> dict[str, set[str]]:
     return {
         name: {one for one in imported(path) if one in MODULES} for name, path in MODULES.items()
     }
-
-
-@pytest.mark.long
-def test_imports_are_those_of_whole_syntax_trees() -> None:
-    for path in FILES:
-        every = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        whole = [ast.dump(one) for one in every if isinstance(one, ast.Import | ast.ImportFrom)]
-        found = [ast.dump(one) for _, one in import_statements(path)]
-        assert sorted(found) == sorted(whole), path
 
 
 def test_rooms_import_what_they_may() -> None:

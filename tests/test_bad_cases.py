@@ -40,13 +40,6 @@ def test_words(name: str, tmp_path: Path) -> None:
     hold("bad_cases", name, MESSAGES[name], tmp_path)
 
 
-def test_the_mark_stands_under_the_key() -> None:
-    lines = refusal(FOLDER / "misspelt_key_in_inline_table.toml").splitlines()
-    excerpt = next(line for line in lines if line.startswith("  14 | "))
-    mark = lines[lines.index(excerpt) + 1]
-    assert excerpt[mark.index("^") : mark.rindex("^") + 1] == "crank_fase"
-
-
 def test_a_folder(tmp_path: Path) -> None:
     assert "is a folder\n  help: name a file in it" in refusal(tmp_path)
 
@@ -100,13 +93,6 @@ def test_nasty_bytes(tmp_path: Path, content: bytes, words: str) -> None:
     path = tmp_path / "nasty.toml"
     path.write_bytes(content)
     assert words in refusal(path)
-
-
-def test_a_problem_of_an_override_is_shown_there() -> None:
-    good = FOLDER.parent.parent / "cases" / "generator.toml"
-    message = refusal(good, "machine.speed=3 kg")
-    assert "--> --set machine.speed=3 kg" in message
-    assert "found '3 kg', a mass" in message
 
 
 @pytest.mark.parametrize(

@@ -7,16 +7,13 @@ import pytest
 from absorber_cases import FLOOR, PENDULUM, RATIOS, RIG, SEVERAL, TUNED, refusal, replaced
 from refused import changed, refusals
 
-from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import load_case, validate
 from vibecalc.core.run.machine_checks import check_machine
-from vibecalc.errors import CaseError
 
 CASES = {
     "ratios": RATIOS, "tuned": TUNED, "rig": RIG, "several": SEVERAL, "pendulum": PENDULUM,
     "floor": FLOOR,
 }  # fmt: skip
-STARTERS = ("absorber", "absorber_rig", "pendulum")
 
 
 @pytest.mark.parametrize(("case", "change", "line", "words"), refusals("absorber"))
@@ -33,32 +30,6 @@ def test_words_and_line(
         place = message.splitlines()[1]
         assert place.startswith(f"  --> absorber.toml:{line}:"), message
         assert message.count("error: ") == 1, message
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_the_plain_cases_are_fine(case: str, tmp_path: Path) -> None:
-    assert refusal(tmp_path, CASES[case]) == ""
-
-
-@pytest.mark.parametrize("scene", STARTERS)
-def test_starters_are_fine_and_no_plates(scene: str) -> None:
-    data = tomllib.loads(starter(scene))
-    assert check_machine(validate(data)) == []
-    data["machine"] = {**data["machine"], "kind": "plate"}
-    with pytest.raises(CaseError) as caught:
-        validate(data)
-    reported = [problem.path for problem in caught.value.problems]
-    assert {("machine", part) for part in data["machine"]} - set(reported) == {("machine", "kind")}
-
-
-def test_a_longer_ring_is_reported_once(tmp_path: Path) -> None:
-    text = SEVERAL.replace('name = "near"\n', 'name = "near"\non = "third"\n')
-    text = text.replace("[tuning]", '[[machine.secondaries]]\nname = "third"\non = "far"\n'
-                        "mass_ratio = 0.1\n[[machine.secondaries]]\nname = \"leaf\"\n"
-                        'on = "far"\nmass_ratio = 0.1\n[tuning]')  # fmt: skip
-    message = refusal(tmp_path, text)
-    assert "'near' on 'third' on 'far' on 'near'" in message
-    assert message.count("error: ") == 1
 
 
 def test_catalogues_from_files(tmp_path: Path) -> None:

@@ -74,11 +74,6 @@ def test_words_and_place(case: str, change: str, place: str, words: list[str]) -
     assert any(all(word in text for word in words) for text in at), said
 
 
-@pytest.mark.parametrize("case", COUPLINGS)
-def test_the_couplings_themselves_are_fine(case: str) -> None:
-    assert problems_of(tomllib.loads(text_of(case))) == []
-
-
 RISING = text_of("warm").replace(
     'temperature = "65 degC"', 'ambient_temperature = "20 degC"\ntemperature_rise = "45 K"', 1
 )

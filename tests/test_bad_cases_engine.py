@@ -19,7 +19,6 @@ from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.machine_checks import check_machine
 from vibecalc.core.run.plan import plan_case
-from vibecalc.core.study.execute import load_checked
 from vibecalc.errors import CaseError
 from vibecalc.torsion.model import build_shaft_line
 
@@ -62,43 +61,6 @@ def test_the_plain_cases_are_fine(name: str, tmp_path: Path) -> None:
     assert refusal(tmp_path, FINE[name]) == ""
 
 
-@pytest.mark.parametrize(
-    ("text", "key"),
-    [
-        (replaced(E, ('"viscous"', '"spring", stiffness = 9')), "dampers[0].on"),
-        (G, "gears[0].between[0]"),
-        (G, "shafts[1].between[1]"),
-        (G, "load"),
-        (E, "stations[0].name"),
-    ],
-)
-def test_no_setting_of_a_name_is_an_exception(text: str, key: str, tmp_path: Path) -> None:
-    path = tmp_path / "engine.toml"
-    path.write_text(text, encoding="utf-8")
-    with pytest.raises(CaseError) as caught:
-        load_checked([path], [f"machine.shaft_line.{key}='nix'"])
-    assert "error: no station is named " in str(caught.value)
-
-
-def test_what_an_engine_has_is_refused_elsewhere() -> None:
-    data = copy.deepcopy(tomllib.loads(E + D))
-    data["machine"]["kind"] = "generator"
-    with pytest.raises(CaseError) as caught:
-        validate(data)
-    reported = {problem.path[-1] for problem in caught.value.problems}
-    assert reported == {"cycle", "firing_order", "shaft_line", "torsion", "damper_design"}
-
-
-def test_a_missing_file_and_a_strange_column(tmp_path: Path) -> None:
-    stations = E[E.index("stations = [") : E.index("shafts = [")]
-    text = replaced(E, (stations, 'stations = "line.csv"\n'))
-    assert "line.csv" in refusal(tmp_path, text)
-    message = refusal(tmp_path, text, line="name,inertja [kg*m^2]\na,1\n")
-    assert "'inertja' is no key of stations" in message and "did you mean 'inertia'?" in message
-    message = refusal(tmp_path, text, line="name,inertia [kg*m^2]\na,lots\n")
-    assert "line 2, column inertia: not a number" in message
-
-
 def test_whatever_stands_in_the_place_of_a_value_is_no_exception() -> None:
     random_places = random.Random(7)
     ring = ("viscous", 'spring", stiffness = "9 kN*m/rad')
@@ -126,10 +88,3 @@ def _places(value: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]
         entries = value.items() if isinstance(value, dict) else enumerate(value)
         for key, entry in entries:
             yield from _places(entry, (*above, key))
-
-
-def test_a_rod_that_does_not_get_round_is_reported_once() -> None:
-    data = tomllib.loads(starter("engine"))
-    data["machine"]["crank_train"]["rod_length"] = "60 mm"
-    (problem,) = check_machine(validate(data))
-    assert problem.path == ("machine", "crank_train", "rod_length")

@@ -61,14 +61,6 @@ def refused(folder: Path, case: str, name: str = "table.csv") -> str:
     return text
 
 
-def test_the_good_file_is_read(tmp_path: Path) -> None:
-    (tmp_path / "table.csv").write_text(GOOD)
-    (tmp_path / "case.toml").write_text(PRESSURE.replace("FILE", "table.csv"))
-    train = load_case(tmp_path / "case.toml").case.machine.crank_train
-    assert train.gas_pressure is not None
-    assert train.gas_pressure.pressure == (9e5, 0.0, 0.0, 9e5)
-
-
 @pytest.mark.parametrize(
     ("case", "key", "place"),
     [

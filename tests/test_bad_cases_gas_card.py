@@ -4,12 +4,8 @@ import numpy as np
 import pytest
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.cylinder_torque import gas_harmonics, inertia_harmonics
 from vibecalc.excitation.gas_tables import (
-    FOUR_STROKE,
     card_weights,
-    fitted_card,
-    gas_card,
     pressure_at,
 )
 from vibecalc.excitation.pressure_cycle import (
@@ -39,17 +35,3 @@ def test_cycles_without_a_pressure_to_be_found_are_refused() -> None:
         card_of_peak(cycle, CAR, 1.001 * float(reached) + cycle.crankcase_pressure)
     with pytest.raises(NumericalFailure, match="mean indicated pressure of -1e\\+06 Pa is below"):
         card_of_mean_pressure(usual_cycle("spark"), CAR, -1e6)
-
-
-def test_a_formula_with_a_corner_inside_an_interval_is_refused() -> None:
-    with pytest.raises(NumericalFailure, match="has to be smooth there"):
-        fitted_card(lambda t: np.abs(t - 1.0) * 1e5, [0.0, FOUR_STROKE], FOUR_STROKE)
-
-
-def test_a_crank_that_cannot_turn_over_has_no_torque() -> None:
-    short = CrankGeometry(0.05, 0.049, 0.08)
-    card = gas_card([0.0, FOUR_STROKE], [1e5, 1e5], cycle=FOUR_STROKE)
-    with pytest.raises(NumericalFailure, match="turn over"):
-        gas_harmonics(card, short, [1.0])
-    with pytest.raises(NumericalFailure, match="turn over"):
-        inertia_harmonics(short, 1.0, 0.0, [1.0])

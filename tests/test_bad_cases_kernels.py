@@ -14,8 +14,6 @@ from vibecalc.absorber.hardware.oil_gap import (
     kinematic_viscosity,
     oil_damping,
 )
-from vibecalc.absorber.hardware.overhung import bending_frequencies
-from vibecalc.absorber.hardware.rods_and_springs import EndBody, OverhungRod
 from vibecalc.absorber.mean_square import mean_square, weights
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.pendulum_order import (
@@ -28,13 +26,12 @@ from vibecalc.absorber.pendulum_order import (
     tuning_order,
 )
 from vibecalc.absorber.pendulum_steady import as_secondary, jump, small_motion, steady_motion
-from vibecalc.absorber.transfer import Absorber, amplitude
-from vibecalc.absorber.tuning.closed_forms import closed_form, threshold
+from vibecalc.absorber.transfer import Absorber
+from vibecalc.absorber.tuning.closed_forms import threshold
 from vibecalc.absorber.tuning.mean_square import mean_square_tuning
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.restricted import (
     given_damping,
-    given_stiffness,
     stock_choice,
     undamped_spring,
 )
@@ -51,13 +48,11 @@ ARM = POINT._replace(swing_inertia=1e-4)
 LINE = Walther((313.15, 373.15), (86e-6, 13.8e-6))
 OIL = Oil("10W-40", LINE, 870.0)
 GAP = RingGap(0.148, 0.1, 0.007, 0.0005, 0.0005)
-ROD = OverhungRod(4086.0, 3.9, 1.6, 0.1)
 TWINS = ONE_CAGE._replace(
     rotor_resistance=np.array([0.2, 0.2]), rotor_leakage=np.array([2e-3, 2e-3])
 )
 
 
-RATIOS = [(0.1, 0.0), (0.1, -1.0), (0.1, np.inf), (-0.1, 0.1), (np.inf, 0.1), (np.nan, 0.1)]
 NO_MEAN_SQUARE = {
     ("force", "acceleration", ""): "highest frequencies",
     ("base", "displacement", ""): "at zero frequency",
@@ -67,25 +62,13 @@ NO_MEAN_SQUARE = {
     ("base", "acceleration", "displacement"): "highest frequencies",
     ("unbalance", "displacement", ""): "highest frequencies",
     ("unbalance", "relative_displacement", ""): "highest frequencies",
-    ("force", "secondary_displacement", ""): "not among",
-    ("force", "displacement", "velocity"): "says nothing",
-    ("base", "displacement", "pink"): "says nothing",
 }
 OF_TUNINGS: Refused = [
-    *((lambda at=at: minimax(*at), "mass ratio") for at in RATIOS),
-    *((lambda at=at: given_stiffness(*at, 0.1), "mass ratio") for at in RATIOS),
     *((lambda what=what: minimax(0.1, 0.1, "force", what), "vanishes with the absorber")
       for what in ("secondary_displacement", "relative_displacement")),
     (lambda: given_damping(0.1, 0.1, 0.1, "force", "relative_displacement"), "vanishes with the"),
-    *((lambda bad=bad: given_damping(0.1, 0.1, bad), "zero or above")
-      for bad in (-0.1, np.inf, np.nan)),
     (lambda: undamped_spring([0.0, 0.1], 0.1), "infinite whatever the spring"),
-    (lambda: closed_form("newton", 0.1), "nishihara_asami"),
-    (lambda: closed_form("lanchester", [0.1, 0.0]), "mass ratios above 0"),
     (lambda: peaks(Absorber(1e-20, 0.1, 0.1, 0.0)), "beyond double precision"),
-    (lambda: peaks(SOME, "force", "noise"), "transmitted_force"),
-    (lambda: minimax(0.1, 0.1, "wind"), "unbalance"),
-    (lambda: amplitude(SOME, 1.0, "wind"), "force, base, unbalance"),
     *((lambda kind=kind: mean_square(SOME, *kind), words)
       for kind, words in NO_MEAN_SQUARE.items()),
     *((lambda kind=kind: mean_square_tuning(0.05, 0.1, *kind), r"\w") for kind in NO_MEAN_SQUARE),
@@ -100,7 +83,6 @@ OF_TUNINGS: Refused = [
 OF_PENDULUMS: Refused = [
     *((lambda near=near: tuning_order(POINT._replace(path_radius=near)),
        "nothing pulls the pendulum outwards") for near in (0.12, 0.2)),
-    (lambda: path_exponent("elliptic", POINT), "paths: circular, cycloidal, epicycloidal"),
     (lambda: path_exponent("epicycloidal", ARM), "runs on a circle"),
     (lambda: detuning_coefficient(ARM._replace(path_exponent=0.5)), "runs on a circle"),
     (lambda: radius_for_order_with_rollers(POINT._replace(swing_inertia=0.1), 4.0),
@@ -118,8 +100,6 @@ OF_HARDWARE: Refused = [
       for at in (200.0, 643.2, [300.0, 700.0])),
     (lambda: kinematic_viscosity(LINE, 553.15), r"mm\^2/s at 280 C is outside the range"),
     (lambda: oil_damping(OIL, GAP, 553.15), "outside the range"),
-    (lambda: bending_frequencies(ROD, EndBody(13.8), 7),
-     "7 modes of a rod asked for; 6 are computed"),
 ]  # fmt: skip
 OF_MOTORS: Refused = [
     (lambda: fit_induction_motor(TABLE_SLIP[:4], TABLE_TORQUE[:4], **GIVEN),

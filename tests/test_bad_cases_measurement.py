@@ -22,10 +22,6 @@ def test_words_and_place(
     assert place in ("-", ".".join(map(str, found[0].path)))
 
 
-def test_the_plain_case_is_fine(tmp_path: Path) -> None:
-    assert problems(tmp_path, PLATE) == []
-
-
 @pytest.mark.parametrize("direction", ["x = 0.2", "oblique"])
 def test_which_motion_a_line_of_points_hides(tmp_path: Path, direction: str) -> None:
     if direction == "oblique":

@@ -1,12 +1,10 @@
 """Claim: where there is no periodic solution, that is said."""
 
 import numpy as np
-import pytest
 from periodic_problems import TURN, linear_rhs
 
-from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.periodic.collocation import solve_periodic
-from vibecalc.numerics.periodic.other_methods import march_turns, solve_fourier
+from vibecalc.numerics.periodic.other_methods import march_turns
 from vibecalc.numerics.periodic.panels import PeriodicProblem
 
 EDGES = np.linspace(0.0, TURN, 37)
@@ -47,15 +45,6 @@ def test_marching_tells_which_members_have_a_solution():
     assert np.all(finer.left.mean(axis=(1, 2)) > 1.0)
 
 
-def test_members_without_a_solution_do_not_spoil_the_others():
-    level = np.array([0.5, -0.8, 1.5])[:, None, None]
-    problem = PeriodicProblem(saddle_rhs(level), EDGES)
-    found = solve_periodic(problem, 6, np.full((3, 1), 2.0))
-    assert found.converged.tolist() == [True, False, True]
-    alone = solve_periodic(PeriodicProblem(saddle_rhs(0.5), EDGES), found.points, [2.0])
-    assert np.abs(alone.stages[0] - found.stages[0]).max() < 1e-13
-
-
 def test_a_multiplier_of_one_has_no_single_solution():
     flat = linear_rhs(lambda x: np.cos(x) + 1.0, np.zeros_like)
     for guess in ([0.0], [1.0]):
@@ -65,26 +54,3 @@ def test_a_multiplier_of_one_has_no_single_solution():
         return np.ones_like(y), np.zeros((*y.shape, y.shape[-1]))
 
     assert not solve_periodic(PeriodicProblem(still, EDGES), 2, [1.0, 2.0]).converged[0]
-
-
-def test_fourier_needs_an_odd_number_of_points_and_a_solution():
-    rhs = saddle_rhs(0.5)
-    for points in (1, 2, 20):
-        with pytest.raises(NumericalFailure, match="odd number"):
-            solve_fourier(rhs, points, [2.0])
-    assert solve_fourier(rhs, 21, [2.0]).converged[0]
-    none = solve_fourier(saddle_rhs(-0.5), 21, [2.0])
-    assert not none.converged[0] and np.isinf(none.error[0, 0])
-
-
-def test_values_outside_the_domain_shorten_the_step():
-    # y' = 2 - sqrt(y) - sin(x) / 2; a Newton step from 40 goes below zero
-    def rhs(x, y, piece):
-        root = np.sqrt(y[..., 0])
-        return (1.0 - root + 0.5 * np.sin(x))[..., None], (-0.5 / root)[..., None, None]
-
-    found = solve_periodic(PeriodicProblem(rhs, EDGES), 5, [40.0])
-    assert found.converged[0]
-    assert found.stages.min() > 0.0
-    near = solve_periodic(PeriodicProblem(rhs, EDGES), 5, [1.0])
-    assert np.abs(near.stages - found.stages).max() < 1e-13

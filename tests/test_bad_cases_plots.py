@@ -8,7 +8,7 @@ import pytest
 from fuzzing import command
 from report_samples import generator
 
-from vibecalc.core.report.plots import Look, draw_file, draw_files, look_of
+from vibecalc.core.report.plots import draw_file, draw_files
 from vibecalc.core.results.record import Record, Result
 from vibecalc.core.results.store import write_result
 from vibecalc.errors import UsageError
@@ -91,58 +91,3 @@ def test_nothing_to_draw_is_said(tmp_path: Path) -> None:
     printed = command("plot", str(path))
     assert printed.out == ""
     assert printed.err == f"{path}: nothing to draw, it holds no curve or map\n"
-
-
-@pytest.mark.parametrize(
-    ("formats", "dpi", "said"),
-    [
-        ("jpg", None, "--format jpg: pictures are written as png, svg, pdf, found 'jpg'"),
-        ("svg,", None, "--format svg,: pictures are written as png, svg, pdf, found ''"),
-        ("", None, "found ''"),
-        ("png", 49, "--dpi needs a number from 50 to 1200, found 49"),
-        ("png", 1201, "--dpi needs a number from 50 to 1200, found 1201"),
-        ("svg,pdf,PNG, svg", 50, ""),
-        ("png", 1200, ""),
-    ],
-)
-def test_looks_that_are_not_to_be_had(formats: str, dpi: int | None, said: str) -> None:
-    if not said:
-        assert look_of(formats, dpi, (), True).dpi == dpi
-        return
-    with pytest.raises(UsageError) as raised:
-        look_of(formats, dpi, (), True)
-    assert said in str(raised.value)
-    assert raised.value.exit_code == 2
-
-
-@pytest.mark.parametrize(
-    ("only", "said"),
-    [
-        (("piston_moton",), "did you mean 'piston_motion'?; there are: piston_motion"),
-        (("piston_motion", "run_up"), "has no picture of this name; there are: piston_motion"),
-    ],
-)
-def test_an_unknown_picture_is_refused_before_any_is_drawn(
-    only: tuple[str, ...], said: str, tmp_path: Path
-) -> None:
-    pytest.importorskip("matplotlib")
-    write_result(few(), tmp_path / "one.h5")
-    with pytest.raises(UsageError) as raised:
-        list(draw_files([tmp_path / "one.h5"], tmp_path / "pictures", Look(only=only)))
-    assert said in str(raised.value)
-    assert not (tmp_path / "pictures").exists()
-
-
-@pytest.mark.long
-def test_two_results_whose_pictures_meet(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """`one` with `motion_over_turn` and `one_motion` with `over_turn` name the same file."""
-    pytest.importorskip("matplotlib")
-    whole = "vibecalc.kinematics.pictures:PISTON_MOTION"
-    names = {"over_turn": whole, "motion_over_turn": whole}
-    monkeypatch.setattr("vibecalc.core.report.plots.pictures_of", lambda result: names)
-    monkeypatch.setattr("vibecalc.core.report.plots.every_picture", lambda: names)
-    paths = [tmp_path / "one.h5", tmp_path / "one_motion.h5"]
-    for path in paths:
-        write_result(few(), path)
-    with pytest.raises(UsageError, match="two results have a picture one_motion_over_turn"):
-        list(draw_files(paths, None))

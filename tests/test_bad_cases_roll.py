@@ -137,33 +137,6 @@ def test_a_plate_needs_readings_only_and_other_kinds_what_they_always_did() -> N
         assert all(problem.hint for problem in found)
 
 
-def test_a_misspelt_part_is_reported_once() -> None:
-    data = {"schema": 1, "title": "t", "machine": {"kind": "compressor", "sped": 3.0}}
-    data["machine"]["crank_train"] = GOOD["machine"]["crank_train"]  # type: ignore[index]
-    found = problems_of(data)
-    assert [problem.path for problem in found] == [("machine", "sped")]
-    assert "did you mean 'speed'?" in found[0].hint
-
-
-def test_the_json_schema_knows_the_kinds() -> None:
-    """What a kind of machine or motor needs, and what does not go with it."""
-    for change in (
-        '{"machine.speed": 100.0}',
-        '{"machine.crank_train": null}',
-        '{"machine.motor": null}',
-        '{"machine.kind": "generator"}',
-        '{"machine.kind": "plate"}',
-        '{"machine.motor.kind": "dynamic"}',
-        '{"machine.motor.kind": null}',
-        '{"machine.motor.gain": 3.0}',
-        '{"machine.motor.synchronous_speed": null}',
-    ):
-        data = data_of(change)
-        assert problems_of(data), change
-        assert not JUDGE.is_valid(data), change
-    assert JUDGE.is_valid({"schema": 1, "title": "plate", "machine": {"kind": "plate"}})
-
-
 @pytest.mark.parametrize(("kind", "limit", "place", "words"), refusals("roll", "limit"))
 def test_limits_that_name_no_result_of_the_roll(
     kind: str, limit: str, place: str, words: list[str]
@@ -177,10 +150,3 @@ def test_limits_that_name_no_result_of_the_roll(
     (problem,) = check_targets(case)
     for expected in words:
         assert expected in said_of(problem)
-
-
-def test_limits_of_a_plate_find_no_crank_train() -> None:
-    plate = {"schema": 1, "title": "plate", "machine": {"kind": "plate"}}
-    limit = {"quantity": "excitation/force", "where": {"order": 1}, "max": "1 N"}
-    (problem,) = check_targets(validate({**plate, "limit": [limit]}))
-    assert "no table of this case asks for it" in problem.hint

@@ -54,18 +54,6 @@ def test_positive_feedback_of_the_shell_is_flagged_where_it_outruns_the_rotor():
     assert STATUS[int(found.margins.status[-1])] == "unstable"
 
 
-def test_a_torque_that_is_nothing_has_a_level_of_minus_infinity():
-    found = evaluate(SOURCE, Controller(1.0, 0.0, 0.0), source_load(0.0, 472.2))
-    assert found.level.value[0] == -np.inf and found.level.error[0] == 0.0
-
-
-def test_a_pole_that_has_left_is_infinite():
-    cut = float(SOURCE.inertia) / (10.0 * 203.4 * float(SOURCE.ratio))
-    loop = loop_of(SOURCE, Controller(10.0, 0.9, cut))
-    loop = loop._replace(q1=-loop.p1)
-    assert np.isinf(poles(loop).value[0]) and poles(loop).error[0] == 0.0
-
-
 @pytest.mark.parametrize("delay", long_but([1e-9, 1e-5, 1e-2, 1.0], 1e-5, 1.0))
 @pytest.mark.parametrize("lag", [0.0, 1e-9, 1e-3, 1.0])
 def test_poles_are_found_or_refused_in_words(lag, delay):

@@ -1,7 +1,6 @@
 """Claim: Ctrl-C and an output that takes no more are one sentence each and never called a bug."""
 
 import contextlib
-import json
 import os
 import shutil
 import signal
@@ -88,13 +87,6 @@ def test_a_closed_pipe(arguments: list[str], tmp_path: Path) -> None:
     assert written == (arguments == ["run", GENERATOR])
 
 
-def test_a_shell_that_asks_and_reads_no_answer(tmp_path: Path) -> None:
-    asked = {"_VIBECALC_COMPLETE": "complete_bash", "COMP_WORDS": "vibecalc ru", "COMP_CWORD": "1"}
-    ended = _to_a_closed_pipe([], tmp_path, **asked)
-    assert ended.returncode == 130
-    assert ended.stderr == "error: cannot write to standard output: it was closed by its reader\n"
-
-
 @pytest.mark.parametrize(
     "arguments",
     long_but(
@@ -108,15 +100,6 @@ def test_a_full_stderr_changes_no_exit_code(arguments: list[str]) -> None:
     with open("/dev/full", "w") as full:
         ended = subprocess.run([*PROGRAM, *arguments], stderr=full, check=False)
     assert ended.returncode == 2
-
-
-def test_an_error_as_an_object_for_a_full_device() -> None:
-    with open("/dev/full", "w") as full:
-        ended = subprocess.run(
-            [*PROGRAM, "check", "no.toml", "--json"], stdout=full, stderr=subprocess.PIPE,
-            text=True, check=False,
-        )  # fmt: skip
-    assert ended.returncode == 2 and ended.stderr.startswith("error: no.toml does not exist")
 
 
 @pytest.mark.parametrize(
@@ -230,30 +213,6 @@ def test_a_name_in_another_encoding(tmp_path: Path) -> None:
     assert r"F\xe4ll" in spoken(tmp_path, "info", result)
     words = spoken(tmp_path, "check", b"n\xe4.toml", code=2)
     assert words.startswith(r"error: n\xe4.toml does not exist")
-
-
-@pytest.mark.long
-def test_a_name_in_another_encoding_in_other_commands(tmp_path: Path) -> None:
-    case, result = os.fsencode(tmp_path) + b"/F\xe4ll.toml", b"outputs/F\xe4ll.h5"
-    shutil.copy(GENERATOR, case)
-
-    def said(*arguments: str | bytes) -> str:
-        return spoken(tmp_path, *arguments)
-
-    assert said("run", case) and "is up to date" in said("run", "--if-needed", case)
-    assert said("report", result) and said("report", "--html", result)
-    assert said("diff", result, result) and said("diff", "--junit", b"j\xe4.xml", result, result)
-    assert json.loads(said("run", "--json", case))
-    grid = ("--grid", "machine.speed=1000 rpm:2000 rpm:3", "-j", "1")
-    for number in (b"1", b"2"):
-        assert said("sweep", case, *grid, "--shard", number + b"/2", "-o", number + b"\xe4.h5")
-    assert said("merge", b"1\xe4.h5", b"2\xe4.h5", "-o", b"m\xe4.h5")
-    assert said("export", result, "isolation/support_force/steady_peak")
-    records = CASES.parent / "tests" / "golden" / "roll_records.h5"
-    shutil.copy(records, os.fsencode(tmp_path) + b"/\xe4.h5")
-    assert r"\xe4_orders.csv" in said("export", b"\xe4.h5", "--orders", "-o", b"\xe4")
-    assert b"\xe4_orders.csv" in os.listdir(os.fsencode(tmp_path) + b"/\xe4")
-    assert r"\xe4/F\xe4ll_shaking.png" in said("plot", result, "-o", b"\xe4", "--only", "shaking")
 
 
 def _of_folder(folder: Path) -> list[str]:

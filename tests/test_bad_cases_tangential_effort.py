@@ -67,14 +67,6 @@ def test_a_column_of_a_file_that_is_misspelt_is_shown_there(tmp_path: Path) -> N
     assert "sine" in said and "a temperature" in said
 
 
-@pytest.mark.parametrize("kind", ["compressor", "pump"])
-def test_only_an_engine_has_such_a_table(kind: str) -> None:
-    data = tomllib.loads(CASES["load"])
-    data["machine"]["kind"] = kind
-    found = {".".join(map(str, one.path)): one.message for one in problems_of(data)}
-    assert "is for a machine of kind 'engine'" in found["machine.crank_train.tangential_effort"]
-
-
 def test_the_gas_is_not_left_out_where_it_reaches_the_mounts() -> None:
     data = tomllib.loads(SEPARATE)
     train = data["machine"]["crank_train"]

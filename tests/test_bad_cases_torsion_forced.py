@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.synthesis import synthesis
-from vibecalc.torsion.critical_speeds import barred_ranges
 from vibecalc.torsion.forced import forced, modal_line
 from vibecalc.torsion.line import chain
 from vibecalc.torsion.modes import natural_modes
@@ -54,13 +52,3 @@ def test_modes_coupled_by_damping_are_no_modal_response():
     line = PAIR._replace(absolute_damping=np.array([1.0, 0.0]))
     with pytest.raises(NumericalFailure, match="couples the undamped modes"):
         modal_line(natural_modes(PAIR), line=line)
-
-
-def test_curves_and_sums_that_are_not_numbers():
-    speeds = np.linspace(1.0, 2.0, 5)
-    with pytest.raises(NumericalFailure, match="not a number"):
-        barred_ranges(lambda speed: np.full(len(speed), np.nan), speeds)
-    with pytest.raises(NumericalFailure, match="multiple of 1/2"):
-        synthesis([1 / 3], [1.0])
-    with pytest.raises(NumericalFailure, match="not a finite number"):
-        synthesis([1.0], [np.inf])

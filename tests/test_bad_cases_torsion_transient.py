@@ -41,11 +41,6 @@ def test_words_and_line(
     assert line == "-" or f"engine.toml:{line}:" in message.splitlines()[1]
 
 
-@pytest.mark.parametrize("case", CHANGES)
-def test_the_plain_changes_are_fine(case: str, tmp_path: Path) -> None:
-    assert refusal(tmp_path, f"{GENSET}transient = {{ {CHANGES[case]} }}\n") == ""
-
-
 def run(
     line: Line = PAIR, order: float = 1.0, acceleration: float = 1.0, speed: float = 5.0, **more
 ):

@@ -11,15 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import tomli_w
 from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL, TUNED
-from fuzzing import command
+from fuzzing import leaves
 from long_but import long_but
+from shipped_cases import table_of
 from test_property_fuzz import check_broken_starters
 
 from vibecalc.cli.starters import starter
-from vibecalc.core.case.load import load_case, resolve, validate
-from vibecalc.core.case.raw import get_key, set_key
+from vibecalc.core.case.load import resolve, validate
+from vibecalc.core.case.raw import NOT_COMPUTED, get_key, set_key
 from vibecalc.core.case.walk import shape_at
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
 from vibecalc.core.run.run import StageCache, check_again
@@ -83,24 +83,19 @@ GOOD: dict[str, dict[str, Any]] = {
     "followed": rolling(DYNAMIC, "control"),
 }
 GOOD["pendulum"]["machine"]["pendulum"]["rollers"] = ROLLERS
+GOOD["generator"] = {
+    key: one for key, one in table_of("generator").items() if key not in NOT_COMPUTED
+}
 #: cases whose form is right, every key of the roll in one
 WHOLE = {name: GOOD[name] for name in ("ratios", "tuned", "rig", "several", "pendulum")}
 WHOLE["dynamic"] = rolling(DYNAMIC, "roll", "start_up", "control")
 BAD = (float("nan"), float("inf"), "nan", "1e400 m", "3 bananas", [], {}, True, "", 10**400)
 QUICK = ("nan", "3 bananas", {}, 10**400)
-TABLES = ("machine", "response", "tuning")
-
-
-def leaves(value: Any, path: KeyPath = ()) -> list[KeyPath]:
-    if isinstance(value, dict):
-        return [leaf for key, entry in value.items() for leaf in leaves(entry, (*path, key))]
-    if isinstance(value, list):
-        return [leaf for n, entry in enumerate(value) for leaf in leaves(entry, (*path, n))]
-    return [path]
+TABLES = ("machine", "response", "tuning", "isolation")
 
 
 def places(data: dict[str, Any]) -> list[KeyPath]:
-    return [path for path in leaves(data) if path[0] in TABLES]
+    return [path for path in leaves(data, kind=object) if path[0] in TABLES]
 
 
 @pytest.mark.parametrize("name", GOOD)
@@ -180,30 +175,3 @@ def test_broken_starters_end_in_words(scene: str, tmp_path: Path) -> None:
     codes = check_broken_starters(scene, 20, tmp_path / "mutated.toml")
     assert set(codes) <= {0, 2}
     assert codes[2] > 4
-
-
-@pytest.mark.parametrize(
-    "place",
-    [
-        "machine.crank_train.cylinders[1].gas_force",
-        "machine.motor.slip_table",
-        "response.start_up.load",
-    ],
-)
-def test_a_csv_may_stand_for_each_table(place: str, tmp_path: Path) -> None:
-    """Also inside the list of cylinders."""
-    data = copy.deepcopy(WHOLE["dynamic"])
-    table = get_key(data, place)
-    head = ", ".join(table)
-    rows = [", ".join(map(str, row)) for row in zip(*table.values(), strict=True)]
-    (tmp_path / "table.csv").write_text("# by hand\n" + "\n".join([head, *rows]) + "\n")
-    set_key(data, place, "table.csv")
-    path = tmp_path / "case.toml"
-    path.write_text(tomli_w.dumps(data))
-    assert load_case(path).case == validate(WHOLE["dynamic"])
-    (tmp_path / "table.csv").write_text("\n".join([head, *rows[:-1], "x, 1"]) + "\n")
-    outcome = command("check", str(path))
-    assert outcome.code == 2
-    key = place.rpartition(".")[2]
-    line = f"{key}: line {len(rows) + 1}, column {next(iter(table))}: not a number: 'x'"
-    assert line in outcome.err

@@ -67,27 +67,6 @@ def begin(run: Run) -> None:
     assert ran(ended) == ["compressor_motor", "i3"]
 
 
-@pytest.mark.long
-def test_only_what_changed_runs_and_what_moved_fails_by_name(run: Run, tmp_path: Path) -> None:
-    begin(run)
-    case = tmp_path / "cases" / "i3.toml"
-    os.utime(case)
-    os.utime(tmp_path / "cases" / "compressor_motor.toml")
-    green = run("make", "-j2", "diff")
-    assert green.returncode == 0, green.stderr
-    assert ran(green) == [] and green.stdout.count("all the same") == 2
-    assert failures(tmp_path / "outputs" / "junit.xml") == {}
-
-    replace(case, '"500 g"', '"501 g"')
-    red = run("make", "-j2", "diff")
-    assert red.returncode == 2 and "Error 1" in red.stderr
-    assert ran(red) == ["i3"]
-    moved = failures(tmp_path / "outputs" / "junit.xml")
-    assert {suite for suite, _ in moved} == {"i3.h5"}
-    said = moved["i3.h5", "excitation.mass.reciprocating"]
-    assert "reference 0.5, value 0.501 kg, difference 1.000e-03, allowed 5.000e-09" in said
-
-
 def test_a_case_that_breaks_is_red_and_holds_up_no_other(run: Run, tmp_path: Path) -> None:
     """Of two commits: at the second one case is broken, another's numbers move, a third is new."""
     begin(run)

@@ -96,15 +96,6 @@ def test_an_error_is_an_object_with_its_problems(given: tuple[str, ...], key: st
         assert (problem["file"] is None) == (given[0] in ("diff", "merge") or "--bogus" in given)
 
 
-def test_several_cases_give_a_list_and_a_folder() -> None:
-    outcome = command("run", GENERATOR, str(CASES / "generator_180.toml"), "--json", "-o", "out")
-    assert [Path(item["result"]).name for item in json.loads(outcome.out)] == [
-        "generator.h5",
-        "generator_180.h5",
-    ]
-    assert Path("out/generator_180.txt").is_file()
-
-
 def test_two_cases_of_one_name_are_refused(tmp_path: Path) -> None:
     other = tmp_path / "sub"
     other.mkdir()
@@ -160,12 +151,6 @@ def test_report_writes_where_it_is_told(result: Path) -> None:
         assert outcome.code == 2 and "-o one" in outcome.err and not Path(wrong[0]).exists()
 
 
-def test_report_renders_the_same_text_from_the_file_alone(result: Path) -> None:
-    outcome = command("report", str(result))
-    assert outcome.code == 0
-    assert outcome.out == result.with_suffix(".txt").read_text(encoding="utf-8")
-
-
 def test_diff_of_two_runs_is_0_and_1_with_one_number_changed(
     result: Path, repeated: Path, tmp_path: Path
 ) -> None:
@@ -181,15 +166,6 @@ def test_diff_of_two_runs_is_0_and_1_with_one_number_changed(
     found = json.loads(command("diff", str(result), str(again), "--json").out)
     assert found["same"] is False
     assert command("diff", str(result), "nowhere.h5").code == 2
-
-
-def test_accept_makes_the_candidate_golden(result: Path, tmp_path: Path) -> None:
-    golden = tmp_path / "golden.h5"
-    assert command("diff", str(golden), str(result), "--accept").code == 0
-    assert command("diff", str(golden), str(result)).code == 0
-    before = golden.read_bytes()
-    assert command("diff", str(golden), GENERATOR, "--accept").code == 2
-    assert golden.read_bytes() == before
 
 
 def test_diff_of_several_results_takes_the_golden_files_of_their_names(
@@ -364,15 +340,6 @@ def test_plot_draws_what_is_asked_for(
         return
     assert outcome.code == 0
     assert made == written == {Path(line).name for line in outcome.out.splitlines()}
-
-
-def test_an_order_on_an_undamped_natural_frequency_exits_3(tmp_path: Path) -> None:
-    case = changed_case(tmp_path, ', damping = "50 N*s/m"', "")
-    frequency = (12 * 4 * 0.4**2 * 10000 / (100 * (0.35**2 + 0.8**2))) ** 0.5
-    outcome = command("run", str(case), "-q", "--set", f"machine.speed={frequency!r}")
-    assert outcome.code == 3
-    assert "order 1" in outcome.err and "mode 1" in outcome.err
-    assert not Path("outputs").exists()
 
 
 def start(*arguments: str, **options: object) -> subprocess.Popen[str]:

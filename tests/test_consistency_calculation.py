@@ -20,16 +20,12 @@ from vibecalc.core.results.record import (
     KEPT,
     UNDECIDED,
     Quantity,
-    Record,
     Result,
 )
 from vibecalc.core.results.store import read_result
 from vibecalc.core.results.verdicts import verdicts_of
-from vibecalc.torsion.pictures.modes import draw_system
 from vibecalc.torsion.report.first_page import CALCULATION, conclusion_table, in_one_sentence
 from vibecalc.torsion.report.limits import flags
-from vibecalc.torsion.report.line import line_of
-from vibecalc.torsion.report.modes import nodes_in
 
 GOLDEN = ROOT / "tests" / "golden"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -96,14 +92,6 @@ def test_chapters_stand_in_their_order_and_their_numbers_close_up(name: str) -> 
     assert len(re.findall(r"informative|maker|case", table)) >= len(rows)
 
 
-@pytest.mark.long
-def test_details_are_added_to_the_full_page_and_nothing_is_twice() -> None:
-    short, full = (html_page(GOLDEN / "pump_drive.h5", full=one) for one in (False, True))
-    tables = re.findall(r"<table>.*?</table>", full, re.DOTALL)
-    assert len(tables) == len(set(tables)) > short.count("<table>")
-    assert full.count("Holzer table of mode") == 3
-
-
 def test_every_part_of_the_calculation_exists() -> None:
     from vibecalc.core.report.plots import every_picture
     from vibecalc.core.results.named import named
@@ -116,68 +104,9 @@ def test_every_part_of_the_calculation_exists() -> None:
     assert set(CALCULATION.elsewhere) <= sections
 
 
-def test_nodes_are_as_many_as_the_number_of_the_mode_in_a_row_of_inertias() -> None:
-    for name in ("marine_propulsion", "genset_coupling"):
-        result = result_of(name)
-        line, shape = line_of(result), result.record[ROOT_PATH + "modes/shape"]
-        assert line is not None
-        found = [len(nodes_in(line, np.real(one))) for one in shape.values]
-        assert found == list(range(len(found)))
-
-
-def test_the_sketch_names_every_station_section_and_gear() -> None:
-    result = result_of("engine_geared")
-    line = line_of(result)
-    picture = draw_system(result)
-    assert line is not None and picture is not None
-    words = {text.get_text() for text in picture.axes[0].texts}
-    assert {*line.station_names, *line.section_names} <= words
-    assert "reduction -0.339" in words
-
-
 # ----------------------------------------------------------------------------
 # The conclusion: each limit of the result is a line, and no other, with its verdict.
 # ----------------------------------------------------------------------------
-
-
-def count_by_hand(record: Record) -> int:
-    """Limits by rules: entries of use, those at the operating speed where the range has broken."""
-    root = f"{ROOT_PATH}limit/"
-    if f"{root}each/use" not in record:
-        return 0
-    use, passing, here = (
-        record[root + name].values for name in ("each/use", "each/transient_use", "operating/use")
-    )
-    return sum(
-        map(np.count_nonzero, (use > 0, passing > 0, (here > 0) & ~((use > 0) & (use <= 1))))
-    )
-
-
-@pytest.mark.parametrize(
-    ("name", "rules", "couplings", "gears", "conditions", "case"),
-    [
-        ("marine_propulsion", 6, 0, 0, 4, 3),
-        ("engine_geared", 12, 0, 3, 0, 4),
-        ("genset_coupling", 0, 15, 0, 0, 2),
-        ("pump_drive", 2, 0, 1, 0, 2),
-    ],
-)
-def test_each_limit_is_a_line_and_no_other(
-    name: str, rules: int, couplings: int, gears: int, conditions: int, case: int
-) -> None:
-    result = result_of(name)
-    rows = verdicts_of(result)
-    computed = [row for row in rows if row.element]
-    assert len(rows) - len(computed) == case == len(result.case["limit"])  # type: ignore[arg-type]
-    assert count_by_hand(result.record) == rules
-    starts = [row.quantity.removeprefix(ROOT_PATH) for row in computed]
-    assert sum(one.startswith("limit/") for one in starts) == rules
-    assert sum("coupling/" in one for one in starts) == couplings
-    assert sum("hammers" in one for one in starts) == gears
-    assert sum(one.startswith("conditions/") for one in starts) == conditions
-    assert len(computed) == rules + couplings + gears + conditions
-    said = {(row.element, row.limit, row.source, row.condition, row.speed) for row in computed}
-    assert len(said) == len(computed)
 
 
 def test_allowed_computed_and_use_belong_together() -> None:
@@ -187,16 +116,6 @@ def test_allowed_computed_and_use_belong_together() -> None:
                 assert (row.margin >= 0.0) == (row.use <= 1.0)
                 if row.status != "maker":
                     assert row.computed / row.max == pytest.approx(row.use, rel=1e-6)
-
-
-def test_one_sentence_sums_up() -> None:
-    said = in_one_sentence(result_of("marine_propulsion"))
-    assert said.startswith("7 of 13 limits are kept, 2 of them by barring a speed range; use of a")
-    at_speed = r"operating speed, 5 misfires.{2,16}, at 105\.0 rpm: [^;]*148\.4 %"
-    assert re.search(at_speed, said)
-    assert said.endswith("; 42.55 to 51.22 rpm is barred for lasting operation.")
-    assert in_one_sentence(result_of("engine_geared")).startswith("17 of 19 limits are kept, 1 of ")
-    assert in_one_sentence(result_of("pump_drive")).startswith("5 of 5 limits are kept; no speed")
 
 
 def test_what_is_broken_or_undecided_is_said() -> None:

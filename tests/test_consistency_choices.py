@@ -12,15 +12,12 @@ from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Result
 from vibecalc.core.study import choices as choices_module
 from vibecalc.core.study import combine as combine_module
-from vibecalc.core.study.choices import Choice, Option, choices_of, combinations
+from vibecalc.core.study.choices import Choice, Option
 from vibecalc.core.study.combine import combine
 from vibecalc.core.study.execute import execute, load_checked
-from vibecalc.core.study.planned import optimisation_entries
 from vibecalc.core.study.search.minimise import minimise
 from vibecalc.core.study.search.problem import Problem
-from vibecalc.core.study.variables import left_words
 
-ROOT = Path(__file__).resolve().parents[1]
 MASSES, STIFFNESSES, DAMPINGS = (110.0, 120.0, 150.0), (60e3, 90e3, 140e3), (80.0, 150.0)
 GRAVITY = 9.80665
 
@@ -181,28 +178,6 @@ def test_refused(tmp_path: Path, case: str, change: str, place: str, words: list
     said = refused(path)
     for word in (place, *words):
         assert word in said, said
-
-
-def test_the_page_of_the_docs_can_be_run(tmp_path: Path) -> None:
-    page = (ROOT / "docs" / "optimisation.md").read_text(encoding="utf-8")
-    asked = page.split("```toml\n")[1].split("```")[0]
-    (tmp_path / "generator_mount_stock.csv").write_bytes(
-        (ROOT / "cases" / "generator_mount_stock.csv").read_bytes()
-    )
-    (tmp_path / "case.toml").write_text(BASE + asked, encoding="utf-8")
-    case = load_checked([tmp_path / "case.toml"])[0].case
-    assert case.optimisation is not None
-    assert combinations(choices_of(case.optimisation)) == 30
-    entries = {path.removeprefix("optimisation/") for path in optimisation_entries(case)}
-    for path in ("choice/mount", "combinations/kept", "robust/margin_mean", "robust/value_error"):
-        assert path in entries
-
-
-def test_runs_to_come_and_the_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("time.monotonic", lambda: 30.0)
-    assert left_words(20, 100, 10.0, ", best 3") == "of some 100 runs, best 3, about 80 s left"
-    assert left_words(1, 100, 10.0, "") == "of some 100 runs, about 33 min left"
-    assert left_words(120, 100, 10.0, ", best 3") == "runs, best 3"
 
 
 def test_no_combination_keeps_the_limits(tmp_path: Path) -> None:

@@ -81,19 +81,6 @@ def test_objectives_that_agree_have_one_best_point():
     assert "one point is the best for both" in found.notes[0]
 
 
-def test_errors_are_honest_where_the_values_are_inaccurate():
-    """Objectives good to 1e-7 only: neither error estimate may be smaller than what that does."""
-
-    def known_to(x):
-        return *two_bowls(x), 1e-7 * np.abs(two_bowls(x)[0])
-
-    rough = front(Problem(known_to, [-2, -2], [2, 2]), points=5, starts=1)
-    inner = slice(1, -1)
-    assert np.all(rough.errors[:, 0][inner] >= 1e-8 * rough.values[:, 0][inner])
-    assert np.all(rough.errors[:, 1][inner] >= 1e-7 * rough.values[:, 1][inner])
-    assert np.all(rough.errors[:, 1] < 1e-3)
-
-
 # ----------------------------------------------------------------------------
 # Three objectives: fronts that are known in closed form.
 # ----------------------------------------------------------------------------

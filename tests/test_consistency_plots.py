@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -87,37 +86,6 @@ def test_masked_speeds_are_shaded_and_leave_a_gap() -> None:
     assert [patch.get_x() for patch in lever.patches] == [pytest.approx(20.0 * RPM)]
 
 
-def test_a_run_up_without_bound_is_seen_between_its_resonances() -> None:
-    result = generator()
-    path = "isolation/support_force/run_up"
-    old = result.record.quantities.pop(path)
-    values = np.array(old.values)
-    usual = float(np.median(values))
-    values[:, 100] = 1e12
-    values[1] *= 1.5
-    result.record.add(quantity(path, values, "N", *old.axes))
-    spans = Axis(name="masked", values=np.array([1]))
-    result.record.add(quantity("isolation/masked/low", [20.0], "rad/s", spans))
-    result.record.add(quantity("isolation/masked/high", [22.0], "rad/s", spans))
-    support = figure(result, "run_up").axes[1]
-    low, high = support.get_ylim()
-    assert support.get_yscale() == "log"
-    assert low < usual < high < 1e6
-    assert {"mounts 1, 3, 4", "mount 2"} <= set(lines(support))
-
-
-def test_transmissibility_marks_the_orders_on_the_curve() -> None:
-    result = generator()
-    level, _ = figure(result, "transmissibility").axes
-    values = result.record["isolation/pitch/transmissibility"].values
-    curve, marks = level.get_lines()[:2]
-    decibels = np.asarray(marks.get_ydata())
-    np.testing.assert_allclose(decibels, 20.0 * np.log10(np.abs(values)), rtol=1e-14)
-    ratio, height = (np.asarray(one) for one in curve.get_data())
-    near = np.interp(np.log(marks.get_xdata()), np.log(ratio), height)
-    assert near == pytest.approx(decibels, abs=0.01)
-
-
 def test_a_row_of_the_catalogue_is_a_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = [entry(f"isolation/{name}", "mount speed", "N*m", f"what {name} does", curve="two_loads")
             for name in ("bend", "twist")]  # fmt: skip
@@ -171,36 +139,6 @@ def test_references_and_limits_stand_over_the_curve_that_they_are_on() -> None:
         line.get_ydata() for line in figure(limited, "piston_acceleration").axes[0].get_lines()
     ]
     assert any(np.all(np.asarray(y) == 100.0) for y in heights)
-
-
-def test_bars_over_orders_have_ticks_at_orders_alone() -> None:
-    """At whole ones; at half ones too, where there are such and they are few."""
-    points = read_result(GOLDEN / "genset_points.h5")
-    many = ticks_of(figure(points, "points_by_order").axes[3])
-    assert many and all(place == round(place) for place in many)
-    found = points.record["points/velocity"]
-    few = replace(found.axes[1], values=found.axes[1].values[:6])
-    points.record.quantities["points/velocity"] = replace(
-        found, values=found.values[:, :6], axes=(found.axes[0], few)
-    )
-    points = replace(points, case={**points.case, "reference": []})
-    few_ticks = ticks_of(figure(points, "points_by_order").axes[-1])
-    assert few_ticks == [0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
-
-
-def ticks_of(axes: Any) -> list[float]:
-    """Ticks that are seen."""
-    low, high = axes.get_xlim()
-    return [float(place) for place in axes.get_xticks() if low <= place <= high]
-
-
-def test_modal_energy_bars_fill_the_modes() -> None:
-    axes = figure(rigid_body(), "modal_energy").axes[0]
-    bars = [bar.get_data() for bar in axes.patches]
-    tops, feet = (np.array(one)[:, ::2] for one in ([bar.values for bar in bars],
-                                                  [bar.baseline for bar in bars]))  # fmt: skip
-    np.testing.assert_allclose(tops.max(axis=0), 100.0)
-    np.testing.assert_allclose((tops - feet).sum(axis=0), 100.0)
 
 
 def test_start_and_optimum_against_bounds_and_limits() -> None:

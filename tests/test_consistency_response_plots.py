@@ -17,9 +17,6 @@ pytest.importorskip("matplotlib")
 
 from drawn import assert_apart, figure, lines, words
 
-from vibecalc.core.report.canvas import crests
-from vibecalc.core.report.plots import make
-
 OWN = {
     "piston_acceleration": motion,
     "mode_shapes": modes,
@@ -31,13 +28,6 @@ OWN = {
     "impact_spectrum": impact,
     "dominance": impact,
 }
-
-
-@pytest.mark.parametrize("name", OWN)
-def test_a_picture_needs_its_own_numbers_only(name: str) -> None:
-    assert make(compressor(OWN[name]()), name) is not None
-    others = [part() for part in set(OWN.values()) - {OWN[name]}]
-    assert make(compressor(*others), name) is None
 
 
 @pytest.mark.parametrize(
@@ -78,27 +68,6 @@ def test_energies_have_bars_down_to_a_millionth_of_the_largest() -> None:
     last = max(int(np.flatnonzero(kind.values >= 1e-6 * largest)[-1]) + 1 for kind in kinds)
     assert f"orders {last + 1} to {len(values)}: below" in axes.get_title(loc="left")
     assert axes.get_ylabel() == "energy in J"
-
-
-def test_operations_are_bars_with_their_range() -> None:
-    result = compressor()
-    kinetic, kinetic_peak, potential, _ = figure(result, "operations").axes
-    for axes, what in ((kinetic, "mean"), (kinetic_peak, "peak")):
-        energy, low, high = (
-            result.record[f"response/operations/kinetic_energy/{what}{end}"].values
-            for end in ("", "_low", "_high")
-        )
-        heights = np.concatenate([bars.get_data().values[::2] for bars in axes.patches])
-        assert sorted(heights) == pytest.approx(sorted(energy.ravel()))
-        ranges = [path.vertices[:, 1] for line in axes.collections for path in line.get_paths()]
-        found = [pair for pair in ranges if len(pair) == 2]
-        assert len(found) == np.count_nonzero(high > low * (1.0 + 1e-6)) == 6
-        assert any(pair == pytest.approx([low[1, 0], high[1, 0]]) for pair in found)
-    drawn = lines(kinetic)
-    for name, said in (("weighted", "weighted mean"), ("difference", "largest less smallest")):
-        values = result.record[f"response/operations/kinetic_energy/{name}"].values
-        assert list(drawn[said].get_ydata()) == pytest.approx(list(values))
-    assert potential.get_xticklabels()[0].get_text() == "A+B"
 
 
 def test_switching_shows_envelope_energy_and_speed() -> None:
@@ -145,34 +114,6 @@ def test_force_against_clearance_has_error_bars() -> None:
     assert min(segment[0, 1] for segment in segments) > 0.0
 
 
-def test_the_first_turn_marks_its_contacts() -> None:
-    result = compressor()
-    panels = figure(result, "impact_time").axes
-    assert len(panels) == 3
-    assert panels[2].get_title(loc="left") == "clearance 0.254 mm, triangles: the first 6 contacts"
-    marks = next(line for line in panels[0].get_lines() if line.get_marker() == "^")
-    angles = result.record["response/impact/first_contacts"].values[0]
-    np.testing.assert_allclose(marks.get_xdata(), np.degrees(angles))
-    assert panels[2].get_xlim() == (0.0, 360.0)
-
-
-def test_the_spectrum_has_its_band_linear_and_logarithmic() -> None:
-    result = compressor()
-    made = figure(result, "impact_spectrum")
-    grid = np.array(made.axes).reshape(2, 3)
-    assert [axes.get_yscale() for axes in grid[:, 0]] == ["linear", "log"]
-    spectrum = result.record["response/impact/spectrum"].values
-    for i, column in enumerate(grid.T):
-        for axes in column:
-            drawn = lines(axes)["joint force, mean of turns"].get_ydata()
-            np.testing.assert_allclose(drawn, spectrum[i])
-            band = axes.collections[0].get_paths()[0].vertices[:, 1]
-            assert band.max() == pytest.approx(2.3 * spectrum[i].max())
-            assert band.min() == pytest.approx(0.2 * spectrum[i].min())
-    assert "inertia force to 580 N" in words(grid[0, 0])
-    assert "inertia" not in words(grid[0, 2])
-
-
 def test_dominance_marks_the_order_from_which_impacts_lead() -> None:
     result = compressor()
     (axes,) = figure(result, "dominance").axes
@@ -189,23 +130,3 @@ def test_dominance_marks_the_order_from_which_impacts_lead() -> None:
     assert inertia.get_ydata()[0] == pytest.approx(580.0)
     sizes = np.asarray(inertia.get_ydata())
     assert np.all(sizes[np.isfinite(sizes)] > 0.0)
-
-
-def test_no_line_joins_orders_across_one_without_force() -> None:
-    result = compressor()
-    shaking = result.record["response/impact/shaking"]
-    acting = shaking.axes[0].values[np.abs(shaking.values) > 0.0]
-    assert 2 in acting and 3 not in acting
-    for name, said in (
-        ("dominance", "inertia force of the piston"),
-        ("impact_spectrum", "inertia force"),
-    ):
-        drawn = lines(figure(result, name).axes[0])[said]
-        x, y = np.asarray(drawn.get_xdata()), np.asarray(drawn.get_ydata())
-        assert np.isnan(y[np.flatnonzero(x == 2.0)[0] + 1]), name
-
-
-def test_an_extreme_over_a_sliding_window_is_drawn_through_its_crests() -> None:
-    time, value = np.arange(9.0), np.array([1.0, 1.0, 1.0, 4.0, 4.0, 4.0, 2.0, 2.0, 2.0])
-    at, crest = crests(time, value)
-    assert at.tolist() == [0.0, 4.0, 8.0] and crest.tolist() == [1.0, 4.0, 2.0]

@@ -13,14 +13,13 @@ import pytest
 from isolation_machines import gibson_body, random_body, shows
 
 from vibecalc.isolation.at_mounts import mount_readout
-from vibecalc.isolation.rows import Jet, Readout, body_rows
+from vibecalc.isolation.rows import Readout, body_rows
 from vibecalc.isolation.run_up import Range, run_up_peak
 from vibecalc.isolation.run_up_peaks import RunUpPeak
-from vibecalc.isolation.run_up_poles import peaks_of_bodies, pole_sums
+from vibecalc.isolation.run_up_poles import peaks_of_bodies
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.linear import Linear
 from vibecalc.parts.matrices import assemble, displacement_at
-from vibecalc.response.modal_damping import damped_poles
 from vibecalc.response.modes import Modes, modes
 from vibecalc.response.system import MountedBody
 
@@ -125,41 +124,6 @@ def test_peaks_of_many_are_those_of_each(seed: int) -> None:
 def test_peaks_of_a_thousand_machines(first: int) -> None:
     for seed in range(first, first + 10):
         check(drawn(seed, 20))
-
-
-def test_a_machine_does_not_feel_those_next_to_it() -> None:
-    given = drawn(3, 5)
-    every, _ = run_ups(given)
-    for number in range(5):
-        one, _ = run_ups(given, [number])
-        assert every.value[number] == pytest.approx(one.value[0], rel=1e-14)
-        assert every.speed[number] == pytest.approx(one.speed[0], rel=1e-13)
-
-
-def scale(jet: Jet) -> np.ndarray:
-    return np.asarray(np.abs(jet.value).max(axis=(1, 2), keepdims=True))
-
-
-def test_sums_over_poles_are_the_response() -> None:
-    for seed in range(6):
-        given = drawn(seed, 3)
-        poles = damped_poles(given.matrices, given.shapes)
-        sums, dependent = pole_sums(poles, given.shapes, given.readout, given.orders, given.load)
-        assert not np.any(dependent)
-        speed = np.linspace(0.1, 1.0, 7) * given.stop
-        for number in range(3):
-            matrices = Linear(*(part[number] for part in given.matrices))
-            readout = given.readout.rows(number, slice(None))
-            exact = body_rows(matrices, readout, given.orders, given.load[number])(speed, True)
-            machine = np.full(len(speed), number)
-            values = sums.values(machine, speed)
-            assert np.all(np.abs(values - exact.value) <= 1e-9 * np.abs(exact.value).max())
-            for row in range(readout.still.shape[0]):
-                jet = sums.jets(machine, speed, np.full(len(speed), row))
-                for mine, its in zip(jet, exact, strict=True):
-                    if mine.size:
-                        away = np.abs(mine - its[:, row])
-                        assert np.all(away <= 1e-9 * np.abs(its).max())
 
 
 def of_gibson(damping: list[float]) -> Drawn:

@@ -157,12 +157,3 @@ def test_colours_are_where_they_are_wanted_and_change_no_word(
         shown = coloured(text)
         assert (shown != text) == wanted
         assert re.sub(r"\x1b\[[\d;]*m", "", shown) == text
-
-
-def test_a_problem_of_a_command_is_coloured_by_force_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("NO_COLOR", raising=False)
-    plain = command("check", "none.toml").err
-    monkeypatch.setenv("FORCE_COLOR", "1")
-    forced = command("check", "none.toml").err
-    assert "\x1b[1;31merror:\x1b[0m none.toml does not exist" in forced
-    assert re.sub(r"\x1b\[[\d;]*m", "", forced) == plain

@@ -109,16 +109,6 @@ def test_only_stages_with_changed_input_run_again(
     assert cache.ran == {module: 1 + (module in again) for module in stages}
 
 
-def leaves(table: Any, above: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-    """Key paths of all doubles of a case."""
-    if isinstance(table, float):
-        return [above]
-    if not isinstance(table, dict | list):
-        return []
-    entries = table.items() if isinstance(table, dict) else enumerate(table)
-    return [path for name, entry in entries for path in leaves(entry, (*above, name))]
-
-
 #: tables in which a key changes nothing that is computed at a point
 NO_INPUT = (*NOT_COMPUTED, "schema", "title", "source")
 

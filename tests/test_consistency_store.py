@@ -53,20 +53,6 @@ def test_dimension_scales_are_attached_and_named(written: Path) -> None:
         assert dataset.dtype == np.complex128
 
 
-def test_xarray_reads_values_and_coordinates(written: Path) -> None:
-    tree = xarray.open_datatree(written, engine="h5netcdf")
-    run_up = tree["isolation/run_up"]
-    with h5py.File(written) as file:
-        assert np.array_equal(run_up.values, file["isolation/run_up"][()])
-        steady = tree["isolation/support_force/steady"]
-        assert np.array_equal(steady.values, file["isolation/support_force/steady"][()])
-    assert run_up.dims == ("mount", "speed")
-    assert run_up.attrs["units"] == "N"
-    assert np.array_equal(run_up.coords["speed"].values, SPEED.values)
-    assert steady.dims == ("mount", "direction", "order")
-    tree.close()
-
-
 def test_xarray_reads_one_stage(written: Path) -> None:
     with xarray.open_dataset(written, engine="h5netcdf", group="isolation") as stage:
         assert set(stage.data_vars) == {"run_up", "lever"}

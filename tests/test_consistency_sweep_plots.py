@@ -5,15 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from long_but import long_but
 from sweep_views import (
     BOTH,
-    DAMPING,
     FAILED_POINTS,
     LIMITS,
     PEAK,
     SAG,
-    SPEED,
     STIFFNESS,
     along_speed,
     axis_of,
@@ -28,11 +25,9 @@ pytest.importorskip("matplotlib")
 
 from matplotlib import rc_context
 
-from vibecalc.core.report.plots import STYLE, SWEEP_PICTURES, make
+from vibecalc.core.report.plots import STYLE, make
 from vibecalc.core.report.sweep.limits import best, judge
-from vibecalc.core.report.sweep.picture_parts import pictured
 from vibecalc.core.report.sweep.view import SweepView
-from vibecalc.core.results.record import Axis
 
 OWN = {
     "sweep_line": lambda: mounts(21, 4, failed=FAILED_POINTS),
@@ -86,42 +81,6 @@ def is_limit_colour(colours: Any) -> bool:
 
 def legend(made: Any) -> list[str]:
     return [text.get_text() for text in made.legends[0].get_texts()]
-
-
-def three_axes(lengths: tuple[int, int, int] = (9, 3, 8)) -> SweepView:
-    keys = (key(*STIFFNESS), key("response.method", "", "", ("modal", "direct", "both")),
-            key(*DAMPING))  # fmt: skip
-    axes = [
-        axis_of((keys[0],), np.geomspace(5e3, 5e4, lengths[0])[:, None]),
-        axis_of((keys[1],), np.arange(lengths[1], dtype=float)[:, None]),
-        axis_of((keys[2],), np.linspace(1.0, 20.0, lengths[2])[:, None]),
-    ]
-    mesh = np.meshgrid(*(axis.table[:, 0] for axis in axes), indexing="ij")
-    values = {PEAK: (mesh[0] * 1e-3 + 100.0 * mesh[1] + mesh[2]).ravel()}
-    return view(axes, keys, values, limits=[{"quantity": PEAK, "max": "150 N"}])
-
-
-@pytest.mark.parametrize("name", OWN)
-def test_a_sweep_has_the_picture_that_suits_it_and_no_other(name: str) -> None:
-    found = [other for other in SWEEP_PICTURES if make(OWN[name](), other) is not None]
-    assert found == [name]
-
-
-@pytest.mark.parametrize("name", long_but([*OWN, *MORE], "sweep_line", "sweep_map"))
-def test_letters_and_axes_stay_apart(name: str) -> None:
-    made = own(name)[1]
-    renderer = made.canvas.get_renderer()
-    width = made.bbox.width
-    assert 818.0 <= width <= 820.0  # 160 mm
-    with rc_context(STYLE):
-        boxes = [axes.get_tightbbox(renderer) for axes in made.axes if axes.get_visible()]
-        boxes += [legend.get_window_extent(renderer) for legend in made.legends]
-    for i, box in enumerate(boxes):
-        assert box.x0 >= -4.0 and box.x1 <= width + 4.0
-        for other in boxes[i + 1 :]:
-            across = min(box.x1, other.x1) - max(box.x0, other.x0)
-            up = min(box.y1, other.y1) - max(box.y0, other.y0)
-            assert not (across > 6.0 and up > 6.0)
 
 
 def test_lines_are_the_results_one_for_each_value_of_the_short_axis() -> None:
@@ -181,31 +140,6 @@ def test_the_best_point_within_all_limits_is_marked(name: str) -> None:
     )
 
 
-def test_standard_errors_are_bars() -> None:
-    spread = np.linspace(0.1, 0.4, 6)
-    keys = (key(*STIFFNESS),)
-    stiffness = np.linspace(1e4, 2e4, 6)
-    sweep = view([axis_of(keys, stiffness[:, None])], keys,
-                 {PEAK: results(stiffness, np.zeros(6))[PEAK]}, spread={PEAK: spread})  # fmt: skip
-    (axes,) = figure(sweep, "sweep_line").axes
-    segments = axes.containers[0].lines[2][0].get_segments()
-    heights = [0.5 * (segment[1, 1] - segment[0, 1]) for segment in segments]
-    np.testing.assert_allclose(heights, spread)
-    assert title_of(axes).endswith("bars: standard error")
-
-
-def test_few_unlike_entries_have_a_line_each() -> None:
-    balance = Axis(name="balance", values=np.array(["A", "B"], dtype=object))
-    keys = (key(*SPEED),)
-    speed = np.linspace(100.0, 300.0, 5)
-    energy = np.stack([speed**2, 2.0 * speed**2], axis=1) * 1e-6
-    sweep = view([axis_of(keys, speed[:, None])], keys, {"energy": energy},
-                 own={"energy": (balance,)}, units={"energy": "J"})  # fmt: skip
-    (axes,) = figure(sweep, "sweep_line").axes
-    for place, name in enumerate(("balance=A", "balance=B")):
-        np.testing.assert_allclose(labelled(axes)[name].get_ydata(), energy[:, place])
-
-
 def test_resonances_are_marked_over_the_speed() -> None:
     axes = panel(figure(along_speed(), "sweep_line"), "response/kinetic_energy/mean")
     marks = [line.get_xdata()[0] for line in axes.get_lines() if line.get_linestyle() == ":"]
@@ -256,21 +190,6 @@ def test_the_region_is_green_where_all_limits_are_kept() -> None:
     assert "sag max 30 mm" in labelled(axes)
     here = labelled(axes)["the case as written"]
     assert (here.get_xdata()[0], here.get_ydata()[0]) == pytest.approx((20.0, 20.0))
-
-
-def test_axes_that_are_not_shown_stand_at_the_best_point() -> None:
-    sweep = three_axes()
-    part = pictured(sweep, 9, 6)
-    assert part is not None
-    assert part.axes == (0, 2) and part.points.shape == (9, 8)
-    assert part.held == "method = modal"
-    # the points are those of the grid, with the method at its first value
-    chosen = sweep.values_of(part.points.ravel()).reshape(9, 8, 3)
-    assert np.all(chosen[..., 1] == 0.0)
-    np.testing.assert_array_equal(chosen[:, 0, 0], sweep.grid[0].table[:, 0])
-    np.testing.assert_array_equal(chosen[0, :, 2], sweep.grid[2].table[:, 0])
-    made = figure(sweep, "sweep_map")
-    assert made.get_suptitle().endswith("over stiffness and damping; method = modal")
 
 
 def test_samples_are_counted_and_their_limit_drawn() -> None:

@@ -26,7 +26,6 @@ from vibecalc.kinds import (
     motor_kind,
 )
 from vibecalc.parts.motor_tables import Motor
-from vibecalc.schema import Case
 
 CASES = sorted((Path(__file__).parent.parent / "cases").glob("*.toml"))
 SCHEMA = json_schema()
@@ -228,10 +227,6 @@ def test_json_schema_is_a_schema() -> None:
     assert SCHEMA["$schema"].endswith("2020-12/schema")
 
 
-def test_json_schema_takes_the_starters(text: str) -> None:
-    assert not [*JUDGE.iter_errors(tomllib.loads(text))]
-
-
 KEPT = (path for path in CASES if "_" not in path.stem or path.stem.endswith("_sweep"))
 
 
@@ -301,22 +296,3 @@ def test_json_schema_and_schema_refuse_the_same(key: str, value: Any) -> None:
     with pytest.raises(CaseError):
         validate(data)
     assert not JUDGE.is_valid(data)
-
-
-def test_every_field_is_described() -> None:
-    seen: set[type] = set()
-
-    def visit(table: type) -> None:
-        if table in seen:
-            return
-        seen.add(table)
-        assert table.__doc__
-        for key, field in keys_of(table).items():
-            assert field.description, f"{table.__name__}.{key} has no description"
-            shape = shape_of(field)
-            below = shape.table or (shape.item.table if shape.item else None)
-            if below is not None:
-                visit(below)
-
-    visit(Case)
-    assert len(seen) > 20

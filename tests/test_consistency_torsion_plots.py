@@ -51,35 +51,6 @@ def made() -> dict[str, Any]:
     return Made()
 
 
-@pytest.mark.long
-def test_torques_over_the_cycle_are_those_of_the_result(made: dict[str, Any]) -> None:
-    pressure, one, fast, all_ = made["torsion_excitation"].axes
-    gas, inertia, both = (drawn(one)[name].get_ydata() for name in ("gas", "inertia", "both"))
-    np.testing.assert_allclose(np.asarray(gas) + inertia, both, atol=1e-12)
-    np.testing.assert_allclose(both, 1e-3 * values(six(), "excitation/total_torque"))
-    top = 1e-5 * float(np.max(values(six(), "excitation/pressure")))
-    assert float(np.max(pressure.get_lines()[0].get_ydata())) == pytest.approx(top)
-    assert all_.get_xlim() == (0.0, 720.0)
-    assert "1-5-3-6-2-4" in all_.get_title(loc="left")
-    assert "cylinder 3 does not fire" in all_.get_title(loc="left")
-    # the range ends at 1000 rpm, the machine runs at 700
-    grown = np.asarray(drawn(fast)["inertia"].get_ydata()) / np.where(inertia == 0.0, 1.0, inertia)
-    np.testing.assert_allclose(grown[inertia != 0.0], (1000.0 / 700.0) ** 2, rtol=1e-9)
-    np.testing.assert_allclose(drawn(fast)["gas"].get_ydata(), gas)
-    # orders of the case as they are in the curve, and none above them
-    for axes, label in ((pressure, "card"), (one, "both"), (fast, "both")):
-        curve, made_of = (
-            np.asarray(drawn(axes)[name].get_ydata())[:-1]
-            for name in (label, "of orders 0.5 to 12")
-        )
-        spectrum = np.fft.rfft(curve) / len(curve)
-        kept = np.fft.rfft(made_of) / len(made_of)
-        top = float(np.max(np.abs(spectrum)))
-        # the points of a card with bends fold a little of higher orders into those
-        np.testing.assert_allclose(kept[:25], spectrum[:25], atol=2e-4 * top)
-        assert float(np.max(np.abs(kept[25:]))) < 1e-9 * top
-
-
 def test_shapes_run_along_the_line_and_branches_apart(made: dict[str, Any]) -> None:
     figure = made["torsion_shapes"]
     names = figure.axes[-1].xaxis.ticks()[1]
@@ -156,27 +127,3 @@ def test_load_against_speed_has_limit_barred_range_and_the_line_without_damper(
     titles = [one.get_title(loc="left").split("\n")[0] for one in made["torsion_dampers"].axes]
     assert sorted(titles) == sorted({*drawn(middle)} - {"front ring"})
     np.testing.assert_allclose(at(drawn(middle)["rear"], grid), 1e-3 * with_it)
-
-
-def test_spectrum_and_vectors(made: dict[str, Any]) -> None:
-    result, below = six(), made["torsion_orders"].axes[1]
-    section = place(result, "torque_half_range", "rear")
-    tops = [patch.get_data() for patch in below.patches]  # major and other orders, on each other
-    order = result.record[ROOT + "torque"].axes[1].values
-    np.testing.assert_allclose(0.5 * (tops[0].edges[:-1] + tops[0].edges[1:])[::2], order)
-    shown = np.max([one.values[::2] for one in tops], axis=0)
-    np.testing.assert_allclose(shown, 1e-3 * np.abs(values(result, "torque")[section]))
-    vectors = made["torsion_vectors"]
-    told = [text.get_text() for text in vectors.axes[0].texts]
-    sums = [text for text in told if text.startswith("sum")]
-    reported = np.abs(values(result, "excitation/vector_sum"))
-    # rows of modes 2 to 4, columns of orders 0.5 to 3: complex shapes have no mirror images
-    wanted = [f"all {reported[mode, place]:.3f}" for place in range(6) for mode in (1, 2, 3)]
-    assert [words.split("\n")[1] for words in sums] == wanted
-    # cylinder 3 does not fire: order 3 has all in phase, so that its share is missing
-    shape = values(result, "modes/shape")[1]
-    stations = list(result.record[ROOT + "modes/shape"].axes[1].values)
-    own = np.array([shape[stations.index(f"cyl {i}")] for i in range(1, 7)])
-    left = abs(own.sum() - own[2]) / np.abs(own).sum()
-    assert sums[15].split("\n")[0] == f"sum {left:.3f}"
-    assert "(3)" in " ".join(told)

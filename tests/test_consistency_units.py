@@ -4,8 +4,6 @@ pint is asked for each unit as a whole, with its own parser; its Hz is replaced 
 which is what an engineer means by it.
 """
 
-import operator
-import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -108,19 +106,6 @@ def numbers() -> list[tuple[str, Shape]]:
 
     seen: set[Any] = set()
     return list(below(Case))
-
-
-SIGNS = {"gt": operator.gt, "ge": operator.ge, "lt": operator.lt, "le": operator.le}
-
-
-def test_examples_of_every_number_lie_within_its_bounds() -> None:
-    shown = 0
-    for key, shape in numbers():
-        for example in re.findall("'([^']*)'", words(shape)):
-            value = parse_quantity(example, shape.unit or "")
-            assert all(SIGNS[sign](value, bound) for sign, bound in shape.bounds), (key, example)
-            shown += 1
-    assert len(numbers()) > 300 and shown > 400
 
 
 #: a part of keys -> what the messages call their number

@@ -23,7 +23,6 @@ from vibecalc.core.results.record import BROKEN, KEPT, UNDECIDED, Result
 from vibecalc.core.results.store import read_result, write_result
 from vibecalc.core.results.verdicts import held, judged, verdicts_of
 from vibecalc.core.study.execute import execute, load_checked
-from vibecalc.torsion.report import limits
 
 GOLDEN = ROOT / "tests" / "golden"
 NAMES = [path.stem for path in sorted(GOLDEN.glob("*.h5"))]
@@ -99,17 +98,6 @@ def test_a_limit_of_the_case_says_what_is_expected_of_the_others_on_that_result(
     assert len(rows) == 2 and all(row.satisfied for row in rows)
     alone = [row for row in verdicts_of(without_limits("genset_coupling")) if row.state == BROKEN]
     assert len(alone) == 1 and not alone[0].satisfied
-
-
-def test_rows_have_plain_numbers_whatever_a_subject_gives(monkeypatch: pytest.MonkeyPatch) -> None:
-
-    result = without_limits("marine_propulsion")
-    broken = next(row for row in judged(result) if row.state == BROKEN)
-    given = broken._replace(margin=np.float64(broken.margin), max=np.float64(2.0), unit="MPa")
-    monkeypatch.setattr(limits, "limit_verdicts", lambda _: iter([given]))
-    (row,) = judged(result)
-    assert {type(one) for one in (row.max, row.margin, row.computed, row.use)} == {float}
-    assert "MPa, allowed 2.000, " in conclusion([], [row])
 
 
 # ----------------------------------------------------------------------------

@@ -13,12 +13,10 @@ from vibecalc.core.accuracy.frame_topics import optimisation_topics
 from vibecalc.core.accuracy.kinds import (
     Optimal,
     optimum,
-    peak_over_cycle,
-    periodic,
     within_budget,
 )
 from vibecalc.core.accuracy.record import fitted
-from vibecalc.core.accuracy.topic import Ask, Measured, Solver, Topic, measure
+from vibecalc.core.accuracy.topic import Ask, Measured, Solver, measure
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.named import named
 from vibecalc.core.results.trials import Trial, extra
@@ -196,40 +194,6 @@ def test_harmonic_balance_converges_geometrically() -> None:
 # ----------------------------------------------------------------------------
 
 ASK = Ask("question", "words", "path")
-
-
-def errors_of(topic: Topic, solver: str) -> list[float]:
-    found = measure(topic, *ONCE)
-    assert found.reference.agreement < 1e-9, found.reference
-    return [trial.worst_relative for trial in trials_of(found, solver)]
-
-
-def test_a_circle_has_a_peak_and_no_place() -> None:
-    topic = peak_over_cycle(ASK, np.array([[3.0], [3.0j]]), np.array([1]), "angle [rad]")
-    found = measure(topic, *ONCE)
-    assert topic.position == "" and found.reference.position is None
-    assert all(trial.worst_relative < 1e-14 for trial in found.trials)
-    # cos a + cos 3a is longest, 2, at 0 and at half a turn, with the other sign
-    both = np.array([[1.0 + 0.0j, 1.0]])
-    two = measure(peak_over_cycle(ASK, both, np.array([1, 3]), "angle [rad]"), *ONCE)
-    assert two.reference.values == pytest.approx(2.0, rel=1e-15)
-    assert max(one.position_error for one in trials_of(two, "cycle_peak")) < 1e-12
-
-
-def test_the_motion_that_comes_back_is_found() -> None:
-    """x'' + .2 x' + 4 x = cos t: amplitude 1 / |3 + .2 i|."""
-    times = np.linspace(0.0, 2.0 * np.pi, 9)
-    truth = np.real(np.exp(1j * times[1:]) / (3.0 + 0.2j))
-
-    def rates(t: float, x: np.ndarray) -> np.ndarray:
-        return np.stack([x[:, 1], np.cos(t) - 0.2 * x[:, 1] - 4.0 * x[:, 0]], axis=1)
-
-    topic = periodic(
-        ASK, (), rates, np.zeros(2), (0, 1), (0, 1), times, lambda start, states: states[:, 0],
-        np.ones(2), lambda: truth,
-    )  # fmt: skip
-    errors = errors_of(topic, "scipy DOP853, shooting")
-    assert errors == sorted(errors, reverse=True) and errors[-1] < 1e-9
 
 
 def least_sum(place: np.ndarray) -> tuple[float, np.ndarray]:

@@ -32,14 +32,3 @@ def test_commands_work_in_the_order_printed(
         compared = command("diff", f"tests/golden/{name}.h5", f"outputs/{name}.h5", cap=60)
         assert compared.code == 0, compared.out
     assert "pump" in command("new", "list").out
-
-
-def test_what_is_left_to_a_person_can_be_typed() -> None:
-    left = [line for line in LINES if any(words in line for words in BY_HAND)]
-    assert len(left) == 4
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    for line in left:
-        for path in re.findall(r"(?:tests|cases)/[\w/.]+", line):
-            assert (ROOT / path).exists(), line
-        if line.startswith("make "):
-            assert f"\n{line.removeprefix('make ')}:" in makefile

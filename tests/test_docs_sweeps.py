@@ -18,7 +18,6 @@ from vibecalc.core.results.sweep_file import open_sweep
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```(\w+)\n(.*?)```", PAGE, re.S)
-STIFFNESS = "machine.mounts.each.stiffness"
 
 
 @pytest.fixture

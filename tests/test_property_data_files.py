@@ -17,11 +17,11 @@ from hypothesis import strategies as st
 
 from vibecalc.core.case.csv_files import columns_of
 from vibecalc.core.case.data_files import attach_files
-from vibecalc.core.case.load import load_case, validate
+from vibecalc.core.case.load import load_case
 from vibecalc.core.results.plain import comma_separated
 from vibecalc.core.results.record import Axis, Quantity
 from vibecalc.core.results.visible import text_cell
-from vibecalc.errors import CaseError, Problem
+from vibecalc.errors import Problem
 from vibecalc.units import parse_quantity
 
 TABLES = """\
@@ -115,15 +115,6 @@ def test_looks_do_not_matter(
         assert read == [parse_quantity(f"{value} {unit}", si) for value in values]
 
 
-@given(st.lists(st.sampled_from([0.1, -3.0, 5e-7, 12345.678901234567]), min_size=3, max_size=9))
-@settings(max_examples=20, deadline=None, derandomize=True)
-def test_numbers_without_a_unit_are_doubles_as_written(values: list[float]) -> None:
-    lines = [f"{place}, {value!r}" for place, value in enumerate(values)]
-    found, problems = of_pressure("\n".join(["crank_angle, pressure", *lines]).encode())
-    assert problems == []
-    assert found == {"crank_angle": list(range(len(values))), "pressure": values}
-
-
 labels = st.text("ABab+ 01.-", min_size=1, max_size=6).map(str.strip).filter(bool)
 
 
@@ -170,32 +161,7 @@ def test_any_bytes_are_a_table_or_one_problem(content: bytes) -> None:
     assert bool(problems) is ("file" in row)
 
 
-@given(
-    # of some letters: the table of all that Unicode has takes seconds to make
-    st.text("aB1 ./\\~*#,;'\"\n\r\t\0é\u2028\U0001f600", max_size=12).map(
-        lambda text: text + ".csv"
-    ),
-    st.sampled_from(["gas_pressure", "rod", "axis", "bore"]),
-)
-@settings(max_examples=40, deadline=None, derandomize=True)
-def test_any_name_is_no_file_or_left_to_the_schema(name: str, key: str) -> None:
-    data: dict[str, Any] = {"machine": {"crank_train": {key: name}}}
-    with tempfile.TemporaryDirectory() as folder:
-        problems = attach_files(data, Path(folder))
-    assert data == {"machine": {"crank_train": {key: name}}}
-    several = "\n" in name  # no file name, so that the schema says what is wrong
-    assert len(problems) == (key == "gas_pressure" and not several)
-
-
-def test_a_case_without_tables_is_left_alone() -> None:
-    data: dict[str, Any] = {"machine": [{"x": "a.csv"}, "b.csv"], "title": "c.csv", "z": {"": []}}
-    assert attach_files(data, Path("nowhere")) == []
-    assert data == {"machine": [{"x": "a.csv"}, "b.csv"], "title": "c.csv", "z": {"": []}}
-    with pytest.raises(CaseError):
-        validate(data)
-
-
-@given(name=st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cf", "Zl", "Zp"])))
+@given(name=st.text("aB1 =+-@'\"#,;.é\U0001f600"))
 def test_a_text_that_could_be_a_formula_is_read_back(name: str) -> None:
     """`export` marks it, so that nobody computes it; our reader takes the mark off."""
     for text in (name.strip(), f"={name.strip()}", f"'@{name.strip()}", "-0.5", "+1e3", "'-"):

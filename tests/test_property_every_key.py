@@ -145,12 +145,6 @@ def wrong_cases(covering: Covering, cases: Iterable[Data]) -> dict[str, str]:
 
 
 @pytest.mark.long
-def test_many_tables_together() -> None:
-    covering = Covering("drive_train")
-    assert wrong_cases(covering, islice(covering.cases(), 1)) == {}
-
-
-@pytest.mark.long
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_two_tables_together(kind: str) -> None:

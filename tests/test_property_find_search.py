@@ -128,15 +128,6 @@ def test_all_values_are_solutions() -> None:
         found(lambda x: 1.0, 0.0, 4.0, 1.0)
 
 
-def test_wide_bounds_are_walked_in_equal_ratios() -> None:
-    sampled = sampled_curve(lambda x: x, 0.01, 100.0, points=5)
-    assert [one.key for one in sampled.samples] == pytest.approx([0.01, 0.1, 1.0, 10.0, 100.0])
-    assert sampled.samples[0].key == 0.01 and sampled.samples[-1].key == 100.0
-    linear = sampled_curve(lambda x: x, 1.0, 4.0, points=3)
-    assert [one.key for one in linear.samples] == [1.0, 2.5, 4.0]
-    within(found(lambda x: x**-2, 0.01, 100.0, 9.0), [1.0 / 3.0])
-
-
 @pytest.mark.parametrize("rough", [False, True])
 @pytest.mark.parametrize("error", [0.0, 1e-12, 1e-6])
 def test_every_extreme_of_a_wave(error: float, rough: bool) -> None:

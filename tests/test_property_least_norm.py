@@ -36,17 +36,6 @@ def test_the_bound_from_below_meets_the_minimum(seed: int) -> None:
     assert np.array_equal(found.held, held & found.held)
 
 
-def test_no_point_within_the_bounds_is_below_it() -> None:
-    constant, columns, block, radius = _drawn(3)
-    found = least_norm(constant, columns, block, radius)
-    random = np.random.default_rng(0)
-    points = random.normal(size=(4000, block.size))
-    lengths = np.sqrt(np.stack([np.bincount(block, point**2) for point in points]))
-    points *= (radius * random.uniform(0, 1, lengths.shape) / lengths)[:, block]
-    norms = np.linalg.norm(constant + points @ columns.T, axis=1)
-    assert np.min(norms) >= found.lower_bound
-
-
 @pytest.mark.parametrize("loose", [0, 3, 6, 9, 11])
 def test_bounds_that_are_far_off_change_neither_minimum_nor_proof(loose: int) -> None:
     """Against bounded-variable least squares, with tight bounds that hold beside loose ones."""

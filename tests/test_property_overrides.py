@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 import tomli_w
+from fuzzing import leaves
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -84,17 +85,8 @@ def test_what_a_shell_leaves(text: str, value: Any) -> None:
         assert parse_override(text)[1] == value
 
 
-def spots(data: Any, path: KeyPath = ()) -> list[KeyPath]:
-    """Paths of all numbers of a resolved case."""
-    if isinstance(data, dict):
-        return [spot for key, entry in data.items() for spot in spots(entry, (*path, key))]
-    if isinstance(data, list):
-        return [spot for key, entry in enumerate(data) for spot in spots(entry, (*path, key))]
-    return [path] if isinstance(data, float) else []
-
-
 RESOLVED = load_case(GENERATOR).resolved
-SPOTS = spots(RESOLVED)
+SPOTS = leaves(RESOLVED)
 
 
 @settings(max_examples=50, deadline=None)
@@ -134,15 +126,3 @@ def test_every_number_of_a_case_has_a_unit() -> None:
         if path[0] not in ("reference", "limit"):
             set_key(changed, path, f"{get_key(RESOLVED, path)!r} {field_unit(path)}")
     assert changed != RESOLVED and resolve(validate(changed)) == RESOLVED
-
-
-def test_units_of_keys() -> None:
-    assert field_unit("machine.mounts.each.stiffness") == "N/m"
-    assert field_unit("machine.mounts.each.stiffness[2]") == "N/m"
-    assert field_unit("machine.mounts.individual[3].position[0]") == "m"
-    assert field_unit("machine.crank_train.cylinders[0].crank_phase") == "rad"
-    assert field_unit("machine.body.inertia_block.mass") == "kg"
-    assert field_unit("isolation.run_up.from") == "rad/s"
-    for key in ("title", "machine", "machine.colour", "limit[0].max"):
-        with pytest.raises(UsageError, match="no number at"):
-            field_unit(key)

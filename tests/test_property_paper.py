@@ -78,22 +78,6 @@ def test_a_ruler_has_the_numbers_of_an_axis_where_it_has_them(kind: Any) -> None
                     np.testing.assert_allclose(*boxes, atol=2.5)
 
 
-def test_labels_above_each_other_stand_in_one_line_beyond_all_numbers() -> None:
-    with matplotlib.rc_context(STYLE):
-        figure = Sheet(figsize=(5.0, 6.0), layout="constrained")
-        FigureCanvasAgg(figure)
-        panels = figure.subplots(3, 1)
-        for axes, top in zip(panels, (1.0, 1e5, 30.0), strict=True):
-            axes.plot([0.0, 1.0], [0.0, top])
-            axes.set_ylabel(f"up to {top:g}")
-        lay_out(figure, DPI)
-        figure.canvas.draw()
-        wide = panels[1].yaxis.get_tightbbox().x1 - panels[0].yaxis.label.get_window_extent().x1
-    boxes = [axes.yaxis.label.get_window_extent() for axes in panels]
-    assert len({round(box.x0, 6) for box in boxes}) == 1
-    assert boxes[0].x0 >= 0.0 and wide > 30.0  # 100000
-
-
 def test_a_png_holds_what_was_drawn() -> None:
     image = pytest.importorskip("PIL.Image")
     with matplotlib.rc_context(STYLE):

@@ -38,7 +38,6 @@ from vibecalc.core.report.writing import (
 )
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES
 from vibecalc.core.results.record import Axis, Record
-from vibecalc.isolation.report import torque_reaction
 from vibecalc.units import TABLE, convert
 
 
@@ -198,26 +197,6 @@ def test_a_narrow_screen_breaks_no_number(name: str) -> None:
             cells = (cell for row in (*block.rows, *block.totals) for cell in row)
             said = Counter(one for cell in cells for one in _NUMBERS.findall(cell))
             assert not said - Counter(_NUMBERS.findall(shown))
-
-
-def _cells(lines: list[str]) -> list[list[str]]:
-    return [line.split() for line in lines[0].split("\n")]
-
-
-def test_entries_stand_beside_their_own_order() -> None:
-    root, record = "isolation/torque_reaction", Record()
-    halves = Axis(name="half_order", values=np.array([0.5, 1.0, 1.5, 2.0]))
-    whole = Axis(name="order", values=np.array([1, 2]))
-    along = Axis(name="direction", values=np.array(["x", "y"], dtype=object))
-    record.add(quantity(f"{root}/couple", [4.0, 3.0, 2.0, 1.0j], "N*m", halves))
-    turning = np.array([[0.001, 0.002], [0.003, 0.004]])
-    record.add(quantity("isolation/body/rotation_harmonics", turning, "rad", whole, along))
-    found = torque_reaction(result_of(record, generator_case()))
-    assert found is not None
-    (lines,) = (one for one in found.detail if one.startswith("  order"))
-    assert [row[3:] for row in _cells([lines])[3:]] == [
-        [], ["1.000", "2.000"], [], ["3.000", "4.000"]
-    ]  # fmt: skip
 
 
 def test_headlines_are_results_in_units_that_fit() -> None:

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from report_samples import quantity
 from response_samples import (
-    by_order,
     compressor,
     impact,
     modes,
@@ -23,8 +22,7 @@ from response_samples import (
 
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Axis, Quantity, Result
-from vibecalc.impact.report import ranges
-from vibecalc.response.report import SMALLEST, last_normal
+from vibecalc.response.report import SMALLEST
 
 PARTS = {
     "Running gear": motion,
@@ -69,16 +67,6 @@ def test_a_section_appears_for_its_own_results_only_and_for_each_alone(title: st
         assert name in text or f"\n{title}" in text or "Piston motion" in text
 
 
-def test_modes_say_what_moves_and_which_order_is_near() -> None:
-    result = compressor()
-    lines = section(result, "Response")
-    natural = result.record["response/modes/natural_frequency"].values
-    cells = row(lines, "1  ")
-    assert float(cells[0]) == pytest.approx(natural[0] / (2.0 * np.pi), rel=5e-4)
-    assert cells[2:6] == ["y", "51", "%,", "rx"]
-    assert float(cells[-2]) == pytest.approx(100.0 * (361.0 / natural[0] - 1.0), abs=0.05)
-
-
 def test_orders_end_where_they_no_longer_count_and_their_underflow_is_reported() -> None:
     result = compressor()
     lines = section(result, "Response")
@@ -98,13 +86,6 @@ def test_orders_end_where_they_no_longer_count_and_their_underflow_is_reported()
     assert "still above the smallest double" in render_report(short, full=True)
 
 
-def test_an_end_by_symmetry_is_not_an_underflow() -> None:
-    assert last_normal(np.array([1.0, 1e-3, 0.0])) == (1, False)
-    assert last_normal(by_order(1.0))[1]
-    assert last_normal(np.zeros(3)) == (-1, False)
-    assert last_normal(np.array([1.0, 1e-300, 5e-324])) == (1, True)
-
-
 def test_a_range_within_its_error_is_one_number() -> None:
     result = compressor(operations())
     for end in ("low", "high"):
@@ -114,50 +95,6 @@ def test_a_range_within_its_error_is_one_number() -> None:
     text = "\n".join(section(result, "Operations"))
     first = text[text.index("mean over a turn") : text.index("difference")]
     assert ".." not in first
-
-
-def test_impacts_stand_in_one_line_for_each_clearance() -> None:
-    lines = section(compressor(), "Impacts")
-    cells = row(lines, "0.0381")
-    assert cells == ["93.90", "3.7e+01", "46.95", "169.0", "41.08", "2817", "5634"]
-    text = "\n".join(lines)
-    assert re.search(r"0\.00254 +210\.0 +62\.00 .* nowhere", text)
-    # 10 turns to forget the start and 30 that count, and no word on what a longer run would do
-    assert re.search(r"0\.254 .* > 40 +order 2 +0\n", text)
-    assert "never" not in text
-    assert re.search(r"0\.254 .* none seen +order 2", "\n".join(
-        section(compressor(impact(), response={"impact": {"members": 64}}), "Impacts")
-    ))  # fmt: skip
-    assert re.search(r"crank pin +0\.0381 +103\.3", text)
-    assert re.search(r"cylinder wall +0\.254 +183\.0 +2\.000", text)
-    assert "64 runs of 30 turns that count" in " ".join(text.split())
-
-
-def test_leaders_are_reported_as_ranges_of_orders() -> None:
-    orders = np.arange(1, 11)
-    assert ranges(orders, orders <= 2) == "1 to 2"
-    assert ranges(orders, np.isin(orders, (1, 4, 5, 9))) == "1, 4 to 5, 9"
-    assert ranges(orders, orders > 10) == "-"
-    assert ranges(orders, orders % 2 == 1) == "1, 3, 5, 7 and 1 more"
-    result = compressor(impact())
-    spectrum = result.record["response/impact/spectrum"]
-    dominant = np.where(spectrum.axes[1].values < 3, 0, 1) * np.ones((3, 1), int)
-    result.record.add(quantity("response/impact/dominant", dominant, "", *spectrum.axes))
-    assert re.search(r"0\.0381 +0 to 2 +3 to 100 +-", "\n".join(section(result, "Impacts")))
-
-
-def test_the_rod_has_its_couple_or_its_bound() -> None:
-    orders = Axis(name="order", values=np.arange(1, 41))
-    couple = 0.8 * 0.04 ** (orders.values // 2) * 1j * (orders.values % 2)
-    made = quantity("excitation/rod/couple", couple, "N*m", orders, error=1e-30)
-    lines = section(compressor([made]), "Running gear")
-    assert [line.split()[1] for line in lines if line.strip().startswith("order ")] == [
-        "1", "3", "5", "7", "9"
-    ]  # fmt: skip
-    bound = quantity("excitation/rod/couple_bound", 1.18, "N*m")
-    assert "cannot add more than the bound" in " ".join(
-        " ".join(section(compressor([bound]), "Running gear")).split()
-    )
 
 
 def energies_of(values: np.ndarray, error: float) -> list[Quantity]:

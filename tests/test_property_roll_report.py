@@ -16,7 +16,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from report_samples import quantity
-from roll_machines import RPM, columns
 from shipped_cases import result_of
 
 from vibecalc.core.report.text import render_report
@@ -28,7 +27,6 @@ from vibecalc.roll.report.running import lag_degrees
 
 ROOT = "response/roll/"
 MORE, LESS = (f"{ROOT}sensitivity/ten_percent_{sense}" for sense in ("more", "less"))
-SLIP, TORQUE = columns("roll_motor.csv")
 
 
 def altered(path: str, values: Any, error: float = 1e-7, *axes: Axis) -> Result:
@@ -142,32 +140,6 @@ def test_a_lag_is_never_a_whole_turn_and_a_level_no_negative_zero(lag: float, le
     assert re.fullmatch(r"-?\d+\.\d\d", words) and words != "-0.00"
 
 
-def test_pictures_show_the_numbers() -> None:
-    pytest.importorskip("matplotlib")
-    from drawn import figure, lines, words
-
-    result = result_of("roll")
-    value = {name: np.asarray(result.record[f"{ROOT}cycle/{name}"].values)
-             for name in ("motor_torque", "gas_torque", "crank_speed", "slip")}  # fmt: skip
-    torque, curve, speed, part, _ = figure(result, "roll_cycle").axes
-    np.testing.assert_allclose(lines(torque)["motor"].get_ydata(), value["motor_torque"])
-    np.testing.assert_allclose(lines(torque)["demand of the gas"].get_ydata(), -value["gas_torque"])
-    drawn = lines(speed)["crank against shell"].get_ydata()
-    np.testing.assert_allclose(drawn, value["crank_speed"] / RPM, rtol=1e-12)
-    for axes in (curve, part):
-        orbit = lines(axes)["one turn"]
-        np.testing.assert_allclose(orbit.get_xdata(), value["slip"] / RPM, rtol=1e-12)
-        np.testing.assert_allclose(orbit.get_ydata(), value["motor_torque"])
-    assert "breakdown 1009 N m\nat 108.0 rpm" in words(curve)
-    levels = figure(result, "roll_levels").axes[0]
-    own = result.record[f"{ROOT}level/shell_acceleration"].values
-    np.testing.assert_allclose(lines(levels)["computed"].get_ydata(), own)
-    (image,) = figure(result, "roll_sensitivity").axes[0].get_images()
-    shown, known = np.asarray(image.get_array()), result.record[MORE].values
-    rows = np.abs(shown[:, None] - known).max(axis=2)
-    assert np.all(rows.min(axis=1) < 1e-12) and len(shown) == len(known)
-
-
 def test_a_level_of_nothing_stands_at_the_foot() -> None:
     pytest.importorskip("matplotlib")
     from drawn import figure, lines, words
@@ -176,18 +148,3 @@ def test_a_level_of_nothing_stands_at_the_foot() -> None:
     orders, levels = (np.asarray(one) for one in lines(axes)["computed"].get_data())
     np.testing.assert_array_equal(orders[np.isfinite(levels)], [2, 4, 6, 8, 10])
     assert words(axes).count("zero") == 5
-
-
-@pytest.mark.parametrize("interpolation", [None, "linear", "parabola", "monotone"])
-def test_the_curve_of_the_motor_goes_through_its_table(interpolation: str | None) -> None:
-    from vibecalc.roll.pictures.motor import motor_curve
-
-    table = {"slip": (SLIP * RPM).tolist(), "torque": TORQUE.tolist()}
-    curve = motor_curve({"slip_table": table, "interpolation": interpolation}, np.array([-8, 40.0]))
-    assert curve is not None and curve.breakdown is not None
-    np.testing.assert_allclose(np.interp(SLIP, curve.slip, curve.torque), TORQUE, atol=1e-6)
-    assert np.interp(-6.0, curve.slip, curve.torque) == pytest.approx(-239.0)
-    assert curve.breakdown[1] >= 1009.0 - 1e-9
-    straight = motor_curve({"gain": 203.4}, np.array([0.0, 40.0]))
-    assert straight is not None and straight.breakdown is None
-    np.testing.assert_allclose(straight.torque, 203.4 * RPM * straight.slip, atol=1e-9)

@@ -2,13 +2,10 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from report_samples import quantity
 from shipped_cases import result_of
 from sweep_views import axis_of, key, view
 
-from vibecalc.core.report.canvas import keep_apart
 from vibecalc.core.report.headline import headline_rows
 from vibecalc.core.report.sweep.statistics import extreme_lines
 from vibecalc.core.report.sweep.view import SweepView, _short
@@ -54,17 +51,6 @@ def test_each_order_of_a_level_has_its_own_extremes() -> None:
 )  # fmt: skip
 def test_a_key_says_whose_it_is(keys: list[str], words: list[str]) -> None:
     assert _short(keys, CASE) == words
-
-
-@settings(max_examples=25)
-@given(st.lists(st.floats(-1.0, 2.0), max_size=12), st.floats(0.01, 0.2))
-def test_names_at_the_right_stay_apart_and_in_order(places: list[float], apart: float) -> None:
-    ordered = np.sort(np.array(places))
-    moved = keep_apart(ordered, apart)
-    assert np.all(np.diff(moved) >= apart * (1.0 - 1e-9))
-    np.testing.assert_allclose(keep_apart(moved, 0.99 * apart), moved, atol=1e-12)
-    if ordered.size:
-        assert np.mean(moved) == pytest.approx(np.mean(ordered), abs=1e-9)
 
 
 def test_the_terminal_names_the_strongest_order() -> None:

@@ -17,8 +17,6 @@ from vibecalc.core.study.sweep.prepare import axis_tables, sampling_table
 from vibecalc.core.study.sweep.values import scattered, spaced
 from vibecalc.units import parse_quantity
 
-UNIT_ROUNDOFF = 2.0**-53
-
 
 def values(*tables, **more):
     key_values = design_of(*tables, **more).axes[0].keys[0].values

@@ -35,7 +35,6 @@ from vibecalc.core.report.sweep.limits import (
     judge,
     least_broken,
     limit_lines,
-    nearest,
     share_within_limits,
 )
 from vibecalc.core.report.sweep.picture_lines import draw_sweep_line
@@ -43,7 +42,6 @@ from vibecalc.core.report.sweep.statistics import (
     entries,
     extreme_lines,
     first_of,
-    numeric,
     worst,
 )
 from vibecalc.core.report.sweep.text import render_sweep, report_file
@@ -163,11 +161,6 @@ def test_nothing_is_best_where_no_objective_is_named() -> None:
     assert "best:" not in render_sweep(sweep)
 
 
-def test_results_come_in_the_order_in_which_the_case_keeps_them() -> None:
-    for paths in ([PEAK, DEFLECTION], [DEFLECTION, PEAK]):
-        assert numeric(mounts(case={"sweep": {"keep": paths}}))[:2] == paths
-
-
 def test_a_margin_within_the_error_keeps_a_limit_and_an_infinite_value_breaks_it() -> None:
     limit = {"quantity": PEAK, "max": "0.01 kN"}
     sweep = one_axis([10.0, 10.0 + 1e-12, 10.0 + 1e-9, np.inf, 1.0], limits=[limit])
@@ -190,20 +183,6 @@ def test_the_region_is_the_box_around_all_points_that_keep_the_limits() -> None:
     # damping keeps them from end to end
     row = next(line for line in text.splitlines() if line.startswith("  damping"))
     assert row.endswith("<>")
-
-
-@settings(max_examples=30)
-@given(st.lists(st.booleans(), min_size=35, max_size=35).filter(any))
-def test_the_nearest_point_has_no_nearer_one(chosen: list[bool]) -> None:
-    sweep = mounts(7, 5)
-    among = np.array(chosen)
-    found = nearest(sweep, among)
-    assert found is not None and among[found]
-    scaled = np.array([np.log(2e4 / 5e3) / np.log(10.0), 1.0])
-    values = sweep.values_of(np.arange(35))
-    places = np.stack([np.log(values[:, 0] / 5e3) / np.log(10.0), values[:, 1] / 20.0], axis=1)
-    distance = np.sum((places - scaled) ** 2, axis=1)
-    assert distance[found] <= distance[among].min() + 1e-11
 
 
 def test_where_no_point_keeps_all_limits_the_least_broken_one_is_named() -> None:

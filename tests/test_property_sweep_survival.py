@@ -75,27 +75,6 @@ def test_a_sweep_killed_at_many_moments_ends_as_if_never_killed(
 
 
 @pytest.mark.long
-def test_a_sweep_killed_after_its_first_chunk_ends_as_if_never_killed(tmp_path: Path) -> None:
-    output, whole = tmp_path / "killed.h5", tmp_path / "whole" / "whole.h5"
-    grid = (*(axis.replace("16log", "8log").replace(":6", ":3") for axis in GRID),)
-    running = started(GENERATOR, *grid, "-j", 2, "-q", "-o", output)
-    while not finished_chunks(output):
-        assert running.poll() is None
-        time.sleep(0.002)
-    assert "Traceback" not in killed(running)
-    kept = finished_chunks(output)
-    assert kept and not output.exists()
-    (loaded,) = load_checked([GENERATOR], sweep_settings(grid[1:4:2], (), None, grid[5::2]))
-    options = Options(output=output, jobs=1, resume=True, note=lambda text: None)
-    done = sweep(prepare(loaded, 1), options)
-    assert 0 < done.taken_up < 24
-    assert not done.failed and not finished_chunks(output)
-    whole.parent.mkdir()
-    sweep(prepare(loaded, 1), replace(options, output=whole, resume=False))
-    assert objects(output) == objects(whole)
-
-
-@pytest.mark.long
 @pytest.mark.parametrize(
     "how", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)]
 )

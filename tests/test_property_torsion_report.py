@@ -4,7 +4,6 @@ Verdicts follow the uses of the limits, tables add up where they have to, what i
 out. What it says of golden results is held by `test_consistency_said.py`.
 """
 
-import math
 import re
 from dataclasses import replace
 from typing import Any
@@ -12,14 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 from report_samples import quantity
-from torsion_samples import ROOT, geared, ruled, six
+from torsion_samples import ROOT, ruled, six
 
 from vibecalc.core.report.text import render_report
 from vibecalc.core.results.record import Axis, Record, Result
 from vibecalc.torsion.report.first_page import conclusion
 from vibecalc.torsion.report.limits import flags
 from vibecalc.torsion.report.line import within
-from vibecalc.torsion.report.modes import torsion_modes
 
 
 def changed(result: Result, **values: Any) -> Result:
@@ -48,16 +46,6 @@ def row(lines: list[str], start: str, which: int = 0) -> list[str]:
     return found[which].split()
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("share", [4, 1])
-def test_every_part_may_be_missing(share: int) -> None:
-    """A result without one of its quantities still has a report, clean as before."""
-    for result, every in ((six(), 3), (geared(), 4)):
-        for path in list(result.record)[:: share * every]:
-            text = render_report(changed(result, **{path.removeprefix(ROOT): None}))
-            assert not re.search(r"\b(nan|None)\b", text), path
-
-
 @pytest.mark.parametrize(
     ("largest", "operating", "transient", "verdict", "words"),
     [
@@ -78,37 +66,6 @@ def test_verdicts_follow_the_uses(
     })  # fmt: skip
     assert flags(result) == [verdict]
     assert words in conclusion(result)
-
-
-def test_allowed_stresses_are_those_of_the_rule() -> None:
-    """A row for each section: what its numbers say in the formula that the full report states."""
-    lines = section(render_report(ruled(), full=True), "Limits of the stress")
-    _, _, wide, strength, counted, c_k, c_d, rated = row(lines, "1 tail", 1)
-    assert float(counted) == min(float(strength), 600.0) == 600.0
-    assert float(rated) == 600.0
-    assert float(c_d) == pytest.approx(0.35 + 0.93 * float(wide) ** -0.2, rel=1e-4)
-    shown = [float(one) for one in row(lines, "1 tail")[2:]]
-    speed, stress, lasting, use, passing, through = shown[:6]
-    for at, load, allowed, share in (
-        (speed, stress, lasting, use),
-        (600.0, *shown[6:9]),
-    ):
-        ratio = at / float(rated)
-        bracket = 3.0 - 2.0 * ratio**2 if ratio < 0.9 else 1.38
-        tau = (float(counted) + 160.0) / 18.0 * float(c_k) * float(c_d) * bracket
-        assert allowed == pytest.approx(tau, rel=3e-3)
-        assert share == pytest.approx(100.0 * load / allowed, rel=2e-3)
-    assert passing == pytest.approx(1.7 * lasting / math.sqrt(float(c_k)), rel=3e-3)
-    assert through == pytest.approx(100.0 * stress / passing, rel=2e-3)
-
-
-def test_gears_that_hammer_are_named() -> None:
-    result = changed(geared(), gear__hammers=[0, 1])
-    assert "gear 'wheel - take-off' hammers at the operating speed" in conclusion(result)
-    lines = section(render_report(result), "Vibration at the operating speed")
-    assert "HAMMER" in " ".join(row(lines, "wheel - take-off", 1))
-    assert row(lines, "pinion - wheel")[-3:] == ["stay", "in", "contact"]
-    assert "hammer" not in conclusion(changed(geared(), gear__hammers=[0, 0]))
 
 
 def test_gears_that_hammer_inside_the_range_are_named_with_the_range() -> None:
@@ -136,42 +93,6 @@ def test_a_number_shows_no_digit_that_its_error_hides(
     value: float, error: float, words: str
 ) -> None:
     assert within(value, error) == words
-
-
-def test_holzer_tables_close_and_only_modes_that_matter_have_one() -> None:
-    result = six()
-    section_ = torsion_modes(result)
-    assert section_ is not None
-    text = "\n".join(section_.detail)
-    natural = np.asarray(result.record[ROOT + "modes/undamped_frequency"].values)
-    highest = 12.0 * 1000.0 * math.pi / 30.0
-    shown = [int(mode) for mode in re.findall(r"Holzer table of undamped mode (\d+)", text)]
-    assert shown == [i + 1 for i, w in enumerate(natural) if 0.0 < w <= highest]
-    table = text[text.index("Holzer table of undamped mode 2") :]
-    table = table[: table.index("Holzer table of undamped mode 3")]
-    rows = [line.split() for line in table.splitlines() if re.search(r"cyl \d ", line)]
-    angle = [float(cells[4]) for cells in rows]
-    for here, after, cells in zip(angle, angle[1:], rows, strict=False):
-        assert float(cells[8]) == pytest.approx(here - after, abs=2e-5)
-        assert float(cells[6]) == pytest.approx(float(cells[7]) * (here - after), rel=2e-3)
-    assert row(table.splitlines(), "flywheel")[-1] == "0"
-
-
-def test_holzer_tables_of_branches_close_at_the_last_row() -> None:
-    """Each sum is what its shaft carries, stiffness times twist, and the last sum is nothing."""
-    section_ = torsion_modes(geared())
-    assert section_ is not None
-    text = "\n".join(section_.detail)
-    table = text[text.index("Holzer table of mode 2") :].split("\n\n")[0]
-    number_ = r"-?[\d.]+(?:e[+-]\d+)?"
-    rows = re.findall(rf"^.{{18}}((?: +{number_}){{7}})$", table, re.MULTILINE)
-    assert len(rows) >= 4
-    for row_ in rows:
-        *_, total, stiffness, twist = (float(cell) for cell in row_.split())
-        assert total == pytest.approx(stiffness * twist, rel=2e-3)
-    last = next(line for line in reversed(table.splitlines()) if re.search(r"\s0$", line))
-    assert len(last.split()) >= 5
-    assert re.search(r"Branches: .* joins ", " ".join(table.split()))
 
 
 def test_what_nothing_damps_is_unbounded_and_said() -> None:

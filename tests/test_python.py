@@ -334,13 +334,6 @@ def test_a_value_that_cannot_be_is_refused_at_its_key(value: Any, said: str) -> 
         assert "an angular speed > 0 rad/s" in problem.allowed
 
 
-def test_a_series_brings_the_unit_of_its_attributes_along() -> None:
-    stiffness = pytest.importorskip("pandas").Series([10.0, 10.0, 20.0])
-    stiffness.attrs["units"] = "N/mm"
-    case = _checked(GENERATOR, {"machine.mounts.each.stiffness": stiffness}, {}, ()).resolved
-    assert case["machine"]["mounts"]["each"]["stiffness"] == [1e4, 1e4, 2e4]
-
-
 class Foreign(np.ndarray):
     """An array with a unit, as those of libraries that are not known here."""
 

@@ -1,6 +1,5 @@
 """Claim: the generated pages of the site have an entry for everything they are about."""
 
-import json
 import re
 import subprocess
 import sys
@@ -12,12 +11,9 @@ import case_reference
 import command_reference
 import gallery
 import generate
-import notebooks
 import pytest
 import result_reference
-from drawn import coarse
 from fuzzing import command
-from page_parts import cell, code
 from shipped_cases import CASES, ROOT
 
 import vibecalc
@@ -25,7 +21,6 @@ from vibecalc.core.case.walk import keys_of, shape_of
 from vibecalc.core.report.plots import every_picture
 from vibecalc.core.results.catalogue import AXES, CATALOGUE
 from vibecalc.errors import EXIT_CODES
-from vibecalc.json_schema import json_schema
 from vibecalc.units import parse_quantity
 
 
@@ -60,17 +55,6 @@ def test_examples_are_toml_and_may_stand_at_their_keys() -> None:
                 assert held[sign], (model, line)
         if shape.kind == "choice":
             assert value in shape.choices, (model, line)
-
-
-def test_tables_are_those_of_the_json_schema() -> None:
-    """Two ways to the same: from the classes, and from what editors get."""
-    named = {place.model.__name__ for place in case_reference.places().values()} - {"Case"}
-    tables = {
-        name.rsplit("__", 1)[-1]
-        for name, one in json_schema()["$defs"].items()
-        if "properties" in one.get("anyOf", [one])[0]
-    }
-    assert named == tables
 
 
 def test_every_result_and_axis_has_an_entry() -> None:
@@ -119,41 +103,6 @@ def test_the_gallery_has_every_case_and_names_pictures_that_there_are() -> None:
         title, path, *rest = text.split("\n\n")
         assert title.startswith("### ") and path == f"`{case.relative_to(ROOT)}`"
         assert rest[-1].startswith("![") and gallery.part_of(case)
-
-
-def test_a_case_is_drawn_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("matplotlib")
-    coarse(monkeypatch)
-    case = ROOT / "cases" / "balance_i4.toml"
-    drawn = gallery.draw(case, tmp_path)
-    assert sorted(drawn) == sorted(tmp_path.iterdir())
-    assert 1 <= len(drawn) <= 2 and all(path.stat().st_size > 500 for path in drawn)
-    monkeypatch.setattr(gallery, "_draw", None)
-    assert gallery.draw(case, tmp_path) == sorted(drawn)
-
-
-def test_a_notebook_becomes_a_page(tmp_path: Path) -> None:
-    cells = [
-        {"cell_type": "markdown", "source": ["# A\n", "[b](b.md)"]},
-        {"cell_type": "code", "source": ["print(1)"], "outputs": [
-            {"output_type": "stream", "text": ["1\n"]},
-            {"output_type": "display_data", "data": {"image/png": "aGVsbG8="}},
-        ]},
-    ]  # fmt: skip
-    path = tmp_path / "tutorial.ipynb"
-    path.write_text(json.dumps({"cells": cells}), encoding="utf-8")
-    text = notebooks.page(path, tmp_path / "pictures")
-    (picture,) = (tmp_path / "pictures").iterdir()
-    assert picture.read_bytes() == b"hello"
-    assert text == (
-        "# A\n[b](../b.md)\n\n```python\nprint(1)\n```\n\n```text\n1\n```\n\n"
-        f"![output](pictures/{picture.name})\n"
-    )
-
-
-def test_signs_in_cells_are_signs() -> None:
-    assert cell("`a*b|c` < N*m|s,\n  x") == r"`a*b\|c` \< N\*m\|s, x"
-    assert code("x|y") == r"`x\|y`" and code("") == ""
 
 
 def test_terms_of_the_glossary_are_in_order_and_once() -> None:

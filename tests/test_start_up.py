@@ -6,9 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-import tomli_w
 from long_but import long_but
-from response_machines import shipped
 
 from vibecalc.subjects import SUBJECTS
 
@@ -58,12 +56,6 @@ def test_help_needs_no_numbers_no_models_and_nothing_that_no_page_shows(
 def test_the_first_help_loads_no_pydantic(tmp_path: Path) -> None:
     # typer itself loads it as soon as it parses the parameter of a command
     assert "pydantic.main" not in modules_after("--help", cwd=tmp_path)
-
-
-def test_check_needs_no_arrays_file_or_solver(tmp_path: Path) -> None:
-    modules = modules_after("check", str(CASES / "generator.toml"), cwd=tmp_path)
-    assert not roots(modules) & {"scipy", "h5py", "pint", "matplotlib"}
-    assert not computing(modules)
 
 
 #: what a subject has to say of any case: its tables and rules, its stages, its results
@@ -146,24 +138,3 @@ def test_a_shaft_line_needs_no_masked_arrays(tmp_path: Path) -> None:
     few = [word for key in keys for word in ("--set", key)]
     modules = modules_after("run", str(CASES / "engine_damped.toml"), "-q", *few, cwd=tmp_path)
     assert "numpy.ma" not in modules
-
-
-def test_the_rigid_body_needs_no_pitch_rows(tmp_path: Path) -> None:
-    change = ["--set", "isolation.model=rigid_body", "--set", "reference=[]", "--set", "limit=[]"]
-    case = CASES / "generator.toml"
-    damped = ["--set", "machine.mounts.each.loss_factor=0.1"]
-    modules = modules_after("run", str(case), "-q", *change, *damped, cwd=tmp_path)
-    assert "vibecalc.isolation.adapters.body" in modules
-    assert "vibecalc.isolation.adapters.pitch" not in modules
-
-
-def test_forces_alone_need_no_response(tmp_path: Path) -> None:
-    table = shipped("compressor")
-    del table["response"]
-    case = tmp_path / "forces.toml"
-    case.write_text(tomli_w.dumps(table), encoding="utf-8")
-    modules = modules_after("run", str(case), "-q", cwd=tmp_path)
-    assert "vibecalc.excitation.adapter" in modules
-    assert not roots(modules) & {"scipy", "pint", "matplotlib", "rich"}
-    assert not modules & {"vibecalc.isolation.adapters", "vibecalc.core.study.optimise"}
-    assert not {name for name in computing(modules) if name.startswith("response")}
