@@ -4,13 +4,12 @@ Where a point fails, status and words are those of a single run.
 """
 
 import random
-from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
-from array_machines import CHANGES, machine
+from array_machines import CHANGES, designed, hold, keys_of, machine, numbers, paths_of
 from long_but import long_but
 from shipped_cases import CASES
 from sweep_blocks import quantities
@@ -26,51 +25,25 @@ from vibecalc.core.study.sweep.at_once import pattern, unsupported
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.checks import UNSHARED_AXES
 from vibecalc.core.study.sweep.design import Design, make_design
-from vibecalc.core.study.sweep.evaluate import ArrayEvaluator, Evaluator, Quantities
+from vibecalc.core.study.sweep.evaluate import ArrayEvaluator, Evaluator
 from vibecalc.errors import KeyPath, dotted
 from vibecalc.isolation.adapters import body
 
 PEAK = "isolation/support_force/steady_peak"
 
 
-class Counting(ArrayEvaluator):
-    """Counts the points that a single run has done."""
-
-    alone = 0
-
-    def run_point(self, settings: Mapping[str, Any]) -> tuple[int, str, Quantities]:
-        status, message, found = super().run_point(settings)
-        self.alone += status == DONE
-        return status, message, found
-
-
-def numbers(table: Any, above: KeyPath = ()) -> list[KeyPath]:
-    """Key paths of all doubles of a case."""
-    if isinstance(table, float):
-        return [above]
-    if not isinstance(table, dict | list):
-        return []
-    entries = table.items() if isinstance(table, dict) else enumerate(table)
-    return [path for name, entry in entries for path in numbers(entry, (*above, name))]
-
-
 @cache
 def known_paths(name: str) -> tuple[str, ...]:
-    """All results of a case that arrays can give."""
-    case = machine(name).case
-    return tuple(p for p in planned_quantities(case) if unsupported(case, [], [p]) is None)
+    return paths_of(machine(name))
 
 
 @cache
 def known_keys(name: str) -> tuple[KeyPath, ...]:
-    case, paths = machine(name).case, known_paths(name)
-    every = numbers(machine(name).resolved)
-    return tuple(key for key in every if unsupported(case, [key], paths) is None)
+    return keys_of(machine(name))
 
 
 def design_of(name: str, axes: list[dict[str, Any]], **more: Any) -> Design:
-    sweep = Sweep.model_validate({"axes": axes, **more})
-    return make_design(sweep, machine(name).resolved)
+    return designed(machine(name), axes, **more)
 
 
 def scattered(name: str, keys: tuple[KeyPath, ...], points: int, share: float) -> Design:
@@ -84,30 +57,7 @@ def scattered(name: str, keys: tuple[KeyPath, ...], points: int, share: float) -
 
 
 def assert_equal(name: str, design: Design, paths: tuple[str, ...], fewest: int = 1) -> Block:
-    """Hold arrays against single runs at all points; at least `fewest` come from arrays."""
-    loaded, every = machine(name), np.arange(design.count)
-    by_arrays = Counting(loaded, design, paths)
-    together = by_arrays(every)
-    alone = Evaluator(loaded, design, paths)(every)
-    assert together.status.tolist() == alone.status.tolist()
-    assert together.message == alone.message
-    assert (alone.status == DONE).sum() - by_arrays.alone >= fewest
-    for path, single in quantities(alone).items():
-        found = quantities(together)[path]
-        assert (found.unit, found.long_name) == (single.unit, single.long_name)
-        assert found.amplitude == single.amplitude
-        assert [a.name for a in found.axes] == [a.name for a in single.axes]
-        for axis, other in zip(found.axes, single.axes, strict=True):
-            assert axis.values.tolist() == other.values.tolist()
-            assert (axis.unit, axis.long_name) == (other.unit, other.long_name)
-        done = alone.status == DONE
-        assert np.isnan(found.values[~done]).all() and np.isnan(found.errors[~done]).all()
-        apart = np.abs(found.values - single.values)[done].reshape(int(done.sum()), -1)
-        uncertainty = (found.errors + single.errors)[done]
-        assert (apart <= uncertainty[:, None]).all(), (path, apart.max(), uncertainty)
-        # honest estimates, not generous ones
-        assert (found.errors[done] <= 1.5 * single.errors[done] + 1e-300).all(), path
-    return together
+    return hold(machine(name), design, paths, fewest)
 
 
 def test_the_machines_have_every_key_and_every_result() -> None:
@@ -136,6 +86,16 @@ def test_all_keys_at_once(name: str) -> None:
     for start in range(16, len(keys), 16):
         design = scattered(name, tuple(keys[start : start + 16]), 4, 0.1)
         assert_equal(name, design, known_paths(name), fewest=2)
+
+
+def test_run_ups_of_what_nothing_damps_and_of_double_poles() -> None:
+    """Modes that repeat; without damping peaks have no bound, at the critical one poles meet."""
+    mass, stiffness = machine("equal mounts").resolved["machine"]["body"]["mass"], 4e4
+    critical = 2.0 * float(np.sqrt(stiffness * mass)) / 4.0
+    axis = {"key": "machine.mounts.each.damping", "values": [0.0, 0.3, 50.0, critical, 3000.0]}
+    path = "isolation/support_force/run_up_peak"
+    found = assert_equal("equal mounts", design_of("equal mounts", [axis]), (path,), fewest=3)
+    assert np.isinf(quantities(found)[path].values[0]).any()
 
 
 def test_points_that_keep_different_numbers_of_orders() -> None:
