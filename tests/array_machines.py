@@ -270,11 +270,15 @@ def designed(loaded: LoadedCase, axes: list[dict[str, Any]], **more: Any) -> Des
 
 
 def hold(
-    loaded: LoadedCase, design: Design, paths: tuple[str, ...], fewest: int, generous: float = 1.5
+    loaded: LoadedCase,
+    design: Design,
+    paths: tuple[str, ...],
+    fewest: int,
+    generous: float | None = 1.5,
 ) -> Block:
     """Hold arrays against single runs at all points; at least `fewest` come from arrays.
 
-    Estimates of arrays are at most `generous` times those of single runs.
+    Estimates of arrays are at most `generous` times those of single runs; None: any.
     """
     every = np.arange(design.count)
     by_arrays = Counting(loaded, design, paths)
@@ -297,5 +301,6 @@ def hold(
         apart = np.abs(one - two)[done].reshape(int(done.sum()), -1)
         uncertainty = (found.errors + single.errors)[done]
         assert (apart <= uncertainty[:, None]).all(), (path, apart.max(), uncertainty)
-        assert (found.errors[done] <= generous * single.errors[done] + 1e-300).all(), path
+        if generous is not None:
+            assert (found.errors[done] <= generous * single.errors[done] + 1e-300).all(), path
     return together
