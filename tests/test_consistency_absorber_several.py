@@ -10,7 +10,7 @@ from scipy.optimize import differential_evolution
 
 from vibecalc.absorber.several import Several, several_amplitude
 from vibecalc.absorber.several_peaks import several_peaks, several_slopes
-from vibecalc.absorber.transfer import EXCITATIONS, RESPONSES, Absorber, amplitude, transfer_of
+from vibecalc.absorber.transfer import EXCITATIONS, RESPONSES, transfer_of
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.absorber.tuning.several import _in_order, several_tuning
 from vibecalc.absorber.tuning.several_search import TuningProblem
@@ -71,16 +71,6 @@ def test_response_is_that_of_the_matrices(parent):
             for response, value in expected.items():
                 found = several_amplitude(system, x, excitation, response, j)
                 assert np.max(np.abs(found - value)) < 1e-12 * np.max(np.abs(value)) + 1e-12
-
-
-def test_one_absorber_is_the_one_of_the_two_mass_system_limits_included():
-    x = np.linspace(0.0, 3.0, 301)
-    for k, z in ((0.08, 0.02), (0.0, 0.02), (0.08, 0.0), (np.inf, 0.1), (0.1, np.inf), (0.0, 0.0)):
-        system = Several(0.1, [0.1], [k], [z], (0,))
-        for response in ("displacement", "secondary_displacement", "relative_displacement"):
-            found = several_amplitude(system, x, "force", response)
-            expected = amplitude(Absorber(0.1, 0.1, k, z), x, "force", response)
-            assert np.max(np.abs(found - expected)) < 1e-13 * np.max(np.abs(expected)) + 1e-15
 
 
 @pytest.mark.parametrize(
