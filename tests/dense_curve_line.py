@@ -1,8 +1,6 @@
-"""A geared line with a branch as a case, and its response by full matrices from its numbers alone.
+"""A geared line with a branch as a case, and its response by the full matrices of `dense_line.py`.
 
-Angles are those of the stations on their own shafts; the rigid gear takes the wheel's angle from
-the pinion's, elastic teeth push where both wheels touch. Of the package only the harmonics of one
-cylinder are used, as reported at the operating speed.
+Of the package only the harmonics of one cylinder are used, as reported at the operating speed.
 """
 
 import tempfile
@@ -11,7 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from dense_line import Cylinder, DenseLine
+from dense_line import half_range as half_range_of
 
+from vibecalc.core.case.load import LoadedCase, resolve
 from vibecalc.core.results.record import Result
 from vibecalc.core.study.execute import execute, load_checked
 
@@ -82,13 +83,17 @@ def text(asked: str, scales: dict[str, float] | None = None) -> str:
     ])  # fmt: skip
 
 
+def loaded(written: str) -> LoadedCase:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "line.toml"
+        path.write_text(written, encoding="utf-8")
+        return load_checked([path])[0]
+
+
 @cache
 def run(asked: str, scales: tuple[tuple[str, float], ...] = ()) -> Result:
     """The result of such a case."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "line.toml"
-        path.write_text(text(asked, dict(scales)), encoding="utf-8")
-        return execute(load_checked([path])[0])
+    return execute(loaded(text(asked, dict(scales))))
 
 
 def values(result: Result, path: str) -> Any:
@@ -106,11 +111,10 @@ SECTIONS = (*(name for name, *_ in SHAFTS), "teeth")
 
 
 @cache
-def loads(result_of: str = "") -> tuple[np.ndarray, np.ndarray]:
-    """Of one cylinder: gas in N m and inertia torque over the speed squared, by order."""
-    result = run(result_of)
-    square = (OPERATING * RPM) ** 2
-    return values(result, "excitation/gas"), values(result, "excitation/inertia") / square
+def dense() -> DenseLine:
+    gas, inertia = (values(run(""), f"excitation/{name}") for name in ("gas", "inertia"))
+    cylinder = Cylinder(ORDER, gas, inertia / (OPERATING * RPM) ** 2)
+    return DenseLine(resolve(loaded(text("")).case), lambda speed: cylinder)
 
 
 def response(speed: float, scale: dict[str, float] | None = None) -> tuple[Any, Any]:
@@ -118,52 +122,10 @@ def response(speed: float, scale: dict[str, float] | None = None) -> tuple[Any, 
 
     `scale` are factors on the gas pressure of some cylinders.
     """
-    gas, inertia = loads()
-    count, scale = len(STATIONS), scale or {}
-    load = np.zeros((count, len(ORDER)), dtype=complex)
-    for place, (_, _, _, cylinder) in enumerate(STATIONS):
-        if cylinder:
-            fires = 4.0 * np.pi / 3.0 * FIRING.index(cylinder)
-            torque = scale.get(cylinder, 1.0) * gas + speed**2 * inertia
-            load[place] = torque * np.exp(-1j * ORDER * fires)
-    # the wheel turns with its pinion: its angle is struck out
-    free = [place for place in range(count) if place != AT[RIGID[1]]]
-    lead = np.zeros((count, len(free)))
-    lead[free, np.arange(len(free))] = 1.0
-    lead[AT[RIGID[1]], free.index(AT[RIGID[0]])] = RIGID[2]
-    first, second, radius, other, stiffness = TEETH
-    push = np.zeros(count)
-    push[AT[first]], push[AT[second]] = radius, other
-    angle = np.empty((count, len(ORDER)), dtype=complex)
-    torques = np.empty((len(SECTIONS), len(ORDER)), dtype=complex)
-    for column, w in enumerate(ORDER * speed):
-        dynamic = np.diag([-(w**2) * j + 1j * w * c for _, j, c, _ in STATIONS])
-        dynamic = dynamic + stiffness * np.outer(push, push)
-        for _, a, b, k, c, eta, _ in SHAFTS:
-            ends = np.ix_([AT[a], AT[b]], [AT[a], AT[b]])
-            whole = k * (1.0 + 1j * eta) + 1j * w * c
-            dynamic[ends] += whole * np.array([[1.0, -1.0], [-1.0, 1.0]])
-        found = lead @ np.linalg.solve(lead.T @ dynamic @ lead, lead.T @ load[:, column])
-        angle[:, column] = found
-        for row, (_, a, b, k, c, eta, _) in enumerate(SHAFTS):
-            whole = k * (1.0 + 1j * eta) + 1j * w * c
-            torques[row, column] = whole * (found[AT[a]] - found[AT[b]])
-        torques[-1, column] = stiffness * radius * (push @ found)
-    return angle, torques
+    found = dense().at(speed, scale)
+    return found.angle, found.torque
 
 
 def half_range(amplitude: np.ndarray) -> float:
-    """(highest - lowest) / 2 over the cycle of a signal by half orders (m,), by Newton's method."""
-    spot = np.linspace(0.0, 4.0 * np.pi, 2048, endpoint=False)
-    found = []
-    for sign in (1.0, -1.0):
-        row = sign * amplitude
-        signal = np.real(np.exp(1j * np.outer(spot, ORDER)) @ row)
-        at = spot[np.argsort(signal)[-8:]]
-        for _ in range(30):
-            turned = np.exp(1j * np.outer(at, ORDER)) * row
-            slope = np.real(turned @ (1j * ORDER))
-            bend = np.real(turned @ -(ORDER**2))
-            at = at - np.clip(slope / np.where(bend < 0.0, bend, -np.inf), -1e-2, 1e-2)
-        found.append(float(np.max(np.real(np.exp(1j * np.outer(at, ORDER)) @ row))))
-    return (found[0] + found[1]) / 2.0
+    """(highest - lowest) / 2 over the cycle of a signal by half orders (m,)."""
+    return float(half_range_of(ORDER, amplitude))

@@ -5,7 +5,8 @@ by order. Nothing is referred to the crankshaft: rigid gears are equations betwe
 torques are their multipliers; each order is one solve.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +22,15 @@ class Cylinder(NamedTuple):
     order: Array
     gas: Array
     inertia: Array
-    mean: float
+    mean: float = 0.0
+
+
+class Conditions(NamedTuple):
+    """What a coupling is taken at: mean torque and half range in N m, temperature in K."""
+
+    mean: float = 0.0
+    temperature: float = 0.0
+    amplitude: float = 0.0
 
 
 class Solved(NamedTuple):
@@ -40,10 +49,11 @@ class Solved(NamedTuple):
 class DenseLine:
     """Stations, then rings of dampers; sections are shafts, elastic gears and dampers."""
 
-    def __init__(self, case: Table, cylinder: Cylinder):
+    def __init__(self, case: Table, cylinder: Callable[[float], Cylinder] | None = None):
         machine = case["machine"]
-        self.line, self.train, self.given = machine["shaft_line"], machine["crank_train"], cylinder
-        self.speed = machine["speed"]
+        self.line, self.train = machine["shaft_line"], machine.get("crank_train", {})
+        self.cycle = (4.0 if machine.get("cycle") == "four_stroke" else 2.0) * np.pi
+        self.cylinder, self.speed = cylinder, machine["speed"]
         self.names = [one["name"] for one in self.line["stations"]]
         self.dampers = self.line.get("dampers", [])
         self.rings = [one["name"] for one in self.dampers]
@@ -51,8 +61,15 @@ class DenseLine:
         self.inertia = np.array(
             [one["inertia"] for one in self.line["stations"]] + [_ring(one) for one in self.dampers]
         )
+        self.ground = np.zeros(self.count)
+        self.ground[: len(self.names)] = [
+            one.get("ground_stiffness", 0.0) for one in self.line["stations"]
+        ]
         self.gears = self.line.get("gears", [])
-        self.rows: list[Array] = [self._row(*one["between"]) for one in self.line["shafts"]]
+        rows = zip(self.line["shafts"], pairwise(self.names), strict=False)
+        self.between = [one.get("between") or pair for one, pair in rows]
+        self.between += [one["between"] for one in self.line["shafts"][len(self.between) :]]
+        self.rows: list[Array] = [self._row(*pair) for pair in self.between]
         self.sections = [one["name"] for one in self.line["shafts"]]
         rigid = []
         self.teeth = [one for one in self.gears if "mesh_stiffness" in one]
@@ -83,8 +100,8 @@ class DenseLine:
 
     def _ratios(self) -> Array:
         """Own speeds over that of the crankshaft, with their sign, along shafts and gears."""
-        found = {self.line["stations"][0]["name"]: 1.0}
-        joints = [(*one["between"], 1.0) for one in self.line["shafts"]]
+        found = {self.line.get("speed_of", self.names[0]): 1.0}
+        joints = [(*pair, 1.0) for pair in self.between]
         joints += [(*one["between"], _gear_ratio(one)) for one in self.gears]
         while len(found) < len(self.names):
             for first, second, ratio in joints:
@@ -97,17 +114,20 @@ class DenseLine:
 
     # --- what varies -------------------------------------------------------
 
-    def section_laws(self, speed: float, rate: Array, mean: Array) -> tuple[Array, Array]:
+    def section_laws(
+        self, speed: float, rate: Array, mean: Array, now: Conditions | None = None
+    ) -> tuple[Array, Array]:
         """Complex stiffness (sections, m) without dashpots, and dashpots (sections,)."""
         stiffness, dashpot = [], []
         for place, one in enumerate(self.line["shafts"]):
             dashpot.append(one.get("damping", 0.0))
             if "coupling" in one:
-                stiffness.append(_coupling(one["coupling"], rate, abs(mean[place])))
+                at = now or Conditions(mean[place])
+                stiffness.append([_coupling(one["coupling"], w, at) for w in rate])
                 continue
             loss = one.get("loss_factor", 0.0) + 2.0 * one.get("lehr_ratio", 0.0)
             loss += 1.0 / one["magnifier"] if "magnifier" in one else 0.0
-            stiffness.append(np.full(len(rate), one["stiffness"] * (1.0 + 1j * loss)))
+            stiffness.append(np.full(len(rate), _shaft(one) * (1.0 + 1j * loss)))
         for one in self.teeth:
             dashpot.append(0.0)
             size = one["mesh_stiffness"] * one["pitch_radius"] ** 2
@@ -129,8 +149,11 @@ class DenseLine:
             if law := one.get("over_speed"):
                 value *= (speed / law["reference"]) ** law["exponent"]
             if "engine_damping" in self.line and "cylinder" in one:
+                engine = self.line["engine_damping"]
                 lowest = self.undamped(self.speed)[self._free_modes()]
-                value += one["inertia"] * lowest / self.line["engine_damping"]["magnifier"]
+                if law := engine.get("over_speed"):
+                    lowest *= np.interp(speed, law["table"]["speed"], law["table"]["factor"])
+                value += one["inertia"] * lowest / engine["magnifier"]
             found[place] = value
         for load in self.line.get("loads", []):
             if "propeller_damping" in load:
@@ -149,30 +172,39 @@ class DenseLine:
 
     # --- loads -------------------------------------------------------------
 
-    def loads(self, speed: float, silent: tuple[str, ...]) -> tuple[Array, Array]:
-        """Torques (stations + rings, m) in the sense of the angles, and their means."""
-        order = self.given.order
-        found = np.zeros((self.count, len(order)), dtype=complex)
+    def loads(self, speed: float, scales: Mapping[str, float]) -> tuple[Array, Array, Array]:
+        """Orders, torques (stations + rings, m) in the sense of the angles, and their means."""
+        assert self.cylinder is not None
+        one = self.cylinder(speed)
+        found = np.zeros((self.count, len(one.order)), dtype=complex)
         mean = np.zeros(self.count)
         for place, station in enumerate(self.line["stations"]):
-            for one in self.train["cylinders"]:
-                if station.get("cylinder") != one["name"]:
-                    continue
-                scale = one["pressure_scale"] * (one["name"] not in silent)
-                torque = scale * self.given.gas + speed**2 * self.given.inertia
-                found[place] += torque * np.exp(-1j * order * one["firing_angle"])
-                mean[place] += scale * self.given.mean
+            if name := station.get("cylinder"):
+                given, angle = self.fires(name)
+                scale = given * scales.get(name, 1.0)
+                torque = scale * one.gas + speed**2 * one.inertia
+                found[place] += torque * np.exp(-1j * one.order * angle)
+                mean[place] += scale * one.mean
         for load in self.line.get("loads", []):
             place = self.names.index(load["on"])
             mean[place] -= self.sense[place] * self.taken(load, speed)
-        for place, at, torque in self.beside(speed):
-            found[place, at] += self.sense[place] * torque
+        for place, order, torque in self.beside(speed):
+            found[place, np.abs(one.order - order) < 1e-9] += self.sense[place] * torque
         last = self.names.index(self.line.get("load", self.names[-1]))
         mean[last] -= self.ratio @ mean / self.ratio[last]
-        return found, mean
+        return one.order, found, mean
 
-    def beside(self, speed: float) -> Iterator[tuple[int, int, complex]]:
-        """Station, place of the order and torque of what is given at stations."""
+    def fires(self, name: str) -> tuple[float, float]:
+        """Factor on the pressure and firing angle of a cylinder."""
+        (one,) = [one for one in self.train["cylinders"] if one["name"] == name]
+        if row := self.train.get("firing_order"):
+            angle = self.cycle * row.index(name) / len(row)
+        else:
+            angle = one["firing_angle"]
+        return one.get("pressure_scale", 1.0), angle
+
+    def beside(self, speed: float) -> Iterator[tuple[int, float, complex]]:
+        """Station, order and torque of what is given at stations."""
         for one in self.line.get("excitations", []):
             place = self.names.index(one["on"])
             if "blades" in one:
@@ -184,23 +216,27 @@ class DenseLine:
                 orders = np.array(one["orders"])
                 sizes = np.array(one["torques"]) * (speed / self.speed) ** one["exponent"]
             for order, size, phase in zip(orders, sizes, one["phases"], strict=True):
-                at = np.flatnonzero(np.abs(self.given.order - order) < 1e-9)
-                if len(at):
-                    yield place, int(at[0]), complex(size * np.exp(1j * phase))
+                yield place, order, complex(size * np.exp(1j * phase))
 
     # --- solves ------------------------------------------------------------
 
-    def at(self, speed: float, silent: tuple[str, ...] = ()) -> Solved:
-        load, mean = self.loads(speed, silent)
+    def at(self, speed: float, scales: Mapping[str, float] | None = None) -> Solved:
+        """Under all torques of the case, those of gas times factors by cylinder."""
+        order, load, mean = self.loads(speed, scales or {})
+        return self.under(speed, order * speed, load, mean)
+
+    def under(
+        self, speed: float, rate: Array, load: Array, mean: Array, now: Conditions | None = None
+    ) -> Solved:
+        """Under torques (stations + rings, m) at frequencies (m,) and their means."""
         torque_mean, gear_mean = self.statics(speed, mean)
-        rate = self.given.order * speed
-        passing, dashpot = self.section_laws(speed, rate, torque_mean)
+        passing, dashpot = self.section_laws(speed, rate, torque_mean, now)
         whole = passing + 1j * rate * dashpot[:, None]
         absolute = self.absolute(speed)
         angle = np.empty(load.shape, dtype=complex)
         gear = np.empty((len(self.rigid), len(rate)), dtype=complex)
         for n, w in enumerate(rate):
-            dynamic = np.diag(-(w**2) * self.inertia + 1j * w * absolute)
+            dynamic = np.diag(self.ground - w**2 * self.inertia + 1j * w * absolute)
             dynamic = dynamic + self.network.T @ (whole[:, n, None] * self.network)
             reduced = self.basis.T @ dynamic @ self.basis
             angle[:, n] = self.basis @ np.linalg.solve(reduced, self.basis.T @ load[:, n])
@@ -211,6 +247,12 @@ class DenseLine:
             angle, torque, self._of_gears(gear, torque), torque_mean,
             self._of_gears(gear_mean, torque_mean), rate, passing,
         )  # fmt: skip
+
+    def alone(self, w: float, station: str, amplitude: complex) -> Solved:
+        """Under one torque at one frequency, positive as its station turns."""
+        place, load = self.names.index(station), np.zeros((self.count, 1), dtype=complex)
+        load[place] = amplitude * self.sense[place]
+        return self.under(self.speed, np.array([w]), load, np.zeros(self.count))
 
     def _on_first_wheels(self, left: Array) -> Array:
         """Torques of rigid gears on their first wheels, from what else is not in balance."""
@@ -233,16 +275,17 @@ class DenseLine:
     def statics(self, speed: float, mean: Array) -> tuple[Array, Array]:
         """Mean torques of sections and rigid gears."""
         springs = self.section_laws(speed, np.zeros(1), np.zeros(len(self.rows)))[0][:, 0].real
-        whole = self.network.T @ (springs[:, None] * self.network)
+        whole = np.diag(self.ground) + self.network.T @ (springs[:, None] * self.network)
         reduced = self.basis.T @ whole @ self.basis
         angle = self.basis @ np.linalg.pinv(reduced, rcond=1e-13) @ (self.basis.T @ mean)
         gear = self._on_first_wheels(whole @ angle - mean)
         return springs * (self.network @ angle), gear
 
-    def undamped(self, speed: float) -> Array:
-        """Natural frequencies in rad/s, ascending."""
-        springs = self.section_laws(speed, np.zeros(1), np.zeros(len(self.rows)))[0][:, 0].real
-        whole = self.network.T @ (springs[:, None] * self.network)
+    def undamped(self, speed: float, w: float = 0.0, now: Conditions | None = None) -> Array:
+        """Natural frequencies in rad/s, ascending, with couplings as they are at a frequency."""
+        rate, none = np.array([w]), np.zeros(len(self.rows))
+        springs = self.section_laws(speed, rate, none, now)[0][:, 0].real
+        whole = np.diag(self.ground) + self.network.T @ (springs[:, None] * self.network)
         basis = self.basis
         mass = basis.T @ (self.inertia[:, None] * basis)
         square = eigh(basis.T @ whole @ basis, mass, eigvals_only=True)
@@ -259,13 +302,15 @@ class DenseLine:
         stations = 0.5 * w**2 * self.absolute(speed)[:, None] * np.abs(now.angle) ** 2
         return sections.sum(axis=1), stations.sum(axis=1)[: len(self.names)]
 
-    def ends(self, amplitude: Array) -> tuple[Array, Array]:
-        """Lowest and highest value over the cycle of rows (n, m) of orders."""
-        return -_highest(self.given.order, -amplitude), _highest(self.given.order, amplitude)
 
-    def half_range(self, amplitude: Array) -> Array:
-        low, high = self.ends(amplitude)
-        return 0.5 * (high - low)
+def ends(order: Array, amplitude: Array) -> tuple[Array, Array]:
+    """Lowest and highest value over two turns of rows (..., m) of orders."""
+    return -_highest(order, -amplitude), _highest(order, amplitude)
+
+
+def half_range(order: Array, amplitude: Array) -> Array:
+    low, high = ends(order, amplitude)
+    return np.asarray(0.5 * (high - low))
 
 
 def _ring(damper: Table) -> float:
@@ -277,20 +322,37 @@ def _ring(damper: Table) -> float:
 
 def _gear_ratio(gear: Table) -> float:
     """Speed of the second wheel over that of the first, negative where it reverses."""
-    size = gear["teeth"][0] / gear["teeth"][1]
+    size = gear["ratio"] if "ratio" in gear else gear["teeth"][0] / gear["teeth"][1]
     return -size if gear.get("reverses", True) else size
 
 
-def _coupling(given: Table, rate: Array, mean: float) -> Array:
-    """k (1 + i psi / 2 pi) at frequencies, under a mean torque."""
-    stiffness = np.full(len(rate), given["stiffness"])
-    psi = np.full(len(rate), given["relative_damping"])
-    if rows := given.get("over_mean_torque"):
-        stiffness = stiffness * np.interp(mean, rows["torque"], rows["stiffness_factor"])
-    if rows := given.get("over_frequency"):
-        stiffness = stiffness * np.interp(rate, rows["frequency"], rows["stiffness_factor"])
-        psi = psi * np.interp(rate, rows["frequency"], rows["relative_damping_factor"])
-    return np.asarray(stiffness * (1.0 + 1j * psi / (2.0 * np.pi)))
+def _shaft(given: Table) -> float:
+    """Stiffness, as given or of a round section."""
+    if "stiffness" in given:
+        return float(given["stiffness"])
+    of = given["section"]
+    second = np.pi * (of["outer_diameter"] ** 4 - of["inner_diameter"] ** 4) / 32.0
+    return float(of["shear_modulus"] * second / of["length"])
+
+
+def _coupling(given: Table, frequency: float, now: Conditions) -> complex:
+    """k (1 + i psi / 2 pi) at a frequency in rad/s: rows are linear, constant beyond their ends."""
+    found = {"stiffness": given.get("stiffness"), "relative_damping": given.get("relative_damping")}
+    factor = dict.fromkeys(found, 1.0)
+    for key, axis, x in (
+        ("over_mean_torque", "torque", abs(now.mean)),
+        ("over_temperature", "temperature", now.temperature),
+        ("over_frequency", "frequency", frequency),
+        ("over_amplitude", "torque", now.amplitude),
+    ):
+        rows = given.get(key, {})
+        for name in found:
+            if name in rows:
+                found[name] = np.interp(x, rows[axis], rows[name])
+            elif f"{name}_factor" in rows:
+                factor[name] *= np.interp(x, rows[axis], rows[f"{name}_factor"])
+    k, psi = (found[name] * factor[name] for name in ("stiffness", "relative_damping"))
+    return complex(k * (1.0 + 1j * psi / (2.0 * np.pi)))
 
 
 def _highest(order: Array, amplitude: Array) -> Array:
@@ -298,11 +360,11 @@ def _highest(order: Array, amplitude: Array) -> Array:
     angle = np.linspace(0.0, 4.0 * np.pi, 2048, endpoint=False)
     wave = np.exp(1j * np.outer(order, angle))
     signal = (amplitude @ wave).real
-    at = angle[np.argsort(signal, axis=1)[:, -8:]]
+    at = angle[np.argsort(signal, axis=-1)[..., -8:]]
     for _ in range(20):
-        turned = amplitude[:, None] * np.exp(1j * at[..., None] * order)
+        turned = amplitude[..., None, :] * np.exp(1j * at[..., None] * order)
         slope, bend = (turned @ (1j * order)).real, (turned @ -(order**2)).real
         step = np.where(bend < 0.0, slope / np.where(bend < 0.0, bend, -1.0), 0.0)
         at = at - np.clip(step, -5e-3, 5e-3)
-    sharp = (amplitude[:, None] * np.exp(1j * at[..., None] * order)).sum(axis=-1).real
-    return np.asarray(np.maximum(sharp.max(axis=1), signal.max(axis=1)))
+    sharp = (amplitude[..., None, :] * np.exp(1j * at[..., None] * order)).sum(axis=-1).real
+    return np.asarray(np.maximum(sharp.max(axis=-1), signal.max(axis=-1)))

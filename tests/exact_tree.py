@@ -274,6 +274,17 @@ def polished(
     raise ArithmeticError("Newton's method on the conditions of the optimum did not settle")
 
 
+def optimum(
+    pair: tuple[str, str], z1: float, m: float, near: Sequence[float],
+    frequency: Sequence[float], weight: Sequence[float], floor: Any = 0,
+) -> tuple[Any, Any, Any]:  # fmt: skip
+    """k, z2 and the level above the floor of one absorber, two peaks against each other."""
+    bare = tree(z1, [m], [1.0], [1.0])
+    held = polished(lambda r: bare._replace(k=(r[0],), z2=(r[1],)), pair, near, frequency, weight)
+    assert min(held.weights) > 0
+    return held.ratios[0], held.ratios[1], held.level - floor
+
+
 def _taylor(
     f: Callable[[Any, list[Any]], Any], y: Any, at: list[Any], h: Any
 ) -> tuple[Any, list[Any], list[list[Any]]]:

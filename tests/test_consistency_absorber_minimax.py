@@ -5,7 +5,7 @@ within limits, it is the best that is left; its derivatives and losses are those
 
 import numpy as np
 import pytest
-from exact_absorber import KINDS, optimum
+from exact_tree import optimum
 from long_but import long_but
 from mpmath import mp, mpf
 
@@ -32,6 +32,11 @@ from vibecalc.absorber.tuning.restricted import (
     undamped_spring,
 )
 
+KINDS = (
+    ("force", "displacement"), ("force", "velocity"), ("force", "acceleration"),
+    ("force", "transmitted_force"), ("base", "displacement"), ("base", "velocity"),
+    ("base", "transmitted_force"), ("unbalance", "displacement"),
+)  # fmt: skip
 #: responses whose optimum is balanced for every primary damping
 ALWAYS = (("force", "velocity"), ("base", "displacement"), ("force", "transmitted_force"))
 BOUNDED = [kind for kind in KINDS if kind != ("base", "transmitted_force")]
@@ -54,12 +59,15 @@ def exact_floor(kind, z1, floor):
 
 def held_against_many_digits(kind, z1, m):
     """Compare every balanced tuning; returns how many there were."""
-    mp.dps = 60
+    mp.dps = 100
     found = minimax(z1, m, *kind)
     rows = np.flatnonzero(found.outcome == BALANCED)
     for i in rows:
-        near = (found.stiffness_ratio[i], found.secondary_damping[i], *found.frequency[i])
-        k, z2, above = optimum(kind, z1[i], m[i], near, exact_floor(kind, z1[i], found.floor[i]))
+        near = found.stiffness_ratio[i], found.secondary_damping[i]
+        floor = exact_floor(kind, z1[i], found.floor[i])
+        k, z2, above = optimum(
+            kind, z1[i], m[i], near, found.frequency[i], found.weight[i], floor
+        )  # fmt: skip
         assert abs(found.above_floor[i] / above - 1) < 1e-12
         assert abs(found.stiffness_ratio[i] / k - 1) < 1e-9
         assert abs(found.secondary_damping[i] / z2 - 1) < 1e-9

@@ -3,7 +3,8 @@ and peaks, poles and fixed points are those of the same curve."""
 
 import numpy as np
 import pytest
-from exact_absorber import KINDS, motions, peak, squared
+from exact_tree import peaks as exact_peaks
+from exact_tree import response, squared, tree, value_at
 from mpmath import mp, mpf
 
 from vibecalc.absorber.peaks import peaks
@@ -144,26 +145,23 @@ def test_peaks_are_those_with_many_digits_within_their_errors():
     mp.dps = 40
     rng = np.random.default_rng(12)
     seen = 0
-    for kind in KINDS:
+    for kind in ((e, r) for e in EXCITATIONS for r in RESPONSES[:4]):
         for _ in range(2):
             z1 = float(rng.choice([0.0, 0.01, 0.3, 1.2]))
             m = 10 ** rng.uniform(-4, 1)
             a = Absorber(z1, m, m * 10 ** rng.uniform(-1.5, 1), m * 10 ** rng.uniform(-2, 1))
             found = peaks(a, *kind)
-            for i in np.flatnonzero(found.present):
-                x, height = peak(kind, a, found.frequency[i])
+            exact = tree(z1, [a.mass_ratio], [a.stiffness_ratio], [a.secondary_damping])
+            known = exact_peaks(exact, *kind)
+            here = np.flatnonzero(found.present)
+            assert len(here) == len(known.frequency)
+            for i, x, height in zip(here, known.frequency, known.magnitude, strict=True):
                 assert abs(found.magnitude[i] - height) <= found.error[i]
                 assert abs(found.frequency[i] / x - 1) < 1e-7
                 seen += 1
             x = 10 ** rng.uniform(-2, 2)
             got = amplitude_with_error(a, x, *kind)
-            exact = mp.sqrt(squared(kind, *(mpf(v) for v in a), mpf(x) ** 2))
-            assert abs(abs(got.value) - exact) <= got.error < 1e-11 * exact
+            above, below = (value_at(squared(part), mpf(x) ** 2) for part in response(exact, *kind))
+            height = mp.sqrt(above / below)
+            assert abs(abs(got.value) - height) <= got.error < 1e-11 * height
     assert seen > 15
-
-
-def test_the_oracle_solves_the_matrix_of_the_motion():
-    one, two = motions(*(mpf(v) for v in (0.1, 0.2, 0.3, 0.05)), mpf(0.7))
-    np.testing.assert_allclose(
-        [complex(one), complex(two)], by_matrix(0.1, 0.2, 0.3, 0.05, 0.7), rtol=1e-13
-    )

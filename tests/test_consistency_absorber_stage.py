@@ -110,29 +110,6 @@ def test_the_order_of_several_absorbers_changes_no_number(tmp_path: Path) -> Non
         assert np.array_equal(quantity.values, two[path].values), path
 
 
-@pytest.mark.long
-def test_several_absorbers_have_units_and_travels(tmp_path: Path) -> None:
-    """Travels next to those of plain matrices, over a dense grid of frequencies."""
-    record = floor(tmp_path, TWO.replace("SECONDARIES", f"{LOWER}, {UPPER}")).record
-    assert list(record["tuning/each/travel"].axes[0].values) == ["a", "b"]
-    assert "tuning/travel" not in record and "response/absorber/largest_travel" not in record
-    k, c = (value(record, f"tuning/each/linear_{name}") for name in ("stiffness", "damping"))
-    stiff = np.array([[11369e3 + k[0], -k[0], 0.0], [-k[0], k[0] + k[1], -k[1]],
-                      [0.0, -k[1], k[1]]])  # fmt: skip
-    drag = np.array([[c[0], -c[0], 0.0], [-c[0], c[0] + c[1], -c[1]], [0.0, -c[1], c[1]]])
-    drag[0, 0] += 2.0 * 0.02 * np.sqrt(2000.0 * 11369e3)
-    w = np.linspace(55.0, 95.0, 20_001)[:, None, None]
-    motion = np.linalg.solve(stiff + 1j * w * drag - w**2 * np.diag([2000.0, 80.0, 20.0]),
-                             np.array([11369e3, 0.0, 0.0])[:, None])[..., 0]  # fmt: skip
-    travels = np.abs(np.diff(motion, axis=1)).max(axis=0)
-    np.testing.assert_allclose(value(record, "tuning/each/travel"), travels, rtol=1e-5)
-    reached = value(record, "response/absorber/each/largest_travel")[0]
-    np.testing.assert_allclose(reached, value(record, "tuning/each/travel"), rtol=1e-12)
-    assert value(record, "tuning/peak") == pytest.approx(np.abs(motion[:, 0]).max(), rel=1e-6)
-    own = value(record, "tuning/each/frequency")
-    np.testing.assert_allclose(own, np.sqrt(k / [80.0, 20.0]), rtol=1e-12)
-
-
 #: a machine of 2000 kg on a floor, with bounds
 FLOOR = """schema = 1
 title = "floor"

@@ -158,20 +158,6 @@ def test_rod_and_bearings_by_newton_and_euler() -> None:
     assert train["rod"]["mass"] == 0.9
 
 
-def test_top_dead_centre_by_hand() -> None:
-    table = machine(wrist_pin_offset=0.0, cylinders=[{"name": "1"}], counterweights=[])
-    record = run(table)
-    # rod: 0.9 kg x 60/170 goes with the piston, the rest with the pin; p = 4 MPa at the top
-    gas = 4e6 * np.pi * 0.09**2 / 4.0
-    square, small = 310.0**2 * 0.05, 0.9 * 60.0 / 170.0
-    piston = square * (1.0 + 0.05 / 0.17)
-    expected = (1.0 + small) * piston + (0.9 - small) * square - gas
-    assert force_of(record, f"{ROOT}/crank_pin/force")[0, 0] == pytest.approx(expected, rel=1e-12)
-    assert force_of(record, f"{ROOT}/wrist_pin/force")[0, 0] == pytest.approx(
-        piston - gas, rel=1e-12
-    )
-
-
 def shaking(record: Record, angle: np.ndarray, kind: str) -> np.ndarray:
     """Force or couple (3, angles) of the crank train on the body, from its harmonics."""
     quantity = record[f"excitation/{kind}"]

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from coupled_lines import Conditions, DenseLine, half_range
+from coupled_lines import CoupledLine
+from dense_line import Conditions, half_range
 from long_but import long_but
 from shipped_cases import CASES
 
@@ -111,8 +112,8 @@ SPEEDS = (480.0 * np.pi / 30.0, 750.0 * np.pi / 30.0)
 @pytest.mark.parametrize("name", COUPLINGS)
 def test_coupling_is_what_a_dense_solve_says(name: str, speed: float) -> None:
     case, record = ran(name, speed)
-    line = DenseLine(case)
-    load, order = value(record, "excitation/station_torque").T, np.arange(1, 25) / 2.0
+    line = CoupledLine(case)
+    load, order = value(record, "excitation/station_torque"), np.arange(1, 25) / 2.0
     mean = float(value(record, "excitation/mean_torque"))
     found = line.standing(speed, order, load, mean)
     place = list(record[f"{ROOT}/torque"].axes[0].values).index("elastic coupling")
@@ -126,7 +127,7 @@ def test_coupling_is_what_a_dense_solve_says(name: str, speed: float) -> None:
     same("vibratory_torque", found.half_range)
     same("power_loss", found.power)
     same("peak_torque", max(abs(mean + found.highest), abs(mean + found.lowest)))
-    turning = line.angles(speed, order, load, found.conditions)[:, -1]
+    turning = found.angle[-1]
     uneven, electrical = 2.0 * half_range(order, order * 1j * turning), half_range(order, turning)
     assert value(record, "irregularity/degree") == pytest.approx([uneven], rel=1e-9)
     assert value(record, "irregularity/electrical_angle") == pytest.approx(
@@ -171,7 +172,7 @@ def test_modes_are_of_the_line_at_their_own_frequency(name: str) -> None:
         float(value(record, f"coupling/{path}")[0]) for path in ("temperature", "vibratory_torque")
     )
     mean = float(value(record, "excitation/mean_torque"))
-    line, now = DenseLine(case), Conditions(mean, temperature, amplitude)
+    line, now = CoupledLine(case), Conditions(mean, temperature, amplitude)
     expected = [line.natural(now, number) for number in range(1, 6)]
     for path in ("natural_frequency", "transfer_matrix_frequency"):
         assert value(record, f"modes/{path}")[1:6] == pytest.approx(expected, rel=1e-9)
@@ -229,7 +230,7 @@ def test_criticals_are_of_the_line_at_that_speed() -> None:
     speeds = {"from": "300 rpm", "to": "900 rpm", "points": 31}
     case = validate(case_with("frequency", speeds=speeds))
     met = value(run_case(case), "critical/speed")[1]
-    line = DenseLine(resolve(case))
+    line = CoupledLine(resolve(case))
     inside = (met > 0.9 * 10.0 * np.pi) & (met < 30.0 * np.pi)
     assert np.any(inside)
     for speed in met[inside]:
@@ -314,26 +315,20 @@ def test_a_line_with_a_damper_has_its_poles_at_their_own_frequency() -> None:
     data["machine"]["shaft_line"]["dampers"] = [ring]
     data["machine"]["speed"] = SPEEDS[0]
     case = validate(data)
-    record, line = run_case(case), DenseLine(resolve(case))
+    record, line = run_case(case), CoupledLine(resolve(case))
     natural, ratio = (
         value(record, f"modes/{name}") for name in ("natural_frequency", "damping_ratio")
     )
     elastic = np.flatnonzero(natural > 0.0)[:5]
     assert len(elastic) == 5
+    inertia = np.diag(line.inertia)
     for w, zeta in zip(natural[elastic], ratio[elastic], strict=True):
         pole = w * complex(-zeta, np.sqrt(1.0 - zeta**2))
-        n = len(line.inertia)
-        matrix = np.zeros((n + 1, n + 1), dtype=complex)
-        matrix[np.arange(n + 1), np.arange(n + 1)] = pole**2 * np.append(line.inertia, 6.0)
-        matrix[np.arange(n), np.arange(n)] += pole * line.absolute
-        dashpots = [1j * w * one.get("damping", 0.0) for one in line.shafts]
-        springs = np.array(line.stiffness(Conditions(0.0, 0.0, 0.0), w)) - dashpots
+        springs, dashpot = line.section_laws(SPEEDS[0], np.array([w]), np.zeros(len(line.rows)))
         # a loss factor is the dashpot eta k / w, here as everywhere
-        elements = springs.real + pole * (springs.imag + np.imag(dashpots)) / w
-        for place, k in enumerate([*elements, pole * 2500.0]):
-            ends = np.zeros(n + 1)
-            ends[[place, place + 1] if place < n - 1 else [0, n]] = 1.0, -1.0
-            matrix += k * np.outer(ends, ends)
+        elements = springs[:, 0].real + pole * (springs[:, 0].imag / w + dashpot)
+        matrix = pole**2 * inertia + pole * np.diag(line.absolute(SPEEDS[0]))
+        matrix = matrix + line.network.T @ (elements[:, None] * line.network)
         scale = np.sqrt(np.abs(np.diag(matrix)))
         small = np.linalg.svd(matrix / np.outer(scale, scale), compute_uv=False)
         assert small[-1] < 1e-9 * small[0]

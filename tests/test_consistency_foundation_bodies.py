@@ -92,39 +92,6 @@ def test_a_stiff_body_is_a_rigid_foundation_and_tables_of_it_are_the_same(
         assert rigid[f"{ROOT}/ground/{what}"].values == pytest.approx(known, abs=1e-7 * size)
 
 
-def test_feet_are_springs_in_series_with_the_mounts() -> None:
-    """A foot of stiffness z under a mount of k (both complex) passes k z / (k + z)."""
-    table = deck()
-    table["machine"]["mounts"]["each"].update(damping=0.0)
-    foot = 3.0e6 * (1.0 + 0.08j)
-    columns = {"frequency": [100.0], "real": [foot.real], "imaginary": [foot.imag]}
-    table["foundation"] = {
-        "kind": "impedance",
-        "flexibilities": [
-            {"direction": one, "dynamic_stiffness": columns} for one in ("x", "y", "z")
-        ],
-    }
-    found = run_case(validate(table))
-    series = copy.deepcopy(table)
-    del series["foundation"]
-    each = series["machine"]["mounts"]["each"]
-    springs = np.array(each["stiffness"]) * (1.0 + 1j * each["loss_factor"])
-    whole = springs * foot / (springs + foot)
-    # its real part as spring; the loss factor differs by direction, so one direction is compared
-    each.update(stiffness=whole.real.tolist(), loss_factor=float(whole[2].imag / whole[2].real))
-    known = run_case(validate(series))["isolation/support_force/steady_harmonics"].values
-    rows = [i for i in range(12) if np.max(np.abs(known[..., i])) > 1.0]
-    assert rows
-    mine = found[FORCE].values
-    total, other = mine[:, 2].sum(axis=0), known[:, 2].sum(axis=0)
-    assert total[rows] == pytest.approx(other[rows], rel=2e-2)
-    velocity = found[f"{ROOT}/foot"].values
-    assert velocity == pytest.approx(mine / foot, rel=1e-9, abs=1e-20)
-    assert f"{ROOT}/body/translation" not in found
-    # what is put in is turned into heat in mounts and feet
-    assert np.all(found[f"{ROOT}/power"].values >= 0.0)
-
-
 def test_no_steady_motion_is_refused() -> None:
     table = deck()
     w = 2.0 * table["machine"]["speed"]

@@ -7,7 +7,7 @@ import pytest
 from mounted_sets import ran, tables
 from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
-from scipy.optimize import brentq, minimize, root
+from scipy.optimize import brentq, minimize
 from scipy.spatial.transform import Rotation
 
 from vibecalc.core.case.load import validate
@@ -97,33 +97,6 @@ class Plain:
                 points=corners or None, epsabs=1e-11, epsrel=1e-12,
             )[0]  # fmt: skip
         return total
-
-
-@pytest.mark.parametrize("kind", ["cubic", "curve", "stops"])
-def test_the_rest_is_where_all_loads_are_in_balance(kind: str) -> None:
-    data = with_mounts(kind)
-    plain = Plain(data)
-    found = root(plain.loads, np.array([0, 0, -0.004, 0, 0, 0]), tol=1e-14, method="hybr")
-    assert np.abs(plain.loads(found.x)).max() < 1e-7
-    mounts = mounts_of(validate(data))
-    rest = mounts.rest
-    body = plain.of_origin(rest.body.value)
-    assert np.abs(body - found.x).max() < 1e-11
-    assert np.all(rest.body.error < 1e-13)
-    left = np.abs(plain.loads(body)).max()
-    assert left < 1e-8
-    touching = rest.stop > 0.0
-    assert touching.any() == (kind == "stops")
-    for n, (place, turn, k, static, ratio) in enumerate(plain.mounts):
-        own = turn.T @ (found.x[:3] + np.cross(found.x[3:], place))
-        assert rest.deflection.value[n] == pytest.approx(-own[2], abs=1e-12)
-        assert rest.load.value[n] == pytest.approx(plain.load(static, k[2], -own[2]), rel=1e-8)
-        step = 1e-7
-        slope = plain.load(static, k[2], -own[2] + step) - plain.load(static, k[2], -own[2] - step)
-        stop = STOPS["stiffness"] * bool(touching[n])
-        along = ratio * (slope / (2.0 * step) - stop) + stop
-        dynamic = turn @ np.diag([ratio * k[0], ratio * k[1], along]) @ turn.T
-        assert mounts.stiffness[n] == pytest.approx(dynamic, rel=1e-6, abs=1.0)
 
 
 def test_no_other_place_has_less_energy() -> None:

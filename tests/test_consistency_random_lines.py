@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from dense_line import Cylinder, DenseLine
+from dense_line import Cylinder, DenseLine, ends, half_range
 from long_but import long_but
 from random_lines import random_line
 
@@ -55,8 +55,9 @@ def cylinder(found, case) -> Cylinder:
 
 def pairs(found: Results, case) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     """Path, what the program has, what the equations say."""
-    line = DenseLine(case, cylinder(found, case))
-    silent = tuple(case["response"]["torsion"].get("misfire", ()))
+    given = cylinder(found, case)
+    line, order = DenseLine(case, lambda speed: given), given.order
+    silent = dict.fromkeys(case["response"]["torsion"].get("misfire", ()), 0.0)
     speed, stations = case["machine"]["speed"], len(line.names)
     now = line.at(speed, silent)
     sections, held = line.heat(now, speed)
@@ -64,16 +65,16 @@ def pairs(found: Results, case) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     yield "angle", found["angle"], now.angle[:stations]
     yield "torque", found["torque"], now.torque
     yield "torque_mean", found["torque_mean"], now.torque_mean
-    yield "torque_half_range", found["torque_half_range"], line.half_range(now.torque)
-    yield "angle_half_range", found["angle_half_range"], line.half_range(now.angle[:stations])
+    yield "torque_half_range", found["torque_half_range"], half_range(order, now.torque)
+    yield "angle_half_range", found["angle_half_range"], half_range(order, now.angle[:stations])
     yield "section_heat", found["section_heat"], sections
     yield "station_heat", found["station_heat"], held
     if line.dampers:
-        travel = np.max(np.abs(line.ends((line.network @ now.angle)[rings])), axis=0)
+        travel = np.max(np.abs(ends(order, (line.network @ now.angle)[rings])), axis=0)
         yield "damper/heat", found["damper/heat"], sections[rings]
         yield "damper/travel", found["damper/travel"], travel
     if line.gears:
-        low, high = (now.gear_mean + one for one in line.ends(now.gear))
+        low, high = (now.gear_mean + one for one in ends(order, now.gear))
         yield "gear/mean_torque", found["gear/mean_torque"], now.gear_mean
         yield "gear/alternating_torque", found["gear/alternating_torque"], 0.5 * (high - low)
         least = np.where(now.gear_mean < 0.0, -high, low)
@@ -85,11 +86,11 @@ def pairs(found: Results, case) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
         yield "modes/undamped_frequency", undamped**2, line.undamped(speed) ** 2
     asked = case["response"]["torsion"]["speeds"]
     every = [line.at(at, silent) for at in np.linspace(asked["from"], asked["to"], 7)]
-    seen = np.array([line.half_range(one.torque) for one in every]).T
+    seen = np.array([half_range(order, one.torque) for one in every]).T
     yield "speeds/torque_half_range", found["speeds/torque_half_range"], seen
     if "conditions/torque_half_range" in found:
-        out = [(), *((one["name"],) for one in line.train["cylinders"])]
-        worst = np.array([line.half_range(line.at(speed, one).torque) for one in out])
+        out = [{}, *({one["name"]: 0.0} for one in line.train["cylinders"])]
+        worst = np.array([half_range(order, line.at(speed, one).torque) for one in out])
         yield "conditions/torque_half_range", found["conditions/torque_half_range"], worst
 
 

@@ -126,26 +126,6 @@ def test_a_run_holds_what_its_plan_says() -> None:
     assert set(run(table)) == set(planned_quantities(validate(table)))
 
 
-def test_speeds_of_a_run_up_are_single_runs() -> None:
-    table = bare(run_up={"from": 50.0, "to": 400.0})
-    table["machine"]["mounts"]["modal_damping"] = 0.01
-    del table["excitation"]["orders"]
-    record = run(table)
-    speeds = record["response/run_up/kinetic_energy"].axes[0].values
-    table["response"].pop("run_up")
-    for index in (0, 137, int(np.argmax(record["response/run_up/kinetic_energy"].values)), -1):
-        table["machine"]["speed"] = float(speeds[index])
-        single = run(table)
-        for name in ("kinetic", "potential"):
-            ours, other = (
-                record[f"response/run_up/{name}_energy"],
-                single[f"response/{name}_energy/mean"],
-            )
-            off = abs(ours.values[index] - float(other.values))
-            assert off <= ours.error_estimate + other.error_estimate
-            assert off <= 1e-8 * float(other.values)
-
-
 def test_a_run_up_leaves_out_undamped_resonances_and_lists_them() -> None:
     table = diagonal(2, 1, 1e-3, run_up={"from": 60.0, "to": 250.0})
     record = run(table)

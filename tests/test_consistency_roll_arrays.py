@@ -4,24 +4,21 @@ Points without a running state get the words of a single run. Every key that arr
 varied, alone and all at once.
 """
 
-from copy import deepcopy
 from functools import cache
 
 import numpy as np
 import pytest
+from array_machines import as_read, changed, designed, hold, keys_of, paths_of
 from long_but import long_but
 from shipped_cases import CASES
 from sweep_blocks import quantities
 
-from vibecalc.core.case.load import LoadedCase, load_case, resolve, validate
-from vibecalc.core.case.raw import NOT_COMPUTED, get_key, parse_key, set_key
-from vibecalc.core.case.study_tables import Sweep
+from vibecalc.core.case.load import LoadedCase, load_case
+from vibecalc.core.case.raw import get_key
 from vibecalc.core.results.layout import DONE, FAILED
-from vibecalc.core.run.plan import planned_quantities
-from vibecalc.core.study.sweep.at_once import pattern, unsupported
+from vibecalc.core.study.sweep.at_once import pattern
 from vibecalc.core.study.sweep.blocks import Block
-from vibecalc.core.study.sweep.design import Design, make_design
-from vibecalc.core.study.sweep.evaluate import ArrayEvaluator, Evaluator
+from vibecalc.core.study.sweep.design import Design
 from vibecalc.errors import dotted
 from vibecalc.roll.stage import ROLL_KEYS, TOGETHER
 
@@ -47,89 +44,43 @@ CHANGES: dict[str, dict[str, object]] = {
 FULL = ("free", "dressed")
 
 
+#: what arrays do not give
+LEFT_AWAY = {
+    **dict.fromkeys(
+        (f"response.roll.{n}" for n in ("interpolations", "sensitivity", "classical")), False
+    ),
+    **dict.fromkeys(f"response.roll.{n}" for n in ("compare", "step")),
+}
+
+
 @cache
 def machine(name: str) -> LoadedCase:
-    """One of the cases, as if read from a file; what arrays do not give is left away."""
+    """One of the cases, as if read from a file."""
     loaded = load_case(CASES["roll"])
-    tables = deepcopy({k: v for k, v in loaded.resolved.items() if k not in NOT_COMPUTED})
-    for option in ("interpolations", "sensitivity", "classical"):
-        tables["response"]["roll"][option] = False
-    for option in ("compare", "step"):
-        tables["response"]["roll"].pop(option, None)
-    for key, value in CHANGES[name].items():
-        path = parse_key(key)
-        if value is None:
-            above = get_key(tables, path[:-1])
-            above.pop(path[-1], None)
-        else:
-            set_key(tables, key, value)
+    tables = changed(loaded, {**LEFT_AWAY, **CHANGES[name]})
     if name == "short table":
         table = tables["machine"]["motor"]["slip_table"]
         tables["machine"]["motor"]["slip_table"] = {k: v[:5] for k, v in table.items()}
-    case = validate(tables)
-    return LoadedCase(
-        case=case, name=name, path=loaded.path, text="", overrides=(), resolved=resolve(case),
-        resolved_toml="", sha256="",
-    )  # fmt: skip
-
-
-def numbers(table: object, above: tuple = ()) -> list[tuple]:
-    if isinstance(table, float):
-        return [above]
-    if not isinstance(table, dict | list):
-        return []
-    entries = table.items() if isinstance(table, dict) else enumerate(table)
-    return [path for key, entry in entries for path in numbers(entry, (*above, key))]
+    return as_read(loaded, tables)
 
 
 @cache
-def known_paths(name: str) -> tuple[str, ...]:
-    case = machine(name).case
-    return tuple(p for p in planned_quantities(case) if unsupported(case, [], [p]) is None)
-
-
-@cache
-def known_keys(name: str) -> list[tuple]:
-    case = machine(name).case
-    every = numbers(machine(name).resolved)
-    return [key for key in every if unsupported(case, [key], known_paths(name)) is None]
+def known_keys(name: str) -> tuple:
+    return keys_of(machine(name))
 
 
 def design(name: str, axes: list[dict], **more: object) -> Design:
-    return make_design(Sweep.model_validate({"axes": axes, **more}), machine(name).resolved)
-
-
-class Counting(ArrayEvaluator):
-    """Counts the points that a single run has done."""
-
-    alone = 0
-
-    def run_point(self, settings):
-        self.alone += 1
-        return super().run_point(settings)
+    return designed(machine(name), axes, **more)
 
 
 def same(name: str, points: Design, paths: tuple[str, ...], alone: int = 0) -> Block:
-    """Hold arrays against single runs; at most `alone` points of the first are run alone."""
-    every = np.arange(points.count)
-    counting = Counting(machine(name), points, paths)
-    arrays, single = counting(every), Evaluator(machine(name), points, paths)(every)
-    assert arrays.status.tolist() == single.status.tolist()
-    assert arrays.message == single.message
-    assert counting.alone <= alone
-    done = single.status == DONE
-    for path, other in quantities(single).items():
-        found = quantities(arrays)[path]
-        assert (found.unit, found.long_name) == (other.unit, other.long_name)
-        assert [axis.name for axis in found.axes] == [axis.name for axis in other.axes]
-        both = np.isfinite(found.values) & np.isfinite(other.values)
-        one, two = (np.where(both, part.values, 0.0) for part in (found, other))
-        apart = np.abs(one - two)
-        uncertainty = (found.errors + other.errors)[done]
-        assert np.all(apart[done].reshape(len(uncertainty), -1) <= uncertainty[:, None]), path
-        if path == LEVEL:
-            assert both[done].all() and np.max(uncertainty) < 1e-6
-    return arrays
+    """Hold arrays against single runs; at most `alone` points are run alone."""
+    found = hold(machine(name), points, paths, points.count - alone, generous=None)
+    done = found.status == DONE
+    if LEVEL in paths:
+        level = quantities(found)[LEVEL]
+        assert np.isfinite(level.values[done]).all() and np.max(level.errors[done]) < 1e-6
+    return found
 
 
 def test_the_cases_have_every_key_and_every_result() -> None:
@@ -141,7 +92,7 @@ def test_the_cases_have_every_key_and_every_result() -> None:
         f"{TRAIN}.rod.crank_pin_to_mass_centre",
         f"{TRAIN}.cylinders[].rotating_mass",
     }
-    assert set(known_paths("free")) == set(TOGETHER)
+    assert set(paths_of(machine("free"))) == set(TOGETHER)
 
 
 @pytest.mark.parametrize(
@@ -170,7 +121,7 @@ def test_all_keys_at_once_and_every_result(name: str) -> None:
         if value and (name == "free" or key[-1] not in GEOMETRY):
             axes.append({"key": dotted(key), "from": 0.98 * value, "to": 1.02 * value})
     points = design(name, axes, sampling="latin_hypercube", points=3)
-    same(name, points, known_paths(name))
+    same(name, points, paths_of(machine(name)))
 
 
 def test_points_without_a_running_state_get_the_words_of_a_single_run() -> None:

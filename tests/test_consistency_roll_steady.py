@@ -14,10 +14,9 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.level import level_of
 from vibecalc.roll.adapters.readings import MachineTurn, spectra_of
 from vibecalc.roll.between_kinks import running
-from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, inertia, smooth_angles
-from vibecalc.roll.rates import terms_of_turn
+from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch, inertia
 from vibecalc.roll.running import Running, motion_of_state, running_state
-from vibecalc.roll.steady import quick_turn, started_momentum, steady_state
+from vibecalc.roll.steady import started_momentum, steady_state
 from vibecalc.roll.turn import Turn, harmonics, level, mean, readings
 
 ORDERS = np.arange(1, 11)
@@ -47,32 +46,6 @@ def test_a_machine_of_equal_halves_has_no_odd_harmonics() -> None:
         shown, error = level_of(Bounded(values, np.full(10, rounding)), reference=1.0)
         assert np.all(shown[::2] == -np.inf) and np.all(error[::2] == 0.0)
         assert np.all(np.isfinite(shown[1::2]))
-
-
-def test_a_quick_march_is_near_and_nearer_with_the_exact_work_of_the_load() -> None:
-    machine = as_batch(source_machine())
-    state = steady_state(machine, DRIVE, 8, started_at=SYNCHRONOUS)
-    motion = motion_of_state(machine, DRIVE, state)
-    off = []
-    for terms in (None, terms_of_turn(machine, DRIVE, smooth_angles(machine, DRIVE))):
-        quick = quick_turn(machine, DRIVE, SYNCHRONOUS, terms=terms)
-        assert quick is not None and len(quick.crank_speed) == 72
-        true = motion(quick.crank_angle).crank_speed[0]
-        off.append(np.max(np.abs(quick.crank_speed - true)))
-    assert off[1] < 0.5 * off[0] < 0.05
-
-
-@pytest.mark.parametrize("fields", [{}, {"shell_stiffness": 4e5, "shell_damping": 800.0}])
-def test_a_turn_is_read_alike_with_the_terms_it_was_solved_with(fields: dict) -> None:
-    batch = source_machine(
-        rod_length=[0.25, 0.3], reciprocating_mass=[[10.0, 8.0]] * 2, piston_friction=30.0, **fields
-    )
-    state = steady_state(batch, DRIVE, 4, started_at=SYNCHRONOUS)
-    assert state.solved.all()
-    own = readings(batch, DRIVE, state.turn)
-    kept = readings(batch, DRIVE, state.turn, place=state.place)
-    for name, values in own._asdict().items():
-        np.testing.assert_array_equal(values, getattr(kept, name), err_msg=name)
 
 
 READ = [

@@ -4,14 +4,12 @@ Where a point fails, status and words are those of a single run.
 """
 
 import random
-from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
-from array_machines import CHANGES, machine
-from fuzzing import leaves
+from array_machines import CHANGES, designed, hold, keys_of, machine, numbers, paths_of
 from long_but import long_but
 from shipped_cases import CASES
 from sweep_blocks import quantities
@@ -21,47 +19,31 @@ from vibecalc.core.case.raw import get_key, parse_key
 from vibecalc.core.case.study_tables import Sweep
 from vibecalc.core.results.layout import DONE, FAILED, REFUSED
 from vibecalc.core.run.columns import PointsScene
-from vibecalc.core.run.plan import planned_quantities
+from vibecalc.core.run.plan import plan_case, planned_quantities
 from vibecalc.core.run.stage import Scene
-from vibecalc.core.study.sweep.at_once import unsupported
+from vibecalc.core.study.sweep.at_once import pattern, unsupported
 from vibecalc.core.study.sweep.blocks import Block
 from vibecalc.core.study.sweep.checks import UNSHARED_AXES
 from vibecalc.core.study.sweep.design import Design, make_design
-from vibecalc.core.study.sweep.evaluate import ArrayEvaluator, Evaluator, Quantities
+from vibecalc.core.study.sweep.evaluate import ArrayEvaluator, Evaluator
 from vibecalc.errors import KeyPath, dotted
 from vibecalc.isolation.adapters import body
 
 PEAK = "isolation/support_force/steady_peak"
 
 
-class Counting(ArrayEvaluator):
-    """Counts the points that a single run has done."""
-
-    alone = 0
-
-    def run_point(self, settings: Mapping[str, Any]) -> tuple[int, str, Quantities]:
-        status, message, found = super().run_point(settings)
-        self.alone += status == DONE
-        return status, message, found
-
-
 @cache
 def known_paths(name: str) -> tuple[str, ...]:
-    """All results of a case that arrays can give."""
-    case = machine(name).case
-    return tuple(p for p in planned_quantities(case) if unsupported(case, [], [p]) is None)
+    return paths_of(machine(name))
 
 
 @cache
 def known_keys(name: str) -> tuple[KeyPath, ...]:
-    case, paths = machine(name).case, known_paths(name)
-    every = leaves(machine(name).resolved)
-    return tuple(key for key in every if unsupported(case, [key], paths) is None)
+    return keys_of(machine(name))
 
 
 def design_of(name: str, axes: list[dict[str, Any]], **more: Any) -> Design:
-    sweep = Sweep.model_validate({"axes": axes, **more})
-    return make_design(sweep, machine(name).resolved)
+    return designed(machine(name), axes, **more)
 
 
 def scattered(name: str, keys: tuple[KeyPath, ...], points: int, share: float) -> Design:
@@ -75,38 +57,27 @@ def scattered(name: str, keys: tuple[KeyPath, ...], points: int, share: float) -
 
 
 def assert_equal(name: str, design: Design, paths: tuple[str, ...], fewest: int = 1) -> Block:
-    """Hold arrays against single runs at all points; at least `fewest` come from arrays."""
-    loaded, every = machine(name), np.arange(design.count)
-    by_arrays = Counting(loaded, design, paths)
-    together = by_arrays(every)
-    alone = Evaluator(loaded, design, paths)(every)
-    assert together.status.tolist() == alone.status.tolist()
-    assert together.message == alone.message
-    assert (alone.status == DONE).sum() - by_arrays.alone >= fewest
-    for path, single in quantities(alone).items():
-        found = quantities(together)[path]
-        assert (found.unit, found.long_name) == (single.unit, single.long_name)
-        assert found.amplitude == single.amplitude
-        assert [a.name for a in found.axes] == [a.name for a in single.axes]
-        for axis, other in zip(found.axes, single.axes, strict=True):
-            assert axis.values.tolist() == other.values.tolist()
-            assert (axis.unit, axis.long_name) == (other.unit, other.long_name)
-        done = alone.status == DONE
-        assert np.isnan(found.values[~done]).all() and np.isnan(found.errors[~done]).all()
-        apart = np.abs(found.values - single.values)[done].reshape(int(done.sum()), -1)
-        uncertainty = (found.errors + single.errors)[done]
-        assert (apart <= uncertainty[:, None]).all(), (path, apart.max(), uncertainty)
-        # honest estimates, not generous ones
-        assert (found.errors[done] <= 1.5 * single.errors[done] + 1e-300).all(), path
-    return together
+    return hold(machine(name), design, paths, fewest)
+
+
+def test_the_machines_have_every_key_and_every_result() -> None:
+    keys = {pattern(key) for name in CHANGES for key in known_keys(name)}
+    paths = {path for name in CHANGES for path in known_paths(name)}
+    stages = [stage for name in CHANGES for stage in plan_case(machine(name).case)]
+    leading = [stage for stage in stages if stage.leading is not None and not stage.leading.why_not]
+    assert keys == set().union(*(stage.leading.keys for stage in leading))
+    assert paths == set().union(*(stage.leading.only or stage.quantities for stage in leading))
 
 
 @pytest.mark.parametrize("name", long_but(CHANGES, "exact"))
 def test_all_keys_at_once(name: str) -> None:
     keys = [key for key in known_keys(name) if key[-1] != "wrist_pin_offset" or name == "exact"]
-    if machine(name).resolved["isolation"].get("lever") is None:  # then equal distances count
+    isolation = machine(name).resolved.get("isolation")
+    if (
+        isolation and isolation["model"] == "pitch" and isolation.get("lever") is None
+    ):  # then equal distances count
         keys = [key for key in keys if key[1] != "mounts" or key[2] != "positions"]
-    if name == "classic":
+    if name in ("classic", "own masses"):
         keys = [key for key in keys if key[-1] != "rotating_mass"]  # zero in the case, or below it
     assert len(keys) > 16
     # a share of one key may leave no two points alike, and no room beyond a bound
@@ -115,6 +86,16 @@ def test_all_keys_at_once(name: str) -> None:
     for start in range(16, len(keys), 16):
         design = scattered(name, tuple(keys[start : start + 16]), 4, 0.1)
         assert_equal(name, design, known_paths(name), fewest=2)
+
+
+def test_run_ups_of_what_nothing_damps_and_of_double_poles() -> None:
+    """Modes that repeat; without damping peaks have no bound, at the critical one poles meet."""
+    mass, stiffness = machine("equal mounts").resolved["machine"]["body"]["mass"], 4e4
+    critical = 2.0 * float(np.sqrt(stiffness * mass)) / 4.0
+    axis = {"key": "machine.mounts.each.damping", "values": [0.0, 0.3, 50.0, critical, 3000.0]}
+    path = "isolation/support_force/run_up_peak"
+    found = assert_equal("equal mounts", design_of("equal mounts", [axis]), (path,), fewest=3)
+    assert np.isinf(quantities(found)[path].values[0]).any()
 
 
 def test_points_that_keep_different_numbers_of_orders() -> None:
@@ -198,7 +179,7 @@ def test_random_sweeps_of_shipped_cases(name: str) -> None:
         pytest.skip("arrays give no result of this case")
     for _ in range(8):
         some = tuple(draw.sample(paths, min(len(paths), 3)))
-        every = leaves(loaded.resolved)
+        every = list(numbers(loaded.resolved))
         drawn = draw.sample(every, min(len(every), 25))
         keys = [k for k in drawn if unsupported(case, [k], some) is None]
         axes = []

@@ -2,7 +2,6 @@
 
 import re
 import tomllib
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -159,24 +158,3 @@ def test_a_line_told_from_its_other_end_has_the_same_time_history() -> None:
         first, second = one[ROOT + name], other[ROOT + name]
         values = np.sort(np.abs(first.values)) - np.sort(np.abs(second.values))
         assert np.abs(values).max() <= first.error_estimate + second.error_estimate
-
-
-@pytest.mark.parametrize("damping", [0.5, 30.0, 900.0])
-def test_a_ring_is_a_damper_or_a_station_with_a_shaft(damping: float) -> None:
-    as_damper, as_station = tomllib.loads(GENSET), tomllib.loads(GENSET)
-    spring = {"stiffness": 6e4, "damping": damping}
-    as_damper["machine"]["shaft_line"]["dampers"] = [
-        {"name": "ring", "on": "a", "kind": "spring", "inertia": 0.2} | spring
-    ]
-    line = as_station["machine"]["shaft_line"]
-    del line["dampers"]
-    names = [one["name"] for one in line["stations"]]
-    for one, ends in zip(line["shafts"], pairwise(names), strict=True):
-        one["between"] = list(ends)
-    line["stations"].append({"name": "ring", "inertia": 0.2})
-    line["shafts"].append({"name": "to ring", "between": ["a", "ring"]} | spring)
-    line["load"] = as_damper["machine"]["shaft_line"]["load"] = "generator"
-    one, other = (build_setup(validate(case)).natural() for case in (as_damper, as_station))
-    assert one.damped == other.damped
-    assert one.frequency == pytest.approx(other.frequency, rel=1e-13)
-    assert one.damping_ratio == pytest.approx(other.damping_ratio, rel=1e-11)

@@ -1,8 +1,6 @@
 """Claim: curves of orders, irregularity and the worst condition are those of full matrices."""
 
 import re
-import tempfile
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +18,7 @@ from dense_curve_line import (
     SPEED,
     STATIONS,
     half_range,
+    loaded,
     response,
     run,
     text,
@@ -27,7 +26,7 @@ from dense_curve_line import (
 )
 from long_but import long_but
 
-from vibecalc.core.study.execute import execute, load_checked
+from vibecalc.core.study.execute import execute
 
 MODULUS = {name: modulus for name, *_, modulus in SHAFTS}
 EVERY = f"orders = {[*ORDER.tolist()]}"
@@ -224,10 +223,8 @@ irregularity = [{ on = "crank" }, { on = "wheel" }]
 
 
 @pytest.mark.parametrize("count", [1, 4])
-def test_a_line_without_elasticity_has_the_closed_form(count: int, tmp_path: Any) -> None:
-    path = tmp_path / "rigid.toml"
-    path.write_text(RIGID.replace("COUNT", str(count)), encoding="utf-8")
-    result = execute(load_checked([path])[0])
+def test_a_line_without_elasticity_has_the_closed_form(count: int) -> None:
+    result = execute(loaded(RIGID.replace("COUNT", str(count))))
     w, inertia, order = 20.0 * np.pi, 3.0 + 8.0 / 4.0, np.arange(1, count + 1)
     torque = values(result, "excitation/gas") + values(result, "excitation/inertia")
     # speed of order q over the mean: T_q / (i q J w^2)
@@ -308,11 +305,8 @@ def test_a_motored_cylinder_is_the_one_of_a_case_that_names_it() -> None:
 def test_conditions_and_irregularity_need_no_range_of_speeds() -> None:
     speeds = 'speeds = { from = "500.0 rpm", to = "1300.0 rpm", points = 61 }'
     asked = 'irregularity = [{ on = "flywheel" }]' + CONDITIONS
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "line.toml"
-        assert speeds in text(asked)
-        path.write_text(text(asked).replace(speeds, ""), encoding="utf-8")
-        alone = execute(load_checked([path])[0])
+    assert speeds in text(asked)
+    alone = execute(loaded(text(asked).replace(speeds, "")))
     assert not [path for path in alone.record if "/speeds/" in path or "/largest" in path]
     for path in ("torque_half_range", "angle_half_range", "limit/operating_use", "mean_torque"):
         near(values(alone, f"conditions/{path}"), values(run(CONDITIONS), f"conditions/{path}"))
@@ -347,10 +341,7 @@ def test_an_undamped_line_has_orders_without_bound_at_its_criticals() -> None:
     bare = text(asked).replace("loss_factor = 0.17", "loss_factor = 0.0")
     for name in ("damping = ", "absolute_damping = "):
         bare = re.sub(rf"\b{name}[0-9.]+", f"{name}0.0", bare)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "line.toml"
-        path.write_text(bare, encoding="utf-8")
-        result = execute(load_checked([path])[0])
+    result = execute(loaded(bare))
     masked = values(result, "masked/from")
     assert len(masked)
     top = values(result, "curves/torque/largest")[0]

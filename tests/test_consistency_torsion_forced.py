@@ -1,5 +1,5 @@
 """Claim: the forced response of a shaft line is the exact one within its error estimate, by
-elimination, by modes and by dense solves, also where elimination meets resonances of its own.
+elimination and by dense solves, also where elimination meets resonances of its own.
 """
 
 import mpmath as mp
@@ -8,10 +8,9 @@ import pytest
 from exact_shaft_line import exact_angles
 from long_but import long_but
 
-from vibecalc.torsion import forced as forced_module
 from vibecalc.torsion.close_elimination import eliminate_closely
-from vibecalc.torsion.forced import forced, forced_masked, modal_damping
-from vibecalc.torsion.line import Line, chain, damping_matrix, stiffness_matrix
+from vibecalc.torsion.forced import forced, forced_masked
+from vibecalc.torsion.line import Line, chain
 from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.tree_plan import plan_of
 
@@ -126,40 +125,6 @@ def test_a_resonance_of_an_eliminated_sub_line_costs_no_digits(offset):
         assert np.all(wrong <= 1e-13 * np.max(np.abs(found.angle), axis=-1))
 
 
-def test_three_ways_agree_and_modes_next_to_a_resonance():
-    line = engine()
-    scale = 1.0 / np.sqrt(line.inertia)
-    square, vectors = np.linalg.eigh(scale[:, None] * stiffness_matrix(line) * scale)
-    natural = np.sqrt(np.maximum(square, 0.0))
-    natural[0] = 0.0
-    shape = (scale[:, None] * vectors).T
-    shape[0] = 1.0 / np.sqrt(np.sum(line.inertia))
-    w = np.concatenate([np.linspace(20.0, 3000.0, 9), natural[1:4] * (1 + 1e-7)])
-    generator = np.random.default_rng(5)
-    torque = generator.normal(size=(12, 7)) + 1j * generator.normal(size=(12, 7))
-    by_tree = forced(line, w, torque)
-    damping, at = modal_damping(line, shape), w[:, None]
-    stiffness = (natural - at) * (natural + at) + 1j * (at * damping.dashpot + damping.loss)
-    by_modes = (torque @ shape.T / stiffness) @ shape
-    looped = line._replace(
-        first=np.append(line.first, 0),
-        second=np.append(line.second, 6),
-        stiffness=np.append(line.stiffness, 1e-300),
-        damping=np.append(line.damping, 0.0),
-        loss_factor=np.append(line.loss_factor, 0.0),
-    )
-    assert plan_of(looped, 0) is None
-    by_matrix = forced(looped, w, torque)
-    wrong = true_error(line, w, torque, by_tree.angle)
-    largest = np.max(np.abs(by_tree.angle), axis=-1)
-    assert np.all(wrong <= by_tree.error) and np.all(by_tree.error <= 1e-11 * largest)
-    assert np.all(true_error(line, w, torque, by_matrix.angle) <= by_matrix.error)
-    difference = np.max(np.abs(by_modes - by_tree.angle), axis=-1)
-    assert np.all(difference <= 1e-11 * largest)
-    assert damping.coupling < 1e-12
-    assert np.all(damping_matrix(line) == damping_matrix(line).T)
-
-
 def test_a_real_loop_is_exact_within_the_estimate():
     line = Line(
         *(np.array(one) for one in ([1.0, 2.0, 0.0, 4.0], [0.0] * 4, [0.0] * 4)),
@@ -197,30 +162,6 @@ def test_an_angle_that_cancels_to_zero_by_chance_leaves_a_branch_its_error():
     torque = np.array([[0.0, -1.1171600918770255, 0.0, 1.0]], dtype=complex)
     found = forced(line, [25.30052844704747], torque)
     assert true_error(line, [25.30052844704747], torque, found.angle)[0] <= found.error[0]
-
-
-def test_blocks_several_torques_and_lines_with_leading_axes_are_the_same_numbers(monkeypatch):
-    line = engine()
-    w = np.linspace(10.0, 90.0, 40)[:, None] * np.array([0.5, 1.0, 6.0])
-    generator = np.random.default_rng(8)
-    torque = generator.normal(size=(2, 40, 3, 7)) + 0j
-    whole = forced(line, w, torque)
-    assert whole.angle.shape == (2, 40, 3, 7) and whole.error.shape == (2, 40, 3)
-    one_by_one = [forced(line, w, one).angle for one in torque]
-    for a, b in zip(whole.angle, one_by_one, strict=True):
-        np.testing.assert_allclose(a, b, rtol=0, atol=np.max(whole.error))
-    monkeypatch.setattr(forced_module, "BLOCK", 7 * 11)
-    assert np.array_equal(forced(line, w, torque[0]).angle, one_by_one[0])
-    soft = np.stack([line.stiffness, 0.5 * line.stiffness])[:, None, :]
-    both = forced(line._replace(stiffness=soft), w[:2], torque[0, :2])
-    alone = forced(line._replace(stiffness=0.5 * line.stiffness), w[1], torque[0, 1])
-    np.testing.assert_allclose(both.angle[1], alone.angle, rtol=1e-12)
-    factor = np.stack([line.loss_factor, line.loss_factor + 0.02])[:, None, :]
-    lossy = forced(line._replace(loss_factor=factor), w[:2], torque[0, :2])
-    alone = forced(line._replace(loss_factor=factor[1, 0]), w[1], torque[0, 1])
-    np.testing.assert_allclose(lossy.angle[1], alone.angle, rtol=1e-12)
-    single = forced(line, w, torque[0][..., 2:3], stations=[2])
-    assert np.array_equal(single.angle, forced(line, w, torque[0] * (np.arange(7) == 2)).angle)
 
 
 def test_an_undamped_critical_in_a_range_is_masked_and_the_rest_is_right():

@@ -1,8 +1,6 @@
-"""Claim: torques of gears and couplings and their limits are what a dense solve of the line gives.
+"""Claim: torques of gears and couplings and their limits are what the full matrices give.
 
-The solve is written here: own angles of all stations, the rigid gear as a constraint whose
-multiplier is its torque, elastic teeth as a spring, sums over the cycle by sampling and Newton's
-method. Of the package only the torques of one cylinder by order are used.
+Of `dense_line.py`; of the package only the torques of one cylinder by order are used.
 """
 
 import math
@@ -11,12 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geared_line import mesh_stiffness, names, number, parts, sections
-from shipped_cases import fresh
+from dense_line import Cylinder, DenseLine, half_range
+from shipped_cases import CASES, fresh
+
+from vibecalc.core.case.load import load_case, resolve
 
 ORDER = 0.5 * np.arange(1, 25)
 RPM = math.pi / 30.0
-AT = names().index
 
 
 def values(path: str) -> np.ndarray:
@@ -29,89 +28,37 @@ def axis(path: str, place: int) -> list[Any]:
 
 
 @cache
-def matrices() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Inertia, damping, complex stiffness; rows of what gives: the teeth, then the constraint."""
-    line, count = parts()["shaft_line"], len(names())
-    inertia = np.diag([number(one["inertia"]) for one in line["stations"]])
-    damping = np.diag([number(one.get("absolute_damping")) for one in line["stations"]])
-    stiffness = np.zeros((count, count), dtype=complex)
-    for _, a, b, k, c in sections():
-        row = np.zeros(count)
-        row[[a, b]] = 1.0, -1.0
-        stiffness += k * np.outer(row, row)
-        damping += c * np.outer(row, row)
-    gives = np.zeros((2, count))
-    # 20 teeth turn twice as fast the other way, 118 teeth 40 / 118 as fast
-    gives[0, [AT("pinion"), AT("take-off")]] = 1.0, 20.0 / 40.0
-    gives[1, [AT("pinion"), AT("wheel")]] = 40.0 / 118.0, 1.0
-    stiffness += mesh_stiffness() * np.outer(gives[0], gives[0])
-    return inertia, damping, stiffness, gives
+def line() -> DenseLine:
+    gas, inertia = values("excitation/gas"), values("excitation/inertia")
+    cylinder = Cylinder(ORDER, gas, inertia / (750.0 * RPM) ** 2)
+    return DenseLine(resolve(load_case(CASES["engine_geared"]).case), lambda speed: cylinder)
 
 
-def torques(speed: float) -> dict[str, np.ndarray]:
-    """Own torques by order, of gears on the first wheel."""
-    inertia, damping, stiffness, gives = matrices()
-    one, moved = values("excitation/gas"), values("excitation/inertia")
-    firing, rated = values("excitation/firing_angle"), 750.0 * RPM
-    count, found = len(names()), {name: [] for name in (*all_names(), "reduction")}
-    for place, order in enumerate(ORDER):
-        load = np.zeros(count + 1, dtype=complex)
-        for station, row in enumerate(parts()["shaft_line"]["stations"]):
-            if "cylinder" in row:
-                turned = np.exp(-1j * order * firing[int(row["cylinder"]) - 1])
-                load[station] = (one[place] + (speed / rated) ** 2 * moved[place]) * turned
-        w = order * speed
-        whole = np.zeros((count + 1, count + 1), dtype=complex)
-        whole[:count, :count] = stiffness - w**2 * inertia + 1j * w * damping
-        whole[:count, count] = whole[count, :count] = gives[1]
-        angle = np.linalg.solve(whole, load)
-        for name, a, b, k, c in sections():
-            found[name].append((k + 1j * w * c) * (angle[a] - angle[b]))
-        found["power take-off"].append(mesh_stiffness() * (gives[0] @ angle[:count]))
-        found["reduction"].append(40.0 / 118.0 * angle[count])
-    return {name: np.array(row) for name, row in found.items()}
-
-
-def all_names() -> list[str]:
-    return [*(name for name, *_ in sections()), "power take-off"]
-
-
-def half_range(amplitude: np.ndarray) -> float:
-    """(highest - lowest) / 2 over two turns: the best of many samples, then Newton's method."""
-    angle = np.linspace(0.0, 4.0 * np.pi, 20001)
-    wave = np.real(np.exp(1j * np.outer(angle, ORDER)) @ amplitude)
-    ends = []
-    for best in (int(np.argmax(wave)), int(np.argmin(wave))):
-        at = angle[best]
-        for _ in range(6):
-            turned = amplitude * np.exp(1j * ORDER * at)
-            at -= np.sum((1j * ORDER * turned).real) / np.sum((-(ORDER**2) * turned).real)
-        ends.append(float(np.sum((amplitude * np.exp(1j * ORDER * at)).real)))
-    return 0.5 * (ends[0] - ends[1])
+@cache
+def halves(speed: float) -> dict[str, float]:
+    """Half ranges of the own torques, of gears on the first wheel."""
+    found = line().at(speed)
+    gears = [gear["name"] for gear in line().gears]
+    torque = np.concatenate([found.torque, found.gear])
+    return dict(zip([*line().sections, *gears], half_range(ORDER, torque), strict=True))
 
 
 def half(name: str, speed: float) -> float:
-    return half_range(torques(speed)[name])
+    return halves(speed)[name]
 
 
-@pytest.mark.long
 def test_torques_at_the_operating_speed() -> None:
-    mine = torques(750.0 * RPM)
-    for name, value in zip(axis("torque_half_range", 0), values("torque_half_range"), strict=True):
-        assert value == pytest.approx(half_range(mine[name]), rel=1e-9)
-    for name, value in zip(
-        axis("gear/alternating_torque", 0), values("gear/alternating_torque"), strict=True
-    ):
-        assert value == pytest.approx(half_range(mine[name]), rel=1e-9)
+    for path in ("torque_half_range", "gear/alternating_torque"):
+        expected = [half(name, 750.0 * RPM) for name in axis(path, 0)]
+        assert values(path) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("place", [0, 77, 90, 91, 113, 190, 250])
 def test_torques_over_the_speeds(place: int) -> None:
     speed = float(axis("speeds/gear_torque", 1)[place])
-    mine = torques(speed)
     for path in ("speeds/gear_torque", "speeds/torque_half_range"):
-        for name, value in zip(axis(path, 0), values(path)[:, place], strict=True):
-            assert value == pytest.approx(half_range(mine[name]), rel=1e-9)
+        expected = [half(name, speed) for name in axis(path, 0)]
+        assert values(path)[:, place] == pytest.approx(expected, rel=1e-9)
 
 
 #: limit -> load, torque allowed for lasting and for passing through at the operating speed, N m;

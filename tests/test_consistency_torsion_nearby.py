@@ -13,7 +13,6 @@ from test_consistency_torsion_stage import ROOT, SPEED, record, value
 
 from vibecalc.core.case.load import validate
 from vibecalc.core.run.machine_checks import machine_warnings
-from vibecalc.torsion.adapters.exceeded import united
 
 POINTS = "speeds = { from = '800 rpm', to = '2000 rpm', points = 31 }"
 ENGINE = replaced(ENGINE, ('speeds = { from = "800 rpm", to = "2000 rpm" }', POINTS))
@@ -83,12 +82,6 @@ def test_a_rule_bars_about_the_peak_and_never_near_the_rated_speed() -> None:
     assert set(barred[0]) <= {*start, *low} and set(barred[1]) <= {*end, *high}
     best = int(np.argmin(np.abs(peak - value(text, "limit/speed")[0])))
     assert peak[best] == pytest.approx(value(text, "limit/speed")[0], rel=1e-9)
-
-
-def test_ranges_that_overlap_are_united() -> None:
-    lower, upper = np.array([5.0, 1.0, 2.5, 9.0]), np.array([6.0, 3.0, 4.0, 9.5])
-    assert [one.tolist() for one in united(lower, upper)] == [[1, 2], [0], [3]]
-    assert united(np.zeros(0), np.zeros(0)) == []
 
 
 def test_a_rule_bars_nothing_beyond_its_scope_though_nothing_damps_the_line() -> None:

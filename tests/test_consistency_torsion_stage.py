@@ -6,11 +6,10 @@ cycle, balances of power and of torque, and the same line asked in another way.
 
 import tomllib
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
-from engine_cases import ENGINE, GEARED, replaced
+from engine_cases import ENGINE, replaced
 from long_but import long_but
 
 from vibecalc.core.case.load import validate
@@ -56,37 +55,6 @@ def test_methods_agree(method: str) -> None:
     # two rigid modes come first: of the line, and of the ring in oil
     ratios = value(one, "modes/damping_ratio")
     assert ratios[2:4] == pytest.approx([0.01, 0.02], rel=1e-12)
-
-
-def test_gears_carry_what_their_wheels_need() -> None:
-    """Newton's law of the wheel with the shaft behind it, and of the elastic take-off, own speeds.
-
-    The wheel turns a third as fast as the pinion and the other way round; bearings brake both.
-    """
-    braked = {"pinion": ("0.05", 40.0), "wheel": ("3", 400.0)}
-    changes = []
-    for name, (inertia, damping) in braked.items():
-        station = f'{{ name = "{name}", inertia = "{inertia} kg*m^2"'
-        changes.append((station, f'{station}, absolute_damping = "{damping} N*m*s/rad"'))
-    text = replaced(GEARED, *changes)
-    order = np.arange(1, 13, dtype=float)
-    w = order * 600.0 * np.pi / 30.0
-    angle, torque = value(text, "angle"), value(text, "torque")
-    pinion, wheel = angle[2], angle[3]
-    assert wheel == pytest.approx(-pinion / 3.0, rel=1e-12)
-    # sections: a-b, b-pinion, wheel-propeller, take-off-generator, mesh of wheel and take-off
-    on_wheel = (400j * w - w**2 * 3.0) * wheel + torque[2] + torque[4]
-    on_pinion = -on_wheel / 3.0
-    needed = (40j * w - w**2 * 0.05) * pinion
-    assert needed == pytest.approx(torque[1] - on_pinion, rel=1e-7, abs=1e-9)
-    mesh = -(w**2) * 0.02 * angle[5] + torque[3]  # on the take-off, four times as fast
-    turns = np.exp(1j * order[:, None] * np.linspace(0.0, 2.0 * np.pi, 20000))
-    half = np.ptp((np.array([on_pinion, 4.0 * mesh]) @ turns).real, axis=-1) / 2.0
-    assert value(text, "gear/alternating_torque") == pytest.approx(half, rel=1e-5)
-    steady, shaft = value(text, "gear/mean_torque"), value(text, "torque_mean")[1]
-    assert abs(steady) == pytest.approx([abs(shaft), 0.0], rel=1e-12, abs=1e-9)
-    taken_before = replaced(text, ('load = "propeller"', 'load = "pinion"'))
-    assert value(taken_before, "gear/mean_torque") == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("speed", [180.0, pytest.param(95.0, marks=pytest.mark.long)])
@@ -148,13 +116,3 @@ def test_a_cylinder_that_misfires_has_no_gas_or_that_of_a_driven_one() -> None:
     whole, two = (np.abs(value(t, "excitation/vector_sum"))[0, 0] for t in (healthy, silent))
     assert whole < 1e-12 and two < 1e-12  # of equal cylinders; the torques tell
     assert np.abs(value(silent, "excitation/intensity")[0, 0]) > 10.0
-
-
-def test_blocks_of_speeds_do_not_matter(monkeypatch: Any) -> None:
-    from vibecalc.torsion.adapters import motion
-
-    plain = value(ENGINE, "speeds/torque_half_range")
-    monkeypatch.setattr(motion, "ROWS", 7)
-    again = run_case(validate(tomllib.loads(ENGINE)))
-    found = again[f"{ROOT}/speeds/torque_half_range"].values
-    assert np.abs(found - plain).max() < 1e-12 * plain.max()

@@ -8,7 +8,8 @@ from functools import cache
 
 import mpmath
 import numpy as np
-from exact_absorber import optimum, peak
+from exact_tree import optimum, tree
+from exact_tree import peaks as exact_peaks
 from mpmath import mp, mpf
 from stability.hard_case import HardCase, Numbers, Way, condition_of, singular
 
@@ -30,27 +31,32 @@ def own(z1: float, m: float) -> Bounded:
     return Bounded(values, np.array([found.stiffness_error, found.damping_error, uncertainty]))
 
 
+def exact(z1: float, m: float, near: tuple[float, float]) -> Numbers:
+    """The tuning next to that of z1 and m `near`, in many digits."""
+    found = minimax(*near)
+    start = float(found.stiffness_ratio), float(found.secondary_damping)
+    with mpmath.workdps(100):
+        return optimum(
+            KIND, z1, m, start, found.frequency.tolist(), found.weight.tolist(),
+            mpf(float(found.floor)),
+        )  # fmt: skip
+
+
 @cache
 def truth_of(z1: float, m: float) -> Numbers:
-    found = minimax(z1, m)
-    near = (float(found.stiffness_ratio), float(found.secondary_damping), *found.frequency.tolist())
-    with mpmath.workdps(60):
-        return optimum(KIND, z1, m, near[:4], mpf(float(found.floor)))
+    return exact(z1, m, (z1, m))
 
 
 def condition(z1: float, m: float) -> float:
     """Relative condition of k, z2 and the height, from two optima next to each other."""
     base, part = truth_of(z1, m), 1e-9
-    near = [float(base[0]), float(base[1]), *minimax(z1, m).frequency.tolist()][:4]
-    floor = float(minimax(z1, m).floor)
     total = [0.0, 0.0, 0.0]
-    with mpmath.workdps(60):
-        for one in ((z1 * (1 - part), m), (z1, m * (1 - part))):
-            moved = optimum(KIND, *one, near, mpf(floor))
-            total = [
-                so_far + abs(float((b - a) / a)) / part
-                for so_far, a, b in zip(total, base, moved, strict=True)
-            ]
+    for one in ((z1 * (1 - part), m), (z1, m * (1 - part))):
+        moved = exact(*one, (z1, m))
+        total = [
+            so_far + abs(float((b - a) / a)) / part
+            for so_far, a, b in zip(total, base, moved, strict=True)
+        ]
     return max(total)
 
 
@@ -154,13 +160,18 @@ def viscous() -> HardCase:
 LIGHT = Absorber(1e-9, 1e-3, 0.999e-3, 1e-13)
 
 
+def exact_light(ratios: list[float]) -> Numbers:
+    """Frequency and height of both peaks in many digits."""
+    z1, m, k, z2 = ratios
+    with mpmath.workdps(100):
+        found = exact_peaks(tree(z1, [m], [k], [z2]), *KIND)
+        assert len(found.frequency) == 2
+        return [*sum(zip(found.frequency, found.magnitude, strict=True), ())]
+
+
 @cache
 def light_truth() -> Numbers:
-    """Peaks of a nearly undamped pair, by Newton in long arithmetic from the undamped ones."""
-    ratios = (1e-9, 1e-3, 0.999e-3, 1e-13)
-    starts = peaks(LIGHT).frequency[:2].tolist()
-    with mpmath.workdps(60):
-        return [part for near in starts for part in peak(KIND, ratios, near)]
+    return exact_light([1e-9, 1e-3, 0.999e-3, 1e-13])
 
 
 def own_light() -> Bounded:
@@ -218,14 +229,12 @@ def no_mass() -> HardCase:
 
 def light_condition() -> float:
     """By z1 and z2, which hold the peaks, and by k, which places them."""
-    base = light_truth()
-    starts, total = [base[0], base[2]], 0.0
-    with mpmath.workdps(60):
-        for place in (0, 2, 3):
-            ratios = [1e-9, 1e-3, 0.999e-3, 1e-13]
-            ratios[place] *= 1.0 + 2.0**-40
-            moved = [part for near in starts for part in peak(KIND, ratios, float(near))]
-            total += max(float(abs(b / a - 1)) for a, b in zip(base, moved, strict=True)) * 2.0**40
+    base, total = light_truth(), 0.0
+    for place in (0, 2, 3):
+        ratios = [1e-9, 1e-3, 0.999e-3, 1e-13]
+        ratios[place] *= 1.0 + 2.0**-40
+        moved = exact_light(ratios)
+        total += max(float(abs(b / a - 1)) for a, b in zip(base, moved, strict=True)) * 2.0**40
     return total
 
 
