@@ -10,7 +10,7 @@ from fuzzing import command
 from shipped_cases import CASES
 
 from vibecalc import api
-from vibecalc.core.report import plots
+from vibecalc.core.report import calculation, plots
 from vibecalc.core.report.writing import Column, number, table
 from vibecalc.errors import Defect
 from vibecalc.excitation import report as excitation
@@ -169,7 +169,8 @@ def test_a_picture_that_fails_takes_nothing_along(monkeypatch: pytest.MonkeyPatc
         calls.append(name)
         return _broken() if len(calls) == 1 else real(result, name)
 
-    monkeypatch.setattr(plots, "make", make)
+    for module in (plots, calculation):
+        monkeypatch.setattr(module, "make", make)
     found = command("plot", "one.h5", "-o", "some")
     assert found.code == 70 and f"the picture {calls[0]}: IndexError" in found.err
     assert len(list(Path("some").iterdir())) >= len(names) - 1

@@ -103,6 +103,16 @@ UPPER, LOWER = '{ name = "b", mass = "20 kg", on = "a" }', '{ name = "a", mass =
 
 
 @pytest.mark.long
+def test_a_family_over_a_range_is_that_over_its_list() -> None:
+    key, path = "response.absorber.vary={stiffness_ratio=", "response/absorber/peak/magnitude"
+    spread, listed = (
+        run("absorber", key + values + "}")
+        for values in ("{from='0 %', to=0.2, points=5}", "[0.0, 0.05, 0.1, 0.15, 0.2]")
+    )
+    assert (spread[path].values == listed[path].values).all()
+    assert spread[path].axes[0].values.tolist() == listed[path].axes[0].values.tolist()
+
+
 def test_the_order_of_several_absorbers_changes_no_number(tmp_path: Path) -> None:
     one, two = (floor(tmp_path, TWO.replace("SECONDARIES", ", ".join(order))).record
                 for order in ((UPPER, LOWER), (LOWER, UPPER)))  # fmt: skip

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field
+from pydantic_core import core_schema
 
 from vibecalc.absorber.readings import drifts
 from vibecalc.absorber.tables import OILS, Positive, Share, Temperature
@@ -17,7 +18,7 @@ from vibecalc.core.case.fields import (
     Unbalance,
     Unit,
 )
-from vibecalc.core.case.raw import table_at
+from vibecalc.core.case.raw import read_number, table_at
 from vibecalc.core.case.rules import (
     Row,
     Rule,
@@ -30,6 +31,7 @@ from vibecalc.core.case.rules import (
     pair_ordered,
     refuse,
 )
+from vibecalc.errors import UnitError
 
 # ----------------------------------------------------------------------------
 # What is asked of an absorber: its response, and the tuning that keeps it small.
@@ -56,11 +58,45 @@ AnyResponse = Literal[
     "relative_displacement",
 ]
 TuningMethod = Literal["den_hartog", "nishihara_asami", "warburton", "numerical"]
-Shares = Annotated[tuple[Share, ...], Field(max_length=64)]
+#: entries of a family of curves
+_MOST = 64
+
+
+class Spread:
+    """Marks a list that may also be a range, `{ from = 0.0, to = 1.0, points = 41 }`."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> core_schema.CoreSchema:
+        return core_schema.no_info_before_validator_function(_spread, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> dict[str, Any]:
+        ends = {"type": "number"}
+        points = {"type": "integer", "minimum": 2, "maximum": _MOST}
+        of = {"from": ends, "to": ends, "points": points}
+        spread = {"type": "object", "properties": of, "required": [*of]}
+        return {"anyOf": [handler(schema["schema"]), {**spread, "additionalProperties": False}]}
+
+
+def _spread(value: Any) -> Any:
+    """The entries of a range, evenly spread with both ends; anything else as it is."""
+    if not isinstance(value, dict):
+        return value
+    low, high = (read_number(value.get(key), "") for key in ("from", "to"))
+    points = value.get("points")
+    few = isinstance(points, int) and 2 <= points <= _MOST  # true and false are fewer
+    if low is None or high is None or points is None or not few or len(value) > 3:
+        raise UnitError(
+            "not a range",
+            found=str(value)[:80],
+            allowed=f"a list, or {{ from = 0.0, to = 1.0, points = 41 }} with 2 to {_MOST} points",
+        )
+    return [low + (high - low) * i / (points - 1) for i in range(points)]
+
+
+Shares = Annotated[tuple[Share, ...], Field(max_length=_MOST), Spread()]
 #: of a number that a part may be off by
 Fraction = Annotated[float, Field(gt=0, lt=1), Unit("")]
 Tolerance = Annotated[float, Field(ge=0, lt=0.9), Unit("")]
-Positives = Annotated[tuple[Positive, ...], Field(max_length=64)]
+Positives = Annotated[tuple[Positive, ...], Field(max_length=_MOST), Spread()]
 Points = Annotated[int, Field(strict=True, ge=2, le=20_000)]
 FewPoints = Annotated[int, Field(strict=True, ge=2, le=2000)]
 

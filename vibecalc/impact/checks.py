@@ -77,7 +77,7 @@ def gaps(case: Case) -> list[Gap]:
     return [Gap(path, play, across[str(path[-1])]) for path, play in plays(case)]
 
 
-def _mass_problems(case: Case) -> Iterator[Problem]:
+def _without_mass(case: Case) -> Iterator[Problem]:
     joints, (name, whole, rod) = case.machine.joints, _masses(case)
     if joints is not None and joints.crank_pin is not None and rod <= 0.0:
         yield Problem(
@@ -196,7 +196,7 @@ def joint_problems(case: Case) -> list[Problem]:
     """Problems of joints with play, and of the study of impacts in them."""
     if not has_crank_train(case.machine) or case.machine.joints is None:
         return []
-    problems = [*_clearances(case), *_stands(case), *_mass_problems(case)]
+    problems = [*_clearances(case), *_stands(case), *_without_mass(case)]
     found = gaps(case)
     for gap in found:
         problems += [*_contact(case, gap), *_damping(case, gap)]
