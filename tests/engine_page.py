@@ -74,7 +74,7 @@ def frequencies() -> tuple[Row, ...]:
 def damping() -> tuple[Row, ...]:
     natural = line_modes(8)[0][1:]
     series = caughey_series(natural[:2], [source.PRIMARY_DAMPING_RATIO] * 2)
-    ratio = series_damping(series, natural).value
+    ratio = series_damping(series, natural)
     unused = "of Rayleigh damping; Appendix VI has 0.01 for every mode"
     return (
         Row("4.4.2.3, alpha0, 1/s", "1.8355", float(series.alpha[0]), None, "reproduced"),
@@ -118,7 +118,7 @@ def excitation(freedoms: int, **case: object):
 @cache
 def _largest(freedoms: int, program: bool) -> tuple[float, ...]:
     found = excitation(freedoms, **(PROGRAM if program else RIGHT))
-    return tuple((np.argmax(np.abs(found.vector_sum.value), axis=1) + 1.0).tolist())
+    return tuple((np.argmax(np.abs(found.vector_sum), axis=1) + 1.0).tolist())
 
 
 def intensities() -> tuple[Row, ...]:
@@ -140,7 +140,7 @@ def largest_twists(freedoms: int, program: bool) -> tuple[float, ...]:
     """Largest |twist at t = 0| over the 30 critical speeds, modes 2 to 4."""
     found = excitation(freedoms, **(PROGRAM if program else RIGHT))
     if program:
-        given = found.deflection.value
+        given = found.deflection
         real = given.real
         if freedoms == 7:
             # atan(b / a) of the source: every cosine comes out positive
@@ -149,7 +149,7 @@ def largest_twists(freedoms: int, program: bool) -> tuple[float, ...]:
             turned = np.where(real < 0.0, -given, given)
             found = found._replace(deflection=bounded(turned))
     ratio = None if freedoms == 7 else [0.01] * 3
-    total = twist_on_criticals(found, ORDER, ratio).value[..., -1]
+    total = twist_on_criticals(found, ORDER, ratio)[..., -1]
     return tuple(np.abs(total).max(axis=1).tolist())
 
 

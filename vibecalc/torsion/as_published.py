@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.bounded import Bounded, Operand, bounded, rounded, square, where
-from vibecalc.numerics.rounding import EPSILON, SINGULAR, UNIT_ROUNDOFF, FloatArray, floats
+from vibecalc.numerics.rounding import SINGULAR, UNIT_ROUNDOFF, ComplexArray, FloatArray, floats
 
 # ----------------------------------------------------------------------------
 # Modal twist of a shaft line at chosen speeds, as Baca (2007, chapter 4) examines an engine.
@@ -30,12 +29,12 @@ class ModalExcitation(NamedTuple):
     stiffness: magnitude Q, phase minus xi.
     """
 
-    vector_sum: Bounded
-    deflection: Bounded
+    vector_sum: ComplexArray
+    deflection: ComplexArray
 
 
 def modal_excitation(
-    shape: Operand, frequency: ArrayLike, inertia: ArrayLike, torque: Operand
+    shape: ArrayLike, frequency: ArrayLike, inertia: ArrayLike, torque: ArrayLike
 ) -> ModalExcitation:
     """Vector sums of eqs. 4.17 and 4.28 over the stations.
 
@@ -47,24 +46,24 @@ def modal_excitation(
 
     NumericalFailure for a rigid mode: it has no static deflection.
     """
-    modes, (natural, mass) = bounded(shape), floats(frequency, inertia)
+    modes, natural, mass = floats(shape, frequency, inertia)
     if np.any(natural <= 0.0):
         raise NumericalFailure("a rigid mode has no static deflection; leave it out")
-    total = modes @ bounded(torque).T
-    stiffness = (square(modes) @ mass) * natural**2
+    total = modes @ np.asarray(torque, dtype=np.complex128).T
+    stiffness = (np.square(modes) @ mass) * natural**2
     return ModalExcitation(total, total / stiffness[:, None])
 
 
-def magnifier(ratio: Operand, damping_ratio: ArrayLike = 0.0) -> Bounded:
+def magnifier(ratio: ArrayLike, damping_ratio: ArrayLike = 0.0) -> ComplexArray:
     """1 / (1 - r^2 + 2 i zeta r), r = q speed / natural frequency (eqs. 4.18 and 4.29).
 
     NumericalFailure where an undamped mode is met exactly: the source puts eq. 4.19 there.
     """
-    r, (zeta,) = bounded(ratio), floats(damping_ratio)
-    below = (1.0 - r) * (1.0 + r) + 2j * zeta * r
-    if np.any(below.value == 0.0):
+    r, zeta = floats(ratio, damping_ratio)
+    below = np.asarray((1.0 - r) * (1.0 + r) + 2j * zeta * r)
+    if np.any(below == 0.0):
         raise NumericalFailure("an order meets an undamped natural frequency")
-    return 1.0 / below
+    return np.asarray(1.0 / below)
 
 
 def empirical_magnifier(deflection: ArrayLike) -> FloatArray:
@@ -80,25 +79,25 @@ def empirical_magnifier(deflection: ArrayLike) -> FloatArray:
 
 def modal_twist(
     excitation: ModalExcitation,
-    frequency: Operand,
+    frequency: ArrayLike,
     order: ArrayLike,
     speed: ArrayLike,
     damping_ratio: ArrayLike = 0.0,
-) -> Bounded:
+) -> ComplexArray:
     """gamma_c (m, s) in rad of eqs. 4.17 (damping ratio zero) and 4.28 over speeds (s,) in rad/s.
 
     The twist at t = 0 is its real part; the source calls the magnitude "real + imaginary". The
     torque is one for all speeds, as there.
     """
-    natural, (orders, turning, zeta) = bounded(frequency), floats(order, speed, damping_ratio)
-    ratio = rounded(orders * turning[:, None], 2.0) / natural[:, None, None]
+    natural, orders, turning, zeta = floats(frequency, order, speed, damping_ratio)
+    ratio = orders * turning[:, None] / natural[:, None, None]
     zeta = np.broadcast_to(zeta, natural.shape)[:, None, None]
-    return (magnifier(ratio, zeta) * excitation.deflection[:, None, :]).sum()
+    return np.asarray((magnifier(ratio, zeta) * excitation.deflection[:, None, :]).sum(axis=-1))
 
 
 def twist_on_criticals(
     excitation: ModalExcitation, order: ArrayLike, damping_ratio: ArrayLike | None = None
-) -> Bounded:
+) -> FloatArray:
     """Partial sums over the orders of the twist at t = 0 on each critical speed, (m, w, q) in rad.
 
     Entry [c, w, j] sums the first j + 1 orders at the critical speed of order w (figures 4.16 to
@@ -107,20 +106,16 @@ def twist_on_criticals(
     magnifier of eq. 4.19; an order with no intensity there adds nothing.
     """
     (orders,) = floats(order)
-    ratio = rounded(orders / orders[:, None], 2.0)
+    ratio, static = orders / orders[:, None], np.abs(excitation.deflection)
     if damping_ratio is None:
         resonant = np.eye(orders.size, dtype=bool)
-        plain = magnifier(where(resonant, 0.0, ratio))
-        static = np.abs(excitation.deflection.value)
         driven = static > 0.0
         bump = np.where(driven, empirical_magnifier(np.where(driven, static, 1.0)), 0.0)
-        factor = where(resonant, rounded(bump[:, None, :], 8.0), plain)
+        plain = magnifier(np.where(resonant, 0.0, ratio))
+        factor: ComplexArray = np.where(resonant, bump[:, None, :], plain)
     else:
-        zeta = np.asarray(damping_ratio, dtype=float)
-        factor = magnifier(ratio, zeta[:, None, None])
-    term = factor * excitation.deflection[:, None, :]
-    rounding = rounded(term.value, orders.size).error
-    return Bounded(np.cumsum(term.value.real, axis=-1), np.cumsum(term.error + rounding, axis=-1))
+        factor = magnifier(ratio, np.asarray(damping_ratio, dtype=float)[:, None, None])
+    return np.cumsum((factor * excitation.deflection[:, None, :]).real, axis=-1)
 
 
 # ----------------------------------------------------------------------------
@@ -134,19 +129,15 @@ def twist_on_criticals(
 
 
 class Series(NamedTuple):
-    """alpha_d in s^(2 d - 1), shape (k,), with absolute errors; `condition` is that of the fit.
+    """alpha_d in s^(2 d - 1), shape (k,), from a fit with frequencies over their largest one.
 
-    The condition number is of the system with frequencies over their largest; its product with the
-    rounding is what the coefficients may lose. `coefficient` is that system's own: c_d with
-    2 zeta = sum c_d (W / reference)^(2 d - 1).
+    That is `reference`; `condition` times the rounding is what coefficients may lose. `coefficient` is that system's own: c_d with 2 zeta = sum c_d (W / reference)^(2 d - 1).
     """
 
     alpha: FloatArray
-    error: FloatArray
     condition: float
     reference: float
     coefficient: FloatArray
-    coefficient_error: FloatArray
 
 
 def caughey_series(frequency: ArrayLike, damping_ratio: ArrayLike) -> Series:
@@ -160,41 +151,26 @@ def caughey_series(frequency: ArrayLike, damping_ratio: ArrayLike) -> Series:
     if np.any(natural <= 0.0) or np.unique(natural).size < natural.size:
         raise NumericalFailure("a damping series needs frequencies above zero, all different")
     reference = float(natural.max())
-    scaled = natural / reference
     power = 2.0 * np.arange(natural.size) - 1.0
-    system = scaled[:, None] ** power
+    system = (natural / reference)[:, None] ** power
     condition = float(np.linalg.cond(system))
-    inverse = np.linalg.inv(system)
     coefficient = np.linalg.solve(system, 2.0 * wanted)
-    # one step of refinement, then the residual and the roundings of the data through |inverse|
-    coefficient = coefficient + inverse @ (2.0 * wanted - system @ coefficient)
-    size = np.abs(system) @ np.abs(coefficient)
-    uncertainty = np.abs(inverse) @ (
-        np.abs(2.0 * wanted - system @ coefficient)
-        + (natural.size + 6.0) * UNIT_ROUNDOFF * size
-        + UNIT_ROUNDOFF * (np.abs(system) * np.abs(power)) @ np.abs(coefficient)
-    )
-    if condition * UNIT_ROUNDOFF > SINGULAR or np.any(
-        uncertainty > SINGULAR * np.max(np.abs(coefficient))
-    ):
+    # one step of refinement
+    coefficient = coefficient + np.linalg.solve(system, 2.0 * wanted - system @ coefficient)
+    if condition * UNIT_ROUNDOFF > SINGULAR:
         raise NumericalFailure(
             f"a damping series of {natural.size} terms is ill conditioned here "
             f"(condition {condition:.1g}): fewer than four digits of it remain"
         )
     with np.errstate(under="ignore"):
         alpha = coefficient * reference**-power
-        error = uncertainty * reference**-power + 8.0 * EPSILON * np.abs(alpha)
-    return Series(alpha, error, condition, reference, coefficient, uncertainty)
+    return Series(alpha, condition, reference, coefficient)
 
 
-def series_damping(series: Series, frequency: ArrayLike) -> Bounded:
+def series_damping(series: Series, frequency: ArrayLike) -> FloatArray:
     """Damping ratios that a series gives at frequencies (...) in rad/s, above zero."""
     (natural,) = floats(frequency)
     if np.any(natural <= 0.0):
         raise NumericalFailure("a rigid mode has no damping ratio")
     power = 2.0 * np.arange(series.alpha.size) - 1.0
-    term = (natural[..., None] / series.reference) ** power
-    value = 0.5 * term @ series.coefficient
-    rounding = (np.abs(power) + power.size + 4.0) * EPSILON * np.abs(series.coefficient)
-    error = 0.5 * term @ (series.coefficient_error + rounding)
-    return Bounded(np.asarray(value), np.asarray(error))
+    return np.asarray(0.5 * (natural[..., None] / series.reference) ** power @ series.coefficient)

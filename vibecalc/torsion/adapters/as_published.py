@@ -1,14 +1,16 @@
 """The modal route of the source, one mode at a time, named for what it is."""
 
+from typing import Any
+
 import numpy as np
 
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.rounding import FloatArray
+from vibecalc.numerics.errors import with_errors
+from vibecalc.numerics.rounding import ComplexArray, FloatArray
 from vibecalc.torsion.adapters.setup import Setup, build_setup, line_speeds, placed
 from vibecalc.torsion.as_published import (
-    ModalExcitation,
     caughey_series,
     modal_excitation,
     modal_twist,
@@ -33,25 +35,46 @@ def run_torsion_as_published(scene: Scene) -> None:
     if options is None:
         raise ValueError("the case has no [response.torsion.as_published]")
     place, shape = _shapes(setup, options)
-    frequency, uncertainty = setup.modes.frequency[place], setup.modes.frequency_error[place]
-    number = place + 1
-    modes = {"elastic_mode": number}
-    scene.emit(f"{PUBLISHED}natural_frequency", frequency, uncertainty, modes)
-    _emit_rayleigh(scene, setup, options, frequency, number)
-    excitation = modal_excitation(shape, frequency, setup.model.line.inertia, _torque(setup))
-    order = setup.drive.order
-    _emit_intensity(scene, excitation, number, order)
-    ratio = 0.0 if options.magnifier == "empirical" else options.damping_ratio
-    zeta = np.full(len(place), 0.0 if options.magnifier == "undamped" else ratio)
-    if setup.torsion.speeds is not None:
-        speeds = line_speeds(setup.torsion.speeds)
-        twist = modal_twist(excitation, Bounded(frequency, uncertainty), order, speeds, zeta)
-        axes = {"elastic_mode": number, "speed": speeds}
-        scene.emit(f"{PUBLISHED}twist", twist.real, axes=axes)
-        scene.emit(f"{PUBLISHED}twist_magnitude", abs(twist), axes=axes)
-    if options.magnifier != "undamped":
-        damped = None if options.magnifier == "empirical" else zeta
-        _emit_criticals(scene, excitation, number, order, damped)
+    frequency = Bounded(setup.modes.frequency[place], setup.modes.frequency_error[place])
+    every, order = setup.modes.frequency, setup.drive.order
+    empirical, undamped = (options.magnifier == one for one in ("empirical", "undamped"))
+    ratio = 0.0 if empirical or undamped else options.damping_ratio
+    zeta = np.full(len(place), ratio)
+    speeds = line_speeds(setup.torsion.speeds) if setup.torsion.speeds is not None else None
+
+    def kernel(
+        lowest: FloatArray, shape: FloatArray, natural: FloatArray, torque: ComplexArray
+    ) -> dict[str, Any]:
+        """By the names of the results."""
+        series = caughey_series(lowest, np.full(len(lowest), options.damping_ratio))
+        inertia, stiffness = np.append(series.alpha, 0.0)[:2]
+        excitation = modal_excitation(shape, natural, setup.model.line.inertia, torque)
+        found = {
+            "rayleigh_inertia": inertia,
+            "rayleigh_stiffness": stiffness,
+            "rayleigh_damping_ratio": series_damping(series, natural),
+            "intensity": excitation.vector_sum,
+            "static_twist": excitation.deflection,
+        }
+        if speeds is not None:
+            twist = modal_twist(excitation, natural, order, speeds, zeta)
+            found |= {"twist": twist.real, "twist_magnitude": np.abs(twist)}
+        if not undamped:
+            twist = twist_on_criticals(excitation, order, None if empirical else zeta)[..., -1]
+            best = np.argmax(np.abs(twist), axis=1)[:, None]
+            largest = np.take_along_axis(np.abs(twist), best, axis=1)[:, 0]
+            found |= {"twist_at_critical": twist, "largest_twist": largest}
+        return found
+
+    torque = _torque(setup)
+    found = with_errors(kernel, every[every > 0.0][:2], shape, frequency, torque)
+    axes = {"elastic_mode": place + 1, "half_order": order, "speed": speeds}
+    for name, value in {"natural_frequency": frequency, **found}.items():
+        scene.emit(f"{PUBLISHED}{name}", value, axes=axes)
+    for name, of in (("intensity", "intensity"), ("twist", "twist_at_critical")):
+        if of in found:
+            best = order[np.argmax(np.abs(found[of].value), axis=1)]
+            scene.emit(f"{PUBLISHED}largest_{name}_order", best, 0.0, axes)
     scene.cite(
         "modal route of the source: modal twist at crank angle zero, shapes with 1 at the first "
         "freedom; it is no twist of a shaft",
@@ -85,41 +108,3 @@ def _torque(setup: Setup) -> Bounded:
     drive = setup.drive
     on = placed(drive.freedom, setup.model.line.inertia.size)
     return drive.torque(np.array([setup.speed]))[0] @ on
-
-
-def _emit_rayleigh(
-    scene: Scene, setup: Setup, options: AsPublished, frequency: FloatArray, number: np.ndarray
-) -> None:
-    """The series through the ratio of the case at the two lowest elastic modes."""
-    elastic = setup.modes.frequency[setup.modes.frequency > 0.0][:2]
-    series = caughey_series(elastic, np.full(len(elastic), options.damping_ratio))
-    alpha = np.append(series.alpha, 0.0)[:2]
-    error = np.append(series.error, 0.0)[:2]
-    scene.emit(f"{PUBLISHED}rayleigh_inertia", alpha[0], error[0])
-    scene.emit(f"{PUBLISHED}rayleigh_stiffness", alpha[1], error[1])
-    ratio = series_damping(series, frequency)
-    axes = {"elastic_mode": number}
-    scene.emit(f"{PUBLISHED}rayleigh_damping_ratio", ratio, axes=axes)
-
-
-def _emit_intensity(
-    scene: Scene, excitation: ModalExcitation, number: np.ndarray, order: FloatArray
-) -> None:
-    axes = {"elastic_mode": number, "half_order": order}
-    scene.emit(f"{PUBLISHED}intensity", excitation.vector_sum, axes=axes)
-    scene.emit(f"{PUBLISHED}static_twist", excitation.deflection, axes=axes)
-    largest = order[np.argmax(np.abs(excitation.vector_sum.value), axis=1)]
-    scene.emit(f"{PUBLISHED}largest_intensity_order", largest, 0.0, {"elastic_mode": number})
-
-
-def _emit_criticals(
-    scene: Scene, excitation: ModalExcitation, number: np.ndarray, order: FloatArray,
-    zeta: FloatArray | None,
-) -> None:  # fmt: skip
-    twist = twist_on_criticals(excitation, order, zeta)[..., -1]
-    axes = {"elastic_mode": number, "half_order": order}
-    scene.emit(f"{PUBLISHED}twist_at_critical", twist, axes=axes)
-    best = np.argmax(np.abs(twist.value), axis=1)
-    largest, modes = abs(twist)[np.arange(len(number)), best], {"elastic_mode": number}
-    scene.emit(f"{PUBLISHED}largest_twist", largest, axes=modes)
-    scene.emit(f"{PUBLISHED}largest_twist_order", order[best], 0.0, modes)
