@@ -57,14 +57,14 @@ class Borne:
 
     def of(self, motion: Motion, at: Rows = EVERY, row: Rows = EVERY) -> Bounded:
         """As of a reading; infinite where nothing damps an order."""
-        if self.name != "use":
-            return self._value(self.name, motion, at, self.coupling[row])
         if at is EVERY:
-            every = np.arange(len(self.couplings))
-            shares = stack([self._share(k, motion, at, every) for k in self.limits.tolist()])
-            return reshaped(shares, lambda one: one.reshape(len(motion.speed), -1))
-        limit, which = np.tile(self.limits, len(self.couplings))[row], self.coupling[row]
-        found = np.zeros((2, len(limit)))
+            shape = len(motion.speed), len(self.place)
+            every = self.of(motion, *np.indices(shape).reshape(2, -1))
+            return reshaped(every, lambda one: one.reshape(shape))
+        which = self.coupling[row]
+        if self.name != "use":
+            return self._value(self.name, motion, at, which)
+        limit, found = np.tile(self.limits, len(self.couplings))[row], np.zeros((2, len(which)))
         for one in sorted(set(limit.tolist())):
             own = np.flatnonzero(limit == one)
             share = self._share(one, motion, at[own], which[own])
@@ -76,32 +76,24 @@ class Borne:
         found = self.of(motion)
         return np.where(np.isfinite(found.value), found.errors, 0.0)
 
-    def _value(self, name: str, motion: Motion, at: Rows, which: IntArray) -> Bounded:
-        """Of couplings `which` (c,) at all speeds (s, c), or each at its own (c,)."""
+    def _value(self, name: str, motion: Motion, at: IntArray, which: IntArray) -> Bounded:
+        """Of couplings `which` (k,), each at its own speed (k,)."""
         place = self.element[which]
-
-        def read(kind: str) -> Bounded:
+        kind = {"mean_torque": "mean", "peak_torque": "peak_with_mean", "power_loss": "heat",
+                "vibratory_torque": "half_range"}.get(name)  # fmt: skip
+        if kind is not None:
             return Reading("torque", place, kind, "", ()).of(motion, at)
-
         if name == "temperature":
             power = self._value("power_loss", motion, at, which)
             rise, ambient = (self._each(which, one) for one in ("resistance", "temperature"))
             hot = where(rise > 0.0, where(rise > 0.0, power, 0.0) * rise, 0.0)
             return where(np.isfinite(power.value), hot, np.where(rise > 0.0, np.inf, 0.0)) + ambient
-        kind = {"mean_torque": "mean", "peak_torque": "peak_with_mean", "power_loss": "heat",
-                "vibratory_torque": "half_range"}.get(name)  # fmt: skip
-        if kind is not None:
-            return read(kind)
-        size = abs(bounded(motion.rows("torque", place, at)))
-        w = motion.state.frequency[at]
-        w = np.broadcast_to(w[:, None] if at is EVERY else w, size.shape)
+        size, w = abs(bounded(motion.rows("torque", place, at))), motion.state.frequency[at]
         if name == "main_frequency":
-            main = np.take_along_axis(w, np.argmax(size.value, axis=-1)[..., None], axis=-1)
-            return rounded(main[..., 0], 2.0)
-        factor = self._by_coupling(which, w, _frequency_factor, 1)
-        clear = ~motion.masked[at]
-        clear = clear[:, None] if at is EVERY else clear
-        return where(clear, sqrt(square(rounded(factor, 4.0) * size).sum(axis=-1)), np.inf)
+            main = np.take_along_axis(w, np.argmax(size.value, axis=-1)[:, None], axis=-1)
+            return rounded(main[:, 0], 2.0)
+        factor = rounded(self._by_coupling(which, w, _frequency_factor), 4.0)
+        return where(~motion.masked[at], sqrt(square(factor * size).sum(axis=-1)), np.inf)
 
     def _each(self, which: IntArray, name: str) -> FloatArray:
         return np.array([getattr(one, name) for one in self.couplings])[which]
@@ -111,49 +103,39 @@ class Borne:
         which: IntArray,
         value: FloatArray,
         function: Callable[[Coupling, FloatArray], FloatArray],
-        behind: int = 0,
     ) -> FloatArray:
-        """A function of each coupling `which` (c,) at values (..., c), with axes `behind`."""
-        found, number = np.empty_like(value), which.reshape(-1, *[1] * behind)
-        number = np.broadcast_to(number, value.shape)
+        """A function of each coupling `which` (k,) at its values (k, ...)."""
+        found = np.empty_like(value)
         for place, one in enumerate(self.couplings):
-            own = number == place
-            found[own] = function(one, value[own])
+            found[which == place] = function(one, value[which == place])
         return found
 
-    def _share(self, limit: int, motion: Motion, at: Rows, which: IntArray) -> Bounded:
+    def _share(self, limit: int, motion: Motion, at: IntArray, which: IntArray) -> Bounded:
         """Use of one of `LIMITS`; 0 where the maker does not say it."""
-        permitted = np.array([permitted_of(one.permissible) for one in self.couplings])[
-            which, limit
-        ]
+        every = np.array([permitted_of(one.permissible) for one in self.couplings])
+        permitted = every[which, limit]
 
         def value(name: str) -> Bounded:
             return self._value(name, motion, at, which)
 
-        said = np.isfinite(permitted)
-        if not np.any(said):
-            speed = motion.speed[at]
-            return bounded(np.zeros((len(speed), len(which)) if at is EVERY else speed.shape))
         if limit < 4:
             name = VALUES[limit]
             heat = value("temperature").value
             finite = np.where(np.isfinite(heat), heat, 0.0)
-            hot = self._by_coupling(which, finite, Coupling.service_factor)
             load = abs(value(name)) if name == "mean_torque" else value(name)
-            load = load * rounded(hot, 4.0)
+            load = load * rounded(self._by_coupling(which, finite, Coupling.service_factor), 4.0)
             if name == "vibratory_torque":
                 main = value("main_frequency").value
                 load = load * rounded(self._by_coupling(which, main, _frequency_factor), 4.0)
         elif limit == 4:
             load = value("power_loss")
         elif limit == 5:
-            speed = motion.speed[at][:, None] if at is EVERY else motion.speed[at]
-            load = rounded(speed * np.abs(self._each(which, "ratio")), 4.0)
+            load = rounded(motion.speed[at] * np.abs(self._each(which, "ratio")), 4.0)
         else:
             ambient = self._each(which, "temperature")
             load, permitted = value("temperature") - ambient, permitted - ambient
-        safe = where(said, load, 0.0)
-        return safe * np.where(said, 1.0 / np.where(said, permitted, 1.0), 0.0)
+        said = np.isfinite(permitted)
+        return where(said, load, 0.0) * np.where(said, 1.0 / np.where(said, permitted, 1.0), 0.0)
 
 
 def _frequency_factor(coupling: Coupling, frequency: FloatArray) -> FloatArray:
