@@ -57,34 +57,73 @@ def critical(setup: Setup) -> Bounded:
     return where(none[:, None] | held, np.inf, speed)
 
 
-def _met(setup: Setup) -> Bounded:
-    """Speeds (m, q) at which |s| = q speed, where pendulums or dampings follow the speed.
+# ----------------------------------------------------------------------------
+# Speeds at which |s| = q speed, of a line that is another one at every speed: secant steps with the
+# pole of the line as it is there.
+# ----------------------------------------------------------------------------
 
-    On s = i q speed they take S / q^2 off the inertia, which tells where to begin; secant steps
-    follow with the line as it is at each speed. The frequency of a mode over the speed falls as the
-    speed rises, so each mode is met once at most.
+#: of couplings, by how much a first guess may lie outside the range; what counts as met
+_NEAR, _MET = 0.1, 1e-12
+
+
+def asked_range(setup: Setup) -> tuple[float, float]:
+    """Lowest and highest crank speed that a case asks for, rad/s."""
+    speeds = setup.torsion.speeds
+    every = [setup.speed] if speeds is None else [setup.speed, speeds.start, speeds.stop]
+    return min(every), max(every)
+
+
+def met_criticals(setup: Setup) -> Bounded:
+    """Of a line with couplings, critical speeds (m, q); infinite near which nothing peaks.
+
+    Outside the speeds that a case asks for, loads and heat are nobody's: near them those at the
+    nearest end count, farther away the modes of the operating speed.
+    """
+    modes, order, (first, last) = setup.natural(), setup.drive.order, asked_range(setup)
+    low, high = first * (1.0 - _NEAR), last * (1.0 + _NEAR)
+    speed = modes.frequency[:, None] / order
+    error = modes.frequency_error[:, None] / order
+    speed[modes.silent & (modes.frequency > 0.0)] = np.inf
+    pairs = np.argwhere((speed >= low) & (speed <= high)).tolist()
+    due = {
+        (mode, place): _Crossing(setup, float(order[place]), complex(modes.pole[mode]), low, high)
+        for mode, place in pairs
+    }
+    for key, one in _crossed(setup, due).items():
+        speed[key], error[key] = one.at, one.error
+    return Bounded(speed, np.where(np.isfinite(speed), error, 0.0))
+
+
+def _met(setup: Setup) -> Bounded:
+    """Of a line with pendulums, or dampings that follow the speed, critical speeds (m, q).
+
+    On s = i q speed pendulums take S / q^2 off the inertia, which tells where to begin. The
+    frequency of a mode over the speed falls as the speed rises, so each mode is met once at most.
     """
     model, natural, order = setup.model, setup.natural(), setup.drive.order
     none = np.where(natural.frequency > 0.0, np.inf, 0.0)
     speed = np.repeat(none[:, None], len(order), axis=1)
     error = np.zeros_like(speed)
-    line = _as_its_modes(setup, 0.0)
+    line = _as_its_modes(setup, 0.0, 0.0)
     field = line._replace(stiffness=model.speed_stiffness, ground_stiffness=0.0 * line.inertia)
     added, undamped = stiffness_matrix(field), natural_modes(line)
+    due = {}
     for place, one in enumerate(order.tolist()):
-        for guess in guesses(line, undamped, added / one**2)[0].tolist():
-            met = _met_by_pole(setup, one, guess)
-            if met is None:  # nothing peaks there, or no speed meets it
-                continue
-            at, off, pole = met
-            mode = mode_number(_as_its_modes(setup, at), pole, len(natural.frequency))
-            speed[mode, place], error[mode, place] = at, off
+        for number, guess in enumerate(guesses(line, undamped, added / one**2)[0].tolist()):
+            # what the field of a pendulum turns unstable is no motion of the line
+            if guess.imag >= 0.5 * abs(guess) and guess.real <= 0.1 * abs(guess):
+                high = 1e3 * abs(guess) / one
+                due[number, place] = _Crossing(setup, one, guess, 0.0, high)
+    for (_, place), found in _crossed(setup, due).items():
+        there = _as_its_modes(setup, found.at, 0.0)
+        mode = mode_number(there, found.pole, len(natural.frequency))
+        speed[mode, place], error[mode, place] = found.at, found.error
     return Bounded(speed, error)
 
 
-def _as_its_modes(setup: Setup, speed: float) -> Line:
-    """The line at a speed, without damping where its modes are those without."""
-    line = setup.model.at(speed) if speed else setup.model.line
+def _as_its_modes(setup: Setup, speed: float, frequency: float) -> Line:
+    """The line at a speed and a frequency, without damping where its modes are those without."""
+    line = setup.model.at(speed, frequency) if speed else setup.model.line
     if setup.natural().damped:
         return line
     none = np.zeros(len(line.first))
@@ -92,28 +131,52 @@ def _as_its_modes(setup: Setup, speed: float) -> Line:
     return line._replace(absolute_damping=still, damping=none, loss_factor=none)
 
 
-def _met_by_pole(setup: Setup, order: float, guess: complex) -> tuple[float, float, complex] | None:
-    """Speed, its error and the pole there; None for a mode that has no peak or is not met."""
-    # what the field of a pendulum turns unstable is no motion of the line
-    if guess.imag < 0.5 * abs(guess) or guess.real > 0.1 * abs(guess):
-        return None
-    at, pole, last = abs(guess) / order, guess, None
-    for _ in range(_ROUNDS):
+class _Crossing:
+    """The search for the speed at which a pole meets an order; its error is below 0 in vain."""
+
+    def __init__(self, setup: Setup, order: float, pole: complex, low: float, high: float) -> None:
+        self.setup, self.order, self.pole, self.low, self.high = setup, order, pole, low, high
+        self.at = abs(pole) / order
+        self.last: tuple[float, float] | None = None
+        self.error = -1.0
+
+    def step(self) -> bool:
+        """Go on; False once it is over."""
+        at, order = self.at, self.order
+        line = _as_its_modes(self.setup, at, order * at)
         try:
-            pole, uncertainty = refined_pole(_as_its_modes(setup, at), pole)
+            self.pole, uncertainty = refined_pole(line, self.pole)
         except NumericalFailure:
-            return None
-        left = abs(pole) - order * at
-        slope = -order if last is None or at == last[0] else (left - last[1]) / (at - last[0])
-        uncertainty += 4.0 * EPSILON * abs(pole)
-        if slope >= 0.0 or uncertainty > 1e-4 * abs(pole) or -pole.real >= NO_PEAK * abs(pole):
-            return None
-        if abs(left) <= 4.0 * uncertainty:
-            return at, (uncertainty + abs(left)) / -slope, pole
-        last, at = (at, left), at - left / slope
-        if not 0.0 < at < 1e3 * abs(guess) / order:
-            return None
-    return None
+            return False
+        frequency = abs(self.pole)
+        left, slope = frequency - order * at, -order
+        if self.last is not None and at != self.last[0]:
+            slope = (left - self.last[1]) / (at - self.last[0])
+        uncertainty += 4.0 * EPSILON * frequency
+        none = -self.pole.real >= NO_PEAK * frequency
+        if slope >= 0.0 or uncertainty > 1e-4 * frequency or none:
+            return False
+        if abs(left) <= max(4.0 * uncertainty, _MET * frequency):
+            states = self.setup.model.couplings
+            off = 0.0 if states is None else 0.5 * frequency * states.spread()
+            self.error = (uncertainty + abs(left) + off) / -slope + 4.0 * EPSILON * at
+            return False
+        self.last, self.at = (at, left), at - left / slope
+        return self.low < self.at < self.high
+
+
+def _crossed(
+    setup: Setup, every: dict[tuple[int, int], _Crossing]
+) -> dict[tuple[int, int], _Crossing]:
+    """Those of some searches that are met."""
+    due = every
+    for _ in range(_ROUNDS):
+        if not due:
+            break
+        # conditions of couplings are found together
+        setup.model.at(np.array([one.at for one in due.values()]))
+        due = {key: one for key, one in due.items() if one.step()}
+    return {key: one for key, one in every.items() if one.error >= 0.0}
 
 
 # ----------------------------------------------------------------------------
