@@ -52,8 +52,9 @@ def test_twist_of_a_free_line_keeps_its_digits_at_low_frequency() -> None:
     problem = engine(orders=2, speed=(1e-5, 1.0))
     system, speed = system_of(problem), np.array([2e-4])
     row = np.array([5])
-    found = readings(system, TABLE_VALUE, speed, row).value[0]
-    error = reading_error(system, TABLE_VALUE, speed, row)[0]
+    reading = readings(system, TABLE_VALUE, speed, row)
+    found = reading.value[0]
+    error = reading_error(system, TABLE_VALUE, speed, row, reading.phase)[0]
     with mpmath.workdps(60):
         damper = [mpmath.mpf(one) for one in TABLE_VALUE]
         wave = [complex(one) for one in ExactLine(problem).course(5, damper, mpmath.mpf(2e-4))]

@@ -213,7 +213,7 @@ def performance(
         for rows in (tops.row < sections, tops.row == sections, tops.row > sections)
     ]
     place = tops.some(np.array(best))
-    error = reading_error(prepared.system, damper, tops.speed, tops.row)[best]
+    error = reading_error(prepared.system, damper, place.speed, place.row, place.phase)
     return Performance(
         Bounded(place.value, error),
         Bounded(place.speed, place_error(prepared.system, damper, place)),

@@ -161,7 +161,7 @@ def place_error(system: System, damper: Damper, tops: DamperPeaks) -> FloatArray
     over the width of the peak. At an end of the range the speed is that end.
     """
     left = readings(system, damper, tops.speed, tops.row, tops.phase, by_damper=False).by_speed
-    noise = reading_error(system, damper, tops.speed, tops.row)
+    noise = reading_error(system, damper, tops.speed, tops.row, tops.phase)
     bend = np.abs(tops.bend)
     inside = (tops.bend < 0.0) & (tops.value > 0.0)
     safe = np.where(inside, bend, 1.0)

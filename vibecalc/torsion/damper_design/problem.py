@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.line import Line
 
 # ----------------------------------------------------------------------------
@@ -237,9 +237,6 @@ def _spanning(line: Line) -> FloatArray:
 # Complex amplitudes of a line with its damper, with all first derivatives, by direct solution.
 # ----------------------------------------------------------------------------
 
-#: roundings granted to each entry of the matrix; elimination of so few unknowns adds as many
-_ROUNDINGS = 4
-
 
 class States(NamedTuple):
     """Unknowns (s, m, n + 1) of `System` at s speeds, and derivatives (4, s, m, n + 1).
@@ -317,24 +314,3 @@ def states(system: System, damper: Damper, speed: FloatArray, by_damper: bool = 
         by_speed,
     ])  # fmt: skip
     return States(u, slope)
-
-
-def solution_error(system: System, damper: Damper, speed: FloatArray) -> FloatArray:
-    """Bound (s, m, n + 1) on round-off of `states`: |A^-1| (|A| |u| + |b|) times a few roundings.
-
-    R. D. Skeel's componentwise bound (1979), with the inverse as computed.
-    """
-    w = speed[:, None] * np.asarray(system.problem.order, dtype=float)
-    matrix = system.dynamic(damper, w)
-    torque = torque_at(system.problem.torque, speed)[0] @ system.angle
-    inverse = solve(matrix, np.broadcast_to(np.eye(matrix.shape[-1], dtype=complex), matrix.shape))
-    u = np.einsum("...ij,...j->...i", inverse, torque)
-    # the sums that form an entry may cancel: w^2 J against the stiffness
-    mass = system.mass + damper.inertia * np.outer(system.ring, system.ring)
-    size = np.abs(system.spring) + w[..., None, None] * np.abs(system.loss)
-    size = size + w[..., None, None] ** 2 * mass
-    size[..., -1, -1] += damper.stiffness + w * damper.damping
-    load = np.einsum("...ij,...j->...i", size, np.abs(u)) + np.abs(torque)
-    grown = np.einsum("...ij,...j->...i", np.abs(inverse), load)
-    bound: FloatArray = _ROUNDINGS * UNIT_ROUNDOFF * np.asarray(grown)
-    return bound

@@ -4,11 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibecalc.numerics.rounding import UNIT_ROUNDOFF, ComplexArray, FloatArray, IntArray
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.errors import with_errors
+from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
 from vibecalc.torsion.damper_design.problem import (
     Damper,
     System,
-    solution_error,
     solve,
     states,
     torque_at,
@@ -223,27 +224,19 @@ def _heat(
     return power, by
 
 
-def reading_error(system: System, damper: Damper, speed: FloatArray, row: IntArray) -> FloatArray:
-    """Round-off (s,) of `readings`: that of each order is bounded, and of orders the squares add.
+def reading_error(
+    system: System, damper: Damper, speed: FloatArray, row: IntArray, phase: FloatArray
+) -> FloatArray:
+    """Round-off (s,) of `readings` at phases (s, 2), by those of a line moved by last bits."""
 
-    Every order is a solution of its own, so that their roundings know nothing of each other.
-    """
-    sections = system.twist.shape[0]
-    error = solution_error(system, damper, speed)
-    value = np.abs(states(system, damper, speed).value)
-    here = np.arange(speed.size)
-    section = np.minimum(row, sections - 1)
-    factor = np.abs(section_factor(system, speed)[0][here, :, section])
-    size = np.abs(system.twist[section])
-    of_section = factor * np.einsum("smn,sn->sm", error, size)
-    rounding = 8.0 * UNIT_ROUNDOFF * factor * np.einsum("smn,sn->sm", value, size)
-    of_heat = damper.damping * (speed[:, None] * np.asarray(system.problem.order)) ** 2
-    of_heat = of_heat * value[..., -1] * (error[..., -1] + 8.0 * UNIT_ROUNDOFF * value[..., -1])
-    of_travel = error[..., -1] + 8.0 * UNIT_ROUNDOFF * value[..., -1]
-    picked = np.where((row == sections)[:, None], of_heat, of_section + rounding)
-    each = np.where((row > sections)[:, None], of_travel, picked)
-    total: FloatArray = np.sqrt(np.sum(np.square(each), axis=-1))
-    return total
+    def kernel(
+        mass: FloatArray, loss: FloatArray, spring: ComplexArray, damper: Damper
+    ) -> FloatArray:
+        moved = system._replace(mass=mass, loss=loss, spring=spring)
+        return readings(moved, damper, speed, row, phase, by_damper=False).value
+
+    found: Bounded = with_errors(kernel, system.mass, system.loss, system.spring, damper)
+    return found.errors
 
 
 # ----------------------------------------------------------------------------

@@ -137,7 +137,8 @@ def _finished(
     # noise of levels: bounds on round-off; of slopes: what a step of 1e-10 changes beyond what
     # their curvature says
     jump = (nearby.value - end.value) / scale - slope @ inwards
-    value_noise = reading_error(system, damper, end.speed, end.row) / scale + np.abs(jump)
+    rounding = reading_error(system, damper, end.speed, end.row, end.phase)
+    value_noise = rounding / scale + np.abs(jump)
     moved = weight @ (nearby.slope[:, moving] / scale[:, None])
     # differences across a bound are not known: of free variables alone
     probed = np.abs(moved - balance - hessian @ inwards)[free]
