@@ -131,7 +131,8 @@ def twist_on_criticals(
 class Series(NamedTuple):
     """alpha_d in s^(2 d - 1), shape (k,), from a fit with frequencies over their largest one.
 
-    That is `reference`; `condition` times the rounding is what coefficients may lose. `coefficient` is that system's own: c_d with 2 zeta = sum c_d (W / reference)^(2 d - 1).
+    That is `reference`; `condition` times the rounding is what coefficients may lose. `coefficient`
+    is that system's own: c_d with 2 zeta = sum c_d (W / reference)^(2 d - 1).
     """
 
     alpha: FloatArray
