@@ -138,7 +138,7 @@ def _optimum(exact: ExactLine, asked: DesignTask, found: Design) -> tuple[Any, .
                float(s) in asked.problem.speed)
         for r, s, a in zip(found.peaks.row, found.peaks.speed, phases, strict=True)
     ]  # fmt: skip
-    level, weight = mpf(found.worst.value), [mpf(float(one)) for one in found.weight.value]
+    level, weight = mpf(float(found.worst.value)), [mpf(float(one)) for one in found.weight.value]
     section = [one.row < exact.sections for one in peaks]
     limit = {0: mpf(asked.limits.heat), 1: mpf(asked.limits.travel), 2: mpf(asked.limits.travel)}
     f, p = len(free), len(peaks)

@@ -165,7 +165,7 @@ def caughey_series(frequency: ArrayLike, damping_ratio: ArrayLike) -> Series:
         )
     with np.errstate(under="ignore"):
         alpha = coefficient * reference**-power
-    return Series(alpha, condition, reference, coefficient)
+    return Series(alpha, condition, reference, np.asarray(coefficient, dtype=np.float64))
 
 
 def series_damping(series: Series, frequency: ArrayLike) -> FloatArray:

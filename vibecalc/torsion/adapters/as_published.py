@@ -60,10 +60,10 @@ def run_torsion_as_published(scene: Scene) -> None:
             twist = modal_twist(excitation, natural, order, speeds, zeta)
             found |= {"twist": twist.real, "twist_magnitude": np.abs(twist)}
         if not undamped:
-            twist = twist_on_criticals(excitation, order, None if empirical else zeta)[..., -1]
-            best = np.argmax(np.abs(twist), axis=1)[:, None]
-            largest = np.take_along_axis(np.abs(twist), best, axis=1)[:, 0]
-            found |= {"twist_at_critical": twist, "largest_twist": largest}
+            met = twist_on_criticals(excitation, order, None if empirical else zeta)[..., -1]
+            best = np.argmax(np.abs(met), axis=1)[:, None]
+            largest = np.take_along_axis(np.abs(met), best, axis=1)[:, 0]
+            found |= {"twist_at_critical": met, "largest_twist": largest}
         return found
 
     torque = _torque(setup)
