@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from vibecalc.core.case.fields import AngularSpeed, Number, Table, Whole, later
+from vibecalc.core.case.fields import AngularSpeed, Number, Table, Whole, key, later
 from vibecalc.core.case.rules import Row, unique
 from vibecalc.core.results.named import named
 from vibecalc.errors import Problem
@@ -85,48 +85,41 @@ KindName = Literal["generator", "compressor", "plate", "absorber", "engine", "pu
 class Machine(Table):
     """A machine: its kind says which parts it needs, and nothing else."""
 
-    kind: KindName = Field(description="kind of machine")
-    cycle: Cycle | None = Field(None, description="of an engine: 720 or 360 degrees")
+    kind: KindName = key("kind of machine")
+    cycle: Cycle | None = key("of an engine: 720 or 360 degrees", None)
     # None stands for a part that the kind does without (kinds.py); ask has_crank_train and
     # has_speed there before reading one of these two where that may be.
-    speed: AngularSpeed = Field(
-        NEEDED_BY_KIND,
-        gt=0,
-        description="operating speed of the crankshaft; not where the motor finds it",
+    speed: AngularSpeed = key(
+        "operating speed of the crankshaft; not where the motor finds it", NEEDED_BY_KIND, gt=0
     )
-    crank_train: CrankTrain = Field(NEEDED_BY_KIND, description="cylinders, rods and cranks")
-    body: Body | None = Field(None, description="the rigid machine")
-    mounts: Mounts | None = Field(None, description="what the body stands on")
-    motor: Motor | None = Field(None, description="the motor on the crankshaft")
-    joints: Joints | None = Field(None, description="bearings with play")
-    rotor: Rotor | None = Field(
-        None,
-        description="all that turns with the crankshaft; without it the crank turns steadily",
+    crank_train: CrankTrain = key("cylinders, rods and cranks", NEEDED_BY_KIND)
+    body: Body | None = key("the rigid machine", None)
+    mounts: Mounts | None = key("what the body stands on", None)
+    motor: Motor | None = key("the motor on the crankshaft", None)
+    joints: Joints | None = key("bearings with play", None)
+    rotor: Rotor | None = key(
+        "all that turns with the crankshaft; without it the crank turns steadily", None
     )
-    shell: Shell | None = Field(None, description="what turns about the crank axis, as one body")
-    friction: Friction | None = Field(None, description="between shell, crankshaft and pistons")
-    primary: Primary | None = Field(None, description="a system that an absorber is to keep still")
-    secondary: Secondary | None = Field(None, description="the absorber on the primary")
-    secondaries: Secondaries = Field((), description="several absorbers, instead of one")
-    rod: Rod | None = Field(None, description="the rod that is the primary's spring")
-    flywheel: Flywheel | None = Field(None, description="on the end of the rod, for its bending")
-    springs: Springs | None = Field(None, description="helical springs of the absorber")
-    ring: Ring | None = Field(None, description="the seismic mass of the absorber")
-    gap: Gap | None = Field(None, description="full of oil, around the seismic mass")
-    oil: Oil | None = Field(None, description="in the gap, as built")
-    stock_springs: StockSprings = Field((), description="that can be bought")
-    stock_oils: StockOils = Field((), description="that can be bought")
-    stock_dampers: StockDampers = Field((), description="that can be bought, in translation")
-    spring_catalogue: SpringCatalogue | None = Field(
-        None, description="springs that can be bought, also as a file"
+    shell: Shell | None = key("what turns about the crank axis, as one body", None)
+    friction: Friction | None = key("between shell, crankshaft and pistons", None)
+    primary: Primary | None = key("a system that an absorber is to keep still", None)
+    secondary: Secondary | None = key("the absorber on the primary", None)
+    secondaries: Secondaries = key("several absorbers, instead of one", ())
+    rod: Rod | None = key("the rod that is the primary's spring", None)
+    flywheel: Flywheel | None = key("on the end of the rod, for its bending", None)
+    springs: Springs | None = key("helical springs of the absorber", None)
+    ring: Ring | None = key("the seismic mass of the absorber", None)
+    gap: Gap | None = key("full of oil, around the seismic mass", None)
+    oil: Oil | None = key("in the gap, as built", None)
+    stock_springs: StockSprings = key("that can be bought", ())
+    stock_oils: StockOils = key("that can be bought", ())
+    stock_dampers: StockDampers = key("that can be bought, in translation", ())
+    spring_catalogue: SpringCatalogue | None = key(
+        "springs that can be bought, also as a file", None
     )
-    oil_catalogue: OilCatalogue | None = Field(
-        None, description="oils that can be bought, also as a file"
-    )
-    pendulum: Pendulum | None = Field(None, description="pendulums on a rotor")
-    shaft_line: ShaftLine | None = Field(
-        None, description="of an engine or a drive train: what turns and twists"
-    )
+    oil_catalogue: OilCatalogue | None = key("oils that can be bought, also as a file", None)
+    pendulum: Pendulum | None = key("pendulums on a rotor", None)
+    shaft_line: ShaftLine | None = key("of an engine or a drive train: what turns and twists", None)
 
     RULES = ("vibecalc.kinds:check_kinds",)
 
@@ -142,9 +135,7 @@ class Machine(Table):
 class Accuracy(Table):
     """The one setting between speed and accuracy."""
 
-    rtol: Number = Field(
-        1e-9, ge=1e-14, le=0.1, description="of the largest magnitude of each quantity"
-    )
+    rtol: Number = key("of the largest magnitude of each quantity", 1e-9, ge=1e-14, le=0.1)
 
 
 def _limits(row: Row) -> Iterator[Problem]:
@@ -155,38 +146,34 @@ def _limits(row: Row) -> Iterator[Problem]:
 class Case(Table):
     """One scene; a table that is absent is not computed."""
 
-    schema_: Annotated[Literal[1], Whole] = Field(
-        alias="schema", description="version of the case format"
+    schema_: Annotated[Literal[1], Whole] = key("version of the case format", alias="schema")
+    title: str = key("one line for reports and plots", min_length=1, max_length=200)
+    source: str = key("where the machine is described", "")
+    document: Document | None = key("title block of the report", None)
+    machine: Machine = key("the machine and its parts")
+    kinematics: Kinematics | None = key("motion of the pistons", None)
+    excitation: Excitation | None = key("forces and couples on the body", None)
+    balance: Balance | None = key("weights for the least force and couple", None)
+    response: Response | None = key("motion of the body, energies, impacts", None)
+    isolation: Isolation | None = key("the body on its mounts", None)
+    foundation: Foundation | None = key("what the mounts stand on, if it moves", None)
+    point: Points = key("places on the body where vibration is measured", ())
+    vibration_severity: VibrationSeverity | None = key(
+        "band and zones for the vibration at the points", None
     )
-    title: str = Field(min_length=1, max_length=200, description="one line for reports and plots")
-    source: str = Field("", description="where the machine is described")
-    document: Document | None = Field(None, description="title block of the report")
-    machine: Machine = Field(description="the machine and its parts")
-    kinematics: Kinematics | None = Field(None, description="motion of the pistons")
-    excitation: Excitation | None = Field(None, description="forces and couples on the body")
-    balance: Balance | None = Field(None, description="weights for the least force and couple")
-    response: Response | None = Field(None, description="motion of the body, energies, impacts")
-    isolation: Isolation | None = Field(None, description="the body on its mounts")
-    foundation: Foundation | None = Field(None, description="what the mounts stand on, if it moves")
-    point: Points = Field((), description="places on the body where vibration is measured")
-    vibration_severity: VibrationSeverity | None = Field(
-        None, description="band and zones for the vibration at the points"
+    base_motion: BaseMotion | None = key("how what carries the machine moves", None)
+    bearing_loads: BearingLoads | None = key(
+        "loads on crank pins, wrist pins and main bearings over a cycle", None
     )
-    base_motion: BaseMotion | None = Field(None, description="how what carries the machine moves")
-    bearing_loads: BearingLoads | None = Field(
-        None, description="loads on crank pins, wrist pins and main bearings over a cycle"
-    )
-    measurement: Measurement | None = Field(None, description="readings on a rigid plate")
-    tuning: Tuning | None = Field(None, description="the best spring and damper of an absorber")
-    damper_design: DamperDesign | None = Field(None, description="the best damper of an engine")
-    optimisation: Optimisation | None = Field(None, description="a search over keys of this case")
-    fit: Fit | None = Field(None, description="keys of this case that fit what was measured")
-    sweep: Sweep | None = Field(None, description="the same case at many points; `sweep` reads it")
-    find: tuple[Find, ...] = Field((), description="searches for what brings a wanted result")
-    accuracy: Accuracy = Field(default_factory=Accuracy, description="tolerance of the results")
-    reference: tuple[Reference, ...] = Field((), description="published and measured numbers")
-    reference_table: tuple[ReferenceTable, ...] = Field(
-        (), description="published numbers in tables"
-    )
-    limit: tuple[Limit, ...] = Field((), description="bounds that results have to keep")
+    measurement: Measurement | None = key("readings on a rigid plate", None)
+    tuning: Tuning | None = key("the best spring and damper of an absorber", None)
+    damper_design: DamperDesign | None = key("the best damper of an engine", None)
+    optimisation: Optimisation | None = key("a search over keys of this case", None)
+    fit: Fit | None = key("keys of this case that fit what was measured", None)
+    sweep: Sweep | None = key("the same case at many points; `sweep` reads it", None)
+    find: tuple[Find, ...] = key("searches for what brings a wanted result", ())
+    accuracy: Accuracy = key("tolerance of the results", default_factory=Accuracy)
+    reference: tuple[Reference, ...] = key("published and measured numbers", ())
+    reference_table: tuple[ReferenceTable, ...] = key("published numbers in tables", ())
+    limit: tuple[Limit, ...] = key("bounds that results have to keep", ())
     RULES = (unique("find", "searches"), unique("point", "points"), _limits)

@@ -17,6 +17,7 @@ from vibecalc.core.case.fields import (
     Table,
     Unbalance,
     Unit,
+    key,
 )
 from vibecalc.core.case.raw import read_number, table_at
 from vibecalc.core.case.rules import (
@@ -111,36 +112,36 @@ class Range(Table):
 class Band(Range):
     """Frequencies or speeds within which a tuning counts."""
 
-    start: Frequency = Field(0.0, alias="from", ge=0, description="lowest, '7 Hz', '400 rpm'")
-    stop: Frequency = Field(alias="to", gt=0, description="highest")
+    start: Frequency = key("lowest, '7 Hz', '400 rpm'", 0.0, alias="from", ge=0)
+    stop: Frequency = key("highest", alias="to", gt=0)
 
 
 class BandRatios(Range):
     """The same over the primary's own frequency."""
 
-    start: Share = Field(0.0, alias="from", description="lowest")
-    stop: Positive = Field(alias="to", description="highest")
+    start: Share = key("lowest", 0.0, alias="from")
+    stop: Positive = key("highest", alias="to")
 
 
 class Frequencies(Band):
     """Frequencies of the excitation."""
 
-    points: Points = Field(401, description="evenly spread, both ends included")
+    points: Points = key("evenly spread, both ends included", 401)
 
 
 class FrequencyRatios(BandRatios):
     """Frequencies over the primary's own."""
 
-    points: Points = Field(401, description="evenly spread, both ends included")
+    points: Points = key("evenly spread, both ends included", 401)
 
 
 class Tolerances(Table):
     """What may be off: each to both sides, in every combination."""
 
-    natural_frequency: Tolerance = Field(0.0, description="of the primary, of all its modes")
-    mass: Tolerance = Field(0.0, description="of the absorber")
-    stiffness: Tolerance = Field(0.0, description="of the absorber's spring")
-    damping: Tolerance = Field(0.0, description="of the absorber's damper")
+    natural_frequency: Tolerance = key("of the primary, of all its modes", 0.0)
+    mass: Tolerance = key("of the absorber", 0.0)
+    stiffness: Tolerance = key("of the absorber's spring", 0.0)
+    damping: Tolerance = key("of the absorber's damper", 0.0)
     RULES = (
         refuse(
             "",
@@ -154,18 +155,18 @@ class Tolerances(Table):
 class MassRatios(Range):
     """Mass ratios of a chart."""
 
-    start: Positive = Field(alias="from", description="lowest")
-    stop: Positive = Field(alias="to", description="highest")
-    points: FewPoints = Field(41, description="both ends included")
-    spacing: Literal["linear", "logarithmic"] = Field("linear", description="between them")
+    start: Positive = key("lowest", alias="from")
+    stop: Positive = key("highest", alias="to")
+    points: FewPoints = key("both ends included", 41)
+    spacing: Literal["linear", "logarithmic"] = key("between them", "linear")
 
 
 class TemperatureRange(Range):
     """Temperatures of the oil."""
 
-    start: Temperature = Field(alias="from", description="lowest, '20 degC' or in K")
-    stop: Temperature = Field(alias="to", description="highest")
-    points: FewPoints = Field(41, description="evenly spread, both ends included")
+    start: Temperature = key("lowest, '20 degC' or in K", alias="from")
+    stop: Temperature = key("highest", alias="to")
+    points: FewPoints = key("evenly spread, both ends included", 41)
 
 
 #: key of [response.absorber.vary] -> words in the name of a curve
@@ -181,11 +182,11 @@ VARIED = {
 class Vary(Table):
     """One ratio to draw a family of curves for; the others stay."""
 
-    primary_damping: Shares = Field((), description="c1 / (2 sqrt(K1 J1))")
-    mass_ratio: Positives = Field((), description="J2 / J1")
-    stiffness_ratio: Shares = Field((), description="K2 / K1")
-    secondary_damping: Shares = Field((), description="c2 / (2 sqrt(K1 J1))")
-    own_damping: Shares = Field((), description="c2 / (2 J2 w2), on the secondary's own frequency")
+    primary_damping: Shares = key("c1 / (2 sqrt(K1 J1))", ())
+    mass_ratio: Positives = key("J2 / J1", ())
+    stiffness_ratio: Shares = key("K2 / K1", ())
+    secondary_damping: Shares = key("c2 / (2 sqrt(K1 J1))", ())
+    own_damping: Shares = key("c2 / (2 J2 w2), on the secondary's own frequency", ())
     RULES = (
         one_of(
             *VARIED,
@@ -211,34 +212,28 @@ def _driven(row: Row) -> list[Any]:
 class AbsorberResponse(Table):
     """Curves over the frequency, peaks, fixed points, poles of primary and secondary."""
 
-    excitation: AbsorberExcitation | None = Field(
-        None, description="what drives the primary; default: that of [tuning], or force"
+    excitation: AbsorberExcitation | None = key(
+        "what drives the primary; default: that of [tuning], or force", None
     )
-    response: AnyResponse | None = Field(
-        None, description="what is read; default: that of [tuning], or displacement"
+    response: AnyResponse | None = key(
+        "what is read; default: that of [tuning], or displacement", None
     )
-    frequency_ratios: FrequencyRatios | None = Field(
-        None, description="over the primary's own frequency; default: 0 to 2"
+    frequency_ratios: FrequencyRatios | None = key(
+        "over the primary's own frequency; default: 0 to 2", None
     )
-    frequencies: Frequencies | None = Field(
-        None, description="instead, of a primary with inertia or mass"
+    frequencies: Frequencies | None = key("instead, of a primary with inertia or mass", None)
+    vary: Vary | None = key("a family of curves", None)
+    limits: bool = key("also the curves with the secondary locked and free", False, strict=True)
+    force: Force | None = key("amplitude, so that motions come in m and forces in N", None, gt=0)
+    torque: Moment | None = key("amplitude, in torsion", None, gt=0)
+    unbalance: Unbalance | None = key(
+        "that turns: a force of this times the frequency squared", None, gt=0
     )
-    vary: Vary | None = Field(None, description="a family of curves")
-    limits: bool = Field(
-        False, strict=True, description="also the curves with the secondary locked and free"
+    base_displacement: Length | None = key(
+        "amplitude of the ground, the same at all frequencies", None, gt=0
     )
-    force: Force | None = Field(
-        None, gt=0, description="amplitude, so that motions come in m and forces in N"
-    )
-    torque: Moment | None = Field(None, gt=0, description="amplitude, in torsion")
-    unbalance: Unbalance | None = Field(
-        None, gt=0, description="that turns: a force of this times the frequency squared"
-    )
-    base_displacement: Length | None = Field(
-        None, gt=0, description="amplitude of the ground, the same at all frequencies"
-    )
-    base_acceleration: Acceleration | None = Field(
-        None, gt=0, description="amplitude of the ground's acceleration, the same at all of them"
+    base_acceleration: Acceleration | None = key(
+        "amplitude of the ground's acceleration, the same at all of them", None, gt=0
     )
     RULES = (
         at_most_one("frequency_ratios", "frequencies"),
@@ -265,12 +260,12 @@ def _idle(kind: str, held: str, bound: str) -> Rule:
 class Bounds(Table):
     """What a tuning has to keep."""
 
-    stiffness_ratio: tuple[Share, Share] | None = Field(None, description="from and to")
-    damping_ratio: tuple[Share, Share] | None = Field(
-        None, description="from and to, of the secondary, referred to the primary"
+    stiffness_ratio: tuple[Share, Share] | None = key("from and to", None)
+    damping_ratio: tuple[Share, Share] | None = key(
+        "from and to, of the secondary, referred to the primary", None
     )
-    travel: Positive | None = Field(
-        None, description="largest motion of the secondary against the primary, over T0 / K1"
+    travel: Positive | None = key(
+        "largest motion of the secondary against the primary, over T0 / K1", None
     )
     RULES = (
         pair_ordered("stiffness_ratio"),
@@ -283,10 +278,10 @@ class Bounds(Table):
 class Chart(Table):
     """Tunings over the mass ratio, for a family of primary dampings."""
 
-    primary_damping: Annotated[tuple[Share, ...], Field(min_length=1, max_length=64)] = Field(
-        description="c1 / (2 sqrt(K1 J1)), one curve for each"
+    primary_damping: tuple[Share, ...] = key(
+        "c1 / (2 sqrt(K1 J1)), one curve for each", min_length=1, max_length=64
     )
-    mass_ratio: MassRatios = Field(description="range of the chart")
+    mass_ratio: MassRatios = key("range of the chart")
 
 
 def _banded(row: Row) -> bool:
@@ -439,45 +434,38 @@ BANDED = (
 class Tuning(Table):
     """The spring and the damper that make the response of the primary smallest."""
 
-    norm: Literal["h_infinity", "h2"] = Field(
-        "h_infinity", description="the largest amplitude over all frequencies, or the mean square"
+    norm: Literal["h_infinity", "h2"] = key(
+        "the largest amplitude over all frequencies, or the mean square", "h_infinity"
     )
-    excitation: AbsorberExcitation = Field("force", description="what drives the primary")
-    response: TunedResponse = Field("displacement", description="of the primary, to be kept small")
-    kind: Literal["free", "viscous", "undamped_spring", "lanchester"] = Field(
-        "free",
-        description="both found, no spring, no damper, or the damper for an undamped primary",
+    excitation: AbsorberExcitation = key("what drives the primary", "force")
+    response: TunedResponse = key("of the primary, to be kept small", "displacement")
+    kind: Literal["free", "viscous", "undamped_spring", "lanchester"] = key(
+        "both found, no spring, no damper, or the damper for an undamped primary", "free"
     )
-    compare: Annotated[tuple[TuningMethod, ...], Field(max_length=8)] = Field(
-        (), description="closed forms and a search to compare it with"
+    compare: tuple[TuningMethod, ...] = key(
+        "closed forms and a search to compare it with", (), max_length=8
     )
-    bounds: Bounds | None = Field(
-        None, description="what has to be kept: the tuning found is the best that keeps it"
+    bounds: Bounds | None = key(
+        "what has to be kept: the tuning found is the best that keeps it", None
     )
-    mistuning: Annotated[tuple[Fraction, ...], Field(max_length=16)] = Field(
-        (), description="errors of spring and damper whose loss is reported, as 0.05 or '5 %'"
+    mistuning: tuple[Fraction, ...] = key(
+        "errors of spring and damper whose loss is reported, as 0.05 or '5 %'", (), max_length=16
     )
-    sensitivity: bool = Field(
-        False, strict=True, description="also how the optimum moves with the given ratios"
+    sensitivity: bool = key("also how the optimum moves with the given ratios", False, strict=True)
+    temperatures: TemperatureRange | None = key(
+        "also what the tuning becomes as the oil warms", None
     )
-    temperatures: TemperatureRange | None = Field(
-        None, description="also what the tuning becomes as the oil warms"
-    )
-    chart: Chart | None = Field(None, description="also tunings over the mass ratio")
-    band: Band | None = Field(
-        None, description="only the largest amplitude in it counts, of a primary in Hz"
-    )
-    band_ratios: BandRatios | None = Field(
-        None, description="the same over the primary's own frequency"
-    )
-    frequency: Frequency | None = Field(
+    chart: Chart | None = key("also tunings over the mass ratio", None)
+    band: Band | None = key("only the largest amplitude in it counts, of a primary in Hz", None)
+    band_ratios: BandRatios | None = key("the same over the primary's own frequency", None)
+    frequency: Frequency | None = key(
+        "of a machine of constant speed, '1500 rpm': the absorber swings at it, damped "
+        "as little as bounds let it; the band is what the speed may spread over",
         None,
         gt=0,
-        description="of a machine of constant speed, '1500 rpm': the absorber swings at it, damped "
-        "as little as bounds let it; the band is what the speed may spread over",
     )
-    tolerances: Tolerances | None = Field(
-        None, description="of the parts: the worst case is made small, within a band"
+    tolerances: Tolerances | None = key(
+        "of the parts: the worst case is made small, within a band", None
     )
     RULES = (
         at_most_one("band", "band_ratios"),

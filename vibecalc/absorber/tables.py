@@ -23,6 +23,7 @@ from vibecalc.core.case.fields import (
     Stress,
     Table,
     Unit,
+    key,
 )
 from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import (
@@ -79,16 +80,16 @@ _ONE_MOTION = at_most_one(*map(" ".join, MOTIONS.values()))
 class Mode(Table):
     """A mode of a floor, a bridge or a frame on which the absorber is put."""
 
-    natural_frequency: Frequency = Field(gt=0, description="without the absorber, '6 Hz'")
-    modal_mass: Mass = Field(gt=0, description="in the scale of its shape")
-    damping_ratio: Share = Field(0.0, lt=1, description="of critical")
-    shape_at_absorber: Ordinate = Field(1.0, description="ordinate where the absorber is")
-    shape_at_response: Ordinate = Field(1.0, description="ordinate where the motion is read")
-    shape_at_force: Ordinate | None = Field(
-        None, description="ordinate where the force acts; default: where the motion is read"
+    natural_frequency: Frequency = key("without the absorber, '6 Hz'", gt=0)
+    modal_mass: Mass = key("in the scale of its shape", gt=0)
+    damping_ratio: Share = key("of critical", 0.0, lt=1)
+    shape_at_absorber: Ordinate = key("ordinate where the absorber is", 1.0)
+    shape_at_response: Ordinate = key("ordinate where the motion is read", 1.0)
+    shape_at_force: Ordinate | None = key(
+        "ordinate where the force acts; default: where the motion is read", None
     )
-    participation: Ordinate | None = Field(
-        None, description="sum of mass times shape over modal_mass; a moving ground needs it"
+    participation: Ordinate | None = key(
+        "sum of mass times shape over modal_mass; a moving ground needs it", None
     )
 
 
@@ -98,28 +99,26 @@ class Primary(Table):
     Every ratio is relative to it; without inertia or mass all results are ratios.
     """
 
-    damping_ratio: Share | None = Field(
-        None, description="c1 / (2 sqrt(K1 J1)); default: 0, undamped"
+    damping_ratio: Share | None = key("c1 / (2 sqrt(K1 J1)); default: 0, undamped", None)
+    inertia: Inertia | None = key("J1, in torsion", None, gt=0)
+    stiffness: AngularStiffness | None = key(
+        "K1 to the ground, in torsion; or [machine.rod] gives it", None, gt=0
     )
-    inertia: Inertia | None = Field(None, gt=0, description="J1, in torsion")
-    stiffness: AngularStiffness | None = Field(
-        None, gt=0, description="K1 to the ground, in torsion; or [machine.rod] gives it"
+    damping: AngularDamping | None = key(
+        "c1 to the ground, in torsion, instead of damping_ratio", None, ge=0
     )
-    damping: AngularDamping | None = Field(
-        None, ge=0, description="c1 to the ground, in torsion, instead of damping_ratio"
+    mass: Mass | None = key("in translation, instead of inertia", None, gt=0)
+    linear_stiffness: LinearStiffness | None = key(
+        "to the ground, in translation, instead of stiffness", None, gt=0
     )
-    mass: Mass | None = Field(None, gt=0, description="in translation, instead of inertia")
-    linear_stiffness: LinearStiffness | None = Field(
-        None, gt=0, description="to the ground, in translation, instead of stiffness"
+    linear_damping: LinearDamping | None = key(
+        "to the ground, in translation, instead of damping", None, ge=0
     )
-    linear_damping: LinearDamping | None = Field(
-        None, ge=0, description="to the ground, in translation, instead of damping"
+    natural_frequency: Frequency | None = key(
+        "of inertia or mass on its spring, '8 Hz', instead of stiffness", None, gt=0
     )
-    natural_frequency: Frequency | None = Field(
-        None, gt=0, description="of inertia or mass on its spring, '8 Hz', instead of stiffness"
-    )
-    modes: Annotated[tuple[Mode, ...], Field(max_length=20)] = Field(
-        (), description="several modes by modal masses, instead of all other keys"
+    modes: tuple[Mode, ...] = key(
+        "several modes by modal masses, instead of all other keys", (), max_length=20
     )
     RULES = (
         at_most_one(
@@ -144,31 +143,26 @@ class Primary(Table):
 class Secondary(Table):
     """The absorber: its mass, and spring and damper unless [tuning] finds them."""
 
-    mass_ratio: Positive | None = Field(
-        None, description="J2 / J1, or the ratio of masses, instead of inertia or mass"
+    mass_ratio: Positive | None = key(
+        "J2 / J1, or the ratio of masses, instead of inertia or mass", None
     )
-    inertia: Inertia | None = Field(None, gt=0, description="J2, in torsion")
-    mass: Mass | None = Field(None, gt=0, description="in translation")
-    stiffness_ratio: Share | None = Field(
-        None, description="K2 / K1, instead of stiffness; 0: no spring, a pure viscous damper"
+    inertia: Inertia | None = key("J2, in torsion", None, gt=0)
+    mass: Mass | None = key("in translation", None, gt=0)
+    stiffness_ratio: Share | None = key(
+        "K2 / K1, instead of stiffness; 0: no spring, a pure viscous damper", None
     )
-    stiffness: AngularStiffness | None = Field(
-        None, ge=0, description="K2 to what carries it, in torsion"
+    stiffness: AngularStiffness | None = key("K2 to what carries it, in torsion", None, ge=0)
+    linear_stiffness: LinearStiffness | None = key("to what carries it, in translation", None, ge=0)
+    damping_ratio: Share | None = key(
+        "c2 / (2 sqrt(K1 J1)): referred to the primary, not to its own frequency", None
     )
-    linear_stiffness: LinearStiffness | None = Field(
-        None, ge=0, description="to what carries it, in translation"
+    own_damping_ratio: Share | None = key(
+        "c2 / (2 J2 w2) instead, on its own frequency; it needs a spring", None
     )
-    damping_ratio: Share | None = Field(
-        None, description="c2 / (2 sqrt(K1 J1)): referred to the primary, not to its own frequency"
+    damping: AngularDamping | None = key(
+        "c2, in torsion; a negative one would feed energy in", None, ge=0
     )
-    own_damping_ratio: Share | None = Field(
-        None,
-        description="c2 / (2 J2 w2) instead, on its own frequency; it needs a spring",
-    )
-    damping: AngularDamping | None = Field(
-        None, ge=0, description="c2, in torsion; a negative one would feed energy in"
-    )
-    linear_damping: LinearDamping | None = Field(None, ge=0, description="in translation")
+    linear_damping: LinearDamping | None = key("in translation", None, ge=0)
     RULES: ClassVar[tuple[Any, ...]] = (
         *(at_most_one(*keys) for keys in WAYS.values()),
         _ONE_MOTION,
@@ -184,11 +178,12 @@ class Secondary(Table):
 class NamedSecondary(Secondary):
     """One of several absorbers, next to each other or one on another."""
 
-    name: Name = Field(description="label used in `on`, in tables and in `where`")
-    on: Name = Field("primary", description="what carries it: the primary, or another one by name")
-    mode_shapes: Annotated[tuple[Ordinate, ...], Field(max_length=20)] = Field(
+    name: Name = key("label used in `on`, in tables and in `where`")
+    on: Name = key("what carries it: the primary, or another one by name", "primary")
+    mode_shapes: tuple[Ordinate, ...] = key(
+        "ordinate of each of primary.modes where it is; default: shape_at_absorber",
         (),
-        description="ordinate of each of primary.modes where it is; default: shape_at_absorber",
+        max_length=20,
     )
     RULES = (
         *Secondary.RULES,
@@ -230,19 +225,17 @@ STATED = (ICE + 40.0, ICE + 100.0)
 class Rod(Table):
     """The round rod that is the primary's spring; with its supports, how it bends."""
 
-    diameter: Length = Field(gt=0, description="outer one")
-    bore: Length = Field(0.0, ge=0, description="inner diameter of a tube")
-    length: Length | None = Field(None, gt=0, description="that is twisted")
-    shear_modulus: Modulus | None = Field(
-        None, description="with length it gives the primary's stiffness"
+    diameter: Length = key("outer one", gt=0)
+    bore: Length = key("inner diameter of a tube", 0.0, ge=0)
+    length: Length | None = key("that is twisted", None, gt=0)
+    shear_modulus: Modulus | None = key("with length it gives the primary's stiffness", None)
+    total_length: Length | None = key(
+        "from the first support to the free end, for bending", None, gt=0
     )
-    total_length: Length | None = Field(
-        None, gt=0, description="from the first support to the free end, for bending"
-    )
-    span: Length | None = Field(None, gt=0, description="between the two supports, for bending")
-    elastic_modulus: Modulus | None = Field(None, description="for bending")
-    mass: Mass | None = Field(None, gt=0, description="of the total length, for bending")
-    density: Density | None = Field(None, description="instead of mass")
+    span: Length | None = key("between the two supports, for bending", None, gt=0)
+    elastic_modulus: Modulus | None = key("for bending", None)
+    mass: Mass | None = key("of the total length, for bending", None, gt=0)
+    density: Density | None = key("instead of mass", None)
     RULES = (
         needs("length", "shear_modulus", "they give its stiffness together"),
         needs("shear_modulus", "length", "they give its stiffness together"),
@@ -265,20 +258,16 @@ def _is_no_body(row: Row) -> bool:
 class Flywheel(Table):
     """The body on the free end of the rod, for its bending."""
 
-    mass: Mass = Field(gt=0, description="of all that is fixed there")
-    diametral_inertia: Inertia = Field(
-        0.0, ge=0, description="about a line across the rod, through the mass centre"
+    mass: Mass = key("of all that is fixed there", gt=0)
+    diametral_inertia: Inertia = key(
+        "about a line across the rod, through the mass centre", 0.0, ge=0
     )
-    polar_inertia: Inertia = Field(0.0, ge=0, description="about the rod, for spin")
-    offset: Length = Field(
-        0.0, description="of the mass centre beyond the end of the rod; negative: back over it"
+    polar_inertia: Inertia = key("about the rod, for spin", 0.0, ge=0)
+    offset: Length = key(
+        "of the mass centre beyond the end of the rod; negative: back over it", 0.0
     )
-    spin: AngularSpeed = Field(
-        0.0, ge=0, description="of a shaft that turns; 0 for a rod that only oscillates"
-    )
-    modes: Annotated[int, Field(strict=True, ge=1, le=6)] = Field(
-        2, description="bending modes to compute"
-    )
+    spin: AngularSpeed = key("of a shaft that turns; 0 for a rod that only oscillates", 0.0, ge=0)
+    modes: int = key("bending modes to compute", 2, strict=True, ge=1, le=6)
     RULES = (
         refuse(
             "polar_inertia",
@@ -302,23 +291,17 @@ class Springs(Table):
     they are the places of springs whose rate [tuning] finds.
     """
 
-    count: Count = Field(description="springs that act together")
-    radius: Length | None = Field(
-        None, gt=0, description="from the axis to the hook on the mass, in torsion"
-    )
-    angle: Angle = Field(
-        0.0, gt=-1.5, lt=1.5, description="of each line against the tangent, or the motion"
-    )
-    rate: LinearStiffness | None = Field(None, gt=0, description="of each, or from the wire")
-    wire_diameter: Length | None = Field(None, gt=0, description="instead of rate")
-    coil_diameter: Length | None = Field(
-        None, gt=0, description="mean one, from centre to centre of the wire"
-    )
-    turns: Positive | None = Field(None, description="active ones")
-    shear_modulus: Modulus | None = Field(None, description="of the wire")
-    initial_tension: Force = Field(0.0, ge=0, description="with which the coils are wound")
-    allowed_stress: Stress | None = Field(
-        None, gt=0, description="in shear: it bounds the extension of the wire's spring"
+    count: Count = key("springs that act together")
+    radius: Length | None = key("from the axis to the hook on the mass, in torsion", None, gt=0)
+    angle: Angle = key("of each line against the tangent, or the motion", 0.0, gt=-1.5, lt=1.5)
+    rate: LinearStiffness | None = key("of each, or from the wire", None, gt=0)
+    wire_diameter: Length | None = key("instead of rate", None, gt=0)
+    coil_diameter: Length | None = key("mean one, from centre to centre of the wire", None, gt=0)
+    turns: Positive | None = key("active ones", None)
+    shear_modulus: Modulus | None = key("of the wire", None)
+    initial_tension: Force = key("with which the coils are wound", 0.0, ge=0)
+    allowed_stress: Stress | None = key(
+        "in shear: it bounds the extension of the wire's spring", None, gt=0
     )
     RULES = (
         at_most_one("rate", " ".join(WIRE)),
@@ -340,10 +323,10 @@ class Springs(Table):
 class Ring(Table):
     """The seismic mass as a ring of rectangular section: it gives the secondary's inertia."""
 
-    outer_radius: Length = Field(gt=0, description="of the ring")
-    inner_radius: Length = Field(0.0, ge=0, description="0: a disc")
-    width: Length = Field(gt=0, description="along the axis")
-    density: Density = Field(description="of its material")
+    outer_radius: Length = key("of the ring", gt=0)
+    inner_radius: Length = key("0: a disc", 0.0, ge=0)
+    width: Length = key("along the axis", gt=0)
+    density: Density = key("of its material")
     RULES = (below("inner_radius", "outer_radius", _NOT_BELOW),)
 
 
@@ -354,20 +337,16 @@ OILS = frozenset({"oil", "stock_oils", "oil_catalogue"})
 class Gap(Table):
     """The gaps full of oil around the seismic mass: its damping for a viscosity."""
 
-    outer_radius: Length = Field(gt=0, description="of the mass")
-    inner_radius: Length = Field(0.0, ge=0, description="0: a disc without a bore")
-    width: Length = Field(gt=0, description="of the mass at its rim, along the axis")
-    clearance: Length | None = Field(
-        None,
-        gt=0,
-        description="at rim and sides; default: 0.010 in (1 + sqrt(2 outer_radius / 10 in))",
+    outer_radius: Length = key("of the mass", gt=0)
+    inner_radius: Length = key("0: a disc without a bore", 0.0, ge=0)
+    width: Length = key("of the mass at its rim, along the axis", gt=0)
+    clearance: Length | None = key(
+        "at rim and sides; default: 0.010 in (1 + sqrt(2 outer_radius / 10 in))", None, gt=0
     )
-    side_clearance: Length | None = Field(None, gt=0, description="where the sides have their own")
-    bore_clearance: Length | None = Field(
-        None, gt=0, description="of a film in the bore; default: there is none"
-    )
-    temperature: Temperature | None = Field(
-        None, description="of the oil while it runs, '60 degC' or in K; oils need it"
+    side_clearance: Length | None = key("where the sides have their own", None, gt=0)
+    bore_clearance: Length | None = key("of a film in the bore; default: there is none", None, gt=0)
+    temperature: Temperature | None = key(
+        "of the oil while it runs, '60 degC' or in K; oils need it", None
     )
     RULES = (
         below("inner_radius", "outer_radius", _NOT_BELOW),
@@ -411,15 +390,13 @@ def _thickens(row: Row) -> bool:
 class Oil(Table):
     """A liquid by two points of its viscosity line (ASTM D341) and its density."""
 
-    viscosities: Viscosities = Field(
-        description="kinematic, at the two temperatures, '86 cSt' or in m^2/s"
+    viscosities: Viscosities = key("kinematic, at the two temperatures, '86 cSt' or in m^2/s")
+    temperatures: Temperatures = key(
+        "'40 degC' and '100 degC' if not said, otherwise so or in K", STATED
     )
-    temperatures: Temperatures = Field(
-        STATED, description="'40 degC' and '100 degC' if not said, otherwise so or in K"
-    )
-    density: LiquidDensity = Field(description="at 15 degC")
-    expansion: Expansion | None = Field(
-        None, description="change of volume; default: that of mineral oils, from the density"
+    density: LiquidDensity = key("at 15 degC")
+    expansion: Expansion | None = key(
+        "change of volume; default: that of mineral oils, from the density", None
     )
     RULES = (refuse("viscosities", _NO_OIL, _thickens, _THINNER, found="{viscosities}"),)
 
@@ -427,13 +404,13 @@ class Oil(Table):
 class StockSpring(Table):
     """A spring that can be bought."""
 
-    name: Name = Field(description="label used in tables and in `where`")
-    rate: LinearStiffness = Field(gt=0, description="of one spring")
-    parallel: Several | None = Field(
-        None, description="every number up to it is tried; default: springs.count of them"
+    name: Name = key("label used in tables and in `where`")
+    rate: LinearStiffness = key("of one spring", gt=0)
+    parallel: Several | None = key(
+        "every number up to it is tried; default: springs.count of them", None
     )
-    series: Annotated[int, Field(strict=True, ge=1, le=10)] | None = Field(
-        None, description="up to so many behind each other in each line; default: 1"
+    series: Annotated[int, Field(strict=True, ge=1, le=10)] | None = key(
+        "up to so many behind each other in each line; default: 1", None
     )
     RULES = (needs("series", "parallel", "springs.count says how many act together, each alone"),)
 
@@ -441,16 +418,16 @@ class StockSpring(Table):
 class StockOil(Oil):
     """An oil that can be bought."""
 
-    name: Name = Field(description="label used in tables and in `where`")
+    name: Name = key("label used in tables and in `where`")
 
 
 class StockDamper(Table):
     """A damper that can be bought, for an absorber that moves in a line."""
 
-    name: Name = Field(description="label used in tables and in `where`")
-    linear_damping: LinearDamping = Field(gt=0, description="of one damper")
-    count: Count = Field(1, description="dampers that act together")
-    parallel: Several = Field(1, description="every number of such sets up to it is tried")
+    name: Name = key("label used in tables and in `where`")
+    linear_damping: LinearDamping = key("of one damper", gt=0)
+    count: Count = key("dampers that act together", 1)
+    parallel: Several = key("every number of such sets up to it is tried", 1)
 
 
 PartNumbers = Annotated[tuple[PartNumber, ...], Field(min_length=1, max_length=2000)]
@@ -462,8 +439,8 @@ Densities = Annotated[tuple[LiquidDensity, ...], Field(min_length=1, max_length=
 class SpringCatalogue(Table):
     """Springs that can be bought, one in each row."""
 
-    part: PartNumbers = Field(description="its number")
-    rate: Rates = Field(description="of one spring")
+    part: PartNumbers = key("its number")
+    rate: Rates = key("of one spring")
     RULES = (same_length("part", "rate"),)
 
 
@@ -479,10 +456,10 @@ def _thins(row: Row) -> Iterator[Problem]:
 class OilCatalogue(Table):
     """Oils that can be bought, one in each row."""
 
-    part: PartNumbers = Field(description="its number or grade")
-    viscosity_40: ManyViscosities = Field(description="at 40 degC")
-    viscosity_100: ManyViscosities = Field(description="at 100 degC")
-    density: Densities = Field(description="at 15 degC")
+    part: PartNumbers = key("its number or grade")
+    viscosity_40: ManyViscosities = key("at 40 degC")
+    viscosity_100: ManyViscosities = key("at 100 degC")
+    density: Densities = key("at 15 degC")
     RULES = (same_length("part", "viscosity_40", "viscosity_100", "density"), _thins)
 
 
@@ -498,59 +475,45 @@ StockOils = Annotated[tuple[StockOil, ...], Field(max_length=200)]
 class Swings(Table):
     """Angles of swing up to which the order is followed."""
 
-    to: Angle = Field(gt=0, description="largest angle by which the tangent turns")
-    points: Annotated[int, Field(strict=True, ge=2, le=2000)] = Field(
-        41, description="from zero on"
-    )
+    to: Angle = key("largest angle by which the tangent turns", gt=0)
+    points: int = key("from zero on", 41, strict=True, ge=2, le=2000)
 
 
 class Rollers(Table):
     """Two equal rollers in equal cutouts that carry the mass: a bifilar mount."""
 
-    mass: Mass = Field(gt=0, description="of all rollers of one pendulum")
-    distance: Length = Field(
-        gt=0, description="mean, from the axis to their centres across the vertex"
-    )
-    diameter: Length = Field(gt=0, description="of a roller")
-    inertia: Inertia | None = Field(
-        None, ge=0, description="of all about their own axes; default: solid ones"
-    )
+    mass: Mass = key("of all rollers of one pendulum", gt=0)
+    distance: Length = key("mean, from the axis to their centres across the vertex", gt=0)
+    diameter: Length = key("of a roller", gt=0)
+    inertia: Inertia | None = key("of all about their own axes; default: solid ones", None, ge=0)
 
 
 class Pendulum(Table):
     """Equal pendulums on a rotor that follow one order of its speed."""
 
-    order: Positive = Field(description="of the excitation that they have to follow")
-    mass: Mass = Field(gt=0, description="of one pendulum, without its rollers")
-    count: Count = Field(1, description="pendulums that swing together")
-    vertex_distance: Length | None = Field(
-        None, gt=0, description="from the axis to the mass centre at rest"
+    order: Positive = key("of the excitation that they have to follow")
+    mass: Mass = key("of one pendulum, without its rollers", gt=0)
+    count: Count = key("pendulums that swing together", 1)
+    vertex_distance: Length | None = key("from the axis to the mass centre at rest", None, gt=0)
+    arm_radius: Length | None = key("from the axis to the centre of the path, instead", None, gt=0)
+    path: Literal["circular", "cycloidal", "epicycloidal"] = key(
+        "of the mass centre; an epicycloid keeps its order", "circular"
     )
-    arm_radius: Length | None = Field(
-        None, gt=0, description="from the axis to the centre of the path, instead"
+    path_radius: Length | None = key(
+        "of curvature at the vertex; default: as the order wants it", None, gt=0
     )
-    path: Literal["circular", "cycloidal", "epicycloidal"] = Field(
-        "circular", description="of the mass centre; an epicycloid keeps its order"
+    swing_inertia: Inertia = key(
+        "of one mass about its centre, where it turns with an arm", 0.0, ge=0
     )
-    path_radius: Length | None = Field(
-        None, gt=0, description="of curvature at the vertex; default: as the order wants it"
+    rollers: Rollers | None = key("of one pendulum; default: a point on an arm", None)
+    damping_ratio: Share = key("of small swings, on their own frequency; at 1 it creeps", 0.0, lt=1)
+    rotor_inertia: Inertia = key("of all that turns, without pendulums", gt=0)
+    rotor_stiffness: AngularStiffness = key(
+        "that holds the rotor against its mean turning; 0: none", 0.0, ge=0
     )
-    swing_inertia: Inertia = Field(
-        0.0, ge=0, description="of one mass about its centre, where it turns with an arm"
-    )
-    rollers: Rollers | None = Field(None, description="of one pendulum; default: a point on an arm")
-    damping_ratio: Share = Field(
-        0.0, lt=1, description="of small swings, on their own frequency; at 1 it creeps"
-    )
-    rotor_inertia: Inertia = Field(gt=0, description="of all that turns, without pendulums")
-    rotor_stiffness: AngularStiffness = Field(
-        0.0, ge=0, description="that holds the rotor against its mean turning; 0: none"
-    )
-    speed: AngularSpeed = Field(gt=0, description="mean speed of the rotor")
-    torque: Moment | None = Field(
-        None, gt=0, description="amplitude of the exciting torque: how far it swings"
-    )
-    swings: Swings | None = Field(None, description="detuning with the angle of swing")
+    speed: AngularSpeed = key("mean speed of the rotor", gt=0)
+    torque: Moment | None = key("amplitude of the exciting torque: how far it swings", None, gt=0)
+    swings: Swings | None = key("detuning with the angle of swing", None)
     RULES = (
         one_of("vertex_distance", "arm_radius"),
         refuse(

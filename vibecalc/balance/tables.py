@@ -13,6 +13,7 @@ from vibecalc.core.case.fields import (
     Table,
     Unbalance,
     Whole,
+    key,
 )
 from vibecalc.core.case.rules import once, one_of, pair_ordered, refers, refuse, unique
 
@@ -23,21 +24,17 @@ Between = Annotated[tuple[Length, ...], Field(min_length=2, max_length=2)]
 class Weight(Table):
     """A weight that is sought: on the crankshaft or on a balance shaft."""
 
-    name: Name | None = Field(None, description="label; default: its number")
-    position: Length | None = Field(
-        None, description="along the crankshaft, from the train's origin; or between"
+    name: Name | None = key("label; default: its number", None)
+    position: Length | None = key("along the crankshaft, from the train's origin; or between", None)
+    between: Between | None = key(
+        "its position is free from the first to the second of these", None
     )
-    between: Between | None = Field(
-        None, description="its position is free from the first to the second of these"
+    phase: Angle | None = key("angle at which it stands, or opposite to it; default: free", None)
+    largest_unbalance: Unbalance | None = key(
+        "mass times radius that there is room for; default: no bound", None, gt=0
     )
-    phase: Angle | None = Field(
-        None, description="angle at which it stands, or opposite to it; default: free"
-    )
-    largest_unbalance: Unbalance | None = Field(
-        None, gt=0, description="mass times radius that there is room for; default: no bound"
-    )
-    radius: Length | None = Field(
-        None, gt=0, description="of its mass centre from the axis of the shaft, for its mass"
+    radius: Length | None = key(
+        "of its mass centre from the axis of the shaft, for its mass", None, gt=0
     )
     RULES: ClassVar[tuple[Any, ...]] = (
         one_of("position", "between"),
@@ -48,10 +45,8 @@ class Weight(Table):
 class CrankWeight(Weight):
     """A weight on the crankshaft."""
 
-    name: Name = Field(description="label")
-    throw: Name | None = Field(
-        None, description="it stands at the throw of this cylinder, instead of a position"
-    )
+    name: Name = key("label")
+    throw: Name | None = key("it stands at the throw of this cylinder, instead of a position", None)
     RULES = (
         one_of("position", "between", "throw"),
         pair_ordered("between", equal=False),
@@ -62,38 +57,34 @@ class CrankWeight(Weight):
 class Shaft(Table):
     """A balance shaft: one part with one weight, or with two that may differ."""
 
-    name: Name = Field(description="label")
-    speed_ratio: Annotated[Literal[-2, -1, 1, 2], Whole] = Field(
-        description="shaft speed over crank speed; negative turns the other way"
+    name: Name = key("label")
+    speed_ratio: Annotated[Literal[-2, -1, 1, 2], Whole] = key(
+        "shaft speed over crank speed; negative turns the other way"
     )
-    position: Point = Field(
-        (0.0, 0.0, 0.0), description="of its axis, across the crankshaft, from the train's origin"
+    position: Point = key(
+        "of its axis, across the crankshaft, from the train's origin", (0.0, 0.0, 0.0)
     )
-    weights: tuple[Weight, ...] = Field(min_length=1, max_length=2, description="one weight or two")
+    weights: tuple[Weight, ...] = key("one weight or two", min_length=1, max_length=2)
     RULES = (unique("weights", "weights of a shaft"),)
 
 
 class Balance(Table):
     """Weights sought for the least force and couple that they leave on the body."""
 
-    orders: tuple[Order, ...] | None = Field(
+    orders: tuple[Order, ...] | None = key(
+        "orders that count; default: those at which the weights turn",
         None,
         min_length=1,
         max_length=2,
-        description="orders that count; default: those at which the weights turn",
     )
-    force_weight: Number = Field(1.0, ge=0, description="weight of the forces")
-    couple_weight: Number = Field(
-        1.0, ge=0, description="weight of the couples across the crankshaft"
+    force_weight: Number = key("weight of the forces", 1.0, ge=0)
+    couple_weight: Number = key("weight of the couples across the crankshaft", 1.0, ge=0)
+    roll_weight: Number = key(
+        "weight of the couple about the crankshaft, which torques join", 0.0, ge=0
     )
-    roll_weight: Number = Field(
-        0.0, ge=0, description="weight of the couple about the crankshaft, which torques join"
-    )
-    reference_length: Length = Field(gt=0, description="couples are divided by it")
-    counterweights: tuple[CrankWeight, ...] = Field(
-        (), max_length=64, description="weights on the crankshaft"
-    )
-    shafts: tuple[Shaft, ...] = Field((), max_length=16, description="balance shafts")
+    reference_length: Length = key("couples are divided by it", gt=0)
+    counterweights: tuple[CrankWeight, ...] = key("weights on the crankshaft", (), max_length=64)
+    shafts: tuple[Shaft, ...] = key("balance shafts", (), max_length=16)
     RULES = (
         unique("counterweights"),
         unique("shafts"),

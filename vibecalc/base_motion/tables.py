@@ -14,6 +14,7 @@ from vibecalc.core.case.fields import (
     Point,
     Table,
     Unit,
+    key,
 )
 from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import (
@@ -44,21 +45,21 @@ _ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
 class BaseHarmonic(Table):
     """One harmonic of the motion of the base, 0 to peak: what it gives along and about the axes."""
 
-    name: Name = Field(description="label used in tables and in `where`")
-    frequency: Frequency | None = Field(None, gt=0, description="as '8 Hz'")
-    order: Number | None = Field(None, gt=0, description="multiple of machine.speed instead")
-    displacement: Point | None = Field(None, description="of the point of the base along x, y, z")
-    velocity: tuple[Velocity, Velocity, Velocity] | None = Field(None, description="instead of it")
-    acceleration: tuple[Acceleration, Acceleration, Acceleration] | None = Field(
-        None, description="instead of these"
+    name: Name = key("label used in tables and in `where`")
+    frequency: Frequency | None = key("as '8 Hz'", None, gt=0)
+    order: Number | None = key("multiple of machine.speed instead", None, gt=0)
+    displacement: Point | None = key("of the point of the base along x, y, z", None)
+    velocity: tuple[Velocity, Velocity, Velocity] | None = key("instead of it", None)
+    acceleration: tuple[Acceleration, Acceleration, Acceleration] | None = key(
+        "instead of these", None
     )
-    phase: Angles = Field((0.0, 0.0, 0.0), description="by which each of the three leads")
-    angle: Angles | None = Field(None, description="rotation of the base about x, y, z")
-    angular_velocity: tuple[AngularSpeed, AngularSpeed, AngularSpeed] | None = Field(
-        None, description="instead of it"
+    phase: Angles = key("by which each of the three leads", (0.0, 0.0, 0.0))
+    angle: Angles | None = key("rotation of the base about x, y, z", None)
+    angular_velocity: tuple[AngularSpeed, AngularSpeed, AngularSpeed] | None = key(
+        "instead of it", None
     )
-    angular_acceleration: AngularAccelerations | None = Field(None, description="instead of these")
-    angular_phase: Angles = Field((0.0, 0.0, 0.0), description="by which each of the three leads")
+    angular_acceleration: AngularAccelerations | None = key("instead of these", None)
+    angular_phase: Angles = key("by which each of the three leads", (0.0, 0.0, 0.0))
     RULES = (
         one_of("frequency", "order"),
         at_most_one(*_LINEAR),
@@ -80,46 +81,40 @@ class BaseHarmonic(Table):
 class _Densities(Table):
     """One-sided density at ascending frequencies."""
 
-    frequency: Annotated[tuple[Annotated[Frequency, Field(gt=0)], ...], _Many] = Field(
-        description="ascending"
-    )
+    frequency: Annotated[tuple[Annotated[Frequency, Field(gt=0)], ...], _Many] = key("ascending")
     RULES = (ascending("frequency"), same_length("frequency", "density"))
 
 
 class AccelerationDensities(_Densities):
     """One-sided density of the acceleration, (m/s^2)^2/Hz, at ascending frequencies."""
 
-    density: Annotated[tuple[_Acceleration, ...], _Many] = Field(
-        description="(m/s^2)^2/Hz is m^2/s^3"
-    )
+    density: Annotated[tuple[_Acceleration, ...], _Many] = key("(m/s^2)^2/Hz is m^2/s^3")
 
 
 class VelocityDensities(_Densities):
     """One-sided density of the velocity, (m/s)^2/Hz, at ascending frequencies."""
 
-    density: Annotated[tuple[_Velocity, ...], _Many] = Field(description="(m/s)^2/Hz is m^2/s")
+    density: Annotated[tuple[_Velocity, ...], _Many] = key("(m/s)^2/Hz is m^2/s")
 
 
 class AngularDensities(_Densities):
     """One-sided density of the angular acceleration, (rad/s^2)^2/Hz, at ascending frequencies."""
 
-    density: Annotated[tuple[_AngularAcceleration, ...], _Many] = Field(
-        description="(rad/s^2)^2/Hz is rad^2/s^3"
-    )
+    density: Annotated[tuple[_AngularAcceleration, ...], _Many] = key("(rad/s^2)^2/Hz is rad^2/s^3")
 
 
 class BaseSpectrum(Table):
     """A random motion of the base in one direction, without regard to the others."""
 
-    direction: Literal["x", "y", "z", "rx", "ry", "rz"] = Field(
-        description="along, or for a rotation about, an axis"
+    direction: Literal["x", "y", "z", "rx", "ry", "rz"] = key(
+        "along, or for a rotation about, an axis"
     )
-    acceleration: AccelerationDensities | None = Field(
-        None, description="density over frequency; also the name of a CSV file"
+    acceleration: AccelerationDensities | None = key(
+        "density over frequency; also the name of a CSV file", None
     )
-    velocity: VelocityDensities | None = Field(None, description="instead of it")
-    angular_acceleration: AngularDensities | None = Field(
-        None, description="of a rotation; also the name of a CSV file"
+    velocity: VelocityDensities | None = key("instead of it", None)
+    angular_acceleration: AngularDensities | None = key(
+        "of a rotation; also the name of a CSV file", None
     )
     RULES = (
         one_of("acceleration", "velocity", "angular_acceleration"),
@@ -136,20 +131,17 @@ class BaseSpectrum(Table):
 class BaseMotion(Table):
     """How what the mounts stand on moves, as a rigid body: harmonics, spectra, or both."""
 
-    point: Point = Field(
-        (0.0, 0.0, 0.0),
-        description="of the base, whose motion is said, from the body's reference point",
+    point: Point = key(
+        "of the base, whose motion is said, from the body's reference point", (0.0, 0.0, 0.0)
     )
-    harmonics: tuple[BaseHarmonic, ...] = Field((), max_length=200, description="one by one")
-    spectra: tuple[BaseSpectrum, ...] = Field(
-        (), max_length=6, description="one for each direction that moves at random"
+    harmonics: tuple[BaseHarmonic, ...] = key("one by one", (), max_length=200)
+    spectra: tuple[BaseSpectrum, ...] = key(
+        "one for each direction that moves at random", (), max_length=6
     )
-    interpolation: Literal["logarithmic", "linear"] = Field(
-        "logarithmic", description="of densities between two frequencies: straight in which scales"
+    interpolation: Literal["logarithmic", "linear"] = key(
+        "of densities between two frequencies: straight in which scales", "logarithmic"
     )
-    peak_factor: Number = Field(
-        3.0, ge=1, le=10, description="peak over r.m.s. of what moves at random"
-    )
+    peak_factor: Number = key("peak over r.m.s. of what moves at random", 3.0, ge=1, le=10)
     RULES = (
         wants("machine.body"),
         wants("machine.mounts"),

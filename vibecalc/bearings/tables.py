@@ -1,11 +1,9 @@
 """The table [bearing_loads] of a case: main bearings, sizes, what else loads the crankshaft."""
 
 from collections.abc import Iterator
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import Field
-
-from vibecalc.core.case.fields import AngularSpeed, Force, Length, Mass, Name, RunUp, Table
+from vibecalc.core.case.fields import AngularSpeed, Force, Length, Mass, Name, RunUp, Table, key
 from vibecalc.core.case.raw import table_at
 from vibecalc.core.case.rules import Row, needs, one_of, ordered, refuse, unique
 from vibecalc.errors import Problem
@@ -14,28 +12,28 @@ from vibecalc.errors import Problem
 class BearingSize(Table):
     """Size of a bearing, for its mean specific pressure."""
 
-    diameter: Length = Field(gt=0, description="of the journal")
-    length: Length = Field(gt=0, description="that carries")
+    diameter: Length = key("of the journal", gt=0)
+    length: Length = key("that carries", gt=0)
 
 
 class MainBearing(Table):
     """A main bearing of the crankshaft."""
 
-    name: Name = Field(description="label used in tables and in `where`")
-    position: Length = Field(description="of its middle along the crankshaft, as of the cylinders")
-    diameter: Length | None = Field(None, gt=0, description="of the journal")
-    length: Length | None = Field(None, gt=0, description="that carries")
+    name: Name = key("label used in tables and in `where`")
+    position: Length = key("of its middle along the crankshaft, as of the cylinders")
+    diameter: Length | None = key("of the journal", None, gt=0)
+    length: Length | None = key("that carries", None, gt=0)
     RULES = (needs("diameter", "length"), needs("length", "diameter"))
 
 
 class ShaftLoad(Table):
     """What loads the crankshaft at rest as it does in motion: a weight, the pull of a belt."""
 
-    name: Name = Field(description="label")
-    position: Length = Field(description="along the crankshaft, as of the cylinders")
-    mass: Mass | None = Field(None, gt=0, description="of a flywheel, a pulley: its weight")
-    force: tuple[Force, Force, Force] | None = Field(
-        None, description="on the crankshaft along x, y, z, none along the shaft"
+    name: Name = key("label")
+    position: Length = key("along the crankshaft, as of the cylinders")
+    mass: Mass | None = key("of a flywheel, a pulley: its weight", None, gt=0)
+    force: tuple[Force, Force, Force] | None = key(
+        "on the crankshaft along x, y, z, none along the shaft", None
     )
     RULES = (one_of("mass", "force"),)
 
@@ -43,10 +41,8 @@ class ShaftLoad(Table):
 class BearingSpeeds(RunUp):
     """Crank speeds at which the highest loads of a cycle are wanted."""
 
-    start: AngularSpeed = Field(alias="from", gt=0, description="lowest speed")
-    points: Annotated[int, Field(strict=True, ge=2, le=401)] = Field(
-        41, description="evenly spaced, both ends included"
-    )
+    start: AngularSpeed = key("lowest speed", alias="from", gt=0)
+    points: int = key("evenly spaced, both ends included", 41, strict=True, ge=2, le=401)
     RULES = (ordered("from", "to", "speeds go from a lower one to a higher one"),)
 
 
@@ -67,25 +63,27 @@ def _sizes(row: Row) -> Iterator[Problem]:
 class BearingLoads(Table):
     """Loads on the bearings of the crank train over a cycle, at the operating speed."""
 
-    main_bearings: tuple[MainBearing, ...] = Field(
-        min_length=2, max_length=65, description="of the crankshaft, each with its place"
+    main_bearings: tuple[MainBearing, ...] = key(
+        "of the crankshaft, each with its place", min_length=2, max_length=65
     )
-    crank_pin: BearingSize | None = Field(None, description="of each rod's big end")
-    wrist_pin: BearingSize | None = Field(None, description="of each rod's small end")
-    shaft_loads: Annotated[tuple[ShaftLoad, ...], Field(max_length=64)] = Field(
-        (), description="constant loads on the crankshaft, such as the weight of the flywheel"
+    crank_pin: BearingSize | None = key("of each rod's big end", None)
+    wrist_pin: BearingSize | None = key("of each rod's small end", None)
+    shaft_loads: tuple[ShaftLoad, ...] = key(
+        "constant loads on the crankshaft, such as the weight of the flywheel", (), max_length=64
     )
-    up: Literal["x", "-x", "y", "-y", "z", "-z"] | None = Field(
-        None,
-        description="direction against which weights act; default: as in [isolation], or without "
+    up: Literal["x", "-x", "y", "-y", "z", "-z"] | None = key(
+        "direction against which weights act; default: as in [isolation], or without "
         "it that of the stroke",
+        None,
     )
-    crank_angles: Annotated[int, Field(strict=True, ge=73, le=7201)] = Field(
-        361, description="at which the forces over a cycle are written, both ends included"
+    crank_angles: int = key(
+        "at which the forces over a cycle are written, both ends included",
+        361,
+        strict=True,
+        ge=73,
+        le=7201,
     )
-    speeds: BearingSpeeds | None = Field(
-        None, description="highest loads over a range of speeds as well"
-    )
+    speeds: BearingSpeeds | None = key("highest loads over a range of speeds as well", None)
     RULES = (
         unique("main_bearings"),
         unique("shaft_loads"),

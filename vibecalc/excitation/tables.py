@@ -8,6 +8,7 @@ from vibecalc.core.case.fields import (
     Length,
     Number,
     Table,
+    key,
 )
 from vibecalc.parts.tables import Idle, Names, Throws, cylinders_in
 
@@ -17,40 +18,32 @@ Order = Annotated[int, Field(strict=True, ge=1, le=400)]
 class Balance(Table):
     """The balance table: sums of sin, cos, z sin and z cos over the cylinders."""
 
-    orders: tuple[Order, ...] = Field(
-        (1, 2), min_length=1, max_length=64, description="orders to tabulate"
-    )
+    orders: tuple[Order, ...] = key("orders to tabulate", (1, 2), min_length=1, max_length=64)
 
 
 class Residual(Table):
     """One number for what is left unbalanced, for comparing and optimising crank trains."""
 
-    force_weight: Number = Field(1.0, ge=0, description="weight of the forces")
-    couple_weight: Number = Field(1.0, ge=0, description="weight of the couples")
-    reference_length: Length = Field(gt=0, description="couples are divided by it")
+    force_weight: Number = key("weight of the forces", 1.0, ge=0)
+    couple_weight: Number = key("weight of the couples", 1.0, ge=0)
+    reference_length: Length = key("couples are divided by it", gt=0)
 
 
 class Excitation(Table):
     """Forces and couples of the crank train on the body."""
 
-    orders: Order | None = Field(
-        None, description="highest order kept; without it the tolerance decides"
+    orders: Order | None = key("highest order kept; without it the tolerance decides", None)
+    working: Names | None = key("names of the cylinders that work; default: all", None)
+    idle: Idle = key("the others: stopped, or moving without gas force (unloaded)", "stopped")
+    balanced_for: Throws | None = key(
+        "throws whose rotating mass is cancelled by weights in their own plane", None
     )
-    working: Names | None = Field(
-        None, description="names of the cylinders that work; default: all"
-    )
-    idle: Idle = Field(
-        "stopped", description="the others: stopped, or moving without gas force (unloaded)"
-    )
-    balanced_for: Throws | None = Field(
-        None, description="throws whose rotating mass is cancelled by weights in their own plane"
-    )
-    driven_machine: Literal["on_body", "separate", "cancels_torque"] = Field(
-        "on_body",
-        description="on_body: its stator gives the body the mean torque back, what alternates acts "
+    driven_machine: Literal["on_body", "separate", "cancels_torque"] = key(
+        "on_body: its stator gives the body the mean torque back, what alternates acts "
         "on the body; separate: the mean acts, too; cancels_torque: none of it acts, as if the "
         "stator followed every pulsation",
+        "on_body",
     )
-    balance: Balance | None = Field(None, description="print the balance table")
-    residual: Residual | None = Field(None, description="weighted residual of forces and couples")
+    balance: Balance | None = key("print the balance table", None)
+    residual: Residual | None = key("weighted residual of forces and couples", None)
     RULES = (*cylinders_in("working"), *cylinders_in("balanced_for"))

@@ -14,6 +14,7 @@ from vibecalc.core.case.fields import (
     Stiffness,
     Table,
     Unit,
+    key,
 )
 from vibecalc.core.case.rules import (
     Row,
@@ -46,29 +47,29 @@ class _OverFrequency(Table):
 class DynamicStiffness(_OverFrequency):
     """Force over displacement, complex, over frequency."""
 
-    real: _Stiffnesses = Field(description="in phase with the displacement; negative above a mode")
-    imaginary: _Stiffnesses = Field(description="in phase with the velocity: what takes energy")
+    real: _Stiffnesses = key("in phase with the displacement; negative above a mode")
+    imaginary: _Stiffnesses = key("in phase with the velocity: what takes energy")
 
 
 class Impedance(_OverFrequency):
     """Force over velocity, complex, over frequency."""
 
-    real: _Dampings = Field(description="in phase with the velocity: what takes energy")
-    imaginary: _Dampings = Field(description="positive like a mass, negative like a spring")
+    real: _Dampings = key("in phase with the velocity: what takes energy")
+    imaginary: _Dampings = key("positive like a mass, negative like a spring")
 
 
 class AngularDynamicStiffness(_OverFrequency):
     """Couple over rotation, complex, over frequency."""
 
-    real: _Turnings = Field(description="in phase with the rotation; negative above a mode")
-    imaginary: _Turnings = Field(description="in phase with the angular velocity")
+    real: _Turnings = key("in phase with the rotation; negative above a mode")
+    imaginary: _Turnings = key("in phase with the angular velocity")
 
 
 class AngularImpedance(_OverFrequency):
     """Couple over angular velocity, complex, over frequency."""
 
-    real: _TurnDampings = Field(description="in phase with the angular velocity")
-    imaginary: _TurnDampings = Field(description="positive like an inertia")
+    real: _TurnDampings = key("in phase with the angular velocity")
+    imaginary: _TurnDampings = key("positive like an inertia")
 
 
 _LINEAR = ("dynamic_stiffness", "impedance")
@@ -80,27 +81,25 @@ CURVES = (*_LINEAR, *_ANGULAR)
 class Flexibility(Table):
     """Flexibility of the foundation in one direction; in directions without one it is rigid."""
 
-    at: Literal["mounts", "whole"] = Field(
-        "mounts", description="under each mount by itself, or of the foundation as one stiff plate"
+    at: Literal["mounts", "whole"] = key(
+        "under each mount by itself, or of the foundation as one stiff plate", "mounts"
     )
-    mounts: tuple[Name, ...] | None = Field(
-        None, min_length=1, max_length=256, description="which mounts; all if not said"
+    mounts: tuple[Name, ...] | None = key(
+        "which mounts; all if not said", None, min_length=1, max_length=256
     )
-    direction: Literal["x", "y", "z", "rx", "ry", "rz"] = Field(
-        description="along, or of a plate also about, an axis"
+    direction: Literal["x", "y", "z", "rx", "ry", "rz"] = key(
+        "along, or of a plate also about, an axis"
     )
-    dynamic_stiffness: DynamicStiffness | None = Field(
-        None, description="force over displacement; also the name of a CSV file"
+    dynamic_stiffness: DynamicStiffness | None = key(
+        "force over displacement; also the name of a CSV file", None
     )
-    impedance: Impedance | None = Field(
-        None, description="force over velocity instead; also the name of a CSV file"
+    impedance: Impedance | None = key(
+        "force over velocity instead; also the name of a CSV file", None
     )
-    angular_dynamic_stiffness: AngularDynamicStiffness | None = Field(
-        None, description="couple over rotation, of a plate about an axis"
+    angular_dynamic_stiffness: AngularDynamicStiffness | None = key(
+        "couple over rotation, of a plate about an axis", None
     )
-    angular_impedance: AngularImpedance | None = Field(
-        None, description="couple over angular velocity instead"
-    )
+    angular_impedance: AngularImpedance | None = key("couple over angular velocity instead", None)
     RULES = (
         one_of(*CURVES),
         *along_or_about(
@@ -139,26 +138,20 @@ def _kind(row: Row) -> Any:
 class Foundation(Table):
     """What the mounts stand on: a mass that moves up and down, a rigid body, or impedances."""
 
-    kind: Literal["mass", "body", "impedance"] | None = Field(
-        None, description="one mass on a spring, six freedoms on springs, or tables over frequency"
+    kind: Literal["mass", "body", "impedance"] | None = key(
+        "one mass on a spring, six freedoms on springs, or tables over frequency", None
     )
-    mass: Mass | None = Field(
-        None, gt=0, description="of the part of the floor, deck or block that moves"
+    mass: Mass | None = key("of the part of the floor, deck or block that moves", None, gt=0)
+    stiffness: Stiffness | None = key("of what carries that mass, up and down", None, gt=0)
+    damping: Damping = key("viscous, parallel to the stiffness", 0.0, ge=0)
+    loss_factor: Number = key("of the stiffness", 0.0, ge=0, le=1)
+    position: Point | None = key(
+        "of the foundation's reference point, from that of the machine", None
     )
-    stiffness: Stiffness | None = Field(
-        None, gt=0, description="of what carries that mass, up and down"
-    )
-    damping: Damping = Field(0.0, ge=0, description="viscous, parallel to the stiffness")
-    loss_factor: Number = Field(0.0, ge=0, le=1, description="of the stiffness")
-    position: Point | None = Field(
-        None, description="of the foundation's reference point, from that of the machine"
-    )
-    body: Body | None = Field(None, description="a rigid body: its mass and inertia")
-    springs: Mounts | None = Field(
-        None, description="between it and the ground, from its own reference point"
-    )
-    flexibilities: tuple[Flexibility, ...] | None = Field(
-        None, min_length=1, max_length=300, description="its flexibilities, direction by direction"
+    body: Body | None = key("a rigid body: its mass and inertia", None)
+    springs: Mounts | None = key("between it and the ground, from its own reference point", None)
+    flexibilities: tuple[Flexibility, ...] | None = key(
+        "its flexibilities, direction by direction", None, min_length=1, max_length=300
     )
     RULES = (
         by_kind(

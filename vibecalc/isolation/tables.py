@@ -2,14 +2,13 @@
 
 from typing import Literal
 
-from pydantic import Field
-
 from vibecalc.core.case.fields import (
     Acceleration,
     Length,
     Number,
     RunUp,
     Table,
+    key,
 )
 from vibecalc.core.case.rules import needs, wants
 from vibecalc.parts.body_tables import no_matrices
@@ -22,19 +21,19 @@ _WITHOUT = "leave [isolation] out for forces and balance only"
 class Isolation(Table):
     """The body on its mounts: what reaches the ground."""
 
-    model: Literal["pitch", "rigid_body", "planar"] = Field(
-        description="pitch across the crankshaft, six freedoms, or three in the plane of the crank"
+    model: Literal["pitch", "rigid_body", "planar"] = key(
+        "pitch across the crankshaft, six freedoms, or three in the plane of the crank"
     )
-    up: Literal["x", "y", "z"] = Field("z", description="gravity acts against this direction")
-    gravity: Acceleration = Field(FREE_FALL, ge=0, description="acceleration of free fall")
-    lever: Length | None = Field(None, gt=0, description="arm of `lever_force`; default: of mounts")
-    loads: Loads = Field(("shaking", "torque"), min_length=1, description=LOADS)
-    run_up: RunUp | None = Field(None, description="also pass a range of speeds")
-    run_up_maxima: Number | None = Field(
-        None, gt=0, le=1, description="local maxima of the run-up from this share of the highest on"
+    up: Literal["x", "y", "z"] = key("gravity acts against this direction", "z")
+    gravity: Acceleration = key("acceleration of free fall", FREE_FALL, ge=0)
+    lever: Length | None = key("arm of `lever_force`; default: of mounts", None, gt=0)
+    loads: Loads = key(LOADS, ("shaking", "torque"), min_length=1)
+    run_up: RunUp | None = key("also pass a range of speeds", None)
+    run_up_maxima: Number | None = key(
+        "local maxima of the run-up from this share of the highest on", None, gt=0, le=1
     )
-    efficiency: bool | None = Field(
-        None, strict=True, description="what mounts keep from the ground, by order and frequency"
+    efficiency: bool | None = key(
+        "what mounts keep from the ground, by order and frequency", None, strict=True
     )
     RULES = (
         needs("run_up_maxima", "run_up", allowed='run_up = { from = 0, to = "..." } with it'),

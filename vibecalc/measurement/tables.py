@@ -15,6 +15,7 @@ from vibecalc.core.case.fields import (
     Unit,
     Whole,
     WholeNumber,
+    key,
     later,
 )
 from vibecalc.core.case.rules import (
@@ -52,32 +53,27 @@ Column = Field((), max_length=2000)
 class Position(Table):
     """A point of the plate."""
 
-    name: Name = Field(description="label used in readings, tables and `where`")
-    x: Coordinate = Field(description="along the crankshaft, from the centre; roll is about x")
-    y: Coordinate = Field(description="across it; pitch is about y")
+    name: Name = key("label used in readings, tables and `where`")
+    x: Coordinate = key("along the crankshaft, from the centre; roll is about x")
+    y: Coordinate = key("across it; pitch is about y")
 
 
 class Reading(Table):
     """What one instrument reads: one number for each harmonic, and a phase where it has one."""
 
-    at: Name | None = Field(None, description="name of the position of an accelerometer")
-    between: tuple[Name, Name] | None = Field(
-        None, description="two positions: acceleration of the second less that of the first"
+    at: Name | None = key("name of the position of an accelerometer", None)
+    between: tuple[Name, Name] | None = key(
+        "two positions: acceleration of the second less that of the first", None
     )
-    about: Literal["x", "y"] | None = Field(
-        None, description="axis of an angular acceleration read directly"
+    about: Literal["x", "y"] | None = key("axis of an angular acceleration read directly", None)
+    use: Literal["solve", "choose", "compare"] = key(
+        "find the motion, choose between motions that are left, or compare only", "solve"
     )
-    use: Literal["solve", "choose", "compare"] = Field(
-        "solve",
-        description="find the motion, choose between motions that are left, or compare only",
-    )
-    orders: Orders = Field((), description="harmonics that it covers; default: all of them")
-    level: Levels = Field((), description="in dB, one for each harmonic")
-    amplitude: Amplitudes = Field((), description="instead of levels")
-    angular_amplitude: AngularAmplitudes = Field(
-        (), description="instead of levels, of an angular acceleration"
-    )
-    phase: Phases = Field((), description="leading positive, all against one signal")
+    orders: Orders = key("harmonics that it covers; default: all of them", ())
+    level: Levels = key("in dB, one for each harmonic", ())
+    amplitude: Amplitudes = key("instead of levels", ())
+    angular_amplitude: AngularAmplitudes = key("instead of levels, of an angular acceleration", ())
+    phase: Phases = key("leading positive, all against one signal", ())
     RULES = (
         one_of("at", "between", "about"),
         one_of("level", "amplitude", "angular_amplitude"),
@@ -96,16 +92,12 @@ class Reading(Table):
 class Scan(Table):
     """Readings at many points, one in each row; a file takes it from an analyser."""
 
-    order: tuple[WholeNumber, ...] = Field(
-        min_length=1, max_length=2000, description="harmonic of the row"
-    )
-    x: tuple[Coordinate, ...] = Field(min_length=1, max_length=2000, description="of the point")
-    y: tuple[Coordinate, ...] = Field(min_length=1, max_length=2000, description="of the point")
-    level: tuple[Loudness, ...] = Field((), max_length=2000, description="in dB")
-    amplitude: tuple[Acceleration, ...] = Field(
-        (), max_length=2000, description="instead of levels"
-    )
-    phase: tuple[Angle, ...] = Field((), max_length=2000, description="leading positive")
+    order: tuple[WholeNumber, ...] = key("harmonic of the row", min_length=1, max_length=2000)
+    x: tuple[Coordinate, ...] = key("of the point", min_length=1, max_length=2000)
+    y: tuple[Coordinate, ...] = key("of the point", min_length=1, max_length=2000)
+    level: tuple[Loudness, ...] = key("in dB", (), max_length=2000)
+    amplitude: tuple[Acceleration, ...] = key("instead of levels", (), max_length=2000)
+    phase: tuple[Angle, ...] = key("leading positive", (), max_length=2000)
     RULES = (
         one_of("level", "amplitude"),
         same_length("order", "x", "y", "level", "amplitude", "phase"),
@@ -115,71 +107,55 @@ class Scan(Table):
 class Plate(Table):
     """Edges of the plate, for a map and for the place that moves least."""
 
-    x: tuple[Coordinate, Coordinate] = Field(description="from and to, along the crankshaft")
-    y: tuple[Coordinate, Coordinate] = Field(description="from and to, across it")
-    points: Annotated[int, Field(strict=True, ge=2, le=401)] = Field(
-        61, description="of the map, along each edge"
-    )
+    x: tuple[Coordinate, Coordinate] = key("from and to, along the crankshaft")
+    y: tuple[Coordinate, Coordinate] = key("from and to, across it")
+    points: int = key("of the map, along each edge", 61, strict=True, ge=2, le=401)
     RULES = (pair_ordered("x", equal=False), pair_ordered("y", equal=False))
 
 
 class Measurement(Table):
     """Readings on a rigid plate: its translation, roll and pitch, harmonic by harmonic."""
 
-    amplitude: Literal["zero_to_peak", "rms"] = Field(
-        description="what readings are amplitudes of; levels are given in the same"
+    amplitude: Literal["zero_to_peak", "rms"] = key(
+        "what readings are amplitudes of; levels are given in the same"
     )
-    reference_level: Acceleration | None = Field(
-        None, gt=0, description="acceleration of 0 dB; levels need it"
+    reference_level: Acceleration | None = key("acceleration of 0 dB; levels need it", None, gt=0)
+    angular_reference_level: AngularAcceleration | None = key(
+        "angular acceleration of 0 dB; default: 1 rad/s^2", None, gt=0
     )
-    angular_reference_level: AngularAcceleration | None = Field(
-        None, gt=0, description="angular acceleration of 0 dB; default: 1 rad/s^2"
+    level_step: Level = key(
+        "last digit of a level: it is off by up to half of it", 0.1, gt=0, le=20
     )
-    level_step: Level = Field(
-        0.1, gt=0, le=20, description="last digit of a level: it is off by up to half of it"
+    level_uncertainty: Level = key("standard uncertainty of a level besides that", 0.0, ge=0, le=20)
+    amplitude_step: Acceleration | None = key("last digit of an amplitude", None, gt=0)
+    amplitude_uncertainty: Acceleration = key(
+        "standard uncertainty of an amplitude besides that", 0.0, ge=0
     )
-    level_uncertainty: Level = Field(
-        0.0, ge=0, le=20, description="standard uncertainty of a level besides that"
+    angular_step: AngularAcceleration | None = key("last digit of an angular amplitude", None, gt=0)
+    angular_uncertainty: AngularAcceleration = key(
+        "standard uncertainty of an angular amplitude besides that", 0.0, ge=0
     )
-    amplitude_step: Acceleration | None = Field(
-        None, gt=0, description="last digit of an amplitude"
+    phase_step: Angle | None = key("last digit of a phase", None, gt=0)
+    phase_uncertainty: Angle = key(
+        "standard uncertainty of a phase besides that", 0.0, ge=0, le=math.pi
     )
-    amplitude_uncertainty: Acceleration = Field(
-        0.0, ge=0, description="standard uncertainty of an amplitude besides that"
+    orders: tuple[Order, ...] = key("harmonics that are read", min_length=1, max_length=64)
+    base_frequency: Frequency | None = key(
+        "frequency of order 1, where no machine speed tells it", None, gt=0
     )
-    angular_step: AngularAcceleration | None = Field(
-        None, gt=0, description="last digit of an angular amplitude"
+    reference_position: Name | None = key(
+        "where phases are zero; default: that of the first reading", None
     )
-    angular_uncertainty: AngularAcceleration = Field(
-        0.0, ge=0, description="standard uncertainty of an angular amplitude besides that"
+    positions: tuple[Position, ...] = key(
+        "points with names: of readings, and where levels are wanted", (), max_length=200
     )
-    phase_step: Angle | None = Field(None, gt=0, description="last digit of a phase")
-    phase_uncertainty: Angle = Field(
-        0.0, ge=0, le=math.pi, description="standard uncertainty of a phase besides that"
+    readings: tuple[Reading, ...] = key("of instruments", (), max_length=200)
+    scan: Scan | None = key("readings at many points", None)
+    record: tuple[Record, ...] = key(
+        "files of samples over time with a tachometer", (), max_length=64
     )
-    orders: Annotated[tuple[Order, ...], Field(min_length=1, max_length=64)] = Field(
-        description="harmonics that are read"
-    )
-    base_frequency: Frequency | None = Field(
-        None, gt=0, description="frequency of order 1, where no machine speed tells it"
-    )
-    reference_position: Name | None = Field(
-        None, description="where phases are zero; default: that of the first reading"
-    )
-    positions: Annotated[tuple[Position, ...], Field(max_length=200)] = Field(
-        (), description="points with names: of readings, and where levels are wanted"
-    )
-    readings: Annotated[tuple[Reading, ...], Field(max_length=200)] = Field(
-        (), description="of instruments"
-    )
-    scan: Scan | None = Field(None, description="readings at many points")
-    record: Annotated[tuple[Record, ...], Field(max_length=64)] = Field(
-        (), description="files of samples over time with a tachometer"
-    )
-    spectrum: Annotated[tuple[Spectrum, ...], Field(max_length=200)] = Field(
-        (), description="files of complex spectra"
-    )
-    plate: Plate | None = Field(None, description="edges of the plate")
+    spectrum: tuple[Spectrum, ...] = key("files of complex spectra", (), max_length=200)
+    plate: Plate | None = key("edges of the plate", None)
     RULES = (
         needs("", "readings scan record spectrum", "something has to be read"),
         unique("positions", "positions"),

@@ -17,6 +17,7 @@ from vibecalc.core.case.fields import (
     StiffnessOrThree,
     Table,
     Unit,
+    key,
     later,
 )
 from vibecalc.core.case.raw import Data, misspelt, read_number, table_at, tables_at
@@ -52,19 +53,17 @@ else:
 class Box(Table):
     """A uniform block, edges along x, y and z."""
 
-    length: Length = Field(gt=0, description="edge along x")
-    width: Length = Field(gt=0, description="edge along y")
-    height: Length = Field(gt=0, description="edge along z")
+    length: Length = key("edge along x", gt=0)
+    width: Length = key("edge along y", gt=0)
+    height: Length = key("edge along z", gt=0)
 
 
 class InertiaBlock(Table):
     """A block bolted to the body: its mass, inertia and weight count."""
 
-    mass: Mass = Field(ge=0, description="mass of the block")
-    box: Box = Field(description="its edges, for its own inertia")
-    position: Point = Field(
-        (0.0, 0.0, 0.0), description="of its mass centre, from the body's reference point"
-    )
+    mass: Mass = key("mass of the block", ge=0)
+    box: Box = key("its edges, for its own inertia")
+    position: Point = key("of its mass centre, from the body's reference point", (0.0, 0.0, 0.0))
 
 
 Moment3 = Annotated[float, Field(gt=0), Unit("kg*m^2")]
@@ -90,15 +89,15 @@ _BOX_HAS_NONE = "inertia_products go with inertia: a box has none"
 class BodyPart(Table):
     """One part of the body: an engine, a generator, a skid, a block."""
 
-    name: Name = Field(description="label used in messages")
-    mass: Mass = Field(gt=0, description="of the part")
-    centre: Point = Field(description="its mass centre, from the body's reference point")
-    box: Box | None = Field(None, description="inertia from a uniform block; or give inertia")
-    inertia: tuple[PartMoment, PartMoment, PartMoment] | None = Field(
-        None, description="moments Ixx, Iyy, Izz about its own mass centre; zeros for a point"
+    name: Name = key("label used in messages")
+    mass: Mass = key("of the part", gt=0)
+    centre: Point = key("its mass centre, from the body's reference point")
+    box: Box | None = key("inertia from a uniform block; or give inertia", None)
+    inertia: tuple[PartMoment, PartMoment, PartMoment] | None = key(
+        "moments Ixx, Iyy, Izz about its own mass centre; zeros for a point", None
     )
-    inertia_products: tuple[Inertia, Inertia, Inertia] = Field(
-        (0.0, 0.0, 0.0), description="products Ixy, Ixz, Iyz: sums of m x y, m x z, m y z"
+    inertia_products: tuple[Inertia, Inertia, Inertia] = key(
+        "products Ixy, Ixz, Iyz: sums of m x y, m x z, m y z", (0.0, 0.0, 0.0)
     )
     RULES = (
         one_of("inertia", "box"),
@@ -112,28 +111,22 @@ class Body(Table):
     That is the mass centre without the inertia block, unless `centre` or the parts say otherwise.
     """
 
-    mass: Mass | None = Field(None, gt=0, description="of the whole machine")
-    centre: Point | None = Field(
-        None,
-        description="its mass centre without the block, from the reference point; default: there",
+    mass: Mass | None = key("of the whole machine", None, gt=0)
+    centre: Point | None = key(
+        "its mass centre without the block, from the reference point; default: there", None
     )
-    box: Box | None = Field(None, description="inertia from a uniform block; or give inertia")
-    inertia: tuple[Moment3, Moment3, Moment3] | None = Field(
-        None, description="moments Ixx, Iyy, Izz about the mass centre"
+    box: Box | None = key("inertia from a uniform block; or give inertia", None)
+    inertia: tuple[Moment3, Moment3, Moment3] | None = key(
+        "moments Ixx, Iyy, Izz about the mass centre", None
     )
-    inertia_products: tuple[Inertia, Inertia, Inertia] = Field(
-        (0.0, 0.0, 0.0), description="products Ixy, Ixz, Iyz: sums of m x y, m x z, m y z"
+    inertia_products: tuple[Inertia, Inertia, Inertia] = key(
+        "products Ixy, Ixz, Iyz: sums of m x y, m x z, m y z", (0.0, 0.0, 0.0)
     )
-    inertia_block: InertiaBlock | None = Field(None, description="a block added to the machine")
-    parts: tuple[BodyPart, ...] | None = Field(
-        None,
-        min_length=1,
-        max_length=64,
-        description="what it is assembled of, instead of all of these",
+    inertia_block: InertiaBlock | None = key("a block added to the machine", None)
+    parts: tuple[BodyPart, ...] | None = key(
+        "what it is assembled of, instead of all of these", None, min_length=1, max_length=64
     )
-    mass_matrix: MassMatrix | None = Field(
-        None, description="of the whole machine, instead of all of these"
-    )
+    mass_matrix: MassMatrix | None = key("of the whole machine, instead of all of these", None)
     RULES = (
         at_most_one(
             "mass_matrix", "mass centre box inertia inertia_products inertia_block", "parts"
@@ -157,33 +150,31 @@ class Body(Table):
 class MountProperties(Table):
     """Stiffness and damping, one number for all directions or three along the mount's own axes."""
 
-    stiffness: StiffnessOrThree | None = Field(
-        None, description="one number, or three along the mount's own axes"
+    stiffness: StiffnessOrThree | None = key(
+        "one number, or three along the mount's own axes", None
     )
-    damping: DampingOrThree | None = Field(
-        None, description="viscous, one number or three along the mount's own axes"
+    damping: DampingOrThree | None = key(
+        "viscous, one number or three along the mount's own axes", None
     )
-    loss_factor: Number | None = Field(
-        None, ge=0, le=10, description="of a complex stiffness k (1 + i loss_factor)"
+    loss_factor: Number | None = key(
+        "of a complex stiffness k (1 + i loss_factor)", None, ge=0, le=10
     )
-    static: Static | None = Field(
-        None, description="at rest: static stiffness, load over deflection, stops"
+    static: Static | None = key("at rest: static stiffness, load over deflection, stops", None)
+    over_frequency: OverFrequency | None = key(
+        "stiffness and loss factor in rows over the frequency: a table or a CSV", None
     )
-    over_frequency: OverFrequency | None = Field(
-        None, description="stiffness and loss factor in rows over the frequency: a table or a CSV"
-    )
-    over_load: OverLoad | None = Field(
-        None, description="stiffness in rows over the load at rest: a table or a CSV"
+    over_load: OverLoad | None = key(
+        "stiffness in rows over the load at rest: a table or a CSV", None
     )
 
 
 class Mount(MountProperties):
     """One mount; what it does not say comes from `each`."""
 
-    name: Name = Field(description="label used in tables and in `where`")
-    position: Point = Field(description="from the body's reference point")
-    orientation: tuple[Angle, Angle, Angle] = Field(
-        (0.0, 0.0, 0.0), description="rotations of the mount's axes about x, then y, then z"
+    name: Name = key("label used in tables and in `where`")
+    position: Point = key("from the body's reference point")
+    orientation: tuple[Angle, Angle, Angle] = key(
+        "rotations of the mount's axes about x, then y, then z", (0.0, 0.0, 0.0)
     )
 
 
@@ -231,28 +222,27 @@ def _no_stiffness(row: Row) -> Iterator[Problem]:
 class Mounts(Table):
     """What the body stands on."""
 
-    each: MountProperties | None = Field(None, description="common to all mounts")
-    positions: tuple[Point, ...] | None = Field(
-        None, min_length=1, max_length=256, description="of equal mounts, named 1, 2, 3 ..."
+    each: MountProperties | None = key("common to all mounts", None)
+    positions: tuple[Point, ...] | None = key(
+        "of equal mounts, named 1, 2, 3 ...", None, min_length=1, max_length=256
     )
-    individual: tuple[Mount, ...] | None = Field(
-        None, min_length=1, max_length=256, description="mounts one by one, instead of positions"
+    individual: tuple[Mount, ...] | None = key(
+        "mounts one by one, instead of positions", None, min_length=1, max_length=256
     )
-    datum: Point | None = Field(
-        None,
-        description="their positions are measured from here; default: the body's reference point",
+    datum: Point | None = key(
+        "their positions are measured from here; default: the body's reference point", None
     )
-    stiffness_matrix: StiffnessMatrix | None = Field(
-        None, description="of the whole suspension, instead of mounts"
+    stiffness_matrix: StiffnessMatrix | None = key(
+        "of the whole suspension, instead of mounts", None
     )
-    damping_matrix: DampingMatrix | None = Field(
-        None, description="of the whole suspension, with stiffness_matrix"
+    damping_matrix: DampingMatrix | None = key(
+        "of the whole suspension, with stiffness_matrix", None
     )
-    loss_factor: Number | None = Field(
-        None, ge=0, le=10, description="of a complex stiffness_matrix K (1 + i loss_factor)"
+    loss_factor: Number | None = key(
+        "of a complex stiffness_matrix K (1 + i loss_factor)", None, ge=0, le=10
     )
-    modal_damping: Number | None = Field(
-        None, ge=0, le=10, description="damping ratio of every mode, added to what else damps"
+    modal_damping: Number | None = key(
+        "damping ratio of every mode, added to what else damps", None, ge=0, le=10
     )
     RULES = (
         one_of(

@@ -13,6 +13,7 @@ from vibecalc.core.case.fields import (
     Pressure,
     Table,
     Unit,
+    key,
 )
 from vibecalc.core.case.rules import by_kind, one_of, ordered, same_length
 
@@ -27,13 +28,13 @@ GasPressureValue = Annotated[float, Field(ge=-1e5), Unit("Pa", "a pressure")]
 class GasPressure(Table):
     """Pressure on the piston over one turn, or over one cycle of an engine."""
 
-    crank_angle: tuple[Angle, ...] = Field(
+    crank_angle: tuple[Angle, ...] = key(
+        "ascending, the last one turn (of an engine: one cycle) after the first",
         min_length=3,
         max_length=2000,
-        description="ascending, the last one turn (of an engine: one cycle) after the first",
     )
-    pressure: tuple[GasPressureValue, ...] = Field(
-        min_length=3, max_length=2000, description="above that of the crankcase, one per angle"
+    pressure: tuple[GasPressureValue, ...] = key(
+        "above that of the crankcase, one per angle", min_length=3, max_length=2000
     )
     RULES = (same_length("crank_angle", "pressure"),)
 
@@ -41,14 +42,13 @@ class GasPressure(Table):
 class GasForce(Table):
     """Force on the piston over one turn of its own cylinder; positive pushes towards the crank."""
 
-    crank_angle: tuple[Angle, ...] = Field(
+    crank_angle: tuple[Angle, ...] = key(
+        "of this cylinder, from its own top dead centre; the last one turn after the first",
         min_length=1,
         max_length=2000,
-        description="of this cylinder, from its own top dead centre; the last one turn after the "
-        "first",
     )
-    force: tuple[Force, ...] = Field(
-        min_length=1, max_length=2000, description="of the gas on the piston, one per angle"
+    force: tuple[Force, ...] = key(
+        "of the gas on the piston, one per angle", min_length=1, max_length=2000
     )
     RULES = (same_length("crank_angle", "force"),)
 
@@ -66,45 +66,41 @@ Exponent = Annotated[float, Field(gt=1, lt=2), Unit("")]
 class GasCard(Table):
     """The pressure over a cycle at one speed."""
 
-    speed: AngularSpeed = Field(gt=0, description="of the crankshaft, at which it was taken")
-    gas_pressure: GasPressure = Field(description="over one cycle: a table or a CSV")
+    speed: AngularSpeed = key("of the crankshaft, at which it was taken", gt=0)
+    gas_pressure: GasPressure = key("over one cycle: a table or a CSV")
 
 
 class GasCycle(Table):
     """A cycle to be computed instead of a measured card; what is not said has usual values."""
 
-    kind: Literal["spark", "diesel"] = Field(
-        description="heat at constant volume at first, or limited by the peak pressure"
+    kind: Literal["spark", "diesel"] = key(
+        "heat at constant volume at first, or limited by the peak pressure"
     )
-    compression_ratio: Number | None = Field(
-        None, gt=1, le=60, description="largest volume over the smallest"
+    compression_ratio: Number | None = key("largest volume over the smallest", None, gt=1, le=60)
+    intake_pressure: Pressure | None = key(
+        "absolute, in the cylinder before the compression", None, gt=0
     )
-    intake_pressure: Pressure | None = Field(
-        None, gt=0, description="absolute, in the cylinder before the compression"
+    exhaust_pressure: Pressure | None = key(
+        "absolute, in the cylinder as the gas goes out", None, gt=0
     )
-    exhaust_pressure: Pressure | None = Field(
-        None, gt=0, description="absolute, in the cylinder as the gas goes out"
+    crankcase_pressure: Pressure | None = key(
+        "absolute, under the piston; default: 101325 Pa", None, gt=0
     )
-    crankcase_pressure: Pressure | None = Field(
-        None, gt=0, description="absolute, under the piston; default: 101325 Pa"
+    peak_pressure: Pressure | None = key("absolute; it or mean_indicated_pressure", None, gt=0)
+    mean_indicated_pressure: Pressure | None = key(
+        "work of a cycle over the swept volume; negative: it is driven", None
     )
-    peak_pressure: Pressure | None = Field(
-        None, gt=0, description="absolute; it or mean_indicated_pressure"
+    compression_exponent: Exponent | None = key("polytropic", None)
+    expansion_exponent: Exponent | None = key("polytropic", None)
+    combustion_starts: CycleAngle | None = key("of the own crank angle", None)
+    combustion_ends: CycleAngle | None = key("of the own crank angle", None)
+    injection_ends: CycleAngle | None = key(
+        "of a diesel, which holds its pressure up to there", None
     )
-    mean_indicated_pressure: Pressure | None = Field(
-        None, description="work of a cycle over the swept volume; negative: it is driven"
-    )
-    compression_exponent: Exponent | None = Field(None, description="polytropic")
-    expansion_exponent: Exponent | None = Field(None, description="polytropic")
-    combustion_starts: CycleAngle | None = Field(None, description="of the own crank angle")
-    combustion_ends: CycleAngle | None = Field(None, description="of the own crank angle")
-    injection_ends: CycleAngle | None = Field(
-        None, description="of a diesel, which holds its pressure up to there"
-    )
-    inlet_closes: CycleAngle | None = Field(None, description="where the compression begins")
-    exhaust_opens: CycleAngle | None = Field(None, description="where the expansion ends")
-    overlap: Angle | None = Field(
-        None, gt=0, le=1.5, description="half width of the charge exchange, of four strokes"
+    inlet_closes: CycleAngle | None = key("where the compression begins", None)
+    exhaust_opens: CycleAngle | None = key("where the expansion ends", None)
+    overlap: Angle | None = key(
+        "half width of the charge exchange, of four strokes", None, gt=0, le=1.5
     )
     RULES = (
         one_of("peak_pressure", "mean_indicated_pressure"),
@@ -122,19 +118,11 @@ Volume = Annotated[float, Unit("m^3")]
 class PumpCycle(Table):
     """Suction, compression, discharge and re-expansion; the pressures open and close the valves."""
 
-    suction_pressure: Pressure = Field(gt=0, description="absolute, in the cylinder as it fills")
-    discharge_pressure: Pressure = Field(
-        gt=0, description="absolute, in the cylinder as it delivers"
-    )
-    bulk_modulus: Modulus = Field(
-        gt=0, description="of the liquid with the walls around it: -V dp/dV"
-    )
-    dead_volume: Volume = Field(
-        gt=0, description="liquid left in one cylinder at its top dead centre"
-    )
-    outside_pressure: Pressure = Field(
-        101325.0, gt=0, description="absolute, on the other side of the plunger"
-    )
+    suction_pressure: Pressure = key("absolute, in the cylinder as it fills", gt=0)
+    discharge_pressure: Pressure = key("absolute, in the cylinder as it delivers", gt=0)
+    bulk_modulus: Modulus = key("of the liquid with the walls around it: -V dp/dV", gt=0)
+    dead_volume: Volume = key("liquid left in one cylinder at its top dead centre", gt=0)
+    outside_pressure: Pressure = key("absolute, on the other side of the plunger", 101325.0, gt=0)
     RULES = (
         ordered(
             "suction_pressure",

@@ -2,9 +2,7 @@
 
 from typing import ClassVar
 
-from pydantic import Field
-
-from vibecalc.core.case.fields import Name, Number, Table
+from vibecalc.core.case.fields import Name, Number, Table, key
 
 SixNumbers = tuple[Number, Number, Number, Number, Number, Number]
 
@@ -15,11 +13,11 @@ class BlockMatrix(Table):
     #: SI units of the blocks, an angle counting as a plain number
     SI: ClassVar[tuple[str, str, str]]
 
-    values: tuple[SixNumbers, SixNumbers, SixNumbers, SixNumbers, SixNumbers, SixNumbers] = Field(
-        description="six rows of six numbers, in the order x y z rx ry rz"
+    values: tuple[SixNumbers, SixNumbers, SixNumbers, SixNumbers, SixNumbers, SixNumbers] = key(
+        "six rows of six numbers, in the order x y z rx ry rz"
     )
-    units: tuple[Name, Name, Name] | None = Field(
-        None, description="units of the blocks: translation, coupling, rotation; default SI"
+    units: tuple[Name, Name, Name] | None = key(
+        "units of the blocks: translation, coupling, rotation; default SI", None
     )
     RULES = ("vibecalc.parts.rules:matrix_units",)
 

@@ -17,6 +17,7 @@ from vibecalc.core.case.fields import (
     Table,
     Voltage,
     WholeNumber,
+    key,
 )
 from vibecalc.core.case.rules import (
     Row,
@@ -37,33 +38,31 @@ from vibecalc.parts.tables import NEEDED_BY_KIND
 class Play(Table):
     """A dead band between two contacts."""
 
-    clearance: Length = Field(gt=0, description="free travel from one contact to the other")
-    stiffness: Stiffness = Field(gt=0, description="of a contact")
-    contact_damping: Damping = Field(0.0, description="viscous, while in contact")
-    film_damping: Damping = Field(
-        0.0, description="viscous, while in the gap: a linearised squeeze film"
-    )
+    clearance: Length = key("free travel from one contact to the other", gt=0)
+    stiffness: Stiffness = key("of a contact", gt=0)
+    contact_damping: Damping = key("viscous, while in contact", 0.0)
+    film_damping: Damping = key("viscous, while in the gap: a linearised squeeze film", 0.0)
 
 
 class Joint(Play):
     """A bearing with play along the cylinder."""
 
-    spring: Literal["continuous", "full_deflection"] = Field(
-        "continuous",
-        description="force beyond the clearance: stiffness times what goes beyond it, or times the "
+    spring: Literal["continuous", "full_deflection"] = key(
+        "force beyond the clearance: stiffness times what goes beyond it, or times the "
         "whole deflection, which jumps at contact",
+        "continuous",
     )
 
 
 class Joints(Table):
     """Bearings with play in the running gear of one cylinder."""
 
-    cylinder: Name | None = Field(None, description="which one; default: the first that works")
-    wrist_pin: Joint = Field(description="between rod and piston")
-    crank_pin: Joint | None = Field(
-        None, description="between crank and rod; the rod is then a mass between two gaps"
+    cylinder: Name | None = key("which one; default: the first that works", None)
+    wrist_pin: Joint = key("between rod and piston")
+    crank_pin: Joint | None = key(
+        "between crank and rod; the rod is then a mass between two gaps", None
     )
-    bore: Play | None = Field(None, description="between piston and cylinder wall: piston slap")
+    bore: Play | None = key("between piston and cylinder wall: piston slap", None)
     RULES = (refers("cylinder", "machine.crank_train.cylinders", "cylinder"),)
 
 
@@ -75,14 +74,14 @@ class Joints(Table):
 class TorqueHarmonics(Table):
     """Torque on the rotor: the sum of cosine cos(n a) + sine sin(n a) over the orders."""
 
-    order: tuple[WholeNumber, ...] = Field(
-        min_length=1, max_length=401, description="multiples of the crank speed, 0 is the mean"
+    order: tuple[WholeNumber, ...] = key(
+        "multiples of the crank speed, 0 is the mean", min_length=1, max_length=401
     )
-    cosine: tuple[Moment, ...] = Field(
-        min_length=1, max_length=401, description="amplitude of the cosine, one per order"
+    cosine: tuple[Moment, ...] = key(
+        "amplitude of the cosine, one per order", min_length=1, max_length=401
     )
-    sine: tuple[Moment, ...] = Field(
-        min_length=1, max_length=401, description="amplitude of the sine, one per order"
+    sine: tuple[Moment, ...] = key(
+        "amplitude of the sine, one per order", min_length=1, max_length=401
     )
     RULES = (same_length("order", "cosine", "sine", what="torque"), once("order", "order"))
 
@@ -93,13 +92,13 @@ SlipTorque = Annotated[Moment, Field(ge=0)]
 class SlipTable(Table):
     """Torque over the slip of an induction motor; at negative slip it is the negative one."""
 
-    slip: tuple[AngularSpeed, ...] = Field(
-        min_length=1, max_length=2000, description="synchronous speed less speed, ascending from 0"
+    slip: tuple[AngularSpeed, ...] = key(
+        "synchronous speed less speed, ascending from 0", min_length=1, max_length=2000
     )
-    torque: tuple[SlipTorque, ...] = Field(
+    torque: tuple[SlipTorque, ...] = key(
+        "on the rotor, from 0, one per slip; below its field a motor does not brake",
         min_length=1,
         max_length=2000,
-        description="on the rotor, from 0, one per slip; below its field a motor does not brake",
     )
     RULES = (same_length("slip", "torque"), ascending("slip"))
 
@@ -111,52 +110,45 @@ def _motor_kind(row: Row) -> Any:
 class Motor(Table):
     """The motor that drives the crankshaft; its kind says which of these keys it has."""
 
-    kind: Literal["torque_harmonics", "slip_table", "linear", "dynamic"] | None = Field(
-        None,
-        description="torque given by order at a given speed, if not said, or over the slip: the "
+    kind: Literal["torque_harmonics", "slip_table", "linear", "dynamic"] | None = key(
+        "torque given by order at a given speed, if not said, or over the slip: the "
         "motor then finds the speed",
+        None,
     )
-    rotor_diameter: Length = Field(
-        NEEDED_BY_KIND,
-        gt=0,
-        description="of the circle of the rotor's conductors (torque_harmonics)",
+    rotor_diameter: Length = key(
+        "of the circle of the rotor's conductors (torque_harmonics)", NEEDED_BY_KIND, gt=0
     )
-    skew_angle: Angle = Field(
+    skew_angle: Angle = key(
+        "of the conductors against the axis of the rotor (torque_harmonics)",
         NEEDED_BY_KIND,
         gt=-1.5,
         lt=1.5,
-        description="of the conductors against the axis of the rotor (torque_harmonics)",
     )
-    torque: TorqueHarmonics = Field(
-        NEEDED_BY_KIND, description="torque on the rotor, by order (torque_harmonics)"
+    torque: TorqueHarmonics = key(
+        "torque on the rotor, by order (torque_harmonics)", NEEDED_BY_KIND
     )
-    synchronous_speed: AngularSpeed = Field(
-        NEEDED_BY_KIND, gt=0, description="of the stator's field (slip_table, linear, dynamic)"
+    synchronous_speed: AngularSpeed = key(
+        "of the stator's field (slip_table, linear, dynamic)", NEEDED_BY_KIND, gt=0
     )
-    slip_table: SlipTable = Field(
-        NEEDED_BY_KIND, description="torque over the slip, in steady running (slip_table, dynamic)"
+    slip_table: SlipTable = key(
+        "torque over the slip, in steady running (slip_table, dynamic)", NEEDED_BY_KIND
     )
-    interpolation: Literal["linear", "parabola", "monotone"] | None = Field(
-        None, description="between the rows of the slip table, monotone if not said"
+    interpolation: Literal["linear", "parabola", "monotone"] | None = key(
+        "between the rows of the slip table, monotone if not said", None
     )
-    beyond: Literal["refuse", "hold"] | None = Field(
-        None,
-        description="slip beyond the table: hold the last torque, or refuse, which is the default",
+    beyond: Literal["refuse", "hold"] | None = key(
+        "slip beyond the table: hold the last torque, or refuse, which is the default", None
     )
-    gain: AngularDamping = Field(
-        NEEDED_BY_KIND, gt=0, description="torque for each unit of slip (linear)"
+    gain: AngularDamping = key("torque for each unit of slip (linear)", NEEDED_BY_KIND, gt=0)
+    poles: int = key(
+        "number of poles, an even one (dynamic)", NEEDED_BY_KIND, strict=True, ge=2, le=200
     )
-    poles: Annotated[int, Field(strict=True, ge=2, le=200)] = Field(
-        NEEDED_BY_KIND, description="number of poles, an even one (dynamic)"
+    voltage: Voltage = key("line to line, effective value (dynamic)", NEEDED_BY_KIND, gt=0)
+    stator_resistance: Resistance = key(
+        "of one phase, connected as a star (dynamic)", NEEDED_BY_KIND, gt=0
     )
-    voltage: Voltage = Field(
-        NEEDED_BY_KIND, gt=0, description="line to line, effective value (dynamic)"
-    )
-    stator_resistance: Resistance = Field(
-        NEEDED_BY_KIND, gt=0, description="of one phase, connected as a star (dynamic)"
-    )
-    cages: Literal["single", "double", "triple"] | None = Field(
-        None, description="of the rotor, fitted to the slip table (dynamic), double if not said"
+    cages: Literal["single", "double", "triple"] | None = key(
+        "of the rotor, fitted to the slip table (dynamic), double if not said", None
     )
     RULES = (
         by_kind(

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.core.case.fields import Force, Frequency, Length, Number, Table, Unit
+from vibecalc.core.case.fields import Force, Frequency, Length, Number, Table, Unit, key
 from vibecalc.core.case.rules import ascending, at_most_one, needs, same_length
 
 _Rows = Field(min_length=2, max_length=200)
@@ -27,17 +27,15 @@ Deflections = Annotated[tuple[Length, ...], _Rows]
 class DynamicStiffness(Table):
     """A column of stiffness or of a factor on it."""
 
-    stiffness: Stiffnesses | None = Field(
-        None, description="dynamic, in all directions, one per row"
-    )
-    stiffness_factor: Factors | None = Field(None, description="on the stiffness, instead of it")
+    stiffness: Stiffnesses | None = key("dynamic, in all directions, one per row", None)
+    stiffness_factor: Factors | None = key("on the stiffness, instead of it", None)
 
 
 class OverFrequency(DynamicStiffness):
     """Dynamic stiffness and loss factor of a mount against the frequency of its vibration."""
 
-    frequency: Frequencies = Field(description="ascending, e.g. '10 Hz'")
-    loss_factor: Losses | None = Field(None, description="one per row")
+    frequency: Frequencies = key("ascending, e.g. '10 Hz'")
+    loss_factor: Losses | None = key("one per row", None)
     RULES = (
         ascending("frequency"),
         same_length("frequency", "stiffness", "stiffness_factor", "loss_factor"),
@@ -49,7 +47,7 @@ class OverFrequency(DynamicStiffness):
 class OverLoad(DynamicStiffness):
     """Dynamic stiffness of a mount against its static load; over dynamic_to_static, its tangent."""
 
-    load: Loads = Field(description="compression along its axis, ascending")
+    load: Loads = key("compression along its axis, ascending")
     RULES = (
         ascending("load"),
         same_length("load", "stiffness", "stiffness_factor"),
@@ -66,38 +64,34 @@ class OverLoad(DynamicStiffness):
 class LoadDeflection(Table):
     """Static load of a mount over its deflection, both positive in compression."""
 
-    deflection: Deflections = Field(description="ascending; 0 where the body is placed")
-    load: Loads = Field(description="ascending, one per row")
+    deflection: Deflections = key("ascending; 0 where the body is placed")
+    load: Loads = key("ascending, one per row")
     RULES = (ascending("deflection"), ascending("load"), same_length("deflection", "load"))
 
 
 class Stops(Table):
     """What ends the travel of a mount, beside its own stiffness."""
 
-    down: Length | None = Field(
-        None, ge=0, description="compression of the mount from zero load at which it touches"
+    down: Length | None = key(
+        "compression of the mount from zero load at which it touches", None, ge=0
     )
-    up: Length | None = Field(
-        None, ge=0, description="extension of the mount from zero load at which it touches"
-    )
-    stiffness: Stiff = Field(description="of the stop, added once it touches")
+    up: Length | None = key("extension of the mount from zero load at which it touches", None, ge=0)
+    stiffness: Stiff = key("of the stop, added once it touches")
     RULES = (needs("", "down up"),)
 
 
 class Static(Table):
     """A mount at rest: what its sag, its tangent stiffness there and its clearance come from."""
 
-    dynamic_to_static: Number = Field(
-        1.0, gt=0, le=20, description="stiffness over that for the sag, in all directions"
+    dynamic_to_static: Number = key(
+        "stiffness over that for the sag, in all directions", 1.0, gt=0, le=20
     )
-    axis: Literal["x", "y", "z"] | None = Field(
-        None, description="the mount's own axis of load and stops; default: `up` of [isolation]"
+    axis: Literal["x", "y", "z"] | None = key(
+        "the mount's own axis of load and stops; default: `up` of [isolation]", None
     )
-    cubic_stiffness: Cubic | None = Field(
-        None, description="times the deflection cubed, along the axis"
+    cubic_stiffness: Cubic | None = key("times the deflection cubed, along the axis", None)
+    load_deflection: LoadDeflection | None = key(
+        "along the axis, where stiffness may then be 0: a table or a CSV", None
     )
-    load_deflection: LoadDeflection | None = Field(
-        None, description="along the axis, where stiffness may then be 0: a table or a CSV"
-    )
-    stops: Stops | None = Field(None, description="bump stops along the axis")
+    stops: Stops | None = key("bump stops along the axis", None)
     RULES = (at_most_one("load_deflection", "cubic_stiffness"),)

@@ -14,6 +14,7 @@ from vibecalc.core.case.fields import (
     Point,
     Table,
     Unit,
+    key,
     later,
 )
 from vibecalc.core.case.raw import misspelt, tables_at
@@ -73,27 +74,27 @@ def shaking_acts(hint: str) -> Rule:
 class Cylinder(Table):
     """One cylinder and its throw."""
 
-    name: Name = Field(description="label used in tables and in `where`")
-    position: Length = Field(0.0, description="along the crankshaft, from the train's origin")
-    crank_phase: Angle = Field(0.0, description="angle by which this throw leads crank angle zero")
-    bank_angle: Angle = Field(0.0, description="tilt of the cylinder about the crank axis")
-    reciprocating_mass: Mass | None = Field(
-        None, ge=0, description="overrides the train's reciprocating mass for this cylinder"
+    name: Name = key("label used in tables and in `where`")
+    position: Length = key("along the crankshaft, from the train's origin", 0.0)
+    crank_phase: Angle = key("angle by which this throw leads crank angle zero", 0.0)
+    bank_angle: Angle = key("tilt of the cylinder about the crank axis", 0.0)
+    reciprocating_mass: Mass | None = key(
+        "overrides the train's reciprocating mass for this cylinder", None, ge=0
     )
-    rotating_mass: Mass | None = Field(
-        None, ge=0, description="overrides the train's rotating mass for this throw"
+    rotating_mass: Mass | None = key(
+        "overrides the train's rotating mass for this throw", None, ge=0
     )
-    articulated: ArticulatedRod | None = Field(
-        None, description="its rod is a slave rod on that of another cylinder"
+    articulated: ArticulatedRod | None = key(
+        "its rod is a slave rod on that of another cylinder", None
     )
-    firing_angle: Angle | None = Field(
-        None, ge=0, description="crank angle at which it fires, of an engine; or firing_order"
+    firing_angle: Angle | None = key(
+        "crank angle at which it fires, of an engine; or firing_order", None, ge=0
     )
-    pressure_scale: Number | None = Field(
-        None, ge=0, le=3, description="of the gas pressure of an engine, 0.9: weak; default: 1"
+    pressure_scale: Number | None = key(
+        "of the gas pressure of an engine, 0.9: weak; default: 1", None, ge=0, le=3
     )
-    gas_force: GasForce | None = Field(
-        None, description="of the gas over one turn, instead of pressure and bore: a table or a CSV"
+    gas_force: GasForce | None = key(
+        "of the gas over one turn, instead of pressure and bore: a table or a CSV", None
     )
 
 
@@ -113,62 +114,52 @@ Interval = Annotated[float, Field(ge=0), Unit("rad")]
 class CrankTrain(Table):
     """Cylinders, rods and cranks, and what is put in to balance them."""
 
-    axis: AxisName = Field("x", description="direction of the crankshaft")
-    stroke: AxisName = Field("z", description="direction of a cylinder at bank angle zero")
-    origin: Point = Field(
-        (0.0, 0.0, 0.0), description="origin of the train, from the body's reference point"
+    axis: AxisName = key("direction of the crankshaft", "x")
+    stroke: AxisName = key("direction of a cylinder at bank angle zero", "z")
+    origin: Point = key("origin of the train, from the body's reference point", (0.0, 0.0, 0.0))
+    crank_radius: Length = key("half the stroke", gt=0)
+    rod_length: Length = key("between the centres of the rod's bearings", gt=0)
+    wrist_pin_offset: Length = key(
+        "of the cylinder axis from the crank axis, towards a crank angle of 90 deg", 0.0
     )
-    crank_radius: Length = Field(gt=0, description="half the stroke")
-    rod_length: Length = Field(gt=0, description="between the centres of the rod's bearings")
-    wrist_pin_offset: Length = Field(
-        0.0, description="of the cylinder axis from the crank axis, towards a crank angle of 90 deg"
+    reciprocating_mass: Mass | None = key(
+        "of one cylinder; or give piston_mass, pin_mass and rod", None, ge=0
     )
-    reciprocating_mass: Mass | None = Field(
-        None, ge=0, description="of one cylinder; or give piston_mass, pin_mass and rod"
+    piston_mass: Mass | None = key("of one piston with its rings", None, gt=0)
+    pin_mass: Mass | None = key("of one wrist pin", None, ge=0)
+    rod: Rod | None = key("the connecting rod, split into two point masses", None)
+    rotating_mass: Mass = key(
+        "unbalanced mass at the crank pin of each cylinder, without the rod", 0.0, ge=0
     )
-    piston_mass: Mass | None = Field(None, gt=0, description="of one piston with its rings")
-    pin_mass: Mass | None = Field(None, ge=0, description="of one wrist pin")
-    rod: Rod | None = Field(None, description="the connecting rod, split into two point masses")
-    rotating_mass: Mass = Field(
-        0.0, ge=0, description="unbalanced mass at the crank pin of each cylinder, without the rod"
-    )
-    bore: Length | None = Field(None, gt=0, description="diameter of the cylinders")
-    gas_pressure: GasPressure | None = Field(
-        None,
-        description="pressure over one turn of a cylinder, from its top dead centre; of an engine "
+    bore: Length | None = key("diameter of the cylinders", None, gt=0)
+    gas_pressure: GasPressure | None = key(
+        "pressure over one turn of a cylinder, from its top dead centre; of an engine "
         "over one cycle, from the firing one",
-    )
-    gas_cards: tuple[GasCard, ...] = Field(
-        (), max_length=64, description="of an engine, at several speeds, instead of gas_pressure"
-    )
-    gas_cycle: GasCycle | None = Field(
-        None, description="of an engine, computed, instead of gas_pressure"
-    )
-    tangential_effort: TangentialEffort | None = Field(
-        None, description="of an engine, by its harmonics, instead of gas_pressure"
-    )
-    pump_cycle: PumpCycle | None = Field(
-        None, description="of a pump: the pressure on its plungers over a turn"
-    )
-    firing_order: Annotated[tuple[Name, ...], Field(max_length=64)] = Field(
-        (), description="names of the cylinders of an engine, as they fire"
-    )
-    firing_intervals: Annotated[tuple[Interval, ...], Field(max_length=64)] = Field(
-        (), description="from each of firing_order to the next; default: even ones"
-    )
-    gas_interpolation: GasInterpolation | None = Field(
         None,
-        description="between the rows of gas tables, for the roll of the machine, linear if not "
-        "said",
     )
-    cylinders: tuple[Cylinder, ...] = Field(
-        min_length=1, max_length=64, description="one entry for each cylinder"
+    gas_cards: tuple[GasCard, ...] = key(
+        "of an engine, at several speeds, instead of gas_pressure", (), max_length=64
     )
-    counterweights: tuple[Counterweight, ...] = Field(
-        (), max_length=64, description="weights on the crankshaft"
+    gas_cycle: GasCycle | None = key("of an engine, computed, instead of gas_pressure", None)
+    tangential_effort: TangentialEffort | None = key(
+        "of an engine, by its harmonics, instead of gas_pressure", None
     )
-    balance_shafts: tuple[BalanceShaft, ...] = Field(
-        (), max_length=64, description="shafts geared to the crankshaft"
+    pump_cycle: PumpCycle | None = key("of a pump: the pressure on its plungers over a turn", None)
+    firing_order: tuple[Name, ...] = key(
+        "names of the cylinders of an engine, as they fire", (), max_length=64
+    )
+    firing_intervals: tuple[Interval, ...] = key(
+        "from each of firing_order to the next; default: even ones", (), max_length=64
+    )
+    gas_interpolation: GasInterpolation | None = key(
+        "between the rows of gas tables, for the roll of the machine, linear if not said", None
+    )
+    cylinders: tuple[Cylinder, ...] = key(
+        "one entry for each cylinder", min_length=1, max_length=64
+    )
+    counterweights: tuple[Counterweight, ...] = key("weights on the crankshaft", (), max_length=64)
+    balance_shafts: tuple[BalanceShaft, ...] = key(
+        "shafts geared to the crankshaft", (), max_length=64
     )
     RULES = (
         one_of("reciprocating_mass", "piston_mass pin_mass rod", when=_parts_needed),

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from vibecalc.core.case.fields import AngularSpeed, Pressure, Table
+from vibecalc.core.case.fields import AngularSpeed, Pressure, Table, key
 from vibecalc.core.case.rules import Row, ascending, one_of, same_length
 from vibecalc.errors import Problem
 
@@ -62,12 +62,12 @@ class EffortHarmonics(Table):
     area times crank radius makes a torque of it, positive in the sense of rotation.
     """
 
-    mean_indicated_pressure: tuple[Pressure, ...] = Field(
-        min_length=1, max_length=_MOST, description="load of the row"
+    mean_indicated_pressure: tuple[Pressure, ...] = key(
+        "load of the row", min_length=1, max_length=_MOST
     )
-    order: tuple[Order, ...] = Field(min_length=1, max_length=_MOST, description="n")
-    cosine: tuple[Pressure, ...] = Field(min_length=1, max_length=_MOST, description="a, 0-to-peak")
-    sine: tuple[Pressure, ...] = Field(min_length=1, max_length=_MOST, description="b, 0-to-peak")
+    order: tuple[Order, ...] = key("n", min_length=1, max_length=_MOST)
+    cosine: tuple[Pressure, ...] = key("a, 0-to-peak", min_length=1, max_length=_MOST)
+    sine: tuple[Pressure, ...] = key("b, 0-to-peak", min_length=1, max_length=_MOST)
     RULES = (
         same_length("mean_indicated_pressure", "order", "cosine", "sine"),
         _half_orders,
@@ -78,11 +78,11 @@ class EffortHarmonics(Table):
 class LoadOverSpeed(Table):
     """The mean indicated pressure over the speed, straight between the entries."""
 
-    speed: tuple[AngularSpeed, ...] = Field(
-        min_length=2, max_length=2000, description="ascending, of the crankshaft"
+    speed: tuple[AngularSpeed, ...] = key(
+        "ascending, of the crankshaft", min_length=2, max_length=2000
     )
-    mean_indicated_pressure: tuple[Pressure, ...] = Field(
-        min_length=2, max_length=2000, description="one per speed"
+    mean_indicated_pressure: tuple[Pressure, ...] = key(
+        "one per speed", min_length=2, max_length=2000
     )
     RULES = (same_length("speed", "mean_indicated_pressure"), ascending("speed"))
 
@@ -90,11 +90,9 @@ class LoadOverSpeed(Table):
 class TangentialEffort(Table):
     """The gas of an engine by its harmonics, instead of pressure over the angle."""
 
-    harmonics: EffortHarmonics = Field(description="rows over load and order, a table or a CSV")
-    mean_indicated_pressure: Pressure | None = Field(
-        None, gt=0, description="at all speeds, where it is one"
-    )
-    over_speed: LoadOverSpeed | None = Field(
-        None, description="instead, where it follows the speed: a table or a CSV"
+    harmonics: EffortHarmonics = key("rows over load and order, a table or a CSV")
+    mean_indicated_pressure: Pressure | None = key("at all speeds, where it is one", None, gt=0)
+    over_speed: LoadOverSpeed | None = key(
+        "instead, where it follows the speed: a table or a CSV", None
     )
     RULES = (one_of("mean_indicated_pressure", "over_speed"),)

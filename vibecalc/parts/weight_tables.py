@@ -2,8 +2,6 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
-
 from vibecalc.core.case.fields import (
     Angle,
     Inertia,
@@ -15,6 +13,7 @@ from vibecalc.core.case.fields import (
     Table,
     Unbalance,
     Whole,
+    key,
 )
 from vibecalc.core.case.rules import needs, one_of, refers
 
@@ -26,15 +25,15 @@ from vibecalc.core.case.rules import needs, one_of, refers
 class Rod(Table):
     """A connecting rod as two point masses: one with the wrist pin, one with the crank pin."""
 
-    mass: Mass = Field(gt=0, description="mass of one connecting rod")
-    crank_pin_to_mass_centre: Length | None = Field(
-        None, ge=0, description="distance from the crank pin to the mass centre of the rod"
+    mass: Mass = key("mass of one connecting rod", gt=0)
+    crank_pin_to_mass_centre: Length | None = key(
+        "distance from the crank pin to the mass centre of the rod", None, ge=0
     )
-    reciprocating_fraction: Number | None = Field(
-        None, ge=0, le=1, description="share of the rod mass that moves with the piston"
+    reciprocating_fraction: Number | None = key(
+        "share of the rod mass that moves with the piston", None, ge=0, le=1
     )
-    inertia: Inertia | None = Field(
-        None, ge=0, description="about its own mass centre; default: that of the two point masses"
+    inertia: Inertia | None = key(
+        "about its own mass centre; default: that of the two point masses", None, ge=0
     )
     RULES = (one_of("crank_pin_to_mass_centre", "reciprocating_fraction"),)
 
@@ -42,26 +41,24 @@ class Rod(Table):
 class ArticulatedRod(Table):
     """A slave rod: hinged on the rod of another cylinder, not on the crank pin."""
 
-    on: Name = Field(description="the cylinder whose rod is the master")
-    knuckle_radius: Length = Field(
-        ge=0, description="distance of the knuckle pin from the crank pin, on the master rod"
+    on: Name = key("the cylinder whose rod is the master")
+    knuckle_radius: Length = key(
+        "distance of the knuckle pin from the crank pin, on the master rod", ge=0
     )
-    knuckle_angle: Angle | None = Field(
-        None,
-        description="of the knuckle pin from the axis of the master rod, in the sense of rotation; "
+    knuckle_angle: Angle | None = key(
+        "of the knuckle pin from the axis of the master rod, in the sense of rotation; "
         "default: that between the two cylinders",
-    )
-    rod_length: Length = Field(gt=0, description="from the knuckle pin to the wrist pin")
-    knuckle_mass: Mass | None = Field(
         None,
-        ge=0,
-        description="what moves with the knuckle pin; default: the rod's mass at a crank pin",
     )
-    rod_mass: Mass | None = Field(
-        None, gt=0, description="of the slave rod, the rest of it moves with the piston"
+    rod_length: Length = key("from the knuckle pin to the wrist pin", gt=0)
+    knuckle_mass: Mass | None = key(
+        "what moves with the knuckle pin; default: the rod's mass at a crank pin", None, ge=0
     )
-    inertia: Inertia | None = Field(
-        None, ge=0, description="about its own mass centre; default: that of the two point masses"
+    rod_mass: Mass | None = key(
+        "of the slave rod, the rest of it moves with the piston", None, gt=0
+    )
+    inertia: Inertia | None = key(
+        "about its own mass centre; default: that of the two point masses", None, ge=0
     )
     RULES = (
         refers("on", "machine.crank_train.cylinders", "cylinder"),
@@ -73,19 +70,19 @@ class ArticulatedRod(Table):
 class Counterweight(Table):
     """A weight fixed to the crankshaft."""
 
-    name: Name = Field("counterweight", description="label")
-    unbalance: Unbalance = Field(ge=0, description="mass times radius")
-    phase: Angle = Field(0.0, description="angle by which it leads crank angle zero")
-    position: Length = Field(0.0, description="along the crankshaft, from the train's origin")
+    name: Name = key("label", "counterweight")
+    unbalance: Unbalance = key("mass times radius", ge=0)
+    phase: Angle = key("angle by which it leads crank angle zero", 0.0)
+    position: Length = key("along the crankshaft, from the train's origin", 0.0)
 
 
 class BalanceShaft(Table):
     """An extra shaft with an unbalance, geared to the crankshaft."""
 
-    name: Name = Field("balance shaft", description="label")
-    unbalance: Unbalance = Field(ge=0, description="mass times radius")
-    speed_ratio: Annotated[Literal[-2, -1, 1, 2], Whole] = Field(
-        description="shaft speed over crank speed; negative turns the other way"
+    name: Name = key("label", "balance shaft")
+    unbalance: Unbalance = key("mass times radius", ge=0)
+    speed_ratio: Annotated[Literal[-2, -1, 1, 2], Whole] = key(
+        "shaft speed over crank speed; negative turns the other way"
     )
-    phase: Angle = Field(0.0, description="angle of the unbalance from the stroke at crank angle 0")
-    position: Point = Field((0.0, 0.0, 0.0), description="from the train's origin, along x, y, z")
+    phase: Angle = key("angle of the unbalance from the stroke at crank angle 0", 0.0)
+    position: Point = key("from the train's origin, along x, y, z", (0.0, 0.0, 0.0))

@@ -12,6 +12,7 @@ from vibecalc.core.case.fields import (
     Point,
     Table,
     Unit,
+    key,
 )
 from vibecalc.core.case.rules import (
     Row,
@@ -37,13 +38,13 @@ Vector = tuple[Number, Number, Number]
 class MeasuringPoint(Table):
     """A place on the body where vibration is measured; it is read along x, y and z, as written."""
 
-    name: Name = Field(description="label used in tables and in `where`")
-    position: Point = Field(description="from the body's reference point")
-    direction: Vector | None = Field(
-        None, description="of the one sensor there, of any length; default: three along x, y and z"
+    name: Name = key("label used in tables and in `where`")
+    position: Point = key("from the body's reference point")
+    direction: Vector | None = key(
+        "of the one sensor there, of any length; default: three along x, y and z", None
     )
-    axes: tuple[Vector, Vector, Vector] | None = Field(
-        None, description="of three sensors 1, 2 and 3, square to each other; default: x, y and z"
+    axes: tuple[Vector, Vector, Vector] | None = key(
+        "of three sensors 1, 2 and 3, square to each other; default: x, y and z", None
     )
     RULES = (at_most_one("direction", "axes"),)
 
@@ -69,21 +70,21 @@ def _unknown_grade(row: Row) -> bool:
 class VibrationSeverity(Table):
     """Band of the r.m.s. values, and the zones they are held against; informative."""
 
-    standard: Name = Field(GRADED, description="standard and edition that the zones are taken from")
-    band: tuple[Frequency, Frequency] = Field(
-        BAND, description="frequencies between which orders count in r.m.s.; default: 2 to 1000 Hz"
+    standard: Name = key("standard and edition that the zones are taken from", GRADED)
+    band: tuple[Frequency, Frequency] = key(
+        "frequencies between which orders count in r.m.s.; default: 2 to 1000 Hz", BAND
     )
-    grades: Annotated[tuple[Number, ...], Few] | None = Field(
-        None, description="severity grades between zones A, B, C and D, or between A/B, C and D"
+    grades: Annotated[tuple[Number, ...], Few] | None = key(
+        "severity grades between zones A, B, C and D, or between A/B, C and D", None
     )
-    velocity: Annotated[tuple[Velocity, ...], Few] | None = Field(
-        None, description="instead, r.m.s. values between the zones, two or three"
+    velocity: Annotated[tuple[Velocity, ...], Few] | None = key(
+        "instead, r.m.s. values between the zones, two or three", None
     )
-    displacement: Annotated[tuple[Displacement, ...], Few] | None = Field(
-        None, description="r.m.s. values between the same zones"
+    displacement: Annotated[tuple[Displacement, ...], Few] | None = key(
+        "r.m.s. values between the same zones", None
     )
-    acceleration: Annotated[tuple[Acceleration, ...], Few] | None = Field(
-        None, description="r.m.s. values between the same zones"
+    acceleration: Annotated[tuple[Acceleration, ...], Few] | None = key(
+        "r.m.s. values between the same zones", None
     )
     RULES = (
         at_most_one("grades", _QUANTITIES),

@@ -5,7 +5,18 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from vibecalc.core.case.fields import Angle, Length, Name, Number, RunUp, Table, Time, Unit, later
+from vibecalc.core.case.fields import (
+    Angle,
+    Length,
+    Name,
+    Number,
+    RunUp,
+    Table,
+    Time,
+    Unit,
+    key,
+    later,
+)
 from vibecalc.core.case.raw import tables_at
 from vibecalc.core.case.rules import Row, needs, once, refers, refuse, unique, wants
 from vibecalc.core.results.named import named
@@ -31,32 +42,32 @@ else:
 class Operation(Table):
     """One way of running the machine: the cylinders that work, with a weight in averages."""
 
-    name: Name = Field(description="label used in tables and in `where`")
-    working: Names = Field(description="names of the cylinders that work")
-    weight: Number = Field(1.0, ge=0, description="share in the weighted energy")
+    name: Name = key("label used in tables and in `where`")
+    working: Names = key("names of the cylinders that work")
+    weight: Number = key("share in the weighted energy", 1.0, ge=0)
     RULES = cylinders_in("working")
 
 
 class Balance(Table):
     """One way of balancing the crankshaft: the throws whose rotating mass weights cancel."""
 
-    name: Name = Field(description="label used in tables and in `where`")
-    balanced_for: Throws = Field(description="names of the cylinders; none: no weights")
+    name: Name = key("label used in tables and in `where`")
+    balanced_for: Throws = key("names of the cylinders; none: no weights")
     RULES = cylinders_in("balanced_for")
 
 
 class Switching(Table):
     """The change from one operation to the other and back, in time."""
 
-    between: tuple[Name, Name] = Field(description="names of two operations")
-    run_down: Time = Field(gt=0, description="from operating speed to rest, linear in time")
-    stand: Time = Field(0.0, ge=0, description="at rest")
-    run_up: Time = Field(gt=0, description="from rest to operating speed, linear in time")
-    after: Time = Field(1.0, gt=0, description="time watched at operating speed afterwards")
-    reverses: bool = Field(True, strict=True, description="the crank turns the other way after")
-    crank_angle: Angle = Field(0.0, description="where the change begins")
-    settled: Number = Field(
-        0.05, gt=0, lt=1, description="deviation from the steady state that counts as settled"
+    between: tuple[Name, Name] = key("names of two operations")
+    run_down: Time = key("from operating speed to rest, linear in time", gt=0)
+    stand: Time = key("at rest", 0.0, ge=0)
+    run_up: Time = key("from rest to operating speed, linear in time", gt=0)
+    after: Time = key("time watched at operating speed afterwards", 1.0, gt=0)
+    reverses: bool = key("the crank turns the other way after", True, strict=True)
+    crank_angle: Angle = key("where the change begins", 0.0)
+    settled: Number = key(
+        "deviation from the steady state that counts as settled", 0.05, gt=0, lt=1
     )
     RULES = (
         refuse(
@@ -82,33 +93,25 @@ Clearance = Annotated[float, Field(gt=0), Unit("m")]
 class Impact(Table):
     """Impacts in the joints with play, as statistics over many runs."""
 
-    method: Literal["event_exact", "euler", "heun", "rk4", "dormand_prince"] = Field(
-        "event_exact", description="closed form between contacts, or fixed steps"
+    method: Literal["event_exact", "euler", "heun", "rk4", "dormand_prince"] = key(
+        "closed form between contacts, or fixed steps", "event_exact"
     )
-    steps: Annotated[int, Field(strict=True, ge=64, le=1_000_000)] = Field(
-        1024, description="steps per revolution, for the fixed-step methods"
+    steps: int = key(
+        "steps per revolution, for the fixed-step methods", 1024, strict=True, ge=64, le=1_000_000
     )
-    pressure: Literal["towards_crank", "towards_head"] = Field(
-        "towards_crank", description="sense in which the gas pushes the piston"
+    pressure: Literal["towards_crank", "towards_head"] = key(
+        "sense in which the gas pushes the piston", "towards_crank"
     )
-    clearances: Annotated[tuple[Clearance, ...], Field(max_length=32)] = Field(
-        (), description="of the wrist pin, instead of its own: one study for each"
+    clearances: tuple[Clearance, ...] = key(
+        "of the wrist pin, instead of its own: one study for each", (), max_length=32
     )
-    members: Annotated[int, Field(strict=True, ge=2, le=10_000)] = Field(
-        64, description="runs with slightly different starts"
+    members: int = key("runs with slightly different starts", 64, strict=True, ge=2, le=10_000)
+    revolutions: int = key("revolutions that count, of each run", 30, strict=True, ge=2, le=10_000)
+    discard: int = key(
+        "revolutions before them, to forget the start", 10, strict=True, ge=0, le=10_000
     )
-    revolutions: Annotated[int, Field(strict=True, ge=2, le=10_000)] = Field(
-        30, description="revolutions that count, of each run"
-    )
-    discard: Annotated[int, Field(strict=True, ge=0, le=10_000)] = Field(
-        10, description="revolutions before them, to forget the start"
-    )
-    orders: Annotated[int, Field(strict=True, ge=1, le=2000)] = Field(
-        100, description="highest order of the force spectrum"
-    )
-    perturbation: Length = Field(
-        2.54e-11, gt=0, description="distance of the neighbour whose parting is timed"
-    )
+    orders: int = key("highest order of the force spectrum", 100, strict=True, ge=1, le=2000)
+    perturbation: Length = key("distance of the neighbour whose parting is timed", 2.54e-11, gt=0)
     RULES = (
         wants("machine.joints", "joints with clearance and stiffness, of the wrist pin at least"),
         "vibecalc.parts.rules:gas_of_impacts",
@@ -138,31 +141,25 @@ def _of_roll(row: Row) -> Iterator[Problem]:
 class Response(Table):
     """Motion under the forces of the crank train: the body on its suspension, impacts, roll."""
 
-    method: Literal["modal", "direct"] = Field(
-        "direct", description="superposition of modes, or one solve per order"
+    method: Literal["modal", "direct"] = key(
+        "superposition of modes, or one solve per order", "direct"
     )
-    loads: Loads | None = Field(
-        None, min_length=1, description=f"{LOADS}; default: all that the case gives"
+    loads: Loads | None = key(f"{LOADS}; default: all that the case gives", None, min_length=1)
+    energies: bool = key("kinetic and potential energy, mean and peak", False, strict=True)
+    operations: tuple[Operation, ...] = key(
+        "ways of running to compare by their energies", (), max_length=16
     )
-    energies: bool = Field(
-        False, strict=True, description="kinetic and potential energy, mean and peak"
+    balances: tuple[Balance, ...] = key(
+        "ways of balancing to combine them with; default: that of the case", (), max_length=16
     )
-    operations: Annotated[tuple[Operation, ...], Field(max_length=16)] = Field(
-        (), description="ways of running to compare by their energies"
-    )
-    balances: Annotated[tuple[Balance, ...], Field(max_length=16)] = Field(
-        (), description="ways of balancing to combine them with; default: that of the case"
-    )
-    run_up: RunUp | None = Field(None, description="also energies over a range of speeds")
-    switching: Switching | None = Field(None, description="also the change between operations")
-    impact: Impact | None = Field(None, description="also impacts in the joints with play")
-    roll: Roll | None = Field(None, description="roll of the shell with the motor's own speed")
-    start_up: StartUp | None = Field(None, description="roll from rest to running, in time")
-    control: Control | None = Field(None, description="roll under control of the motor")
-    absorber: AbsorberResponse | None = Field(
-        None, description="of a primary system and its absorber"
-    )
-    torsion: Torsion | None = Field(None, description="of the shaft line of an engine")
+    run_up: RunUp | None = key("also energies over a range of speeds", None)
+    switching: Switching | None = key("also the change between operations", None)
+    impact: Impact | None = key("also impacts in the joints with play", None)
+    roll: Roll | None = key("roll of the shell with the motor's own speed", None)
+    start_up: StartUp | None = key("roll from rest to running, in time", None)
+    control: Control | None = key("roll under control of the motor", None)
+    absorber: AbsorberResponse | None = key("of a primary system and its absorber", None)
+    torsion: Torsion | None = key("of the shaft line of an engine", None)
     RULES = (
         _on_mounts,
         shaking_acts("the torque acts together with it"),

@@ -17,6 +17,7 @@ from vibecalc.core.case.fields import (
     Table,
     Time,
     Unit,
+    key,
 )
 from vibecalc.core.case.rules import (
     Row,
@@ -37,33 +38,29 @@ from vibecalc.core.case.rules import (
 class Rotor(Table):
     """All that turns with the crankshaft, besides the rotating masses of the crank train."""
 
-    inertia: Inertia = Field(gt=0, description="about the crank axis, with coupling and flywheel")
+    inertia: Inertia = key("about the crank axis, with coupling and flywheel", gt=0)
 
 
 class Shell(Table):
     """Stator, housing and baseplate as one rigid body that turns about the crank axis."""
 
-    inertia: Inertia = Field(gt=0, description="about the crank axis, without what moves in it")
-    stiffness: AngularStiffness = Field(
-        0.0, ge=0, description="of the mounts against roll; with a damping of zero too: no mounts"
+    inertia: Inertia = key("about the crank axis, without what moves in it", gt=0)
+    stiffness: AngularStiffness = key(
+        "of the mounts against roll; with a damping of zero too: no mounts", 0.0, ge=0
     )
-    damping: AngularDamping = Field(
-        0.0, ge=0, description="of the mounts against roll; a negative one would feed energy in"
+    damping: AngularDamping = key(
+        "of the mounts against roll; a negative one would feed energy in", 0.0, ge=0
     )
 
 
 class Friction(Table):
     """What opposes the motion of crankshaft and pistons in the shell."""
 
-    torque: Moment = Field(
-        0.0, ge=0, description="constant, on the crankshaft; a negative one would drive it"
+    torque: Moment = key("constant, on the crankshaft; a negative one would drive it", 0.0, ge=0)
+    viscous: AngularDamping = key(
+        "on the crankshaft; a negative one would feed energy in", 0.0, ge=0
     )
-    viscous: AngularDamping = Field(
-        0.0, ge=0, description="on the crankshaft; a negative one would feed energy in"
-    )
-    piston_force: Force = Field(
-        0.0, ge=0, description="constant, at each piston; a negative one would drive it"
-    )
+    piston_force: Force = key("constant, at each piston; a negative one would drive it", 0.0, ge=0)
 
 
 # ----------------------------------------------------------------------------
@@ -85,38 +82,34 @@ def _uses(row: Row, *methods: str) -> bool:
 class Roll(Table):
     """The steady motion of rotor, pistons and shell, with the speed that the motor finds."""
 
-    method: RollMethod = Field(
-        "collocation", description="Gauss collocation on panels, or another way to the same motion"
+    method: RollMethod = key(
+        "Gauss collocation on panels, or another way to the same motion", "collocation"
     )
-    orders: Annotated[int, Field(strict=True, ge=1, le=400)] = Field(
-        10, description="highest harmonic of the spectra"
-    )
-    points: Annotated[int, Field(strict=True, ge=1, le=4096)] | None = Field(
-        None,
-        description="nodes of each panel (collocation) or of a turn (fourier); without it the "
+    orders: int = key("highest harmonic of the spectra", 10, strict=True, ge=1, le=400)
+    points: Annotated[int, Field(strict=True, ge=1, le=4096)] | None = key(
+        "nodes of each panel (collocation) or of a turn (fourier); without it the "
         "tolerance decides",
+        None,
     )
-    step: Time | None = Field(None, gt=0, description="of time, for the methods euler and rk4")
-    started_at: AngularSpeed | None = Field(
+    step: Time | None = key("of time, for the methods euler and rk4", None, gt=0)
+    started_at: AngularSpeed | None = key(
+        "crank speed at crank angle zero with the shell at rest: it fixes the angular "
+        "momentum of a machine without mounts; default: that which keeps the shell in place",
         None,
         gt=0,
-        description="crank speed at crank angle zero with the shell at rest: it fixes the angular "
-        "momentum of a machine without mounts; default: that which keeps the shell in place",
     )
-    compare: Annotated[tuple[RollMethod, ...], Field(max_length=6)] = Field(
-        (), description="methods to run side by side"
+    compare: tuple[RollMethod, ...] = key("methods to run side by side", (), max_length=6)
+    interpolations: bool = key(
+        "also the spread between ways to read the gas tables", False, strict=True
     )
-    interpolations: bool = Field(
-        False, strict=True, description="also the spread between ways to read the gas tables"
-    )
-    sensitivity: bool = Field(
+    sensitivity: bool = key(
+        "also slopes of the levels, and what ten percent more and less of each "
+        "parameter do: advice in the report",
         False,
         strict=True,
-        description="also slopes of the levels, and what ten percent more and less of each "
-        "parameter do: advice in the report",
     )
-    classical: bool = Field(
-        False, strict=True, description="also the forces at constant speed in a shell at rest"
+    classical: bool = key(
+        "also the forces at constant speed in a shell at rest", False, strict=True
     )
     RULES = (
         once("compare", "method"),
@@ -144,13 +137,9 @@ Factor = Annotated[float, Field(ge=0), Unit("")]
 class Load(Table):
     """Factor on the gas forces in time, constant from each time to the next."""
 
-    time: tuple[Time, ...] = Field(
-        min_length=1, max_length=2000, description="ascending, the first is 0"
-    )
-    factor: tuple[Factor, ...] = Field(
-        min_length=1,
-        max_length=2000,
-        description="of the gas forces from that time on; 0 is none",
+    time: tuple[Time, ...] = key("ascending, the first is 0", min_length=1, max_length=2000)
+    factor: tuple[Factor, ...] = key(
+        "of the gas forces from that time on; 0 is none", min_length=1, max_length=2000
     )
     RULES = (same_length("time", "factor"), ascending("time", start=0.0))
 
@@ -158,24 +147,24 @@ class Load(Table):
 class StartUp(Table):
     """From rest, or from a given speed, through the breakdown torque to running, in time."""
 
-    duration: Time = Field(gt=0, description="time that is followed")
-    crank_angle: Angle = Field(0.0, description="of the crank at the start")
-    speed: AngularSpeed = Field(0.0, description="of the crank against the shell at the start")
-    load: Load | None = Field(None, description="factor on the gas forces in time; default: 1")
-    settled: Number = Field(
+    duration: Time = key("time that is followed", gt=0)
+    crank_angle: Angle = key("of the crank at the start", 0.0)
+    speed: AngularSpeed = key("of the crank against the shell at the start", 0.0)
+    load: Load | None = key("factor on the gas forces in time; default: 1", None)
+    settled: Number = key(
+        "change of the shell's acceleration from turn to turn that counts as settled",
         0.01,
         gt=0,
         lt=1,
-        description="change of the shell's acceleration from turn to turn that counts as settled",
     )
-    angles: Annotated[int, Field(strict=True, ge=2, le=100_000)] | None = Field(
-        None, description="start angles to examine, all around: from which does it start?"
+    angles: Annotated[int, Field(strict=True, ge=2, le=100_000)] | None = key(
+        "start angles to examine, all around: from which does it start?", None
     )
-    start_within: Time | None = Field(
+    start_within: Time | None = key(
+        "time in which a start from such an angle has to come over the breakdown "
+        "torque; default: duration",
         None,
         gt=0,
-        description="time in which a start from such an angle has to come over the breakdown "
-        "torque; default: duration",
     )
     RULES = (needs("start_within", "angles", "it is for starts from many angles", "angles = 24"),)
 
@@ -194,74 +183,72 @@ Order = Annotated[int, Field(strict=True, ge=1, le=400)]
 class GainRange(Table):
     """Bounds of the controller's gain."""
 
-    lower: Number = Field(gt=0, description="smallest gain")
-    upper: Number = Field(gt=0, description="largest gain")
+    lower: Number = key("smallest gain", gt=0)
+    upper: Number = key("largest gain", gt=0)
     RULES = (ordered("lower", "upper"),)
 
 
 class FeedbackRange(Table):
     """Bounds of the feedback of the shell's acceleration."""
 
-    lower: Time = Field(description="smallest feedback; it may be negative")
-    upper: Time = Field(description="largest feedback")
+    lower: Time = key("smallest feedback; it may be negative")
+    upper: Time = key("largest feedback")
     RULES = (ordered("lower", "upper"),)
 
 
 class Tune(Table):
     """Search for gain and feedback that make some harmonics small and keep the loop stable."""
 
-    orders: Annotated[tuple[Order, ...], Field(min_length=1, max_length=64)] = Field(
+    orders: tuple[Order, ...] = key(
+        "harmonics of the shell's acceleration to make small, the largest counts",
         (1, 2),
-        description="harmonics of the shell's acceleration to make small, the largest counts",
+        min_length=1,
+        max_length=64,
     )
-    gain: GainRange = Field(description="bounds of the gain")
-    acceleration_feedback: FeedbackRange = Field(description="bounds of the feedback")
-    gain_margin: Level = Field(6.0, ge=0, description="least factor to instability, as a level")
-    phase_margin: Angle = Field(
-        0.5235987755982988, ge=0, lt=3.2, description="least phase to instability"
-    )
-    delay_margin: Time = Field(0.0, ge=0, description="least delay to instability")
+    gain: GainRange = key("bounds of the gain")
+    acceleration_feedback: FeedbackRange = key("bounds of the feedback")
+    gain_margin: Level = key("least factor to instability, as a level", 6.0, ge=0)
+    phase_margin: Angle = key("least phase to instability", 0.5235987755982988, ge=0, lt=3.2)
+    delay_margin: Time = key("least delay to instability", 0.0, ge=0)
     RULES = (once("orders", "order"),)
 
 
 class Control(Table):
     """Control of the motor's frequency from speed and shell acceleration, in the reduced model."""
 
-    orders: Order = Field(10, description="highest order of the results")
-    reduction: Literal["momentum", "rotor"] = Field(
-        "momentum",
-        description="momentum: mean inertias, angular momentum kept; "
+    orders: Order = key("highest order of the results", 10)
+    reduction: Literal["momentum", "rotor"] = key(
+        "momentum: mean inertias, angular momentum kept; "
         "rotor: the rotor's inertia alone, as the source has it",
+        "momentum",
     )
-    reference: AngularSpeed | None = Field(
-        None, gt=0, description="speed that the controller is set to; default: synchronous speed"
+    reference: AngularSpeed | None = key(
+        "speed that the controller is set to; default: synchronous speed", None, gt=0
     )
-    gain: Number = Field(1.0, gt=0, description="gain K of the controller")
-    speed_feedback: Number | None = Field(
-        None, description="share of the speed that is fed back; default: what keeps target_speed"
+    gain: Number = key("gain K of the controller", 1.0, gt=0)
+    speed_feedback: Number | None = key(
+        "share of the speed that is fed back; default: what keeps target_speed", None
     )
-    acceleration_feedback: Time = Field(
-        0.0, description="feedback of the shell's acceleration: speed for each unit of it"
+    acceleration_feedback: Time = key(
+        "feedback of the shell's acceleration: speed for each unit of it", 0.0
     )
-    target_speed: AngularSpeed | None = Field(
-        None, gt=0, description="mean speed to keep; default: that of the reduced model alone"
+    target_speed: AngularSpeed | None = key(
+        "mean speed to keep; default: that of the reduced model alone", None, gt=0
     )
-    motor_gain: AngularDamping | None = Field(
-        None, gt=0, description="torque for each unit of slip; default: slope of the motor's curve"
+    motor_gain: AngularDamping | None = key(
+        "torque for each unit of slip; default: slope of the motor's curve", None, gt=0
     )
-    actuator_lag: Time = Field(0.0, ge=0, description="time constant of what sets the frequency")
-    delay: Time = Field(0.0, ge=0, description="time from measurement to frequency")
-    motor_gains: Annotated[tuple[MotorGain, ...], Field(max_length=200)] = Field(
-        (), description="motor gains to compare, without a controller"
+    actuator_lag: Time = key("time constant of what sets the frequency", 0.0, ge=0)
+    delay: Time = key("time from measurement to frequency", 0.0, ge=0)
+    motor_gains: tuple[MotorGain, ...] = key(
+        "motor gains to compare, without a controller", (), max_length=200
     )
-    gains: Gains = Field((), description="controller gains to compare, with every feedback")
-    feedbacks: Annotated[tuple[Time, ...], Field(max_length=200)] = Field(
-        (), description="feedbacks of the shell's acceleration to compare, with every gain"
+    gains: Gains = key("controller gains to compare, with every feedback", ())
+    feedbacks: tuple[Time, ...] = key(
+        "feedbacks of the shell's acceleration to compare, with every gain", (), max_length=200
     )
-    full_model: bool = Field(
-        False, strict=True, description="also the closed loop in the full nonlinear model"
-    )
-    tune: Tune | None = Field(None, description="also find gain and feedback")
+    full_model: bool = key("also the closed loop in the full nonlinear model", False, strict=True)
+    tune: Tune | None = key("also find gain and feedback", None)
     RULES = (
         at_most_one("speed_feedback", "target_speed"),
         *(once(key, "value") for key in ("motor_gains", "gains", "feedbacks")),

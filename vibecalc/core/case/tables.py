@@ -1,11 +1,9 @@
 """What a case is held against, references and limits; and whose document its report is."""
 
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import Field
-
-from vibecalc.core.case.fields import Labels, Name, Number, ResultPath, Table, Value, Where
+from vibecalc.core.case.fields import Labels, Name, Number, ResultPath, Table, Value, Where, key
 from vibecalc.core.case.raw import get_key, is_value, tables_at
 from vibecalc.core.case.rules import Row, at_most_one, needs, refuse, same_length
 from vibecalc.errors import KeyPath, Problem, UnitError
@@ -42,34 +40,32 @@ _AT_START = refuse(
 class Printed(Table):
     """What a published or measured number and a table of such numbers have in common."""
 
-    quantity: ResultPath = Field(description="result path")
-    where: Where = Field(default_factory=dict, description="picks one entry along named axes")
-    unit: str = Field("", description="unit of what is printed, if that does not carry it")
-    rtol: Number | None = Field(None, gt=0, lt=1, description="relative tolerance")
-    digits: Literal["rounded", "truncated"] = Field(
-        "rounded", description="truncated: within a whole unit of the last digit, not half of one"
+    quantity: ResultPath = key("result path")
+    where: Where = key("picks one entry along named axes", default_factory=dict)
+    unit: str = key("unit of what is printed, if that does not carry it", "")
+    rtol: Number | None = key("relative tolerance", None, gt=0, lt=1)
+    digits: Literal["rounded", "truncated"] = key(
+        "truncated: within a whole unit of the last digit, not half of one", "rounded"
     )
-    source: Name = Field(description="table, figure or page")
-    kind: Literal["published", "measured"] = Field(
-        "published", description="measured numbers are shown and never counted"
+    source: Name = key("table, figure or page")
+    kind: Literal["published", "measured"] = key(
+        "measured numbers are shown and never counted", "published"
     )
-    known_difference: str = Field("", description="why the source differs; then it is not counted")
-    shown_by: str = Field(
-        "", description="test that reproduces what is printed, or 'not reproducible: ...'"
-    )
-    at: Literal["start", "optimum"] = Field("optimum", description="for cases with [optimisation]")
-    uncertainty: Value | None = Field(
-        None,
-        description="standard uncertainty for [fit], in the unit of what is printed or in %; "
+    known_difference: str = key("why the source differs; then it is not counted", "")
+    shown_by: str = key("test that reproduces what is printed, or 'not reproducible: ...'", "")
+    at: Literal["start", "optimum"] = key("for cases with [optimisation]", "optimum")
+    uncertainty: Value | None = key(
+        "standard uncertainty for [fit], in the unit of what is printed or in %; "
         "default: the tolerance over sqrt 3",
+        None,
     )
 
 
 class Reference(Printed):
     """A published or measured number for this machine, shown next to ours."""
 
-    value: Value = Field(description="as printed: its last digit sets the default tolerance")
-    atol: Value | None = Field(None, description="absolute tolerance, in the value's unit")
+    value: Value = key("as printed: its last digit sets the default tolerance")
+    atol: Value | None = key("absolute tolerance, in the value's unit", None)
     RULES = (at_most_one("rtol", "atol"), _UNIT_ONCE, _AT_START)
 
 
@@ -99,21 +95,17 @@ def _numbers(row: Row) -> Iterator[Problem]:
 class ReferenceTable(Printed):
     """Published or measured numbers for many entries of one quantity, one row for each."""
 
-    axis: Name = Field(description="axis that the rows pick entries of; `where` is of the others")
-    file: str = Field(
-        "", description="CSV next to the case, its first column entries; instead of entry and value"
+    axis: Name = key("axis that the rows pick entries of; `where` is of the others")
+    file: str = key(
+        "CSV next to the case, its first column entries; instead of entry and value", ""
     )
-    column: str = Field("", description="name of the file's column that holds the values")
-    entry: Labels = Field((), description="entries of the axis, one for each value")
-    value: Annotated[tuple[Value, ...], Field(max_length=20_000)] = Field(
-        (), description="as printed: last digits set the tolerance"
+    column: str = key("name of the file's column that holds the values", "")
+    entry: Labels = key("entries of the axis, one for each value", ())
+    value: tuple[Value, ...] = key(
+        "as printed: last digits set the tolerance", (), max_length=20_000
     )
-    uncertainty_column: str = Field(
-        "", description="name of the file's column that holds uncertainties, instead"
-    )
-    uncertainties: Annotated[tuple[Value, ...], Field(max_length=20_000)] = Field(
-        (), description="one for each value, instead"
-    )
+    uncertainty_column: str = key("name of the file's column that holds uncertainties, instead", "")
+    uncertainties: tuple[Value, ...] = key("one for each value, instead", (), max_length=20_000)
     RULES = (
         at_most_one("uncertainty", "uncertainty_column", "uncertainties"),
         same_length("value", "uncertainties"),
@@ -128,38 +120,36 @@ class ReferenceTable(Printed):
 class Revision(Table):
     """A row of the history."""
 
-    revision: str = Field(description="letter or number")
-    date: str = Field("", description="of issue")
-    text: str = Field("", description="what has changed")
+    revision: str = key("letter or number")
+    date: str = key("of issue", "")
+    text: str = key("what has changed", "")
 
 
 class Document(Table):
     """Title block of a report."""
 
-    project: str = Field("", description="name or number")
-    customer: str = Field("", description="made for")
-    number: str = Field("", description="of the document")
-    revision: str = Field("", description="letter or number")
-    date: str = Field("", description="of issue")
-    author: str = Field("", description="made by")
-    checked: str = Field("", description="by")
-    approved: str = Field("", description="by")
-    remarks: str = Field("", description="below the summary")
-    history: Annotated[tuple[Revision, ...], Field(max_length=50)] = Field(
-        (), description="oldest first"
-    )
+    project: str = key("name or number", "")
+    customer: str = key("made for", "")
+    number: str = key("of the document", "")
+    revision: str = key("letter or number", "")
+    date: str = key("of issue", "")
+    author: str = key("made by", "")
+    checked: str = key("by", "")
+    approved: str = key("by", "")
+    remarks: str = key("below the summary", "")
+    history: tuple[Revision, ...] = key("oldest first", (), max_length=50)
 
 
 class Limit(Table):
     """A bound that a result has to keep; the optimiser takes the same list."""
 
-    quantity: ResultPath = Field(description="result path")
-    where: Where = Field(default_factory=dict, description="picks entries along named axes")
-    max: Value | None = Field(None, description="upper bound, SI or with a unit")
-    min: Value | None = Field(None, description="lower bound, SI or with a unit")
-    source: str = Field("", description="where the bound comes from")
-    expect: Literal["kept", "broken"] = Field("kept", description="broken: for a demonstration")
-    at: Literal["start", "optimum"] = Field("optimum", description="for cases with [optimisation]")
+    quantity: ResultPath = key("result path")
+    where: Where = key("picks entries along named axes", default_factory=dict)
+    max: Value | None = key("upper bound, SI or with a unit", None)
+    min: Value | None = key("lower bound, SI or with a unit", None)
+    source: str = key("where the bound comes from", "")
+    expect: Literal["kept", "broken"] = key("broken: for a demonstration", "kept")
+    at: Literal["start", "optimum"] = key("for cases with [optimisation]", "optimum")
     RULES = (
         refuse(
             "",
@@ -180,13 +170,13 @@ def contradictions(row: Row) -> Iterator[Problem]:
         where = limit.get("where")
         entries = sorted(map(repr, where.items())) if isinstance(where, dict) else []
         mine = bounds.setdefault(repr((limit.get("quantity"), entries, limit.get("at"))), {})
-        for key, sign in (("max", 1.0), ("min", -1.0)):
-            value = _si_value(limit.get(key))
-            if value is not None and (key not in mine or sign * value < sign * mine[key][0]):
-                mine[key] = (value, ("limit", position, key))
+        for side, sign in (("max", 1.0), ("min", -1.0)):
+            value = _si_value(limit.get(side))
+            if value is not None and (side not in mine or sign * value < sign * mine[side][0]):
+                mine[side] = (value, ("limit", position, side))
     for pair in bounds.values():
         if len(pair) == 2 and pair["min"][0] > pair["max"][0]:
-            low, high = (repr(get_key(row.case, pair[key][1]))[:60] for key in ("min", "max"))
+            low, high = (repr(get_key(row.case, pair[side][1]))[:60] for side in ("min", "max"))
             first, second = sorted((pair["min"][1], pair["max"][1]), key=lambda path: path[1])
             yield row.problem(
                 second,
