@@ -10,7 +10,6 @@ import numpy as np
 from engine_as_published import ORDER, full_torque, modes
 from pages import Row
 
-from vibecalc.numerics.bounded import bounded
 from vibecalc.parts.firing import CYCLES, angles_in_order
 from vibecalc.torsion.as_published import (
     caughey_series,
@@ -144,10 +143,10 @@ def largest_twists(freedoms: int, program: bool) -> tuple[float, ...]:
         real = given.real
         if freedoms == 7:
             # atan(b / a) of the source: every cosine comes out positive
-            found = found._replace(deflection=bounded(np.abs(real) + 1j * given.imag))
+            found = found._replace(deflection=np.abs(real) + 1j * given.imag)
         else:
             turned = np.where(real < 0.0, -given, given)
-            found = found._replace(deflection=bounded(turned))
+            found = found._replace(deflection=turned)
     ratio = None if freedoms == 7 else [0.01] * 3
     total = twist_on_criticals(found, ORDER, ratio)[..., -1]
     return tuple(np.abs(total).max(axis=1).tolist())
