@@ -291,7 +291,7 @@ def test_without_forces_the_couple_alone_is_balanced(tmp_path: Path) -> None:
     assert record["balance/weight/unbalance"].values == pytest.approx(expected, rel=1e-12)
     assert record["balance/weight/phase"].values == pytest.approx(0.0, abs=1e-12)
     assert record["balance/after/force"].values[0] > record["balance/before/force"].values[0]
-    assert "order 1 is balanced exactly, but for rounding, and for its force, not counted" in said
+    assert "order 1 is fully balanced, and for its force, not counted" in said
 
 
 @pytest.mark.parametrize(

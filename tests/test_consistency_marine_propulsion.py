@@ -90,7 +90,7 @@ def test_largest_stress_is_that_of_its_speed_and_none_near_it_is_larger(
 
 
 def allowed(row: int, speed: float) -> float:
-    """Of UR M68 for lasting operation below 0.9 of the rated speed, Pa."""
+    """Of UR M68 for continuous operation below 0.9 of the rated speed, Pa."""
     shaft = LINE.line["shafts"][row]
     size = 0.35 + 0.93 * (1e3 * diameter(row)) ** -0.2
     factor = {"intermediate shaft": 1.0, "propeller shaft": 0.55}[shaft["name"]]  # flange, keyless

@@ -34,7 +34,7 @@ class MountStudy:
 
     Pitch only: inertia of a uniform block, four mounts at x = -0.4 m and 0.4 m, couples of three
     cranks at 120 degrees. Takes arrays of stiffness, damping and block mass. `share` is 1 for the
-    force of one of four supports and 4 for the couple over the lever.
+    force of one of four supports and 4 for the pitch couple / lever.
     """
 
     def __init__(self, share: float) -> None:

@@ -1,7 +1,7 @@
 """Claim: the balance sums and the couples of Gibson 2008 (Dynamics 3 assignment) come out.
 
 Every entry and total of Tables 1 to 4 agrees, four garbled entries of Table 3 excepted: they
-are reproduced from the slip. The forces of section 2.2 are the couples over the lever of 0.4 m.
+are reproduced from the slip. The forces of section 2.2 are the pitch couples / lever of 0.4 m.
 """
 
 import math

@@ -131,7 +131,7 @@ def _reached(record: Record) -> Iterator[str]:
         if after.zero[place] and before.zero[place]:
             yield f"order {order} is balanced already, without weights{_uncounted(record, place)}"
             continue
-        words = f"order {order} is balanced exactly, but for rounding{_uncounted(record, place)}"
+        words = f"order {order} is fully balanced{_uncounted(record, place)}"
         if not after.zero[place]:
             share = show(100.0 * left / (was or left), digits=3)
             words = f"order {order}: {share} % of the residual is left"
@@ -163,8 +163,8 @@ def _freedom(count: int, bounded: list[bool]) -> str:
     if each and not all(bounded):
         each += ", or of the largest bound where it has none"
     return (
-        f"other weights are as good ({count} free direction{'s' if count > 1 else ''}): given are "
-        f"those with the least sum of squares of the unbalances{each}"
+        f"not unique: {count} free direction{'s' if count > 1 else ''}; given are the weights with "
+        f"the least sum of squares of the unbalances{each}"
     )
 
 
@@ -208,7 +208,7 @@ def _as_case(result: Result) -> list[str]:
     if on_crank:
         on_crank = ["  [machine.crank_train]", "  counterweights = [", *on_crank, "  ]"]
     lines = [*on_crank, *on_shafts[0 if on_crank else 1 :]]
-    head = paragraph("These weights in a case, besides those that it has (kg m, rad, m):")
+    head = paragraph("To add these weights to the case (kg m, rad, m):")
     return [*head, *lines] if lines else []
 
 

@@ -7,7 +7,7 @@ from vibecalc.core.results.described import lead, q
 from vibecalc.core.results.record import PEAK, RMS, SPECTRUM
 
 _ORDERS = "half_order coordinate"
-_HELD = "{what}{about} that the body held still would send into the ground"
+_HELD = "{what}{about} that the rigidly mounted body would send into the ground"
 _GROUND = "{what}{about} of all mounts on the ground"
 
 

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # ----------------------------------------------------------------------------
-# The couple over the lever during one turn, body held still and on its mounts.
+# The pitch couple / lever during one turn, body held still and on its mounts.
 # ----------------------------------------------------------------------------
 
 
@@ -59,9 +59,9 @@ def _over_cycle(name: str, words: str) -> Panel:
 
 
 FORCE_OVER_CYCLE = Curves(
-    "couple over the lever during one turn",
+    "pitch couple / lever during one turn",
     (
-        _over_cycle("rigid", "without isolation: body held still"),
+        _over_cycle("rigid", "without isolation: rigidly mounted"),
         _over_cycle("steady", "through the mounts"),
     ),
     names=5,
@@ -209,7 +209,7 @@ def _run_up(path: str, label: str, look: Look) -> Panel:
 RUN_UP = Curves(
     "run-up: largest force over the cycle",
     (
-        _run_up("isolation/lever_force", "couple over the lever", {"color": TOTAL}),
+        _run_up("isolation/lever_force", "pitch couple / lever", {"color": TOTAL}),
         _run_up("isolation/support_force", "one support on the ground", {}),
     ),
 )

@@ -108,9 +108,8 @@ def run_up_maxima(result: Result) -> Section | None:
 # A machine on its mounts under the torque of its cylinders: couple, supports, modes met.
 # ----------------------------------------------------------------------------
 
-_BY = ("the body takes minus the {} of all cylinders about the crankshaft, of what is in them and "
-       "of inertia")  # fmt: skip
-_SEPARATE = f"The driven machine stands elsewhere: {_BY.format('torque')}, and its mean."
+_BY = "the reaction to the {} of all cylinders, of gas and inertia, acts on the body"
+_SEPARATE = f"The driven machine stands elsewhere: {_BY.format('torque')}, with its mean."
 _ON_BODY = (
     "The driven machine stands on the body, and its stator follows no pulsation: "
     f"{_BY.format('alternating torque')}. The stator gives the mean back."
@@ -118,7 +117,8 @@ _ON_BODY = (
 _ROTOR = " That is the share that turns the rotor: what moves with the pistons takes the rest."
 _LINE = (
     "All of the shaft line stands on the body, under a load that does not alternate: the body "
-    "takes minus the change of angular momentum of the line. The stator gives the mean torque back."
+    "takes the reaction to the change of its angular momentum. "
+    "The stator gives the mean torque back."
 )
 
 

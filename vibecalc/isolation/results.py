@@ -57,12 +57,12 @@ class LeverForce:
     """Couple of the pitch model over a lever."""
 
     ROOT: ClassVar[str] = "isolation/lever_force"
-    rigid_harmonics: Any = q("order", "N", "couple over lever, body held still", PEAK)
-    rigid_peak: Any = named("", "N", "couple over the lever, body held still, peak", PEAK)
+    rigid_harmonics: Any = q("order", "N", "pitch couple / lever, rigidly mounted", PEAK)
+    rigid_peak: Any = named("", "N", "pitch couple / lever, rigidly mounted, peak", PEAK)
     steady_harmonics: Any = q("order", "N", "couple through the mounts over lever", PEAK)
-    steady_peak: Any = lead("", "N", "couple over the lever at speed, peak", PEAK)
-    run_up: Any = q("speed", "N", "couple over the lever at each speed, peak", PEAK)
-    run_up_peak: Any = lead("", "N", "couple over the lever in the run-up, peak", PEAK)
+    steady_peak: Any = lead("", "N", "pitch couple / lever at speed, peak", PEAK)
+    run_up: Any = q("speed", "N", "pitch couple / lever at each speed, peak", PEAK)
+    run_up_peak: Any = lead("", "N", "pitch couple / lever in the run-up, peak", PEAK)
     run_up_peak_speed: Any = q("", "rad/s", "crank speed of the largest")
 
 
@@ -75,7 +75,7 @@ class SupportForce:
 
     ROOT: ClassVar[str] = "isolation/support_force"
     static: Any = q("mount", "N", "share of the weight on one support")
-    rigid_peak: Any = q("mount", "N", "force on a support, body held still, peak", PEAK)
+    rigid_peak: Any = q("mount", "N", "force on a support, rigidly mounted, peak", PEAK)
     steady_harmonics: Any = q("mount direction order", "N", "dynamic force on a support", PEAK)
     steady_peak: Any = lead("mount", "N", "force on a support at speed, peak", PEAK)
     largest_load: Any = q("mount", "N", "largest load: weight, mean torque and dynamic force")

@@ -171,7 +171,7 @@ _MOTION = Rows(
     ),
     _STEM.rstrip("/"),
     right=True,
-    note="levels refer to reference_level and, of roll and pitch, to angular_reference_level; "
+    note="dB re reference_level; roll and pitch: dB re angular_reference_level; "
     "phases to the reference position; +- is the standard uncertainty from the last digits "
     "read, what is stated next to them and, with phases, the scatter; - where it is open",
 )  # fmt: skip

@@ -82,7 +82,7 @@ _NEAREST = (
 _OF_MODES = (
     Cells("natural_frequency", "Hz", "Hz"),
     Cells("damping_ratio", "damping ratio"),
-    Cells(_moves_most, "  moves most (share of energy)", ""),
+    Cells(_moves_most, "  dominant motion (energy share)", ""),
     Cells("nearest_order", "nearest", whole, note=_NEAREST),
     Cells("distance", "it is off", relative),
 )

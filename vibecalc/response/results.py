@@ -56,7 +56,9 @@ class MotionOfBody(Motion):
     """Its largest values, too, and what its suspension sends into the ground."""
 
     ROOT: ClassVar[str] = "response"
-    translation_peak: Any = lead("direction", "m", "motion of the body, peak", PEAK, about=_POINT)
+    translation_peak: Any = lead(
+        "direction", "m", "displacement of the reference point, peak", PEAK, about=_POINT
+    )
     rotation_peak: Any = lead("direction", "rad", "rotation of the body, peak", PEAK, read="mrad")
     ground_force: Any = q(_ORDERS, "N", "force on the ground", PEAK)
     ground_couple: Any = q(_ORDERS, "N*m", "couple on the ground about the reference point", PEAK)

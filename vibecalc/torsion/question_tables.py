@@ -214,7 +214,7 @@ def _no_less(transient: str, continuous: str) -> Rule:
             if lasting is not None and passing is not None and passing < lasting:
                 yield row.problem(
                     (*row.path, transient, place),
-                    "less is allowed for passing through than for lasting operation",
+                    "less is allowed for passage than for continuous operation",
                     found=f"{passing:.6g}{row.unit(transient)} in row {place + 1}",
                     allowed=f">= {lasting:.6g}{row.unit(continuous)}, that of {continuous}",
                     also=(*row.path, continuous, place),

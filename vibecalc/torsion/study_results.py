@@ -168,7 +168,7 @@ TRANSIENTS = (
         _study("counted/damage", "section", "", "sum of n / N of one change (Miner)"),
         _study("counted/damage_of_all", "section", "",
                "of all changes that the case says; 1: the life is used up",
-               headline=Headline("fatigue of the changes, sum of Miner", "")),
+               headline=Headline("Miner damage sum of all speed changes", "")),
     ),
 )  # fmt: skip
 
@@ -218,7 +218,7 @@ DAMPER_DESIGN = under(
     *_seen("", "with the damper found"),
     *_seen("table/", "with the table value"),
     entry("table/gain", "", "", "worst of the table value over that of the damper found",
-          name="largest load, compared over optimal damper"),
+          name="largest torque, given / optimum damper"),
     _study("active/kind", "active", "", "0: a section, 1: heat, 2: travel"),
     _study("active/section", "active", "", "the section, counted from 1; 0: none"),
     _study("active/speed", "active", "rad/s", "of the peak"),

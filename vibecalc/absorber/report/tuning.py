@@ -188,7 +188,7 @@ def _mistuned(record: Record) -> Quantity | None:
     return _with_names(part_of(loss, loss.values[there], axis, loss.axes[1]), slice(6), names)
 
 
-MISTUNED = Rows("mistuned", "higher {what}, %, for an error of", (
+MISTUNED = Rows("mistuned", "increase of the {what} in %, for a detuning of", (
     Cells(_mistuned, "{}", in_percent, right=True),
 ))  # fmt: skip
 
@@ -315,10 +315,10 @@ def _next_to_the_best(record: Record, value: float) -> list[str]:
 
 def _threshold(limit: float) -> str:
     if math.isinf(limit):
-        return "An absorber helps at any damping of the primary."
+        return "An absorber lowers the response at any damping of the primary."
     if limit == 0.0:
         return "With any damping of the primary it grows without bound."
-    return f"From a damping of the primary of {show(limit)} on no absorber helps."
+    return f"With a primary damping ratio of {show(limit)} or more an absorber brings nothing."
 
 
 def is_mean(result: Result) -> bool:

@@ -164,7 +164,7 @@ def render_plan(
     """
     from vibecalc.core.run.machine_checks import machine_warnings
 
-    lines = [f"{path}: {case.title}", f"no problems; accuracy rtol = {case.accuracy.rtol:g}"]
+    lines = [f"{path}: {case.title}", f"valid; accuracy rtol = {case.accuracy.rtol:g}"]
     for words in machine_warnings(case):
         lines += paragraph(words, "warning:")
     for number, stage in enumerate(plan, start=1):

@@ -69,7 +69,7 @@ UNCERTAINTY = "uncertainties, of which two digits tell all"
 #: what lets more results meet `[accuracy] rtol`
 ORDERS = "where too few orders are kept, more help ([excitation] orders)"
 RESONANCE = "next to an undamped resonance only damping does"
-CANCELS = "what is left of large numbers that cancel has no more digits to give"
+CANCELS = "limited by cancellation"
 MARCH = "a march in time keeps to the tolerance in each step, not over all of them"
 
 

@@ -141,7 +141,7 @@ def tolerance_warning(record: Record, rtol: float) -> str | None:
     advice = "; ".join(dict.fromkeys(words for path in worst for words in helps(path)))
     more = f" and {len(worst) - MOST_NAMES} more" if len(worst) > MOST_NAMES else ""
     return (
-        f"not within rtol = {rtol:g} of their largest magnitude, by their error estimates: "
+        f"accuracy rtol = {rtol:g} not reached, by error estimate over largest magnitude: "
         f"{named}{more}; {advice}"
     )
 

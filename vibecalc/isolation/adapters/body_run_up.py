@@ -106,7 +106,7 @@ def _section(scene: Scene, loads: LoadsOverSpeed) -> RunUpSection:
 
 
 class RunUpRows(NamedTuple):
-    """Rows of a run-up: in pitch the couple over the lever, then forces of the mounts.
+    """Rows of a run-up: in pitch the pitch couple / lever, then forces of the mounts.
 
     Rows that repeat another are one, `row_of` (results,) tells which; `shows` (..., modes, rows)
     which modes are seen in a row.

@@ -31,7 +31,7 @@ def lever_of(scene: Scene, system: OnMounts) -> np.ndarray:
 
 
 def emit_pitch(scene: Scene, system: OnMounts, loads: BodyLoads, moved: Moved) -> None:
-    """Emit the model, the pitch angle, transmissibility, couples over the lever, and what pitch
+    """Emit the model, the pitch angle, transmissibility, pitch couples / lever, and what pitch
     leaves out.
 
     Couples over a lever are the source's reading of "the force on a support", with the body held

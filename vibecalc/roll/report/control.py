@@ -78,11 +78,11 @@ def margin_words(record: Record, below: str) -> list[tuple[str, str]]:
     wide = "without end" if math.isinf(width) else f"{show(hertz(width), digits=4)} Hz"
     bears = f"gain of one up to {wide}, {show(through, digits=4)} at high frequency; "
     rate = value("command_rate")
-    bears += f"field speed changes by up to {show(rate, digits=4)} rad/s^2, torque of the motor up "
-    bears += f"to {show(value('torque_peak'), digits=4)} N*m"
+    bears += f"the synchronous speed changes at up to {show(rate, digits=4)} rad/s^2, "
+    bears += f"torque of the motor up to {show(value('torque_peak'), digits=4)} N*m"
     most = scalar_of(record, f"{CONTROL}breakdown_torque")
     if most is not None and math.isfinite(value("torque_peak")) and value("torque_peak") > most:
-        bears += f", MORE THAN THE {show(most, digits=4)} N*m THAT IT HAS"
+        bears += f", EXCEEDS the breakdown torque of {show(most, digits=4)} N*m"
     return [("margins", margins), ("it takes", bears)]
 
 
@@ -253,7 +253,7 @@ def _louder(record: Record) -> str:
     values = np.asarray(gained.values, dtype=float)
     orders = [str(int(order)) for order in gained.axes[0].values[values < -_CLOSE]]
     noun = "order" if len(orders) == 1 else "orders"
-    return f". Control makes louder there: {noun} {', '.join(orders)}" if orders else ""
+    return f". The control increases {noun} {', '.join(orders)}" if orders else ""
 
 
 def _range(record: Record) -> list[str]:

@@ -142,8 +142,8 @@ def emit_barred(scene: Scene, ranges: list[ExceededRanges], speed: float) -> Non
     scene.emit(f"{ROOT}/barred/permitted", allowed, 0.0, axes)
     if any(held):
         scene.warn(
-            "a limit for lasting operation is exceeded in a range that holds the operating speed: "
-            "it cannot be barred, and the line is not acceptable there"
+            "a limit for continuous operation is exceeded in a range that holds the operating "
+            "speed: it cannot be barred, and the line is not acceptable there"
         )
 
 

@@ -515,7 +515,11 @@ def _named_panel(name: str, one: str) -> Panel:
         _measured(name, one),
         operating,
         spans(
-            f"{TORSION}barred", "no lasting operation", ("from", "to"), color="#E69F00", alpha=0.25
+            f"{TORSION}barred",
+            "barred for continuous operation",
+            ("from", "to"),
+            color="#E69F00",
+            alpha=0.25,
         ),
     )
     if name == "stress":

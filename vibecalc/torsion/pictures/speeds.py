@@ -166,7 +166,7 @@ _ROOM = 70.0
 #: more bands than these are drawn as a strip at the foot
 _BARCODE = 12
 _SHADES = (
-    ("barred", "#E69F00", 0.25, "no lasting operation"),
+    ("barred", "#E69F00", 0.25, "barred for continuous operation"),
     ("hammering", "#CC79A7", 0.15, "teeth of a gear hammer"),
     ("masked", "#f3c6cc", 1.0, "undamped critical"),
 )
@@ -520,7 +520,7 @@ def _panels(result: Result) -> list[Panel]:
 
 
 def _exceeded(limit: int, plot: Plot) -> None:
-    """Ranges in which this limit is exceeded for lasting operation."""
+    """Ranges in which this limit is exceeded for continuous operation."""
     found = every(plot.result.record, "exceeded", "exceeded", "from", "to", "limit")
     for start, end, which in np.transpose([one.values for one in found]).tolist():
         if which == limit + 1:

@@ -229,7 +229,7 @@ def engine_torque(result: Result) -> list[str]:
     return pairs(
         (title, f"{cell(found, (), by)} {words}")
         for name, title, by, words in (
-            ("power", "power, indicated", 1e-3, "kW"),
+            ("power", "indicated power", 1e-3, "kW"),
             ("mean_torque", "mean torque", factor, unit),
             ("mean_indicated_pressure", "mean indicated pressure", 1e-5, "bar"),
         )

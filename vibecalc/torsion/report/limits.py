@@ -90,9 +90,9 @@ def ranges_in_words(result: Result) -> list[str]:
     words = []
     if barred:
         verb = "are" if len(barred) > 1 else "is"
-        words.append(f"{joined(barred)} {verb} barred for lasting operation")
+        words.append(f"{joined(barred)} {verb} barred for continuous operation")
     if not_:
-        why = "a limit for lasting operation is exceeded and no range may be barred"
+        why = "a limit for continuous operation is exceeded and no range may be barred"
         words.append(f"the line is not acceptable from {joined(not_)}, where {why}")
     return words
 
@@ -101,7 +101,7 @@ def exceeded_table(record: Record) -> list[str]:
     """The ranges above the limits, and which of them may be barred."""
     above = (
         f"Speed ranges in which the {limited_words(record, 'or')} exceeds what is allowed for "
-        "lasting operation:"
+        "continuous operation:"
     )
     return rows_of(record, Rows("exceeded", "", _EXCEEDED, TORSION + "exceeded", above=above))[0]
 
@@ -121,7 +121,7 @@ _EXCEEDED = (
     Cells("peak_speed", "worst at\nrpm", _turns),
     Cells("formula_from", "by formula\nfrom, rpm", _turns),
     Cells("formula_to", "to\nrpm", _turns),
-    Cells("permitted", "barring it", lambda may, _: "may be done" if may else "NOT ALLOWED"),
+    Cells("permitted", "barred range", lambda may, _: "acceptable" if may else "NOT ACCEPTABLE"),
 )
 
 

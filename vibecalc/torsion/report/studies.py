@@ -97,7 +97,7 @@ def torsion_transient(result: Result) -> Section | None:
     words = change_in_words(result), _supplied(record), _most_loaded(record), _clutch(record)
     lines = [line for one in words if one for line in paragraph(one)]
     blocks = lines, _sections(record), _counted(record)
-    return titled(result, "Change in time", *blocks, root=TRANSIENT)
+    return titled(result, "Transient response", *blocks, root=TRANSIENT)
 
 
 def _most_loaded(record: Record) -> str:
@@ -226,7 +226,7 @@ def _counted(record: Record) -> list[str]:
     ]
     words = (
         "Cycles by rainflow, range: crest less trough; equivalent number: of cycles of the largest "
-        "range. Means do not count in the sum of Miner; the file has ranges and means in bins."
+        "range. Means do not count in the Miner sum; the file has ranges and means in bins."
     )
     return rows_of(record, Rows("section", "section", columns, note=words))[0]
 

@@ -262,7 +262,7 @@ def _region(sweep: SweepView, judged: Limits) -> list[str]:
     lines = paragraph("No computed point keeps all limits.")
     if broken := least_broken(sweep, judged.limits):
         point, limit, share = broken
-        text = f"least broken at {sweep.words_of(point)}: {read_as(limit.quantity, '')[0]} is "
+        text = f"closest at {sweep.words_of(point)}: {read_as(limit.quantity, '')[0]} is "
         text += f"{show(100.0 * share, digits=3)} % of its bound beyond it"
         label = limit.worst.label(point)
         lines += paragraph(text + (f" ({label})." if label else "."))
