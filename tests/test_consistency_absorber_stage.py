@@ -386,7 +386,7 @@ def _tuned(tmp_path: Path, table: str, damping: str = "0.02") -> str:
 def test_mean_squares_are_not_called_peaks(tmp_path: Path) -> None:
     table = 'norm = "h2"\nmistuning = [0.01]\ncompare = ["warburton", "numerical"]'
     text = _tuned(tmp_path, table)
-    assert "higher mean square," in text and "higher peak" not in text
+    assert "increase of the mean square" in text and "increase of the peak" not in text
     assert "true mean square" in text and "above the" not in text
     row = text.split("warburton ")[1].split()
     assert row[2] == "-" and float(row[3]) > 4.0

@@ -327,8 +327,8 @@ def test_weights_that_meet_at_one_place_are_said_to_be_one(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("bounds", "words"),
     [
-        (("", ""), "squares of the unbalances These"),
-        (("0.1", "0.2"), "unbalances, each as a share of its bound These"),
+        (("", ""), "squares of the unbalances To"),
+        (("0.1", "0.2"), "unbalances, each as a share of its bound To"),
         (("", "0.2"), "share of its bound, or of the largest bound where it has none"),
     ],
 )
@@ -341,7 +341,7 @@ def test_which_of_equally_good_weights_are_given(
         for place, more in zip((-0.1, 0.2), room, strict=True)
     ]
     record, said = said_of(tmp_path, f"couple_weight = 0\ncounterweights = [{', '.join(rows)}]")
-    assert "other weights are as good (2 free directions)" in said
+    assert "not unique: 2 free directions" in said
     assert words in said
     share = [float(one or bounds[1] or 1.0) for one in bounds]
     least = np.square(share) / np.sum(np.square(share)) * (0.05 + 1e-9)

@@ -55,4 +55,4 @@ def test_levels_on_paper_only_are_called_so() -> None:
     record = record_of(gain=10.0, acceleration_feedback=-10.0, actuator_lag=0.0)
     text = " ".join(section(result_of(record)).split())
     assert "STABLE ONLY WITHOUT ANY DELAY: its levels are valid for zero delay only" in text
-    assert "delay none" in text and "MORE THAN THE 1009 N m THAT IT HAS" in text
+    assert "delay none" in text and "EXCEEDS the breakdown torque of 1009 N m" in text

@@ -108,7 +108,7 @@ STEADY = under(
     entry("twist_half_range", "section", "rad", _HALF),
     entry("twist_peak", "section", "rad", "largest magnitude of all orders"),
     entry("torque_half_range", "section", "N*m", _HALF,
-          headline=Headline("vibratory torque amplitude at operating speed", "N*m")),
+          headline=Headline("vibratory torque at speed, half range", "N*m")),
     entry("torque_peak", "section", "N*m", _WITH_MEAN),
     entry("torque_bound", "section", "N*m", "sum of the magnitudes of all orders"),
     entry("torque_mean", "section", "N*m", "steady torque that the section carries"),
