@@ -535,7 +535,7 @@ SUBJECT = Subject(
         "pendulum": "vibecalc.absorber.pictures:SWINGING",
     },
     assumes=(
-        "The primary has one mode or given modes and is linear; excitation is steady, "
-        "harmonic or white.",
+        "The primary has one mode or given modes and is linear; pendulums keep their "
+        "large swing. Excitation is steady, harmonic or white.",
     ),
 )

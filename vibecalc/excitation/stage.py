@@ -168,7 +168,7 @@ SUBJECT = Subject(
         "motor_force": "vibecalc.excitation.pictures:MOTOR_FORCE",
     },
     assumes=(
-        "The crankshaft turns at constant speed unless the inertia of the rotor is "
-        "given; the driven machine takes a constant torque.",
+        "Forces and couples are those at constant crank speed unless the inertia of the "
+        "rotor is given; the driven machine takes a constant torque.",
     ),
 )

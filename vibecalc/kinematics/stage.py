@@ -129,7 +129,7 @@ SUBJECT = Subject(
         "piston_acceleration": "vibecalc.kinematics.pictures:PISTON_ACCELERATION",
     },
     assumes=(
-        "Crank, rods and pistons are rigid, bearings have no play; the motion of the "
-        "slider-crank is exact unless a truncated series is asked for.",
+        "Crank, rods and pistons are rigid; the motion of the slider-crank without play "
+        "is exact unless a truncated series is asked for.",
     ),
 )

@@ -472,8 +472,9 @@ SUBJECT = Subject(
     leads=True,
     calculation="vibecalc.torsion.report.first_page:CALCULATION",
     assumes=(
-        "Inertias are lumped and shafts linear; bending and axial vibration are left "
-        "out. The mean crank speed is given.",
+        "Inertias are lumped and shafts linear; couplings may follow load, heat and "
+        "frequency. Bending and axial vibration are left out. The mean crank speed is "
+        "given.",
         "Gear meshes are rigid or elastic without backlash; a reversal of torque is "
         "reported. Orders that the case does not name are left out.",
     ),

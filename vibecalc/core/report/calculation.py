@@ -170,9 +170,9 @@ def judged(result: Result) -> list[str]:
 
 def _judged(row: Verdict) -> list[str]:
     name = row.borne or read_as(row.quantity, row.unit)[0]
-    use = row.use if row.max is None or math.isfinite(row.use) or not row.max else (
-        row.computed / row.max
-    )  # fmt: skip
+    use = row.use
+    if math.isnan(use) and row.max is not None and row.max > 0.0 and row.unit != "dB":
+        use = row.computed / row.max
     picks = ", ".join(f"{axis.replace('_', ' ')} {one}" for axis, one in row.where.items())
     return [name + " (start)" * (row.at == "start"), place_of(row).strip() or picks,
             ", ".join(bounds_of(row)), show(row.computed, row.error_estimate), row.unit,

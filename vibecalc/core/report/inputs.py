@@ -8,7 +8,7 @@ from pydantic.fields import FieldInfo
 
 from vibecalc.core.case.walk import Shape, keys_of, shape_at, shape_of
 from vibecalc.core.report.sections import LONGEST
-from vibecalc.core.report.writing import Heading, many, table
+from vibecalc.core.report.writing import Heading, many, paragraph, table
 from vibecalc.core.results.record import READ, Result
 from vibecalc.errors import KeyPath, UnitError
 from vibecalc.units import convert
@@ -27,9 +27,9 @@ def inputs(result: Result) -> list[str]:
     """
     written = tomllib.loads(result.case_toml) if result.case_toml else {}
     case = {key: value for key, value in result.case.items() if key not in _APART}
-    lines = list[str]()
+    lines = paragraph("Keys that are not listed have their defaults.")
     for title, block in _blocks(case, written, ()):
-        lines += [*([""] if lines else []), Heading(level=4, words=title), *block]
+        lines += ["", Heading(level=4, words=title), *block]
     return lines
 
 
