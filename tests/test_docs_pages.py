@@ -28,8 +28,6 @@ def test_a_page_runs_and_prints_what_it_shows(
     text = page.read_text(encoding="utf-8")
     if "plot" in text or "--html" in text:
         pytest.importorskip("matplotlib")
-    if "import dask" in text:
-        pytest.importorskip("dask")
     run_page(page, tmp_path)
     for picture in pictures_of(page, DOCS / "generated" / "drawn"):
         assert [*tmp_path.rglob(picture.name)], picture
