@@ -33,7 +33,7 @@ def run_isolation(scene: Scene) -> None:
         raise ValueError("isolation needs a body and mounts")
     train, model = scene.case.machine.crank_train, isolation_of(scene).model
     if model == "pitch":
-        system = pitching(body, mounts, train.axis, train.stroke)
+        system = pitching(body, mounts, train.axis, train.stroke_axis)
     else:
         system = on_mounts(body, mounts, dofs_of_model(model, train.axis))
         _emit_modes(scene, system)

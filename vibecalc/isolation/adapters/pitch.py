@@ -118,7 +118,7 @@ def _left_out(scene: Scene, forcing: Forcing) -> tuple[Bounded, ...]:
     body, train = scene.parts.body, scene.case.machine.crank_train
     assert body is not None
     shaking = about_point(forcing.per_speed_squared, body.centre[..., None, :])
-    across = build_frame(train.axis, train.stroke).across
+    across = build_frame(train.axis, train.stroke_axis).across
     aside = couples_of(shaking) @ (np.eye(3) - np.outer(across, across))
     return tuple(reshaped(one, np.matrix_transpose) for one in (forces_of(shaking), aside))
 
