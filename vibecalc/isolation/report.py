@@ -129,7 +129,7 @@ _COUPLE = (
 )
 #: the orders that matter, in their sequence
 _ORDERS = Rows(
-    "half_order order", "order", _COUPLE, "isolation", label="{:g}", places=loud(1e-3, 16),
+    "order", "order", _COUPLE, "isolation", label="{:g}", places=loud(1e-3, 16),
     rest=others(OTHERS),
 )  # fmt: skip
 _BY_CAUSE = (Cells("isolation/support_force/by_cause", "{} N"),)

@@ -135,7 +135,7 @@ class TorqueReaction:
     """The torque of the cylinders on the body, without mean where what is driven is on the body."""
 
     ROOT: ClassVar[str] = "isolation/torque_reaction"
-    couple: Any = q("half_order", "N*m", "couple by gas and inertia about the crankshaft", PEAK)
+    couple: Any = q("order", "N*m", "couple by gas and inertia about the crankshaft", PEAK)
     mean_couple: Any = lead("", "N*m", "torque reaction, mean")
     roll_peak: Any = lead("", "rad", "roll of the body by torque, peak", PEAK, read="mrad")
     nearest_order: Any = q("mode", "", "nearest half order of those that drive a mode; 0: none")

@@ -17,11 +17,12 @@ KEYS: dict[str, str] = {
 #: place and text that it had -> the text now
 TEXTS: dict[tuple[str, str], str] = {}
 #: axis of a result -> its name now
-AXES: dict[str, str] = {}
+AXES = {"half_order": "order"}
 
 _TORQUE, _FORCE, _BODY = "isolation/torque_reaction", "isolation/support_force", "isolation/body"
 #: parts of a result path -> what stands there now
 PATHS = {
+    "half_order": "order",
     f"{_TORQUE}/translation": f"{_BODY}/translation_harmonics",
     f"{_TORQUE}/rotation": f"{_BODY}/rotation_harmonics",
     f"{_TORQUE}/support_force": f"{_FORCE}/steady_harmonics",

@@ -146,7 +146,7 @@ def _emit_torque(
         mean_couple=loads.mean @ about,
         roll_peak=lambda: peak_with_tail(moved.motion @ about, loads),
     )
-    scene.emit_all(found, {"half_order": loads.order[: loads.retained]})
+    scene.emit_all(found, {"order": loads.order[: loads.retained]})
     parts = {"torque of the cylinders": torque, "shaking": loads.load - torque}
 
     def alone() -> Bounded:
