@@ -124,7 +124,7 @@ def _pitch_rules(case: Case) -> Iterator[tuple[Any, Callable[[], Problem]]]:
             lambda: Problem(
                 path=("isolation", "lever"),
                 message="the mounts stand at different distances from the mass centre, so the "
-                "lever of lever_force has to be given",
+                "lever of couple_over_lever has to be given",
                 found=f"distances along the crankshaft from {reach.min():.6g} to "
                 f"{reach.max():.6g} m",
                 allowed=f"lever = {reach.max():.6g}, for example",

@@ -56,9 +56,9 @@ class BodyMotion(Motion):
 class LeverForce:
     """Couple of the pitch model over a lever."""
 
-    ROOT: ClassVar[str] = "isolation/lever_force"
-    rigid_harmonics: Any = q("order", "N", "pitch couple / lever, rigidly mounted", PEAK)
-    rigid_peak: Any = named("", "N", "pitch couple / lever, rigidly mounted, peak", PEAK)
+    ROOT: ClassVar[str] = "isolation/couple_over_lever"
+    blocked_harmonics: Any = q("order", "N", "pitch couple / lever, rigidly mounted", PEAK)
+    blocked_peak: Any = named("", "N", "pitch couple / lever, rigidly mounted, peak", PEAK)
     steady_harmonics: Any = q("order", "N", "couple through the mounts over lever", PEAK)
     steady_peak: Any = lead("", "N", "pitch couple / lever at speed, peak", PEAK)
     run_up: Any = q("speed", "N", "pitch couple / lever at each speed, peak", PEAK)
@@ -75,7 +75,7 @@ class SupportForce:
 
     ROOT: ClassVar[str] = "isolation/support_force"
     static: Any = q("mount", "N", "share of the weight on one support")
-    rigid_peak: Any = q("mount", "N", "force on a support, rigidly mounted, peak", PEAK)
+    blocked_peak: Any = q("mount", "N", "force on a support, rigidly mounted, peak", PEAK)
     steady_harmonics: Any = q("mount direction order", "N", "dynamic force on a support", PEAK)
     steady_peak: Any = lead("mount", "N", "force on a support at speed, peak", PEAK)
     largest_load: Any = q("mount", "N", "largest load: weight, mean torque and dynamic force")
@@ -89,13 +89,14 @@ class SupportForce:
 
 @dataclass(frozen=True)
 class SupportDisplacement:
-    """Displacement of the body at each support; the excursion is with sag and mean torque."""
+    """Displacement of the body at each support; the total deflection is with that by
+    weight and mean torque."""
 
     ROOT: ClassVar[str] = "isolation/support_displacement"
-    sag: Any = lead("mount", "m", "static deflection of a mount")
+    static: Any = lead("mount", "m", "static deflection of a mount")
     steady_harmonics: Any = q("mount direction order", "m", "displacement at a support", PEAK)
     vertical_peak: Any = lead("mount", "m", "vertical motion at a mount at speed, peak", PEAK)
-    excursion: Any = lead("mount", "m", "deflection of a mount with its sag, peak", PEAK)
+    total: Any = lead("mount", "m", "total deflection of a mount, peak", PEAK)
 
 
 # ----------------------------------------------------------------------------
@@ -151,7 +152,7 @@ NEAREST = paths_of(TorqueReaction, "nearest_order", "margin")
 #: of supports at the operating speed, computed on the foundation of the case where that moves
 STEADY_AT_SUPPORTS = (
     *paths_of(SupportForce, "steady_harmonics", "steady_peak", "largest_load", "minimum_load"),
-    *paths_of(SupportDisplacement, "steady_harmonics", "vertical_peak", "excursion"),
+    *paths_of(SupportDisplacement, "steady_harmonics", "vertical_peak", "total"),
 )
 #: the same of the body and its supports
 STEADY = (*paths_of(BodyMotion), *STEADY_AT_SUPPORTS)

@@ -23,6 +23,11 @@ _TORQUE, _FORCE, _BODY = "isolation/torque_reaction", "isolation/support_force",
 #: parts of a result path -> what stands there now
 PATHS = {
     "half_order": "order",
+    "support_displacement/sag": "support_displacement/static",
+    "support_displacement/excursion": "support_displacement/total",
+    "lever_force": "couple_over_lever",
+    "rigid_peak": "blocked_peak",
+    "rigid_harmonics": "blocked_harmonics",
     f"{_TORQUE}/translation": f"{_BODY}/translation_harmonics",
     f"{_TORQUE}/rotation": f"{_BODY}/rotation_harmonics",
     f"{_TORQUE}/support_force": f"{_FORCE}/steady_harmonics",

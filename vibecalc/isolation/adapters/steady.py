@@ -99,7 +99,7 @@ def emit_steady(scene: Scene, mounts: Mounts, moved: Moved, solve: Solve) -> Non
     displacement = SupportDisplacement(
         steady_harmonics=kept(moved.at_mounts, loads),
         vertical_peak=lambda: peak_with_tail(_along(moved.at_mounts, few), loads),
-        excursion=largest_deflection,
+        total=largest_deflection,
     )
     scene.emit_all(displacement, axes)
     force = SupportForce(
