@@ -41,8 +41,12 @@ VERDICTS = (
 
 
 def says_what_it_is(row: Row) -> bool:
-    """The numbers of a row give its verdict, and all but plain ones have a reason."""
+    """The numbers of a row give its verdict, and all but plain ones have a reason; `< 4` binds."""
     number = row.printed
+    if number.startswith("< "):
+        return (
+            row.verdict == "reproduced" and row.right is not None and row.right < float(number[2:])
+        )
     right = row.right is not None and shows(number, row.right)
     slipped = row.source is not None and shows(number, row.source)
     fits = {
