@@ -124,7 +124,7 @@ $(VENV)/.docs: $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --group docs
 	@touch $@
 
-bench: $(READY) ## all benchmarks as ratios: benchmarks/RESULTS.md and the README's table (10 minutes)
+bench: $(READY) ## all benchmarks as ratios: benchmarks/RESULTS.md (10 minutes)
 	$(BIN)/python benchmarks/run.py
 
 matrix: $(READY) ## every case with other versions, Pythons, kernels and threads; into tests/matrix/ENVIRONMENTS.md
