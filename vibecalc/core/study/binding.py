@@ -349,7 +349,7 @@ class Foreseen:
             except NumericalFailure:
                 return None
             if keys and unsupported(case, keys, wanted) is None:
-                self._plans[what] = case, planned(case, wanted, keys, again=True)
+                self._plans[what] = case, planned(case, wanted, keys)
         return self._plans[what]
 
 
