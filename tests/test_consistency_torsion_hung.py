@@ -9,8 +9,7 @@ from long_but import long_but
 
 from vibecalc.core.case.load import load_case
 from vibecalc.core.case.raw import NOT_COMPUTED
-from vibecalc.core.run.run import StageCache, run_case
-from vibecalc.core.study.binding import checked_case
+from vibecalc.core.run.run import StageCache, checked_case, run_case
 from vibecalc.torsion.forced import forced
 from vibecalc.torsion.hung import bare_line, hung, ring_stiffness, torque_under
 from vibecalc.torsion.line import Line, complex_stiffness

@@ -289,6 +289,6 @@ class RunUp(Table):
 
     model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
 
-    start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest speed")
-    stop: AngularSpeed = Field(alias="to", gt=0, description="highest speed")
+    start: AngularSpeed = key("lowest speed", 0.0, alias="from", ge=0)
+    stop: AngularSpeed = key("highest speed", alias="to", gt=0)
     RULES: ClassVar[tuple[Any, ...]] = ("vibecalc.core.case.rules:upwards",)
