@@ -31,11 +31,11 @@ def test_the_page_runs_and_finds_what_it_asks_for(tmp_path: Path) -> None:
     run_page(ROOT / "docs" / "searches.md", folder)
     record = read_result(folder / "outputs" / "finds.h5").record
     assert float(record["find/ten_hertz/reached"].values) == pytest.approx(62.8318530718)
-    peak = float(record["isolation/lever_force/rigid_peak"].values)
+    peak = float(record["isolation/couple_over_lever/blocked_peak"].values)
     assert float(record["find/smaller_crank/reached"].values) == pytest.approx(peak - 1000.0)
     assert float(record["find/smaller_crank/ratio"].values) == pytest.approx(1.0 - 1000.0 / peak)
     best = record["find/best_damping/reached"].values
-    assert best < record["isolation/lever_force/run_up_peak"].values
+    assert best < record["isolation/couple_over_lever/run_up_peak"].values
     assert "Found values" in (folder / "outputs" / "finds.txt").read_text(encoding="utf-8")
 
 
