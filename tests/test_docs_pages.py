@@ -28,7 +28,7 @@ def test_a_page_runs_and_prints_what_it_shows(
     if "plot" in text or "--html" in text:
         pytest.importorskip("matplotlib")
     run_page(page, tmp_path)
-    for picture in pictures_of(page, DOCS / "generated" / "drawn"):
+    for picture in pictures_of(page, DOCS / "pictures" / "drawn"):
         assert [*tmp_path.rglob(picture.name)], picture
 
 
