@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 from engine_cases import CARD, DESIGN, ENGINE, GEARED, cards, refusal, replaced
-from engine_refusals import REFUSED as OF_MACHINES
-from engine_refusals_asked import REFUSED as OF_QUESTIONS
-from refused import hold
+from refused import changed, hold, rows_with_messages
 
 E, G, P, D = ENGINE, GEARED, CARD, DESIGN
+TEXTS = {"engine": ENGINE, "geared": GEARED}
 MESSAGES = {
-    name: partial(refusal, text=text) for name, text in (OF_MACHINES | OF_QUESTIONS).items()
+    name: partial(refusal, text=changed(TEXTS[case], change))
+    for name, (case, change) in rows_with_messages("engine").items()
 }
 
 #: what is right, and no more than unusual

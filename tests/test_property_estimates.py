@@ -152,7 +152,8 @@ def _uncertain(one: Quantity, others: list[Record]) -> Uncertain:
     finite = one.values[np.isfinite(one.values)]
     size = float(np.abs(finite).max(initial=0.0))
     error = max(_apart(one, other[one.path].values) for other in others)
-    return Uncertain(one.path, error, one.error_estimate, size)
+    # what is moved is rounded as well
+    return Uncertain(one.path, error, one.error_estimate, size, UNIT * size)
 
 
 def _apart(one: Quantity, other: np.ndarray) -> float:
