@@ -35,7 +35,6 @@ FRONT = (
     ("modes of 200 inertias, uniform", "", "opentorsion"),
     ("joint with play", "batch", "scipy"),
     ("levels for 1000 rods", "collocation", "scipy"),
-    ("ten levels of one machine", "quick", "the source's"),
     ("ten levels of one machine", "collocation, 6", "the source's"),
     ("tuning of an absorber", "a point of a batch", "scipy"),
     ("tuning of an absorber", "one point alone, to", "scipy"),
