@@ -39,7 +39,7 @@ def absorber_peaks(point: np.ndarray) -> float:
 
 def absorber_grid(point: np.ndarray) -> float:
     """Peaks from the polynomial against |H| at many frequencies: none may lie above."""
-    from vibecalc.absorber.transfer import amplitude_with_error
+    from two_masses import with_error
 
     ratio = Absorber(*ratios(point))
     kind = KINDS[int(point[5] * (len(KINDS) - 0.01))]
@@ -51,9 +51,9 @@ def absorber_grid(point: np.ndarray) -> float:
     near = near[np.isfinite(near)]
     step = np.concatenate([-np.geomspace(1e-12, 0.5, 150), [0.0], np.geomspace(1e-12, 0.5, 150)])
     x = np.concatenate([np.outer(near, 1.0 + step).ravel(), np.geomspace(1e-3, 1e3, 2000)])
-    seen = amplitude_with_error(ratio, x[x > 0.0], *kind)
-    above = np.abs(seen.value) - float(found.largest)
-    return max(0.0, float(np.max(above / (seen.error + float(found.largest_error)))))
+    seen, off = with_error(ratio, x[x > 0.0], *kind)
+    above = np.abs(seen) - float(found.largest)
+    return max(0.0, float(np.max(above / (off + float(found.largest_error)))))
 
 
 def tuning(point: np.ndarray) -> float:
