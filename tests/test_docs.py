@@ -49,6 +49,17 @@ def test_what_a_page_names_is_there(page: str) -> None:
     assert missing_names(text_of(page)) == []
 
 
+@pytest.mark.parametrize("page", [name for name in PAGES if name.startswith("theory")])
+def test_functions_that_theory_names_are_there(page: str) -> None:
+    """Rows of "Computed by": a file, then the functions or classes of it."""
+    found = re.findall(r"`(vibecalc/[\w/]+\.py)`((?: `\w+`)+)", text_of(page))
+    assert found
+    for path, names in found:
+        written = (ROOT / path).read_text(encoding="utf-8")
+        for name in re.findall(r"\w+", names):
+            assert re.search(rf"^(def|class) {name}\b", written, re.M), (path, name)
+
+
 def test_pages_that_the_program_names_are_there() -> None:
     named = re.compile(r"docs/(\w+)\.md")
     for path in (*(ROOT / "vibecalc").rglob("*.py"), *(ROOT / "cases").glob("*.toml")):

@@ -103,7 +103,7 @@ def test_what_nothing_damps_is_unbounded_and_said() -> None:
     for name, value in (("from", 50.0), ("to", 50.1), ("mode", 2), ("half_order", 3.0)):
         result.record.quantities.pop(f"{ROOT}masked/{name}")
         result.record.add(quantity(f"{ROOT}masked/{name}", [value], "rad/s", axis))
-    text = render_report(result)
+    text = render_report(result, full=True)
     assert "unbounded" in " ".join(row(section(text, "Vibration over the speed range"), "rear"))
     assert "Nothing damps the line at 477.5 to 478.4 rpm (1-node, order 3)" in text
     assert "nothing damps" in conclusion(result)

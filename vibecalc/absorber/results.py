@@ -18,7 +18,7 @@ HARDWARE_ROOT = "hardware"
 PENDULUM_ROOT = "pendulum"
 FRICTION_ROOT = "friction_damper"
 _TUNED = f"{TUNING_ROOT}/peak"
-_TRAVEL = "largest travel of the absorber, as a ratio"
+_TRAVEL = "largest travel of the absorber / static displacement"
 _LARGEST = Headline(
     "largest response of the primary",
     pick="first",

@@ -65,7 +65,7 @@ _LOADS = (
     Cells("rigid/{}_rms", "rigid foundation"),
     Cells("rigid/{}_efficiency", "efficiency %", percent(2)),
 )
-_WORDS = "efficiency: 1 less the ratio to what the machine held still would send"
+_WORDS = "efficiency: 1 - ratio to the rigidly mounted machine"
 _MASS = "; with flexibilities, the ground is all that their tables stand for, its mass included"
 
 

@@ -36,8 +36,8 @@ def isolation_efficiency(result: Result) -> Section | None:
     overall = by_name(record, "on the ground", _OVERALL, _COLUMNS, ByDirection.ROOT)[0]
     each = Rows("coordinate", "r.m.s. along, about", _BY_DIRECTION, ByDirection.ROOT, across=True)
     lines = stacked(overall, rows_of(record, each)[0]) + paragraph(
-        "held still: what acts on the body would reach the ground. Efficiency is 1 less the ratio "
-        "of what does reach it; below zero the mounts send more than acts."
+        "Efficiency: 1 - ratio of the load on the ground to that of the rigidly mounted machine; "
+        "negative: the mounts amplify."
     )
     details = {f"isolation of the {word} by order": rows_of(record, _by_order(root))
                for word, root in _ROOTS.items()}  # fmt: skip
@@ -57,7 +57,7 @@ def _level(share: float, _error: float) -> str:
 _OVERALL = {f"{word}, {said}": (word, name)
             for word in _ROOTS for name, said in (("rms", "r.m.s."), ("peak", "peak"))}  # fmt: skip
 _COLUMNS = (
-    Cells("{}/held_{}", "held still"),
+    Cells("{}/held_{}", "rigidly\nmounted"),
     Cells("{}/ground_{}", "on mounts"),
     Cells("{}/{}", "efficiency", _percent),
     Cells("{}/{}", "dB", _level),
@@ -77,7 +77,7 @@ def _resultant(path: str) -> Made:
 
 def _by_order(root: str) -> Rows:
     columns = (
-        Cells(reduced(f"{root}/held"), "held still {unit}"),
+        Cells(reduced(f"{root}/held"), "rigidly mounted {unit}"),
         Cells(reduced(f"{root}/ground"), "on mounts {unit}"),
         Cells("by_order", "{} %", lambda share, _: _percent(share).removesuffix(" %")),
         Cells(_resultant(root), "dB", _level),

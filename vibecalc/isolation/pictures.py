@@ -110,8 +110,8 @@ ENGINE_MOUNTS = Curves(
     (
         Panel("couple", (Curve(_couple, look={"color": TOTAL}), level(_MEAN, "mean couple {}")),
               "couple on the body about the crankshaft", unit="N*m", needs=(_loads,)),
-        Panel("load", (Curve(_loads, "support {}", most=99),),
-              "load on each support about its mean: torque and shaking, downwards", unit="N"),
+        Panel("load", (Curve(_loads, "mount {}", most=99),),
+              "load on each mount about its mean: torque and shaking, downwards", unit="N"),
     ),
     high=3.05,
     names=3,

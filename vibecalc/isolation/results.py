@@ -28,9 +28,13 @@ class Pitch:
     transmissibility_curve: Any = q("frequency_ratio", "", "couple on the ground over couple")
     angle_harmonics: Any = q("order", "rad", "pitch angle", PEAK)
     angle_peak: Any = named("", "rad", "pitch angle at speed, peak", PEAK)
-    force_left_out: Any = lead("", "N", "shaking force that pitch leaves out, peak", PEAK)
+    force_left_out: Any = lead("", "N", "shaking force outside the pitch model, peak", PEAK)
     couple_left_out: Any = lead(
-        "", "N*m", "shaking couple that pitch leaves out, peak", PEAK, about="about the mass centre"
+        "",
+        "N*m",
+        "shaking couple outside the pitch model, peak",
+        PEAK,
+        about="about the mass centre",
     )
 
 
@@ -75,15 +79,15 @@ class SupportForce:
 
     ROOT: ClassVar[str] = "isolation/support_force"
     static: Any = q("mount", "N", "share of the weight on one support")
-    rigid_peak: Any = q("mount", "N", "force on a support, rigidly mounted, peak", PEAK)
+    rigid_peak: Any = q("mount", "N", "mount force, rigidly mounted, peak", PEAK)
     steady_harmonics: Any = q("mount direction order", "N", "dynamic force on a support", PEAK)
-    steady_peak: Any = lead("mount", "N", "force on a support at speed, peak", PEAK)
+    steady_peak: Any = lead("mount", "N", "mount force at speed, peak", PEAK)
     largest_load: Any = q("mount", "N", "largest load: weight, mean torque and dynamic force")
-    minimum_load: Any = lead("mount", "N", "minimum load on a support", **LEAST)
-    by_cause: Any = q("mount cause", "N", "force on a support by one cause alone, peak", PEAK)
+    minimum_load: Any = lead("mount", "N", "minimum load on a mount", **LEAST)
+    by_cause: Any = q("mount cause", "N", "mount force by one cause alone, peak", PEAK)
     mean: Any = q("mount direction", "N", "force of one support on the ground by the mean torque")
-    run_up: Any = q("mount speed", "N", "force on a support at each speed, peak", PEAK)
-    run_up_peak: Any = lead("mount", "N", "force on a support in the run-up, peak", PEAK)
+    run_up: Any = q("mount speed", "N", "mount force at each speed, peak", PEAK)
+    run_up_peak: Any = lead("mount", "N", "mount force in the run-up, peak", PEAK)
     run_up_peak_speed: Any = q("mount", "rad/s", "crank speed of the largest")
 
 
@@ -94,8 +98,8 @@ class SupportDisplacement:
     ROOT: ClassVar[str] = "isolation/support_displacement"
     sag: Any = lead("mount", "m", "static deflection of a mount")
     steady_harmonics: Any = q("mount direction order", "m", "displacement at a support", PEAK)
-    vertical_peak: Any = lead("mount", "m", "vertical motion at a mount at speed, peak", PEAK)
-    excursion: Any = lead("mount", "m", "deflection of a mount with its sag, peak", PEAK)
+    vertical_peak: Any = lead("mount", "m", "vertical displacement at a mount, peak", PEAK)
+    excursion: Any = lead("mount", "m", "total deflection of a mount, peak", PEAK)
 
 
 # ----------------------------------------------------------------------------

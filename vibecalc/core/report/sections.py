@@ -101,6 +101,8 @@ class Section(NamedTuple):
     detail: Iterable[str] = ()
 
 
+#: how paths end of what is read in percent of what is allowed
+_SHARES = ("/largest_use", "/operating_use", "/transient_use")
 #: m^3, below which a volume is read in cm^3
 _LITRES = 0.01
 _VARIABLE = "optimisation/variable/"
@@ -131,6 +133,8 @@ def read_as(path: str, unit: str, *, entry: bool = False) -> tuple[str, str]:
         same = (one.unit for other, one in HEADLINES.items()
                 if _last(other) == _last(path) and CATALOGUE[other].unit == unit)  # fmt: skip
         shown = next(filter(None, same), shown)
+    if not unit and path.endswith(_SHARES):
+        shown = "%"
     if path in CATALOGUE and CATALOGUE[path].name:
         return CATALOGUE[path].name, shown
     parts = path.replace("_", " ").replace("run up", "run-up").split("/")

@@ -83,6 +83,8 @@ def _checked_size(path: Path) -> int:
     if not start:
         raise ResultError(f"{path} is empty")
     if start != HDF5_BEGINS:
+        if path.suffix == ".toml":
+            raise ResultError(f"{path} is a case; run it first: vibecalc run {path}")
         raise ResultError(f"{path} is not an HDF5 file (it begins with {start!r})")
     return status.st_size
 

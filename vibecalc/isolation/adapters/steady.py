@@ -138,7 +138,7 @@ def _emit_torque(
     scene.cite(
         "torque reaction of the cylinders with the shaking of the crank train, order by order",
         f"{scene.case.machine.kind} on its mounts",
-        "docs/theory_torsion_mounts.md",
+        "docs/theory_mounts.md",
     )
     about = np.concatenate([np.zeros(3), scene.parts.crank_train.axis])
     found = TorqueReaction(

@@ -525,8 +525,8 @@ def _named_panel(name: str, one: str) -> Panel:
     if name == "stress":
         lasting, passing = (_own(name, path, one, finite=True) for path in ("allowed", "transient"))
         parts += (
-            Curve(lasting, "allowed for lasting", limit),
-            Curve(passing, "for passing through", {**limit, "linestyle": "-."}),
+            Curve(lasting, "allowed, continuous operation", limit),
+            Curve(passing, "allowed, passage", {**limit, "linestyle": "-."}),
         )
     words = name.replace("_", " ")
     return Panel("{}", parts, f"{one}: {words}", unit=_UNITS.get(name, ""), ends=_curve_ends)

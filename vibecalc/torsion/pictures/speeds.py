@@ -498,8 +498,8 @@ def _panel(result: Result, limit: int, rule: str) -> Panel | None:
         "torque" if torques else "stress",
         (
             Curve(lambda _: curve, labels(load.axes[0])[place], {"color": TOTAL, "marker": ""}),
-            Curve(allowed("allowed"), "allowed for lasting", line),
-            Curve(allowed("transient"), "for passing through", {**line, "linestyle": "-."}),
+            Curve(allowed("allowed"), "allowed, continuous operation", line),
+            Curve(allowed("transient"), "allowed, passage", {**line, "linestyle": "-."}),
             operating,
             partial(_exceeded, limit),
         ),

@@ -433,13 +433,13 @@ _USES = Rows(
     "condition",
     "condition",
     (
-        Cells("largest_use", "limit {}\nuse, %", "%"),
+        Cells("largest_use", "limit {}\nutil., %", "%"),
         Cells("speed", "{} at\nrpm", "rpm"),
         Cells("operating_use", "{} at\nspeed, %", "%"),
     ),
     root=f"{_ALL}/limit",
     places=_highest,
-    note="Load over that allowed for lasting.",
+    note="Load over that allowed in continuous operation.",
 )
 
 

@@ -237,7 +237,7 @@ def _rows(sweep: SweepView, counted: Worst, name: str, unit: str) -> list[list[s
         return [row(name, "smallest", low), largest]
     if counted.estimate(low).unresolved(float(values[low])):
         return [row(name, "", low, f"{UNRESOLVED} at all points")]
-    return [row(name, "constant", low, "at all points")]
+    return [row(name, "all points", low, "")]
 
 
 # ----------------------------------------------------------------------------
