@@ -10,8 +10,8 @@ size F acts, is dragged along. With t = F / (J2 w^2 Y) it
 The first harmonic of the friction acts on the primary as an inertia `inertia` J2 and as a damper
 `damping` J2 w (`FrictionShares`). Where it always slips these are 2 t^2 and
 (4 / pi) t sqrt(1 - (pi t / 2)^2), whose work in a cycle, 4 F Y sqrt(1 - (pi t / 2)^2), is largest
-for t = sqrt(2) / pi: (4 / pi) J2 w^2 Y^2. Source: J. P. Den Hartog, Mechanical Vibrations, 4th ed.
-1956, sec. 5.6; the part that sticks is derived in docs/theory_absorber.md.
+for t = sqrt(2) / pi: (4 / pi) J2 w^2 Y^2. Source: J. P. Den Hartog, Mechanical Vibrations (1956);
+where it sticks, the integrals of docs/theory_absorber.md.
 """
 
 from typing import Any, NamedTuple
