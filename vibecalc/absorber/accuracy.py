@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from vibecalc.absorber.adapters.motion import absorbers_of
-from vibecalc.absorber.adapters.response import family, frequency_ratios
+from vibecalc.absorber.adapters.response import family, frequency_ratios, on_modes
 from vibecalc.absorber.adapters.several import system_of
 from vibecalc.absorber.modal import Fitted, fitted, highest, magnitude, on_one_mode, one_mode
 from vibecalc.absorber.model import build_absorber
@@ -62,7 +62,7 @@ def absorber_topics(scene: Scene) -> list[Topic]:
         curves = [system_of(parts, *absorbers_of(scene, parts)[:2])] if tuned else []
     else:
         found = family(case, options, parts, scene.handed_on.get("tuned")).absorber
-        curves = [on_one_mode(Absorber(*row)) for row in zip(*found, strict=True)]
+        curves = on_modes(found)
     for system in curves:
         if np.all(np.isfinite(system.stiffness)):
             height, place = _highest_peak(system, pair)

@@ -166,13 +166,10 @@ def run_absorber(scene: Scene) -> None:
     ratios = frequency_ratios(options, parts)
     axes = {"curve": curves.names, "frequency_ratio": ratios}
     emit_frequencies(scene, parts, ratios)
-    systems = [on_one_mode(Absorber(*row)) for row in zip(*curves.absorber, strict=True)]
+    systems = on_modes(curves.absorber)
     for name, what in (("curve", pair[1]), ("relative_curve", TRAVEL)):
         value, error = courses(systems, ratios, pair[0], what)
-        error[0] += _moved(
-            scene, curves,
-            lambda one, what=what: courses([on_one_mode(one)], ratios, pair[0], what)[0][0],
-        )  # fmt: skip
+        error[0] += _moved(scene, curves, partial(_shown, ratios, pair[0], what))
         scene.emit(f"{RESPONSE_ROOT}/{name}", value, error, axes)
     _emit_landmarks(scene, curves, pair)
     _cite(scene)
@@ -183,6 +180,16 @@ def _moved(scene: Scene, curves: Curves, read: Callable[[Absorber], np.ndarray])
     first = Absorber(*(float(np.asarray(part).flat[0]) for part in curves.absorber))
     uncertainty = scene.handed_on.get("tuned_uncertainty")
     return np.zeros(()) if uncertainty is None else moved(read, first, uncertainty)
+
+
+def on_modes(absorbers: Absorber) -> list[Fitted]:
+    """Each of absorbers (n,) on its primary."""
+    rows = zip(*(np.asarray(part) for part in absorbers), strict=True)
+    return [on_one_mode(Absorber(*row)) for row in rows]
+
+
+def _shown(ratios: FloatArray, excitation: str, what: str, one: Absorber) -> np.ndarray:
+    return np.asarray(courses([on_one_mode(one)], ratios, excitation, what)[0][0])
 
 
 def courses(
