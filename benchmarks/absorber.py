@@ -18,7 +18,7 @@ from rows import Report, Row, Table, reported, seconds
 from timing import best_of, in_turns
 
 from vibecalc.absorber.peaks import peaks
-from vibecalc.absorber.transfer import Absorber, amplitude, damping_from_own_ratio
+from vibecalc.absorber.transfer import Absorber, damping_from_own_ratio
 from vibecalc.absorber.tuning.closed_forms import closed_form
 from vibecalc.absorber.tuning.minimax import minimax
 
@@ -30,7 +30,7 @@ COARSE = np.linspace(0.0, 2.0, 401)
 FINE = np.linspace(-1.0, 1.0, 41) * (COARSE[1] - COARSE[0])
 
 
-def squared(k: float, z2: float, x: np.ndarray) -> np.ndarray:
+def squared(k: float, z2: float | np.ndarray, x: np.ndarray) -> np.ndarray:
     """|H|^2 in the fewest operations."""
     u = x * x
     a, b = k - MASS * u, 4.0 * z2 * z2 * u
@@ -170,7 +170,7 @@ def _grid_end() -> tuple[float, float]:
     best = (np.inf, 0.0, 0.0)
     for k in middle + np.arange(-5, 6) * 0.001:
         z2 = damping_from_own_ratio(e2, MASS, k)[:, None]
-        top = np.max(np.abs(amplitude(Absorber(Z1, MASS, k, z2), x)), axis=1)
+        top = np.sqrt(np.max(squared(k, z2, x), axis=1))
         i = int(np.argmin(top))
         best = min(best, (float(top[i]), float(k), float(e2[i])))
     return best[1], best[2]
@@ -197,27 +197,8 @@ def batches() -> list[Row]:
     return rows
 
 
-def surface() -> Row:
-    """A response surface against numpy's time for as many complex multiplications."""
-    # N1 two, D four and the quotient: seven of them at each place
-    x, z2 = np.linspace(0.0, 2.0, 2000), np.linspace(0.0, 0.1, 200)[:, None]
-    a = np.full((200, 2000), 1.0 + 0.5j)
-    b, c = a.copy(), a.copy()
-    took = in_turns(
-        {
-            "numpy": lambda: np.multiply(a, b, out=c),
-            "ours": lambda: amplitude(Absorber(0.04, MASS, 0.0826, z2), x),
-        },
-        7,
-    )
-    return Row(
-        f"response surface of {a.size} places", "vibecalc", "numpy's seven complex products",
-        took["ours"] / (7.0 * took["numpy"]), 5.0, "rounding", seconds(took["ours"]), cost=True,
-    )  # fmt: skip
-
-
 def measure() -> Report:
-    """Tuning, batches and a surface."""
+    """Tuning, alone and in batches."""
     rows, table = tuning()
     chart = best_of(
         lambda: minimax(np.linspace(0.0, 0.7, 8)[:, None], np.geomspace(0.01, 1.0, 50)), 3
@@ -226,7 +207,7 @@ def measure() -> Report:
         "Tuning of an absorber",
         f"Force and displacement, z1 = {Z1}, m = {MASS}. Errors are of the peak, relative to "
         "(peak - 1); in brackets that of the yardstick.",
-        [*rows, *batches(), surface()],
+        [*rows, *batches()],
         [table],
         [f"Design chart, 8 primary dampings by 50 mass ratios: {seconds(chart)}.",
          "Half of the time of one tuning alone are numpy's calls on arrays of one entry: many "

@@ -26,7 +26,6 @@ from rows import Report, Table, digits, reported, seconds
 from timing import Work, each_of, in_turns
 from torsion import ORDERS, SPEEDS, engine, hard_line, long_line
 
-from vibecalc.absorber.transfer import Absorber, amplitude
 from vibecalc.absorber.tuning.minimax import minimax
 from vibecalc.kinematics.harmonics import motion_harmonics, series_terms
 from vibecalc.numerics import cycle_peak as cycle
@@ -155,13 +154,11 @@ def _signals(count: int, orders: int) -> np.ndarray:
 
 
 def closed_form_kernels() -> list[Kernel]:
-    """Harmonics, surfaces, peaks over the cycle, six freedoms."""
+    """Harmonics, peaks over the cycle, six freedoms."""
     ratios, highest = np.linspace(0.1, 0.6, 1000), 40
     kappa = ratios / (1.0 + np.sqrt(1.0 - ratios**2))
     entries = len(ratios) * (highest // 2 + 1.0)
     terms = float(series_terms(kappa**4, "harmonics"))
-    x, z2 = np.linspace(0.0, 2.0, 2000), np.linspace(0.0, 0.1, 200)[:, None]
-    places = float(len(x) * len(z2))
     rows, orders = _signals(1000, 12), np.arange(1, 13)
     samples, each = cycle.SAMPLES_PER_ORDER * 12.0, float(len(rows))
     generator = np.random.default_rng(7)
@@ -181,13 +178,6 @@ def closed_form_kernels() -> list[Kernel]:
             16.0 * len(ratios) * (highest + 1.0),
             "the ratio of each term of the series is formed anew, and every coefficient has its "
             "error next to it",
-        ),
-        Kernel(
-            f"response surface of {places:.0f} places",
-            lambda: amplitude(Absorber(0.04, 0.1, 0.0826, z2), x),
-            {"real product": 14.0 * places, "real sum": 8.0 * places, "real quotient": places},
-            16.0 * places,
-            "real and imaginary parts are written with a step of two",
         ),
         Kernel(
             "peak over the cycle, 1000 signals of 12 orders",

@@ -23,7 +23,6 @@ from roll_machines import (
     FIRST_MASS,
     SECOND_MASS,
     SYNCHRONOUS,
-    quick_spectrum,
     source_drive,
     source_machine,
 )
@@ -35,7 +34,7 @@ from vibecalc.roll.march import march_to_repeat
 from vibecalc.roll.mechanism import AngleTerms, RollMachine, as_batch
 from vibecalc.roll.methods import fourier_state, shooting_state
 from vibecalc.roll.running import running_state
-from vibecalc.roll.steady import quick_turn, started_momentum, steady_state
+from vibecalc.roll.steady import started_momentum, steady_state
 from vibecalc.roll.turn import Turn, harmonics, level, readings
 
 ORDERS = np.arange(1, 11)
@@ -55,7 +54,7 @@ class Way(NamedTuple):
 
 
 PUBLISHED, LEAN = "Euler 0.5 ms, as published", "Euler 0.5 ms, analysed once"
-SCIPY, QUICK = "DOP853 rtol 1e-8, until it repeats", "quick march, 72 angles"
+SCIPY = "DOP853 rtol 1e-8, until it repeats"
 FOUR, SIX = "collocation, 4 points, split", "collocation, 6 points, split"
 WHOLE = "to 1e-10, with estimates and multipliers"
 
@@ -129,13 +128,6 @@ def published() -> np.ndarray:
     return level(np.hypot(cosines, sines) * (2.0 / period))
 
 
-def quick(points: int) -> np.ndarray:
-    """The coarse march over the crank angle."""
-    turn = quick_turn(MACHINE, DRIVE, SYNCHRONOUS, points=points)
-    assert turn is not None
-    return level(quick_spectrum(turn, 10))
-
-
 def ways() -> list[Way]:
     """All that are compared; the first two are the yardsticks."""
     momentum = started_momentum(MACHINE, SYNCHRONOUS)
@@ -159,7 +151,6 @@ def ways() -> list[Way]:
                 repeats,
             )
         )
-    found += [Way(f"quick march, {n} angles", lambda n=n: quick(n), 60) for n in (72, 144, 288)]
     found += [
         Way(f"collocation, {n} point{'s' * (n > 1)}, unsplit", lambda n=n: unsplit(n))
         for n in (1, 2, 4)
@@ -269,7 +260,6 @@ def measure() -> Report:
     ]  # fmt: skip
     rows = [
         row(SIX, PUBLISHED, euler, 3.0, cost=True),
-        row(QUICK, PUBLISHED, euler, 8.0),
         row(FOUR, SCIPY, "scipy DOP853 rtol 1e-8", 60.0),
         *rods,
     ]
@@ -283,7 +273,7 @@ def measure() -> Report:
         [Table("Every way", columns, lines)],
         ["One machine alone stays within 50 times of scipy: what is left are many numpy calls on "
          "small arrays, hardly fewer with fewer points; docs/accuracy.md has the shares."]
-        if rows[2].missed else [],
+        if rows[1].missed else [],
     )  # fmt: skip
 
 

@@ -9,12 +9,12 @@ from functools import cache
 import numpy as np
 from pages import Row
 from scipy.optimize import brentq
+from two_masses import amplitude
 
 from vibecalc.absorber.hardware.oil_gap import Walther
 from vibecalc.absorber.peaks import Peaks, peaks
 from vibecalc.absorber.transfer import (
     Absorber,
-    amplitude,
     damping_from_own_ratio,
     fixed_points,
     landmarks,

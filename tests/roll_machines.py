@@ -8,7 +8,6 @@ import numpy as np
 from vibecalc.excitation.gas_tables import gas_force
 from vibecalc.excitation.slip_torque import SlipCurve, slip_curve
 from vibecalc.roll.mechanism import RollDrive, RollMachine, roll_machine
-from vibecalc.roll.steady import QuickTurn
 
 CASES = Path(__file__).parents[1] / "cases"
 GRAVITY = 9.8066
@@ -62,24 +61,3 @@ def straight_drive(gas: str = "linear", **changes: object) -> RollDrive:
 def constant_torque(torque: float) -> SlipCurve:
     """A motor with one torque at every slip."""
     return SlipCurve(np.empty(0), np.zeros(1), np.array([[torque, 0.0]]), np.inf)
-
-
-def quick_spectrum(turn: QuickTurn, orders: int) -> np.ndarray:
-    """Harmonics 1 to `orders` in time of the shell's acceleration, as `turn.harmonics` has them."""
-    moved, speed = turn.place.moved, turn.crank_speed
-    square, shell = speed * speed, moved.shell[0]
-    share = moved.coupling[0] / shell
-    drift = turn.momentum / shell
-    shell_slope, coupling_slope = moved.shell_slope[0], moved.coupling_slope[0]
-    steep = moved.crank_slope[0] - share * (2.0 * coupling_slope - share * shell_slope)
-    torque = turn.motor_torque + turn.place.load[0] - turn.place.drag[0, 0] * speed
-    torque = torque + 0.5 * (drift * drift * shell_slope - steep * square)
-    crank = torque * shell / moved.determinant[0]
-    rate = (shell_slope * (drift - share * speed) * speed + coupling_slope * square) / shell
-    acceleration = -rate - share * crank
-    slow = (2.0 * np.pi / len(speed)) / speed
-    time = np.cumsum(slow) - 0.5 * (slow + slow[0])
-    period = slow.sum()
-    wave = np.exp((-2j * np.pi / period) * time)
-    powers = np.multiply.accumulate(np.broadcast_to(wave, (orders, len(wave))), axis=0)
-    return powers @ (acceleration * slow) * (2.0 / period)

@@ -7,9 +7,10 @@ import pytest
 from exact_mean_square import exact_mean_square
 from mpmath import mp, mpf
 from scipy.integrate import quad
+from two_masses import amplitude
 
 from vibecalc.absorber.mean_square import WHITE, mean_square
-from vibecalc.absorber.transfer import Absorber, amplitude
+from vibecalc.absorber.transfer import Absorber
 from vibecalc.absorber.tuning.mean_square import closed_form, mean_square_tuning
 
 KINDS = {

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from absorber_cases import PENDULUM, RATIOS, RIG, SEVERAL
 from exact_pendulum import rates
+from two_masses import amplitude
 
 from vibecalc.absorber.hardware.oil_gap import oil_damping
 from vibecalc.absorber.hardware.overhung import bending_frequencies
 from vibecalc.absorber.model import AbsorberParts, Branch, build_absorber
 from vibecalc.absorber.pendulum_order import PendulumParts, build_pendulum, tuning_order
-from vibecalc.absorber.transfer import amplitude
 from vibecalc.cli.starters import starter
 from vibecalc.core.case.load import validate
 from vibecalc.core.case.raw import set_key

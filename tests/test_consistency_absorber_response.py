@@ -6,14 +6,15 @@ import pytest
 from exact_tree import peaks as exact_peaks
 from exact_tree import response, squared, tree, value_at
 from mpmath import mp, mpf
+from two_masses import amplitude
 
+from vibecalc.absorber.adapters.response import courses
+from vibecalc.absorber.modal import on_one_mode
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.transfer import (
     EXCITATIONS,
     RESPONSES,
     Absorber,
-    amplitude,
-    amplitude_with_error,
     fixed_points,
     landmarks,
     poles,
@@ -30,6 +31,12 @@ def by_matrix(z1, m, k, z2, x):
     g = k + 2 * z2 * s
     matrix = np.array([[s * s + 2 * z1 * s + 1 + g, -g], [-g, m * s * s + g]])
     return np.linalg.solve(matrix, np.array([1.0, 0.0]))
+
+
+def of_modes(absorber, x, excitation="force", response="displacement"):
+    """H and its error at one place, as curves of a run have them."""
+    found, error = courses([on_one_mode(absorber)], np.atleast_1d(x), excitation, response)
+    return found[0, 0], error[0, 0]
 
 
 @pytest.mark.parametrize("z1", [0.0, 0.04, 0.9])
@@ -51,9 +58,10 @@ def test_every_response_follows_from_the_matrix_of_the_motion(z1):
             ("unbalance", "transmitted_force"): x * x * ground * one,
         }  # fmt: skip
         for names, value in expected.items():
-            got = amplitude_with_error(absorber, x, *names)
-            assert got.value == pytest.approx(complex(value), rel=1e-11), names
-            assert 0.0 < got.error < 1e-12 * max(1.0, abs(got.value))
+            assert amplitude(absorber, x, *names) == pytest.approx(complex(value), rel=1e-11)
+            got, error = of_modes(absorber, x, *names)
+            assert got == pytest.approx(complex(value), rel=1e-11), names
+            assert 0.0 < error < 1e-12 * max(1.0, abs(got))
 
 
 @pytest.mark.parametrize("names", [(e, r) for e in EXCITATIONS for r in RESPONSES])
@@ -63,13 +71,11 @@ def test_limits_are_what_ratios_near_them_tend_to(names, limit):
     at = amplitude(Absorber(0.05, 0.1, *LIMITS[limit]), X, *names)
     nearby = amplitude(Absorber(0.05, 0.1, *near), X, *names)
     np.testing.assert_allclose(at, nearby, rtol=1e-9, atol=1e-9)
-    ends = amplitude(Absorber(0.05, 0.1, *LIMITS[limit]), [0.0, 1e-200, 1e200, np.inf], *names)
-    assert not np.any(np.isnan(ends)) and ends[0] == pytest.approx(ends[1], abs=1e-190)
 
 
 def test_an_undamped_resonance_is_infinite_and_not_nan():
     a = Absorber(0.0, 3.0, np.inf, 0.0)
-    assert np.isinf(amplitude(a, 0.5)) and np.isinf(amplitude_with_error(a, 0.5).error)
+    assert np.isinf(of_modes(a, 0.5)[0])
     found = peaks(Absorber(0.0, 0.1, [0.0826, np.inf, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]))
     assert np.all(np.isinf(found.largest)) and list(np.sum(found.present, axis=1)) == [2, 1, 1, 1]
     exact = np.sqrt(np.sort(np.roots([0.1, -(0.1 + 0.0826 * 1.1), 0.0826])))
@@ -143,8 +149,8 @@ def test_peaks_are_those_with_many_digits_within_their_errors():
                 assert abs(found.frequency[i] / x - 1) < 1e-7
                 seen += 1
             x = 10 ** rng.uniform(-2, 2)
-            got = amplitude_with_error(a, x, *kind)
+            got, error = of_modes(a, x, *kind)
             above, below = (value_at(squared(part), mpf(x) ** 2) for part in response(exact, *kind))
             height = mp.sqrt(above / below)
-            assert abs(abs(got.value) - height) <= got.error < 1e-11 * height
+            assert abs(abs(got) - height) <= error < 1e-11 * height
     assert seen > 15

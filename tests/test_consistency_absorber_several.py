@@ -7,9 +7,10 @@ from itertools import product
 import numpy as np
 import pytest
 from scipy.optimize import differential_evolution
+from two_masses import amplitude
 
 from vibecalc.absorber.modal import driven, fitted, highest, magnitude, one_mode, tops_within
-from vibecalc.absorber.transfer import EXCITATIONS, RESPONSES, Absorber, amplitude
+from vibecalc.absorber.transfer import EXCITATIONS, RESPONSES, Absorber
 from vibecalc.absorber.tuning.band import _in_order, band_tuning
 from vibecalc.absorber.tuning.levels import BandProblem
 from vibecalc.errors import NumericalFailure

@@ -10,6 +10,7 @@ import pytest
 from exact_pendulum import kinetic_energy, place, rates
 from long_but import long_but
 from scipy.integrate import solve_ivp
+from two_masses import amplitude
 
 from vibecalc.absorber.pendulum_order import (
     Pendulum,
@@ -22,7 +23,7 @@ from vibecalc.absorber.pendulum_order import (
     tuning_order,
 )
 from vibecalc.absorber.pendulum_steady import as_secondary, small_motion
-from vibecalc.absorber.transfer import Absorber, amplitude
+from vibecalc.absorber.transfer import Absorber
 
 POINT = Pendulum(1.3, 0.12, 0.02)
 ROLLERS = Pendulum(1.3, 0.12, 0.02, 0.0, 0.0, 0.2, 0.115, 0.03, 0.2 * 0.03**2 / 8.0)

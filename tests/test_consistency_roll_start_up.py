@@ -170,7 +170,7 @@ def test_a_running_machine_agrees_with_scipy_between_the_kinks(mounted: bool) ->
 
     truth = solve_ivp(
         equations, (0.0, 0.05), [0.0, 90.0, 0.0, 0.0], method="DOP853", rtol=1e-12, atol=1e-14,
-        max_step=1e-4,
+        max_step=2e-5,
     ).y[:, -1]  # fmt: skip
     assert np.all(np.abs(found.final[:4] - truth) < found.final_error[:4] + 1e-9)
     assert np.all(found.final_error[:4] < 1e-6)

@@ -51,7 +51,7 @@ _OF_CYLINDERS = (
 _ABSORBER = (
     *("primary", "secondary", "secondaries", "rod", "flywheel", "springs", "ring", "gap", "oil"),
     *("stock_springs", "stock_oils", "stock_dampers"),
-    *("spring_catalogue", "oil_catalogue", "pendulum"),
+    *("spring_catalogue", "oil_catalogue", "friction_damper", "pendulum"),
 )
 _OF_ROLL = _in("response", *ROLL)
 #: of machines whose gas works once a turn, or whose motor finds the speed

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from vibecalc.absorber.asked_tables import Tuning
     from vibecalc.absorber.tables import (
         Flywheel,
+        FrictionDamper,
         Gap,
         Oil,
         OilCatalogue,
@@ -52,9 +53,9 @@ else:
         later(
             {
                 "vibecalc.absorber.asked_tables": "Tuning",
-                "vibecalc.absorber.tables": "Flywheel Gap Oil OilCatalogue Pendulum Primary Ring "
-                "Rod Secondaries Secondary SpringCatalogue Springs StockDampers StockOils "
-                "StockSprings",
+                "vibecalc.absorber.tables": "Flywheel FrictionDamper Gap Oil OilCatalogue "
+                "Pendulum Primary Ring Rod Secondaries Secondary SpringCatalogue Springs "
+                "StockDampers StockOils StockSprings",
                 "vibecalc.base_motion.tables": "BaseMotion",
                 "vibecalc.balance.tables": "Balance",
                 "vibecalc.bearings.tables": "BearingLoads",
@@ -118,6 +119,9 @@ class Machine(Table):
         "springs that can be bought, also as a file", None
     )
     oil_catalogue: OilCatalogue | None = key("oils that can be bought, also as a file", None)
+    friction_damper: FrictionDamper | None = key(
+        "a mass that dry friction drags along, on the primary", None
+    )
     pendulum: Pendulum | None = key("pendulums on a rotor", None)
     shaft_line: ShaftLine | None = key("of an engine or a drive train: what turns and twists", None)
 

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from absorber_numbers import grid_search, thousandths
 from absorber_page import assert_verdict
+from two_masses import amplitude
 
 from vibecalc.absorber.peaks import peaks
-from vibecalc.absorber.transfer import Absorber, amplitude, damping_from_own_ratio
+from vibecalc.absorber.transfer import Absorber, damping_from_own_ratio
 from vibecalc.absorber.tuning.minimax import minimax
 
 

@@ -1,15 +1,13 @@
 """Questions of absorbers: highest peak, its least by tuning, order of a pendulum's swing."""
 
-from collections.abc import Iterable
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from vibecalc.absorber.adapters.motion import absorbers_of
-from vibecalc.absorber.adapters.response import family, frequency_ratios
+from vibecalc.absorber.adapters.response import family, frequency_ratios, on_modes
 from vibecalc.absorber.adapters.several import system_of
-from vibecalc.absorber.modal import Fitted, fitted, highest, magnitude, one_mode
+from vibecalc.absorber.modal import Fitted, fitted, highest, magnitude, on_one_mode, one_mode
 from vibecalc.absorber.model import build_absorber
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.pendulum_order import build_pendulum, order_of_swing, terms, tuning_order
@@ -51,12 +49,6 @@ def _magnitude(system: Fitted, pair: Pair, x: FloatArray) -> FloatArray:
     return np.asarray(np.abs(magnitude(system, x, *pair)[0][0]))
 
 
-def _single(z1: Any, ratios: Iterable[Any]) -> Fitted:
-    """One absorber on a primary."""
-    m, k, z2 = (np.atleast_1d(part) for part in ratios)
-    return fitted(one_mode(float(z1)), m, k, z2)
-
-
 def absorber_topics(scene: Scene) -> list[Topic]:
     """The highest peak of the first curve that has a finite one within the frequencies drawn."""
     case, pair = scene.case, asked_of(scene.case)
@@ -70,8 +62,7 @@ def absorber_topics(scene: Scene) -> list[Topic]:
         curves = [system_of(parts, *absorbers_of(scene, parts)[:2])] if tuned else []
     else:
         found = family(case, options, parts, scene.handed_on.get("tuned")).absorber
-        rows = zip(*(np.asarray(part, dtype=float).tolist() for part in found), strict=True)
-        curves = [_single(z1, more) for z1, *more in rows]
+        curves = on_modes(found)
     for system in curves:
         if np.all(np.isfinite(system.stiffness)):
             height, place = _highest_peak(system, pair)
@@ -114,7 +105,7 @@ def tuning_topics(scene: Scene) -> list[Topic]:
     if parts.branches:
         system = system_of(parts, *absorbers_of(scene, parts)[:2])
     else:
-        system = _single(parts.primary_damping, scene.handed_on["tuned"][1:])
+        system = on_one_mode(scene.handed_on["tuned"])
     if max(system.carrier) >= 0 or not np.all(np.isfinite(system.stiffness)):
         return []
     z1, m = parts.primary_damping, system.mass[0]

@@ -15,6 +15,7 @@ from vibecalc.absorber.model import (
     primary_damping,
     primary_scale,
     ratios,
+    rubbed_mass,
     side_by_side,
     single_absorber,
 )
@@ -68,6 +69,10 @@ def _stated(case: Case) -> Iterator[Stated]:
     yield ("machine", "primary", key), "damping", primary_damping(machine.primary, scale)
     if machine.secondary is not None:
         yield from _of_one(("machine", "secondary"), machine.secondary, scale)
+    rubbed = machine.friction_damper
+    if rubbed is not None:
+        key = next(key for key in WAYS["mass"] if getattr(rubbed, key) is not None)
+        yield ("machine", "friction_damper", key), "mass", rubbed_mass(rubbed, scale).mass_ratio
     for place, one in enumerate(machine.secondaries):
         yield from _of_one((*SECONDARIES, place), one, scale)
     if tuning is not None and tuning.bounds is not None:

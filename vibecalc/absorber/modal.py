@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibecalc.absorber.readings import OF_ABSORBER, drifts
+from vibecalc.absorber.transfer import Absorber
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.maxima import Jet, Maxima, by_slopes, seeds_about
@@ -110,6 +111,12 @@ def fitted(
     })  # fmt: skip
     m, k, z = (np.broadcast_to(part, (rows, count)) for part in parts)
     return Fitted(wide, m, k, z, carrier or (-1,) * count)
+
+
+def on_one_mode(absorber: Absorber) -> Fitted:
+    """A single absorber on the mode of a primary in ratios."""
+    z1, m, k, z2 = (np.reshape(np.asarray(part, dtype=float), (1, 1)) for part in absorber)
+    return fitted(one_mode(float(z1[0, 0])), m, k, z2)
 
 
 def bare(modes: Modes, rows: int = 1) -> Fitted:
@@ -312,10 +319,6 @@ class Driven(NamedTuple):
             -p1 * share * both - p * (share1 * both + share * (left1 * right + left * right1)),
             p[..., None] * (cross + np.swapaxes(cross, 1, 2)),
         )  # fmt: skip
-
-
-#: frequency ratio that stands for rest, where what has no spring may be anywhere
-_REST = 1e-30
 
 
 def driven(system: Fitted, excitation: str, response: str, absorber: int = 0) -> Driven:

@@ -413,6 +413,31 @@ def modes_of(primary: Primary, scale: Scale | None, branches: tuple[Branch, ...]
     return Modes(mass, frequency, damping, np.array(at_absorber).T, at_force, at_response, share)
 
 
+class RubbedMass(NamedTuple):
+    """A friction damper in ratios; the amplitude of the force on the primary, N m or N.
+
+    None is a friction that is to be found, and a force that is not said.
+    """
+
+    mass_ratio: float
+    friction_ratio: float | None
+    force: float | None
+
+
+def rubbed_mass(given: parts.FrictionDamper, scale: Scale | None) -> RubbedMass:
+    """The friction damper of a case."""
+    heavy = given.inertia if given.inertia is not None else given.mass
+    mass = given.mass_ratio
+    if heavy is not None and scale is not None:
+        mass = heavy / scale.inertia
+    if mass is None:
+        raise ValueError("a friction damper needs a mass")
+    force = given.torque if given.torque is not None else given.force
+    rub = given.friction_torque if given.friction_torque is not None else given.friction_force
+    ratio = given.friction_ratio if rub is None or force is None else rub / force
+    return RubbedMass(mass, ratio, force)
+
+
 class Ratios(NamedTuple):
     """Mass, spring and damper of one secondary over the primary; None is what is not said."""
 

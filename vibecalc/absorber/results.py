@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 from vibecalc.absorber.motion_results import AXES as MOTION_AXES
 from vibecalc.absorber.motion_results import BAND_ENTRIES, MOTION_ENTRIES
 from vibecalc.core.results.described import entries_of, lead, named, q
-from vibecalc.core.results.record import CHECK, DIFFERENCE, PEAK, Headline, entry
+from vibecalc.core.results.record import CHECK, DIFFERENCE, PEAK, PLACE, Headline, entry
 
 # ----------------------------------------------------------------------------
 # Results of a primary system with its absorber: curves, peaks, fixed points, poles.
@@ -16,6 +16,7 @@ RESPONSE_ROOT = "response/absorber"
 TUNING_ROOT = "tuning"
 HARDWARE_ROOT = "hardware"
 PENDULUM_ROOT = "pendulum"
+FRICTION_ROOT = "friction_damper"
 _TUNED = f"{TUNING_ROOT}/peak"
 _TRAVEL = "largest travel of the absorber / static displacement"
 _LARGEST = Headline(
@@ -324,6 +325,40 @@ class Bending:
 
 
 # ----------------------------------------------------------------------------
+# Results of a mass that dry friction drags along.
+# ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class FrictionDamped:
+    """A primary with a friction damper, by the first harmonic of the friction."""
+
+    ROOT: ClassVar[str] = FRICTION_ROOT
+    mass_ratio: Any = q("", "", "inertia of the damper over that of the primary")
+    friction_ratio: Any = lead("", "", "friction ratio of the damper",
+        about="friction over the amplitude of the force on the primary")  # fmt: skip
+    friction_torque: Any = lead("", "N*m", "friction torque of the damper")
+    friction_force: Any = lead("", "N", "friction force of the damper")
+    largest: Any = q(
+        "",
+        "",
+        "largest response with the damper, over T0 / K1",
+        headline=Headline(
+            "largest response with the damper", at=f"{FRICTION_ROOT}/largest_frequency_ratio"
+        ),
+    )
+    largest_frequency_ratio: Any = q("", "", "where that is, over the primary's own frequency",
+        exempt=PLACE)  # fmt: skip
+    largest_angle: Any = lead("", "rad", "largest angle of the primary", PEAK)
+    largest_displacement: Any = lead("", "m", "largest displacement of the primary", PEAK)
+    best_friction_ratio: Any = named("", "", "friction ratio with the least largest response",
+        exempt=PLACE)  # fmt: skip
+    best_largest: Any = named("", "", "least largest response, with the best friction")
+    curve: Any = q("frequency_ratio", "", "response of the primary with the damper, as a ratio",
+        PEAK, curve="friction_damper")  # fmt: skip
+
+
+# ----------------------------------------------------------------------------
 # Results of pendulums in the centrifugal field of a rotor.
 # ----------------------------------------------------------------------------
 
@@ -416,6 +451,6 @@ ENTRIES = (
     *BAND_ENTRIES,
     *entries_of(Response, EachResponse, Peaks, FixedPoints, Hardware, Built, Films),
     *entries_of(StockSprings, StockOils, StockDampers, OilPairs, DamperPairs, Buy, Warming),
-    *entries_of(Bending, Pendulum, SmallSwings, OverOrders, SteadySwings, Jump),
+    *entries_of(Bending, FrictionDamped, Pendulum, SmallSwings, OverOrders, SteadySwings, Jump),
     *MOTION_ENTRIES,
 )

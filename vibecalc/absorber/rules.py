@@ -15,6 +15,11 @@ from vibecalc.errors import KeyPath, Problem, dotted
 
 PRIMARY: KeyPath = ("machine", "primary")
 MASSES, STIFFNESSES, DAMPERS = WAYS.values()
+#: keys of a friction damper by the motion of the primary
+_RUBBED = {
+    "torsion": ("inertia", "friction_torque", "torque"),
+    "translation": ("mass", "friction_force", "force"),
+}
 
 
 def _from_rod(machine: Data) -> bool:
@@ -332,6 +337,38 @@ def _modes(row: Row) -> Iterator[Problem]:
             )
 
 
+def _friction_damper(row: Row) -> Iterator[Problem]:
+    """Dry friction acts on a single mode, in its motion; what is linear is not asked of it."""
+    damper, primary, motion = row.below("friction_damper"), row.below("primary"), _motion(row.data)
+    if damper is None:
+        return
+    if primary is None or "modes" in primary:
+        yield damper.problem(
+            "",
+            "a friction damper is on a primary of a single mode",
+            allowed="[machine.primary] with a damping_ratio, or with a mass and its spring",
+            also=(*PRIMARY, "modes") if primary is not None else (),
+        )
+        return
+    for other, keys in _RUBBED.items():
+        for key in damper.said(*keys) if other != motion else ():
+            yield damper.problem(
+                key,
+                f"{key} is that of {other}, and the primary is "
+                + (f"in {motion}" if motion else "of ratios alone"),
+                allowed=", ".join((*_RUBBED.get(motion, ()), "mass_ratio", "friction_ratio")),
+                also=PRIMARY,
+            )
+    for path in (("tuning",), ("response", "absorber")):
+        if path[-1] in table_at(row.case, *path[:-1]):
+            yield damper.problem(
+                path,
+                f"[{dotted(path)}] is for an absorber with a spring or a viscous damper",
+                allowed="[machine.friction_damper] alone, whose best friction is found with it",
+                also=damper.path,
+            )
+
+
 def _without_hertz(place: tuple[str, ...], key: str, row: Row) -> bool:
     """Whether a table asks for frequencies of a primary of ratios alone."""
     asked = key in table_at(row.case, *place)
@@ -341,7 +378,12 @@ def _without_hertz(place: tuple[str, ...], key: str, row: Row) -> bool:
 OF_ABSORBER = (
     unique("secondaries", "absorbers"),
     one_of("primary", "pendulum"),
-    one_of("secondary", "secondaries", when=lambda t: "primary" in t and "ring" not in t),
+    one_of(
+        "secondary",
+        "secondaries",
+        "friction_damper",
+        when=lambda t: "primary" in t and "ring" not in t,
+    ),
     *(_nearby_a_pendulum(place) for place in ("tuning", "response.absorber", "machine.secondary")),
     refuse(
         "secondary",
@@ -380,6 +422,7 @@ OF_ABSORBER = (
             _amplitude,
             _modes,
             _gap_in_band,
+            _friction_damper,
         )
     ),
 )

@@ -29,6 +29,8 @@ def plan_absorber(case: "Case") -> Iterator[Stage]:
             if excited_by(case):
                 yield _motion(case)
         yield from _hardware(case)
+    if machine.friction_damper is not None:
+        yield _friction(case)
     if machine.pendulum is not None:
         yield _pendulum(case)
 
@@ -402,6 +404,28 @@ def _hardware(case: "Case") -> Iterator[Stage]:
         )
 
 
+def _friction(case: "Case") -> Stage:
+    given, primary = case.machine.friction_damper, case.machine.primary
+    assert given is not None
+    torsion = primary is not None and primary.inertia is not None
+    forced = given.torque is not None or given.force is not None
+    return Stage(
+        name="friction damper",
+        adapter="vibecalc.absorber.adapters.friction_damper:run_friction_damper",
+        why="[machine.friction_damper] is in the case",
+        parts=("primary", "friction_damper"),
+        orders=_NO_ORDERS,
+        cost="the amplitude at each frequency by bisection; the best friction by a search",
+        quantities=_paths(
+            "friction_damper/",
+            (forced and torsion, "friction_torque largest_angle"),
+            (forced and not torsion, "friction_force largest_displacement"),
+        ),
+        is_last=True,
+        work=lambda case, orders: ((1, "friction"),),
+    )
+
+
 def _pendulum(case: "Case") -> Stage:
     given = case.machine.pendulum
     assert given is not None
@@ -508,6 +532,7 @@ SUBJECT = Subject(
         "curve_point": Unit(1.5e-6, "points of the curves"),
         "peaks": Unit(2.5e-2, "sets of peaks, poles and limits"),
         "parts": Unit(1.0e-1, "sets of stock parts held against the tuning"),
+        "friction": Unit(1.0, "searches for the best friction", "scipy.optimize"),
         "swing": Unit(4.5e-2, "swings of a pendulum"),
     },
     checks=(
@@ -523,6 +548,7 @@ SUBJECT = Subject(
         "vibecalc.absorber.report.tuning:absorber",
         "vibecalc.absorber.report.motion:absorber_motion",
         "vibecalc.absorber.report.hardware:absorber_parts",
+        "vibecalc.absorber.report.tuning:friction_damper",
         "vibecalc.absorber.report.tuning:pendulum",
     ),
     pictures={

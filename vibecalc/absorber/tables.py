@@ -208,6 +208,27 @@ class NamedSecondary(Secondary):
     )
 
 
+class FrictionDamper(Table):
+    """A mass that dry friction drags along: Lanchester's damper, instead of an absorber."""
+
+    mass_ratio: Positive | None = key("J2 / J1, or the ratio of masses, or inertia or mass", None)
+    inertia: Inertia | None = key("J2, in torsion", None, gt=0)
+    mass: Mass | None = key("in translation", None, gt=0)
+    friction_ratio: Positive | None = key(
+        "friction over the amplitude of the force on the primary; default: the best", None
+    )
+    friction_torque: Moment | None = key("at which it slips, instead, in torsion", None, gt=0)
+    friction_force: Force | None = key("at which it slips, in translation", None, gt=0)
+    torque: Moment | None = key("amplitude that acts on the primary, in torsion", None, gt=0)
+    force: Force | None = key("amplitude that acts on the primary, in translation", None, gt=0)
+    RULES = (
+        one_of(*WAYS["mass"]),
+        at_most_one("friction_ratio", "friction_torque", "friction_force"),
+        needs("friction_torque", "torque", "friction counts against the torque on the primary"),
+        needs("friction_force", "force", "friction counts against the force on the primary"),
+    )
+
+
 Secondaries = Annotated[tuple[NamedSecondary, ...], Field(max_length=8)]
 
 # ----------------------------------------------------------------------------

@@ -218,13 +218,6 @@ def running(
     """
     slots = slots_of(machine, drive)
     acting = acting_at(machine, drive, slots)
-    simple = not (
-        np.any(machine.wrist_pin_offset)
-        or np.any(machine.rod_inertia_difference)
-        or np.any(machine.piston_friction)
-        or not slots.tabled
-        or slots.coefficient.shape[2] > 3
-    )
     edge = slots.edge.tolist()[1:-1]
     threshold = drive.motor.threshold.tolist()
     synchronous = float(drive.synchronous_speed)
@@ -242,57 +235,13 @@ def running(
             )
         return part
 
-    def general(b: float, w: float, theta: float, s: float) -> tuple[float, float]:
+    def rates(b: float, w: float, theta: float, s: float) -> tuple[float, float]:
         turn, local = divmod(b, TURN)
         number = int(turn) * (len(edge) + 1) + bisect_right(edge, local)
         forces = acting(b, w, theta, s, number, interval(w), 1, 1.0)
         return forces.crank, forces.shell
 
-    if not simple:
-        return general
-    radius, length, rotor = _numbers(machine, "crank_radius", "rod_length", "rotor_inertia")
-    housing, stiffness = _numbers(machine, "shell_inertia", "shell_stiffness")
-    damping, dry = _numbers(machine, "shell_damping", "friction_torque")
-    viscous, scale = _numbers(machine, "friction_damping", "motor_scale")
-    curve = _polynomials(drive.motor.base, drive.motor.coefficient)
-    rods = length * length
-    cubes = radius * radius * length * length
-    rows = np.zeros((len(drive.gas), len(edge) + 1, 3))
-    rows[..., : slots.coefficient.shape[2]] = slots.coefficient
-    forces = np.concatenate([slots.base[..., None], rows], axis=2).tolist()
-    phases, masses = machine.crank_angle_offset.tolist(), machine.reciprocating_mass.tolist()
-    cylinders = list(zip(phases, masses, forces, strict=True))
-
-    def lean(b: float, w: float, theta: float, s: float) -> tuple[float, float]:
-        local = b % TURN
-        slot = bisect_right(edge, local)
-        j, q, j_b, q_b = housing, 0.0, 0.0, 0.0
-        driving = scale * _value(curve[interval(w)], synchronous - w) - viscous * w - dry
-        for phase, mass, force in cylinders:
-            a = local + phase
-            high, lever = radius * sin(a), radius * cos(a)
-            square = rods - high * high
-            rod = sqrt(square)
-            pull = high / rod
-            r, r_b = lever + rod, -high - lever * pull
-            moving = mass * r_b
-            j += mass * r * r
-            q += moving * r_b
-            j_b += moving * r
-            cosine = lever / radius
-            q_b += moving * (high * pull - lever - cubes * cosine * cosine / (square * rod))
-            base, c, d, e = force[slot]
-            x = local - base
-            driving -= (c + x * (d + x * e)) * r_b
-        outer = -stiffness * theta - damping * s - 2.0 * j_b * w * s
-        inner = driving + j_b * s * s - q_b * w * w
-        total = rotor * (j + q) + j * q
-        return (
-            ((j + rotor) * inner - rotor * outer) / total,
-            ((q + rotor) * outer - rotor * inner) / total,
-        )
-
-    return lean
+    return rates
 
 
 _NONE = np.zeros(1, dtype=np.int64)

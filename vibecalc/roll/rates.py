@@ -164,14 +164,6 @@ class RollRates:
         self._angles: FloatArray | None = None
         self._place: AngleTerms | None = None
 
-    def keep(self, terms: TermsOfTurn) -> None:
-        """Take terms that are known for what the first panels ask for."""
-        members, panels = len(terms.place.load), len(terms.edges) - 1
-        self._angles = np.broadcast_to(
-            terms.angle.reshape(panels, -1), (members, panels, POINTS_OF_TERMS)
-        )
-        self._place = terms.place
-
     def place(self, crank_angle: FloatArray) -> AngleTerms:
         """Inertia and torques at the angles (B, P, s), as (B, P s)."""
         known = self._angles

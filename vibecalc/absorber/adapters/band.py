@@ -11,14 +11,14 @@ from vibecalc.absorber.adapters.optimum import (
     limits_of,
     of_one,
 )
-from vibecalc.absorber.adapters.response import moved_by_ratios, tuning_error
-from vibecalc.absorber.adapters.tuning import emit_units, nearby, paths_below
+from vibecalc.absorber.adapters.response import TuningError, moved_by_ratios, tuning_error
+from vibecalc.absorber.adapters.tuning import emit_tuned, named, nearby, paths_below
 from vibecalc.absorber.asked_tables import Tuning
 from vibecalc.absorber.model import AbsorberParts, build_absorber, modes_of
 from vibecalc.absorber.motion_results import BAND_ROOT, OPTIMUM_ROOT, TOLERANCES_ROOT
 from vibecalc.absorber.results import NAMES, TUNING_ROOT
 from vibecalc.absorber.stage import is_banded
-from vibecalc.absorber.transfer import Absorber, own_damping_ratio
+from vibecalc.absorber.transfer import Absorber
 from vibecalc.absorber.tuning.band import BandTuning, band_tuning, spread, tuned_to
 from vibecalc.absorber.tuning.levels import (
     NOMINAL,
@@ -34,7 +34,6 @@ from vibecalc.schema import Machine
 
 #: a peak this close to the one without an absorber is no lower
 _NO_LOWER = 1e-9
-_EACH = f"{TUNING_ROOT}/each"
 #: parts drawn between their tolerances
 _DRAWN = 256
 
@@ -55,10 +54,8 @@ def run_band_tuning(scene: Scene) -> None:
     scene.emit(f"{TUNING_ROOT}/primary_damping", parts.primary_damping)
     scene.emit(f"{TUNING_ROOT}/peak", found.largest, found.largest_error)
     scene.emit(f"{TUNING_ROOT}/peak_alone", alone, slack if np.isfinite(alone) else 0.0)
-    if parts.branches:
-        _hand_on(scene, parts, found)
-    else:
-        _emit_one(scene, options, parts, found)
+    _hand_on(scene, parts, found)
+    emit_tuned(scene, options, parts, found if parts.branches else of_one(found))
     if as_given and scene.wants(*paths_below("optimum")):
         nearby(scene, "optimum", lambda: _emit_optimum(scene, problem))
     if banded:
@@ -101,58 +98,17 @@ def run_band_tuning(scene: Scene) -> None:
 
 
 def _hand_on(scene: Scene, parts: AbsorberParts, found: BandTuning) -> None:
-    """Emit mass, spring and damper of each absorber, in units where the primary has them."""
-    m = np.array([branch.mass_ratio for branch in parts.branches])
-    k, z2, axes, root = found.stiffness_ratio, found.secondary_damping, named(parts), _EACH
+    """Hand the tuned absorbers on, or the single one."""
     off = tuning_error(found.stiffness_error, found.damping_error)
-    scene.handed_on["several"], scene.handed_on["several_uncertainty"] = (k, z2), off
-    scene.emit(f"{root}/mass_ratio", m, 2.0 * EPSILON * np.max(m), axes)
-    scene.emit(f"{root}/stiffness_ratio", k, found.stiffness_error, axes)
-    scene.emit(f"{root}/secondary_damping", z2, found.damping_error, axes)
-    sprung = (k > 0.0) & np.isfinite(k)
-    safe = np.where(sprung, k, 1.0)
-    own = np.where(sprung, z2 / np.sqrt(m * safe), 0.0)
-    error = off.damping / np.sqrt(m * safe) + own * (0.5 * off.stiffness / safe + 4.0 * EPSILON)
-    scene.emit(f"{root}/own_damping", own, np.where(sprung, error, 0.0), axes)
-    if parts.scale is None:
-        return
-    kind = "torsional" if parts.scale.torsion else "linear"
-    frequency, share = parts.scale.frequency * np.sqrt(k / m), off.stiffness / safe
-    for name, value, error in (
-        (f"{kind}_stiffness", parts.scale.stiffness * k, parts.scale.stiffness * off.stiffness),
-        (f"{kind}_damping", parts.scale.damping * z2, parts.scale.damping * off.damping),
-        ("frequency", frequency, np.where(sprung, frequency, 0.0) * share),
-    ):
-        error = np.where(np.isfinite(value), error + 8.0 * EPSILON * value, 0.0)
-        scene.emit(f"{root}/{name}", value, error, axes)
-
-
-def named(parts: AbsorberParts) -> dict[str, tuple[str, ...]]:
-    """The axis of all absorbers."""
-    return {"absorber": tuple(branch.name for branch in parts.branches)}
-
-
-def _relative(found: BandTuning) -> float:
-    """Relative error of spring and damper together, the largest of all absorbers."""
-    both = found.secondary_damping, found.stiffness_ratio
-    drag, stiff = (np.where(part > 0.0, part, 1.0) for part in both)
-    return float(np.max(found.damping_error / drag + found.stiffness_error / stiff))
-
-
-def _emit_one(scene: Scene, options: Tuning, parts: AbsorberParts, found: BandTuning) -> None:
-    """Spring and damper of a single absorber, handed on."""
-    best, m = of_one(found), float(np.asarray(parts.absorber and parts.absorber.mass_ratio))
-    k, z, *off = best[:4]
-    tuned = Absorber(parts.primary_damping, m, k, z)
-    scene.handed_on["tuned"] = tuned
-    scene.handed_on["band_active"] = found.state, found.frequency
-    scene.handed_on["tuned_uncertainty"] = tuning_error(*off)
-    scene.emit(f"{TUNING_ROOT}/mass_ratio", m, 2.0 * EPSILON * m)
-    scene.emit(f"{TUNING_ROOT}/stiffness_ratio", k, off[0])
-    scene.emit(f"{TUNING_ROOT}/secondary_damping", z, off[1])
-    own = float(own_damping_ratio(tuned))
-    scene.emit(f"{TUNING_ROOT}/own_damping", own, own * (_relative(found) + 4.0 * EPSILON))
-    emit_units(scene, options, parts, best)
+    if parts.branches:
+        scene.handed_on["several"] = found.stiffness_ratio, found.secondary_damping
+        scene.handed_on["several_uncertainty"] = off
+    elif parts.absorber is not None:
+        k, z, *_ = of_one(found)
+        m = float(np.asarray(parts.absorber.mass_ratio))
+        scene.handed_on["tuned"] = Absorber(parts.primary_damping, m, k, z)
+        scene.handed_on["band_active"] = found.state, found.frequency
+        scene.handed_on["tuned_uncertainty"] = TuningError(*(part[0] for part in off))
 
 
 def _emit_optimum(scene: Scene, problem: BandProblem) -> None:

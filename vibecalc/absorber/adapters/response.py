@@ -1,19 +1,19 @@
 """Adapter: curves, peaks, fixed points and poles of a primary system with one absorber."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from vibecalc.absorber.asked_tables import AbsorberResponse, Vary
+from vibecalc.absorber.modal import Fitted, magnitude, on_one_mode
 from vibecalc.absorber.model import AbsorberParts, build_absorber
 from vibecalc.absorber.peaks import Peaks, peaks
 from vibecalc.absorber.results import NAMES, RESPONSE_ROOT
 from vibecalc.absorber.stage import SHOWN, asked_of, curve_names, has_fixed_points, varied_key
 from vibecalc.absorber.transfer import (
     Absorber,
-    amplitude_with_error,
     damping_from_own_ratio,
     fixed_points,
     landmarks,
@@ -141,6 +141,8 @@ def moved_by_ratios(
 # ----------------------------------------------------------------------------
 
 TRAVEL = "relative_displacement"
+#: names of what is read of an absorber, as a case has them and as the modes do
+OWN = {TRAVEL: "travel"}
 _Reading = Callable[[Callable[[Absorber], np.ndarray]], np.ndarray]
 #: maxima that a two-mass system can have
 _MOST = 4
@@ -164,11 +166,9 @@ def run_absorber(scene: Scene) -> None:
     ratios = frequency_ratios(options, parts)
     axes = {"curve": curves.names, "frequency_ratio": ratios}
     emit_frequencies(scene, parts, ratios)
-    wide = Absorber(*(np.asarray(part)[:, None] for part in curves.absorber))
+    systems = on_modes(curves.absorber)
     for name, what in (("curve", pair[1]), ("relative_curve", TRAVEL)):
-        value, error = amplitude_with_error(wide, ratios, pair[0], what)
-        finite = np.isfinite(np.abs(value))
-        error = np.where(finite, error, 0.0)
+        value, error = courses(systems, ratios, pair[0], what)
         error[0] += _moved(scene, curves, partial(_shown, ratios, pair[0], what))
         scene.emit(f"{RESPONSE_ROOT}/{name}", value, error, axes)
     _emit_landmarks(scene, curves, pair)
@@ -182,8 +182,24 @@ def _moved(scene: Scene, curves: Curves, read: Callable[[Absorber], np.ndarray])
     return np.zeros(()) if uncertainty is None else moved(read, first, uncertainty)
 
 
-def _shown(ratios: np.ndarray, excitation: str, response: str, one: Absorber) -> np.ndarray:
-    return amplitude_with_error(one, ratios, excitation, response).value
+def on_modes(absorbers: Absorber) -> list[Fitted]:
+    """Each of absorbers (n,) on its primary."""
+    rows = zip(*(np.asarray(part) for part in absorbers), strict=True)
+    return [on_one_mode(Absorber(*row)) for row in rows]
+
+
+def _shown(ratios: FloatArray, excitation: str, what: str, one: Absorber) -> np.ndarray:
+    return np.asarray(courses([on_one_mode(one)], ratios, excitation, what)[0][0])
+
+
+def courses(
+    systems: Sequence[Fitted], ratios: FloatArray, excitation: str, what: str, absorber: int = 0
+) -> tuple[np.ndarray, FloatArray]:
+    """One response of all systems (n, points) over the frequency, with errors."""
+    read = OWN.get(what, what)
+    each = [magnitude(one, ratios, excitation, read, absorber) for one in systems]
+    values, errors = (np.concatenate(part) for part in zip(*each, strict=True))
+    return values, errors
 
 
 def _passed(first: int, one: Absorber) -> np.ndarray:

@@ -4,14 +4,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.absorber.adapters.band import named
 from vibecalc.absorber.adapters.motion import absorbers_of
 from vibecalc.absorber.adapters.response import (
+    OWN,
+    courses,
     emit_frequencies,
     frequency_ratios,
     moved_by_ratios,
 )
-from vibecalc.absorber.modal import Fitted, fitted, highest, magnitude, one_mode, tops_within
+from vibecalc.absorber.adapters.tuning import named
+from vibecalc.absorber.modal import Fitted, fitted, highest, one_mode, tops_within
 from vibecalc.absorber.model import AbsorberParts, build_absorber
 from vibecalc.absorber.peaks import SAME_HEIGHT, peaks
 from vibecalc.absorber.results import RESPONSE_ROOT
@@ -22,9 +24,6 @@ from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import EPSILON, FloatArray
 
-#: names of what is read of an absorber, as a case has them and as the modes do
-_OWN = {"relative_displacement": "travel"}
-
 
 def run_several_response(scene: Scene) -> None:
     """Emit the curves of several absorbers: as given or tuned, and over the primary damping."""
@@ -32,7 +31,7 @@ def run_several_response(scene: Scene) -> None:
     if case.response is None or case.response.absorber is None:
         raise ValueError("the case has no [response.absorber]")
     options, (excitation, response) = case.response.absorber, asked_of(case)
-    asked = excitation, _OWN.get(response, response)
+    asked = excitation, OWN.get(response, response)
     mass, given, errors = absorbers_of(scene, parts)
     count = len(mass)
     first = system_of(parts, mass, given)
@@ -54,13 +53,8 @@ def run_several_response(scene: Scene) -> None:
 
     def curves(what: str, absorber: int) -> tuple[np.ndarray, FloatArray]:
         """One response of all systems over the frequency, with errors; the first may be tuned."""
-
-        def read(one: Fitted) -> np.ndarray:
-            return np.asarray(magnitude(one, ratios, excitation, what, absorber)[0][0])
-
-        each = [magnitude(one, ratios, excitation, what, absorber) for one in systems]
-        values, error = (np.concatenate(part) for part in zip(*each, strict=True))
-        error[0] += moved(read)
+        values, error = courses(systems, ratios, excitation, what, absorber)
+        error[0] += moved(lambda one: courses([one], ratios, excitation, what, absorber)[0][0])
         return values, error
 
     scene.emit(f"{RESPONSE_ROOT}/curve", *curves(asked[1], 0), names | axes)

@@ -25,7 +25,8 @@ from vibecalc.absorber.model import AbsorberParts, build_absorber
 from vibecalc.absorber.peaks import peaks
 from vibecalc.absorber.results import NAMES, TUNING_ROOT
 from vibecalc.absorber.stage import is_over_one, white_ground
-from vibecalc.absorber.transfer import Absorber, own_damping_ratio
+from vibecalc.absorber.transfer import Absorber
+from vibecalc.absorber.tuning.band import BandTuning
 from vibecalc.absorber.tuning.closed_forms import threshold
 from vibecalc.absorber.tuning.minimax_steps import VERDICTS, certify
 from vibecalc.core.run.stage import Scene, below
@@ -121,7 +122,7 @@ def run_absorber_tuning(scene: Scene) -> None:
     tuned = Absorber(z1, m, best.stiffness_ratio, best.secondary_damping)
     scene.handed_on["tuned"], scene.handed_on["tuned_uncertainty"] = tuned, _uncertainty(best)
     _emit_best(scene, options, best, tuned)
-    emit_units(scene, options, parts, best)
+    emit_tuned(scene, options, parts, best)
     if bounded is not None:
         emit_active(scene, bounded)
         if options.kind == "free":
@@ -189,16 +190,6 @@ def _emit_best(scene: Scene, options: Tuning, best: BestTuning, tuned: Absorber)
     z1, m = float(np.asarray(tuned.primary_damping)), float(np.asarray(tuned.mass_ratio))
     pair = options.excitation, options.response
     scene.emit(f"{TUNING_ROOT}/primary_damping", z1)
-    scene.emit(f"{TUNING_ROOT}/mass_ratio", m, 2.0 * EPSILON * m)
-    scene.emit(f"{TUNING_ROOT}/stiffness_ratio", best.stiffness_ratio, best.stiffness_error)
-    scene.emit(f"{TUNING_ROOT}/secondary_damping", best.secondary_damping, best.damping_error)
-    k, z2 = best.stiffness_ratio, best.secondary_damping
-    relative = best.damping_error / (z2 or 1.0) + best.stiffness_error / (k or 1.0)
-    if options.kind == "free":
-        on_secondary = float(own_damping_ratio(tuned)) if k > 0.0 else 0.0
-        scene.emit(
-            f"{TUNING_ROOT}/own_damping", on_secondary, on_secondary * (relative + 4.0 * EPSILON)
-        )
     both = (("peak", tuned), ("peak_alone", Absorber(z1, m, 0.0, 0.0)))
     peaked = not white_ground(scene.case)
     for name, absorber in both if peaked else ():
@@ -229,7 +220,7 @@ def _emit_best(scene: Scene, options: Tuning, best: BestTuning, tuned: Absorber)
         scene.emit(f"{TUNING_ROOT}/peak_less_one", above, slack)
     scene.emit(f"{TUNING_ROOT}/helps", int(best.helps))
     if options.kind == "free":
-        scene.emit(f"{TUNING_ROOT}/without_spring", int(k == 0.0 and best.helps))
+        scene.emit(f"{TUNING_ROOT}/without_spring", int(best.stiffness_ratio == 0.0 and best.helps))
     if options.norm == "h2":
         scene.emit(f"{TUNING_ROOT}/mean_square", best.value, best.value_error)
         scene.emit(f"{TUNING_ROOT}/mean_square_alone", best.alone, 8.0 * EPSILON)
@@ -240,24 +231,47 @@ def _emit_best(scene: Scene, options: Tuning, best: BestTuning, tuned: Absorber)
         scene.warn(words)
 
 
-def emit_units(scene: Scene, options: Tuning, parts: AbsorberParts, best: BestTuning) -> None:
-    """Spring, damper and own frequency of a tuning for a primary with units."""
+def emit_tuned(
+    scene: Scene, options: Tuning, parts: AbsorberParts, best: BestTuning | BandTuning
+) -> None:
+    """Mass, spring and damper of one absorber, or of each of several (a,).
+
+    In units where the primary has them.
+    """
+    k, z2 = np.asarray(best.stiffness_ratio), np.asarray(best.secondary_damping)
+    off, drag = np.asarray(best.stiffness_error), np.asarray(best.damping_error)
+    root, axes, own_frequency = TUNING_ROOT, {}, "secondary_frequency"
+    m = np.asarray(0.0 if parts.absorber is None else parts.absorber.mass_ratio, dtype=float)
+    if parts.branches:
+        root, axes, own_frequency = f"{TUNING_ROOT}/each", named(parts), "frequency"
+        m = np.array([branch.mass_ratio for branch in parts.branches])
+    scene.emit(f"{root}/mass_ratio", m, 2.0 * EPSILON * np.max(m), axes)
+    scene.emit(f"{root}/stiffness_ratio", k, off, axes)
+    scene.emit(f"{root}/secondary_damping", z2, drag, axes)
+    sprung = (k > 0.0) & np.isfinite(k)
+    share = np.where(sprung, off, 0.0) / np.where(sprung, k, 1.0)
+    if options.kind == "free":
+        usual = np.sqrt(m * np.where(sprung, k, 1.0))
+        own = np.where(sprung, z2 / usual, 0.0)
+        error = drag / usual + own * (0.5 * share + 4.0 * EPSILON)
+        scene.emit(f"{root}/own_damping", own, np.where(sprung, error, 0.0), axes)
     scale = parts.scale
     if scale is None:
         return
     kind = "torsional" if scale.torsion else "linear"
-    size = scale.damping * best.secondary_damping
-    error = scale.damping * best.damping_error + 8.0 * EPSILON * size
-    scene.emit(f"{TUNING_ROOT}/{kind}_damping", size, error)
-    if options.kind not in ("free", "undamped_spring"):
-        return
-    stiff = scale.stiffness * best.stiffness_ratio
-    error = scale.stiffness * best.stiffness_error + 8.0 * EPSILON * stiff
-    scene.emit(f"{TUNING_ROOT}/{kind}_stiffness", stiff, error)
-    m = float(np.asarray(parts.absorber.mass_ratio)) if parts.absorber is not None else 1.0
-    frequency = scale.frequency * np.sqrt(best.stiffness_ratio / m)
-    error = best.stiffness_error / (best.stiffness_ratio or 1.0) + 8.0 * EPSILON
-    scene.emit(f"{TUNING_ROOT}/secondary_frequency", frequency, frequency * error)
+    natural = scale.frequency * np.sqrt(k / m)
+    rows = [(f"{kind}_damping", scale.damping * z2, scale.damping * drag)]
+    if options.kind in ("free", "undamped_spring"):
+        rows.append((f"{kind}_stiffness", scale.stiffness * k, scale.stiffness * off))
+        rows.append((own_frequency, natural, np.where(sprung, natural, 0.0) * share))
+    for name, value, error in rows:
+        error = np.where(np.isfinite(value), error + 8.0 * EPSILON * value, 0.0)
+        scene.emit(f"{root}/{name}", value, error, axes)
+
+
+def named(parts: AbsorberParts) -> dict[str, tuple[str, ...]]:
+    """The axis of all absorbers."""
+    return {"absorber": tuple(branch.name for branch in parts.branches)}
 
 
 def _uncertainty(best: BestTuning) -> TuningError:

@@ -405,6 +405,27 @@ def _chart(record: Record) -> list[str]:
 
 
 # ----------------------------------------------------------------------------
+# A mass that dry friction drags along.
+# ----------------------------------------------------------------------------
+
+FRICTION = "friction_damper/"
+_FRICTION = (
+    *("mass_ratio", "friction_ratio", "friction_torque", "friction_force", "largest"),
+    *("largest_frequency_ratio", "largest_angle", "largest_displacement"),
+    *("best_friction_ratio", "best_largest"),
+)
+
+
+def friction_damper(result: Result) -> Section | None:
+    """The section, None if the result has nothing of it."""
+    shown = frozenset(path for path in result.record if path.startswith(FRICTION))
+    if not shown:
+        return None
+    lines, _ = scalars(result.record, (FRICTION + name for name in _FRICTION), FRICTION)
+    return section("Friction damper", [lines], {}, shown)
+
+
+# ----------------------------------------------------------------------------
 # Pendulums on a rotor: their order, what it becomes with the swing, what they absorb.
 # ----------------------------------------------------------------------------
 

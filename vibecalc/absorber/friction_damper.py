@@ -1,0 +1,205 @@
+"""A mass that dry friction drags along, Lanchester's damper: first harmonic of all it does.
+
+A primary of one mode moves as theta = Y sin(w t). A mass J2 next to it, on which friction of the
+size F acts, is dragged along. With t = F / (J2 w^2 Y) it
+
+- slips all the time up to t = 1 / sqrt(1 + pi^2 / 4): its speed rises and falls in straight lines;
+- slips for a part of each half turn, and sticks for the other, up to t = 1;
+- sticks for good beyond.
+
+The first harmonic of the friction acts on the primary as an inertia `inertia` J2 and as a damper
+`damping` J2 w (`FrictionShares`). Where it always slips these are 2 t^2 and
+(4 / pi) t sqrt(1 - (pi t / 2)^2), whose work in a cycle, 4 F Y sqrt(1 - (pi t / 2)^2), is largest
+for t = sqrt(2) / pi: (4 / pi) J2 w^2 Y^2. Source: J. P. Den Hartog, Mechanical Vibrations (1956);
+where it sticks, the integrals of docs/theory_absorber.md.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vibecalc.errors import NumericalFailure
+from vibecalc.numerics.bounded import Bounded
+from vibecalc.numerics.rounding import EPSILON, FloatArray
+
+#: friction over inertia times acceleration up to which the mass slips all the time, and that of the
+#: largest work in a cycle
+ALWAYS_SLIPS, MOST_WORK = 1.0 / np.sqrt(1.0 + np.pi**2 / 4.0), np.sqrt(2.0) / np.pi
+#: steps to the end of a slip, and to a response
+_SLIP_STEPS, _STEPS = 16, 44
+#: t at which a response is looked up, from nearly free to sticking
+_SHARES = np.concatenate([np.geomspace(1e-9, 0.02, 40), np.linspace(0.02, 1.0, 120)[1:]])
+#: errors: roundings of a response, place of a peak, relative ones of what conditions settle
+_ROUNDINGS, _PLACE, _SETTLED = 64.0, 4e-8, 1e-10
+_NOT_FOUND = (
+    "the best friction is not found: with so heavy a damper, or so much damping of the primary, "
+    "the mass sticks where the response is largest; say a friction_ratio"
+)
+#: complex step
+_STEP = 1e-30
+#: frequency ratios and friction ratios that are looked at first
+_PLACES, _FRICTIONS = 81, np.geomspace(1e-3, 2.0, 12)
+
+
+class FrictionShares(NamedTuple):
+    """What the mass is to the primary (...): inertia over its own, damping over J2 w."""
+
+    inertia: FloatArray
+    damping: FloatArray
+
+
+def shares(friction: ArrayLike) -> FrictionShares:
+    """First harmonic of friction (...) over inertia times acceleration, t = F / (J2 w^2 Y)."""
+    t = np.asarray(friction, dtype=float)
+    slow = np.minimum(0.5 * np.pi * t, 1.0)
+    inertia, damping = 2.0 * t * t, 4.0 / np.pi * t * np.sqrt(1.0 - slow * slow)
+    inertia, damping = np.where(t < 1.0, inertia, 1.0), np.where(t < 1.0, damping, 0.0)
+    some = (t > ALWAYS_SLIPS) & (t < 1.0)
+    if not np.any(some):
+        return FrictionShares(inertia, damping)
+    # it slips from the angle `a` of the motion, where the primary slows down faster than friction
+    # can make it, to `b`, where both have one speed: root of a concave function, from beyond it
+    t = t[some]
+    a = np.arcsin(t)
+    b = a + np.pi
+    for _ in range(_SLIP_STEPS):
+        slope = np.minimum(np.sin(b) - t, -1e-300)
+        b = b - (np.cos(a) - t * (b - a) - np.cos(b)) / slope
+    stuck = (a + np.pi - b) - 0.5 * (np.sin(2.0 * a) - np.sin(2.0 * b))
+    inertia[some] = (stuck + 2.0 * t * (np.cos(a) - np.cos(b))) / np.pi
+    work = np.sin(b) ** 2 - np.sin(a) ** 2 + 2.0 * t * (np.sin(a) - np.sin(b))
+    damping[some] = work / np.pi
+    return FrictionShares(inertia, damping)
+
+
+# ----------------------------------------------------------------------------
+# Response of a primary of one mode to a harmonic force T0, over T0 / K1.
+#
+# f = F / T0 is all that counts of the friction. A guess of t gives Y K1 / T0 = f / (m x^2 t), and
+# the force that this takes has to be T0; of several motions that do, the largest is given.
+# ----------------------------------------------------------------------------
+
+
+class DryFriction(NamedTuple):
+    """Damping z1 of the primary, mass ratio m, friction over the amplitude of the force f."""
+
+    primary_damping: float
+    mass_ratio: float
+    friction_ratio: float
+
+
+def response(damper: DryFriction, frequency_ratio: ArrayLike) -> FloatArray:
+    """Amplitudes (n,) at frequency ratios x (n,); infinite where friction takes too little."""
+    z1, m, f = damper
+    x = np.asarray(frequency_ratio, dtype=float)
+    moved = m * np.square(x)
+
+    def stiffness(t: FloatArray, moved: FloatArray, x: FloatArray) -> FloatArray:
+        """Force over K1 and amplitude."""
+        share = shares(t)
+        real, imaginary = 1.0 - x * x - moved * share.inertia, 2.0 * z1 * x + moved * share.damping
+        return np.hypot(real, imaginary)
+
+    with np.errstate(divide="ignore"):
+        stuck = 1.0 / stiffness(np.ones_like(x), moved, x)
+        free = 1.0 / np.hypot(1.0 - x * x, 2.0 * z1 * x)
+    if f == 0.0:
+        return np.asarray(free)
+    # force at each t over T0, less 1
+    over = stiffness(_SHARES, moved[:, None], x[:, None]) * f
+    enough = over <= moved[:, None] * _SHARES
+    place = np.argmax(enough, axis=1)
+    high, low = _SHARES[place], _SHARES[np.maximum(place - 1, 0)]
+    for _ in range(_STEPS):
+        middle = 0.5 * (low + high)
+        less = stiffness(middle, moved, x) * f <= moved * middle
+        low, high = np.where(less, low, middle), np.where(less, middle, high)
+    sticks = (f >= moved * stuck) & ~np.any(enough[:, :-1], axis=1)
+    slips = np.where(place > 0, f / np.where(moved > 0.0, moved, 1.0) / high, np.inf)
+    return np.asarray(np.where(sticks, stuck, slips))
+
+
+def largest(damper: DryFriction) -> tuple[Bounded, float]:
+    """The largest response over all frequencies, and the frequency ratio at which it is."""
+    from scipy.optimize import minimize_scalar
+
+    stuck = 1.0 / np.sqrt(1.0 + damper.mass_ratio)
+    near = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, _PLACES))
+    x = np.concatenate([np.linspace(0.0, stuck, 40)[:-1], stuck + (1.0 - stuck) * near])
+    found = response(damper, x)
+    top = int(np.argmax(found))
+    if np.isinf(found[top]):
+        return Bounded(np.asarray(np.inf), np.asarray(0.0)), float(x[top])
+    ends = x[max(top - 1, 0)], x[min(top + 1, len(x) - 1)]
+    best = minimize_scalar(lambda at: -response(damper, [at])[0], bounds=ends, method="bounded",
+                           options={"xatol": 1e-10})  # fmt: skip
+    height, place = max((-float(best.fun), float(best.x)), (float(found[top]), float(x[top])))
+    # next to a maximum the place counts by its square, over the width of a peak, 1 / height
+    error = height * (_ROUNDINGS * EPSILON + min(1.0, (_PLACE * height) ** 2))
+    return Bounded(np.asarray(height), np.asarray(error)), place
+
+
+def best_friction(primary_damping: float, mass_ratio: float) -> tuple[Bounded, Bounded]:
+    """The friction ratio with the least largest response, and that response.
+
+    Of an undamped primary all curves pass the height 1 + pi^2 / (4 m), which the best friction
+    pi / sqrt(8 (1 + 4 m / pi^2)) makes their peak: exact as far as the first harmonic is.
+    Raises NumericalFailure where another peak is higher, with the mass sticking at times.
+    """
+    undamped = np.pi / np.sqrt(8.0 * (1.0 + 4.0 * mass_ratio / np.pi**2))
+    ratio, height = undamped, 1.0 + np.pi**2 / (4.0 * mass_ratio)
+    if primary_damping > 0.0:
+        ratio, height = _searched(primary_damping, mass_ratio, undamped)
+    top = largest(DryFriction(primary_damping, mass_ratio, ratio))[0]
+    if top.value > height * (1.0 + 1e-8):
+        raise NumericalFailure(_NOT_FOUND)
+    return (Bounded(np.asarray(ratio), np.asarray(_SETTLED * ratio)),
+            Bounded(np.asarray(height), np.asarray(_SETTLED * height)))  # fmt: skip
+
+
+def _searched(primary_damping: float, mass_ratio: float, undamped: float) -> tuple[float, float]:
+    """The same for a damped primary: by golden sections, then to the last digits."""
+    from scipy.optimize import minimize_scalar
+
+    def level(logarithm: float) -> float:
+        damper = DryFriction(primary_damping, mass_ratio, float(np.exp(logarithm)))
+        return float(largest(damper)[0].value)
+
+    logs = np.log(undamped * _FRICTIONS)
+    place = int(np.argmin([level(one) for one in logs.tolist()]))
+    ends = logs[max(place - 1, 0)], logs[min(place + 1, len(logs) - 1)]
+    best = minimize_scalar(level, bounds=ends, method="bounded", options={"xatol": 1e-9})
+    found = DryFriction(primary_damping, mass_ratio, float(np.exp(best.x)))
+    return _finished(found, largest(found)[1], float(best.fun))
+
+
+def _finished(near: DryFriction, place: float, height: float) -> tuple[float, float]:
+    """Friction and height where neither frequency nor friction change the height.
+
+    Of a mass that slips all the time, from near there; with derivatives by complex steps.
+    """
+    from scipy.optimize import root
+
+    z1, m, _ = near
+
+    def rest(x: Any, f: Any, y: Any) -> Any:
+        """Square of force over T0 less 1."""
+        moved, away = m * x * x, 1.0 - x * x
+        slow = np.pi * f / (2.0 * moved * y)
+        plain = (away * y) ** 2 - 4.0 * away * f * f / moved + (4.0 * f / np.pi) ** 2
+        drag = (2.0 * z1 * x * y) ** 2 + 16.0 / np.pi * z1 * x * y * f * np.sqrt(1.0 - slow**2)
+        return plain + drag - 1.0
+
+    def conditions(at: FloatArray) -> FloatArray:
+        x, f, y = at.tolist()
+        by_place, by_friction = rest(x + _STEP * 1j, f, y), rest(x, f + _STEP * 1j, y)
+        return np.array([rest(x, f, y), by_place.imag / _STEP, by_friction.imag / _STEP])
+
+    with np.errstate(invalid="ignore"):
+        solved = root(conditions, [place, near.friction_ratio, height], tol=1e-14)
+    x, ratio, best = solved.x.tolist()
+    share = ratio / (m * x * x * best)
+    if abs(best / height - 1.0) > 1e-5 or not 0.0 < share < ALWAYS_SLIPS:
+        raise NumericalFailure(_NOT_FOUND)
+    return ratio, best
