@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, IntArray
-from vibecalc.numerics.synthesis import BLOCK, SINGLE, Cycles, cycle_of, synthesis
+from vibecalc.numerics.synthesis import BLOCK, SINGLE, Cycles, cycle_of, sampled_roughly, synthesis
 from vibecalc.torsion.critical_speeds import RIVAL
 
 # ----------------------------------------------------------------------------
@@ -42,13 +42,7 @@ def rough_range(order: FloatArray, amplitude: ComplexArray) -> tuple[FloatArray,
         most = size.sum(axis=1)
         unit = np.where(most > 0.0, most, 1.0)
         scaled = rows[part] / unit[:, None]
-        if cycle.waves is not None:
-            sampled = scaled.astype(np.complex64).view(np.float32) @ cycle.waves
-        else:
-            spectrum = np.zeros((len(scaled), cycle.top + 1), dtype=np.complex64)
-            for place, one in enumerate(number.tolist()):
-                spectrum[:, one] += scaled[:, place] * (0.5 * cycle.samples)
-            sampled = np.fft.irfft(spectrum, cycle.samples, axis=-1)
+        sampled = sampled_roughly(scaled, cycle)
         half = 0.5 * (sampled.max(axis=1).astype(float) - sampled.min(axis=1))
         bend = 0.5 * step**2 * (size @ np.square(number.astype(float)))
         low[part] = np.maximum(half - SINGLE, 0.0) * most
