@@ -18,11 +18,10 @@ from vibecalc.numerics.rounding import (
     IntArray,
 )
 from vibecalc.torsion.dense import dense_solution
-from vibecalc.torsion.elimination import eliminate, room_for
+from vibecalc.torsion.elimination import eliminate, plan_of, room_for
 from vibecalc.torsion.line import Line, damping_matrix, mapped, network_matrix, part_of
 from vibecalc.torsion.modes import Modes
 from vibecalc.torsion.network import network_solution
-from vibecalc.torsion.tree_plan import plan_of
 
 #: entries (station times frequency) of one block at most: with fewer frequencies along a long line
 #: the calls take longer than the arithmetic

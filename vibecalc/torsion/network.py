@@ -10,9 +10,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
-from vibecalc.torsion.elimination import LineSolution
+from vibecalc.torsion.elimination import ROUNDINGS, LineSolution
 from vibecalc.torsion.line import Line, complex_stiffness
-from vibecalc.torsion.tree_plan import ROUNDINGS
 
 #: of each step the reciprocal of its sum, and the share of the sum that each neighbour has
 Factors: TypeAlias = list[tuple[ComplexArray, list[ComplexArray]]]
