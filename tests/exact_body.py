@@ -1,4 +1,4 @@
-"""The rigid body in many digits, from docs/theory.md, section 3.2; nothing of the package."""
+"""The rigid body in many digits, from docs/theory_mounts.md, section 1; nothing of the package."""
 
 from typing import Any
 

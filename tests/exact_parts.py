@@ -1,6 +1,7 @@
 """Body and mounts of a case in many digits, every term written out.
 
-Written for tests from docs/theory.md, without anything from the package but the case.
+Written for tests from docs/theory.md and docs/theory_mounts.md, without anything from the package
+but the case.
 """
 
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""The pitch model in many digits, from docs/theory.md, section 3.1; nothing of the package."""
+"""The pitch model in many digits, from docs/theory_mounts.md, section 1; nothing of the package."""
 
 import mpmath
 from exact_parts import body_of, mounts_of, point_inertia

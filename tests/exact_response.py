@@ -1,7 +1,7 @@
 """The response of a body on its suspension in many digits, from the case alone.
 
-Written for tests from docs/theory.md, sections 2 and 3, slow and obvious. Numbers are mpmath's, at
-the caller's precision. What the program chooses (the speeds of a curve) is read from the result.
+Written for tests from docs/theory_mounts.md, slow and obvious. Numbers are mpmath's, at the
+caller's precision. What the program chooses (the speeds of a curve) is read from the result.
 """
 
 from collections.abc import Iterator, Sequence

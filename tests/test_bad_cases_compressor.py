@@ -25,7 +25,7 @@ kind = "compressor"
 speed = 361.0
 [machine.crank_train]
 axis = "z"
-stroke = "y"
+stroke_axis = "y"
 crank_radius = 0.0127
 rod_length = 0.060
 piston_mass = 0.33

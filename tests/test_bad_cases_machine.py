@@ -25,7 +25,7 @@ RIGID: dict[str, Any] = {"isolation": {"model": "rigid_body"}}
 REFUSED: dict[str, dict[str, Any]] = {
     "three at once": {
         "machine__crank_train__rod_length": 0.05,
-        "machine__crank_train__stroke": "x",
+        "machine__crank_train__stroke_axis": "x",
         "machine__body__box": None,
         "machine__body__inertia": [1.0, 1.0, 9.0],
     },
@@ -35,7 +35,7 @@ REFUSED: dict[str, dict[str, Any]] = {
         "machine__crank_train__wrist_pin_offset": -0.006,
     },
     "rod as long as crank": {"machine__crank_train__rod_length": 0.06},
-    "stroke along the shaft": {"machine__crank_train__stroke": "x", "isolation": None},
+    "stroke along the shaft": {"machine__crank_train__stroke_axis": "x", "isolation": None},
     "truncated with offset": {
         "machine__crank_train__wrist_pin_offset": 0.004,
         "kinematics": {"series": "truncated", "terms": 1},

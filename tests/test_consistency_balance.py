@@ -297,8 +297,8 @@ def test_without_forces_the_couple_alone_is_balanced(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("mass", "weight", "head"),
     [
-        (1.0, "50000 g mm", "unbalance phase position mass at its ratio g mm deg mm radius g -"),
-        (400.0, "20.00 kg m", "unbalance phase position mass at its ratio kg m deg mm radius kg -"),
+        (1.0, "50000 g mm", "unbalance phase position mass ratio g mm deg mm g -"),
+        (400.0, "20.00 kg m", "unbalance phase position mass ratio kg m deg mm kg -"),
     ],
 )
 def test_weights_of_large_machines_are_in_kg_m(
@@ -308,7 +308,7 @@ def test_weights_of_large_machines_are_in_kg_m(
     _, said = said_of(
         tmp_path, 'counterweights = [{ name = "a", position = 0.1, radius = 0.1 }]', mass
     )
-    assert f"balance weight {weight} weight a at 180.0 deg" in said
+    assert f"balance weight {weight} a at 180.0 deg" in said
     assert head in said
 
 
@@ -341,7 +341,7 @@ def test_which_of_equally_good_weights_are_given(
         for place, more in zip((-0.1, 0.2), room, strict=True)
     ]
     record, said = said_of(tmp_path, f"couple_weight = 0\ncounterweights = [{', '.join(rows)}]")
-    assert "not unique: 2 free directions" in said
+    assert "not unique: 2 of " in said
     assert words in said
     share = [float(one or bounds[1] or 1.0) for one in bounds]
     least = np.square(share) / np.sum(np.square(share)) * (0.05 + 1e-9)

@@ -97,7 +97,7 @@ WANTED = frozenset(
     f"{ROOT}/{name}"
     for name in (
         *("largest/torque_half_range", "largest/twist_half_range", "largest/speed"),
-        *("largest/mode", "largest/half_order", "reduction", "speeds/heat"),
+        *("largest/mode", "largest/order", "reduction", "speeds/heat"),
     )
 )
 

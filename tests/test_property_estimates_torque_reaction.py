@@ -156,7 +156,7 @@ def _over_the_cycle(case: Case, record: Record, many: Record) -> Iterator[tuple[
     axis = vector(*(mean * float(case.machine.crank_train.axis == name) for name in "xyz"))
     still = solve(body.stiffness, np.concatenate([vector(0, 0, 0), axis]))
     down = np.array([float(s - (g @ still)[2]) for s, g in zip(body.sag, body.seen, strict=True)])
-    yield (f"{MOVED}/excursion", record[f"{MOVED}/excursion"].values,
+    yield (f"{MOVED}/total", record[f"{MOVED}/total"].values,
            np.abs(down[:, None] - up).max(-1).tolist())  # fmt: skip
     roll = (many[of("rotation")].values[:, 0] @ wave).real
     yield f"{ROOT}roll_peak", record[f"{ROOT}roll_peak"].values, [float(np.abs(roll).max())]

@@ -76,7 +76,7 @@ def _operating(line: VariableTruth, record: Record, steps: int) -> Iterator[Trut
     turning = speed * full.order[1:, None]
     stiff = np.abs(one.stiffness + 1j * turning * one.damping)
     uncertainty = (slip[1:] @ np.abs(one.element).T) * stiff
-    kept = len(_axis(record, "torque", "half_order"))
+    kept = len(_axis(record, "torque", "order"))
     noise = float((uncertainty / size).max())
     true = (torque[:kept] / ratio).T
     yield "torque", true, noise
@@ -103,7 +103,7 @@ def _secondary(line: VariableTruth, record: Record, plain: Motion, steps: int) -
     linear, slip = _two(line, speed, steps, False)
     row = one.element[section]
     added = (linear.angle - plain.angle)[1:] @ row * one.section_ratio[section]
-    kept = len(_axis(record, "secondary/twist", "half_order"))
+    kept = len(_axis(record, "secondary/twist", "order"))
     noise = float((slip @ np.abs(row)).max() * abs(one.section_ratio[section]))
     noise += 1e-15 * float(np.abs(plain.angle[1:]).max())
     yield "secondary/twist", added[:kept], noise

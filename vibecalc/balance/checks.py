@@ -108,7 +108,7 @@ def _levers(train: CrankTrain, given: Balance, places: Places) -> Iterator[Probl
     """Without forces a weight counts by its couple: along the crankshaft, or off its axis."""
     if given.force_weight:
         return
-    axis = build_frame(train.axis, train.stroke).axis
+    axis = build_frame(train.axis, train.stroke_axis).axis
     ends = np.stack([places.start, places.end]) + np.array(train.origin)
     along = ends @ axis
     aside = np.linalg.norm(ends - along[..., None] * axis, axis=-1)

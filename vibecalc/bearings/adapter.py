@@ -33,11 +33,11 @@ def run_bearing_loads(scene: Scene) -> None:
     loads = loads_of(scene)
     scene.cite(
         "levers of each bay of the crankshaft", "main bearing loads",
-        "statically determinate crankshaft; docs/theory_bearings.md",
+        "statically determinate crankshaft; docs/theory.md",
     )  # fmt: skip
     scene.cite(
         "Newton and Euler for piston and rod", "loads of crank pins, wrist pins and walls",
-        "docs/theory_bearings.md; cf. Biezeno and Grammel (1953), ch. XI",
+        "docs/theory.md; cf. Biezeno and Grammel (1953), ch. XI",
     )  # fmt: skip
     axes = {
         "main_bearing": loads.shaft.names,

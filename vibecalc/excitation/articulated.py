@@ -68,5 +68,5 @@ def emit_slaves(scene: Scene, driven: Bounded, used: int) -> None:
     scene.emit_all(found, {"order": np.arange(1, used + 1)})
     scene.cite(
         "slave rods on a master rod", "forces and couples on the body",
-        "exact motion, docs/theory_articulated.md; cf. Biezeno and Grammel (1953), ch. XI",
+        "exact motion, docs/theory.md; cf. Biezeno and Grammel (1953), ch. XI",
     )  # fmt: skip

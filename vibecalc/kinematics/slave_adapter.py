@@ -66,5 +66,5 @@ def emit_cylinders(scene: Scene, highest: int) -> None:
     scene.emit_all(found, {"cylinder": train.names, "order": np.arange(highest + 1)})
     scene.cite(
         "slave rods on a master rod", "piston motion",
-        "exact motion, docs/theory_articulated.md; cf. Biezeno and Grammel (1953), ch. XI",
+        "exact motion, docs/theory.md; cf. Biezeno and Grammel (1953), ch. XI",
     )  # fmt: skip

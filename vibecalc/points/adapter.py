@@ -35,7 +35,7 @@ def run_points(scene: Scene) -> None:
     scene.cite(
         "readings at points of a rigid body, r.m.s. of the orders in a band by Parseval's theorem",
         "vibration where it is measured",
-        "docs/theory.md",
+        "docs/theory_mounts.md",
     )
     if not np.any(counts[..., :used]):
         low, high = (one / (2.0 * np.pi) for one in band_of(case))

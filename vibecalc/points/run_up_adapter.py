@@ -22,7 +22,7 @@ def run_points_run_up(scene: Scene) -> None:
     scene.cite(
         "peak over the cycle and r.m.s. in a band at each speed, maxima refined",
         "run-up at points",
-        "docs/theory.md, quasi-steady run-up",
+        "docs/theory_mounts.md, quasi-steady run-up",
     )
     parts = [passed(p, readings, band_rows(p, readings, band)) for p in sections(scene)]
     peaks, levels = (joined(each) for each in zip(*parts, strict=True))

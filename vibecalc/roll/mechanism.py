@@ -122,7 +122,7 @@ def member(machine: RollMachine, place: int) -> RollMachine:
 #
 # With theta the angle of the shell, s its rate, and w the speed of the crank against the shell, the
 # kinetic energy is (J s^2 + 2 N s w + Q w^2) / 2. All three depend on the crank angle b. Lagrange's
-# equations (docs/theory.md) are, with primes for d/db,
+# equations (docs/theory_roll.md) are, with primes for d/db,
 #
 #     J ds/dt + N dw/dt + J' w s + N' w^2   = torque of the mounts on the shell,
 #     N ds/dt + Q dw/dt - J' s^2/2 + Q' w^2/2 = torque between shell and crankshaft.

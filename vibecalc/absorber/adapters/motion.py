@@ -111,7 +111,7 @@ def run_motion(scene: Scene) -> None:
         "response of modal masses with absorbers, each frequency by itself; peaks by Newton's "
         "method between seeds about all poles",
         "motions and forces in units",
-        "docs/theory_absorber_band.md",
+        "docs/theory_absorber_parts.md",
     )
 
 

@@ -67,7 +67,8 @@ def run_absorber_pendulum(scene: Scene) -> None:
     scene.cite(
         "Lagrange's equations of rotor and pendulums in the rotating frame",
         "order, detuning, response",
-        "Den Hartog, Mechanical Vibrations; Denman (1992) for the paths; docs/theory_absorber.md",
+        "Den Hartog, Mechanical Vibrations; Denman (1992) for the paths; "
+        "docs/theory_absorber_parts.md",
     )
 
 

@@ -97,7 +97,7 @@ def run_several_response(scene: Scene) -> None:
     scene.cite(
         "complex response of a tree of masses, exact peaks between seeds about all poles",
         "curves, peaks, travel",
-        "docs/theory_absorber.md",
+        "docs/theory_absorber_parts.md",
     )
 
 

@@ -296,8 +296,7 @@ def _cite(scene: Scene, options: Tuning) -> None:
         scene.cite(
             "closed form of the mean square, Newton's method",
             "tuning for a white acceleration of the ground",
-            "Warburton, Earthq. Eng. Struct. Dyn. 10 (1982), undamped; "
-            "docs/theory_absorber_tuning.md",
+            "Warburton, Earthq. Eng. Struct. Dyn. 10 (1982), undamped; docs/theory_absorber.md",
         )
         return
     if options.norm == "h2":

@@ -86,7 +86,7 @@ def logarithm(given: MeanSquare, kappa: np.ndarray, depth: np.ndarray) -> np.nda
 def stiff_starts(given: MeanSquare) -> list[tuple[np.ndarray, np.ndarray]]:
     """k / m and log z2 of nearly locked secondaries, along the best ratio k / z2 there, if any.
 
-    The quadratic in that ratio is (H4) of docs/theory_absorber_tuning.md.
+    The quadratic in that ratio is (H3) of docs/theory_absorber.md.
     """
     z1, m = given.z1, given.m
     c = z1 * z1

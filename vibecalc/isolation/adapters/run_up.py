@@ -34,7 +34,7 @@ def run_run_up(scene: Scene) -> None:
     scene.cite(
         "peak over the cycle at each speed, refined at order resonances",
         "run-up",
-        "docs/theory.md, quasi-steady run-up",
+        "docs/theory_mounts.md, quasi-steady run-up",
     )
     read, travel = run_up_rows(scene, system), system.travel()
     given = [part.given(read.rows, read.shows, True) for part in parts]

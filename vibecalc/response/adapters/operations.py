@@ -103,7 +103,7 @@ def run_operations(scene: Scene) -> None:
     scene.cite(
         "operations and balances combined as phasors",
         "energies of every way of running the machine",
-        "docs/theory.md; the table of combinations is that of Ong (2000), table 4.4",
+        "docs/theory_mounts.md; the table of combinations is that of Ong (2000), table 4.4",
     )
     speed, orders = np.asarray(scene.case.machine.speed), forcing.order
     square = np.square(speed)[..., None]

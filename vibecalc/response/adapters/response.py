@@ -99,7 +99,7 @@ def run_response(scene: Scene) -> None:
         scene.cite(
             "torque reaction of the cylinders with the shaking of the crank train, order by order",
             "motion of the body",
-            "docs/theory_torsion_mounts.md",
+            "docs/theory_mounts.md",
         )
     order = loads.order
     frequency = order * np.asarray(scene.case.machine.speed)[..., None]
@@ -112,7 +112,7 @@ def run_response(scene: Scene) -> None:
         scene.cite(
             "energy of harmonic motion, phasors added before squares",
             "kinetic and potential energy, mean and peak",
-            "docs/theory.md",
+            "docs/theory_mounts.md",
         )
         moving = velocity(motion, frequency)
         _emit_energy(scene, KineticEnergy, mass_of(system.matrices), moving, loads)

@@ -61,7 +61,7 @@ def run_switching(scene: Scene) -> None:
     scene.cite(
         "modal motion under a load of changing speed, quadrature of the exact propagator",
         "change between operations",
-        "docs/theory.md; cf. Goloskokow and Filippow, Instationaere Schwingungen, 1971",
+        "docs/theory_mounts.md; cf. Goloskokow and Filippow, Instationaere Schwingungen, 1971",
     )
     end = "turns the other way" if options.reverses else "turns on in the same sense"
     scene.cite(

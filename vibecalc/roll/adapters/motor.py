@@ -184,7 +184,7 @@ def emit_motor(
     scene.cite(
         "induction machine with stator and rotor flux transients, fitted to the slip table",
         "motor",
-        "docs/theory_roll_motor.md; cf. Krause, Wasynczuk and Sudhoff (2002), chapter 4",
+        "docs/theory_roll.md; cf. Krause, Wasynczuk and Sudhoff (2002), chapter 4",
     )
 
 

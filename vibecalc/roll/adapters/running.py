@@ -310,12 +310,12 @@ class RollRun:
         self.scene.cite(
             "central differences in the logarithm of each parameter, extrapolated",
             "slopes of the levels of the shell",
-            "docs/theory_roll.md, section 5",
+            "docs/theory_roll.md, section 2",
         )
         self.scene.cite(
             "the running state of the machine with each parameter ten percent larger and smaller",
             "what to change on the machine",
-            "docs/theory_roll.md, section 5",
+            "docs/theory_roll.md, section 2",
         )
 
     def emit_classical(self) -> None:
