@@ -1,5 +1,5 @@
 """Claim: the forced response of a shaft line is the exact one within its error estimate, by
-elimination and by dense solves, also where elimination meets resonances of its own.
+elimination along a tree and of any network, also where it meets resonances of its own.
 """
 
 import mpmath as mp
@@ -9,6 +9,8 @@ from exact_shaft_line import exact_angles
 
 from vibecalc.torsion.forced import forced, forced_masked
 from vibecalc.torsion.line import Line, chain
+from vibecalc.torsion.modes import natural_modes
+from vibecalc.torsion.network import network_solution
 
 
 @pytest.fixture(autouse=True)
@@ -137,3 +139,22 @@ def test_an_undamped_critical_in_a_range_is_masked_and_the_rest_is_right():
     assert found.error[1] == np.inf and not np.any(found.angle[1])
     # (k - w^2 J) / (w^2 J (w^2 J - 2 k)) of the driven station
     assert found.angle[0, 0] == pytest.approx((2.0 - 1.0) / (1.0 * (1.0 - 4.0)), rel=1e-14)
+
+
+def test_the_bound_of_a_network_holds_next_to_resonances_of_its_parts():
+    generator = np.random.default_rng(1)
+    for _ in range(12):
+        line = branched(generator)
+        n, held = 9, generator.integers(9)
+        fixed = line.inertia.copy()
+        fixed[held] += 1e9
+        natural = natural_modes(line._replace(inertia=fixed)).frequency
+        away = generator.choice([-1, 1], 2) * 10.0 ** generator.uniform(-14, -3, 2)
+        w = generator.choice(natural[-4:], 2) * (1.0 + away)
+        torque = generator.normal(size=(2, n)) + 1j * generator.normal(size=(2, n))
+        torque[:, generator.random(n) < 0.5] = 0.0
+        loads = [one[None] if one.any() else None for one in torque.T]
+        found = network_solution(line, w, loads, np.empty((n, 1, 2), complex))
+        wrong = true_error(line, w, torque, found.angle[:, 0].T)
+        assert np.all(wrong <= found.error[0])
+        assert np.all(found.error <= 1e-11 * found.largest)

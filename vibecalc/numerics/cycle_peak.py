@@ -135,7 +135,7 @@ def search(
         possible = upper >= best[cells.row] - SLACK
         done = cells.take(possible & settled)
         at, slack = _peaks(done.square, half_width, concave[possible & settled])
-        length = np.sqrt(np.sum(_horner(done.signal, at) ** 2, axis=0))
+        length = np.sqrt(np.sum(horner(done.signal, at) ** 2, axis=0))
         position = done.centre + at
         # a peak at zero may come out as a rounding below it
         position = np.where((position < 0.0) & (position > -slack), 0.0, position)
@@ -172,11 +172,11 @@ def _peaks(
     slope = square[1:] * power
     bend = slope[1:] * power[:-1]
     ends = np.full(square.shape[1], half_width)
-    rises, sinks = _horner(slope, ends) >= 0.0, _horner(slope, -ends) <= 0.0
+    rises, sinks = horner(slope, ends) >= 0.0, horner(slope, -ends) <= 0.0
     at = np.where(concave, ends * rises - ends * sinks, 0.0)
     inside = np.nonzero(concave & ~rises & ~sinks)[0]
     at[inside] = _roots(slope[:, inside], bend[:, inside], half_width)
-    curvature = np.where(concave, np.abs(_horner(bend, at)), 1.0)
+    curvature = np.where(concave, np.abs(horner(bend, at)), 1.0)
     return at, np.minimum(16.0 * EPSILON / np.maximum(curvature, EPSILON), half_width)
 
 
@@ -186,9 +186,9 @@ def _roots(slope: FloatArray, bend: FloatArray, half_width: float) -> FloatArray
     low = -high
     at: FloatArray = np.clip(-slope[0] / bend[0], low, high)
     for _ in range(60):
-        value = _horner(slope, at)
+        value = horner(slope, at)
         low, high = np.where(value > 0.0, at, low), np.where(value > 0.0, high, at)
-        target = at - value / _horner(bend, at)
+        target = at - value / horner(bend, at)
         target = np.where((target >= low) & (target <= high), target, 0.5 * (low + high))
         moved, at = np.max(np.abs(target - at), initial=0.0), target
         if moved <= EPSILON:
@@ -196,7 +196,7 @@ def _roots(slope: FloatArray, bend: FloatArray, half_width: float) -> FloatArray
     return at
 
 
-def _horner(coefficients: FloatArray, at: FloatArray) -> FloatArray:
+def horner(coefficients: FloatArray, at: FloatArray) -> FloatArray:
     """Polynomials (degree + 1, ..., k) at one place (k,) each."""
     value: FloatArray = coefficients[-1] * at
     for one in coefficients[-2:0:-1]:

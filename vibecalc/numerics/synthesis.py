@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from vibecalc.errors import NumericalFailure
 from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.cycle_peak import Cells, search
+from vibecalc.numerics.cycle_peak import cycle_peak, horner
 from vibecalc.numerics.rounding import (
     EPSILON,
     BoolArray,
@@ -25,11 +25,9 @@ from vibecalc.numerics.rounding import (
 # The orders are sampled by a Fourier transform. Between its samples a signal cannot rise by more
 # than its largest curvature allows, so that only the few samples within that of the highest one can
 # be next to the maximum; about them the signal is searched as Taylor polynomials: by Newton's
-# method where a cell is simple (`synthesis_cells.py`), else by branch and bound.
+# method where a peak is simple, else by branch and bound (`cycle_peak`).
 # ----------------------------------------------------------------------------
 
-#: least number of samples in a period of the highest order, for branch and bound
-SAMPLES_PER_ORDER = 16
 #: rows that are worked on at once, and samples of them: these stay in the cache
 ROWS, BLOCK = 1 << 12, 1 << 17
 
@@ -139,14 +137,10 @@ def _one_cycle(orders: FloatArray, values: ComplexArray) -> Synthesis:
             less = 1.0 / scale[part, None]
             highest_of = settled(rows[part] * less, size[part] * less, cycle)
             value[:, part], place[:, part], certain[:, part] = highest_of
-        block = max(1, BLOCK // cycle.samples)
-        for method in (settled_by_cells, _searched):
-            side, uncertain = np.nonzero(~certain)
-            for start in range(0, len(uncertain), block):
-                sign, part = side[start : start + block], uncertain[start : start + block]
-                less = (1.0 - 2.0 * sign[:, None]) / scale[part, None]
-                highest_of = method(rows[part] * less, size[part] * np.abs(less), cycle)
-                value[sign, part], place[sign, part], certain[sign, part] = highest_of
+        sign, part = np.nonzero(~certain)
+        if len(part):
+            less = (1.0 - 2.0 * sign[:, None]) / scale[part, None]
+            value[sign, part], place[sign, part] = _raised(rows[part] * less, number)
     highest, lowest = value * scale
     at_highest, at_lowest = place * turns
     lowest = -lowest
@@ -183,41 +177,11 @@ def over_cycle(order: FloatArray | Cycles, amplitude: Bounded) -> OverCycle:
     return OverCycle(*(Bounded(value, error) for value in values))
 
 
-def _searched(rows: ComplexArray, size: FloatArray, cycle: "Cycle") -> "SignalPeak":
-    """Highest values by branch and bound, where bounds on the cells do not settle them."""
-    samples = 1 << math.ceil(math.log2(SAMPLES_PER_ORDER * cycle.top))
-    sampled = _sampled(rows, cycle.number, cycle.top, samples)
-    found = _highest(rows, cycle.number, cycle.top, sampled)
-    return SignalPeak(*found, np.ones(len(rows), dtype=bool))
-
-
-def _sampled(rows: ComplexArray, number: IntArray, top: int, samples: int) -> FloatArray:
-    """The signals at `samples` equal steps of the cycle, (r, samples)."""
-    spectrum = np.zeros((len(rows), top + 1), dtype=np.complex128)
-    for place, one in enumerate(number.tolist()):
-        spectrum[:, one] += rows[:, place] * (1.0 if one == 0 else 0.5)
-    return np.asarray(np.fft.irfft(spectrum, samples, axis=-1) * samples)
-
-
-def _highest(
-    rows: ComplexArray, number: IntArray, top: int, sampled: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Highest values of signals whose size is below 1, and where in a cycle of 2 pi."""
-    samples = sampled.shape[1]
-    half = math.pi / samples
-    best = sampled.max(axis=1)
-    bend = np.abs(rows) @ (number.astype(float) ** 2)
-    lowest = best - 0.5 * half**2 * bend - 16.0 * EPSILON
-    row, sample = np.divmod(np.flatnonzero(sampled >= lowest[:, None]), samples)
-    roots = np.exp(2.0j * math.pi * np.arange(samples) / samples)
-    local = rows[row].T * roots[(number[:, None] * sample) % samples]
-    # a constant of 1 makes the signal positive, so that the longest length is the highest value
-    local = np.concatenate([local, np.ones((1, len(row)))])[:, None, :]
-    ratios = np.append(number / top, 0.0)
-    centre = sample * (2.0 * math.pi * top / samples)
-    cells = Cells.about(local, ratios, row, centre)
-    length, position = search(cells, (1.0 + best) ** 2, half * top, 2.0 * math.pi * top)
-    return length - 1.0, position / top
+def _raised(rows: ComplexArray, number: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Highest values of signals whose size is below 1, as peaks of positive ones, and where."""
+    raised = np.concatenate([rows, np.ones((len(rows), 1))], axis=1)
+    found = cycle_peak(raised, np.append(number, 0))
+    return found.value - 1.0, found.angle
 
 
 # ----------------------------------------------------------------------------
@@ -225,22 +189,20 @@ def _highest(
 #
 # Signals are sampled in single precision: that tells which samples can be next to the maximum.
 # Where these stand about one that is higher than its neighbours, a Taylor polynomial in double
-# precision, about a place next to that peak, tells it; where that does not settle it, polynomials
-# about each of the samples do. Where the second derivative is below zero all over what is examined
-# at, Newton's method on the slope finds the one maximum that it has. Rows that are not so simple
-# are named, for a search by branch and bound.
+# precision, about a place next to that peak, tells it. Where the second derivative is below zero
+# all over what is examined, Newton's method on the slope finds the one maximum that it has. Rows
+# that are not so simple are named, for a search by branch and bound.
 # ----------------------------------------------------------------------------
 
-#: least number of samples in a period of the highest order, and degree that is exact within a cell
-CELL_SAMPLES_PER_ORDER = 8
-DEGREE = 14
+#: least number of samples in a period of the highest order
+SAMPLES_PER_ORDER = 8
 #: degree of polynomials about places next to a peak, and number of these in a step of the samples
-PEAK_DEGREE, PLACES = 7, 32
+DEGREE, PLACES = 7, 32
 #: harmonics times samples up to which a product with a matrix takes less time than a transform
 WAVES = 1 << 14
 #: rounding of a sample in single precision, for a signal whose amplitudes sum up to 1
 SINGLE = 1e-5
-NEWTON, PEAK_NEWTON, ENOUGH = 12, 2, 1e-8
+NEWTON, ENOUGH = 2, 1e-8
 #: distance below zero, of the highest order's angle, at which a peak counts as at zero
 HARDLY = 1e-7
 
@@ -284,7 +246,7 @@ class Cycle(NamedTuple):
 def cycle_of(number: tuple[int, ...]) -> Cycle:
     """For harmonics whose highest is above zero."""
     numbers, top = np.array(number), max(number)
-    samples = even_smooth(CELL_SAMPLES_PER_ORDER * top)
+    samples = even_smooth(SAMPLES_PER_ORDER * top)
     roots = np.exp(2.0j * math.pi * np.arange(samples) / samples)
     turned = roots[(np.arange(samples)[:, None] * numbers) % samples]
     power = np.arange(DEGREE + 1)
@@ -299,7 +261,7 @@ def cycle_of(number: tuple[int, ...]) -> Cycle:
         waves = waves.astype(np.float32)
     offset = (np.arange(PLACES + 1) / PLACES - 0.5) * (2.0 * math.pi / samples)
     nearby = np.exp(1j * offset[:, None] * numbers)
-    moments = np.stack([scaled**2, scaled ** (PEAK_DEGREE + 1)], axis=1)
+    moments = np.stack([scaled**2, scaled ** (DEGREE + 1)], axis=1)
     return Cycle(numbers, top, samples, in_sequence, waves, turned, powers, nearby, moments)
 
 
@@ -331,10 +293,19 @@ def settled(rows: ComplexArray, size: FloatArray, cycle: Cycle) -> SignalPeak:
     return _about(rows, cycle, peaks, beyond)
 
 
-def settled_by_cells(rows: ComplexArray, size: FloatArray, cycle: Cycle) -> SignalPeak:
-    """Highest values of the signals alone, from the cells about the samples next to the maxima."""
-    _, _, high, _ = _single(rows, (size @ cycle.moments)[:, 0], cycle)
-    return _tops(rows, cycle, high, math.pi * cycle.top / cycle.samples)
+def sampled_roughly(rows: ComplexArray, cycle: Cycle) -> FloatArray:
+    """Samples (r, s) in single precision of signals whose amplitudes sum up to about 1."""
+    if cycle.waves is not None:
+        return np.asarray(rows.astype(np.complex64).view(np.float32) @ cycle.waves)
+    spectrum = np.zeros((len(rows), cycle.top + 1), dtype=np.complex64)
+    if cycle.in_sequence:
+        part = spectrum[:, int(cycle.number[0]) :]
+        np.multiply(rows, 0.5 * cycle.samples, out=part, casting="same_kind")
+    else:
+        for place, one in enumerate(cycle.number.tolist()):
+            spectrum[:, one] += rows[:, place] * (0.5 * cycle.samples)
+    spectrum[:, 0] *= 2.0
+    return np.asarray(np.fft.irfft(spectrum, cycle.samples, axis=-1))
 
 
 def _single(
@@ -345,18 +316,7 @@ def _single(
     `bend` (r,) bounds the second derivatives. Values (2, r) of signals and of negatives that those
     samples are not below, and the places of both kinds in the flat samples.
     """
-    if cycle.waves is not None:
-        sampled = rows.astype(np.complex64).view(np.float32) @ cycle.waves
-    else:
-        spectrum = np.zeros((len(rows), cycle.top + 1), dtype=np.complex64)
-        if cycle.in_sequence:
-            part = spectrum[:, int(cycle.number[0]) :]
-            np.multiply(rows, 0.5 * cycle.samples, out=part, casting="same_kind")
-        else:
-            for place, one in enumerate(cycle.number.tolist()):
-                spectrum[:, one] += rows[:, place] * (0.5 * cycle.samples)
-        spectrum[:, 0] *= 2.0
-        sampled = np.fft.irfft(spectrum, cycle.samples, axis=-1)
+    sampled = sampled_roughly(rows, cycle)
     # of the variable top times angle: derivatives have about the size of the signal
     half = math.pi * cycle.top / cycle.samples
     slack = (0.5 * half**2 * bend + 2.0 * SINGLE).astype(sampled.dtype)
@@ -431,8 +391,8 @@ def _about(rows: ComplexArray, cycle: Cycle, peaks: _Peaks, left_out: FloatArray
     # signals of a block, then their negatives, and so on: of each all peaks in sequence
     group = np.where(peaks.sign < 0.0, row + len(rows), row)
     place = np.rint((peaks.vertex + 0.5) * PLACES).astype(np.int64)
-    powers = np.ascontiguousarray(cycle.powers[:, : PEAK_DEGREE + 1].T)
-    taylor = np.empty((PEAK_DEGREE + 1, len(row)))
+    powers = np.ascontiguousarray(cycle.powers.T)
+    taylor = np.empty((DEGREE + 1, len(row)))
     block = max(1, BLOCK // cycle.powers.size)
     for start in range(0, len(row), block):
         part = slice(start, start + block)
@@ -444,14 +404,14 @@ def _about(rows: ComplexArray, cycle: Cycle, peaks: _Peaks, left_out: FloatArray
     step = whole / cycle.samples
     offset = (place / PLACES - 0.5) * step
     begin, end = -peaks.before * step - offset, peaks.after * step - offset
-    at, converged = _newton(taylor, begin, end, PEAK_NEWTON)
-    value = _at(taylor, at)
-    power = np.arange(2, PEAK_DEGREE + 2)
-    tail = left_out[row] / math.factorial(PEAK_DEGREE + 1)
+    at, converged = _newton(taylor, begin, end)
+    value = horner(taylor, at)
+    power = np.arange(2, DEGREE + 2)
+    tail = left_out[row] / math.factorial(DEGREE + 1)
     far = np.maximum(-begin, end)
     size = np.concatenate([taylor[2:3], np.abs(taylor[3:]), tail[None]])
-    converged &= tail * np.abs(at) ** (PEAK_DEGREE + 1) <= 0.25 * EPSILON
-    converged &= _at(size * (power * (power - 1))[:, None], far) < 0.0
+    converged &= tail * np.abs(at) ** (DEGREE + 1) <= 0.25 * EPSILON
+    converged &= horner(size * (power * (power - 1))[:, None], far) < 0.0
     first = np.flatnonzero(np.diff(group, prepend=-1))
     value = np.where(converged, value, -np.inf)
     highest = np.full(2 * len(rows), -np.inf)
@@ -459,7 +419,7 @@ def _about(rows: ComplexArray, cycle: Cycle, peaks: _Peaks, left_out: FloatArray
     certain = peaks.alone.reshape(-1) & np.isfinite(highest)
     open_ = np.flatnonzero(~converged)
     size[0] = np.maximum(size[0], 0.0)
-    reach = np.abs(taylor[1, open_]) + far[open_] * _at(size[:, open_], far[open_])
+    reach = np.abs(taylor[1, open_]) + far[open_] * horner(size[:, open_], far[open_])
     reach = taylor[0, open_] + far[open_] * reach
     certain[group[open_[reach >= highest[group[open_]] - 4.0 * EPSILON]]] = False
     spot = peaks.sample * step + (offset + at)
@@ -474,45 +434,7 @@ def _about(rows: ComplexArray, cycle: Cycle, peaks: _Peaks, left_out: FloatArray
     return SignalPeak(highest.reshape(2, -1), nearest.reshape(2, -1), certain.reshape(2, -1))
 
 
-def _tops(
-    rows: ComplexArray,
-    cycle: Cycle,
-    chosen: IntArray,
-    half: float,
-) -> SignalPeak:
-    """Highest values from the cells about `chosen` samples, in the sequence of the rows."""
-    row, sample = np.divmod(chosen, cycle.samples)
-    local = rows[row]
-    local *= cycle.turned[sample]
-    taylor = cycle.powers.T @ local.view(np.float64).T
-    start = np.searchsorted(row, np.arange(len(rows)))
-    best = np.maximum.reduceat(taylor[0], start)
-    power = np.arange(3, DEGREE + 1)
-    reach = np.maximum(taylor[2], 0.0) * half**2 + half**power @ np.abs(taylor[3:])
-    possible = taylor[0] + half * np.abs(taylor[1]) + reach >= best[row] - 4.0 * EPSILON
-    taylor, row, sample = taylor[:, possible], row[possible], sample[possible]
-    bend = (power * (power - 1) * half ** (power - 2)) @ np.abs(taylor[3:])
-    concave = 2.0 * taylor[2] + bend < 0.0
-    at, converged = _newton(taylor, -half, half, NEWTON)
-    simple = concave & converged
-    certain = np.ones(len(rows), dtype=bool)
-    certain[row[~simple]] = False
-    value = _at(taylor, at)
-    start = np.searchsorted(row, np.arange(len(rows)))
-    highest = np.maximum.reduceat(value, start)
-    centre = sample * (2.0 * math.pi * cycle.top / cycle.samples)
-    place = centre + at
-    # a peak at zero may come out as a rounding below it
-    place = np.where((place < 0.0) & (place > -HARDLY), 0.0, place)
-    place = np.where(place < 0.0, place + 2.0 * math.pi * cycle.top, place)
-    reached = value >= highest[row] - 8.0 * EPSILON
-    first = np.minimum.reduceat(np.where(reached, place, np.inf), start)
-    return SignalPeak(highest, first / cycle.top, certain)
-
-
-def _newton(
-    taylor: FloatArray, low: FloatArray | float, high: FloatArray | float, steps: int
-) -> tuple[FloatArray, BoolArray]:
+def _newton(taylor: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Where the slopes (k,) of concave polynomials vanish, or the end to which they rise."""
     power = np.arange(1, len(taylor))[:, None]
     slope = taylor[1:] * power
@@ -521,22 +443,12 @@ def _newton(
     at = np.clip(-slope[0] / falls, low, high)
     at = np.clip(at - at * at * (slope[2] + at * slope[3]) / falls, low, high)
     moved = np.full(at.shape, np.inf)
-    for _ in range(steps):
-        curvature = _at(bend, at)
-        step = _at(slope, at) / np.where(curvature < 0.0, curvature, -1.0)
+    for _ in range(NEWTON):
+        curvature = horner(bend, at)
+        step = horner(slope, at) / np.where(curvature < 0.0, curvature, -1.0)
         target = np.clip(at - step, low, high)
         moved, at = np.abs(target - at), target
         # the next step would be of the square of this one
         if float(np.max(moved, initial=0.0)) <= ENOUGH:
             break
     return at, moved <= ENOUGH
-
-
-def _at(coefficients: FloatArray, place: FloatArray) -> FloatArray:
-    """Polynomials (degree + 1, k) at one place (k,) each."""
-    value = coefficients[-1] * place
-    for one in coefficients[-2:0:-1]:
-        value += one
-        value *= place
-    value += coefficients[0]
-    return np.asarray(value)

@@ -21,8 +21,9 @@ from vibecalc.core.accuracy.topic import Answer, Ask, Solver, Topic
 from vibecalc.core.run.stage import Scene
 from vibecalc.errors import NumericalFailure
 from vibecalc.excitation.cylinder_torque import gas_harmonics, gas_torque_at
+from vibecalc.numerics.cycle_peak import DEGREE
 from vibecalc.numerics.rounding import ComplexArray, FloatArray, distinct
-from vibecalc.numerics.synthesis import DEGREE, cycle_of, synthesis
+from vibecalc.numerics.synthesis import cycle_of, synthesis
 from vibecalc.torsion.adapters.damper_design import build_problem
 from vibecalc.torsion.adapters.motion import readings_of
 from vibecalc.torsion.adapters.search import Search

@@ -1,9 +1,9 @@
 """Steady response of a shaft line to torques at its stations, at all speeds and orders at once."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,12 +17,11 @@ from vibecalc.numerics.rounding import (
     FloatArray,
     IntArray,
 )
-from vibecalc.torsion.close_elimination import eliminate_closely
 from vibecalc.torsion.dense import dense_solution
-from vibecalc.torsion.elimination import LineSolution, eliminate, room_for
+from vibecalc.torsion.elimination import eliminate, plan_of, room_for
 from vibecalc.torsion.line import Line, damping_matrix, mapped, network_matrix, part_of
 from vibecalc.torsion.modes import Modes
-from vibecalc.torsion.tree_plan import plan_of
+from vibecalc.torsion.network import network_solution
 
 #: entries (station times frequency) of one block at most: with fewer frequencies along a long line
 #: the calls take longer than the arithmetic
@@ -31,8 +30,15 @@ BLOCK = 1 << 24
 #: frequencies of one block, at most
 LONGEST = 8192
 
+#: the same of a network, that is solved several times, frequencies of a block of it at least, and
+#: entries of the matrices of dense solves
+NETWORK, LEAST, ENTRIES = 1 << 15, 64, 1 << 17
+
 #: places along each axis at which the size of a torque is examined
 SAMPLES = 16
+
+#: with a relative error above this a frequency is solved again
+UNCERTAIN = 7e-10
 
 
 class ForcedResponse(NamedTuple):
@@ -67,7 +73,7 @@ def forced(
     Parameters
     ----------
     line : Line
-        Any network; trees by elimination, loops by dense solves. Leading axes go with frequency.
+        Any network; trees by one elimination, loops by several. Leading axes go with frequency.
     frequency : array (...)
         In rad/s, 0 or above.
     torque : complex array (..., n)
@@ -112,7 +118,7 @@ def forced_masked(
 ) -> MaskedResponse:
     """As `forced` for a range of frequencies: what is singular is masked instead of refused.
 
-    `dense` asks for a full solve with pivoting at each frequency, also where elimination would do.
+    `dense` asks for a full solve with pivoting at each frequency, where elimination would do.
     """
     w, load = np.asarray(frequency, dtype=float), np.asarray(torque, dtype=np.complex128)
     n = line.inertia.shape[-1]
@@ -136,42 +142,44 @@ def forced_masked(
             loads[i], heaviest[i] = one, size_of
     angle = np.empty((n, copies, count), dtype=np.complex128)
     error, largest = np.zeros((copies, count)), np.zeros((copies, count))
-    growth = np.zeros(count, dtype=bool)
+    growth = np.full(count, True)
     # as the root it needs no torque carried down to it; which one it is need not be known exactly
     root = int(np.argmax(heaviest))
     plan = None if dense else plan_of(line, root, shape)
-    estimated = estimate or plan is None
-    size = max(1, (min(LONGEST, BLOCK // n) if plan else ENTRIES // (n * n)) // copies)
-    # blocks of one length: a short last one would cost as many calls as the others
-    size = max(1, -(-count // max(1, -(-count // size))))
-    driven = [one is not None for one in loads]
-    room = room_for(plan, driven, size, estimate) if plan else None
-    for start in range(0, count, size):
-        part = slice(start, min(start + size, count))
-        block = [
-            None if one is None else one[:, part] if one.shape[1] > 1 else one for one in loads
-        ]
-        place = angle[..., part]
-        if plan is None:
-            some = mapped(flat, partial(_rows, rows=part))
-            solution = dense_solution(some, flat_w[part], block, place)
-        else:
+    if plan is not None:
+        size = max(1, min(LONGEST, BLOCK // n) // copies)
+        # blocks of one length: a short last one would cost as many calls as the others
+        size = max(1, -(-count // max(1, -(-count // size))))
+        room = room_for(plan, [one is not None for one in loads], size, estimate)
+        for start in range(0, count, size):
+            part = slice(start, min(start + size, count))
+            block, place = _of_rows(loads, part), angle[..., part]
             with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                 solution = eliminate(plan.cut(part), flat_w[part], block, estimate, place, room)
-        if estimated:
-            error[:, part], largest[:, part] = solution.error, solution.largest
+            if estimate:
+                error[:, part], largest[:, part] = solution.error, solution.largest
+            else:
+                growth[part] = solution.growth
+        if estimate:
+            growth = np.any(~(error <= UNCERTAIN * largest), axis=0)
         else:
-            growth[part] = solution.growth
+            error[:, growth] = np.inf
     again = np.flatnonzero(growth)
-    if estimated:
-        again = np.flatnonzero(np.any(~(error <= UNCERTAIN * largest), axis=0))
-    if plan is not None and len(again):
-        for few in np.array_split(again, -(-n * copies * len(again) // ALONG)):
-            known = error[:, few] if estimated else np.full((copies, len(few)), np.inf)
-            known = np.fmin(known, np.inf)  # also where it is no number
-            angle[..., few], error[:, few], largest[:, few] = corrected(
-                flat, flat_w, loads, few, angle[..., few], known, root
+    # where elimination along a tree loses digits, and of what is no tree
+    method = dense_solution if dense else network_solution
+    size = (ENTRIES // (n * n) if dense else max(LEAST, NETWORK // n)) // copies + 1
+    for start in range(0, len(again), size):
+        few = again[start : start + size]
+        place = np.empty((n, copies, len(few)), dtype=np.complex128)
+        with np.errstate(all="ignore"):
+            found = method(
+                mapped(flat, partial(_rows, rows=few)), flat_w[few], _of_rows(loads, few), place
             )
+        known = error[:, few] if plan is not None else np.full((copies, len(few)), np.inf)
+        better = ~(known <= found.error)
+        angle[..., few] = np.where(better, found.angle, angle[..., few])
+        error[:, few] = np.where(better, found.error, known)
+        largest[:, few] = np.where(better, found.largest, largest[:, few])
     masked = np.zeros((copies, count), dtype=bool)
     uncertainty = ~(error[:, again] < SINGULAR * largest[:, again])
     masked[:, again] = uncertainty & ~((error[:, again] == 0.0) & (largest[:, again] == 0.0))
@@ -229,94 +237,12 @@ def _flat_loads(
     return flat, np.max(np.abs(flat[:, ::across, ::along]), axis=(1, 2), initial=0.0)
 
 
-# ----------------------------------------------------------------------------
-# Frequencies at which elimination along a tree loses digits, solved again by other methods.
-# ----------------------------------------------------------------------------
-
-Method: TypeAlias = Callable[
-    [Line, FloatArray, list[ComplexArray | None], ComplexArray], LineSolution
-]
-
-#: with a relative error above this a frequency is solved again
-UNCERTAIN = 7e-10
-
-#: entries of matrices that are worked on at once, and entries along a line with its sharper bound
-ENTRIES, ALONG = 1 << 17, 1 << 21
-
-#: entries of matrices up to which dense solves come first
-FEW = 1 << 10
-
-#: stations from which on no dense solve states a smaller error than eliminations from all roots do
-#: (1e-5 to 1e-8 with 2000, against 1e-9): there it is left to what would be masked
-LONG = 1000
-
-
-def corrected(
-    line: Line,
-    frequency: FloatArray,
-    torque: list[ComplexArray | None],
-    bad: IntArray,
-    angle: ComplexArray,
-    error: FloatArray,
-    root: int,
-) -> tuple[ComplexArray, FloatArray, FloatArray]:
-    """The `bad` ones of all frequencies, where elimination grew: angle, error, largest angle.
-
-    `angle` (n, r, bad) is what elimination towards the root found, `error` its error, infinite
-    where it is not known. They are solved with the sharper bound, from other roots, and dense.
-    Of all methods the one with the smallest error counts: near a true resonance none helps.
-    """
-    n, copies = angle.shape[:2]
-    roots = dict.fromkeys((root, 0, n // 2, n - 1))
-    from_roots: list[Method] = [partial(_from_root, root=one) for one in roots]
-    largest = np.max(np.abs(angle), axis=0)
-    left: IntArray = np.arange(len(bad))
-    # a handful of small dense solves takes less time than any elimination
-    few = n * n * copies * len(bad) <= FEW
-    for method in [dense_solution, *from_roots] if few else [*from_roots, dense_solution]:
-        if method is dense_solution and n >= LONG:
-            left = left[np.any(~(error[:, left] < SINGULAR * largest[:, left]), axis=0)]
-        size = max(1, (ENTRIES // (n * n) if method is dense_solution else ALONG // n) // copies)
-        for start in range(0, len(left), size):
-            part = left[start : start + size]
-            rows = bad[part]
-            loads = [
-                None if one is None else one[:, rows] if one.shape[1] > 1 else one for one in torque
-            ]
-            chosen = mapped(line, partial(_rows, rows=rows))
-            with np.errstate(all="ignore"):
-                again = method(
-                    chosen,
-                    frequency[rows],
-                    loads,
-                    np.empty((n, copies, len(rows)), dtype=np.complex128),
-                )
-            better = again.error < error[:, part]
-            best_angle, least = angle[..., part], error[:, part]
-            best_angle[:, better], least[better] = again.angle[:, better], again.error[better]
-            angle[..., part], error[:, part] = best_angle, least
-            largest[:, part] = np.max(np.abs(best_angle), axis=0)
-        left = left[np.any(~(error[:, left] <= UNCERTAIN * largest[:, left]), axis=0)]
-        if len(left) == 0:
-            break
-    return angle, error, largest
-
-
-def _rows(values: FloatArray, rows: IntArray | slice) -> FloatArray:
+def _rows(values: FloatArray, rows: IntArray) -> FloatArray:
     return values[rows] if values.ndim > 1 else values
 
 
-def _from_root(
-    line: Line,
-    frequency: FloatArray,
-    torque: list[ComplexArray | None],
-    angle: ComplexArray,
-    root: int,
-) -> LineSolution:
-    plan = plan_of(line, root)
-    if plan is None:
-        return dense_solution(line, frequency, torque, angle)
-    return eliminate_closely(plan, frequency, torque, angle)
+def _of_rows(loads: list[ComplexArray | None], rows: IntArray | slice) -> list[ComplexArray | None]:
+    return [one if one is None or one.shape[1] == 1 else one[:, rows] for one in loads]
 
 
 # ----------------------------------------------------------------------------

@@ -9,8 +9,9 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from vibecalc.numerics.rounding import ComplexArray, IntArray
-from vibecalc.torsion.line import Line
+from vibecalc.numerics.rounding import EPSILON, ComplexArray, FloatArray, IntArray
+from vibecalc.torsion.elimination import ROUNDINGS, LineSolution
+from vibecalc.torsion.line import Line, complex_stiffness
 
 #: of each step the reciprocal of its sum, and the share of the sum that each neighbour has
 Factors: TypeAlias = list[tuple[ComplexArray, list[ComplexArray]]]
@@ -38,8 +39,13 @@ class Network:
     edges: int
     steps: list[Step]
 
-    def factorised(self, ground: Sequence[ComplexArray], element: ComplexArray) -> Factors:
-        """From values (...) to ground of each freedom and of each element."""
+    def factorised(
+        self, ground: Sequence[ComplexArray], element: ComplexArray, least: float = 0.0
+    ) -> Factors:
+        """From values (...) to ground of each freedom and of each element.
+
+        A sum is at least that share of its edges; a freedom with nothing at all is held.
+        """
         g = list(ground)
         k: list[ComplexArray] = [np.zeros((), dtype=np.complex128)] * self.edges
         for place, value in zip(self.edge.tolist(), element, strict=True):
@@ -47,7 +53,12 @@ class Network:
                 k[place] = k[place] + value
         factors: Factors = []
         for i, around, fill in self.steps:
-            inverse = 1.0 / sum((k[e] for _, e in around), start=g[i])
+            total = sum((k[e] for _, e in around), start=g[i])
+            if least:
+                size = least * sum(np.abs(k[e]) for _, e in around)
+                total = np.where(np.abs(total) < size, size, total)
+                total = np.where(total == 0.0, np.inf, total)
+            inverse = 1.0 / total
             share = [k[e] * inverse for _, e in around]
             for (j, _), part in zip(around, share, strict=True):
                 g[j] = g[j] + part * g[i]
@@ -62,14 +73,13 @@ class Network:
         for (i, around, _), (_, share) in zip(self.steps, factors, strict=True):
             for (j, _), part in zip(around, share, strict=True):
                 t[j] = t[j] + part * t[i]
-        angle = np.empty_like(load)
         for (i, around, _), (inverse, share) in zip(
             reversed(self.steps), reversed(factors), strict=True
         ):
-            angle[i] = t[i] * inverse
+            t[i] = t[i] * inverse
             for (j, _), part in zip(around, share, strict=True):
-                angle[i] += part * angle[j]
-        return angle
+                t[i] = t[i] + part * t[j]
+        return np.array(t)
 
 
 def network_of(line: Line) -> Network:
@@ -106,3 +116,87 @@ def _network(n: int, first: tuple[int, ...], second: tuple[int, ...]) -> Network
         for j, _ in around:
             heapq.heappush(waiting, (len(beside[j]), j))
     return Network(n, np.array(edges, dtype=np.int64), len(names), steps)
+
+
+# ----------------------------------------------------------------------------
+# Forced response of any network, with refinement, and with the error that its roundings make by the
+# line's own compliances.
+#
+# What resonates by itself on the way makes a sum of edges nearly zero. There it is kept from zero,
+# and what is left of the equations, formed by twists, is solved again until it corrects nothing.
+#
+# Rounded are then the torques of elements, which act on both of their ends, and those at the
+# freedoms. With the compliances G = 1 / A of the line, D the sizes of these roundings and B the
+# freedoms that they act on, no angle is wrong by more than the largest sum of a row of |G B D|.
+# That sum is found by a few solves, as the largest of a column of its transpose (W. W. Hager 1984,
+# N. J. Higham 1988).
+# ----------------------------------------------------------------------------
+
+#: share of its edges that a sum of them has at least
+LEAST = 2.0**-40
+#: columns that are summed up: a mean of all, and those that each one points at as the largest
+COLUMNS = 2
+
+
+def network_solution(
+    line: Line, frequency: FloatArray, torque: list[ComplexArray | None], angle: ComplexArray
+) -> LineSolution:
+    """As `eliminate` with its estimate, for any network and next to resonances of its parts."""
+    n, copies, count = angle.shape
+    network, first, second = network_of(line), line.first, line.second
+    w = frequency[:, None]
+    ground = line.ground_stiffness + 1j * w * line.absolute_damping - w**2 * line.inertia
+    ground = np.broadcast_to(ground, (count, n)).T
+    element = np.broadcast_to(complex_stiffness(line, frequency), (count, len(first))).T
+    load = np.zeros((n, copies, count), dtype=np.complex128)
+    for i, one in enumerate(torque):
+        if one is not None:
+            load[i] = one
+    factors = network.factorised(ground, element, LEAST)
+    change, left, error = angle, load, np.zeros((copies, count))
+
+    def spread(at_freedom: ComplexArray, in_element: ComplexArray) -> ComplexArray:
+        """Torques on all freedoms from those on each and those that elements pull with."""
+        whole = at_freedom.copy()
+        np.subtract.at(whole, first, in_element)
+        np.add.at(whole, second, in_element)
+        return whole
+
+    def corrected(beside: ComplexArray) -> ComplexArray:
+        """Correct the angles, and solve for torques `beside` what is left (n, r, f)."""
+        nonlocal change, left
+        carried = element[:, None] * (angle[first] - angle[second])
+        left = spread(load - ground[:, None] * angle, carried)
+        both = network.solved(factors, np.concatenate([left, beside], axis=1))
+        change, answer = both[:, :copies], both[:, copies:]
+        np.add(angle, change, out=angle)
+        return answer
+
+    angle[...] = 0.0
+    # in phases of no symmetry, so that no mode is left out
+    column = np.broadcast_to(np.exp(1j * np.arange(n))[:, None, None] / n, angle.shape)
+    for _ in range(COLUMNS):
+        answer = corrected(column)
+        rounded = 4.0 * EPSILON * np.abs(element[:, None] * (angle[first] - angle[second]))
+        summed = 2.0 * EPSILON * (np.abs(ground[:, None] * angle) + np.abs(load))
+        np.add.at(summed, first, 0.5 * rounded)
+        np.add.at(summed, second, 0.5 * rounded)
+        twist = answer[first] - answer[second]
+        moved, twisted = np.abs(answer), np.abs(twist)
+        total = np.sum(summed * moved, axis=0) + np.sum(rounded * twisted, axis=0)
+        error = np.fmax(error, total)
+        # a torque of each size in the phase that turns this column on most
+        summed /= np.where(moved > 0.0, moved, np.inf)
+        rounded /= np.where(twisted > 0.0, twisted, np.inf)
+        slope = corrected(spread(summed * np.conj(answer), -rounded * np.conj(twist)))
+        column = np.zeros_like(slope)
+        np.put_along_axis(column, np.argmax(np.abs(slope), axis=0)[None], 1.0, axis=0)
+    largest = np.max(np.abs(angle), axis=0)
+    # another column may have a sum that is larger, but seldom twice as large
+    error = 2.0 * (error + np.max(np.abs(change), axis=0) + EPSILON * largest)
+    # what nothing else holds needs torques that balance
+    least = 2.0 * n * ROUNDINGS * np.abs(load).sum(axis=0)
+    for (i, _, _), (inverse, _) in zip(network.steps, factors, strict=True):
+        error[(np.abs(left[i]) > least) & (inverse == 0.0)] = np.inf
+    error[~np.isfinite(error)] = np.inf
+    return LineSolution(angle, error, np.zeros(count, dtype=bool), largest)

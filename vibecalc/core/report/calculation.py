@@ -25,10 +25,19 @@ from vibecalc.core.report.plots import make, pictures_of, vector_picture
 from vibecalc.core.report.sections import Section, other, read_as, section, stacked, table_of
 from vibecalc.core.report.text import OF_STUDIES, identity
 from vibecalc.core.report.verdicts import bounds_of, judge_references, place_of
-from vibecalc.core.report.writing import Column, pairs, paragraph, show, table
+from vibecalc.core.report.writing import (
+    Column,
+    as_text,
+    number,
+    pairs,
+    paragraph,
+    show,
+    table,
+    turns,
+)
 from vibecalc.core.results.catalogue import CATALOGUE, OWNER
 from vibecalc.core.results.named import named
-from vibecalc.core.results.record import Result, Verdict
+from vibecalc.core.results.record import BARRED, Result, Verdict
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.core.run.stage import Subject, subjects, subjects_of
 
@@ -104,9 +113,9 @@ def _page(result: Result, subject: Subject | None, calculation: Calculation, ful
     title = str(result.case.get("title") or result.name)
     body, contents = list[str](), list[str]()
     rest = made.rest(subject, calculation)
-    for number, (words, below) in enumerate([*chapters, *rest, conclusion], 1):
-        contents.append(f"{number} {words}")
-        body += [html_heading(contents[-1]), *_numbered(below, number)]
+    for place, (words, below) in enumerate([*chapters, *rest, conclusion], 1):
+        contents.append(f"{place} {words}")
+        body += [html_heading(contents[-1]), *_numbered(below, place)]
     written = [("Case as written", [html_written(result.case_toml)])] if full else []
     contents.append("Appendix")
     body += [html_heading("Appendix"), '<div class="appendix">',
@@ -163,20 +172,50 @@ def assumptions(result: Result) -> list[str]:
 def judged(result: Result) -> list[str]:
     """The sentence, and a row for each limit with its utilisation."""
     limits = verdicts_of(result)
-    heads = ("result", "place", Column("allowed", right=True), Column("computed", right=True),
-             "unit", Column("utilisation\n%", right=True), "verdict")  # fmt: skip
-    return stacked(paragraph(_verdict(limits)), table(heads, map(_judged, limits)))
+    return [*paragraph(_verdict(limits)), *limit_table(limits)]
 
 
-def _judged(row: Verdict) -> list[str]:
-    name = row.borne or read_as(row.quantity, row.unit)[0]
-    use = row.use
+_BARRED = (
+    "Kept but where barred: exceeded only in speed ranges that the rule lets be barred for "
+    "continuous running, and not at the operating speed."
+)
+_INFORMATIVE = "Informative: the society's or the standard's current text counts."
+
+
+def limit_table(rows: Sequence[Verdict], *notes: str) -> list[str]:
+    """A row for each limit, and what has to be known of some, with `notes`."""
+    told = any(row.element or row.source for row in rows), any(row.status != "case" for row in rows)
+    heads = (Column("element"), Column("limit"), Column("rule"), Column("status"),
+             number("allowed"), number("computed"), Column("unit"), number("util.\n%"),
+             number("at\nrpm"), Column("verdict"))  # fmt: skip
+    words = [_BARRED] * any(row.state == BARRED for row in rows)
+    words += [_INFORMATIVE] * any(row.status == "informative" for row in rows)
+    words += notes
+    cells = (_limit_cells(row, *told) for row in rows)
+    return [*table(heads, cells), *paragraph(" ".join(words))[: len(words)]]
+
+
+def _limit_cells(row: Verdict, rules: bool, statuses: bool) -> list[str]:
+    element, limit, source, use = row.element, row.limit, row.source, row.use
+    bounds, computed = ", ".join(bounds_of(row)), show(row.computed, row.error_estimate)
+    if element:
+        limit += f"; {row.condition}" if row.condition else ""
+        computed = as_text(row.computed, row.unit)
+        bounds = bounds if row.min is not None else as_text(row.max or 0.0, row.unit)
+        if not row.unit and row.max == 1.0:  # the utilisation itself
+            bounds = computed = ""
+    else:
+        picks = ", ".join(f"{axis.replace('_', ' ')} {one}" for axis, one in row.where.items())
+        element = place_of(row).strip() or picks
+        limit = read_as(row.quantity, row.unit)[0] + " (start)" * (row.at == "start")
+        source = source or "limit of the case"
     if math.isnan(use) and row.max is not None and row.max > 0.0 and row.unit != "dB":
         use = row.computed / row.max
-    picks = ", ".join(f"{axis.replace('_', ' ')} {one}" for axis, one in row.where.items())
-    return [name + " (start)" * (row.at == "start"), place_of(row).strip() or picks,
-            ", ".join(bounds_of(row)), show(row.computed, row.error_estimate), row.unit,
-            show(100.0 * use) if math.isfinite(use) else "", pages.limit_verdict(row)]  # fmt: skip
+    shown = show(100.0 * use) if math.isfinite(use) else ""
+    at = turns(row.speed) if math.isfinite(row.speed) else ""
+    rule = source * rules, row.status * statuses
+    verdict = pages.limit_verdict(row)
+    return [element, limit, *rule, bounds, computed, row.unit, shown, at, verdict]
 
 
 def _running(title: str) -> str:

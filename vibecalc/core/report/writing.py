@@ -399,6 +399,22 @@ def rpm(speed: float) -> float:
     return speed * 60.0 / _TURN
 
 
+def turns(speed: float) -> str:
+    """A speed in rad/s as rpm, short: `300`, `859.9`."""
+    return short(rpm(speed))
+
+
+def short(value: float) -> str:
+    """Four significant digits, without zeros at the end."""
+    text = show(float(value), digits=4)
+    return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
+
+
+def as_text(value: float, unit: str) -> str:
+    """Four digits; of turns without zeros at the end."""
+    return short(value) if unit == "rpm" else show(value)
+
+
 def hertz(frequency: float) -> float:
     """Cycles per second of a frequency in rad/s."""
     return frequency / _TURN

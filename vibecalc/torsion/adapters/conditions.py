@@ -33,9 +33,9 @@ from vibecalc.torsion.adapters.setup import (
     with_gas,
 )
 from vibecalc.torsion.adapters.steady import setup_of
+from vibecalc.torsion.critical_speeds import rough_range
 from vibecalc.torsion.question_tables import condition_names
 from vibecalc.torsion.results import CONDITIONS
-from vibecalc.torsion.rough_range import rough_range
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case

@@ -9,11 +9,10 @@ from vibecalc.numerics.rounding import BoolArray, ComplexArray, FloatArray, IntA
 from vibecalc.torsion.adapters.motion import HALF, TORQUE, readings_of, solved, speeds_at_once
 from vibecalc.torsion.adapters.search import Search, among, some_speeds
 from vibecalc.torsion.adapters.setup import Drive, Model, Setup
-from vibecalc.torsion.critical_speeds import by_machine
+from vibecalc.torsion.critical_speeds import by_machine, near_the_largest
 from vibecalc.torsion.hung import BareLine, bare_line, hung, ring_stiffness, torque_under
 from vibecalc.torsion.line import loss_stiffness
 from vibecalc.torsion.results import FOLLOWED, ROOT
-from vibecalc.torsion.rough_range import near_the_largest
 
 # ----------------------------------------------------------------------------
 # A study of many lines asks for a few numbers of each: the largest torques over the speeds, what a

@@ -7,6 +7,7 @@ import numpy as np
 from vibecalc.core.report.sections import Section, having, labels, speed_of
 from vibecalc.core.report.writing import (
     Column,
+    as_text,
     hertz,
     number,
     pairs,
@@ -134,11 +135,6 @@ def permitted(one: "Coupling", name: str) -> tuple[float, str]:
     values = {"T_KN": may.mean, "T_Kmax": may.peak, "n_max": may.speed,
               "temperature": may.temperature, "P_KV": may.power}  # fmt: skip
     return _as_read(name, values.get(name, may.vibratory)), _UNITS.get(name, "kN m")
-
-
-def as_text(value: float, unit: str) -> str:
-    """Four digits; of turns without zeros at the end."""
-    return short(value) if unit == "rpm" else show(value)
 
 
 def _as_read(name: str, value: float) -> float:

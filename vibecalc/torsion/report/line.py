@@ -24,9 +24,10 @@ from vibecalc.core.report.writing import (
     number,
     pairs,
     paragraph,
-    rpm,
+    short,
     show,
     table,
+    turns,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.speed_damping import ARCHER
@@ -168,17 +169,6 @@ def at_speed(result: Result, lead: str = " at ") -> str:
     """` at 300 rpm`, the operating speed; nothing without one."""
     speed = speed_of(result)
     return "" if speed is None else f"{lead}{turns(speed)} rpm"
-
-
-def turns(speed: float) -> str:
-    """A speed in rad/s as rpm, short: `300`, `859.9`."""
-    return short(rpm(speed))
-
-
-def short(value: float) -> str:
-    """Four significant digits, without zeros at the end."""
-    text = show(float(value), digits=4)
-    return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
 
 
 def order_text(order: float) -> str:
