@@ -98,9 +98,13 @@ REFUSED: dict[str, str] = {
             "inner_diameter = 0.05, length = 1 } }",
         ),
     ),
-    "load": replaced(G, ('load = "propeller"', 'load = "prop"')),
+    "load": replaced(G, ('balanced_by = "propeller"', 'balanced_by = "prop"')),
     "loads": replaced(
-        G, ('load = "propeller"', 'loads = [{ on = "generator", torque = "300 N*m" }]')
+        G,
+        (
+            'balanced_by = "propeller"',
+            'absorbed_torques = [{ on = "generator", torque = "300 N*m" }]',
+        ),
     ),
     "rigid loop": replaced(
         G, ("shafts = [", 'shafts = [\n { between = ["pinion", "wheel"], stiffness = 3 },')

@@ -15,11 +15,11 @@ def mean_stations(reader: Any, speed: mpf, drive: Any = None) -> list[mpf]:
     for station, scale in zip(line.built.cylinder_station.tolist(), drive.scale, strict=True):
         found[station] += scale * mean * line.ratio[station]
     names = [one.name for one in line.parts.stations]
-    for load in line.parts.loads:
+    for load in line.parts.absorbed_torques:
         at = names.index(load.on)
         taken = mpf(load.torque) * (speed / reader.speed) ** mpf(load.exponent)
         found[at] -= taken * abs(line.ratio[at])
-    last = names.index(line.parts.load) if line.parts.load else len(names) - 1
+    last = names.index(line.parts.balanced_by) if line.parts.balanced_by else len(names) - 1
     found[last] -= mpmath.fsum(found)
     return found
 

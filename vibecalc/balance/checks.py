@@ -22,7 +22,7 @@ _SAME = 1e-9
 def balance_problems(case: Case) -> Iterator[Problem]:
     """Problems of orders, places and shafts."""
     given, train = case.balance, case.machine.crank_train
-    if given is None or train is None or train.axis == train.stroke:  # reported with the train
+    if given is None or train is None or train.axis == train.stroke_axis:  # reported with the train
         return
     sought = sought_weights(given, train)
     yield from _orders(case, given, sought)

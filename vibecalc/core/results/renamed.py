@@ -13,6 +13,8 @@ from vibecalc.errors import KeyPath
 #: end of the place of a key, positions in lists left out -> its name now
 KEYS: dict[str, str] = {
     "crank_train.stroke": "stroke_axis",
+    "shaft_line.load": "balanced_by",
+    "shaft_line.loads": "absorbed_torques",
 }
 #: place and text that it had -> the text now
 TEXTS: dict[tuple[str, str], str] = {}
