@@ -1,4 +1,4 @@
-"""Claim: what docs/new_machine.md shows works as printed, and what it names is there."""
+"""Claim: the commands of docs/contributing.md work as printed."""
 
 import re
 import shlex
@@ -8,7 +8,7 @@ import pytest
 from fuzzing import command
 from shipped_cases import ROOT
 
-PAGE = (ROOT / "docs" / "new_machine.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "contributing.md").read_text(encoding="utf-8")
 LINES = [
     line for block in re.findall(r"```sh\n(.*?)```", PAGE, re.S) for line in block.splitlines()
 ]
@@ -23,7 +23,7 @@ def test_commands_work_in_the_order_printed(
         (tmp_path / name).symlink_to(ROOT / name)
     monkeypatch.chdir(tmp_path)
     tried = [line for line in LINES if not any(words in line for words in BY_HAND)]
-    assert len(tried) == 9
+    assert len(tried) == 6
     for line in tried:
         outcome = command(*shlex.split(line)[1:], cap=60)
         assert outcome.code == 0, (line, outcome.err)
