@@ -155,7 +155,7 @@ class DenseLine:
                     lowest *= np.interp(speed, law["table"]["speed"], law["table"]["factor"])
                 value += one["inertia"] * lowest / engine["magnifier"]
             found[place] = value
-        for load in self.line.get("loads", []):
+        for load in self.line.get("absorbed_torques", []):
             if "propeller_damping" in load:
                 place = self.names.index(load["on"])
                 rpm = speed * abs(self.ratio[place]) * 30.0 / np.pi
@@ -185,12 +185,12 @@ class DenseLine:
                 torque = scale * one.gas + speed**2 * one.inertia
                 found[place] += torque * np.exp(-1j * one.order * angle)
                 mean[place] += scale * one.mean
-        for load in self.line.get("loads", []):
+        for load in self.line.get("absorbed_torques", []):
             place = self.names.index(load["on"])
             mean[place] -= self.sense[place] * self.taken(load, speed)
         for place, order, torque in self.beside(speed):
             found[place, np.abs(one.order - order) < 1e-9] += self.sense[place] * torque
-        last = self.names.index(self.line.get("load", self.names[-1]))
+        last = self.names.index(self.line.get("balanced_by", self.names[-1]))
         mean[last] -= self.ratio @ mean / self.ratio[last]
         return one.order, found, mean
 
@@ -208,7 +208,9 @@ class DenseLine:
         for one in self.line.get("excitations", []):
             place = self.names.index(one["on"])
             if "blades" in one:
-                (load,) = [load for load in self.line["loads"] if load["on"] == one["on"]]
+                (load,) = [
+                    load for load in self.line["absorbed_torques"] if load["on"] == one["on"]
+                ]
                 multiples = one["blades"] * (1.0 + np.arange(len(one["shares"])))
                 orders = multiples * abs(self.ratio[place])
                 sizes = np.array(one["shares"]) * self.taken(load, speed)

@@ -70,7 +70,7 @@ gears = [
   { between = ["pinion", "wheel"], teeth = [20, 60] },
   { between = ["wheel", "take-off"], ratio = 4.0, mesh_stiffness = "1e8 N/m", pitch_radius = "0.3 m" },
 ]
-load = "propeller"
+balanced_by = "propeller"
 [response.torsion]
 """  # noqa: E501
 

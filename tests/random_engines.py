@@ -156,7 +156,7 @@ def _line(draw: np.random.Generator, train: Table, speed: float) -> Table:
         line["dampers"] = [_damper(draw, row, size, natural)]
     if draw.random() < 0.2:
         load = {"on": stations[-1]["name"], "torque": 10.0 * size, "exponent": 2.0}
-        line |= {"load": row[-1], "loads": [load]}
+        line |= {"balanced_by": row[-1], "absorbed_torques": [load]}
     return line
 
 

@@ -168,5 +168,5 @@ def _line(draw: np.random.Generator, cylinders: int, size: float, natural: float
         line["dampers"] = [damper]
     if draw.random() < 0.2:
         load = {"on": row[-1], "torque": 1e-3 * stiff, "exponent": 2.0}
-        line |= {"load": row[-1], "loads": [load]}
+        line |= {"balanced_by": row[-1], "absorbed_torques": [load]}
     return line

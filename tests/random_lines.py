@@ -174,8 +174,8 @@ class _Draw:
         load["exponent"] = float(self.draw.choice([0.0, 2.0]))
         if self.chance(0.6):
             load["propeller_damping"] = {"method": "archer", "coefficient": 25.0}
-        self.line["loads"] = [load]
-        self.line["load"] = str(self.draw.choice(["flywheel", "pinion"]))
+        self.line["absorbed_torques"] = [load]
+        self.line["balanced_by"] = str(self.draw.choice(["flywheel", "pinion"]))
         blade = {"on": screw, "blades": blades, "shares": [0.1, 0.02], "phases": [0.4, 1.9]}
         self.line["excitations"] = [blade]
 

@@ -71,8 +71,8 @@ def geared() -> dict[str, Any]:
     slow = {"of": "own", "table": steps}
     shafts[2] |= {"damping": 200.0, "over_speed": slow}
     return machine(
-        load="pinion",
-        loads=[{"on": "propeller", "curve": TORQUE,
+        balanced_by="pinion",
+        absorbed_torques=[{"on": "propeller", "curve": TORQUE,
                 "propeller_damping": {"method": "factor", "coefficient": 3.5}}],
         engine_damping={"magnifier": 50, "mode": 3, "over_speed": {"table": TABLE}},
         stations=stations,
@@ -199,7 +199,7 @@ def test_archer() -> None:
 
 def test_slope_is_the_derivative_of_the_load() -> None:
     case = geared()
-    case["machine"]["shaft_line"]["loads"] = [{
+    case["machine"]["shaft_line"]["absorbed_torques"] = [{
         "on": "propeller", "torque": 2500.0, "exponent": 2.4,
         "propeller_damping": {"method": "slope"},
     }]  # fmt: skip

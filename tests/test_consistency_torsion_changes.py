@@ -145,7 +145,7 @@ def test_a_line_told_from_its_other_end_has_the_same_time_history() -> None:
     text = f"{GENSET}transient = {{ kind = 'run_up', from = 100, to = 110, duration = 1.0 }}\n"
     told = [tomllib.loads(text), tomllib.loads(text)]
     for case in told:
-        case["machine"]["shaft_line"]["load"] = "generator"
+        case["machine"]["shaft_line"]["balanced_by"] = "generator"
     line = told[1]["machine"]["shaft_line"]
     line["stations"].reverse()
     line["shafts"].reverse()

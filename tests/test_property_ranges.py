@@ -102,8 +102,8 @@ def pump_line(**shaft: Any) -> dict[str, Any]:
             "speed": "120 rpm",
             "shaft_line": {
                 "speed_of": "motor",
-                "load": "motor",
-                "loads": [load],
+                "balanced_by": "motor",
+                "absorbed_torques": [load],
                 "stations": [
                     {"name": "motor", "inertia": 900.0},
                     {"name": "propeller", "inertia": 2500.0},

@@ -403,6 +403,7 @@ ONLY_ON_THE_COMMAND_LINE = {
     "help": "`help(vibecalc.run)`",
     "new": "writes text for an editor",
     "schema": "text for an editor",
+    "migrate": "rewrites a file",
     "info": "a result and `to_pandas()` say it",
     "get": "`result[path].to(unit)`",
     "export": "`to_xarray()`, `to_pandas()`",

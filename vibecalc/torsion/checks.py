@@ -158,7 +158,7 @@ def _run_up(case: Case, line: ShaftLine) -> Iterator[Problem]:
     damped = (
         *(line.dampers, line.engine_damping),
         *(one.damping or one.damping_ratio or one.eta for one in line.shafts),
-        *(one.propeller_damping for one in line.loads),
+        *(one.propeller_damping for one in line.absorbed_torques),
         *(one.absolute_damping for one in line.stations),
     )
     if not any(damped):

@@ -51,14 +51,14 @@ def _count(line: ShaftLine) -> Iterator[Problem]:
 def _places(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
     """What stands on a station: loads, the rings of dampers."""
     taking = layout.names[layout.load]
-    for place, load in enumerate(line.loads):
+    for place, load in enumerate(line.absorbed_torques):
         if load.on == taking:
             yield Problem(
-                path=(*LINE, "loads", place, "on"),
+                path=(*LINE, "absorbed_torques", place, "on"),
                 message=f"station {taking[:60]!r} takes up the mean torque that is left, and has a "
                 "load of its own",
-                allowed="no load of its own, or another station as `load`",
-                also=(*LINE, "load") if line.load is not None else None,
+                allowed="no load of its own, or another station as `balanced_by`",
+                also=(*LINE, "balanced_by") if line.balanced_by is not None else None,
             )
     for place, damper in enumerate(line.dampers):
         if damper.name in layout.at:
@@ -308,10 +308,10 @@ def _twice(line: ShaftLine) -> Iterator[Problem]:
                     also=of_engine,
                 )
             seen[station.name] = of_engine
-    for place, load in enumerate(line.loads):
+    for place, load in enumerate(line.absorbed_torques):
         if load.propeller_damping is None:
             continue
-        path: KeyPath = (*LINE, "loads", place, "propeller_damping")
+        path: KeyPath = (*LINE, "absorbed_torques", place, "propeller_damping")
         if load.on in seen:
             yield Problem(
                 path=path,
@@ -324,11 +324,11 @@ def _twice(line: ShaftLine) -> Iterator[Problem]:
 
 def _loads(line: ShaftLine) -> Iterator[Problem]:
     """A propeller damps by the torque that it takes."""
-    for place, load in enumerate(line.loads):
+    for place, load in enumerate(line.absorbed_torques):
         given = load.propeller_damping
         if given is None:
             continue
-        path: KeyPath = (*LINE, "loads", place)
+        path: KeyPath = (*LINE, "absorbed_torques", place)
         least = load.torque if load.curve is None else min(load.curve.torque)
         if least is not None and least <= 0.0:
             yield Problem(
@@ -381,9 +381,9 @@ def _spans(line: ShaftLine, layout: Layout) -> Iterator[tuple[KeyPath, Sequence[
     engine = None if line.engine_damping is None else line.engine_damping.over_speed
     if engine is not None and engine.table is not None:
         yield (*LINE, "engine_damping", "over_speed", "table"), engine.table.speed, 1.0
-    for n, load in enumerate(line.loads):
+    for n, load in enumerate(line.absorbed_torques):
         if load.curve is not None:
-            yield (*LINE, "loads", n, "curve"), load.curve.speed, 1.0
+            yield (*LINE, "absorbed_torques", n, "curve"), load.curve.speed, 1.0
     for n, one in enumerate(line.excitations):
         if one.over_speed is not None:
             yield (*LINE, "excitations", n, "over_speed"), one.over_speed.speed, 1.0
@@ -403,10 +403,10 @@ def _answers(case: Case, line: ShaftLine, modes: int) -> Iterator[Problem]:
         return
     change = torsion.transient
     moves = change is not None and change.kind not in _STEPS
-    for place, load in enumerate(line.loads):
+    for place, load in enumerate(line.absorbed_torques):
         if moves and load.curve is not None:
             yield Problem(
-                path=(*LINE, "loads", place, "curve"),
+                path=(*LINE, "absorbed_torques", place, "curve"),
                 message=f"the load on {load.on[:60]!r} is a table, which a change of speed in time "
                 "does not follow",
                 allowed="torque and exponent, or a load_step or misfire_onset, which keep the "
@@ -483,15 +483,15 @@ def excitation_problems(
 
 def _followed(case: Case, line: ShaftLine, layout: Layout) -> Iterator[Problem]:
     """Shares of a mean torque that there is, frequencies that are no orders."""
-    loaded = {layout.names[layout.load], *(load.on for load in line.loads)}
+    loaded = {layout.names[layout.load], *(load.on for load in line.absorbed_torques)}
     for place, one in enumerate(line.excitations):
         path: KeyPath = (*LINE, "excitations", place)
         if one.shares and one.on not in loaded:
             yield Problem(
                 path=(*path, "shares"),
                 message=f"station {one.on[:60]!r} takes no mean torque to have a share of",
-                allowed="a station of `loads`, or that of `load`; or torques instead",
-                also=(*LINE, "loads") if line.loads else None,
+                allowed="a station of `absorbed_torques`, or `balanced_by`; or torques instead",
+                also=(*LINE, "absorbed_torques") if line.absorbed_torques else None,
             )
         for number, frequency in enumerate(one.frequencies):
             half = 2.0 * frequency / case.machine.speed
@@ -510,7 +510,7 @@ def _followed_in_passages(line: ShaftLine, layout: Layout) -> Iterator[Problem]:
     taking = layout.names[layout.load]
     for place, one in enumerate(line.excitations):
         path: KeyPath = (*LINE, "excitations", place)
-        loads = [load for load in line.loads if load.on == one.on]
+        loads = [load for load in line.absorbed_torques if load.on == one.on]
         exponents = [load.exponent for load in loads if load.curve is None]
         by_square = one.exponent in (0.0, 2.0)
         if one.shares:

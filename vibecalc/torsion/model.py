@@ -369,7 +369,7 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
     turned = {name: n for n, one in enumerate(parts.stations) for name in one.turned_by}
     cylinders = train.cylinders if has_crank_train(case.machine) else ()
     fired = np.array([turned[one.name] for one in cylinders], dtype=np.int64)
-    laws = tuple(load_law(one, case.machine.speed) for one in parts.loads)
+    laws = tuple(load_law(one, case.machine.speed) for one in parts.absorbed_torques)
     elastic = iter(range(len(shafts), before))
     built = ShaftLineModel(
         line=line,
@@ -420,9 +420,11 @@ def build_shaft_line(case: Case) -> ShaftLineModel:
         ),
         load_station=layout.load,
         load_freedom=int(freedom[layout.load]),
-        taken_station=np.array([layout.at[one.on] for one in parts.loads], dtype=np.int64),
+        taken_station=np.array(
+            [layout.at[one.on] for one in parts.absorbed_torques], dtype=np.int64
+        ),
         taken_torque=np.array([float(one.at(case.machine.speed)) for one in laws], dtype=float),
-        taken_exponent=np.array([one.exponent for one in parts.loads], dtype=float),
+        taken_exponent=np.array([one.exponent for one in parts.absorbed_torques], dtype=float),
         taken_laws=laws,
         couplings=_couplings(parts, layout, own),
     )

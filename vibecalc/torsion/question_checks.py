@@ -348,7 +348,9 @@ def _no_crank(line: ShaftLine, layout: Layout, limit: TorsionLimit) -> Iterator[
 
 def _beyond(line: ShaftLine, layout: Layout, names: Sequence[str]) -> Iterator[str]:
     """Shafts that M68 is not for, with the reason."""
-    driven = (layout.at[one.on] for one in line.loads if one.propeller_damping is not None)
+    driven = (
+        layout.at[one.on] for one in line.absorbed_torques if one.propeller_damping is not None
+    )
     load, speed = next(driven, layout.load), layout.ratio
     for name in names:
         place = layout.sections.index(name)

@@ -384,14 +384,12 @@ class ShaftLine(Table):
     shafts: tuple[Shaft, ...] = key("between them, also a CSV", (), max_length=4000)
     gears: tuple[Gear, ...] = key("between two shafts, also a CSV", (), max_length=64)
     dampers: tuple[LineDamper, ...] = key("attached to stations", (), max_length=16)
-    load: Name | None = key(
-        "name of the station that takes up the mean torque; default: the last", None
-    )
+    balanced_by: Name | None = key("station that balances the mean torque; default: the last", None)
     speed_of: Name | None = key(
         "without cylinders: name of the station that turns with machine.speed; default: the first",
         None,
     )
-    loads: tuple[Load, ...] = key("other torques that are taken", (), max_length=64)
+    absorbed_torques: tuple[Load, ...] = key("mean torques of other stations", (), max_length=64)
     excitations: tuple[StationExcitation, ...] = key(
         "torques that alternate, beside those of cylinders", (), max_length=64
     )
@@ -403,7 +401,13 @@ class ShaftLine(Table):
         _some_between,
         *(
             refers(key, _STATIONS, "station")
-            for key in ("shafts.between", "gears.between", "dampers.on", "loads.on", "load")
+            for key in (
+                "shafts.between",
+                "gears.between",
+                "dampers.on",
+                "absorbed_torques.on",
+                "balanced_by",
+            )
         ),
         refers("excitations.on", _STATIONS, "station"),
         refers("speed_of", _STATIONS, "station"),
@@ -480,7 +484,7 @@ class Layout:
         self.crank = (
             self.fires.index(True) if any(self.fires) else self.at.get(line.speed_of or "", 0)
         )
-        self.load = len(self.names) - 1 if line.load is None else self.at[line.load]
+        self.load = len(self.names) - 1 if line.balanced_by is None else self.at[line.balanced_by]
 
     @cached_property
     def ratios(self) -> Ratios:
@@ -544,7 +548,7 @@ def has_laws(line: ShaftLine) -> bool:
         line.engine_damping is not None
         or any(one.over_speed is not None for one in line.stations)
         or any(one.over_speed is not None for one in line.shafts)
-        or any(one.propeller_damping is not None for one in line.loads)
+        or any(one.propeller_damping is not None for one in line.absorbed_torques)
     )
 
 
@@ -561,7 +565,7 @@ def what_follows(line: ShaftLine) -> dict[str, bool]:
         stations = stations or any(given)
     stations = stations or any(
         one.propeller_damping is not None and (one.curve is not None or one.exponent != 1.0)
-        for one in line.loads
+        for one in line.absorbed_torques
     )
     turning = [one for one in line.shafts if moves(one.over_speed)]
     return {

@@ -144,7 +144,7 @@ def station_laws(
             value = _engine_damping(engine, float(inertia[place]), natural)
             found.append(_law(engine.over_speed, value, ratio[place]))
         laws.append(found)
-    for load in line.loads:
+    for load in line.absorbed_torques:
         given = load.propeller_damping
         if given is not None:
             multiple = load.exponent if given.method == "slope" else given.coefficient or 0.0

@@ -13,9 +13,9 @@ from vibecalc.errors import KeyPath
 #: end of the place of a key, positions in lists left out -> its name now
 KEYS: dict[str, str] = {
     "crank_train.stroke": "stroke_axis",
+    "shaft_line.load": "balanced_by",
+    "shaft_line.loads": "absorbed_torques",
 }
-#: place and text that it had -> the text now
-TEXTS: dict[tuple[str, str], str] = {}
 #: axis of a result -> its name now
 AXES = {"half_order": "order"}
 
@@ -99,12 +99,8 @@ def current_key(key: str) -> str:
 
 
 def current_text(path: KeyPath, text: str) -> str:
-    """A text of a case, as it is now: a choice, a key, the path of a result, an axis."""
-    names = [part for part in path if isinstance(part, str)]
-    for end in _ends(names):
-        if (end, text) in TEXTS:
-            return TEXTS[end, text]
-    if names[-1:] == ["axis"]:
+    """A text of a case, as it is now: a key, the path of a result, an axis."""
+    if path[-1:] == ("axis",):
         return current_axis(text)
     if "/" in text:
         return current_path(text)

@@ -619,7 +619,7 @@ def _of_station(line: Mapping[str, Any], station: Mapping[str, Any]) -> list[str
     engine = line.get("engine_damping")
     if engine and (station.get("cylinder") or station.get("cylinders")):
         found.append(_of_engine(engine) + _over(engine.get("over_speed")))
-    for load in line.get("loads") or ():
+    for load in line.get("absorbed_torques") or ():
         if load["on"] == station["name"] and load.get("propeller_damping"):
             found.append(_of_propeller(load))
     return found
