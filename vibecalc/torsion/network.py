@@ -152,7 +152,7 @@ def network_solution(
     for i, one in enumerate(torque):
         if one is not None:
             load[i] = one
-    factors = network.factorised(ground, element, LEAST)
+    factors = network.factorised(list(ground.astype(np.complex128)), element, LEAST)
     change, left, error = angle, load, np.zeros((copies, count))
 
     def spread(at_freedom: ComplexArray, in_element: ComplexArray) -> ComplexArray:
@@ -188,7 +188,8 @@ def network_solution(
         # a torque of each size in the phase that turns this column on most
         summed /= np.where(moved > 0.0, moved, np.inf)
         rounded /= np.where(twisted > 0.0, twisted, np.inf)
-        slope = corrected(spread(summed * np.conj(answer), -rounded * np.conj(twist)))
+        turning: ComplexArray = summed * np.conj(answer)
+        slope = corrected(spread(turning, np.asarray(-rounded * np.conj(twist), dtype=complex)))
         column = np.zeros_like(slope)
         np.put_along_axis(column, np.argmax(np.abs(slope), axis=0)[None], 1.0, axis=0)
     largest = np.max(np.abs(angle), axis=0)

@@ -35,7 +35,7 @@ from vibecalc.core.report.curves import (
     spans,
 )
 from vibecalc.core.report.sections import having, labels, speed_of, table_of
-from vibecalc.core.report.writing import fold, hertz, rpm, show
+from vibecalc.core.report.writing import fold, hertz, rpm, show, turns
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.torsion.report.line import (
     TORSION,
@@ -52,7 +52,6 @@ from vibecalc.torsion.report.line import (
     silent,
     speed_range,
     torque_unit,
-    turns,
     vector,
     worst_section,
 )

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibecalc.core.report.canvas import COLOURS, LIMIT, PLATE, QUIET, TOTAL, canvas, note, ticks
 from vibecalc.core.report.sections import having, speed_of, table_of
-from vibecalc.core.report.writing import hertz, rpm, show
+from vibecalc.core.report.writing import hertz, rpm, short, show, turns
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.torsion.report.line import (
     TORSION,
@@ -17,9 +17,7 @@ from vibecalc.torsion.report.line import (
     line_of,
     mode_names,
     order_text,
-    short,
     speed_range,
-    turns,
     vector,
 )
 

@@ -13,11 +13,13 @@ from vibecalc.core.report.writing import (
     pairs,
     paragraph,
     rpm,
+    short,
     show,
     table,
+    turns,
 )
 from vibecalc.core.results.record import Quantity, Result
-from vibecalc.torsion.report.line import joined, line_of, short, titled, turns
+from vibecalc.torsion.report.line import joined, line_of, titled
 from vibecalc.torsion.results import COUPLING, HEALTHY
 
 if TYPE_CHECKING:

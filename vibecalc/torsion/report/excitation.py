@@ -15,6 +15,7 @@ from vibecalc.core.report.writing import (
     show,
     show_phase,
     table,
+    turns,
 )
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import (
@@ -31,7 +32,6 @@ from vibecalc.torsion.report.line import (
     speed_range,
     titled,
     torque_unit,
-    turns,
     vector,
 )
 

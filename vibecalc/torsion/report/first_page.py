@@ -9,7 +9,7 @@ from vibecalc.core.report.calculation import Calculation, Chapter, limit_table
 from vibecalc.core.report.pages import conclusion as counted
 from vibecalc.core.report.pages import limit_verdict
 from vibecalc.core.report.sections import Section, having, labels, stacked, table_of
-from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
+from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table, turns
 from vibecalc.core.results.record import (
     BROKEN,
     Result,
@@ -41,7 +41,6 @@ from vibecalc.torsion.report.line import (
     place_of,
     silent,
     torque_unit,
-    turns,
     vector,
 )
 from vibecalc.torsion.results import COUPLING

@@ -7,7 +7,17 @@ import numpy as np
 
 from vibecalc.core.report.rows import Cells, Rows, rows_of
 from vibecalc.core.report.sections import Section, having, labels, speed_of, stacked
-from vibecalc.core.report.writing import Column, number, pairs, paragraph, read, show, table
+from vibecalc.core.report.writing import (
+    Column,
+    number,
+    pairs,
+    paragraph,
+    read,
+    short,
+    show,
+    table,
+    turns,
+)
 from vibecalc.core.results.record import (
     BARRED,
     BROKEN,
@@ -32,12 +42,10 @@ from vibecalc.torsion.report.line import (
     mode_names,
     names,
     order_text,
-    short,
     silent,
     speed_range,
     titled,
     torque_unit,
-    turns,
     vector,
 )
 from vibecalc.units import convert

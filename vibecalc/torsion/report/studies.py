@@ -18,7 +18,17 @@ from vibecalc.core.report.sections import (
     stacked,
     table_of,
 )
-from vibecalc.core.report.writing import Column, hertz, number, paragraph, rpm, show, table
+from vibecalc.core.report.writing import (
+    Column,
+    hertz,
+    number,
+    paragraph,
+    rpm,
+    short,
+    show,
+    table,
+    turns,
+)
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import (
     cell,
@@ -26,11 +36,9 @@ from vibecalc.torsion.report.line import (
     mode_names,
     modes_named,
     names,
-    short,
     strongest,
     titled,
     torque_unit,
-    turns,
     within,
 )
 from vibecalc.torsion.report.vibration import in_turns

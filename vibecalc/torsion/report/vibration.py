@@ -16,7 +16,16 @@ from vibecalc.core.report.rows import (
     rows_of,
 )
 from vibecalc.core.report.sections import Section, having, labels, magnitudes
-from vibecalc.core.report.writing import Column, number, paragraph, show, show_phase, table
+from vibecalc.core.report.writing import (
+    Column,
+    number,
+    paragraph,
+    short,
+    show,
+    show_phase,
+    table,
+    turns,
+)
 from vibecalc.core.results.described import paths_of
 from vibecalc.core.results.record import Quantity, Record, Result
 from vibecalc.torsion.report.line import (
@@ -33,11 +42,9 @@ from vibecalc.torsion.report.line import (
     order_text,
     range_words,
     row_of,
-    short,
     strongest,
     titled,
     torque_unit,
-    turns,
     vector,
     worst_section,
 )
