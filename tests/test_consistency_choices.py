@@ -153,7 +153,7 @@ def test_many_combinations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_the_front_of_a_stock(tmp_path: Path) -> None:
     """Without variables between bounds the front is what no other combination beats."""
-    asked = """second_objective = { quantity = "isolation/support_displacement/sag" }
+    asked = """second_objective = { quantity = "isolation/support_displacement/static" }
 further_objectives = [ { quantity = "isolation/pitch/natural_frequency", sense = "max" } ]
 variables ="""
     text = BASE + PICKED.replace("variables =", asked).split("[[limit]]")[0]

@@ -153,7 +153,7 @@ def test_folding_keeps_every_letter(text: str, width: int) -> None:
 
 
 def test_the_terminal_shows_what_differs_and_the_report_everything() -> None:
-    row = {"quantity": "isolation/lever_force/rigid_peak", "source": "Graph 1"}
+    row = {"quantity": "isolation/couple_over_lever/blocked_peak", "source": "Graph 1"}
     rows = [{**row, "value": "9329 N"}] * 30 + [{**row, "value": "9000 N"}]
     result = generator(reference=rows)
     brief, some = plain_summary(result), render_report(result)
@@ -166,7 +166,7 @@ def test_the_terminal_shows_what_differs_and_the_report_everything() -> None:
 
 
 def test_verdicts_name_every_miss() -> None:
-    path = "isolation/lever_force/steady_peak"
+    path = "isolation/couple_over_lever/steady_peak"
     limit = [{"quantity": path, "max": "97 N"}, {"quantity": path, "max": "99 N"}]
     text = render_verdicts(generator(limit=limit))
     assert max(len(line) for line in text.splitlines()) <= 100

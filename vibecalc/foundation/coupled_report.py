@@ -39,7 +39,7 @@ _OF_ORDERS = (
     Cells("rigid/force_by_order", "rigid %", percent(2)),
     Cells("power", "power W"),
 )
-_BY_ORDER = Rows("half_order", "order", _OF_ORDERS, COUPLED, label="{:g}",
+_BY_ORDER = Rows("order", "order", _OF_ORDERS, COUPLED, label="{:g}",
                  places=lambda found: _LARGE(found[1:]))  # fmt: skip
 _FEET = Rows("mount", "below the mount", (Cells("foot_velocity_rms", "r.m.s. mm/s", "mm/s"),),
              COUPLED, merge=True)  # fmt: skip

@@ -69,7 +69,7 @@ def _resultant(path: str) -> Made:
     """Efficiency by order for all components together."""
 
     def made(record: Record) -> Quantity | None:
-        share = having(record, f"{path}/by_order", "half_order", "component")
+        share = having(record, f"{path}/by_order", "order", "component")
         return None if share is None else part_of(share, share.values[:, -1], share.axes[0])
 
     return made
@@ -82,7 +82,7 @@ def _by_order(root: str) -> Rows:
         Cells("by_order", "{} %", lambda share, _: _percent(share).removesuffix(" %")),
         Cells(_resultant(root), "dB", _level),
     )
-    return Rows("half_order", "order", columns, root, label="{:g}", places=_LOUD,
+    return Rows("order", "order", columns, root, label="{:g}", places=_LOUD,
                 rest=others(OTHERS))  # fmt: skip
 
 

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 
 def _over_cycle(name: str, words: str) -> Panel:
-    stem = f"isolation/lever_force/{name}"
+    stem = f"isolation/couple_over_lever/{name}"
     orders = [
         Curve(over_turn(f"{stem}_harmonics", partial(np.equal, order)), said)
         for order, said in ORDER_NAMES.items()
@@ -61,7 +61,7 @@ def _over_cycle(name: str, words: str) -> Panel:
 FORCE_OVER_CYCLE = Curves(
     "pitch couple / lever during one turn",
     (
-        _over_cycle("rigid", "without isolation: rigidly mounted"),
+        _over_cycle("blocked", "without isolation: rigidly mounted"),
         _over_cycle("steady", "through the mounts"),
     ),
     names=5,
@@ -209,7 +209,7 @@ def _run_up(path: str, label: str, look: Look) -> Panel:
 RUN_UP = Curves(
     "run-up: largest force over the cycle",
     (
-        _run_up("isolation/lever_force", "pitch couple / lever", {"color": TOTAL}),
+        _run_up("isolation/couple_over_lever", "pitch couple / lever", {"color": TOTAL}),
         _run_up("isolation/support_force", "one support on the ground", {}),
     ),
 )

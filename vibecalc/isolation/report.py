@@ -34,7 +34,9 @@ from vibecalc.isolation.results import (
 # The body on its mounts: natural frequencies, what each mount bears, transmissibility.
 # ----------------------------------------------------------------------------
 
-_LEVER = tuple(f"isolation/lever_force/{name}_peak" for name in ("rigid", "steady", "run_up"))
+_LEVER = tuple(
+    f"isolation/couple_over_lever/{name}_peak" for name in ("blocked", "steady", "run_up")
+)
 #: what belongs to pictures; the shapes of modes carry no scale, and the energy says what moves
 _DRAWN = ("_harmonics", "/run_up", "_curve", "modes/shape", "/centre", "run_up_peak_speed")
 _MODES = Rows(
@@ -129,7 +131,7 @@ _COUPLE = (
 )
 #: the orders that matter, in their sequence
 _ORDERS = Rows(
-    "half_order order", "order", _COUPLE, "isolation", label="{:g}", places=loud(1e-3, 16),
+    "order", "order", _COUPLE, "isolation", label="{:g}", places=loud(1e-3, 16),
     rest=others(OTHERS),
 )  # fmt: skip
 _BY_CAUSE = (Cells("isolation/support_force/by_cause", "{} N"),)

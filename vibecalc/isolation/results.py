@@ -60,9 +60,9 @@ class BodyMotion(Motion):
 class LeverForce:
     """Couple of the pitch model over a lever."""
 
-    ROOT: ClassVar[str] = "isolation/lever_force"
-    rigid_harmonics: Any = q("order", "N", "pitch couple / lever, rigidly mounted", PEAK)
-    rigid_peak: Any = named("", "N", "pitch couple / lever, rigidly mounted, peak", PEAK)
+    ROOT: ClassVar[str] = "isolation/couple_over_lever"
+    blocked_harmonics: Any = q("order", "N", "pitch couple / lever, rigidly mounted", PEAK)
+    blocked_peak: Any = named("", "N", "pitch couple / lever, rigidly mounted, peak", PEAK)
     steady_harmonics: Any = q("order", "N", "couple through the mounts over lever", PEAK)
     steady_peak: Any = lead("", "N", "pitch couple / lever at speed, peak", PEAK)
     run_up: Any = q("speed", "N", "pitch couple / lever at each speed, peak", PEAK)
@@ -79,7 +79,7 @@ class SupportForce:
 
     ROOT: ClassVar[str] = "isolation/support_force"
     static: Any = q("mount", "N", "share of the weight on one support")
-    rigid_peak: Any = q("mount", "N", "mount force, rigidly mounted, peak", PEAK)
+    blocked_peak: Any = q("mount", "N", "mount force, rigidly mounted, peak", PEAK)
     steady_harmonics: Any = q("mount direction order", "N", "dynamic force on a support", PEAK)
     steady_peak: Any = lead("mount", "N", "mount force at speed, peak", PEAK)
     largest_load: Any = q("mount", "N", "largest load: weight, mean torque and dynamic force")
@@ -93,13 +93,14 @@ class SupportForce:
 
 @dataclass(frozen=True)
 class SupportDisplacement:
-    """Displacement of the body at each support; the excursion is with sag and mean torque."""
+    """Displacement of the body at each support; the total deflection is with that by
+    weight and mean torque."""
 
     ROOT: ClassVar[str] = "isolation/support_displacement"
-    sag: Any = lead("mount", "m", "static deflection of a mount")
+    static: Any = lead("mount", "m", "static deflection of a mount")
     steady_harmonics: Any = q("mount direction order", "m", "displacement at a support", PEAK)
     vertical_peak: Any = lead("mount", "m", "vertical displacement at a mount, peak", PEAK)
-    excursion: Any = lead("mount", "m", "total deflection of a mount, peak", PEAK)
+    total: Any = lead("mount", "m", "total deflection of a mount, peak", PEAK)
 
 
 # ----------------------------------------------------------------------------
@@ -139,7 +140,7 @@ class TorqueReaction:
     """The torque of the cylinders on the body, without mean where what is driven is on the body."""
 
     ROOT: ClassVar[str] = "isolation/torque_reaction"
-    couple: Any = q("half_order", "N*m", "couple by gas and inertia about the crankshaft", PEAK)
+    couple: Any = q("order", "N*m", "couple by gas and inertia about the crankshaft", PEAK)
     mean_couple: Any = lead("", "N*m", "torque reaction, mean")
     roll_peak: Any = lead("", "rad", "roll of the body by torque, peak", PEAK, read="mrad")
     nearest_order: Any = q("mode", "", "nearest half order of those that drive a mode; 0: none")
@@ -155,7 +156,7 @@ NEAREST = paths_of(TorqueReaction, "nearest_order", "margin")
 #: of supports at the operating speed, computed on the foundation of the case where that moves
 STEADY_AT_SUPPORTS = (
     *paths_of(SupportForce, "steady_harmonics", "steady_peak", "largest_load", "minimum_load"),
-    *paths_of(SupportDisplacement, "steady_harmonics", "vertical_peak", "excursion"),
+    *paths_of(SupportDisplacement, "steady_harmonics", "vertical_peak", "total"),
 )
 #: the same of the body and its supports
 STEADY = (*paths_of(BodyMotion), *STEADY_AT_SUPPORTS)

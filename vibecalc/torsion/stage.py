@@ -385,7 +385,7 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
         own = design and design.speeds if path.startswith(DESIGN) else None
         where = "damper_design.speeds" if own else "response.torsion.speeds"
         return Entries.of_speeds(own or (torsion and torsion.speeds), where)
-    if axis == "half_order" and path.startswith(ROOT):
+    if axis == "order" and path.startswith(ROOT):
         return _planned_orders(case, path)
     if axis == "mode" and line is not None and path.startswith(ROOT):
         because = "a shaft line has at most one mode for each station and each damper"

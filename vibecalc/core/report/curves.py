@@ -62,10 +62,9 @@ _READ = {"rad": "deg", "rad/s": "rpm", "m": "mm"}
 _BELOW = {
     "speed": "crank speed in rpm",
     "order": "order, multiple of the crank speed",
-    "half_order": "order, multiple of the crank speed",
 }
-#: axes of orders, and how many of them have ticks at half ones
-_ORDERS, _FEW_ORDERS = ("order", "half_order"), 6.0
+#: up to which order an axis of them has ticks at half ones
+_FEW_ORDERS = 6.0
 #: s, a time up to which it is read in ms
 _SHORT = 0.1
 #: of a history, what begins before begins with it
@@ -599,7 +598,7 @@ class Plot:
             step = float(np.min(np.diff(np.unique(x)), initial=1.0))
             axes.set_xlim(float(x.min()) - 0.7 * step, float(x.max()) + 0.7 * step)
             axes.grid(visible=False, axis="x")
-            if axis.name in _ORDERS:
+            if axis.name == "order":
                 halves = step < 1.0 and float(np.ptp(x)) <= _FEW_ORDERS
                 whole = MaxNLocator(12, integer=True, steps=[1, 2, 5, 10])
                 axes.xaxis.set_major_locator(MultipleLocator(0.5) if halves else whole)

@@ -265,24 +265,13 @@ def tolerance(result: Result) -> Section | None:
     found = _summary(result)
     if found is None:
         return None
-    rows = [("tolerance", tolerance_line(result, worst=True))]
+    words = f"rtol = {found.rtol:g} reached by {found.met} of {found.held} results"
+    if found.worst:
+        share = f"is {UNRESOLVED}" if found.share >= 1.0 else f"has {show_error(found.share)}"
+        words += f", the worst {share}: {found.worst}"
+    rows = [("tolerance", words)]
     rows += [("not held to it", f"{count}: {words}") for words, count in found.exempt]
     return section("Tolerance", [pairs(rows)])
-
-
-def tolerance_line(result: Result, worst: bool = False) -> str:
-    """The same in one line, empty where a result says nothing of a tolerance.
-
-    With the path of the `worst` if that is asked for.
-    """
-    found = _summary(result)
-    if found is None:
-        return ""
-    words = f"rtol = {found.rtol:g} reached by {found.met} of {found.held} results"
-    if not found.worst:
-        return words
-    share = f"is {UNRESOLVED}" if found.share >= 1.0 else f"has {show_error(found.share)}"
-    return f"{words}, the worst {share}" + f": {found.worst}" * worst
 
 
 def _summary(result: Result) -> ToleranceSummary | None:

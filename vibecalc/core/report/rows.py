@@ -67,7 +67,7 @@ class Cells(NamedTuple):
 class Rows(NamedTuple):
     """A table with a row for each entry of `axis`, below the `title` of their names.
 
-    `axis` may name several axes by blanks, whose entries are of one kind: "half_order order".
+    `axis` may name several axes by blanks, whose entries are of one kind: "mount station".
     `label` formats the names, such as "{:g}", or is a function that writes them,
     and `right` sets them like numbers; without a `title` they are left out. At `{turn}` in it, or
     in a head, stands `a turn`, or `two turns` where half orders act. `places` says which

@@ -60,7 +60,7 @@ def turns_of(record: Record, path: str) -> str:
     """Over what the results next to one repeat: `a turn`, `two turns` where half orders act."""
     root = path.rpartition("/")[0]
     axes = (axis.values for other, one in record.items() if other.startswith(f"{root}/")
-            for axis in one.axes if axis.name in ("order", "half_order"))  # fmt: skip
+            for axis in one.axes if axis.name == "order")  # fmt: skip
     return "two turns" if any(np.any(values % 1.0) for values in axes) else "a turn"
 
 

@@ -664,7 +664,7 @@ def _least(record: Record, path: str, gear: int) -> tuple[float, float, float | 
     return float(curve.values[gear, k]), curve.error_estimate, float(curve.axes[1].values[k])
 
 
-_SEPARATED = ("margin", "half_order", "sufficient")
+_SEPARATED = ("margin", "order", "sufficient")
 
 
 def _separated(result: Result) -> Iterator[Verdict]:
