@@ -1,5 +1,6 @@
 """Residual by order without and with the weights; the weights as vectors around their shafts."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,6 @@ from vibecalc.balance.results import WeightsFound
 from vibecalc.core.report.canvas import COLOURS, QUIET, TOTAL, canvas, palette
 from vibecalc.core.report.curves import Curve, Curves, Panel
 from vibecalc.core.report.sections import by_size, having, labels, scalar_of
-from vibecalc.core.report.sources import Source
 from vibecalc.core.report.writing import read, show
 from vibecalc.core.results.record import Quantity, Result
 from vibecalc.units import convert
@@ -28,7 +28,7 @@ _ALIKE = 1e-9
 _TIMES = {"before": ("without", QUIET), "after": ("with", COLOURS[0])}
 
 
-def _acting(name: str, when: str) -> Source:
+def _acting(name: str, when: str) -> Callable[[Result], Quantity | None]:
     """A size by order, rounding as the zero that it is; none where it is zero before and after."""
 
     def made(result: Result) -> Quantity | None:
@@ -54,10 +54,10 @@ _LABELS = {"force": "force", "couple": "couple", "residual": "weighted residual"
 
 def _residual(result: Result) -> Quantity | None:
     """The weighted residual, none where it is the force alone."""
-    both = [_acting(name, "before")(result) for name in ("residual", "force")]
-    sizes = [None if one is None else one.values for one in both]
-    alone = None not in both and np.allclose(*sizes, rtol=_ALIKE)
-    return None if alone else both[0]
+    residual, force = (_acting(name, "before")(result) for name in ("residual", "force"))
+    if residual is None or force is None:
+        return residual
+    return None if np.allclose(residual.values, force.values, rtol=_ALIKE) else residual
 
 
 def _before_and_after(name: str) -> Panel:

@@ -1,6 +1,7 @@
 """Pictures of studies: change in time, waterfall, variable inertia, modal route, damper design."""
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -197,19 +198,19 @@ def _counted(result: Result) -> list[Panel]:
     if ranges is None or number is None:
         return []
     panels = []
-    for name, tops, cycles in zip(
-        labels(ranges.axes[0]), ranges.values, number.values, strict=True
-    ):
-        factor, unit = torque_unit(result.record)
+    (factor, unit), known = torque_unit(result.record), labels(ranges.axes[0])
+    words = f"range in {unit_words(unit)[1]}"
+    for name, tops, cycles in zip(known, ranges.values, number.values, strict=True):
         middles = factor * (tops - 0.5 * tops[0])  # bins of one width from 0 on
-        along = Axis(
-            name="range", values=middles, unit="", long_name=f"range in {unit_words(unit)[1]}"
-        )
+        along = Axis(name="range", values=middles, unit="", long_name=words)
         one = replace(number, path="", values=cycles, axes=(along,))
-        panels.append(
-            Panel("cycles", (Curve(lambda _, one=one: one, bars=True),), f"section {name}")
-        )
+        bars = Curve(partial(_same, one), bars=True)
+        panels.append(Panel("cycles", (bars,), f"section {name}"))
     return panels
+
+
+def _same(one: Quantity, _: Result) -> Quantity:
+    return one
 
 
 COUNTED_CYCLES = Curves("cycles of the change by their range, crest less trough", _counted)
