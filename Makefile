@@ -124,13 +124,13 @@ $(VENV)/.docs: $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --group docs
 	@touch $@
 
-bench: $(READY) ## all benchmarks as ratios: benchmarks/RESULTS.md and the README's table (10 minutes)
+bench: $(READY) ## all benchmarks as ratios: benchmarks/RESULTS.md (10 minutes)
 	$(BIN)/python benchmarks/run.py
 
-matrix: $(READY) ## every case with other versions, Pythons, kernels and threads; into docs/determinism.md
+matrix: $(READY) ## every case with other versions, Pythons, kernels and threads; into tests/matrix/ENVIRONMENTS.md
 	$(BIN)/python tests/matrix/run.py --environments $(VENV)/matrix
 
-test-long: $(READY) $(VENV)/.docs matrix ## long searches, the full fuzz, the matrix; record in docs/validation.md
+test-long: $(READY) $(VENV)/.docs matrix ## long searches, the full fuzz, the matrix
 	$(BIN)/python -m pytest -n $(WORKERS) -m long --timeout 14400
 
 clean: ## remove the environment, caches and outputs

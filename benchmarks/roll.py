@@ -282,7 +282,7 @@ def measure() -> Report:
         rows,
         [Table("Every way", columns, lines)],
         ["One machine alone stays within 50 times of scipy: what is left are many numpy calls on "
-         "small arrays, hardly fewer with fewer points; docs/speed.md has the shares."]
+         "small arrays, hardly fewer with fewer points; docs/accuracy.md has the shares."]
         if rows[2].missed else [],
     )  # fmt: skip
 

@@ -1,6 +1,6 @@
-"""All benchmarks, or those named, each in a process of its own; writes RESULTS.md and the README.
+"""All benchmarks, or those named, each in a process of its own; writes RESULTS.md.
 
-python benchmarks/run.py                  # all: benchmarks/RESULTS.md and README's table
+python benchmarks/run.py                  # all: benchmarks/RESULTS.md
 python benchmarks/run.py roll torsion     # some: printed, nothing written
 """
 
@@ -15,11 +15,10 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from rows import COLUMNS, Report, Row, in_markdown, shown, unpacked
+from rows import Report, shown, unpacked
 
 HERE = Path(__file__).resolve().parent
-RESULTS, README = HERE / "RESULTS.md", HERE.parent / "README.md"
-BEGIN, END = "<!-- ratios -->", "<!-- ratios end -->"
+RESULTS = HERE / "RESULTS.md"
 THREADS = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 #: in this order; what is not there is left out
@@ -27,23 +26,6 @@ NAMES = (
     "start_up", "kernels", "response", "impact", "search", "absorber", "roll", "torsion", "sweep",
     "defaults", "needs", "sizes", "scaling", "best_possible",
 )  # fmt: skip
-
-#: rows of the front page: how what, way and yardstick begin
-FRONT = (
-    ("forced response of 7 inertias, 6 driven", "with", "opentorsion"),
-    ("forced response of 200 inertias, 6 driven", "with", "opentorsion"),
-    ("modes of 200 inertias, uniform", "", "opentorsion"),
-    ("joint with play", "batch", "scipy"),
-    ("levels for 1000 rods", "collocation", "scipy"),
-    ("ten levels of one machine", "quick", "the source's"),
-    ("ten levels of one machine", "collocation, 6", "the source's"),
-    ("tuning of an absorber", "a point of a batch", "scipy"),
-    ("tuning of an absorber", "one point alone, to", "scipy"),
-    ("balance masses", "own search", "the source's"),
-    ("peak over the cycle", "", "numpy"),
-    ("largest force over rod and throw", "by arrays", "a process"),
-)
-SHOWN = ("what", "way", "yardstick", "ratio", "error reached")
 
 
 def present() -> list[str]:
@@ -106,30 +88,6 @@ def missed(reports: list[Report]) -> str:
     return "".join(lines) or "None.\n"
 
 
-def front_rows(reports: list[Report]) -> list[Row]:
-    """Rows of the front page, the first that fits each entry of `FRONT`."""
-    every = [row for report in reports for row in report.rows]
-    chosen = []
-    for what, way, yardstick in FRONT:
-        fitting = (
-            row
-            for row in every
-            if row.what.startswith(what)
-            and row.way.startswith(way)
-            and row.yardstick.startswith(yardstick)
-        )
-        row = next(fitting, None)
-        if row is not None:
-            chosen.append(row)
-    return chosen
-
-
-def front_table(reports: list[Report]) -> str:
-    """The table of the front page."""
-    places = [COLUMNS.index(name) for name in SHOWN]
-    return in_markdown(SHOWN, [[row.cells()[k] for k in places] for row in front_rows(reports)])
-
-
 def results(found: dict[str, Report | None], head: str, spent: float) -> str:
     """RESULTS.md."""
     reports = [one for one in found.values() if one is not None]
@@ -151,15 +109,6 @@ def results(found: dict[str, Report | None], head: str, spent: float) -> str:
     return "\n".join(parts)
 
 
-def with_table(readme: str, table: str) -> str:
-    """README with its table between the markers replaced."""
-    before, found, rest = readme.partition(BEGIN)
-    _, closed, after = rest.partition(END)
-    if not (found and closed):
-        raise SystemExit(f"README.md has no {BEGIN} ... {END}")
-    return f"{before}{BEGIN}\n{table}{END}{after}"
-
-
 def main() -> int:
     """Run; exit code 1 if a benchmark failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -175,9 +124,7 @@ def main() -> int:
         print("\n".join(shown(report) for report in reports))
     else:
         RESULTS.write_text(results(found, head, time.perf_counter() - started), encoding="utf-8")
-        text = with_table(README.read_text(encoding="utf-8"), front_table(reports))
-        README.write_text(text, encoding="utf-8")
-        print(f"wrote {RESULTS} and the table of {README}", file=sys.stderr)
+        print(f"wrote {RESULTS}", file=sys.stderr)
     return 1 if len(reports) < len(found) else 0
 
 

@@ -107,8 +107,8 @@ def undamped() -> tuple[Row, ...]:
     own = float(own_damping_ratio(Absorber(0.0, 0.1, best.stiffness_ratio, best.secondary_damping)))
     rounded = float(_tops(_given(0.0)).largest)
     plot = "read off a plot"
-    maxima = "the source takes the two maxima, which are not of one height, for the fixed points"
-    endless = "infinite: the height at the nearest frequency of a plot"
+    maxima = "maxima of unequal height taken for the fixed points"
+    endless = "infinite; height at the nearest plotted frequency"
     return (
         Row("2.3.1, best k", "0.0826", float(best.stiffness_ratio), None, "reproduced"),
         Row("2.3.1, best eps2", "0.185", own, None, "reproduced"),
@@ -130,7 +130,7 @@ def undamped() -> tuple[Row, ...]:
         Row("Fig. 2.4, mu = 0, peak", "10000", None, None, "not reproducible", endless),
         Row("Fig. 2.4, mu = 1, peak", "7.831", float(wide.largest), None, "reproduced"),
         Row("Fig. 2.4, mu = 1, at", "1.035", float(wide.where),
-            0.005 * round(float(wide.where) / 0.005), "with the slip", "step of 0.005 of a plot"),
+            0.005 * round(float(wide.where) / 0.005), "with the slip", "plotted in steps of 0.005"),
     )  # fmt: skip
 
 
@@ -139,7 +139,7 @@ def damped() -> tuple[Row, ...]:
     free, locked = Absorber(0.04, 0.1, 0.0826, 0.0), _tops(Absorber(0.04, 0.1, np.inf, 0.0))
     places, heights = _maxima(free)
     marks = landmarks(0.1, 0.0826)
-    stays = "said to stay where it is without damping"
+    stays = "undamped frequency"
     return (
         Row("Fig. 2.14, lower peak", "15.35", float(heights[0]), None, "reproduced"),
         Row("Fig. 2.14, upper peak", "11.21", float(heights[1]), None, "reproduced"),
@@ -161,17 +161,17 @@ def optima() -> tuple[Row, ...]:
     light = grid_search(0.0, 0.01, thousandths(8, 12), thousandths(40, 120))[2]
     least = minimax(np.linspace(0.0, 0.7, 8)[:, None], np.linspace(0.6, 1.0, 9)).largest
     every = minimax(np.linspace(0.0, 0.6, 7)[:, None], np.linspace(0.01, 1.0, 34))
-    coarse = "a step of 0.001 in k is a tenth of k there: the grid finds 16.3, below the bound"
+    coarse = "the grid step of 0.001 is a tenth of k"
     rows = [
         Row("eq. 2.11, least", "1", float(np.min(least)), None, "reproduced"),
         Row("eq. 2.11, largest", "2", float(np.max(least)), None, "compatible",
-            "2.09 at mu = 0.6 without damping; kept from mu = 0.68 on"),
+            "2.09 at mu = 0.6 without damping; met from mu = 0.68"),
         Row("eq. 2.12, largest", "17", float(minimax(0.0, 0.01).largest), light, "compatible",
             coarse),
         Row("Fig. 2.30, largest k", "0.25", float(np.max(every.stiffness_ratio)), None,
             "reproduced"),
         Row("Fig. 2.31, k at eps1 = 0.7", "0", float(minimax(0.7, 0.5).stiffness_ratio) * 1e3, None,
-            "not reproducible", "in thousandths: the grid cannot tell; threshold 1 / sqrt 2"),
+            "not reproducible", "in thousandths: below the grid step; threshold 1 / sqrt 2"),
     ]  # fmt: skip
     return tuple(rows)
 
@@ -193,7 +193,7 @@ def tables_3_1_and_3_2() -> tuple[Row, ...]:
             rows.append(Row("Table 3.1, L, eps2", "0.217", own, grid[1], "with the slip",
                             "the grid of 0.001 in x, k and eps2"))  # fmt: skip
             continue
-        flat = "neither the grid nor the optimum: a flat valley"
+        flat = "neither grid nor optimum; flat minimum"
         rows += [
             Row(f"Table 3.1, {size}, k", f"{k:.3f}", right, grid[0], "not reproducible", flat),
             Row(f"Table 3.1, {size}, eps2", f"{e2:.3f}", own, grid[1], "not reproducible", flat),
@@ -247,7 +247,7 @@ def read_off() -> tuple[Row, ...]:
         Row("Fig. 2.13, highest at mu", "0.3", worst[0], None, "reproduced"),
         Row("Fig. 2.18, highest at mu", "0.3", worst[1], None, "reproduced"),
         Row("Fig. 2.26, least eps2", "0.02", own_damping(0.0, 0.01), grid, "not reproducible",
-            "at mu = 0.01; neither the grid nor the optimum"),
+            "at mu = 0.01; neither grid nor optimum"),
         Row("Fig. 2.26, largest eps2", "0.50", own_damping(0.7, 1.0), None, "reproduced"),
         Row("Fig. 2.26, peak at eps2 = 0.15", "6", float(minimax(0.0, light).largest), None,
             "reproduced"),
@@ -257,5 +257,5 @@ def read_off() -> tuple[Row, ...]:
         Row("Fig. 2.29, mu = 0.5, largest eps2", "0.43", own_damping(0.6, 0.5), None, "compatible",
             "read off a figure"),
         Row("Fig. 2.29, eps2 at eps1 = 0.7", "0", own_damping(0.7, 0.5), None, "not reproducible",
-            "mu = 0.5: the grid cannot tell, as for k"),
+            "mu = 0.5: below the grid step, as k"),
     )  # fmt: skip

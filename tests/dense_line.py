@@ -200,7 +200,7 @@ class DenseLine:
         if row := self.train.get("firing_order"):
             angle = self.cycle * row.index(name) / len(row)
         else:
-            angle = one["firing_angle"]
+            angle = one.get("firing_angle", -one.get("crank_phase", 0.0) % self.cycle)
         return one.get("pressure_scale", 1.0), angle
 
     def beside(self, speed: float) -> Iterator[tuple[int, float, complex]]:

@@ -172,7 +172,7 @@ class Dense:
     def at_rest(self) -> Iterator[Expected]:
         on, mounts = self.rigid, self.rigid.mounts
         up, root = on.up, "isolation/mounts"
-        yield Expected("isolation/support_displacement/sag", -(mounts.arms @ on.rest) @ up)
+        yield Expected("isolation/support_displacement/static", -(mounts.arms @ on.rest) @ up)
         share = -mounts.rest_force @ up
         yield Expected("isolation/support_force/static", share)
         yield from self._modes("isolation")
@@ -228,7 +228,7 @@ class Dense:
             still = -(mounts.arms @ self.rigid.rest) @ up - mean[0] @ up
             low, high = over_cycle(down, count)
             excursion = np.maximum(np.abs(still + low), np.abs(still + high))
-            yield Expected("isolation/support_displacement/excursion", excursion, whole=whole)
+            yield Expected("isolation/support_displacement/total", excursion, whole=whole)
             load = -np.einsum("mni,i->nm", every.force, up)
             carried = -mounts.rest_force @ up - mean[1] @ up
             low, high = over_cycle(load, count)

@@ -171,7 +171,7 @@ class Train:
         self.case, self.machine = case, case["machine"]
         self.train = train = self.machine["crank_train"]
         self.axis = np.eye(3)[XYZ.index(train.get("axis", "x"))]
-        self.up = np.eye(3)[XYZ.index(train.get("stroke", "z"))]
+        self.up = np.eye(3)[XYZ.index(train.get("stroke_axis", "z"))]
         self.across = np.cross(self.up, self.axis)
         self.origin = np.array(train.get("origin", np.zeros(3)))
         kinematics = case.get("kinematics", {})

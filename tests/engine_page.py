@@ -49,12 +49,12 @@ def data() -> tuple[Row, ...]:
     ratio = source.DAMPER_STIFFNESS_RATIO
     return (
         *(
-            Row(f"4.2.4, firing angle of cylinder {n + 1}, deg", f"{printed:.0f}",
+            Row(f"4.2.4, firing angle, deg, cylinder {n + 1}", f"{printed:.0f}",
                 float(np.degrees(angle[str(n + 1)])), None, "reproduced")
             for n, printed in enumerate(np.degrees(source.FIRING_ANGLE))
         ),
         Row("Appendix II, rows of the card", "74", float(len(source.CARD_BAR)), None, "misprint",
-            "360 degrees stands twice, with one pressure"),
+            "360 degrees twice, with one pressure"),
         Row("4.4.2.1, J_E1, kg m^2", "27.5126", inertia, None, "reproduced"),
         Row("4.4.2.1, K_E1, N m/rad", "5.9712e5", ratio * source.THROW_STIFFNESS / 6.0, None,
             "reproduced", "0.157 of a sixth of one throw; the printed formula is six springs in "
@@ -64,7 +64,7 @@ def data() -> tuple[Row, ...]:
 
 def frequencies() -> tuple[Row, ...]:
     return tuple(
-        Row(f"{place}, mode {m + 1}, rad/s", text, float(line_modes(n)[0][m]), None, "reproduced")
+        Row(f"{place}, rad/s, mode {m + 1}", text, float(line_modes(n)[0][m]), None, "reproduced")
         for n, place in ((7, "4.4.1.1"), (8, "4.4.2.2"))
         for m, text in enumerate(FREQUENCIES[n])
     )
@@ -74,7 +74,7 @@ def damping() -> tuple[Row, ...]:
     natural = line_modes(8)[0][1:]
     series = caughey_series(natural[:2], [source.PRIMARY_DAMPING_RATIO] * 2)
     ratio = series_damping(series, natural)
-    unused = "of Rayleigh damping; Appendix VI has 0.01 for every mode"
+    unused = "Rayleigh damping; Appendix VI has 0.01 for every mode"
     return (
         Row("4.4.2.3, alpha0, 1/s", "1.8355", float(series.alpha[0]), None, "reproduced"),
         Row("4.4.2.3, alpha1, s", "4.7452e-5", float(series.alpha[1]), None, "reproduced"),
@@ -95,15 +95,15 @@ def criticals() -> tuple[Row, ...]:
             text = "1535" if speed == 1535.0 else f"{speed:.1f}"
             verdict, reason = {
                 89.9: ("misprint", "digits swapped"),
-                270.2: ("compatible", "twice 135.1, the frequency rounded before"),
+                270.2: ("compatible", "twice the rounded 135.1"),
             }.get(speed, ("reproduced", ""))
-            label = f"{place}, {n} freedoms, mode {mode}, w = {w}"
+            label = f"{place}, {n} dof, mode {mode}, w = {w}"
             rows.append(Row(label, text, 2.0 * frequency / w, None, verdict, reason))
     for (n, mode), old in source.OLD_FREQUENCY.items():
         rows.append(
-            Row(f"captions, {n} freedoms, mode {mode}, rad/s", f"{old:.1f}",
+            Row(f"captions, {n} dof, rad/s, mode {mode}", f"{old:.1f}",
                 float(line_modes(n)[0][mode - 1]), None, "misprint",
-                "of an older damper; the speeds next to it are of the new one")
+                "frequency of an earlier damper; the speeds beside it are right")
         )  # fmt: skip
     return tuple(rows)
 
@@ -154,8 +154,8 @@ def largest_twists(freedoms: int, program: bool) -> tuple[float, ...]:
 
 def twists() -> tuple[Row, ...]:
     seven, eight, slipped = (largest_twists(*one) for one in ((7, 0), (8, 0), (8, 1)))
-    late = "one figure late: mode {}; firing phase twice, 800 rad/s, quadrant lost, 0.01 for all"
-    other = "nearest: {}, in another mode; the empirical magnifier hangs on the scale of the shape"
+    late = "mode {}, one figure late; firing phase twice, 800 rad/s, quadrant lost, 0.01 for all"
+    other = "nearest: {}, in another mode; the empirical magnifier depends on its scale"
     return (
         Row("Fig. 4.16, mode 2, rad", "16.25e-5", seven[0], None, "not reproducible",
             other.format("1.66e-4")),
@@ -176,15 +176,3 @@ SECTIONS = {
     "6. Harmonics of largest intensity": intensities,
     "7. Largest modal twists": twists,
 }
-SHAPES = "3. Mode shapes"
-
-
-def shape_cells(freedoms: int) -> list[tuple[str, list[str], np.ndarray]]:
-    """Place, printed digits and computed values of each elastic mode."""
-    printed = source.SHAPE_7 if freedoms == 7 else source.SHAPE_8
-    digits = 5 if freedoms == 7 else 4
-    return [
-        (f"{freedoms} freedoms, mode {m + 1}", [f"{v:.{digits}f}" for v in printed[m]],
-         line_modes(freedoms)[1][m])
-        for m in range(1, freedoms)
-    ]  # fmt: skip

@@ -52,14 +52,14 @@ def pitch_results(case: Case, record: Record, pitch: PitchTruth) -> Iterator[Tru
     yield reported("pitch/angle_peak", cycle_peak([angle], pitch.orders)[0])
     rigid = [speed**2 * c / pitch.lever for c in pitch.couple]
     rows = pitch.rows(speed)
-    for name, force in (("rigid", rigid), ("steady", rows[0][0])):
-        yield reported(f"lever_force/{name}_harmonics", _at(kept, pitch.orders, force))
-        yield reported(f"lever_force/{name}_peak", cycle_peak([force], pitch.orders)[0])
+    for name, force in (("blocked", rigid), ("steady", rows[0][0])):
+        yield reported(f"couple_over_lever/{name}_harmonics", _at(kept, pitch.orders, force))
+        yield reported(f"couple_over_lever/{name}_peak", cycle_peak([force], pitch.orders)[0])
     still = cycle_peak([rigid], pitch.orders)[0] * pitch.lever
     share = [abs(k * x) / pitch.stiffness for k, x in zip(pitch.spring, pitch.place, strict=True)]
-    yield reported("support_force/rigid_peak", [still * s for s in share])
+    yield reported("support_force/blocked_peak", [still * s for s in share])
     sag = pitch.sag()
-    yield reported("support_displacement/sag", sag)
+    yield reported("support_displacement/static", sag)
     yield reported("support_force/static", [k * s for k, s in zip(pitch.spring, sag, strict=True)])
     for name, vectors in pitch.left_out.items():
         parts = [[speed**2 * one[i] for one in vectors] for i in range(3)]
@@ -69,7 +69,7 @@ def pitch_results(case: Case, record: Record, pitch: PitchTruth) -> Iterator[Tru
     upright = Upright(moved, rows[1:], sag, share)
     yield from _supports(record, pitch.orders, kept, moved, rows[1:], upright)
     if case.isolation is not None and case.isolation.run_up is not None:
-        yield from _run_up(case, record, pitch, "lever_force", [0])
+        yield from _run_up(case, record, pitch, "couple_over_lever", [0])
         yield from _run_up(case, record, pitch, "support_force", list(range(1, len(rows))))
 
 
@@ -88,7 +88,7 @@ def body_results(case: Case, record: Record, body: BodyTruth) -> Iterator[Truth]
         for v, w in zip(shapes, frequency, strict=True)
     ]
     yield reported("modes/damping_ratio", ratio)
-    yield reported("support_displacement/sag", body.sag)
+    yield reported("support_displacement/static", body.sag)
     yield reported("support_force/static", body.share)
     motion = body.motion(speed)
     kept = record["isolation/body/translation_harmonics"].axes[0].values.tolist()
@@ -131,7 +131,7 @@ def _supports(
     heights = [cycle_peak(mount, orders)[0] for mount in upright.motion]
     path = "isolation/support_displacement/vertical_peak"
     yield path, record[path].values, heights
-    path = "isolation/support_displacement/excursion"
+    path = "isolation/support_displacement/total"
     ends = [
         [abs(_highest(sense * s, mount, orders, -sense)) for sense in (1, -1)]
         for s, mount in zip(upright.sag, upright.motion, strict=True)

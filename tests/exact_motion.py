@@ -9,8 +9,6 @@ from typing import NamedTuple
 import mpmath
 from mpmath import mpc, mpf
 
-Number = mpf | mpc
-
 
 class Motion(NamedTuple):
     """Harmonics of s (m) and of the torque -s' s'' (m^2), orders 0 .. highest, and s(angle).

@@ -1,8 +1,9 @@
 """Forced response of a shaft line in long arithmetic, from the plain equations of motion."""
 
+from typing import Any
+
 import mpmath as mp
 import numpy as np
-from exact_engine_line import solve
 
 from vibecalc.torsion.line import Line
 
@@ -22,4 +23,58 @@ def exact_angles(line: Line, frequency: float, torque: np.ndarray) -> np.ndarray
     )
     own = [mp.mpc(mp.mpf(k) - w**2 * j, w * c) for k, c, j in stations]
     right = [mp.mpc(complex(one)) for one in torque]
-    return np.array([complex(one) for one in solve(own, links, right)])
+    return np.array([complex(one) for one in _solve(own, links, right)])
+
+
+def _solve(own: list[Any], links: list[tuple[int, int, Any]], right: list[Any]) -> list[Any]:
+    """x of (diag(own) + sum over links z (e_a - e_b)(e_a - e_b)') x = right."""
+    around = [dict[int, Any]() for _ in own]
+    diagonal = list(own)
+    for a, b, z in links:
+        diagonal[a] += z
+        diagonal[b] += z
+        around[a][b] = around[a].get(b, 0) + z
+        around[b][a] = around[b].get(a, 0) + z
+    order, parent = _forest(around)
+    if sum(map(len, around)) // 2 > sum(p >= 0 for p in parent):
+        return _by_matrix(own, links, right)
+    x = list(right)
+    for s in reversed(order):
+        p = parent[s]
+        if p >= 0:
+            if diagonal[s] == 0:  # a pendulum on its own order
+                return _by_matrix(own, links, right)
+            share = around[s][p] / diagonal[s]
+            diagonal[p] -= share * around[s][p]
+            x[p] = x[p] + share * x[s]
+    for s in order:
+        p = parent[s]
+        x[s] = (x[s] + (around[s][p] * x[p] if p >= 0 else 0)) / diagonal[s]
+    return x
+
+
+def _by_matrix(own: list[Any], links: list[tuple[int, int, Any]], right: list[Any]) -> list[Any]:
+    matrix = mp.diag(own)
+    for a, b, z in links:
+        matrix[a, a] += z
+        matrix[b, b] += z
+        matrix[a, b] -= z
+        matrix[b, a] -= z
+    return list(mp.lu_solve(matrix, mp.matrix(right)))
+
+
+def _forest(around: list[dict[int, Any]]) -> tuple[list[int], list[int]]:
+    """Freedoms from the roots on, and the parent of each (-1)."""
+    parent, seen, order = [-1] * len(around), [False] * len(around), []
+    for root in range(len(around)):
+        if seen[root]:
+            continue
+        seen[root] = True
+        queue = [root]
+        for s in queue:
+            for other in around[s]:
+                if not seen[other]:
+                    seen[other], parent[other] = True, s
+                    queue.append(other)
+        order += queue
+    return order, parent

@@ -48,7 +48,7 @@ def frame_of(case: Case) -> Frame:
     """Directions of the train in the body."""
     train = case.machine.crank_train
     axis, stroke = (
-        vector(*(float(name == d) for d in DIRECTIONS)) for name in (train.axis, train.stroke)
+        vector(*(float(name == d) for d in DIRECTIONS)) for name in (train.axis, train.stroke_axis)
     )
     return Frame(axis, stroke, cross(stroke, axis))
 

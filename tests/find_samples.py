@@ -7,8 +7,11 @@ HEAD = GENERATOR.read_text(encoding="utf-8").split("[[limit]]")[0]
 STIFFNESS, DAMPING = "machine.mounts.each.stiffness", "machine.mounts.each.damping"
 RADIUS, ROD = "machine.crank_train.crank_radius", "machine.crank_train.rod_length"
 PHASE = "machine.crank_train.cylinders[1].crank_phase"
-FREQUENCY, FORCE = "isolation/pitch/natural_frequency", "isolation/lever_force/steady_peak"
-RIGID = "isolation/lever_force/rigid_peak"
+FREQUENCY, FORCE = (
+    "isolation/pitch/natural_frequency",
+    "isolation/couple_over_lever/steady_peak",
+)
+RIGID = "isolation/couple_over_lever/blocked_peak"
 #: of the uniform block about its pitch axis; four mounts at 0.4 m on both sides
 INERTIA, ARMS = 100.0 * (0.8**2 + 0.35**2) / 12.0, 4.0 * 0.4**2
 

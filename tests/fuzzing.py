@@ -126,26 +126,12 @@ MUTATORS = (_change_number, _change_number, _change_leaf, _change_leaf, _edit_li
             _edit_characters, _misspell)  # fmt: skip
 
 
-#: numbers at which a machine overflows, vanishes or turns inside out
-EXTREMES = (0.0, -0.0, 5e-324, 1e-300, 1e-21, 1e-9, 1.0, -1.0, 1e9, 1e19, -1e19, 1e21, 1e308)
-
-
 def leaves(value: Any, path: KeyPath = (), kind: type = float) -> list[KeyPath]:
     """Key paths of all values of a case that are of a kind: without another, its numbers."""
     if isinstance(value, dict | list):
         entries = value.items() if isinstance(value, dict) else enumerate(value)
         return [leaf for key, entry in entries for leaf in leaves(entry, (*path, key), kind)]
     return [path] if isinstance(value, kind) else []
-
-
-def make_extreme(draw: Any, data: Any, paths: list[tuple[Any, ...]]) -> None:
-    """One to three of the numbers at these paths of a case become extreme ones."""
-    for _ in range(int(draw.integers(1, 4))):
-        *tables, last = paths[int(draw.integers(len(paths)))]
-        table = data
-        for key in tables:
-            table = table[key]
-        table[last] = float(draw.choice(EXTREMES))
 
 
 @contextmanager

@@ -1,8 +1,9 @@
 """The pages of docs/ as tests read them: tables, numbers of quantities, names of tests, files."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
+from itertools import groupby
 from typing import Any, NamedTuple
 
 from shipped_cases import ROOT, result_of, table_of
@@ -26,6 +27,69 @@ class Row(NamedTuple):
     source: float | None
     verdict: str
     reason: str = ""
+
+
+VERDICTS = (
+    "reproduced",
+    "with the slip",
+    "misprint",
+    "garbled",
+    "compatible",
+    "not reproducible",
+    "measured",
+)
+
+
+def says_what_it_is(row: Row) -> bool:
+    """The numbers of a row give its verdict, and all but plain ones have a reason; `< 4` binds."""
+    number = row.printed
+    if number.startswith("< "):
+        return (
+            row.verdict == "reproduced" and row.right is not None and row.right < float(number[2:])
+        )
+    right = row.right is not None and shows(number, row.right)
+    slipped = row.source is not None and shows(number, row.source)
+    fits = {
+        "reproduced": right,
+        "with the slip": slipped and not right,
+        "misprint": not right and not slipped,
+        "not reproducible": not right and not slipped,
+        # what its reason leaves open is a few hundredths at most
+        "compatible": row.verdict == "compatible"
+        and min(abs(one / float(number) - 1.0) for one in (row.right, row.source) if one) < 0.05,
+    }
+    explained = bool(row.reason) or row.verdict in ("reproduced", "measured")
+    return row.verdict in VERDICTS and fits.get(row.verdict, True) and explained
+
+
+def merged(found: Iterable[Row]) -> list[list[Row]]:
+    """Neighbouring rows alike but for their numbers and the last part of their places."""
+
+    def alike(row: Row) -> tuple[object, ...]:
+        shown = () if row.verdict == "reproduced" else (row.right is None, row.source is None)
+        return row.place.rpartition(", ")[0], row.verdict, row.reason, *shown
+
+    return [list(group) for _, group in groupby(found, alike)]
+
+
+def place_of(group: list[Row]) -> str:
+    """`Table 3.5, Hz (S, M, L)`; words that all last parts begin with stand once."""
+    if len(group) == 1:
+        return group[0].place
+    stem = group[0].place.rpartition(", ")[0]
+    labels = [row.place.rpartition(", ")[2] for row in group]
+    if len({label.rpartition(" ")[0] for label in labels}) == 1:
+        labels[1:] = [label.rpartition(" ")[2] for label in labels[1:]]
+    return f"{stem} ({', '.join(labels)})"
+
+
+def reproduced(found: Iterable[Row]) -> str:
+    """Printed numbers that are reproduced, as the sentence of a page."""
+    parts = []
+    for group in merged(row for row in found if row.verdict == "reproduced"):
+        reason = f" ({group[0].reason})" if group[0].reason else ""
+        parts.append(f"{place_of(group)}: {', '.join(row.printed for row in group)}{reason}")
+    return f"Reproduced: {'; '.join(parts)}." if parts else ""
 
 
 class Stated(NamedTuple):

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vibecalc.numerics.periodic.panels import PeriodicProblem, PeriodicSolution
+from vibecalc.numerics.periodic.panels import PeriodicProblem
 
 TURN = 2.0 * np.pi
 Forcing = Callable[[np.ndarray], np.ndarray]
@@ -41,21 +41,6 @@ def friction_problem(a: Forcing, bounds, slopes, edges) -> PeriodicProblem:
     )
 
 
-def duffing_rhs(damping: float, force: float, cubic: float = 1.0):
-    """y'' + damping y' + y + cubic y^3 = force cos x, as y' = v."""
-
-    def rhs(x, y, piece):
-        p, v = y[..., 0], y[..., 1]
-        f = np.stack([v, force * np.cos(x) - damping * v - p - cubic * p**3], axis=-1)
-        jacobian = np.zeros((*y.shape, 2))
-        jacobian[..., 0, 1] = 1.0
-        jacobian[..., 1, 0] = -1.0 - 3.0 * cubic * p**2
-        jacobian[..., 1, 1] = -damping
-        return f, jacobian
-
-    return rhs
-
-
 def random_forcing(rng: np.random.Generator, size: float = 1.0) -> Forcing:
     """A trigonometric polynomial of up to six orders."""
     order = np.arange(1, 7)
@@ -81,14 +66,6 @@ def random_smooth(rng: np.random.Generator) -> PeriodicProblem:
     return PeriodicProblem(rhs, random_edges(rng))
 
 
-def random_kinked(rng: np.random.Generator) -> PeriodicProblem:
-    """Friction-like, with one to four kinks in the range of the solution."""
-    count = int(rng.integers(1, 5))
-    bounds = np.sort(rng.normal(size=count))
-    slopes = np.exp(rng.uniform(-1.5, 1.5, count + 1))
-    return friction_problem(random_forcing(rng), bounds, slopes, random_edges(rng))
-
-
 def random_edges(rng: np.random.Generator) -> np.ndarray:
     """6 to 40 panels, of widths that differ by up to 3."""
     widths = rng.uniform(1.0, 3.0, int(rng.integers(6, 41)))
@@ -99,9 +76,3 @@ def random_edges(rng: np.random.Generator) -> np.ndarray:
 def halved(edges: np.ndarray) -> np.ndarray:
     """Every panel in two."""
     return np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])]))
-
-
-def end_values(solution: PeriodicSolution, edges: np.ndarray) -> np.ndarray:
-    """Values (B, k, n) of a solution at given x that are among its edges."""
-    place = np.abs(solution.edges[:, :, None] - edges).argmin(axis=1)
-    return np.take_along_axis(solution.ends, place[..., None], axis=1)

@@ -30,7 +30,7 @@ def random_machine(seed: int, model: str, **isolation: Any) -> Table:
     case["machine"]["mounts"] = mounts
     case["isolation"] = {
         "model": model,
-        "up": train["stroke"],
+        "up": train["stroke_axis"],
         "lever": float(generator.uniform(0.1, 1.0)),
         "run_up": {"from": float(generator.choice([0.0, 0.2 * speed])), "to": 1.2 * speed},
         **isolation,
@@ -76,7 +76,7 @@ def _crank_train(generator: np.random.Generator) -> Table:
     ]
     train: Table = {
         "axis": axis,
-        "stroke": stroke,
+        "stroke_axis": stroke,
         "crank_radius": radius,
         "rod_length": radius / generator.uniform(0.05, 0.6),
         "cylinders": cylinders,

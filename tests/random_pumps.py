@@ -94,7 +94,9 @@ def _flatten(generator: np.random.Generator, table: Table) -> None:
         ]
     if "inertia_block" in body:
         body["inertia_block"]["position"][along] = 0.0
-    machine["mounts"] = _even_mounts(generator, machine["mounts"]["each"], along, train["stroke"])
+    machine["mounts"] = _even_mounts(
+        generator, machine["mounts"]["each"], along, train["stroke_axis"]
+    )
 
 
 def _even_mounts(generator: np.random.Generator, each: Table, along: int, stroke: str) -> Table:

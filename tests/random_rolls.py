@@ -30,7 +30,7 @@ def random_roll(seed: int, **roll: Any) -> Table:
     mass = float(random.uniform(20.0, 400.0)) * radius
     train = {
         "axis": "x",
-        "stroke": "z",
+        "stroke_axis": "z",
         "crank_radius": radius,
         "rod_length": radius / float(random.uniform(0.12, 0.4)),
         "gas_interpolation": str(random.choice(["linear", "parabola", "cubic", "trigonometric"])),

@@ -9,7 +9,8 @@ a folder.
 A row of `refusals/NAME.txt` is `case :: change :: place :: words`. Parts of a change and of the
 words are joined by `&&`. Changes of a text: `old -> new` of what stands there once, `old => new`
 wherever it stands, `+ line` at the end, `old ...` leaves out everything from there on; `-` is none.
-Changes of tables are a JSON object of keys and values, null for a key that is taken away.
+Changes of tables are a JSON object of keys and values, null for a key that is taken away. A row of
+`refusals/messages_NAME.txt` is `name :: case :: change`, its message one of those accepted.
 """
 
 import copy
@@ -128,6 +129,13 @@ def refusals(name: str, *cases: str) -> list[Any]:
             if not cases or case in cases:
                 found.append(pytest.param(case, change, place, expected, id=expected[0]))
     return found
+
+
+def rows_with_messages(subject: str, *cases: str) -> dict[str, tuple[str, str]]:
+    """Case and change by the name of the row, all or those of some cases; `hold` has the words."""
+    lines = (TABLES / f"messages_{subject}.txt").read_text(encoding="utf-8").splitlines()
+    rows = (line.split(" :: ") for line in lines if not line.startswith("#"))
+    return {name: (case, change) for name, case, change in rows if not cases or case in cases}
 
 
 def changed(text: str, change: str) -> str:

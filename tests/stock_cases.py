@@ -52,7 +52,7 @@ items = [
   { name = "hard", values = { stiffness = "140 kN/m" } },
 ]
 [[limit]]
-quantity = "isolation/support_displacement/sag"
+quantity = "isolation/support_displacement/static"
 max = "4 mm"
 """
 ROBUST = """

@@ -16,9 +16,9 @@ GENERATOR = CASES / "generator.toml"
 GRID = (
     "--grid", "machine.mounts.each.stiffness=5 N/mm:50 N/mm:16log",
     "--grid", "isolation.run_up.to=2000 rpm:5000 rpm:6",
-    "--keep", "isolation/lever_force/run_up_peak",
+    "--keep", "isolation/couple_over_lever/run_up_peak",
     "--keep", "isolation/support_force/steady_peak",
-    "--keep", "isolation/lever_force/rigid_harmonics",
+    "--keep", "isolation/couple_over_lever/blocked_harmonics",
 )  # fmt: skip
 
 

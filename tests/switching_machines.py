@@ -27,11 +27,6 @@ REVERSAL = [
     SpeedSegment(0.3, 0.0, -SPEED, ONLY_A),
     SpeedSegment(0.2, -SPEED, -SPEED, ONLY_A),
 ]
-THROUGH_ZERO = [
-    SpeedSegment(0.3125, SPEED, 0.0, ONLY_A),
-    SpeedSegment(0.1875, 0.0, -0.6 * SPEED, ONLY_A),
-    SpeedSegment(0.1, -0.6 * SPEED, 0.0, BOTH),
-]
 
 
 class Loads(NamedTuple):
@@ -218,12 +213,6 @@ def followed(
     """A course with panels of at most a hundredth of a second."""
     modal = modal_loads(system, loads)
     return follow_profile(system, modal, profile, angle=angle, before=before, longest=0.01)
-
-
-def times_in(found: Followed, panels: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Even times within panels, both ends included, and the panel of each."""
-    ends = found.panels.node[panels], found.panels.node[panels + 1]
-    return np.linspace(*ends, count).ravel(), np.tile(panels, count)
 
 
 def motion(found: Followed, times: np.ndarray) -> np.ndarray:

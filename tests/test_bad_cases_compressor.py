@@ -3,7 +3,7 @@
 Each refusal stands at the key that says it; what is unlikely gets a sentence instead.
 """
 
-import copy
+import json
 import tomllib
 from fractions import Fraction
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from refused import hold, problems_of, told
+from refused import hold, problems_of, rows_with_messages, told, with_keys
 
 from vibecalc.core.case.rules import cross_check
 from vibecalc.core.run.machine_checks import check_machine, machine_warnings
@@ -25,7 +25,7 @@ kind = "compressor"
 speed = 361.0
 [machine.crank_train]
 axis = "z"
-stroke = "y"
+stroke_axis = "y"
 crank_radius = 0.0127
 rod_length = 0.060
 piston_mass = 0.33
@@ -74,199 +74,29 @@ switching = { between = ["both", "A alone"], run_down = 0.8, run_up = 0.4 }
 """
 
 
-def data_of(**changes: Any) -> dict[str, Any]:
-    """The compressor with some keys changed: `machine__motor__torque__order=[..]`; None: away.
-
-    Whole numbers in a key count entries of a list.
-    """
-    data: dict[str, Any] = copy.deepcopy(WHOLE)
-    for key, value in changes.items():
-        *tables, last = (int(part) if part.isdigit() else part for part in key.split("__"))
-        table: Any = data
-        for name in tables:
-            table = table[name] if isinstance(name, int) else table.setdefault(name, {})
-        if value is None:
-            table.pop(last, None)
-        else:
-            table[last] = copy.deepcopy(value)
-    return data
-
-
 WHOLE: dict[str, Any] = tomllib.loads(COMPRESSOR)
 
 
-def compressor(**changes: Any) -> Case:
-    return Case.model_validate(data_of(**changes))
+def data_of(change: str | dict[str, Any]) -> dict[str, Any]:
+    """The compressor with the keys of a row."""
+    return with_keys(WHOLE, change if isinstance(change, str) else json.dumps(change))
 
 
-PLAY = {"clearance": 4e-5, "stiffness": 1.75e8}
-GAS = "machine__crank_train__gas_pressure"
-PIN = "machine__joints__wrist_pin"
-OPERATIONS = WHOLE["response"]["operations"]
-
-REFUSED: dict[str, dict[str, Any]] = {
-    "a cut series with the moment of a rod": {
-        "machine__crank_train__rod__inertia": 2e-5,
-        "kinematics": {"series": "truncated", "terms": 1},
-    },
-    "three at once": {
-        "machine__body__mass_matrix__values__4__5": 0.06,
-        "machine__mounts__stiffness_matrix__values__5__5": -1.0,
-        f"{PIN}__clearance": 1.0,
-    },
-    "two of form at once": {
-        "excitation__working": ["C"],
-        "machine__motor__torque__order": [0, 0, 1],
-    },
-    "a sign that differs": {"machine__body__mass_matrix__values__4__5": 0.06},
-    "many pairs": {
-        "machine__mounts__stiffness_matrix__values__3": [1.0, 2.0, 3.0, 2600.0, 5.0, 6.0]
-    },
-    "no mass along y": {"machine__body__mass_matrix__values__1": [0.0] * 6},
-    "negative stiffness about z": {"machine__mounts__stiffness_matrix__values__5__5": -1600.0},
-    "coupled with nothing of its own": {"machine__mounts__stiffness_matrix__values__3__3": 0.0},
-    "coupling as large as both": {
-        "machine__mounts__damping_matrix": {
-            # one direction is worse than all others: of equal ones the processor would choose
-            "values": [[1.0 if i != j else 0.4 if i else 0.3 for i in range(6)] for j in range(6)],
-            "units": ["N*s/m", "N*s", "N*m*s"],
-        }
-    },
-    "an inertia that is none": {
-        "machine__body__mass_matrix__values__4": [0.0, 0.0, 0.0, 0.0, 0.36, -0.24],
-        "machine__body__mass_matrix__values__5": [0.0, 0.0, 0.0, 0.0, -0.24, 0.16],
-    },
-    "huge in SI only": {
-        "machine__body__mass_matrix__units": ["Gg", "kg*m", "kg*m^2"],
-        "machine__body__mass_matrix__values__0__0": 1e19,
-    },
-    "pistons heavier than the machine": {"machine__crank_train__piston_mass": 33.0},
-    "nobody works": {"excitation__working": ["C"]},
-    "capitals": {"excitation__balanced_for": ["A", "b"]},
-    "one cylinder twice": {"response__operations__0__working": ["A", "B", "A"]},
-    "a balance of strangers": {"response__balances__0__balanced_for": ["B", "Z"]},
-    "joints of a stranger": {"machine__joints__cylinder": "Z"},
-    "nothing weighs": {"response__operations": [{**each, "weight": 0.0} for each in OPERATIONS]},
-    "torque on the body": {"excitation__driven_machine": "separate"},
-    "no damping": {"machine__mounts__modal_damping": None},
-    "a damping matrix of zeros": {
-        "machine__mounts__modal_damping": None,
-        "machine__mounts__damping_matrix": {"values": [[0.0] * 6] * 6},
-    },
-    "loss factor alone": {
-        "machine__mounts__modal_damping": None,
-        "machine__mounts__loss_factor": 0.1,
-    },
-    "angles that go back": {f"{GAS}__crank_angle": [0.0, 3.0, 2.0, 2.0 * np.pi]},
-    "a jump": {f"{GAS}__crank_angle": [0.0, 3.0, 3.0, 2.0 * np.pi]},
-    "ten degrees short": {f"{GAS}__crank_angle": ["0 deg", "90 deg", "270 deg", "350 deg"]},
-    "degrees without their unit": {f"{GAS}__crank_angle": [0.0, 90.0, 270.0, 360.0]},
-    "pressure that does not come back": {f"{GAS}__pressure": [9e5, 0.0, 0.0, 8e5]},
-    "below vacuum": {f"{GAS}__pressure": [9e5, 0.0, -1.5e5, 9e5]},
-    "an order twice": {"machine__motor__torque__order": [0, 2, 2]},
-    "clearance as the stroke": {f"{PIN}__clearance": 0.0254},
-    "bore in millimetres": {"machine__joints__bore": {"clearance": 0.05, "stiffness": 1e8}},
-    "no clearance in a study": {"response__impact__clearances": [1e-5, 0.0]},
-    "a clearance twice": {"response__impact__clearances": [1e-5, 2e-5, 1e-5]},
-    "neighbours far apart": {"response__impact__perturbation": 4e-5},
-    "too stiff": {f"{PIN}__stiffness": 2e18},
-    "too soft": {f"{PIN}__stiffness": 1e4},
-    "a damper for a spring": {f"{PIN}__contact_damping": 1e6},
-    "a film of pitch": {f"{PIN}__film_damping": 1e8},
-    "long steps": {
-        "response__impact__method": "rk4",
-        "response__impact__steps": 128,
-        "response__impact__orders": 50,
-    },
-    "more orders than steps hold": {
-        "response__impact__method": "rk4",
-        "response__impact__steps": 400,
-        "response__impact__orders": 200,
-    },
-    "a crank that creeps": {"machine__speed": 0.01},
-    "days of impacts": {"response__impact__members": 10000, "response__impact__revolutions": 400},
-    "days of fixed steps": {
-        "response__impact__method": "rk4",
-        "response__impact__steps": 1_000_000,
-    },
-    "no rod to be free": {
-        "machine__joints__crank_pin": PLAY,
-        "machine__crank_train__rod": None,
-        "machine__crank_train__rotating_mass": 0.1,
-    },
-    "nothing on the pin": {
-        "machine__joints__crank_pin": PLAY,
-        "machine__crank_train__cylinders__0__reciprocating_mass": 0.01,
-    },
-    "a cylinder that stands": {"excitation__working": ["B"], "machine__joints__cylinder": "A"},
-}
+def compressor(change: str | dict[str, Any]) -> Case:
+    return Case.model_validate(data_of(change))
 
 
-OTHER_MOUNTS = {"each": {"stiffness": 1e4}, "positions": [[0.1, 0.0, -0.2], [-0.1, 0.1, -0.2]]}
-FORM: dict[str, dict[str, Any]] = {
-    "mass and box": {"machine__body": {}},
-    "block": {"machine__body__inertia_block": {}},
-    "each": {"machine__mounts__each": {}},
-    "bounded": {"machine__mounts": {**OTHER_MOUNTS, "damping_matrix": {}}},
-    "no unit": {"machine__mounts__stiffness_matrix__units": ["N/m", "newton meter", "x"]},
-    "far unit": {"machine__body__mass_matrix__units": ["kg", "kg*m", "kg*Ym^9/m^7"]},
-    "isolation": {"isolation": {"model": "pitch"}},
-    "no body": {"machine__body": None},
-    "no joints": {"machine__joints": None},
-    "no bore": {"machine__crank_train__bore": None},
-    "columns": {f"{GAS}__pressure": [1.0] * 9},
-    "no operation": {"response__operations": None},
-    "balance twice": {"response__balances": [{"name": "x"}, {"name": "x"}]},
-}
-
-
-ALLOWED: list[dict[str, Any]] = [
-    {"machine__crank_train__rod__inertia": 2e-5},
-    {"kinematics": {"series": "truncated", "terms": 1}},
-    # impacts alone need neither body nor mounts, nor gas
-    {"machine__body": None, "machine__mounts": None, "response": {"impact": {}}},
-    {"machine__crank_train__bore": None, "machine__crank_train__gas_pressure": None},
-    # defaults written out, as a resolved case has them
-    {
-        "machine__body": None,
-        "machine__mounts": None,
-        "response": {"method": "direct", "energies": False, "impact": {}},
-    },
-    {"machine__body__inertia_products": [0.0, 0.0, 0.0]},
-    # units of one's own, a rounding apart from symmetry, a free motion
-    {"machine__mounts__stiffness_matrix__units": ["N/mm", "N", "lbf*in"]},
-    {"machine__mounts__stiffness_matrix__values__4__0": -9000.000000001},
-    {"machine__mounts__stiffness_matrix__values__5": [0.0] * 6},
-    # a mass matrix need not be that of a mass and its inertia
-    {
-        "machine__body__mass_matrix__values__0": [35.0, 2.0, 0.0, 0.0, 0.0, 0.0],
-        "machine__body__mass_matrix__values__1": [2.0, 37.0, 0.0, 0.0, 0.0, 0.0],
-    },
-    # the table may begin anywhere
-    {f"{GAS}__crank_angle": ["-180 deg", "-90 deg", "90 deg", "180 deg"]},
-    {"machine__motor__torque__order": [2, 0, 1]},
-    {"excitation__working": ["B"]},
-    {"machine__joints__crank_pin": PLAY, "machine__joints__bore": PLAY},
-    {"response__impact__clearances": [1e-6, 1e-4], "response__impact__method": "euler"},
-    {
-        "machine__mounts": {
-            "each": {"stiffness": 1e4, "damping": 5.0},
-            "positions": [*OTHER_MOUNTS["positions"], [0.0, 0.2, 0.0]],
-        }
-    },
-]
-
-
-@pytest.mark.parametrize("changes", ALLOWED)
-def test_allowed(changes: dict[str, Any]) -> None:
-    assert cross_check(data_of(**changes)) == []
-    assert check_machine(compressor(**changes)) == []
+@pytest.mark.parametrize("name", rows_with_messages("compressor", "allowed"))
+def test_allowed(name: str) -> None:
+    _, change = rows_with_messages("compressor", "allowed")[name]
+    assert cross_check(data_of(change)) == []
+    assert check_machine(compressor(change)) == []
 
 
 @pytest.mark.parametrize(("apart", "refused"), [(1e-13, False), (3e-12, True)])
 def test_symmetric_means_to_a_millionth_of_a_millionth(apart: float, refused: bool) -> None:
-    key = "machine__mounts__stiffness_matrix__values__3__1"
-    assert bool(check_machine(compressor(**{key: 1e4 * (1.0 + 3.0 * apart)}))) is refused
+    changes = {"machine.mounts.stiffness_matrix.values[3][1]": 1e4 * (1.0 + 3.0 * apart)}
+    assert bool(check_machine(compressor(changes))) is refused
 
 
 def exactly_definite(matrix: list[list[int]]) -> int:
@@ -297,10 +127,9 @@ def test_definite_as_exact_arithmetic_says() -> None:
         values = [[int(entry) for entry in row] for row in matrix]
         verdict = exactly_definite(values)
         seen.add(verdict)
-        mass = check_machine(
-            compressor(machine__body__mass_matrix__values=values, machine__crank_train=LIGHT)
-        )
-        stiffness = check_machine(compressor(machine__mounts__stiffness_matrix__values=values))
+        changes = {"machine.body.mass_matrix.values": values, "machine.crank_train": LIGHT}
+        mass = check_machine(compressor(changes))
+        stiffness = check_machine(compressor({"machine.mounts.stiffness_matrix.values": values}))
         assert bool(mass) is (verdict < 1), values
         assert bool(stiffness) is (verdict < 0), values
     assert seen == {-1, 0, 1}
@@ -313,31 +142,26 @@ LIGHT = {
 }
 
 
-SI = ("N/m", "N", "N*m")
-
-WARNED: dict[str, dict[str, Any]] = {
-    "motor": {"excitation": None, "response__switching": None},
-    "joints": {"response__impact": None},
-    "gas": {"response__impact": None},
-    "loss factor": {"machine__mounts__loss_factor": 0.1},
-    "rod": {"machine__crank_train__rod__inertia": 5e-5},
-}
+def _refused(change: str) -> str:
+    return told(problems_of(data_of(change)))
 
 
-def _form(changes: dict[str, Any]) -> str:
-    return told(cross_check(data_of(**changes)))
+def _form(change: str) -> str:
+    return told(cross_check(data_of(change)))
 
 
-def _warned(changes: dict[str, Any]) -> str:
-    case = compressor(**changes)
+def _warned(change: str) -> str:
+    case = compressor(change)
     assert check_machine(case) == []
     return "\n".join(machine_warnings(case))
 
 
+#: beginning of the name, rows, and what makes the message
+SORTS = (("", "refused", _refused), ("form: ", "form", _form), ("warned: ", "warned", _warned))
 MESSAGES = {
-    **{n: lambda _, row=row: told(problems_of(data_of(**row))) for n, row in REFUSED.items()},
-    **{f"form: {name}": lambda _, row=row: _form(row) for name, row in FORM.items()},
-    **{f"warned: {name}": lambda _, row=row: _warned(row) for name, row in WARNED.items()},
+    begin + name: lambda _, change=change, said=said: said(change)
+    for begin, sort, said in SORTS
+    for name, (_, change) in rows_with_messages("compressor", sort).items()
 }
 
 

@@ -181,15 +181,19 @@ def test_samplings_that_are_none(changes: dict[str, Any], key: str, words: str) 
 
 
 MODELS = (axis(MODEL, "pitch", "rigid_body"),)
-PEAK = "isolation/lever_force/steady_peak"
+PEAK = "isolation/couple_over_lever/steady_peak"
 
 
 @pytest.mark.parametrize(
     ("kept", "axes", "words"),
     [
-        (["isolation/lever_force/steady_peek"], (), f"did you mean '{PEAK}'?"),
+        (["isolation/couple_over_lever/steady_peek"], (), f"did you mean '{PEAK}'?"),
         (["excitation/residual"], (), "no table of this case asks for it"),
-        (["isolation/lever_force/run_up"], (), "keep isolation/lever_force/run_up_peak instead"),
+        (
+            ["isolation/couple_over_lever/run_up"],
+            (),
+            "keep isolation/couple_over_lever/run_up_peak instead",
+        ),
         (["isolation/pitch/inertia"], MODELS, "isolation.model = rigid_body"),
         (["isolation/modes/shape"], MODELS, "isolation.model = pitch"),
     ],

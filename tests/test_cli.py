@@ -111,7 +111,9 @@ def test_two_cases_of_one_name_are_refused(tmp_path: Path) -> None:
 def test_set_changes_a_key_and_is_never_evaluated() -> None:
     outcome = command("run", GENERATOR, "--json", "--set", 'machine.speed="3000 rpm"')
     assert outcome.code == 0
-    faster = json.loads(outcome.out)[0]["quantities"]["isolation/lever_force/rigid_peak"]["value"]
+    faster = json.loads(outcome.out)[0]["quantities"]["isolation/couple_over_lever/blocked_peak"][
+        "value"
+    ]
     assert faster == pytest.approx(9329.33 * (3000 / 4900) ** 2, rel=1e-5)
     outcome = command("check", GENERATOR, "--set", "machine.speed=__import__('os').getpid()")
     assert outcome.code == 2
@@ -157,12 +159,14 @@ def test_diff_of_two_runs_is_0_and_1_with_one_number_changed(
     assert command("diff", str(result), str(repeated)).code == 0
     again = Path(shutil.copy(repeated, tmp_path / "again.h5"))
     with h5py.File(again, "r+") as file:
-        dataset = file["isolation/lever_force/steady_peak"]
+        dataset = file["isolation/couple_over_lever/steady_peak"]
         dataset[()] = dataset[()] * (1 + 1e-5)
     outcome = command("diff", str(result), str(again), "--junit", "junit.xml")
     assert outcome.code == 1
-    assert "isolation/lever_force/steady_peak" in outcome.out and "1 differs" in outcome.out
-    assert "isolation/lever_force/steady_peak" in Path("junit.xml").read_text(encoding="utf-8")
+    assert "isolation/couple_over_lever/steady_peak" in outcome.out and "1 differs" in outcome.out
+    assert "isolation/couple_over_lever/steady_peak" in Path("junit.xml").read_text(
+        encoding="utf-8"
+    )
     found = json.loads(command("diff", str(result), str(again), "--json").out)
     assert found["same"] is False
     assert command("diff", str(result), "nowhere.h5").code == 2
@@ -177,7 +181,7 @@ def test_diff_of_several_results_takes_the_golden_files_of_their_names(
         for name in ("one.h5", "two.h5"):
             shutil.copyfile(result, folder / name)
     with h5py.File(new / "two.h5", "r+") as file:
-        file["isolation/lever_force/steady_peak"][()] *= 1 + 1e-5
+        file["isolation/couple_over_lever/steady_peak"][()] *= 1 + 1e-5
     both = [str(new / "one.h5"), str(new / "two.h5")]
     outcome = command("diff", str(golden), *both, "--junit", "junit.xml")
     assert outcome.code == 1

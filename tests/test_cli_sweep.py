@@ -23,8 +23,8 @@ from vibecalc.core.study.sweep.prepare import Options, PreparedSweep, prepare, s
 from vibecalc.core.study.sweep.run import sweep
 
 CASE = str(GENERATOR)
-PEAK = "isolation/lever_force/steady_peak"
-RUN_UP = "isolation/lever_force/run_up_peak"
+PEAK = "isolation/couple_over_lever/steady_peak"
+RUN_UP = "isolation/couple_over_lever/run_up_peak"
 STIFFNESS = "machine.mounts.each.stiffness"
 SMALL = (
     "--grid", f"{STIFFNESS}=5 N/mm,10 N/mm,20 N/mm",
@@ -124,8 +124,8 @@ def test_failed_points_are_counted_by_cause_and_the_exit_code_is_4(
         (("--grid", "machine.speed"), "--grid needs"),
         (("--grid", "machine.speed=3000 rpm"), "two points"),
         (("--grid", "machine.speed=1:2:0.5"), "start:stop:points"),
-        ((*SMALL, "--keep", "isolation/lever_force/stedy_peak"), "steady_peak"),
-        ((*SMALL, "--keep", "isolation/lever_force/run_up"), "run_up_peak"),
+        ((*SMALL, "--keep", "isolation/couple_over_lever/stedy_peak"), "steady_peak"),
+        ((*SMALL, "--keep", "isolation/couple_over_lever/run_up"), "run_up_peak"),
         ((*SMALL, "--sample", "sobool:8"), "sobol"),
         ((*SMALL, "--shard", "0/3"), "I from 1 to N"),
         ((*SMALL, "--shard", "4/3"), "I from 1 to N"),

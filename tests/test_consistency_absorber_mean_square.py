@@ -2,12 +2,9 @@
 those of a Newton iteration with 40 digits, and energy is accounted for.
 """
 
-from functools import cache
-
 import numpy as np
 import pytest
 from exact_mean_square import exact_mean_square
-from long_but import long_but
 from mpmath import mp, mpf
 from scipy.integrate import quad
 
@@ -66,14 +63,6 @@ def test_error_estimate_holds_against_many_digits(kind):
             exact = exact_mean_square(kind, *ratios)
             assert abs(mpf(float(found.value)) - exact) <= mpf(float(found.error))
             assert float(found.error) <= 1e-13 * float(exact)
-
-
-def test_near_the_optimum_of_a_light_absorber_no_digit_is_lost():
-    with mp.workdps(60):
-        for m in (1e-8, 1e-4):
-            k, z = m * (1.0 + 0.5 * m) / (1.0 + m) ** 2, 0.5 * m**1.5
-            found = mean_square(Absorber(0.0, m, k, z)).value
-            assert float(found / exact_mean_square("displacement", 0.0, m, k, z) - 1) < 1e-14
 
 
 def test_both_dampers_take_up_what_a_white_force_gives():
@@ -140,37 +129,6 @@ def test_closed_forms_of_crandall_and_mark_and_warburton():
         assert newton.value == pytest.approx(closed.value, rel=1e-13)
         assert np.all(np.abs(newton.stiffness_ratio - closed.stiffness_ratio)
                       <= newton.stiffness_error + closed.stiffness_error)  # fmt: skip
-
-
-@cache
-def seeded() -> list[tuple[float, float]]:
-    rng = np.random.default_rng(2)
-    return [(float(rng.uniform(0.0, 0.45)), float(10 ** rng.uniform(-4, 1))) for _ in range(20)]
-
-
-@pytest.mark.parametrize("kind", long_but(["displacement", "velocity", "transmitted"], "velocity"))
-def test_tuning_against_newton_with_many_digits(kind):
-    z1, m = (np.array(column) for column in zip(*seeded(), strict=True))
-    found = mean_square_tuning(z1, m, *KINDS[kind])
-    assert not np.any(found.no_help | found.locked)
-    with mp.workdps(40):
-        for i in range(0, len(m), 3):
-
-            def level(k, z, i=i):
-                return mp.log(exact_mean_square(kind, z1[i], m[i], mp.exp(k), mp.exp(z)))
-
-            start = [mp.log(mpf(float(a[i]))) for a in (found.stiffness_ratio,
-                                                        found.secondary_damping)]  # fmt: skip
-            root = mp.findroot(
-                lambda k, z: [mp.diff(level, (k, z), (1, 0)), mp.diff(level, (k, z), (0, 1))],
-                start, tol=1e-30,
-            )  # fmt: skip
-            k, z = mp.exp(root[0]), mp.exp(root[1])
-            assert abs(k - mpf(float(found.stiffness_ratio[i]))) <= found.stiffness_error[i]
-            assert abs(z - mpf(float(found.secondary_damping[i]))) <= found.damping_error[i]
-            assert found.stiffness_error[i] < 1e-6 * k and found.damping_error[i] < 1e-6 * z
-            exact = mp.exp(level(*root))
-            assert abs(exact - mpf(float(found.value[i]))) <= found.value_error[i]
 
 
 @pytest.mark.parametrize(

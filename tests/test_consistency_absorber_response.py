@@ -8,18 +8,15 @@ from exact_tree import response, squared, tree, value_at
 from mpmath import mp, mpf
 
 from vibecalc.absorber.peaks import peaks
-from vibecalc.absorber.squared_magnitude import excess_polynomials, measure
 from vibecalc.absorber.transfer import (
     EXCITATIONS,
     RESPONSES,
     Absorber,
     amplitude,
     amplitude_with_error,
-    coupling,
     fixed_points,
     landmarks,
     poles,
-    transfer_of,
 )
 from vibecalc.errors import NumericalFailure
 
@@ -125,20 +122,6 @@ def test_fixed_points_do_not_depend_on_damping_and_exist_for_an_undamped_primary
     # with a damped primary the curves of three dampings have no common point
     curves = np.abs(amplitude(Absorber(0.04, 0.1, 0.0826, [[0.0], [0.02], [0.1]]), X[0] + X * 0.3))
     assert np.all(np.ptp(curves, axis=0) > 0.0)
-
-
-def test_polynomials_give_the_same_curve():
-    rng = np.random.default_rng(6)
-    for names in ((e, r) for e in EXCITATIONS for r in RESPONSES):
-        for limit in LIMITS:
-            a = Absorber(rng.choice([0.0, 0.3]), 0.3, *limit)
-            parts = coupling(a)
-            weights = measure(parts, transfer_of(*names))
-            above, below = excess_polynomials(parts, weights)
-            u = 1.01 * X * X
-            excess = np.polyval(above[::-1], u) / np.polyval(below[::-1], u)
-            exact = np.abs(amplitude(a, np.sqrt(u), *names)) ** 2
-            np.testing.assert_allclose(excess + weights.floor_squared, exact, rtol=1e-9, atol=1e-13)
 
 
 def test_peaks_are_those_with_many_digits_within_their_errors():

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from absorber_cases import TUNED
-from shipped_cases import CASES, fresh, result_of
+from shipped_cases import CASES, result_of
 
 from vibecalc.absorber.hardware.rods_and_springs import torsional_stiffness
 from vibecalc.absorber.mean_square import mean_square
@@ -61,18 +61,6 @@ def test_the_wanted_spring_and_oil_give_the_tuning() -> None:
     assert shares * float(value(record, "hardware/dynamic_viscosity")) == pytest.approx(
         float(value(record, "tuning/torsional_damping")), rel=1e-12
     )
-
-
-def test_chart_is_that_of_the_kernel_and_of_single_tunings() -> None:
-    record = fresh("absorber_design_chart").record
-    chart = record["tuning/chart/peak"]
-    z1, m = (axis.values for axis in chart.axes)
-    assert chart.values.shape == (10, 100)
-    for row, column in ((0, 9), (2, 0), (8, 99)):
-        alone = minimax(z1[row], m[column])
-        assert chart.values[row, column] == pytest.approx(float(alone.largest), rel=1e-12)
-        stiff = value(record, "tuning/chart/stiffness_ratio")[row, column]
-        assert stiff == pytest.approx(float(alone.stiffness_ratio), rel=1e-6)
 
 
 def test_no_optimum_is_a_failure_and_no_help_a_result() -> None:

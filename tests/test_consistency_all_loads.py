@@ -9,7 +9,7 @@ from engine_mounted import COUNTER, ON_BODY, SEPARATE, loaded_of, mounted
 from shipped_cases import table_of
 
 from vibecalc.core.case.load import validate
-from vibecalc.core.results.renamed import RENAMED
+from vibecalc.core.results.renamed import PATHS
 from vibecalc.core.run.machine_checks import machine_warnings
 from vibecalc.core.run.plan import planned_quantities
 from vibecalc.core.run.run import run_case
@@ -38,7 +38,7 @@ def test_the_torque_alone_is_refused_with_where_it_is() -> None:
 
 
 def test_paths_of_before_name_the_same_results() -> None:
-    for old, new in RENAMED.items():
+    for old, new in PATHS.items():
         name = "genset_on_deck" if old.startswith("foundation") else "pump"
         table = copy.deepcopy(table_of(name))
         table["limit"] = [{"quantity": old, "max": 1e9}]

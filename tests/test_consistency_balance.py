@@ -5,14 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear, minimize
+from scipy.optimize import minimize
 from shipped_cases import CASES
 
 from vibecalc.balance.pictures import draw_weights
 from vibecalc.balance.weights import (
     Places,
     Solution,
-    counted,
     counting,
     least_residual,
     longest,
@@ -101,28 +100,6 @@ def test_no_solver_finds_less_at_given_places(seed: int) -> None:
     assert found.left.value == pytest.approx(np.sqrt(other.fun), rel=1e-6)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_given_angles_are_linear_least_squares_within_bounds(seed: int) -> None:
-    drawn = Drawn(seed, 4, free=False, phases=True)
-    found, places = drawn.solve(), drawn.places
-    angle = places.phase
-    columns = []
-    for i in range(4):
-        one = np.zeros((4, 2))
-        one[i] = np.cos(angle[i]), np.sin(angle[i])
-        pull = drawn.order**2 * np.exp(1j * np.sign(places.speed_ratio[i]) * angle[i])
-        way: Any = pull * np.array([0.0, 1j * np.sign(places.speed_ratio[i]), 1.0])
-        couple: Any = np.cross(FRAME.origin + places.start[i], way)
-        columns.append(counted(np.concatenate([way, couple]), COUNTS))
-    constant = counted(np.concatenate([drawn.force, drawn.couple]), COUNTS)
-    other = lsq_linear(
-        np.stack(columns, axis=1), -constant, (-places.largest, places.largest), tol=1e-14
-    )
-    assert found.left.value == pytest.approx(np.sqrt(2.0 * other.cost), rel=1e-9)
-    signed = found.unbalance.value * np.cos(found.phase.value - angle)
-    assert signed == pytest.approx(other.x, abs=1e-6)
-
-
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.long)])
 def test_no_search_finds_less_where_places_are_free(seed: int) -> None:
     drawn = Drawn(20 + seed, 2, free=True)
@@ -164,18 +141,6 @@ def test_of_equally_good_weights_the_least_are_given() -> None:
     assert (found.left.value < 1e-14, found.free_directions) == (True, 2)
     assert found.unbalance.value == pytest.approx(other.x, abs=1e-7)
     assert found.phase.value == pytest.approx(np.pi, abs=1e-12)
-
-
-def test_errors_do_not_grow_with_a_bound_that_is_far_off() -> None:
-    drawn = Drawn(1, 4, free=False)
-    none = drawn.places._replace(largest=np.array([np.inf, np.inf, 0.05, np.inf]))
-    drawn.places = drawn.places._replace(largest=np.array([1e9, 1e7, 0.05, 1e8]))
-    far, drawn.places = drawn.solve(), none
-    free = drawn.solve()
-    assert far.unbalance.value == pytest.approx(free.unbalance.value, rel=1e-9)
-    assert far.left.error <= 2.0 * free.left.error < 1e-12
-    assert np.all(far.unbalance.error <= 2.0 * free.unbalance.error)
-    assert far.left.value - far.lower_bound <= 1e-12
 
 
 def test_a_free_place_is_found_to_the_last_digits_where_it_removes_all() -> None:
@@ -297,8 +262,8 @@ def test_without_forces_the_couple_alone_is_balanced(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("mass", "weight", "head"),
     [
-        (1.0, "50000 g mm", "unbalance phase position mass at its ratio g mm deg mm radius g -"),
-        (400.0, "20.00 kg m", "unbalance phase position mass at its ratio kg m deg mm radius kg -"),
+        (1.0, "50000 g mm", "unbalance phase position mass ratio g mm deg mm g -"),
+        (400.0, "20.00 kg m", "unbalance phase position mass ratio kg m deg mm kg -"),
     ],
 )
 def test_weights_of_large_machines_are_in_kg_m(
@@ -308,7 +273,7 @@ def test_weights_of_large_machines_are_in_kg_m(
     _, said = said_of(
         tmp_path, 'counterweights = [{ name = "a", position = 0.1, radius = 0.1 }]', mass
     )
-    assert f"balance weight {weight} weight a at 180.0 deg" in said
+    assert f"balance weight {weight} a at 180.0 deg" in said
     assert head in said
 
 
@@ -341,7 +306,7 @@ def test_which_of_equally_good_weights_are_given(
         for place, more in zip((-0.1, 0.2), room, strict=True)
     ]
     record, said = said_of(tmp_path, f"couple_weight = 0\ncounterweights = [{', '.join(rows)}]")
-    assert "not unique: 2 free directions" in said
+    assert "not unique: 2 of " in said
     assert words in said
     share = [float(one or bounds[1] or 1.0) for one in bounds]
     least = np.square(share) / np.sum(np.square(share)) * (0.05 + 1e-9)

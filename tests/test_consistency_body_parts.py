@@ -77,7 +77,7 @@ def test_the_datum_changes_nothing_beyond_the_errors_stated(by: list[float]) -> 
     for path in (
         "isolation/modes/natural_frequency",
         "isolation/modes/damping_ratio",
-        "isolation/support_displacement/sag",
+        "isolation/support_displacement/static",
         "isolation/support_force/static",
         "isolation/support_force/steady_peak",
         "body/moments",

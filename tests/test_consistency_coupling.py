@@ -180,32 +180,6 @@ def test_modes_are_of_the_line_at_their_own_frequency(name: str) -> None:
     assert np.abs(table[1:4]).max() < 1e-6 * np.abs(shape[1:4]).max()
 
 
-@pytest.mark.parametrize("name", ["amplitude"])
-def test_two_methods_agree_within_the_errors_that_both_state(name: str) -> None:
-    _, record = ran(name, SPEEDS[0])
-    data = case_with(name, method="dense")
-    data["machine"]["speed"] = SPEEDS[0]
-    other = run_case(validate(data))
-    paths = ("torque", "angle", "section_heat", "modes/natural_frequency")
-    of_coupling = ("use", "temperature", "vibratory_torque", "power_loss", "mode_stiffness")
-    for path in (*paths, *(f"coupling/{one}" for one in of_coupling)):
-        one, same = record[f"{ROOT}/{path}"], other[f"{ROOT}/{path}"]
-        apart = np.abs(one.values - same.values).max()
-        assert apart <= one.error_estimate + same.error_estimate, path
-        assert one.error_estimate <= 1e-11 * np.abs(one.values).max(), path
-
-
-@pytest.mark.long
-def test_a_range_of_speeds_is_its_single_speeds() -> None:
-    speeds = {"from": float(SPEEDS[0]), "to": float(SPEEDS[1]), "points": 4}
-    record = run_case(validate(case_with("catalogue", speeds=speeds)))
-    _, slow = ran("catalogue", SPEEDS[0])
-    for path in ("use", "vibratory_torque", "temperature", "power_loss", "peak_torque"):
-        curve, one = value(record, f"coupling/speeds/{path}"), value(slow, f"coupling/{path}")
-        assert curve[..., 0] == pytest.approx(one, rel=1e-10), path
-    assert np.all(value(record, "coupling/largest_use") >= 0.999 * value(record, "coupling/use"))
-
-
 @pytest.mark.long
 def test_largest_use_is_between_the_speeds_of_the_sweep() -> None:
     """Next to the resonance of order 0.5: single runs there and on both sides of it."""

@@ -33,7 +33,7 @@ def square_machine(speed: float, bank: float) -> Table:
             "speed": speed,
             "crank_train": {
                 "axis": "z",
-                "stroke": "x",
+                "stroke_axis": "x",
                 "crank_radius": 0.05,
                 "rod_length": 0.2,
                 "reciprocating_mass": 1.0,

@@ -20,7 +20,7 @@ from vibecalc.excitation.induction_motor_flux import power_flow
 from vibecalc.numerics.periodic.panels import evaluate
 from vibecalc.numerics.rounding import FloatArray
 from vibecalc.roll.mechanism import RollDrive, RollMachine, is_mounted, place_at
-from vibecalc.roll.rates import RollRates, roll_problem, with_steady_flux
+from vibecalc.roll.rates import roll_problem
 from vibecalc.roll.running import Running, running_state, steady_drive
 from vibecalc.roll.turn import balance, harmonics, readings
 
@@ -51,44 +51,6 @@ def start_in_time(machine: RollMachine, found: Running) -> FloatArray:
     place = place_at(machine, drive_of(1), np.zeros((1, 1))).moved
     s = (found.state.momentum[0] - place.coupling[0, 0] * state[0]) / place.shell[0, 0]
     return np.concatenate([[0.0, state[0], 0.0, s], state[1:]])
-
-
-@pytest.mark.parametrize("cages", [1, 2, 3])
-@pytest.mark.parametrize("kind", list(KINDS))
-def test_rates_and_jacobian(kind: str, cages: int) -> None:
-    machine, drive = machine_of(**KINDS[kind]), drive_of(cages)
-    mounted = is_mounted(machine)
-    momentum = None if mounted else np.array([205.0])
-    draw = np.random.default_rng(7)
-    angles = np.array([[0.3, 1.9, 4.4]])
-    rigid = np.array([[[92.0, 2e-3, -0.4]]])[..., : 3 if mounted else 1].repeat(3, axis=1)
-    state = with_steady_flux(drive, rigid)
-    state = state * (1.0 + 0.1 * draw.standard_normal(state.shape))
-    place = place_at(machine, drive, angles)
-    rates = RollRates(machine, drive, momentum)
-    value, jacobian = rates.at(place, state)
-    for column in range(state.shape[-1]):
-        step = np.zeros(state.shape[-1])
-        step[column] = 1e-6 * np.abs(state[..., column]).max()
-        ahead, back = (rates.at(place, state + sign * step)[0] for sign in (1.0, -1.0))
-        slope = (ahead - back) / (2.0 * step[column])
-        size = np.abs(jacobian).max(axis=(0, 1, 3))
-        rounding = 1e-15 * np.abs(value).max(axis=(0, 1)) / step[column]
-        away = np.abs(slope - jacobian[..., column])
-        assert np.all(away <= 1e-9 * size + rounding), column
-    truth = InTime(machine, drive)
-    for place_, angle in enumerate(angles[0]):
-        own = state[0, place_]
-        if mounted:
-            whole = np.concatenate([[angle, *own[:3]], own[3:]])
-        else:
-            moved = place.moved
-            s = (205.0 - moved.coupling[0, place_] * own[0]) / moved.shell[0, place_]
-            whole = np.concatenate([[angle, own[0], 0.0, s], own[1:]])
-        rate = truth(0.0, whole) / own[0]
-        wanted = rate[[1, 2, 3]] if mounted else rate[[1]]
-        wanted = np.concatenate([wanted, rate[4:]])
-        np.testing.assert_allclose(value[0, place_], wanted, rtol=1e-11, atol=1e-12)
 
 
 @pytest.mark.long

@@ -23,7 +23,6 @@ from vibecalc.absorber.hardware.oil_gap import (
 )
 from vibecalc.absorber.hardware.overhung import (
     bending_frequencies,
-    element_frequencies,
     rayleigh_frequency,
     whirl_frequencies,
 )
@@ -243,42 +242,6 @@ def test_whirl_against_forty_digits_and_both_ways():
                 assert abs(float(root - mp.mpf(value))) <= error
     rest = bending_frequencies(ROD, body, 3).value
     assert np.all(found.forward.value > rest) and np.all(found.backward.value < rest)
-
-
-def test_no_modes_are_lost():
-    """As many roots below a frequency as elements have, light and heavy, short and long."""
-    body = EndBody(np.array([0.0, 0.5, 300.0])[:, None], np.array([0.0, 0.5]))
-    found = bending_frequencies(ROD._replace(overhang=0.3), body, 6)
-    elements, _ = element_frequencies(ROD._replace(overhang=0.3), body, 0.0, 40, 12)
-    np.testing.assert_allclose(elements[..., :6], found.value, rtol=2e-4)
-    assert np.all(elements[..., :6] > found.value * (1.0 - 1e-9))
-
-
-def test_elements_converge_with_the_fourth_power():
-    body = EndBody(13.8, 0.0895, 0.179)
-    exact = bending_frequencies(ROD, body, 2).value
-    off = [
-        element_frequencies(ROD, body, 0.0, n, max(n // 8, 1))[0][:2] / exact - 1.0
-        for n in (8, 16, 32)
-    ]
-    rate = np.log2(np.array(off[:-1]) / np.array(off[1:]))
-    np.testing.assert_allclose(rate, 4.0, atol=0.15)
-
-
-def test_a_rod_without_overhang_is_a_pinned_beam():
-    found = bending_frequencies(ROD._replace(overhang=0.0), EndBody(37.3), 6)
-    exact = (np.arange(1, 7) * math.pi / 1.6) ** 2 * math.sqrt(
-        ROD.bending_stiffness / ROD.mass_per_length
-    )
-    np.testing.assert_array_less(np.abs(found.value - exact), found.error + 4e-16 * exact)
-
-
-def test_a_heavy_mass_on_a_light_rod_is_a_spring():
-    """Static stiffness at the end of an overhang: 3 E I / (a^2 (L + a))."""
-    light = ROD._replace(mass_per_length=1e-9, overhang=0.4)
-    found = bending_frequencies(light, EndBody(50.0), 1).value[0]
-    stiffness = 3.0 * light.bending_stiffness / (0.4**2 * 2.0)
-    assert found == pytest.approx(math.sqrt(stiffness / 50.0), rel=1e-8)
 
 
 def test_rayleigh_is_its_integrals_and_lies_above_the_beam():

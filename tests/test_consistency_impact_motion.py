@@ -15,8 +15,6 @@ from impact_machines import (
     RADIUS,
     ROD_MASS,
     SPEED,
-    STIFFNESS,
-    compressor_drive,
     gas_towards,
     near,
     source_joint,
@@ -24,12 +22,9 @@ from impact_machines import (
     states,
 )
 from impact_reference import Reference
-from long_but import long_but
 
-from vibecalc.impact.fixed_step import METHODS, simulate_fixed_steps
 from vibecalc.impact.linkage import Drive, GasForce, Joint, Linkage
 from vibecalc.impact.simulate import simulate
-from vibecalc.numerics.cycle_peak import cycle_peak
 
 TURN = 2.0 * np.pi / SPEED
 
@@ -98,47 +93,6 @@ def test_bounces_of_a_damped_mass_against_fifty_digits(law):
     run = simulate(Linkage(still, gas, 1.3, joint), states(start[:1], start[1:]), 1, 2)
     ours = run.first_contacts[0, 0, :4]
     np.testing.assert_allclose(ours, truth, rtol=2e-14)
-
-
-def always_in_contact(damping):
-    """The compressor held in its upper contact by a constant force: a linear oscillator."""
-    preload, drive = -4000.0, compressor_drive()
-    gas = GasForce(np.array([0.0, np.pi]), np.array([preload, preload]))
-    order = drive.orders
-    pin = -np.square(order * SPEED) * drive.displacement
-    rate = 1j * order * SPEED
-    relative = MASS * pin / (STIFFNESS + rate * damping + MASS * rate**2)
-    relative[0] = CLEARANCE - preload / STIFFNESS
-    force = (STIFFNESS + rate * damping) * relative
-    force[0] = -preload
-    joint = source_joint(contact_damping=damping)
-    start = np.sum(relative.real), np.sum((rate * relative).real)
-    return drive, gas, joint, start, force
-
-
-@pytest.mark.parametrize("damping", long_but([0.0, DAMPING, 40 * DAMPING], DAMPING))
-def test_permanent_contact_is_the_harmonic_response(damping):
-    drive, gas, joint, start, force = always_in_contact(damping)
-    run = simulate(Linkage(drive, gas, MASS, joint), states(start[:1], start[1:]), 1, 100)
-    wrist = run.forces
-    truth = np.zeros(101, dtype=complex)
-    truth[drive.orders] = force
-    error = np.max(np.abs(wrist.harmonics[0, 0] - truth), axis=-1)
-    # the start is rounded once; undamped, it rings on at the frequency of the contact
-    assert np.all(error < 3e-12 * np.abs(force[0]))
-    np.testing.assert_allclose(wrist.mean[0, 0], force[0].real, rtol=2e-13)
-    dynamic = cycle_peak(force[1:], drive.orders[1:]).value
-    assert abs(wrist.peak[0, 0, 0] - force[0].real) <= dynamic * (1 + 1e-12) + 1e-9
-    sampled = np.sum(
-        (force[:, None] * np.exp(1j * np.outer(drive.orders, np.linspace(0, 7, 70001)))).real, 0
-    )
-    np.testing.assert_allclose(wrist.peak[0, 0], sampled.max(), rtol=1e-8)
-    assert np.all(wrist.contacts == 0) and np.all(np.isinf(run.first_contacts))
-    np.testing.assert_allclose(wrist.contact_time, TURN, rtol=1e-14)
-    # damping loss of a linear oscillator: sum of d |v_n|^2 / 2 over a turn
-    speed = 1j * drive.orders * SPEED * force / (STIFFNESS + 1j * drive.orders * SPEED * damping)
-    loss = damping * np.sum(np.abs(speed) ** 2) / 2 * TURN
-    np.testing.assert_allclose(run.dissipated[0], loss, rtol=1e-10, atol=1e-15)
 
 
 SINGLE = [
@@ -241,43 +195,3 @@ def test_statistics_of_a_revolution_against_dense_samples():
     # Parseval: what the kept orders hold cannot exceed the mean square
     kept = np.abs(wrist.harmonics[0, 0, 0]) ** 2
     assert 0.5 * np.mean(force**2) < kept[0] + 0.5 * kept[1:].sum() < np.mean(force**2)
-
-
-FEW = {"euler": 1000, "heun": 1000, "rk4": 1600, "dormand_prince": 800}
-
-
-@pytest.mark.parametrize("method", long_but(METHODS, "heun"))
-def test_orders_on_a_smooth_motion(method):
-    # strong damping: nothing but the steady state is left after a turn
-    drive, gas, joint, start, force = always_in_contact(6000.0)
-    exact = np.zeros(9, dtype=complex)
-    exact[drive.orders[drive.orders < 9]] = force[drive.orders < 9]
-    errors = []
-    for steps in (FEW[method], 2 * FEW[method]):
-        first = states(start[:1], start[1:])
-        run, _ = simulate_fixed_steps(Linkage(drive, gas, MASS, joint), first, method, steps, 1, 8)
-        errors.append(np.max(np.abs(run.harmonics[0, 0, 0] - exact)))
-        assert np.all(run.contacts == 0)
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(METHODS[method].order, abs=0.25)
-    assert errors[1] < 1e-2 * abs(exact[1])
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_tableaus_satisfy_the_conditions_of_their_order(method):
-    table = METHODS[method]
-    fraction, weight = np.array(table.fraction), np.array(table.weight)
-    for k in range(table.order):
-        assert weight @ fraction**k == pytest.approx(1 / (k + 1), abs=1e-14)
-    rows = [sum(row) for row in table.stage]
-    np.testing.assert_allclose(rows, fraction, atol=1e-14)
-
-
-@pytest.mark.long
-def test_fixed_steps_of_three_gaps_approach_the_event_exact_motion():
-    start = states([[1e-6, 2e-6, 2e-5]])
-    linkage = source_linkage(crank_pin=source_joint(), rod_mass=0.3 * MASS, bore=source_joint())
-    exact = simulate(linkage, start, 1, 1, 1024)
-    _, gap = simulate_fixed_steps(linkage, start, "dormand_prince", 8192, 1, 1)
-    error = np.abs(gap[:, 0, ::8] - exact.gap[:, 0])[:, :60]
-    assert np.max(error) < 2e-3 * float(source_joint().clearance)
-    assert np.all(np.max(np.abs(exact.force[:, 0, :60]), axis=1) > 50.0)

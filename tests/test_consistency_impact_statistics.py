@@ -1,8 +1,6 @@
 """Claim: statistics of impacts are what the single revolutions say, their standard errors what
 disjoint ensembles scatter by, and a motion without chaos has its closed form and no scatter."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from impact_machines import (
@@ -16,15 +14,12 @@ from impact_machines import (
     no_gas,
     source_joint,
 )
-from scipy.integrate import quad
 
 from vibecalc.errors import UsageError
 from vibecalc.impact.linkage import (
     Joint,
     Linkage,
     Starts,
-    central_start,
-    low_discrepancy,
     spread_starts,
     velocity_scale,
 )
@@ -40,7 +35,6 @@ from vibecalc.impact.simulate import simulate
 from vibecalc.impact.statistics import (
     added_force,
     carried_force,
-    gas_harmonics,
     mean_over_runs,
     quantiles,
     statistics,
@@ -143,20 +137,6 @@ def test_a_damped_gap_has_its_closed_form_and_no_scatter():
     assert np.all(found.forces.contacts == 0.0)
 
 
-@pytest.mark.parametrize("order", [1, 2, 7])
-def test_harmonics_of_the_gas_against_quadrature(order):
-    gas = gas_towards("crank")
-    found = gas_harmonics(gas, 7)[order]
-    total = 0.0 + 0.0j
-    for a, b in pairwise(gas.angle):
-        for part, unit in ((np.cos, 1.0), (np.sin, -1j)):
-            total += unit * quad(
-                lambda t, part=part: np.interp(t, gas.angle, gas.force) * part(order * t), a, b,
-                epsabs=1e-12,
-            )[0]  # fmt: skip
-    assert abs(found - total / np.pi) < 1e-12 * abs(gas_harmonics(gas, 0)[0])
-
-
 @pytest.mark.long
 def test_errors_of_the_first_motion_bound_what_rounding_does():
     clearances = CLEARANCE * np.array([0.1, 1.0, 5.0])
@@ -170,26 +150,6 @@ def test_errors_of_the_first_motion_bound_what_rounding_does():
     assert np.max(first.contacts_error) < 1e-10
     assert np.max(first.force_error) < 1e-8 * np.max(np.abs(first.force))
     assert np.all(np.diff(first.contacts_error, axis=1) >= 0.0)
-
-
-def test_starts_fill_the_play():
-    points = low_discrepancy(64, 2)
-    np.testing.assert_array_equal(points[0], 0.5)
-    plastic = 1.324717957244746
-    np.testing.assert_allclose(points[1], np.mod(0.5 + np.array([1 / plastic, plastic**-2]), 1.0))
-    for count in (64, 256):
-        for side in low_discrepancy(count, 2).T:
-            steps = np.arange(count + 1)
-            discrepancy = np.max(np.abs(count * np.sort(side) - [steps[:-1], steps[1:]]))
-            # random points have about .9 sqrt(count)
-            assert discrepancy < 0.5 * np.sqrt(count)
-    start = spread_starts(COMPRESSOR, np.array([CLEARANCE, 2 * CLEARANCE]), 64)
-    assert np.all((start.gap[..., 0] >= 0.0) & (start.gap[0] <= CLEARANCE).T)
-    fastest = velocity_scale(COMPRESSOR, np.array([CLEARANCE]))
-    assert 0.9 * fastest[0, 0] < np.max(np.abs(start.velocity[0])) <= fastest[0, 0]
-    middle = central_start(COMPRESSOR, np.array([CLEARANCE]))
-    np.testing.assert_array_equal(start.gap[0, 0], middle.gap[0])
-    np.testing.assert_array_equal(start.velocity[0, 0], middle.velocity[0])
 
 
 def test_a_study_beyond_memory_is_refused():

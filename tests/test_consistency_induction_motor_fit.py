@@ -98,8 +98,8 @@ def test_what_the_table_does_not_tell_is_named():
     assert abs(known.combinations[5, 1]) > 0.9
     assert np.allclose(known.combinations @ known.combinations.T, np.eye(6), atol=1e-12)
     text = " | ".join(fit.warnings)
-    assert "does not tell stator_leakage^0.76" in text
-    assert "does not tell magnetising_inductance^0.99" in text
+    assert "does not identify stator_leakage^0.76" in text
+    assert "does not identify magnetising_inductance^0.99" in text
     assert "assumed: 10 times" in fit.assumptions[0]
 
 

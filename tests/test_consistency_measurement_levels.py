@@ -6,15 +6,12 @@ Truth: motions drawn at random and read; scipy's least squares from many starts;
 import numpy as np
 import pytest
 from long_but import long_but
-from plate_readings import LEVELS, apart, by_the_source, random_plate, source_rows
+from plate_readings import apart, random_plate, source_rows
 from scipy.optimize import least_squares
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.measurement.choosing import choose, reach
 from vibecalc.measurement.level_motions import level_motions
-from vibecalc.measurement.plate import difference_row, point_row
-from vibecalc.measurement.second_moments import ends, least_determined
-from vibecalc.numerics.level import DECIBEL, amplitude_of
+from vibecalc.numerics.level import DECIBEL
 
 HALF = 0.05
 
@@ -35,27 +32,6 @@ def test_five_levels_leave_the_motion_and_one_more(seed, points, differences):
     for one in found:
         np.testing.assert_allclose(np.abs(plate.rows @ one.motion), plate.amplitudes, rtol=1e-11)
         assert not one.clipped
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_the_source_s_instruments_at_any_angle(seed):
-    """A reference point and two differences along directions that are not square to each other."""
-    random = np.random.default_rng(seed)
-    places = random.uniform(-1.0, 1.0, (3, 2))
-    rows = np.stack(
-        [*(point_row(*place) for place in places)]
-        + [difference_row(places[0], place) for place in places[1:]]
-    )
-    motion = random.normal(size=3) + 1j * random.normal(size=3)
-    widths = np.full(5, HALF)
-    found = level_motions(rows, np.abs(rows @ motion), widths, rows[0], widths)
-    assert len(found) == 2
-    assert min(apart(motion, one.motion) for one in found) < 1e-9
-    # the phase between the two differences turns round: (+/+) against (+/-)
-    signs = {
-        np.sign(np.imag(rows[3] @ u) * np.imag(rows[4] @ u)) for u in (m.motion for m in found)
-    }
-    assert signs == {-1.0, 1.0}
 
 
 @pytest.mark.parametrize("seed", long_but(range(4), 0))
@@ -158,27 +134,3 @@ def test_too_few_levels_are_refused():
     plate = random_plate(3, 4, 0)
     with pytest.raises(NumericalFailure, match="determine 4 of the 5 numbers"):
         motions_of(plate)
-
-
-def test_readings_that_choose():
-    motions = [by_the_source(LEVELS[1], sign) for sign in (1.0, -1.0)]
-    rows = source_rows()
-    widths = np.full(5, HALF)
-    found = level_motions(rows, amplitude_of(LEVELS[1], 1e-5), widths, rows[0], widths)
-    six = point_row(-0.5493, 0.2794)[None]
-    within = reach(rows, amplitude_of(LEVELS[1], 1e-5), widths)
-    for wanted in motions:
-        choice = choose(found, six, np.abs(six @ wanted), np.array([HALF]), within)
-        assert choice.decided
-        assert apart(found[choice.ranking[0]].motion, wanted) < 1e-9
-    middle = np.array([np.sqrt(np.prod([abs(six[0] @ one.motion) for one in found]))])
-    assert not choose(found, six, middle, np.array([HALF]), within).decided
-    none = choose(found, np.empty((0, 3)), np.empty(0), np.empty(0), within)
-    assert not none.decided and none.ranking == (0, 1)
-
-
-def test_ends_of_the_line_have_rank_two():
-    plate = random_plate(11, 3, 2)
-    line = least_determined(plate.rows, plate.amplitudes)
-    for motion in ends(line):
-        np.testing.assert_allclose(np.abs(plate.rows @ motion), plate.amplitudes, rtol=1e-6)

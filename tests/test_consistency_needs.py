@@ -24,7 +24,6 @@ from vibecalc.core.run.targets import KnownEntries
 from vibecalc.subjects import SUBJECTS
 
 GOLDEN = ROOT / "tests" / "golden"
-ORDER_AXES = ("order", "half_order")
 
 
 def harmonic_differences(needs: Needs, result: Result) -> Iterator[tuple[str, str]]:
@@ -46,7 +45,7 @@ def harmonics_found(stage: StageNeeds, result: Result) -> tuple[int, float]:
     for path in stage.plan.quantities:
         quantity = result.record.quantities.get(path)
         for axis in () if quantity is None else quantity.axes:
-            if axis.name in ORDER_AXES:
+            if axis.name == "order":
                 orders = [float(order) for order in axis.values if order]
                 longest = max(longest, (len(orders), max(orders, default=0.0)))
     return longest

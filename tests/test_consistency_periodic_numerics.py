@@ -1,41 +1,14 @@
 """Claim: periodic solutions agree with shooting and closed forms, each member of a batch alone."""
 
 import numpy as np
-import pytest
-from periodic_problems import TURN, duffing_rhs, friction_problem, linear_rhs
+from periodic_problems import TURN, friction_problem, linear_rhs
 from scipy.integrate import solve_ivp
 
 from vibecalc.numerics.periodic.collocation import solve_periodic
 from vibecalc.numerics.periodic.multipliers import floquet_multipliers
-from vibecalc.numerics.periodic.panels import PeriodicProblem, evaluate
+from vibecalc.numerics.periodic.panels import PeriodicProblem
 
 EDGES = np.linspace(0.0, TURN, 37)
-
-
-@pytest.mark.parametrize("start", [pytest.param([0.0, 0.0], marks=pytest.mark.long), [2.0, 0.0]])
-def test_duffing_against_shooting(start):
-    rhs = duffing_rhs(0.2, 0.5)
-    problem = PeriodicProblem(rhs, EDGES)
-    found = solve_periodic(problem, 8, start)
-
-    def f(x, y):
-        return rhs(np.array(x), y, None)[0]
-
-    first = found.left[0, 0]
-    flow = solve_ivp(f, (0.0, TURN), first, method="DOP853", rtol=1e-12, atol=1e-13)
-    assert np.abs(flow.y[:, -1] - first).max() < 1e-10
-    columns = [
-        solve_ivp(f, (0.0, TURN), first + 1e-5 * d, method="DOP853", rtol=1e-12, atol=1e-13)
-        .y[:, -1] - solve_ivp(f, (0.0, TURN), first - 1e-5 * d, method="DOP853", rtol=1e-12,
-                              atol=1e-13).y[:, -1]
-        for d in np.eye(2)
-    ]  # fmt: skip
-    monodromy = np.array(columns).T / 2e-5
-    ours = floquet_multipliers(problem, found)
-    assert np.abs(np.sort_complex(np.linalg.eigvals(monodromy)) -
-                  np.sort_complex(ours.value[0])).max() < 1e-7  # fmt: skip
-    # Liouville: their product is exp(-damping times the period)
-    assert np.prod(ours.value[0]).real == pytest.approx(np.exp(-0.2 * TURN), rel=1e-11)
 
 
 def test_kinked_friction_against_integration_that_stops_at_the_kinks():
@@ -73,47 +46,6 @@ def test_kinked_friction_against_integration_that_stops_at_the_kinks():
     assert abs(y - found.left[0, 0, 0]) / (1.0 - multiplier) < 1e-11
 
 
-def rotating_system(exponents):
-    """y' = A(x) y + b(x) with y = exact(x) and multipliers exp(2 pi exponents); n = 3.
-
-    In a frame that turns once the matrix is constant, upper triangular and far from normal.
-    """
-    spin = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    constant = np.diag(exponents) + np.triu(np.ones((3, 3)), 1)
-
-    def turn(x):
-        c, s, o, e = np.cos(x), np.sin(x), np.zeros_like(x), np.ones_like(x)
-        return np.stack([np.stack(row, -1) for row in ((c, -s, o), (s, c, o), (o, o, e))], -2)
-
-    def exact(x):
-        return np.stack([np.sin(x), np.cos(2.0 * x), 1.0 + 0.3 * np.sin(3.0 * x)], -1)
-
-    def slope(x):
-        return np.stack([np.cos(x), -2.0 * np.sin(2.0 * x), 0.9 * np.cos(3.0 * x)], -1)
-
-    def rhs(x, y, piece):
-        q = turn(x)
-        matrix = spin + q @ constant @ q.swapaxes(-1, -2)
-        return slope(x) + (matrix @ (y - exact(x))[..., None])[..., 0], matrix
-
-    return rhs, exact
-
-
-@pytest.mark.parametrize(
-    "wanted", [(0.999, 1e-5, 1e-12), (30.0, 0.9, 1e-9), (1e6, 0.3, 1e-6), (0.5, 0.4, 0.3)]
-)
-def test_multipliers_of_a_linear_system(wanted):
-    rhs, exact = rotating_system(np.log(wanted) / TURN)
-    problem = PeriodicProblem(rhs, EDGES)
-    found = solve_periodic(problem, 7, [0.0, 0.0, 0.0])
-    assert np.abs(found.stages - exact(found.nodes)).max() < 1e-9
-    ours = floquet_multipliers(problem, found)
-    assert np.all(np.abs(ours.value[0] / wanted - 1.0) < 1e-10)
-    # the error is honest but for a few roundings, and small relative to each of them
-    assert np.all(np.abs(ours.value[0] - wanted) <= ours.error[0])
-    assert np.all(ours.error[0] < 1e-9 * np.array(wanted))
-
-
 def test_thresholds_may_differ_between_members():
     bound = np.array([-0.3, 0.05, 0.6])
 
@@ -136,21 +68,6 @@ def test_thresholds_may_differ_between_members():
     # at a kink stands an edge, and the values at edges are on it
     on = np.abs(together.ends[..., 0] - bound[:, None]).min(axis=1)
     assert np.all(on < 1e-9)
-
-
-def test_unequal_and_empty_panels():
-    rhs = linear_rhs(np.cos, lambda x: np.full_like(x, 2.0))
-    widths = np.array([0.3, 0.0, 1.7, 0.0, 0.0, 1e-9, 2.0, 0.9])
-    edges = TURN * np.concatenate([[0.0], np.cumsum(widths)]) / widths.sum()
-    found = solve_periodic(PeriodicProblem(rhs, edges), 14, [1.0])
-    exact = (2.0 * np.cos(edges) + np.sin(edges)) / 5.0
-    assert np.abs(found.ends[0, :, 0] - exact).max() < 1e-14
-    assert found.weights.sum() == pytest.approx(TURN, rel=1e-14)
-    assert np.sum(found.weights * found.stages[..., 0] * np.cos(found.nodes)) == pytest.approx(
-        0.4 * np.pi, rel=1e-12
-    )
-    x = np.linspace(-1.0, 9.0, 57)
-    assert np.abs(evaluate(found, x)[0, :, 0] - (2 * np.cos(x) + np.sin(x)) / 5).max() < 1e-11
 
 
 def test_an_unstable_solution_is_found_to_round_off():

@@ -32,7 +32,7 @@ def test_force_over_the_cycle_sums_the_orders_with_phase() -> None:
         ]
         total = np.asarray(drawn["total"].get_ydata())
         np.testing.assert_allclose(total, parts[0] + parts[1], rtol=0, atol=1e-9)
-        peak = float(result.record[f"isolation/lever_force/{name}_peak"].values)
+        peak = float(result.record[f"isolation/couple_over_lever/{name}_peak"].values)
         assert np.abs(total).max() == pytest.approx(peak, rel=1e-4)
 
 
@@ -70,7 +70,7 @@ def test_run_up_has_limits_and_resonances_over_the_speed_in_rpm() -> None:
 
 def test_masked_speeds_are_shaded_and_leave_a_gap() -> None:
     result = generator()
-    path = "isolation/lever_force/run_up"
+    path = "isolation/couple_over_lever/run_up"
     old = result.record.quantities.pop(path)
     values = np.array(old.values)
     values[100:110] = np.inf

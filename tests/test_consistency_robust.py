@@ -25,7 +25,7 @@ from vibecalc.errors import NumericalFailure
 GOLDEN = Path(__file__).resolve().parent / "golden"
 GRAVITY, MASS = 9.80665, 120.0
 MASS_BY = '{ key = "machine.body.mass", half_width = "10 %" }'
-SAG = '[[limit]]\nquantity = "isolation/support_displacement/sag"\nmax = "3 mm"\n'
+SAG = '[[limit]]\nquantity = "isolation/support_displacement/static"\nmax = "3 mm"\n'
 STIFFNESS = "machine.mounts.each.stiffness"
 
 

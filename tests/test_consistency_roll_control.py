@@ -8,7 +8,6 @@ from mpmath import mp, mpc, mpf
 from roll_control_loops import MOTOR_GAIN, SOURCE, TARGET, random_loops, source_load
 
 from vibecalc.roll.control.gains import (
-    UNCONTROLLED,
     LoopLoad,
     evaluate,
     evaluate_at_speed,
@@ -119,44 +118,6 @@ def test_the_machine_marched_in_time_diverges_where_the_delay_margin_ends(factor
     before = np.max(np.abs(history[third : 2 * third]))
     after = np.max(np.abs(history[2 * third :]))
     assert (after > 1.5 * before) == grows and (after < 0.7 * before) == (not grows)
-
-
-def test_any_delay_undoes_a_gain_that_does_not_fall_off():
-    load = source_load()
-    bare = Controller(10.0, 0.0, -10.0)
-    found = evaluate_at_speed(SOURCE, bare, load, TARGET)
-    assert found.margins.feedthrough == pytest.approx(134.05, abs=5e-3)
-    assert found.margins.delay.value == found.margins.phase.value == 0.0
-    assert found.margins.bandwidth.value == np.inf
-    for delay in (1e-3, 1e-6, 1e-9):
-        late = evaluate_at_speed(SOURCE, bare._replace(delay=delay), load, TARGET)
-        assert not late.margins.stable and late.level.value[0] == np.inf
-    # below a gain of one it bears some
-    small = evaluate_at_speed(SOURCE, Controller(10.0, 0.0, -0.06, 0.0, 1e-6), load, TARGET)
-    assert 0.0 < small.margins.feedthrough < 1.0 and small.margins.stable
-
-
-def test_feedback_of_the_shell_is_inertia_of_the_rotor():
-    """Without lag and delay k_S adds -K K_M k_S ratio to the rotor's inertia and does no more."""
-    load = source_load()
-    fed = evaluate(SOURCE, Controller(4.0, 0.3, -0.2), load)
-    heavy = SOURCE.inertia + 4.0 * MOTOR_GAIN * 0.2 * SOURCE.ratio
-    plain = evaluate(SOURCE._replace(inertia=heavy), Controller(4.0, 0.3, 0.0), load)
-    np.testing.assert_allclose(
-        fed.harmonics.shell_acceleration.value,
-        plain.harmonics.shell_acceleration.value, rtol=1e-13,
-    )  # fmt: skip
-
-
-def test_speed_feedback_alone_is_a_stiffer_motor():
-    load = source_load()
-    fed = evaluate_at_speed(SOURCE, Controller(6.0, 0.0, 0.0), load, TARGET)
-    stiffer = MOTOR_GAIN * (1.0 + 6.0 * float(fed.speed_feedback.value))
-    other = evaluate(
-        SOURCE._replace(motor_gain=stiffer), UNCONTROLLED,
-        load._replace(reference=TARGET + 303.3 / stiffer),
-    )  # fmt: skip
-    np.testing.assert_allclose(fed.level.value, other.level.value, atol=1e-12)
 
 
 @pytest.mark.parametrize("delay", [pytest.param(0.0, marks=pytest.mark.long), 3e-4])

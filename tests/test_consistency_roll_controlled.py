@@ -16,7 +16,7 @@ from roll_machines import (
 )
 
 from vibecalc.numerics.periodic.panels import evaluate
-from vibecalc.roll.control.full_model import ControlledRates, Law, closed_loop
+from vibecalc.roll.control.full_model import Law, closed_loop
 from vibecalc.roll.control.gains import LoopLoad, evaluate_at_speed
 from vibecalc.roll.control.loop import Controller, disturbance, model_from_full, straight
 from vibecalc.roll.mechanism import as_batch
@@ -142,32 +142,3 @@ def test_the_error_bounds_what_more_points_change():
     change = np.abs(rough.harmonics.value - fine.harmonics.value)
     assert np.all(change <= 2.0 * (rough.harmonics.error + fine.harmonics.error))
     assert np.max(fine.harmonics.error) < 1e-9 * np.max(np.abs(fine.harmonics.value))
-
-
-@pytest.mark.parametrize("lag", [0.0, 2e-3])
-@pytest.mark.parametrize("momentum", [None, np.array([195.0])])
-def test_the_jacobian_is_that_of_the_rates(momentum, lag):
-    drive = source_drive(motor="monotone")
-    machine = as_batch(
-        source_machine(
-            wrist_pin_offset=0.004, friction_torque=3.0, friction_damping=0.1,
-            shell_stiffness=3e4 if momentum is None else 0.0, shell_damping=60.0,
-        )
-    )  # fmt: skip
-    found = ControlledRates(machine, drive, Law(2.0, 0.55, -0.3, SYNCHRONOUS, lag), momentum)
-    draw = np.random.default_rng(3)
-    x, y = draw.uniform(0.0, 6.28, (1, 3, 2)), np.zeros((1, 3, 2, found.states))
-    y[..., 0] = 92.0 + draw.normal(size=y.shape[:-1])
-    if momentum is None:
-        y[..., 1], y[..., 2] = 1e-3, 0.05 * draw.normal(size=y.shape[:-1])
-    if lag:
-        y[..., -1] = y[..., 0] + 1.0
-    _, jacobian = found(x, y, None)
-    for state in range(found.states):
-        step = 1e-6 * max(1.0, float(np.max(np.abs(y[..., state]))))
-        up, down = y.copy(), y.copy()
-        up[..., state] += step
-        down[..., state] -= step
-        slope = (found(x, up, None)[0] - found(x, down, None)[0]) / (2.0 * step)
-        own = jacobian[..., state]
-        np.testing.assert_allclose(own, slope, atol=2e-6 * float(np.max(np.abs(own))), rtol=1e-5)

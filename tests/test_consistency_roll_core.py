@@ -14,18 +14,15 @@ import numpy as np
 import pytest
 from exact_roll import ExactTurn, as_turn, exact_harmonics, exact_levels, exact_turn
 from long_but import long_but
-from roll_machines import ROTOR, SYNCHRONOUS, source_drive, source_machine
+from roll_machines import SYNCHRONOUS, source_drive, source_machine
 
 from vibecalc.roll.mechanism import (
     RollDrive,
     RollMachine,
     accelerations,
-    friction_torque,
     inertia,
-    mount_torque,
     roll_machine,
 )
-from vibecalc.roll.steady import steady_state
 from vibecalc.roll.turn import (
     Turn,
     balance,
@@ -104,16 +101,6 @@ def test_energy_and_momentum_balance(name: str) -> None:
         assert checked.friction == 0.0
 
 
-def test_the_balance_of_energy_sees_a_torque_that_is_not_there() -> None:
-    """A wrong torque between shell and crank keeps the momentum: energy has to be examined."""
-    machine, drive, exact = found("offset, rods")
-    turn = as_turn(exact)
-    read = readings(machine, drive, turn)
-    wrong = balance(machine, turn, read._replace(gas_torque=1.01 * read.gas_torque))
-    assert abs(wrong.residual) == pytest.approx(0.01 * wrong.gas / 1.01, rel=1e-6)
-    assert wrong.momentum_residual < 1e-12 * exact.momentum
-
-
 def test_harmonics_of_any_function_of_time() -> None:
     _, _, exact = found("offset, rods")
     turn = as_turn(exact)
@@ -160,30 +147,6 @@ def test_classical_forces_are_those_of_a_constant_speed() -> None:
     np.testing.assert_allclose(along, pull + read.gas_force, rtol=1e-11, atol=1e-9)
     across = -simple["rod_force"] * sine + twist * cosine - simple["wall_force"]
     assert np.max(np.abs(across)) < 1e-11 * np.max(np.abs(simple["rod_force"]))
-
-
-def test_mounts_take_up_what_their_damping_dissipates() -> None:
-    machine = source_machine(rotor_inertia=[ROTOR], shell_stiffness=[2.0e6], shell_damping=[900.0])
-    drive = source_drive(synchronous_speed=np.full(1, SYNCHRONOUS))
-    turn = steady_state(machine, drive, 10).turn
-    checked = balance(machine, turn, readings(machine, drive, turn))
-    rate = turn.weight / turn.crank_speed
-    dissipated = 900.0 * np.sum(rate * turn.shell_speed**2)
-    # the springs give back what they take
-    assert checked.mounts[0] == pytest.approx(dissipated, rel=1e-9)
-    assert abs(checked.residual[0]) < 1e-10 * checked.motor[0]
-    assert checked.momentum_residual[0] < 1e-10 * np.max(np.abs(checked.momentum))
-
-
-def test_every_resistance_opposes_its_motion() -> None:
-    machine = source_machine(**(RUBBING | {"shell_stiffness": 5.0, "shell_damping": 7.0}))
-    angle = np.array([1.0, 1.0])
-    moved = inertia(machine, angle)
-    dry = 11.0 + 120.0 * np.sum(np.abs(moved.stroke[0]))
-    found = friction_torque(machine, moved, np.array([90.0, -90.0]))
-    np.testing.assert_allclose(found, [-dry - 27.0, dry + 27.0], rtol=1e-14)
-    held = mount_torque(machine, np.array([0.1, 0.0]), np.array([0.0, -2.0]))
-    np.testing.assert_allclose(held, [-0.5, 14.0], rtol=1e-15)
 
 
 RADIUS, LENGTH, OFFSET = 0.0635, 0.2921, 0.011

@@ -34,6 +34,7 @@ CALLS: dict[str, tuple[tuple[str, ...], str]] = {
     "info": ((RESULT,), "quantities"),
     "get": ((RESULT, "response/absorber/peak/magnitude"), "value"),
     "export": ((RESULT, "-o", "e"), "written"),
+    "migrate": ((CASE, "-o", "new.toml"), "renamed"),
 }
 #: what they print is a script for a shell, and a page for a person
 WORDS_ONLY = {"completion": ("bash",), "help": ("run",)}

@@ -300,7 +300,7 @@ def test_a_damping_that_fades_leaves_no_resonance_out() -> None:
     found = record(case)
     top, at = values(found, "largest/torque_half_range")[0], values(found, "largest/speed")[0]
     natural = math.sqrt(6e4 * (1 / 3.0 + 1 / 7.0))
-    order = float(values(found, "largest/half_order")[0])
+    order = float(values(found, "largest/order")[0])
     assert at == pytest.approx(natural / order, rel=1e-4)
     case["response"]["torsion"]["speeds"] = {"from": 0.999 * at, "to": 1.001 * at, "points": 401}
     fine = values(record(case), "speeds/torque_half_range")[0].max()

@@ -82,18 +82,6 @@ def acting(speed: float) -> list[Harmonic]:
     ]
 
 
-def test_natural_frequencies_of_the_pump_drive() -> None:
-    line, record = pump()
-    found = np.asarray(record[f"{ROOT}/modes/natural_frequency"].values)
-    assert found[1:] == pytest.approx(line.undamped(SPEED)[1:], rel=1e-10)
-
-
-def test_half_ranges_of_the_pump_drive_at_its_speed() -> None:
-    line, record = pump()
-    found = np.asarray(record[f"{ROOT}/torque_half_range"].values)
-    assert found == pytest.approx(half_ranges(line, acting(SPEED)), rel=1e-9)
-
-
 @pytest.mark.parametrize("place", [0, 122])
 def test_half_ranges_of_the_pump_drive_over_its_speeds(place: int) -> None:
     line, record = pump()
@@ -114,14 +102,6 @@ def test_torques_by_order_of_the_pump_drive() -> None:
     assert orders * SPEED == pytest.approx(sorted(rows), rel=1e-12)
     for place, w in enumerate(sorted(rows)):
         assert np.asarray(quantity.values)[:, place] == pytest.approx(rows[w], rel=1e-9)
-
-
-def test_the_motor_gives_what_the_pump_takes_at_every_speed() -> None:
-    _, record = pump()
-    quantity = record[f"{ROOT}/speeds/gear_mean_torque"]
-    speed = np.asarray(quantity.axes[1].values)
-    taken = 620.0 * (speed / SPEED) ** 2
-    assert np.asarray(quantity.values)[0] == pytest.approx(RATIO * taken, rel=1e-12)
 
 
 def test_what_cannot_follow_the_speed_has_no_critical_speed() -> None:

@@ -4,45 +4,20 @@ import numpy as np
 import pytest
 from switching_machines import (
     BOTH,
-    IDLE,
     ONLY_A,
     REVERSAL,
     SPEED,
     at_once,
-    at_worst,
     compressor,
     compressor_loads,
     followed,
     modal_loads,
     motion,
-    times_in,
-    transient,
 )
 
-from vibecalc.response.switching.follow import passages, slow_energy
-from vibecalc.response.switching.readings import ENERGY, KINETIC, read, steady_peaks
+from vibecalc.response.switching.follow import passages
+from vibecalc.response.switching.readings import ENERGY, read, steady_peaks
 from vibecalc.response.switching.system import SpeedSegment
-
-
-@pytest.mark.long
-def test_peaks_are_those_of_a_dense_search() -> None:
-    system, loads = compressor(), compressor_loads(4)
-    found = transient(system, loads, REVERSAL, angle=0.4)
-    way = followed(system, loads, REVERSAL, 0.4, BOTH)
-    best, when = np.zeros((2, 15))
-    for part in np.array_split(np.arange(len(way.panels.run)), 20):
-        time, panel = times_in(way, part, 400)
-        value = np.abs(read(system, way.motion_at(panel, time))[0])
-        top = np.argmax(value, axis=0)
-        higher = value[top, np.arange(15)] > best
-        best = np.where(higher, value[top, np.arange(15)], best)
-        when = np.where(higher, time[top], when)
-    value, error = found.peaks.height
-    assert np.all(value >= best - error)
-    assert np.max(value / best - 1.0) < 1e-5
-    assert np.max(np.abs(found.peaks.place.value - when)) < 2e-5
-    speed = way.course.speed_at(way.panels.run[way.panel_at(when)], when)
-    assert np.max(np.abs(found.speed - speed)) < 0.05
 
 
 def test_final_peaks_and_settling_are_those_of_the_motion_itself() -> None:
@@ -60,41 +35,6 @@ def test_final_peaks_and_settling_are_those_of_the_motion_itself() -> None:
     below = time[np.argmax(deviation <= 0.05 * top)]
     assert 0.0 <= below - done.settled.value + 1e-12 <= 1.5 / 30000
     assert np.all(np.diff(deviation) <= 1e-12 * top)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("before", "after"),
-    [
-        (BOTH, ONLY_A),
-        (ONLY_A, BOTH),
-        (IDLE, ONLY_A),
-    ],
-)
-def test_worst_instant_is_the_largest_over_the_angles(before: int, after: int) -> None:
-    system, loads = compressor(), compressor_loads(3)
-    worst, angle = at_worst(system, loads, before, after)
-    assert worst.error <= 1e-4 * worst.value
-    angles = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    largest = max(
-        at_once(system, loads, before, after, 0.5, angle=a).peaks.height.value[KINETIC]
-        for a in angles.tolist()
-    )
-    assert 0.97 * worst.value <= largest <= worst.value + worst.error
-    there = at_once(system, loads, before, after, 0.5, angle=angle).peaks.height[KINETIC]
-    assert abs(there.value - worst.value) <= worst.error + there.error
-
-
-@pytest.mark.long
-def test_slow_peaks_are_those_of_a_dense_scan_of_speeds() -> None:
-    system, loads = compressor(), compressor_loads(4)
-    modal = modal_loads(system, loads)
-    slow = slow_energy(system, modal, ONLY_A, SPEED)
-    scanned = max(
-        steady_peaks(system, modal, ONLY_A, speed).value[KINETIC]
-        for speed in np.linspace(45.0, 125.0, 401).tolist()
-    )
-    assert 0.99 * slow.value <= scanned <= slow.value + slow.error
 
 
 def test_passages_are_where_an_order_turns_as_fast_as_a_mode() -> None:

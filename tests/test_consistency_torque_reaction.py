@@ -1,7 +1,7 @@
 """Claim: a shaft line on the body gives it back the torques that a sum in time says.
 
 Pistons and rods are followed through two turns in small steps, their torque is transformed, and a
-dense solution of the line answers it. Without a line, `test_property_estimates_torque_reaction.py`.
+dense solution of the line answers it.
 """
 
 import re

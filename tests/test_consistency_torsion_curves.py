@@ -242,21 +242,6 @@ def test_a_line_without_elasticity_has_the_closed_form(count: int) -> None:
 # ----------------------------------------------------------------------------
 
 
-@pytest.mark.long
-def test_every_condition_at_speed_is_that_of_full_matrices() -> None:
-    result = run(CONDITIONS)
-    record = result.record["response/torsion/conditions/torque_half_range"]
-    assert list(record.axes[0].values) == [
-        "all fire", "1 misfires", "2 misfires", "3 misfires", "1 out of balance",
-        "2 out of balance", "3 out of balance", "given pressures",
-    ]  # fmt: skip
-    for row, scale in enumerate(SCALES):
-        angle, torque = response(OPERATING * RPM, scale)
-        near(record.values[row], [half_range(one) for one in torque])
-        near(values(result, "conditions/angle_half_range")[row],
-             [half_range(one) for one in angle])  # fmt: skip
-
-
 @pytest.mark.parametrize("at", long_but([0, 7, 41], 7))
 def test_the_worst_of_all_conditions_is_that_of_full_matrices(at: int) -> None:
     result = run(CONDITIONS)
@@ -292,14 +277,6 @@ def test_the_worst_condition_is_the_worst_of_separate_runs() -> None:
         seen = values(found, f"conditions/limit/{name}")
         near(seen.max(axis=0), each.max(axis=0))
         np.testing.assert_allclose(seen, each, rtol=1e-2)
-
-
-@pytest.mark.long
-def test_a_motored_cylinder_is_the_one_of_a_case_that_names_it() -> None:
-    kind = 'misfire_kind = "motored"\n'
-    alone = run(f'misfire = ["2"]\n{kind}')
-    found = run(f"[response.torsion.conditions]\n{kind}")
-    near(values(found, "conditions/torque_half_range")[2], values(alone, "torque_half_range"))
 
 
 def test_conditions_and_irregularity_need_no_range_of_speeds() -> None:
@@ -347,7 +324,7 @@ def test_an_undamped_line_has_orders_without_bound_at_its_criticals() -> None:
     top = values(result, "curves/torque/largest")[0]
     order = result.record["response/torsion/curves/torque/order"].axes[1].values
     at = values(result, "curves/torque/largest_speed")[0]
-    met = set(values(result, "masked/half_order"))
+    met = set(values(result, "masked/order"))
     natural = values(result, "modes/natural_frequency")
     assert {one for one, height in zip(order, top, strict=True) if np.isinf(height)} <= met
     for number in np.flatnonzero(np.isinf(top)):

@@ -6,13 +6,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 from exact_shaft_line import exact_angles
-from long_but import long_but
 
-from vibecalc.torsion.close_elimination import eliminate_closely
 from vibecalc.torsion.forced import forced, forced_masked
 from vibecalc.torsion.line import Line, chain
-from vibecalc.torsion.modes import natural_modes
-from vibecalc.torsion.tree_plan import plan_of
 
 
 @pytest.fixture(autouse=True)
@@ -65,36 +61,6 @@ def test_trees_with_massless_stations_and_any_damping_are_exact_within_the_estim
         quick = forced(line, w, torque, estimate=False)
         assert quick.error.size == 0
         np.testing.assert_allclose(quick.angle, found.angle, rtol=0, atol=np.max(found.error) * 2)
-
-
-def hard_chains() -> list[Line]:
-    generator = np.random.default_rng(1)
-    many = 0.05 + 0.1 * generator.random(200)
-    stiff = 1e6 * (1 + generator.random(199)) * 200 / 7
-    graded = 10.0 ** np.linspace(0, 6, 59)
-    alternating = np.where(np.arange(59) % 2, 1.0, 1e6)
-    weak = np.ones(59)
-    weak[29] = 1e-6
-    return [
-        chain(many, stiff)._replace(damping=1e-4 * stiff),
-        chain(np.ones(60), graded),
-        chain(np.ones(60), alternating),
-        chain(np.ones(60), weak),
-        chain(np.ones(60), np.ones(59))._replace(damping=np.full(59, 1e9)),
-    ]
-
-
-@pytest.mark.parametrize("place", long_but(range(5), 1, 4))
-def test_hard_chains_are_exact_within_the_estimate(place):
-    line = hard_chains()[place]
-    n = len(line.inertia)
-    w = np.array([1e-4, 0.37, 1.9, 300.0])
-    torque = np.zeros((4, n), dtype=complex)
-    torque[:, 0], torque[:, n // 2] = 1.0, 2.0 - 1.0j
-    found = forced(line, w, torque)
-    wrong = true_error(line, w, torque, found.angle)
-    assert np.all(wrong <= found.error)
-    assert np.all(found.error <= 1e-9 * np.max(np.abs(found.angle), axis=-1))
 
 
 def test_next_to_an_undamped_resonance_the_lost_digits_are_in_the_estimate():
@@ -171,23 +137,3 @@ def test_an_undamped_critical_in_a_range_is_masked_and_the_rest_is_right():
     assert found.error[1] == np.inf and not np.any(found.angle[1])
     # (k - w^2 J) / (w^2 J (w^2 J - 2 k)) of the driven station
     assert found.angle[0, 0] == pytest.approx((2.0 - 1.0) / (1.0 * (1.0 - 4.0)), rel=1e-14)
-
-
-def test_the_sharper_bound_holds_next_to_resonances_of_parts_with_any_root():
-    generator = np.random.default_rng(1)
-    for _ in range(12):
-        line = branched(generator)
-        n, root, held = 9, generator.integers(9), generator.integers(9)
-        fixed = line.inertia.copy()
-        fixed[held] += 1e9
-        natural = natural_modes(line._replace(inertia=fixed)).frequency
-        away = generator.choice([-1, 1], 2) * 10.0 ** generator.uniform(-14, -3, 2)
-        w = generator.choice(natural[-4:], 2) * (1.0 + away)
-        torque = generator.normal(size=(2, n)) + 1j * generator.normal(size=(2, n))
-        torque[:, generator.random(n) < 0.5] = 0.0
-        plan = plan_of(line, int(root))
-        assert plan is not None
-        loads = [one[None] if one.any() else None for one in torque.T]
-        found = eliminate_closely(plan, w, loads, np.empty((n, 1, 2), complex))
-        wrong = true_error(line, w, torque, found.angle[:, 0].T)
-        assert np.all(np.isfinite(found.error)) and np.all(wrong <= found.error[0])

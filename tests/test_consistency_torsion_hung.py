@@ -9,8 +9,7 @@ from long_but import long_but
 
 from vibecalc.core.case.load import load_case
 from vibecalc.core.case.raw import NOT_COMPUTED
-from vibecalc.core.run.run import StageCache, run_case
-from vibecalc.core.study.binding import checked_case
+from vibecalc.core.run.run import StageCache, checked_case, run_case
 from vibecalc.torsion.forced import forced
 from vibecalc.torsion.hung import bare_line, hung, ring_stiffness, torque_under
 from vibecalc.torsion.line import Line, complex_stiffness
@@ -97,7 +96,7 @@ WANTED = frozenset(
     f"{ROOT}/{name}"
     for name in (
         *("largest/torque_half_range", "largest/twist_half_range", "largest/speed"),
-        *("largest/mode", "largest/half_order", "reduction", "speeds/heat"),
+        *("largest/mode", "largest/order", "reduction", "speeds/heat"),
     )
 )
 

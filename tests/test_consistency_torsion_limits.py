@@ -47,12 +47,6 @@ def half(name: str, speed: float) -> float:
     return halves(speed)[name]
 
 
-def test_torques_at_the_operating_speed() -> None:
-    for path in ("torque_half_range", "gear/alternating_torque"):
-        expected = [half(name, 750.0 * RPM) for name in axis(path, 0)]
-        assert values(path) == pytest.approx(expected, rel=1e-9)
-
-
 @pytest.mark.parametrize("place", [0, 77, 90, 91, 113, 190, 250])
 def test_torques_over_the_speeds(place: int) -> None:
     speed = float(axis("speeds/gear_torque", 1)[place])

@@ -46,7 +46,7 @@ def test_the_order_of_a_maximum_is_highest_near_there_and_its_mode_is_met() -> N
     misled = 0
     for i in strong:
         speed, section = float(value(WIDE, "peak/speed")[i]), value(WIDE, "peak/section")[i] - 1
-        mode, named = value(WIDE, "peak/mode")[i], value(WIDE, "peak/half_order")[i]
+        mode, named = value(WIDE, "peak/mode")[i], value(WIDE, "peak/order")[i]
         place = int(np.flatnonzero(order == named)[0])
         assert critical[mode - 1, place] == pytest.approx(speed, rel=0.04)
         low, there, high = (
@@ -65,7 +65,7 @@ def test_an_end_of_the_range_is_no_critical() -> None:
     end = np.isclose(at, 6100 * RPM, rtol=1e-12) | np.isclose(at, 6150 * RPM, rtol=1e-12)
     assert np.any(end)
     assert np.all(value(text, "largest/mode")[end] == 0)
-    assert np.all(value(text, "largest/half_order")[end] == 0.0)
+    assert np.all(value(text, "largest/order")[end] == 0.0)
 
 
 def test_maxima_are_reported_of_the_most_torqued_and_the_most_stressed_section() -> None:

@@ -7,7 +7,6 @@ peaks, a hub with half of the ring's inertia.
 import mpmath
 import numpy as np
 import pytest
-import scipy.linalg
 from long_but import long_but
 from torsion_lines import engine, network, star
 
@@ -17,9 +16,7 @@ from vibecalc.torsion.damped_modes import (
     LineModes,
     damped_line_modes,
     moves_modes,
-    poles_of_modes,
 )
-from vibecalc.torsion.forced import forced
 from vibecalc.torsion.line import Line, chain, damping_matrix, stiffness_matrix
 from vibecalc.torsion.modes import natural_modes
 from vibecalc.torsion.poles import all_poles, equivalent_line
@@ -69,19 +66,6 @@ def exact_pole(line: Line, near: complex) -> mpmath.mpc:
 def _matrices(line: Line) -> tuple[np.ndarray, np.ndarray]:
     # sums of two powers apart by less than 2^53 are exact here but for the locked damper
     return stiffness_matrix(line), damping_matrix(line)
-
-
-def by_scipy(line: Line, at: float) -> np.ndarray:
-    """The poles that swing, loss factors as the dashpots of one frequency, by magnitude."""
-    dashed = equivalent_line(line, at)
-    n = len(line.inertia)
-    one, none = np.eye(n), np.zeros((n, n))
-    sides = -stiffness_matrix(dashed) / at**2, -damping_matrix(dashed) / at
-    second = np.block([[one, none], [none, np.diag(line.inertia)]])
-    found = at * scipy.linalg.eig(np.block([[none, one], [*sides]]), second)[0]
-    found = found[np.isfinite(found)]
-    found = found[found.imag > 1e-6 * np.abs(found)]
-    return np.asarray(found[np.argsort(np.abs(found))])
 
 
 def swinging(line: Line) -> LineModes:
@@ -157,35 +141,6 @@ OIL = Line(
     np.array([0, 1, 2, 3, 4, 5, 6, 0]), np.array([1, 2, 3, 4, 5, 6, 7, 8]),
     np.array([52e6, *[39e6] * 5, 58e6, 0.0]), np.array([0.0] * 7 + [7500.0]), np.zeros(8),
 )  # fmt: skip
-
-
-@pytest.mark.parametrize("dampers", [1, 2])
-def test_rings_in_oil_against_scipy_and_the_forced_response(dampers: int) -> None:
-    line = OIL
-    if dampers == 2:
-        line = Line(
-            np.append(OIL.inertia, 9.0), np.zeros(10), np.zeros(10), np.append(OIL.first, 3),
-            np.append(OIL.second, 9), np.append(OIL.stiffness, 0.0), np.append(OIL.damping, 4e3),
-            np.append(np.full(7, 0.02), [0.0, 0.0]),
-        )  # fmt: skip
-    found = damped_line_modes(line, dampers)
-    for w, pole in zip(found.frequency, found.pole, strict=True):
-        if w > 0.0:
-            near = by_scipy(line, w)
-            assert np.abs(near - pole).min() < 1e-9 * w
-    # the response to one torque peaks within the width of the mode
-    first = int(np.flatnonzero(found.frequency)[0])
-    w, ratio = found.frequency[first], found.damping_ratio[first]
-    sweep = w * np.linspace(0.5, 1.5, 4001)
-    torque = np.zeros((1, len(line.inertia)), dtype=complex)
-    torque[0, 3] = 1.0
-    angle = np.array([forced(line, np.array([one]), torque).angle[0] for one in sweep[::40]])
-    twist = np.abs(angle[:, 5] - angle[:, 6])
-    peak = sweep[::40][np.argmax(twist)]
-    assert 0.01 < ratio < 0.2 and abs(peak / w - 1.0) < ratio
-    # half of what the damper is at its best: free rings are far off
-    free = natural_modes(line).frequency
-    assert abs(peak / free[free > 0.0][0] - 1.0) > 0.05
 
 
 def test_half_of_a_well_tuned_ring_goes_along() -> None:
@@ -270,26 +225,6 @@ def test_equal_branches_keep_their_pairs_as_subspaces(count: int) -> None:
     slope = slope + damping[found.together[moving]][0]
     between = first @ slope @ first.T
     assert np.abs(between - np.diag(np.diag(between))).max() <= 1e-12 * np.abs(between).max()
-
-
-def test_nearly_equal_branches_are_told_apart() -> None:
-    found = damped_line_modes(equal_branches(3, apart=1e-9), 0)
-    assert not np.any(found.together)
-    same = damped_line_modes(equal_branches(3), 0)
-    assert found.pole == pytest.approx(same.pole, rel=3e-9)
-
-
-def test_weak_damping_of_many_modes_needs_no_eigenvalues() -> None:
-    count = 202
-    rng = np.random.default_rng(7)
-    line = chain(rng.uniform(1.0, 2.0, count), rng.uniform(1e5, 2e5, count - 1))
-    line = line._replace(damping=rng.uniform(0.0, 2.0, count - 1), loss_factor=np.full(201, 0.001))
-    modes = natural_modes(line)
-    assert not moves_modes(line, modes)
-    found = poles_of_modes(line, modes, lambda w: line)
-    near = by_scipy(line, float(modes.frequency[100]))
-    assert np.abs(near - found.pole[100]).min() < 1e-9 * modes.frequency[100]
-    assert np.abs(np.abs(found.pole) / np.maximum(modes.frequency, 1e-9) - 1.0)[1:].max() < 1e-3
 
 
 @pytest.mark.parametrize("damping", [2000.0, 100.0])

@@ -12,12 +12,9 @@ from variable_inertia_lines import (
 
 from vibecalc.kinematics.harmonics import motion_harmonics
 from vibecalc.kinematics.slider_crank import piston_path
-from vibecalc.torsion.line import damping_matrix, dynamic_stiffness, stiffness_matrix
+from vibecalc.torsion.line import stiffness_matrix
 from vibecalc.torsion.variable_inertia.motion import acceleration, inertia_at
 from vibecalc.torsion.variable_inertia.steady import (
-    constant_response,
-    feed,
-    section_twist,
     steady_response,
 )
 
@@ -96,33 +93,3 @@ def test_secondary_order_of_one_freedom_in_closed_form() -> None:
     fourth = 0.25 * speed**2 * change * 20.0 * second / (1.0 - 16.0 * speed**2)
     assert angle[2] == pytest.approx(second, rel=1e-5)
     assert angle[4] == pytest.approx(fourth, rel=1e-5)
-
-
-def test_without_variation_it_is_the_dynamic_stiffness() -> None:
-    system, torque = ship_engine(0.0), ship_torque()
-    line, speed = system.line, np.array([60.0, 90.0])
-    line = line._replace(loss_factor=np.array([0.01, 0.02, 0.0]))
-    found = steady_response(system._replace(line=line), speed, torque, 6)
-    order = np.arange(1, 13) / 2.0
-    matrix = dynamic_stiffness(line, speed[:, None] * order)
-    true = np.linalg.solve(matrix, torque[1:, :, None])[..., 0]
-    assert np.all(np.abs(found.angle[:, 1:] - true) <= found.error[:, 1:])
-    # order 0: mean torques against the flywheel's load, and no turn as a whole
-    mean = torque[0].real - np.array([0.0, 0.0, 0.0, 3000.0])
-    assert np.allclose(stiffness_matrix(line) @ found.angle[0, 0].real, mean, atol=1e-9)
-    assert abs(found.angle[0, 0].real @ line.inertia) < 1e-15
-    assert not found.beyond.any() and damping_matrix(line).any()
-
-
-def test_feeds_add_up_to_what_the_variation_changes() -> None:
-    system, torque = ship_engine(), ship_torque()
-    full = steady_response(system, 90.0, torque, 24)
-    plain = constant_response(system, 90.0, torque, 24)
-    twist = feed(system, 90.0, full.angle[0])
-    change = section_twist(system.line, full.angle[0] - plain.angle[0])
-    assert np.abs(twist.sum(axis=1) - change).max() < 1e-14
-    # order 5 has little of its own: order 3 feeds it through the inertias' order 2
-    sixth = np.abs(twist[10, :, 2])
-    assert np.argmax(sixth) == 6 and np.abs(change[10, 2]) > 20.0 * np.abs(
-        section_twist(system.line, plain.angle[0])[10, 2]
-    )

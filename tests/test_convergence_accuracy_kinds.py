@@ -158,35 +158,10 @@ def test_the_case_that_asks_for_the_cut_series_has_it_as_default() -> None:
     assert default.worst_relative == pytest.approx(0.0231, abs=5e-4)
 
 
-def test_a_rigid_mode_loses_half_the_digits_as_an_eigenvalue() -> None:
-    found = measured("engine_damped", "torsion", "natural frequencies")
-    for solver in ("scipy.linalg.eigh", "numpy.linalg.eigvals"):
-        assert 1e-11 < trials_of(found, solver)[0].worst_relative < 1e-6
-
-
-@LONG
-def test_nothing_blind_to_kinks_comes_near_the_running_state() -> None:
-    found = measured("roll", "roll", "spectrum")
-    (default,) = (trial for trial in found.trials if trial.is_default)
-    blind = [one for one in found.trials if "collocation" not in one.method and one.done]
-    assert len({one.method for one in blind}) == 5
-    assert min(one.worst_relative for one in blind) > 1e3 * default.worst_relative
-    # the published program, at its own step
-    published = [one for one in trials_of(found, "euler") if one.setting == 5e-4]
-    assert 0.01 < published[0].worst_relative < 0.2
-
-
 def test_a_search_that_would_take_long_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vibecalc.core.accuracy.frame_topics.LONGEST", 1e-6)
     with pytest.raises(NumericalFailure, match="the search would take about"):
         optimisation_topics(load_checked([CASES["four_cylinder"]])[0])
-
-
-@LONG
-def test_harmonic_balance_converges_geometrically() -> None:
-    found = measured("engine_variable_inertia", "variable inertia", "half ranges")
-    kind, value = fitted(trials_of(found, "harmonic balance"), found.reference.agreement)
-    assert kind == "digits" and value > 0.15
 
 
 # ----------------------------------------------------------------------------

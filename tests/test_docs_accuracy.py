@@ -44,7 +44,7 @@ def test_the_excerpt_is_of_the_table(folder: Path) -> None:
 def test_the_file_holds_the_datasets_named(folder: Path) -> None:
     record = read_result(folder / "outputs" / "generator.accuracy.h5").record
     names = {path.rsplit("/", 1)[1] for path in record}
-    paragraph = " ".join(PAGE.split("## The file")[1].split("## ")[0].split())
+    paragraph = " ".join(PAGE.split("### The file")[1].split("### ")[0].split())
     named = set(re.findall(r"`(?:accuracy/<stage>/<question>/)?(\w+)`", paragraph))
     axes = {"trial", "method", "diff"}
     assert names | {"position_error"} == (named - axes) | {"order_kind", "position_error"}
@@ -52,6 +52,7 @@ def test_the_file_holds_the_datasets_named(folder: Path) -> None:
 
 def test_options_and_targets_are_those_of_the_command() -> None:
     text = command("accuracy", "--help").out
-    for option in re.findall(r"--[a-z]+", PAGE.split("## How to read")[0]):
+    section = PAGE.split("## Compare methods on your case")[1]
+    for option in re.findall(r"--[a-z]+", section.split("### How to read")[0]):
         assert option in text, option
     assert "1e-3, 1e-6 and 1e-9" in PAGE and TARGETS == (1e-3, 1e-6, 1e-9)

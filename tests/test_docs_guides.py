@@ -20,12 +20,12 @@ ROWS = [(name, row) for name in GUIDES for row in table(TEXT[name], "change")]
 
 
 def propulsion(record: Record) -> list[str]:
-    """The largest use of a limit, and the barred ranges."""
+    """The highest utilisation of a limit, and the barred ranges."""
     ends = [record[f"response/torsion/barred/{name}"].values for name in ("from", "to")]
     shown = [[f"{convert(one, 'rad/s', 'rpm'):.4g}" for one in end] for end in ends]
     ranges = ", ".join(f"{low} to {high}" for low, high in zip(*shown, strict=True)) or "none"
     use = float(record["response/torsion/limit/largest_use"].values[0])
-    return [f"{use:.4g}", ranges]
+    return [f"{100.0 * use:.4g} %", ranges]
 
 
 def absorber(record: Record) -> list[str]:

@@ -1,6 +1,7 @@
 """Claim: docs/python.md works as printed, and shows what comes out."""
 
 import csv
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,9 @@ from scipy.io import loadmat
 from shipped_cases import ROOT
 
 import vibecalc
+from vibecalc.errors import EXIT_CODES
+
+PAGE = ROOT / "docs" / "python.md"
 
 
 @pytest.fixture
@@ -24,7 +28,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_the_page_runs_and_its_files_hold_what_it_says(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run_page(ROOT / "docs" / "python.md", tmp_path)
+    pytest.importorskip("dask")
+    run_page(PAGE, tmp_path)
     monkeypatch.chdir(tmp_path)
     rows = np.loadtxt("run_up.csv", delimiter=",", skiprows=1)
     curve = vibecalc.read("outputs/generator.h5")["isolation/support_force/run_up"]
@@ -32,9 +37,14 @@ def test_the_page_runs_and_its_files_hold_what_it_says(
     assert np.array_equal(rows, np.column_stack([curve.axes[1].values, curve.values[0]]))
     assert Path("outputs/from_stdin.h5").is_file()
     exported(vibecalc.read("outputs/generator.h5"), Path("tables"))
-    sag = command("get", "outputs/generator.h5", "isolation/support_displacement/sag", "--where",
-                  "mount=1", "--unit", "mm")  # fmt: skip
+    path = "isolation/support_displacement/static"
+    sag = command("get", "outputs/generator.h5", path, "--where", "mount=1", "--unit", "mm")
     assert float(sag.out) == pytest.approx(24.525, rel=1e-12)
+
+
+def test_every_exit_code_is_in_the_table() -> None:
+    codes = re.findall(r"^\| (\d+) \|", PAGE.read_text(encoding="utf-8"), re.M)
+    assert list(map(int, codes)) == list(EXIT_CODES)
 
 
 def exported(result: vibecalc.Result, folder: Path) -> None:

@@ -307,7 +307,7 @@ def test_an_estimate_that_has_grown_beyond_the_tolerance_differs() -> None:
 
 def test_each_mode_order_and_condition_has_its_own_size() -> None:
     mode, condition = (Axis(name=name, values=np.arange(1, 3)) for name in ("mode", "condition"))
-    for axis in (mode, condition, replace(mode, name="half_order"), replace(mode, name="a.b[0]")):
+    for axis in (mode, condition, replace(mode, name="order"), replace(mode, name="a.b[0]")):
         values = np.array([[1.0, 2.0, 3.0], [1e6, 2e6, 0.0]])
         one = replace(quantity("a/b", (axis, DIRECTION)), values=values, error_estimate=1e-9)
         other = replace(one, values=values * np.array([[1.001], [1.0]]))

@@ -109,29 +109,6 @@ def test_flat_tops_where_newton_alone_would_stall():
     assert ripple.angle == pytest.approx(tops[gains.argmax()], abs=1e-8)
 
 
-def test_peak_does_not_depend_on_scale_turn_or_company():
-    generator = np.random.default_rng(8)
-    values = generator.normal(size=(4, 5, 3, 6, 2)) @ [1, 1j]
-    orders = np.array([1, 2, 3, 4, 6, 9])
-    peak = vector_cycle_peak(values, orders)
-    assert peak.value.shape == (4, 5)
-    for power in (-1000, -600, 600, 1000):
-        scaled = vector_cycle_peak(values * 2.0**power, orders)
-        assert np.array_equal(scaled.value, peak.value * 2.0**power)
-        assert np.array_equal(scaled.angle, peak.angle)
-    turned = vector_cycle_peak(values * np.exp(-0.4j * orders), orders)
-    np.testing.assert_allclose(turned.value, peak.value, rtol=1e-14)
-    alone = vector_cycle_peak(values[2, 3], orders)
-    assert alone.value == pytest.approx(float(peak.value[2, 3]), rel=4e-16)
-    shuffled = vector_cycle_peak(values[..., ::-1], orders[::-1])
-    np.testing.assert_allclose(shuffled.value, peak.value, rtol=2e-15)
-    rotation, _ = np.linalg.qr(generator.normal(size=(3, 3)))
-    np.testing.assert_allclose(
-        vector_cycle_peak(rotation @ values, orders).value, peak.value, rtol=4e-15
-    )
-    assert vector_cycle_peak(values[:0], orders).value.shape == (0, 5)
-
-
 @pytest.mark.parametrize("bad", [np.nan, np.inf, complex(0, np.inf)])
 def test_what_is_not_finite_is_refused_in_words(bad):
     values = np.ones((2, 3, 4), dtype=complex)

@@ -1,12 +1,11 @@
 """Claim: whatever key a case may have, what `check` takes is run, reported and drawn.
 
 Each optional key of each kind of machine, and each value of choices and switches, stands in one
-case at least (`key_walk.py`), and so does each pair of optional tables (`key_pairs.py`); CI takes
-a fixed share of them.
+case at least (`key_walk.py`); CI takes a fixed share of them.
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
@@ -14,7 +13,6 @@ import pytest
 import tomli_w
 from drawn import coarse
 from fuzzing import command
-from key_pairs import Covering
 from key_walk import (
     REFUSED_BESIDE,
     VALUES,
@@ -121,33 +119,6 @@ def test_what_check_takes_is_run_and_shown(share: int) -> None:
 
 @pytest.mark.parametrize("name", ["together", "unreached", "without_number"])
 def test_each_row_by_hand_is_of_a_key(name: str) -> None:
-    aims_and_pairs = [*map(str, every_aim()), "tables together"]
+    every = [*map(str, every_aim())]
     for row in VALUES[name]:
-        assert any(re.search(row["keys"], aim) for aim in aims_and_pairs), row["keys"]
-
-
-def wrong_cases(covering: Covering, cases: Iterable[Data]) -> dict[str, str]:
-    """Cases of a covering array that end as they must not, by the tables that they have."""
-    wrong = {}
-    for number, data in enumerate(cases):
-        names = ", ".join(".".join(table) for table in covering.present(data))
-        code, said = how_it_ends(covering.kind, data, drawn=number == 0)
-        while code and (row := without_number(f"{names} together", said)):
-            present = [key for key in row["leave_out"] if key in data]
-            if not present:
-                break
-            for key in present:
-                del data[key]
-            code, said = how_it_ends(covering.kind, data, drawn=number == 0)
-        if code != 0:
-            wrong[names] = said
-    return wrong
-
-
-@pytest.mark.long
-@pytest.mark.timeout(3600)
-@pytest.mark.parametrize("kind", KINDS)
-def test_every_two_tables_together(kind: str) -> None:
-    covering = Covering(kind)
-    assert wrong_cases(covering, covering.cases()) == {}
-    assert covering.unexplained() == {}
+        assert any(re.search(row["keys"], aim) for aim in every), row["keys"]

@@ -5,8 +5,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from vibecalc.numerics.bounded import Bounded
-from vibecalc.numerics.maxima import Jet, by_slopes, by_values, top_errors
+from vibecalc.numerics.maxima import Jet, by_slopes, by_values
 from vibecalc.numerics.rounding import FloatArray, IntArray
 
 
@@ -189,82 +188,6 @@ def test_by_values_ends_at_a_corner_and_where_a_curve_is_flat(centre: float) -> 
     assert abs(found.place.value[0] - centre) < 0.02
 
 
-@pytest.mark.parametrize("noise", [1e-13, 1e-9, 1e-6])
-def test_by_values_a_rough_curve_is_told_by_the_error(noise: float) -> None:
-    looks = [0]
-
-    def values_at(_: IntArray, x: FloatArray) -> FloatArray:
-        looks[0] += x.size
-        return (1.0 + noise * np.sin(1e15 * x)) / np.hypot(1.0, (x - 3.0) / 0.01)
-
-    ends = np.array([2.995]), np.array([2.998]), np.array([3.02])
-    found = by_values(values_at, np.array([0]), *ends)
-    assert abs(found.place.value[0] - 3.0) <= 10.0 * found.place.error[0]
-    assert found.place.error[0] <= 2.0 * noise + 1e-13
-    assert looks[0] < 120
-
-
-def test_by_values_takes_a_bracket_that_ends_a_rounding_past_its_top() -> None:
-    def values_at(_: IntArray, x: FloatArray) -> FloatArray:
-        return np.asarray(5.0 + x - np.exp(3.0 * np.maximum(x - 12.0, 0.0)))
-
-    at, rounding = np.array([12.0]), np.spacing(12.0)
-    with np.errstate(all="raise", under="ignore"):
-        for ends in ((12.0 - 0.05, 12.0 + 6.0 * rounding), (12.0 - 6.0 * rounding, 12.0 + 0.05)):
-            found = by_values(
-                values_at, np.array([0]), *(np.array([ends[0]]), at), np.array([ends[1]])
-            )
-            assert abs(found.place.value[0] - 12.0) <= found.place.error[0] < 1e-9
-            assert found.height.value[0] == pytest.approx(16.0, abs=1e-12)
-
-
-def test_by_values_ends_at_a_jump() -> None:
-    def values_at(_: IntArray, x: FloatArray) -> FloatArray:
-        return np.asarray(np.where(x < 0.7, 1.0 + x, 1.5 - 0.1 * x))
-
-    found = by_values(values_at, np.array([0]), np.zeros(1), np.array([0.5]), np.ones(1))
-    assert abs(found.place.value[0] - 0.7) <= found.place.error[0] < 1e-11
-
-
 # ----------------------------------------------------------------------------
 # Places of maxima of curves that are uncertain themselves.
 # ----------------------------------------------------------------------------
-
-AT = np.linspace(0.0, 10.0, 401)
-
-
-def two_hills(second: float) -> FloatArray:
-    """One of height 1 at 3, one at 7."""
-    first, other = (np.exp(-4.0 * np.square(AT - top)) for top in (3.0, 7.0))
-    return first + second * other
-
-
-def errors_at_3(second: float, off: float, alone: bool = False) -> tuple[float, float]:
-    place, height = Bounded(np.array(3.0), np.array(1e-9)), Bounded(np.array(1.0), np.array(off))
-    curve = Bounded(two_hills(second), np.full(len(AT), off))
-    return top_errors(place, height, AT, curve, alone)
-
-
-def test_another_top_that_errors_do_not_exclude_is_within_that_of_the_place() -> None:
-    assert errors_at_3(0.985, 0.01)[0] == pytest.approx(4.0, abs=0.15)
-    assert errors_at_3(0.985, 0.01, alone=True)[0] == 1e-9
-    # a top that is lower by more than both errors is none
-    assert errors_at_3(0.97, 0.01)[0] == 1e-9
-    assert errors_at_3(0.985, 0.007)[0] == 1e-9
-
-
-def test_what_errors_lift_elsewhere_is_within_that_of_the_height() -> None:
-    place, height = Bounded(np.array(3.0), np.array(1e-9)), Bounded(np.array(1.0), np.array(0.02))
-    off = np.where(AT > 6.0, 0.5, 0.02)
-    far, high = top_errors(place, height, AT, Bounded(two_hills(0.6), off))
-    assert far == pytest.approx(4.2, abs=0.2) and high == pytest.approx(0.1, abs=1e-6)
-
-
-def test_a_large_error_leaves_the_hill_open_as_wide_as_it_reaches() -> None:
-    far, _ = errors_at_3(0.0, 0.1)
-    true = np.sqrt(-0.25 * np.log(0.8))  # both are off
-    assert true <= far <= true + 0.05
-
-
-def test_rounding_leaves_places_as_they_are() -> None:
-    assert errors_at_3(1.0, 1e-9) == (1e-9, 1e-9)

@@ -57,48 +57,6 @@ def test_bound_against_all_corners_of_the_rounding(order):
     assert np.max(np.abs(phases)) == pytest.approx(float(taken.spread.bound(turn)), rel=0.1)
 
 
-@pytest.mark.long
-def test_uncertainty_of_least_squares_against_samples():
-    """Nine levels of which none is met: the slopes are those of the least-squares motion."""
-    plate = random_plate(42, 6, 3)
-    random = np.random.default_rng(1)
-    read = plate.amplitudes * np.exp(random.normal(scale=0.2, size=9) / DECIBEL)
-    widths = np.full(9, HALF)
-    best = level_motions(plate.rows, read, widths, plate.rows[0], widths)[0]
-    step = 1e-4
-    slopes = []
-    for place in (0, 4, 8):
-        ends = []
-        for side in (step, -step):
-            moved = read.copy()
-            moved[place] *= np.exp(side / DECIBEL)
-            ends.append(level_motions(plate.rows, moved, widths, plate.rows[0], widths)[0].motion)
-        change = (ends[0] - ends[1]) / (2.0 * step)
-        slopes.append(np.concatenate([change.real, change.imag]))
-    np.testing.assert_allclose(
-        best.spread.slopes.T[[0, 4, 8]], slopes, rtol=1e-5, atol=1e-6 * np.max(np.abs(slopes))
-    )
-
-
-@pytest.mark.long
-@settings(max_examples=25, deadline=None)
-@given(st.integers(0, 10_000), st.floats(0.0, 6.28), st.floats(1e-3, 1e3))
-def test_turned_and_magnified_plates(seed, angle, size):
-    """Turning the axes turns roll and pitch as a vector; lengths and amplitudes scale apart."""
-    plate = random_plate(seed, 5, 1)
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    # a row is (1 or 0, y, -x): turn the lever (x, y) and magnify it
-    levers = np.stack([-plate.rows[:, 2], plate.rows[:, 1]], axis=1) @ turn.T * size
-    rows = np.stack([plate.rows[:, 0], levers[:, 1], -levers[:, 0]], axis=1)
-    widths = np.full(6, HALF)
-    found = level_motions(rows, 3.0 * plate.amplitudes, widths, rows[0], widths)
-    # (alpha_x, alpha_y) turns like the lever
-    rotation = turn @ plate.motion[1:] * 3.0 / size
-    wanted = np.array([3.0 * plate.motion[0], *rotation])
-    scale = np.array([1.0, size, size])
-    assert min(apart(wanted * scale, one.motion * scale) for one in found) < 1e-6
-
-
 def _noisy_sets(plate, noise, stated, harmonics, sets=200):
     """Levels of origin, roll, pitch and of a place, and phases of roll and pitch: values and
     stated uncertainties, (sets, results) each, of tables of so many harmonics each.
@@ -199,21 +157,3 @@ def test_points_on_a_line_hide_the_turn_about_it(angle):
     assert np.max(np.abs(rows @ hidden)) < 1e-12
     with pytest.raises(NumericalFailure, match="leave a motion of the plate free"):
         complex_motion(Phasors(rows, np.ones(4, dtype=complex), np.ones((2, 4)), np.ones((2, 4))))
-
-
-@pytest.mark.long
-@settings(max_examples=14, deadline=None)
-@given(st.integers(0, 10_000), st.floats(0.0, 6.28), st.booleans())
-def test_no_level_tells_a_common_phase_or_the_sign_of_all(seed, phase, mirrored):
-    plate = random_plate(seed, 5, 2)
-    other = plate.motion * np.exp(1j * phase)
-    other = np.conj(other) if mirrored else other
-    np.testing.assert_allclose(np.abs(plate.rows @ other), plate.amplitudes, rtol=1e-12)
-    widths = np.full(7, HALF)
-    one, two = (
-        level_motions(plate.rows, np.abs(plate.rows @ u), widths, plate.rows[0], widths)[0]
-        for u in (plate.motion, other)
-    )
-    np.testing.assert_allclose(one.motion, two.motion, atol=1e-7 * np.max(np.abs(one.motion)))
-    assert one.motion[1].imag >= 0.0
-    assert abs(np.angle(plate.rows[0] @ one.motion)) < 1e-12

@@ -26,7 +26,7 @@ from vibecalc.core.results.record import (
 from vibecalc.core.results.verdicts import verdicts_of
 from vibecalc.errors import ResultError
 
-PATH = "isolation/lever_force/steady_peak"
+PATH = "isolation/couple_over_lever/steady_peak"
 
 
 def with_value(value: Any, unit: str = "N", error: float | None = None, **tables: Any) -> Result:
@@ -125,7 +125,7 @@ def test_an_infinite_result_is_outside() -> None:
 
 
 def test_what_does_not_exist_is_said() -> None:
-    with pytest.raises(ResultError, match=r"lever_force/steady_pek.*nearest.*steady_peak"):
+    with pytest.raises(ResultError, match=r"couple_over_lever/steady_pek.*nearest.*steady_peak"):
         judge_references(
             with_value(1.0, reference=[{"quantity": PATH[:-2] + "k", "value": 1, "source": "x"}])
         )

@@ -25,8 +25,9 @@ from report_samples import (
 )
 from rich.console import Console
 
+from vibecalc.core.report.brief import lines_of
 from vibecalc.core.report.terminal import plain_summary, summary
-from vibecalc.core.report.text import render_report, render_verdicts, report_lines
+from vibecalc.core.report.text import render_report, render_verdicts, report_lines, sections_of
 from vibecalc.core.report.writing import (
     Column,
     Table,
@@ -37,6 +38,7 @@ from vibecalc.core.report.writing import (
     table,
 )
 from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES
+from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Axis, Record
 from vibecalc.units import TABLE, convert
 
@@ -44,9 +46,22 @@ from vibecalc.units import TABLE, convert
 def test_what_changes_from_run_to_run_stands_at_the_end() -> None:
     first = replace(generator(), provenance={"host": "here"}, timings={"excitation": 1.0})
     second = replace(first, provenance={"host": "elsewhere"}, timings={"excitation": 9.0})
-    parts = [render_report(result).split("Provenance") for result in (first, second)]
+    parts = [render_report(one, full=True).split("Provenance") for one in (first, second)]
     assert parts[0][0] == parts[1][0]
     assert parts[0][1] != parts[1][1]
+    assert render_report(first) == render_report(second)
+
+
+@pytest.mark.parametrize("name", ["absorber_mass", "generator", "engine_geared", "genset_on_deck"])
+def test_a_brief_report_is_as_long_as_its_case_and_names_what_it_leaves_out(name: str) -> None:
+    result = golden(name)
+    brief = render_report(result)
+    assert brief.count("\n") <= lines_of(result.case) <= 90
+    last = " ".join(brief.rpartition("`vibecalc report --full` adds: ")[2].split())
+    made = (named(where)(result) for where in sections_of(result.record))
+    for one in (section for section in made if section is not None):
+        assert not one.lines or f"\n{one.title}\n--" in brief or one.title in last
+        assert not one.detail or one.detail_name in last
 
 
 def test_unknown_results_show_up_without_changes() -> None:
@@ -138,7 +153,7 @@ def test_folding_keeps_every_letter(text: str, width: int) -> None:
 
 
 def test_the_terminal_shows_what_differs_and_the_report_everything() -> None:
-    row = {"quantity": "isolation/lever_force/rigid_peak", "source": "Graph 1"}
+    row = {"quantity": "isolation/couple_over_lever/blocked_peak", "source": "Graph 1"}
     rows = [{**row, "value": "9329 N"}] * 30 + [{**row, "value": "9000 N"}]
     result = generator(reference=rows)
     brief, some = plain_summary(result), render_report(result)
@@ -151,7 +166,7 @@ def test_the_terminal_shows_what_differs_and_the_report_everything() -> None:
 
 
 def test_verdicts_name_every_miss() -> None:
-    path = "isolation/lever_force/steady_peak"
+    path = "isolation/couple_over_lever/steady_peak"
     limit = [{"quantity": path, "max": "97 N"}, {"quantity": path, "max": "99 N"}]
     text = render_verdicts(generator(limit=limit))
     assert max(len(line) for line in text.splitlines()) <= 100

@@ -13,7 +13,6 @@ from vibecalc.roll.control.margins import (
     margins,
     poles_right,
     rounding_of,
-    shifted,
     status,
 )
 from vibecalc.roll.control.poles import poles
@@ -43,25 +42,6 @@ def test_the_count_is_that_of_the_argument_principle(seed, late):
         assert (kind[place] <= 1) == (right[place] == 0)
         checked, seen = checked + 1, seen | {int(right[place])}
     assert checked > 40 and len(seen) > 2
-
-
-def test_poles_with_a_delay_are_roots_and_none_is_missing():
-    loop = loops(4, late=True)
-    lagging = (loop.p2 > 0.0) | (np.abs(loop.q1) < 0.8 * loop.p1)
-    late = Loop(*(a[lagging][:25] for a in loop))
-    found = poles(late, 5)
-    mp.dps = 40
-    for place in range(len(late.p0)):
-        right = poles_right(one(late, place))[0]
-        assert np.sum(found.value[place].real > 0.0) == min(right, 5)
-        for s, error in zip(found.value[place], found.error[place], strict=True):
-            truth = mp.findroot(lambda z, k=place: sum(exact_terms(late, k, z)), mpc(s))
-            assert abs(complex(truth) - s) <= error <= 1e-6 * (1.0 + abs(s))
-        if found.complete[place]:
-            edge = float(found.value[place, -1].real) - 1e-6 * abs(found.value[place, -1])
-            within = poles_right(shifted(one(late, place), edge))[0]
-            # a pair may be cut by the count asked for
-            assert within in (5, 6)
 
 
 @pytest.mark.parametrize("late", [False, True])

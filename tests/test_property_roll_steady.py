@@ -16,7 +16,7 @@ from roll_machines import (
 )
 
 from vibecalc.errors import NumericalFailure
-from vibecalc.excitation.slip_torque import breakdown, linear_motor, rising_branch, slip_curve
+from vibecalc.excitation.slip_torque import slip_curve
 from vibecalc.numerics.periodic.other_methods import march_turns
 from vibecalc.numerics.periodic.panels import constant_start
 from vibecalc.roll.mechanism import RollDrive, RollMachine, as_batch
@@ -97,18 +97,6 @@ def humped() -> RollDrive:
     )
 
 
-def test_how_far_the_torque_of_a_motor_rises() -> None:
-    peak, least = rising_branch(humped().motor)
-    assert (peak / RPM, least) == (pytest.approx(110.0), 500.0)
-    assert breakdown(humped().motor) == (pytest.approx(700.0 * RPM), 1300.0)
-    # Herold's curve falls from breakdown to the locked rotor
-    peak, least = rising_branch(source_drive().motor)
-    assert (peak, least) == (breakdown(source_drive().motor)[0], 542.0)
-    assert rising_branch(linear_motor(3.0)) == (np.inf, np.inf)
-    rises = slip_curve([0.0, 1.0, 2.0], [0.0, 5.0, 7.0], "monotone")
-    assert rising_branch(rises) == (np.inf, np.inf)
-
-
 def begun_at(machine: RollMachine, drive: RollDrive, speed: float) -> SteadyTurn:
     first = steady_state(machine, drive, 6, started_at=SYNCHRONOUS)
     solution = constant_start(first.problem, 6, np.array([[speed]]))
@@ -126,29 +114,3 @@ def test_a_slower_state_is_not_taken_for_the_running_state(scale: float) -> None
     fast = running.state.turn
     assert np.min(fast.crank_speed) > np.max(slow.turn.crank_speed)
     assert float(fast.period[0]) < 0.7 * float(slow.turn.period[0])
-
-
-@pytest.mark.parametrize("factor", [0.1, 7.0])
-def test_all_inertias_and_torques_scaled_leave_the_motion_as_it_is(factor: float) -> None:
-    plain = source_machine(friction_damping=0.2)
-    scaled = plain._replace(
-        reciprocating_mass=factor * plain.reciprocating_mass,
-        rotor_inertia=factor * plain.rotor_inertia,
-        shell_inertia=factor * plain.shell_inertia,
-        friction_damping=factor * plain.friction_damping,
-        gas_scale=factor * plain.gas_scale,
-        motor_scale=factor * plain.motor_scale,
-    )
-    one, other = (
-        steady_state(as_batch(machine), source_drive(), 8, started_at=SYNCHRONOUS)
-        for machine in (plain, scaled)
-    )
-    np.testing.assert_allclose(other.turn.crank_speed, one.turn.crank_speed, rtol=1e-12)
-
-
-def test_edges_that_never_come_to_rest_are_no_solution() -> None:
-    """Near the last load that runs, Newton's method finds something on wandering panels."""
-    machine = as_batch(source_machine(gas_scale=[3.2, 3.2]))
-    state = steady_state(machine, source_drive(holds=True), 6, started_at=SYNCHRONOUS)
-    assert state.solution.converged[0] and not state.solution.edge_error[0] < 1e-3
-    assert not state.solved[0]

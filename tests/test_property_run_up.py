@@ -4,16 +4,10 @@ Machines are random, some with light damping; the truth is the peak of a curve t
 finely. Looks about a turn of a roll machine, smooth or with jumps, are held against dense samples.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from isolation_machines import random_body, shows
-from random_machines import random_machine, without_damping
-from shipped_cases import result_of
 
-from vibecalc.core.case.load import validate
-from vibecalc.core.run.run import run_case
 from vibecalc.isolation.at_mounts import mount_readout
 from vibecalc.isolation.rows import HarmonicsAt, Jet, body_rows
 from vibecalc.isolation.run_up import Range, RunUp, cycle_peaks, run_up, run_up_peak
@@ -22,9 +16,6 @@ from vibecalc.numerics.bounded import Bounded
 from vibecalc.parts.matrices import assemble, displacement_at
 from vibecalc.response.modes import modes
 from vibecalc.response.system import MountedBody
-from vibecalc.roll.turn import peak
-
-FULL = 2.0 * np.pi
 
 
 class Counted:
@@ -130,85 +121,3 @@ def test_a_dense_sweep_shows_the_same_in_blocks_of_any_size(
     again = run_up(given)
     assert again.peak.value == pytest.approx(highest, rel=1e-12)
     assert again.peak.speed == pytest.approx(whole.peak.speed, rel=1e-11)
-
-
-def wave(seed: int, kind: str) -> Callable[[np.ndarray], np.ndarray]:
-    """Twenty harmonics, and kinks or jumps at three places."""
-    generator = np.random.default_rng(seed)
-    size = generator.normal(size=20) * np.exp(-0.3 * np.arange(20))
-    phase, place = generator.uniform(0.0, FULL, 20), generator.uniform(0.0, FULL, 3)
-    rough = generator.normal(size=3)
-
-    def function(at: np.ndarray) -> np.ndarray:
-        values = np.cos(np.outer(at, np.arange(1, 21)) + phase) @ size
-        if kind == "kinks":
-            values += np.abs(np.sin(0.5 * (at[:, None] - place))) @ rough
-        if kind == "jumps":
-            values += 0.1 * (np.mod(at[:, None] - place, FULL) < 2.0) @ rough
-        return np.asarray(values)
-
-    return function
-
-
-@pytest.mark.parametrize(
-    ("kind", "looks", "close"),
-    [
-        pytest.param("smooth", 60, 1e-14, marks=pytest.mark.long),
-        ("kinks", 250, 1e-12),
-        ("jumps", 600, 1e-6),
-    ],
-)
-def test_peak_of_a_turn_is_no_lower_than_dense_samples(kind: str, looks: int, close: float) -> None:
-    dense = np.linspace(0.0, FULL, 40_001)
-    for seed in range(5):
-        function, count = wave(seed, kind), [0]
-
-        def counted(at: np.ndarray, function=function, count=count) -> np.ndarray:
-            assert np.all(np.diff(at) >= 0.0) and at[0] >= 0.0 and at[-1] < FULL
-            count[0] += len(at)
-            return function(at)
-
-        top, left = peak(counted)
-        values = function(dense)
-        best = dense[np.argmax(values)] + (dense[1] - dense[0]) * np.linspace(-1.0, 1.0, 4001)
-        highest = max(float(values.max()), float(function(best).max()))
-        assert top >= highest - close * abs(highest)
-        assert top <= highest + 1e-6 * abs(highest) if kind != "jumps" else True
-        assert left <= 1e-9 * abs(top)
-        assert count[0] <= 720 + looks
-
-
-def test_undamped_resonances_that_are_met_to_the_last_bit_are_masked() -> None:
-    """Resonances moved by damping stand where they were when there is none."""
-    table = without_damping(random_machine(101, "rigid_body"))
-    record = run_case(validate(table))
-    centres = record["isolation/masked/centre"].values
-    assert len(centres) > 4 and np.all(np.isfinite(record["isolation/support_force/run_up"].values))
-
-
-def places_of(name: str, orders: int) -> dict[str, tuple[np.ndarray, float, np.ndarray, float]]:
-    """Of each maximum over the run-up: speeds with their error, heights with theirs."""
-    record = result_of(name, f"excitation.orders={orders}").record
-    found = {}
-    for path in record:
-        if path.endswith(("run_up_peak_speed", "largest_speed", "travel_speed")):
-            place, height = record[path], record[path.removesuffix("_speed")]
-            found[path] = (place.values, place.error_estimate, height.values, height.error_estimate)
-    return found
-
-
-@pytest.mark.parametrize(
-    ("name", "few"),
-    [("genset_skid", 2), pytest.param("genset_skid", 6, marks=pytest.mark.long),
-     pytest.param("genset_points", 6, marks=pytest.mark.long)],
-)  # fmt: skip
-def test_orders_left_out_move_no_maximum_out_of_its_error(name: str, few: int) -> None:
-    """Highest places may move to another resonance; where all orders are kept they are known."""
-    whole, part = places_of(name, 24), places_of(name, few)
-    assert len(part) >= 2
-    for path, (place, off, height, height_off) in part.items():
-        true, more, high, high_more = whole[path]
-        assert np.all(np.abs(place - true) <= off + more), path
-        assert np.all(np.abs(height - high) <= height_off + high_more), path
-        if "rms" in path:
-            assert more < 1e-5

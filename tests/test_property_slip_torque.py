@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from roll_machines import RPM, columns
+from roll_machines import columns
 
 from vibecalc.excitation.slip_torque import (
     SlipCurve,
@@ -79,13 +79,6 @@ def test_slope_is_the_derivative(drawn) -> None:
     np.testing.assert_allclose(slip_torque(curve, middles).slope, truth, rtol=1e-13)
 
 
-def test_a_threshold_belongs_to_the_piece_above_it(drawn) -> None:
-    _, _, curve, _ = drawn
-    np.testing.assert_array_equal(
-        interval_of(curve, curve.threshold), np.arange(len(curve.threshold)) + 1
-    )
-
-
 def test_beyond_the_table_the_last_torque_is_kept(drawn) -> None:
     slip, torque, curve, _ = drawn
     for sign in (1.0, -1.0):
@@ -101,33 +94,6 @@ def test_monotone_between_nodes() -> None:
             inside = value(curve, np.linspace(low, high, 201))
             step = np.diff(inside) * np.sign(b - a)
             assert np.min(step) > -1e-12 * np.max(torque)
-
-
-def test_linear_is_interpolation_by_numpy() -> None:
-    curve = slip_curve(SLIP, TORQUE, "linear")
-    points = np.linspace(0.0, SLIP[-1], 777)
-    np.testing.assert_allclose(value(curve, points), np.interp(points, SLIP, TORQUE), rtol=1e-13)
-
-
-def test_parabola_goes_through_the_node_before() -> None:
-    """Also on the first interval, where the node before is the first one at negative slip."""
-    nodes = np.concatenate([-SLIP[1:2], SLIP])
-    heights = np.concatenate([-TORQUE[1:2], TORQUE])
-    curve = slip_curve(SLIP, TORQUE, "parabola")
-    for place in range(1, len(nodes) - 1):
-        three = slice(place - 1, place + 2)
-        parabola = np.polyfit(nodes[three], heights[three], 2)
-        inside = np.linspace(nodes[place], nodes[place + 1], 9)[:-1]
-        np.testing.assert_allclose(
-            value(curve, inside), np.polyval(parabola, inside), rtol=1e-9, atol=1e-9
-        )
-
-
-def test_given_pieces_are_continued_beyond_their_ends() -> None:
-    curve = slip_curve(SLIP, TORQUE, "linear")
-    interval = interval_of(curve, np.array([5.0]))
-    found = slip_torque(curve, np.array([-20.0, 8.0]), np.repeat(interval, 2))
-    np.testing.assert_allclose(found.value, np.array([-20.0, 8.0]) * 239.0 / 6.0, rtol=1e-14)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -159,12 +125,3 @@ def test_linear_motor_has_no_peak() -> None:
     np.testing.assert_allclose(found.value, [-1017.0, 0.0, 203400.0], rtol=1e-15)
     np.testing.assert_array_equal(found.slope, 203.4)
     assert breakdown(curve) == (np.inf, np.inf)
-
-
-def test_shapes_and_units() -> None:
-    curve = slip_curve(SLIP * RPM, TORQUE, "monotone")
-    points = np.linspace(-40.0, 90.0, 24).reshape(2, 3, 4) * RPM
-    found = slip_torque(curve, points)
-    assert found.value.shape == found.slope.shape == (2, 3, 4)
-    for place in np.ndindex(2, 3, 4):
-        assert found.value[place] == slip_torque(curve, points[place]).value

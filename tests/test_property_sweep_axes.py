@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from sweep_samples import DAMPING, MODEL, PHASE, SPEED, STIFFNESS, axis, design_of, spread
 
 from vibecalc.core.study.sweep.keys import as_written
-from vibecalc.core.study.sweep.prepare import axis_tables, sampling_table
+from vibecalc.core.study.sweep.prepare import axis_table, axis_tables, sampling_table
 from vibecalc.core.study.sweep.values import scattered, spaced
 from vibecalc.units import parse_quantity
 
@@ -74,10 +74,9 @@ def test_names_units_and_labels():
 
 
 def test_a_text_and_a_table_make_the_same_design():
-    tables = axis_tables(
-        [f"{STIFFNESS}=5 N/mm:50 N/mm:7log", f"{MODEL}=pitch,rigid_body"],
-        [f"{SPEED}=2000 rpm,3000 rpm", f"{DAMPING}=10,20"],
-    )
+    grid = [f"{STIFFNESS}=5 N/mm:50 N/mm:7log", f"{MODEL}=pitch,rigid_body"]
+    zipped = [f"{SPEED}=2000 rpm,3000 rpm", f"{DAMPING}=10,20"]
+    tables = axis_tables([*map(axis_table, grid)], [*map(axis_table, zipped)])
     written = (
         spread(STIFFNESS, "5 N/mm", "50 N/mm", 7, spacing="log"),
         axis(MODEL, "pitch", "rigid_body"),

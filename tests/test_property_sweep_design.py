@@ -100,8 +100,8 @@ def test_default_and_named_quantities_are_kept():
     loaded = generator()
     design = design_of(axis(STIFFNESS, 5000, 6000))
     kept = stored_paths((), loaded.case, design, loaded.resolved)
-    assert "isolation/lever_force/run_up_peak" in kept
-    assert "isolation/lever_force/run_up" not in kept
+    assert "isolation/couple_over_lever/run_up_peak" in kept
+    assert "isolation/couple_over_lever/run_up" not in kept
     assert {limit.quantity for limit in loaded.case.limit} <= set(kept)
     assert not list(keep_problems(kept, loaded.case, design, loaded.resolved))
     by_model = design_of(axis(MODEL, "pitch", "rigid_body"))

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from vibecalc.numerics.cycle_peak import cycle_peak
-from vibecalc.numerics.maxima import by_values
 from vibecalc.numerics.synthesis import synthesis
 from vibecalc.torsion.critical_speeds import barred_ranges
 from vibecalc.torsion.line import Line, chain
@@ -40,28 +39,6 @@ def test_both_ends_of_half_order_sums_are_found_and_attained():
     assert np.all(found.peak <= found.upper_bound * (1 + 1e-15))
 
 
-@pytest.mark.parametrize("orders", [np.arange(1.0, 31.0), np.arange(1, 49) / 2, [0, 2, 5.5, 60]])
-def test_both_ends_of_sums_whose_peaks_are_hard_to_tell(orders):
-    # all at the angle zero, saw teeth, few orders, alike peaks, far below the first order
-    generator, order = np.random.default_rng(7), np.asarray(orders, dtype=float)
-    shape = (40, len(order))
-    size = generator.uniform(0.5, 1.0, shape)
-    few = size * (generator.uniform(size=shape) < 0.2)
-    faint = np.where(np.arange(len(order)) > 0, 1e-7 * size, 1.0)
-    kinds = [size, 1j * size / (1.0 + order), few * np.exp(1j * few), np.round(3.0 * few), faint]
-    amplitude = np.concatenate(kinds).astype(complex)
-    found = synthesis(order, amplitude)
-    number = (2 * order).astype(int)
-    mean = np.where(order == 0.0, amplitude.real, amplitude)
-    raised = np.concatenate([mean, found.upper_bound[:, None]], axis=1)
-    for sign, end in ((1.0, found.highest), (-1.0, -found.lowest)):
-        # a mean as large as all the rest makes the highest value the peak
-        raised[:, :-1] = sign * mean
-        other = cycle_peak(raised, np.append(number, 0))
-        allowed = found.error + other.error
-        assert np.all(np.abs(end + found.upper_bound - other.value) <= allowed)
-
-
 def test_sums_of_known_ends():
     # cos a + cos 2 a: 2 at 0, -9/8 at cos a = -1/4; alone, a half order has the cycle of two turns
     found = synthesis([1.0, 2.0], [[1.0, 1.0], [0.0, 0.0]])
@@ -74,58 +51,10 @@ def test_sums_of_known_ends():
     assert (mean.peak, mean.half_range) == pytest.approx((6.0, 1.0))
 
 
-def oscillator(ratio: float) -> Line:
-    """Natural frequency 5, shaft to a station held fast by a ground spring of enormous inertia."""
-    none = np.zeros(2)
-    return Line(
-        np.array([1.0, 1e12]), none, none, np.array([0]), np.array([1]),
-        np.array([25.0]), np.array([2.0 * ratio * 5.0]), np.zeros(1),
-    )  # fmt: skip
-
-
 def half_range(line: Line, speeds, orders):
     """Of the first element (s, 1), for a torque of one of every order at the first station."""
     drive = np.ones((len(orders), 1))
     return largest_half_range(line, orders, lambda s: drive, [0], np.ones(1), speeds)[0][:, None]
-
-
-def test_resonances_of_two_orders_lie_at_the_closed_form():
-    ratio, orders = 0.03, np.array([1.0, 2.5])
-    speeds = np.linspace(1.0, 8.0, 301)
-    damping = 1 + (2 * ratio * speeds / 5) ** 2
-    closed = np.sqrt(damping / ((1 - (speeds / 5) ** 2) ** 2 + damping - 1))
-    found = half_range(oscillator(ratio), speeds, orders[:1])
-    np.testing.assert_allclose(found[:, 0], closed, rtol=1e-10)
-
-    def curve(at):
-        return half_range(oscillator(ratio), at, orders[:1])
-
-    # the maximum of the transmissibility: r^2 = (sqrt(1 + 8 z^2) - 1) / (4 z^2)
-    true = 5.0 * np.sqrt((np.sqrt(1 + 8 * ratio**2) - 1) / (4 * ratio**2))
-    # the station that is held fast moves by 1e-12, more than the speed found is off
-    true *= np.sqrt(1.0 + 1e-12)
-    found = refined(curve, np.linspace(2.0, 8.0, 61))
-    assert len(found.row) == 1
-    assert abs(found.place.value[0] - true) <= found.place.error[0] <= 1e-9 * true
-
-    def both(at):
-        return half_range(oscillator(ratio), at, orders)
-
-    pair = refined(both, speeds)
-    assert pair.place.value * orders[::-1] == pytest.approx([5.0, 5.0], rel=2e-3)
-    step = 1e-5 * pair.place.value
-    for offset in (-step, step):
-        assert np.all(both(pair.place.value + offset)[:, 0] < pair.height.value)
-
-
-def refined(curve, speeds):
-    """Maxima of one curve, each of those among the speeds refined by itself."""
-    seen = curve(speeds)[:, 0]
-    place = np.flatnonzero((seen[1:-1] > seen[:-2]) & (seen[1:-1] >= seen[2:])) + 1
-    return by_values(
-        lambda _, at: curve(at.ravel())[:, 0].reshape(at.shape),
-        np.arange(len(place)), speeds[place - 1], speeds[place], speeds[place + 1],
-    )  # fmt: skip
 
 
 def test_barred_ranges_end_where_the_closed_form_crosses_its_limit():

@@ -16,7 +16,7 @@ from vibecalc.api import _checked
 
 GENERATOR = CASES["generator"]
 GOLDEN = ROOT / "tests" / "golden"
-PEAK = "isolation/lever_force/steady_peak"
+PEAK = "isolation/couple_over_lever/steady_peak"
 
 
 @pytest.fixture(autouse=True)
@@ -230,7 +230,10 @@ def test_an_argument_of_the_wrong_kind_is_said(call: Any, said: str) -> None:
 def test_results_compare_and_show_themselves_in_a_line() -> None:
     result, again = (vibecalc.read(GOLDEN / "generator.h5") for _ in range(2))
     assert result == again and result["isolation/pitch/damping"] in list(again.values())
-    curve, other = result["isolation/support_force/run_up"], again["isolation/lever_force/run_up"]
+    curve, other = (
+        result["isolation/support_force/run_up"],
+        again["isolation/couple_over_lever/run_up"],
+    )
     assert curve == again[curve.path] != other and curve.axes != other.axes and curve != 3
     assert repr(curve).startswith("<vibecalc quantity 'isolation/support_force/run_up': [[")
     assert repr(curve).endswith(f"N over mount (4), speed ({len(curve.axes[1].values)})>")

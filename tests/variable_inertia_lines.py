@@ -44,17 +44,6 @@ def ship_torque(scale: float = 1.0) -> np.ndarray:
     return torque
 
 
-def published_engine() -> VariableLine:
-    """Six pistons of .427 kg (two thirds of the rod with them) on inertias of 18.64 kg m^2."""
-    line = chain(np.array([18.64] * 6 + [2655.0]), np.array([22.82e6] * 5 + [19.21e6]))
-    line = line._replace(absolute_damping=np.array([50.0] * 6 + [0.0]), damping=np.full(6, 1e3))
-    crank = np.deg2rad([0.0, 480.0, 240.0, 600.0, 120.0, 360.0, 0.0])
-    turned = np.exp(-1j * np.outer(crank, np.arange(1, 7)))
-    mass = 0.427 * 0.035**2 * np.array([1.0] * 6 + [0.0])[:, None]
-    share = [0.0] * 6 + [1.0]
-    return variable_line(line, mass * piston_variation(35.0 / 123.0, 6) * turned, load=share)
-
-
 def modes_of(line: Line) -> tuple[np.ndarray, np.ndarray]:
     """Natural frequencies and mass-normalised shapes (m, n) of a well-scaled small line."""
     root = np.sqrt(line.inertia)

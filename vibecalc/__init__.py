@@ -29,7 +29,7 @@ about its reference point; mount forces are those *on the ground*.
 `docs/conventions.md` has the same with pictures and the remaining choices.
 """
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 #: what Python users call, and where it is; imported as soon as it is asked for
 _HOMES = {

@@ -121,6 +121,7 @@ def sweep(
     from vibecalc.cli.outputs import check_suffix
     from vibecalc.core.study.sweep.prepare import (
         Options,
+        axis_tables,
         parse_shard,
         prepare,
         processors,
@@ -131,14 +132,13 @@ def sweep(
 
     axes = [_axis(key, given, "--grid") for key, given in _keys("grid", grid).items()]
     together = [_axis(key, given, "--zip") for key, given in _keys("zip", zip).items()]
-    if together:
-        axes.append({**together[0], "with": together[1:]} if together[1:] else together[0])
     for name, text in (("sample", sample), ("shard", shard), ("cluster", cluster)):
         if not isinstance(text, str | None):
             raise _misfit(name, text, "a text, as on the command line")
     part = parse_shard(shard)
     seconds = None if timeout is None else seconds_allowed(_seconds("timeout", timeout))
-    asked: dict[str, Any] = {"sweep.axes": axes} if axes else {}
+    tables = axis_tables(axes, together)
+    asked: dict[str, Any] = {"sweep.axes": tables} if tables else {}
     texts = sweep_settings((), (), sample, _names(keep))
     loaded = _checked(case, set, {**keys, **asked}, unset, texts)
     target = _file(output, "the file of a sweep")

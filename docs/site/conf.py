@@ -2,7 +2,6 @@
 
 import re
 import sys
-from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
@@ -50,16 +49,42 @@ def _link_to_what_was_taken(_app: Any, page: str, source: list[str]) -> None:
         source[0] = re.sub(rf"\]\([\w./]*\b{name}(#[\w-]+)?\)", rf"]({up}{place}\1)", source[0])
 
 
-def _leave_out_what_is_not_there(app: Any, page: str, source: list[str]) -> None:
-    """Patterns of the start page for pages that some checkouts lack."""
-    if page == "index":
-        docs = app.env.found_docs
-        kept = (
-            line
-            for line in source[0].split("\n")
-            if not re.fullmatch(r"[\w/]+\*", line) or any(fnmatch(doc, line) for doc in docs)
-        )
-        source[0] = "\n".join(kept)
+# ----------------------------------------------------------------------------
+# The start page is plain Markdown, whose links work in a clone too. The site's list of pages is
+# made from them: a part for each heading, each page where it is linked first.
+# ----------------------------------------------------------------------------
+
+_LINK = re.compile(r"\[([^\]]+)\]\(([\w./]+)\.(md|ipynb)\)")
+#: what `generate.py` makes of the program, behind the pages of a heading
+_GENERATED = {
+    "Reference": (
+        "generated/case/index",
+        "generated/results/index",
+        "generated/command_line",
+        "generated/exit_codes",
+        "generated/python",
+        "generated/gallery",
+    )
+}
+
+
+def _list_pages(_app: Any, page: str, source: list[str]) -> None:
+    if page != "index":
+        return
+    seen: set[str] = set()
+    parts = source[0].split("\n## ")
+    for place, part in enumerate(parts[1:], 1):
+        heading = part.partition("\n")[0]
+        entries = []
+        for words, path, kind in _LINK.findall(part):
+            name = path if kind == "md" else f"generated/{path}"
+            if name not in seen:
+                entries.append(f"{words[0].upper()}{words[1:]} <{name}>")
+                seen.add(name)
+        lines = "\n".join((*entries, *_GENERATED.get(heading, ())))
+        options = f":hidden:\n:caption: {heading}"
+        parts[place] = f"{part}\n\n```{{toctree}}\n{options}\n\n{lines}\n```\n"
+    source[0] = "\n## ".join(parts)
 
 
 def _parameters(*_of: Any) -> None:
@@ -70,5 +95,5 @@ def _parameters(*_of: Any) -> None:
 def setup(app: Any) -> None:
     """Called by Sphinx."""
     app.connect("source-read", _link_to_what_was_taken)
-    app.connect("source-read", _leave_out_what_is_not_there)
+    app.connect("source-read", _list_pages)
     app.connect("autodoc-process-docstring", _parameters, priority=100)

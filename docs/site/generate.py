@@ -1,6 +1,7 @@
 """Write the generated pages of the site into docs/generated/, which git does not keep.
 
-References, the gallery, notebooks as pages, and pictures that tutorials and how-to guides draw.
+References, the gallery, notebooks as pages. The pictures that tutorials and guides draw go into
+docs/pictures/drawn/, which git keeps for those who read in a clone.
 """
 
 import sys
@@ -19,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 GENERATED = DOCS / "generated"
 #: pictures that pages draw while they run
-DRAWN = GENERATED / "drawn"
+DRAWN = DOCS / "pictures" / "drawn"
 #: what is no page of docs/ and is shown on the site
 TAKEN = {"changes": ROOT / "CHANGELOG.md", "benchmarks": ROOT / "benchmarks" / "RESULTS.md"}
 

@@ -62,7 +62,7 @@ def _index(names: list[str]) -> str:
 Every result that a run may give, by subject: its path, unit, axes and kind of amplitude (`0-pk`:
 zero to peak; `rms`; none where it is no oscillation). Which of them a file holds follows from the
 tables of its case: `vibecalc info RESULT.h5` lists them. Results of studies stand with these:
-[searches](../../searches.md), [fits](../../fits.md), [optimisation](../../optimisation.md).
+[searches, fits, optimisation](../../searches.md).
 
 {toctree(names)}
 

@@ -79,23 +79,24 @@ class Conditioning:
 def perturbed(loaded: LoadedCase, size: float, seed: int) -> LoadedCase:
     """The case with every input multiplied by one plus up to `size`; counts and names stay."""
     generator = np.random.default_rng(seed)
-    table = _moved(loaded.resolved, size, generator)
+    table = moved(loaded.resolved, size, generator)
     case = validate(table)
     return replace(loaded, case=case, resolved=resolve(case))
 
 
-def _moved(value: Any, size: float, generator: np.random.Generator) -> Any:
+def moved(value: Any, size: float, generator: np.random.Generator) -> Any:
+    """A table of a case with every input multiplied by one plus up to `size`."""
     if isinstance(value, dict):
         return {
-            key: entry if key in _KEPT else _moved(entry, size, generator)
+            key: entry if key in _KEPT else moved(entry, size, generator)
             for key, entry in value.items()
         }
     if _is_symmetric(value):
-        moved = np.array(value, dtype=float)
-        moved *= 1.0 + size * generator.uniform(-1.0, 1.0, moved.shape)
-        return (np.triu(moved) + np.triu(moved, 1).T).tolist()
+        entries = np.array(value, dtype=float)
+        entries *= 1.0 + size * generator.uniform(-1.0, 1.0, entries.shape)
+        return (np.triu(entries) + np.triu(entries, 1).T).tolist()
     if isinstance(value, list | tuple):
-        return [_moved(entry, size, generator) for entry in value]
+        return [moved(entry, size, generator) for entry in value]
     if isinstance(value, float):
         return value * (1.0 + size * float(generator.uniform(-1.0, 1.0)))
     return value

@@ -27,7 +27,7 @@ RULES = ROOT / "tests" / "golden" / "rules.toml"
 PROMISES = HERE / "promises.toml"
 DERIVATION = HERE / "derivation.json"
 _HEAD = """# Tolerances of the golden files: how far machines, or sets of versions, may differ.
-# Written by tests/matrix/derive.py; docs/determinism.md says how. Edit promises.toml, not this.
+# Written by tests/matrix/derive.py; docs/accuracy.md says how. Edit promises.toml, not this.
 """
 #: a change that no tolerance may be made from
 _NONSENSE = 1e-2

@@ -1,10 +1,10 @@
-"""One environment as a row of the table in docs/determinism.md."""
+"""One environment as a row of the table in tests/matrix/ENVIRONMENTS.md."""
 
 from dataclasses import dataclass
 
 from environments import ROOT
 
-PAGE = ROOT / "docs" / "determinism.md"
+PAGE = ROOT / "tests" / "matrix" / "ENVIRONMENTS.md"
 START, END = "<!-- matrix: written by tests/matrix/run.py -->", "<!-- end of matrix -->"
 
 

@@ -1,7 +1,7 @@
 """Every case and sweep in every environment of the matrix, held against the golden files.
 
 `python tests/matrix/run.py` makes the environments below `.venv/matrix`, runs one after the
-other, and writes what it found into docs/determinism.md. Ends with 1 if any result differs, a run
+other, and writes the differences into ENVIRONMENTS.md beside it. Ends with 1 if any differs, a run
 fails or the quick tests do; a Python that is not there is said and recorded.
 """
 
@@ -59,7 +59,7 @@ def main() -> int:
     parser.add_argument("--results", type=Path, default=ROOT / "outputs" / "matrix")
     parser.add_argument("--case", action="append", help="only this case, repeatable")
     parser.add_argument("--again", action="store_true", help="compare what --results has")
-    parser.add_argument("--dry", action="store_true", help="leave docs/determinism.md as it is")
+    parser.add_argument("--dry", action="store_true", help="leave ENVIRONMENTS.md as it is")
     asked = parser.parse_args()
     fine = True
     for environment in ENVIRONMENTS:

@@ -19,16 +19,24 @@ def modes(freedoms, spring=source.DAMPER_STIFFNESS):
     return found.frequency, found.shape / found.shape[:, :1]
 
 
-def test_shapes_of_eight_freedoms_are_mostly_cut_off():
-    _, shape = modes(8)
-    exact, printed = shape[1:], np.array(source.SHAPE_8[1:])
-    assert np.abs(exact - printed).max() < 1e-4
-    # towards zero: 17 are cut off after the fourth digit, the rest agree with their rounding
-    cut = np.abs(np.trunc(exact * 1e4) / 1e4 - printed) < 1e-9
-    rounded = np.abs(np.round(exact, 4) - printed) < 1e-9
-    assert np.all(cut | rounded) and np.sum(~rounded) == 17
+@pytest.mark.parametrize(
+    ("freedoms", "published", "digits", "truncated", "count"),
+    [(7, source.SHAPE_7, 5, 2, 42), (8, source.SHAPE_8, 4, 17, 56)],
+)
+def test_shapes_are_rounded_or_cut_off(freedoms, published, digits, truncated, count):
+    _, shape = modes(freedoms)
+    exact, printed, unit = shape[1:], np.array(published[1:]), 10.0**-digits
+    assert printed.size == count
+    assert np.abs(exact - printed).max() < unit
+    # towards zero: some are cut off after the last digit, the rest agree with their rounding
+    cut = np.abs(np.trunc(exact / unit) * unit - printed) < 1e-9
+    rounded = np.abs(np.round(exact, digits) - printed) < 1e-9
+    assert np.all(cut | rounded) and np.sum(~rounded) == truncated
+
+
+def test_shape_of_the_program():
     # not to the last digit of the program, whose frequency was searched less closely
-    assert shape[1] == pytest.approx(np.array(source.APPENDIX_VI_SHAPE), abs=2e-12)
+    assert modes(8)[1][1] == pytest.approx(np.array(source.APPENDIX_VI_SHAPE), abs=2e-12)
 
 
 def test_damper_inertia_and_stiffness():

@@ -163,7 +163,7 @@ def summed(case: dict[str, Any], angle: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("name", ["i5", "v6_90", "v2_90"])
 def test_weights_as_the_report_writes_them_do_it_in_a_case(name: str) -> None:
     case = resolve(load_case(GALLERY / f"{name}.toml").case)
-    lines = render_report(result_of(name)).splitlines()
+    lines = render_report(result_of(name), full=True).splitlines()
     first = next(i for i, line in enumerate(lines) if line.startswith("  To add these weights"))
     written = []
     for line in lines[first + 1 :]:

@@ -4,11 +4,19 @@
 property of his computer makes the digits, it is applied here and named.
 """
 
-from functools import cache
-
 import numpy as np
 import pytest
-from herold_simulation import STEP, Simulation, hexadecimal, open_tables, simulate
+from herold_numbers import (
+    EQUAL_FORCES,
+    LAGS,
+    LEVELS,
+    changed,
+    disturbance,
+    equal_pressure,
+    program,
+    reduced,
+)
+from herold_simulation import STEP, hexadecimal, open_tables, simulate
 from roll_machines import (
     FIRST_MASS,
     GRAVITY,
@@ -25,13 +33,7 @@ from roll_machines import (
 )
 
 from vibecalc.excitation.slip_torque import breakdown
-from vibecalc.roll.mechanism import gas_forces, gas_torque, inertia
 
-#: harmonics 1 to 10 of appendix A: levels in dB against 1 rad/s^2, lags in rad
-LEVELS = np.array([4.3, 8.9, 0.2, 0.4, -22.2, -15.0, -18.2, -20.0, -25.1, -26.6])
-LAGS = np.array([0.957, 3.789, 1.153, 3.492, 1.815, 0.455, 3.616, 6.156, 3.203, 4.455])
-#: Table 7, equal pressure forces
-EQUAL_FORCES = np.array([-38.7, 4.2, -50.1, -0.4, -42.0, -25.7, -53.2, -22.9, -59.2, -26.2])
 #: speed in rpm, torque in N m, slip in rpm, per cent of full power
 TABLE_6 = (
     (900, 0, 0, None),
@@ -55,22 +57,9 @@ def prints(text: str, value: float) -> bool:
     return abs(value - float(text)) <= 0.5000001 * 10.0**-decimals
 
 
-@cache
-def best_estimate(single: bool = False) -> Simulation:
-    """The program on the machine of the source, in double or in the source's single precision."""
-    rounded = {"rounded": hexadecimal} if single else {}
-    return simulate(source_machine(), open_tables(source_drive()), **rounded)
-
-
-def changed(**fields: object) -> np.ndarray:
-    """Levels of a changed machine less those of the best estimate, dB."""
-    drive = open_tables(source_drive())
-    return simulate(source_machine(**fields), drive).level - best_estimate().level
-
-
 def test_level_of_appendix_a() -> None:
     """Nine of ten to the printed digit in his arithmetic, order 8 .002 dB beside it."""
-    single, double = best_estimate(single=True), best_estimate()
+    single, double = program(single=True), program()
     assert np.sum(np.abs(single.level - LEVELS) <= 0.05) == 9
     assert np.max(np.abs(single.level - LEVELS)) < 0.0525
     assert np.max(np.abs(double.level - LEVELS)) < 0.07
@@ -78,15 +67,15 @@ def test_level_of_appendix_a() -> None:
 
 def test_lag_of_appendix_a() -> None:
     """To .005 rad, and to .01 in double precision; it turns by .04 n in one step of the program."""
-    assert np.max(np.abs(best_estimate(single=True).lag - LAGS)) < 0.005
-    assert np.max(np.abs(best_estimate().lag - LAGS)) < 0.009
+    assert np.max(np.abs(program(single=True).lag - LAGS)) < 0.005
+    assert np.max(np.abs(program().lag - LAGS)) < 0.009
 
 
 def test_drift_of_the_angular_momentum() -> None:
     """.0029 % is what six digits of base 16 lose; double precision leaves -.00018 %."""
-    assert best_estimate(single=True).drift == pytest.approx(0.0029, abs=0.00015)
-    assert prints("0.003", best_estimate(single=True).drift)
-    assert best_estimate().drift == pytest.approx(-0.00018, abs=0.000005)
+    assert program(single=True).drift == pytest.approx(0.0029, abs=0.00015)
+    assert prints("0.003", program(single=True).drift)
+    assert program().drift == pytest.approx(-0.00018, abs=0.000005)
 
 
 def test_six_digits_of_base_16() -> None:
@@ -112,7 +101,7 @@ def test_the_parabola_of_the_text_is_not_in_the_program() -> None:
 
 def test_the_truncated_kinematics_cost_little() -> None:
     exact = simulate(source_machine(), open_tables(source_drive()), truncated=False).level
-    assert 0.05 < np.max(np.abs(exact - best_estimate().level)) < 0.065
+    assert 0.05 < np.max(np.abs(exact - program().level)) < 0.065
 
 
 def test_equation_64_lacks_a_sign() -> None:
@@ -120,15 +109,7 @@ def test_equation_64_lacks_a_sign() -> None:
     drive = open_tables(source_drive())
     wrong = simulate(source_machine(), drive, equation_64=True)
     assert abs(wrong.drift) < 0.0005
-    assert wrong.level[1] - best_estimate().level[1] == pytest.approx(3.8, abs=0.1)
-
-
-@cache
-def equal_pressure(single: bool = False) -> np.ndarray:
-    """First stage's forces and weight (104.7 N) on both sides, straight lines between nodes."""
-    machine = source_machine(reciprocating_mass=[FIRST_MASS, FIRST_MASS])
-    rounded = {"rounded": hexadecimal} if single else {}
-    return simulate(machine, source_drive("linear", equal=True), **rounded).level
+    assert wrong.level[1] - program().level[1] == pytest.approx(3.8, abs=0.1)
 
 
 def test_table_7_equal_pressure_forces() -> None:
@@ -193,13 +174,13 @@ def test_units_in_the_text(printed: float, last: float, value: float) -> None:
 
 def test_steps_per_turn() -> None:
     """ "Typically 136": the first of three turns; the others have 135."""
-    assert best_estimate().steps == [136, 135, 135]
+    assert program().steps == [136, 135, 135]
     assert STEP == 0.0005
 
 
 def test_three_turns_are_enough_for_the_program() -> None:
     """136 and 135 steps differ by less than 1 %, the test of a steady state, after two turns."""
-    counted = best_estimate().steps
+    counted = program().steps
     assert len(counted) == 3
     assert abs(counted[1] / counted[0] - 1.0) < 0.01
 
@@ -298,20 +279,6 @@ def test_a_light_rotor(inertia_of_rotor: float, levels: dict[int, float]) -> Non
         assert abs(found[0] + 8.5) > 3.0
 
 
-def disturbance(speed: float, **curves: str) -> np.ndarray:
-    """Harmonics 0, 1, 2 of the torque of gas and pistons on a rotor of that constant speed.
-
-    As A_n + i B_n of equation 95 and 96: an angle of equation 94 lags.
-    """
-    machine, drive = source_machine(), source_drive(**curves)
-    drive = drive if curves else open_tables(drive)
-    angle = (np.arange(7200) + 0.5) * 2.0 * np.pi / 7200
-    moved = inertia(machine, angle)
-    torque = gas_torque(moved, gas_forces(machine, drive, angle))
-    torque = torque - 0.5 * moved.crank_slope * speed**2
-    return np.array([np.mean(torque * np.exp(1j * n * angle)) * (2 if n else 1) for n in range(3)])
-
-
 def test_equation_97() -> None:
     """Mean and angles come out, lagging where the equation lets them lead; the amplitudes do not.
 
@@ -326,48 +293,6 @@ def test_equation_97() -> None:
     assert prints("472.2", abs(found[2]))
     closed = disturbance(92.76, gas="parabola")
     assert prints("-303.2", closed[0].real)
-
-
-def reduced(gain: float | None) -> np.ndarray:
-    """Levels of the reduced model of section 7.1: torque over the angle at the mean speed.
-
-    I_R w dw/db = motor + torque(b), and the shell takes it by I_R / I_S; with the motor's whole
-    table or with a gain in N m s/rad. Runge and Kutta's rule over four turns.
-    """
-    machine, drive, speed, count = source_machine(), source_drive(), 92.97, 1440
-    angle = np.arange(2 * count) * np.pi / count
-    moved = inertia(machine, angle)
-    torque = gas_torque(moved, gas_forces(machine, drive, angle))
-    torque = (torque - 0.5 * moved.crank_slope * speed**2).tolist()
-    slip, height = (x.tolist() for x in columns("roll_motor.csv"))
-
-    def motor(w: float) -> float:
-        away = SYNCHRONOUS - w
-        if gain is not None:
-            return gain * away
-        return float(np.copysign(np.interp(abs(away) / RPM, slip, height), away))
-
-    h, w, rows = 2.0 * np.pi / count, speed, []
-    for turn in range(4):
-        for i in range(count):
-            load = torque[2 * i], torque[2 * i + 1], torque[(2 * i + 2) % (2 * count)]
-            if turn == 3:
-                rows.append((w, motor(w) + load[0]))
-            k1 = (motor(w) + load[0]) / (ROTOR * w)
-            w2 = w + 0.5 * h * k1
-            k2 = (motor(w2) + load[1]) / (ROTOR * w2)
-            w3 = w + 0.5 * h * k2
-            k3 = (motor(w3) + load[1]) / (ROTOR * w3)
-            w4 = w + h * k3
-            k4 = (motor(w4) + load[2]) / (ROTOR * w4)
-            w += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-    speeds, driving = np.array(rows).T
-    spent = h / speeds
-    time = np.concatenate([[0.0], np.cumsum(0.5 * (spent[1:] + spent[:-1]))])
-    phase = 2.0 * np.pi * time / np.sum(spent)
-    shell = -driving / SHELL
-    turned = np.exp(1j * np.arange(1, 11)[:, None] * phase)
-    return 20.0 * np.log10(np.abs(turned @ (shell * spent)) * 2.0 / np.sum(spent))
 
 
 def test_reduced_model_within_eleven_tenths_of_a_decibel() -> None:

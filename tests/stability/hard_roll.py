@@ -9,10 +9,8 @@ from functools import cache
 import mpmath
 import numpy as np
 from exact_roll import exact_harmonics, exact_turn
-from roll_machines import SYNCHRONOUS, source_drive, source_machine
+from roll_machines import RADIUS, ROTOR, SYNCHRONOUS, source_drive, source_machine
 from stability.hard_case import HardCase, Numbers, Way, singular
-from test_consistency_roll_core_hard import CASES as HELD
-from test_consistency_roll_core_hard import boxed
 
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.roll.march import march_to_repeat
@@ -22,11 +20,34 @@ from vibecalc.roll.running import running_state
 from vibecalc.roll.steady import started_momentum, steady_state
 from vibecalc.roll.turn import Turn, harmonics, readings, rounding_left
 
+SMOOTH = {"gas": "cubic", "motor": "monotone"}
+OFFSET = {"wrist_pin_offset": 0.012, "rod_inertia_difference": [-0.02, -0.01]}
 #: fields of the machine, curves, Gauss points on a panel
-CASES = HELD | {"rotor of 0.1": ({"rotor_inertia": 0.1}, {}, 14)}
+CASES = {
+    "rod of 1.01 radii": ({"rod_length": RADIUS / 0.99}, {}, 16),
+    "shell of 5": ({"shell_inertia": 5.0}, {}, 10),
+    "shell of 0.001": ({"shell_inertia": 0.001}, {}, 10),
+    "half as much gas again": ({"gas_scale": [1.5, 1.5]}, {}, 10),
+    "offset": (OFFSET | {"crank_angle_offset": [0.3, 2.7]}, SMOOTH, 10),
+    "friction": (OFFSET | {"piston_friction": 120.0, "friction_damping": 0.2}, {}, 10),
+    "rotor of 0.05": ({"rotor_inertia": 0.05}, {}, 14),
+    "rotor of 0.3": ({"rotor_inertia": 0.3}, {}, 10),
+    "rotor of 200": ({"rotor_inertia": 200.0}, {}, 10),
+    "rod of 1.1 radii": ({"rod_length": RADIUS / 0.9}, {}, 14),
+    "rotor of 0.1": ({"rotor_inertia": 0.1}, {}, 14),
+    "trigonometric": ({}, {"gas": "trigonometric", "motor": "monotone"}, 10),
+}
 ORDERS = np.arange(1.0, 11.0)
 ODD = np.arange(1.0, 11.0, 2.0)
 NAME = "shell_acceleration"
+
+
+def boxed(fields: dict[str, object], curves: dict[str, str]) -> tuple[RollMachine, RollDrive]:
+    """The machine as a batch of one."""
+    arrays = {k: v if np.ndim(v) else [v] for k, v in ({"rotor_inertia": ROTOR} | fields).items()}
+    return source_machine(**arrays), source_drive(
+        **curves, synchronous_speed=np.full(1, SYNCHRONOUS)
+    )
 
 
 def spectrum(machine: RollMachine, drive: RollDrive, turn: Turn, orders: np.ndarray) -> np.ndarray:

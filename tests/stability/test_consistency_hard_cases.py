@@ -122,5 +122,5 @@ def test_both_truths_of_the_roll_agree(name: str) -> None:
 def test_the_page_shows_the_table() -> None:
     from pathlib import Path
 
-    page = Path(__file__).resolve().parents[2] / "docs" / "stability.md"
+    page = Path(__file__).resolve().parents[2] / "docs" / "accuracy.md"
     assert table() in page.read_text(encoding="utf-8")

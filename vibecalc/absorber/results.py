@@ -17,7 +17,7 @@ TUNING_ROOT = "tuning"
 HARDWARE_ROOT = "hardware"
 PENDULUM_ROOT = "pendulum"
 _TUNED = f"{TUNING_ROOT}/peak"
-_TRAVEL = "largest travel of the absorber, as a ratio"
+_TRAVEL = "largest travel of the absorber / static displacement"
 _LARGEST = Headline(
     "largest response of the primary",
     pick="first",

@@ -404,7 +404,7 @@ class Oil(Table):
 class StockSpring(Table):
     """A spring that can be bought."""
 
-    name: Name = key("label used in tables and in `where`")
+    name: Name = key("label in tables and `where`")
     rate: LinearStiffness = key("of one spring", gt=0)
     parallel: Several | None = key(
         "every number up to it is tried; default: springs.count of them", None
@@ -418,13 +418,13 @@ class StockSpring(Table):
 class StockOil(Oil):
     """An oil that can be bought."""
 
-    name: Name = key("label used in tables and in `where`")
+    name: Name = key("label in tables and `where`")
 
 
 class StockDamper(Table):
     """A damper that can be bought, for an absorber that moves in a line."""
 
-    name: Name = key("label used in tables and in `where`")
+    name: Name = key("label in tables and `where`")
     linear_damping: LinearDamping = key("of one damper", gt=0)
     count: Count = key("dampers that act together", 1)
     parallel: Several = key("every number of such sets up to it is tried", 1)

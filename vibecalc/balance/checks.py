@@ -22,7 +22,7 @@ _SAME = 1e-9
 def balance_problems(case: Case) -> Iterator[Problem]:
     """Problems of orders, places and shafts."""
     given, train = case.balance, case.machine.crank_train
-    if given is None or train is None or train.axis == train.stroke:  # reported with the train
+    if given is None or train is None or train.axis == train.stroke_axis:  # reported with the train
         return
     sought = sought_weights(given, train)
     yield from _orders(case, given, sought)
@@ -108,7 +108,7 @@ def _levers(train: CrankTrain, given: Balance, places: Places) -> Iterator[Probl
     """Without forces a weight counts by its couple: along the crankshaft, or off its axis."""
     if given.force_weight:
         return
-    axis = build_frame(train.axis, train.stroke).axis
+    axis = build_frame(train.axis, train.stroke_axis).axis
     ends = np.stack([places.start, places.end]) + np.array(train.origin)
     along = ends @ axis
     aside = np.linalg.norm(ends - along[..., None] * axis, axis=-1)

@@ -36,7 +36,7 @@ class Sought(NamedTuple):
 
 def sought_weights(balance: "Balance", train: CrankTrain) -> Sought:
     """Weights on the crankshaft, then those of the shafts."""
-    axis = build_frame(train.axis, train.stroke).axis
+    axis = build_frame(train.axis, train.stroke_axis).axis
     throws = {cylinder.name: cylinder.position for cylinder in train.cylinders}
     rows: list[tuple[str, tuple[str | int, ...], int, np.ndarray]] = []
     for i, weight in enumerate(balance.counterweights):

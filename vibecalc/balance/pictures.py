@@ -46,10 +46,10 @@ def _title(result: Result) -> str:
     both = (scalar_of(result.record, f"balance/{when}/all_orders") for when in _TIMES)
     sizes = [f"{show(size)} N" for size in both if size is not None]
     words = "what the weights leave, by order"
-    return f"{words}; weighted residual of all: {', then '.join(sizes)}" if sizes else words
+    return f"{words}; residual unbalance of all orders: {', then '.join(sizes)}" if sizes else words
 
 
-_LABELS = {"force": "force", "couple": "couple", "residual": "weighted residual"}
+_LABELS = {"force": "force", "couple": "couple", "residual": "residual unbalance"}
 
 
 def _residual(result: Result) -> Quantity | None:

@@ -46,9 +46,10 @@ def axis_of(result: Result) -> int:
 
 
 def angle_of(record: Record, at: int) -> str:
-    """The angle at which a weight stands, for the first table."""
+    """A weight with the angle at which it stands, for the first table."""
     size, phase = (record[f"{_WEIGHT}/{name}"].values[at] for name in ("unbalance", "phase"))
-    return f"at {show(math.degrees(phase))} deg" if size else ""
+    name = labels(record[f"{_WEIGHT}/unbalance"].axes[0])[at]
+    return name + (f" at {show(math.degrees(phase))} deg" if size else "")
 
 
 # ----------------------------------------------------------------------------
@@ -85,8 +86,8 @@ def _weights(result: Result) -> list[str]:
         Cells(f"{_WEIGHT}/unbalance", "unbalance\n{unit}", "g*mm"),
         Cells(phase, "phase\ndeg", "deg", blank=True),
         Cells(position, "position\nmm", lambda value, _: show(1e3 * value, 1e-9)),
-        Cells(_of_some("mass"), "mass at its\nradius {unit}", "g"),
-        Cells(_of_some("use"), "of its\nbound", lambda value, _: f"{100.0 * value:.1f} %"),
+        Cells(_of_some("mass"), "mass\n{unit}", "g"),
+        Cells(_of_some("use"), "share of\nmaximum", lambda value, _: f"{100.0 * value:.1f} %"),
     )
     return rows_of(record, Rows("weight", "weight", columns))[0]
 
@@ -163,8 +164,8 @@ def _freedom(count: int, bounded: list[bool]) -> str:
     if each and not all(bounded):
         each += ", or of the largest bound where it has none"
     return (
-        f"not unique: {count} free direction{'s' if count > 1 else ''}; given are the weights with "
-        f"the least sum of squares of the unbalances{each}"
+        f"not unique: {count} of {len(2 * bounded)} unknowns free; shown are the weights with the "
+        f"least sum of squares of the unbalances{each}"
     )
 
 

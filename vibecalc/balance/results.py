@@ -37,10 +37,10 @@ class Shaking:
     force: Any = q("order", "N", "largest force over a turn, {how}", PEAK)
     couple: Any = q("order", "N*m", "largest couple across the crankshaft over a turn, {how}", PEAK)
     roll_couple: Any = q("order", "N*m", "couple about the crankshaft, {how}", PEAK)
-    residual: Any = q("order", "N", "weighted residual of the order, {how}", PEAK)
-    all_orders: Any = lead("", "N", "weighted residual {how}", about="all orders")
-    force_peak: Any = lead("", "N", "force {how}, peak", PEAK, about="all orders")
-    couple_peak: Any = lead("", "N*m", "couple {how}, peak", PEAK, about="all orders")
+    residual: Any = q("order", "N", "residual unbalance of the order, {how}", PEAK)
+    all_orders: Any = lead("", "N", "residual unbalance, {how}")
+    force_peak: Any = lead("", "N", "shaking force, {how}", PEAK, about="all orders, peak")
+    couple_peak: Any = lead("", "N*m", "shaking couple, {how}", PEAK, about="all orders, peak")
 
 
 class Before(Shaking):
@@ -65,9 +65,9 @@ class Left:
     force: Any = q("order direction", "N", "force that the weights leave", PEAK)
     couple: Any = q("order direction", "N*m", "couple that the weights leave", PEAK)
     residual_before: Any = q(
-        "", "N", "weighted residual of the orders that count, without the weights", PEAK
+        "", "N", "residual unbalance of the orders that count, without the weights", PEAK
     )
-    residual: Any = q("", "N", "least weighted residual of the orders that count", PEAK)
+    residual: Any = q("", "N", "least residual unbalance of the orders that count", PEAK)
     gap: Any = q(
         "", "N", "what no other weights within their bounds could leave less by", exempt=CHECK
     )

@@ -45,7 +45,7 @@ _ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
 class BaseHarmonic(Table):
     """One harmonic of the motion of the base, 0 to peak: what it gives along and about the axes."""
 
-    name: Name = key("label used in tables and in `where`")
+    name: Name = key("label in tables and `where`")
     frequency: Frequency | None = key("as '8 Hz'", None, gt=0)
     order: Number | None = key("multiple of machine.speed instead", None, gt=0)
     displacement: Point | None = key("of the point of the base along x, y, z", None)

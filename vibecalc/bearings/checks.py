@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 def bearing_problems(case: Case) -> Iterator[Problem]:
     """Problems of [bearing_loads]: forces and weights along the shaft."""
     table, train = case.bearing_loads, case.machine.crank_train
-    if table is not None and train.axis != train.stroke:
+    if table is not None and train.axis != train.stroke_axis:
         yield from _shaft_loads(table, train)
         yield from _weights(case, table)
 
 
 def _shaft_loads(table: "BearingLoads", train: parts.CrankTrain) -> Iterator[Problem]:
-    axis = build_frame(train.axis, train.stroke).axis
+    axis = build_frame(train.axis, train.stroke_axis).axis
     for place, load in enumerate(table.shaft_loads):
         along = 0.0 if load.force is None else float(np.asarray(load.force) @ axis)
         if along != 0.0:

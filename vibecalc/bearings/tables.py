@@ -19,7 +19,7 @@ class BearingSize(Table):
 class MainBearing(Table):
     """A main bearing of the crankshaft."""
 
-    name: Name = key("label used in tables and in `where`")
+    name: Name = key("label in tables and `where`")
     position: Length = key("of its middle along the crankshaft, as of the cylinders")
     diameter: Length | None = key("of the journal", None, gt=0)
     length: Length | None = key("that carries", None, gt=0)

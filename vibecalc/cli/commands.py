@@ -7,6 +7,7 @@ import typer
 
 from vibecalc.cli.completion import beginnings, completion, names_of_pictures
 from vibecalc.cli.help_page import Command, Group
+from vibecalc.cli.migration import migrate
 from vibecalc.cli.results import EXCHANGE, export, get, info
 from vibecalc.cli.saying import answer, asked, note, say, say_json, say_written, spoken
 from vibecalc.cli.sweep import SETTINGS, UNSET, Texts, merge, sweep
@@ -599,7 +600,7 @@ def _write_new(files: dict[Path, bytes], force: bool) -> None:
     write_together(list(files.items()))
 
 
-for one in (sweep, merge, accuracy, info, get, export):
+for one in (sweep, merge, accuracy, info, get, export, migrate):
     command(one)
 # what these print is for a person and for a shell: JSON of it would serve nobody
 app.command(cls=Command)(spoken(completion, json=False))

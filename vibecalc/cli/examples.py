@@ -51,6 +51,10 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("vibecalc export outputs/case.h5 isolation --mat -o tables", "a group, for MATLAB"),
         ("vibecalc export line.toml -o line.json", "a shaft line, for openTorsion"),
     ),
+    "migrate": (
+        ("vibecalc migrate case.toml", "names of an earlier version become those of this one"),
+        ("vibecalc migrate case.toml -o new.toml", "the case as it was stays"),
+    ),
     "completion": (
         ("vibecalc completion bash >> ~/.bashrc", "bash; zsh, fish, powershell likewise"),
     ),

@@ -227,7 +227,7 @@ def warnings_of(
                 if not np.isfinite(spread)
                 else f"better than to a factor of {_factor(spread)} for 1 % of error in its rows"
             )
-            said.append(f"the table does not tell {words} {size}")
+            said.append(f"the table does not identify {words} {size}")
     return tuple(said)
 
 

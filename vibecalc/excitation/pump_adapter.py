@@ -28,7 +28,7 @@ def run_pump(scene: Scene) -> None:
     scene.cite(
         "plunger pump with a constant bulk modulus and ideal valves",
         "pressure over a turn",
-        "docs/new_machine.md, the closed form of the indicator diagram",
+        "docs/contributing.md, the closed form of the indicator diagram",
     )
     named = None if options is None else options.working
     cylinders = machine.crank_train.cylinders

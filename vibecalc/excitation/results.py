@@ -21,9 +21,11 @@ class OnBody:
     ROOT: ClassVar[str] = "excitation"
     force: Any = q("order direction", "N", "force on the body", PEAK)
     couple: Any = q("order direction", "N*m", f"couple on the body {ABOUT}", PEAK)
-    force_peak: Any = lead("direction", "N", "shaking force, peak", PEAK)
-    couple_peak: Any = lead("direction", "N*m", "shaking couple, peak", PEAK, about=ABOUT)
-    residual: Any = lead("", "N", "weighted residual of the balance", PEAK, about=ABOUT)
+    force_peak: Any = lead("direction", "N", "shaking force, peak", PEAK,
+        unless="balance/before/force_peak")  # fmt: skip
+    couple_peak: Any = lead("direction", "N*m", "shaking couple, peak", PEAK, about=ABOUT,
+        unless="balance/before/couple_peak")  # fmt: skip
+    residual: Any = lead("", "N", "residual unbalance", PEAK, about=ABOUT)
 
 
 @dataclass(frozen=True)

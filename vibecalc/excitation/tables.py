@@ -45,5 +45,5 @@ class Excitation(Table):
         "on_body",
     )
     balance: Balance | None = key("print the balance table", None)
-    residual: Residual | None = key("weighted residual of forces and couples", None)
+    residual: Residual | None = key("residual unbalance of forces and couples", None)
     RULES = (*cylinders_in("working"), *cylinders_in("balanced_for"))

@@ -61,7 +61,7 @@ def run_coupled(scene: Scene) -> None:
     scene.handed_on["ground"] = Ground(ground, system.transmissibility, natural)
     grid = frequency_grid(natural, highest=float(frequency[used - 1]))
     axes = {
-        "half_order": loads.order[:used].astype(float),
+        "order": loads.order[:used].astype(float),
         "direction": DIRECTIONS,
         "mount": mounts.names,
         "coordinate": COORDINATES,

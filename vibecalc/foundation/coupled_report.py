@@ -40,7 +40,7 @@ _OF_ORDERS = (
     Cells("rigid/force_by_order", "rigid %", percent(2)),
     Cells("power", "power W"),
 )
-_BY_ORDER = Rows("half_order", "order", _OF_ORDERS, COUPLED, label="{:g}",
+_BY_ORDER = Rows("order", "order", _OF_ORDERS, COUPLED, label="{:g}",
                  places=lambda found: _LARGE(found[1:]))  # fmt: skip
 _FEET = Rows("mount", "below the mount", (Cells("foot_velocity_rms", "r.m.s. mm/s", "mm/s"),),
              COUPLED, merge=True)  # fmt: skip
@@ -66,7 +66,7 @@ _LOADS = (
     Cells("rigid/{}_rms", "rigid foundation"),
     Cells("rigid/{}_efficiency", "efficiency %", percent(2)),
 )
-_WORDS = "efficiency: 1 less the ratio to what the machine held still would send"
+_WORDS = "efficiency: 1 - ratio to the rigidly mounted machine"
 _MASS = "; with flexibilities, the ground is all that their tables stand for, its mass included"
 
 

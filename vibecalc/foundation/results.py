@@ -8,7 +8,7 @@ from vibecalc.core.results.described import entries_of, lead, q
 from vibecalc.core.results.record import PEAK, RMS, Entry, Headline, entry
 
 COUPLED = "foundation/coupled"
-_ORDERS = "half_order direction"
+_ORDERS = "order direction"
 _NATURAL = Headline("natural frequency, machine on foundation", "Hz", pick="ends")
 
 
@@ -55,11 +55,11 @@ class BelowMounts:
     """What the mounts stand on, and what passes through them."""
 
     ROOT: ClassVar[str] = COUPLED
-    foot: Any = q("mount direction half_order", "m", "motion of what a mount stands on", PEAK)
+    foot: Any = q("mount direction order", "m", "motion of what a mount stands on", PEAK)
     foot_velocity_rms: Any = lead(
         "mount", "m/s", "velocity of the foundation at a mount, r.m.s.", RMS, read="mm/s"
     )
-    power: Any = lead("half_order", "W", "power into the foundation, largest order", read="W")
+    power: Any = lead("order", "W", "power into the foundation, largest order", read="W")
 
 
 def _below(name: str, where: str, better: str) -> Iterator[Entry]:
@@ -73,7 +73,7 @@ def _below(name: str, where: str, better: str) -> Iterator[Entry]:
         yield entry(f"{path}_rms", "", unit, f"{words}, all orders", RMS, headline=head)
         words = f"{words} over {held}"
         yield entry(f"{path}_efficiency", "", "", f"1 - r.m.s. of the {words}", headline=share)
-        yield entry(f"{path}_by_order", "half_order", "", f"1 - {words}")
+        yield entry(f"{path}_by_order", "order", "", f"1 - {words}")
     yield entry(
         f"{COUPLED}/{name}/transmissibility",
         "coordinate foundation_frequency",

@@ -37,8 +37,8 @@ def isolation_efficiency(result: Result) -> Section | None:
     overall = by_name(record, "on the ground", _OVERALL, _COLUMNS, ByDirection.ROOT)[0]
     each = Rows("coordinate", "r.m.s. along, about", _BY_DIRECTION, ByDirection.ROOT, across=True)
     lines = stacked(overall, rows_of(record, each)[0]) + paragraph(
-        "held still: what acts on the body would reach the ground. Efficiency is 1 less the ratio "
-        "of what does reach it; below zero the mounts send more than acts."
+        "Efficiency: 1 - ratio of the load on the ground to that of the rigidly mounted machine; "
+        "negative: the mounts amplify."
     )
     details = {f"isolation of the {word} by order": rows_of(record, _by_order(root))
                for word, root in _ROOTS.items()}  # fmt: skip
@@ -58,7 +58,7 @@ def _level(share: float, _error: float) -> str:
 _OVERALL = {f"{word}, {said}": (word, name)
             for word in _ROOTS for name, said in (("rms", "r.m.s."), ("peak", "peak"))}  # fmt: skip
 _COLUMNS = (
-    Cells("{}/held_{}", "held still"),
+    Cells("{}/held_{}", "rigidly\nmounted"),
     Cells("{}/ground_{}", "on mounts"),
     Cells("{}/{}", "efficiency", _percent),
     Cells("{}/{}", "dB", _level),
@@ -70,7 +70,7 @@ def _resultant(path: str) -> Made:
     """Efficiency by order for all components together."""
 
     def made(record: Record) -> Quantity | None:
-        share = having(record, f"{path}/by_order", "half_order", "component")
+        share = having(record, f"{path}/by_order", "order", "component")
         return None if share is None else part_of(share, share.values[:, -1], share.axes[0])
 
     return made
@@ -78,12 +78,12 @@ def _resultant(path: str) -> Made:
 
 def _by_order(root: str) -> Rows:
     columns = (
-        Cells(reduced(f"{root}/held"), "held still {unit}"),
+        Cells(reduced(f"{root}/held"), "rigidly mounted {unit}"),
         Cells(reduced(f"{root}/ground"), "on mounts {unit}"),
         Cells("by_order", "{} %", lambda share, _: _percent(share).removesuffix(" %")),
         Cells(_resultant(root), "dB", _level),
     )
-    return Rows("half_order", "order", columns, root, label="{:g}", places=_LOUD,
+    return Rows("order", "order", columns, root, label="{:g}", places=_LOUD,
                 rest=others(OTHERS))  # fmt: skip
 
 

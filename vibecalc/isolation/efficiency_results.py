@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 from vibecalc.core.results.described import lead, q
 from vibecalc.core.results.record import PEAK, RMS, SPECTRUM
 
-_ORDERS = "half_order coordinate"
+_ORDERS = "order coordinate"
 _HELD = "{what}{about} that the rigidly mounted body would send into the ground"
 _GROUND = "{what}{about} of all mounts on the ground"
 
@@ -22,7 +22,7 @@ class OfVector:
     ground: Any = q(_ORDERS, "{unit}", _GROUND, PEAK)
     ground_rms: Any = q("", "{unit}", f"{_GROUND}, over the cycle", RMS)
     ground_peak: Any = q("", "{unit}", f"{_GROUND}, largest over the cycle", PEAK)
-    by_order: Any = q("half_order component", "", "1 - {what} on the ground over that held still")
+    by_order: Any = q("order component", "", "1 - {what} on the ground over that held still")
     rms: Any = lead("", "", "isolation of the {what}, r.m.s.")
     rms_level: Any = q("", "dB", "held still over on the ground, r.m.s.", exempt=SPECTRUM)
     peak: Any = q("", "", "the same of the peak of all orders")

@@ -77,16 +77,16 @@ def _pitch_rules(case: Case) -> Iterator[tuple[Any, Callable[[], Problem]]]:
     isolation, machine, train = case.isolation, case.machine, case.machine.crank_train
     assert isolation is not None and machine.body is not None and machine.mounts is not None
     yield (
-        isolation.up != train.stroke,
+        isolation.up != train.stroke_axis,
         lambda: Problem(
             path=("isolation", "up"),
             message="the pitch model stands upright: up must be the direction of the stroke",
-            found=f"up = '{isolation.up}', and stroke = '{train.stroke}'",
-            allowed=f"up = '{train.stroke}', or model = 'rigid_body'",
-            also=("machine", "crank_train", "stroke"),
+            found=f"up = '{isolation.up}', and stroke_axis = '{train.stroke_axis}'",
+            allowed=f"up = '{train.stroke_axis}', or model = 'rigid_body'",
+            also=("machine", "crank_train", "stroke_axis"),
         ),
     )
-    frame, built = build_frame(train.axis, train.stroke), build_mounts(machine.mounts)
+    frame, built = build_frame(train.axis, train.stroke_axis), build_mounts(machine.mounts)
     along, up, turned = (
         int(np.argmax(np.abs(v))) for v in (frame.axis, frame.stroke, frame.across)
     )
@@ -124,7 +124,7 @@ def _pitch_rules(case: Case) -> Iterator[tuple[Any, Callable[[], Problem]]]:
             lambda: Problem(
                 path=("isolation", "lever"),
                 message="the mounts stand at different distances from the mass centre, so the "
-                "lever of lever_force has to be given",
+                "lever of couple_over_lever has to be given",
                 found=f"distances along the crankshaft from {reach.min():.6g} to "
                 f"{reach.max():.6g} m",
                 allowed=f"lever = {reach.max():.6g}, for example",

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 
 def _over_cycle(name: str, words: str) -> Panel:
-    stem = f"isolation/lever_force/{name}"
+    stem = f"isolation/couple_over_lever/{name}"
     orders = [
         Curve(over_turn(f"{stem}_harmonics", partial(np.equal, order)), said)
         for order, said in ORDER_NAMES.items()
@@ -59,7 +59,7 @@ def _over_cycle(name: str, words: str) -> Panel:
 FORCE_OVER_CYCLE = Curves(
     "pitch couple / lever during one turn",
     (
-        _over_cycle("rigid", "without isolation: rigidly mounted"),
+        _over_cycle("blocked", "without isolation: rigidly mounted"),
         _over_cycle("steady", "through the mounts"),
     ),
     names=5,
@@ -108,8 +108,8 @@ ENGINE_MOUNTS = Curves(
     (
         Panel("couple", (Curve(_couple, look={"color": TOTAL}), level(_MEAN, "mean couple {}")),
               "couple on the body about the crankshaft", unit="N*m", needs=(_loads,)),
-        Panel("load", (Curve(_loads, "support {}", most=99),),
-              "load on each support about its mean: torque and shaking, downwards", unit="N"),
+        Panel("load", (Curve(_loads, "mount {}", most=99),),
+              "load on each mount about its mean: torque and shaking, downwards", unit="N"),
     ),
     high=3.05,
     names=3,
@@ -207,7 +207,7 @@ def _run_up(path: str, label: str, look: Look) -> Panel:
 RUN_UP = Curves(
     "run-up: largest force over the cycle",
     (
-        _run_up("isolation/lever_force", "pitch couple / lever", {"color": TOTAL}),
+        _run_up("isolation/couple_over_lever", "pitch couple / lever", {"color": TOTAL}),
         _run_up("isolation/support_force", "one support on the ground", {}),
     ),
 )

@@ -12,8 +12,8 @@ from vibecalc.core.report.rows import (
     loud,
     named_at,
     others,
+    over_natural,
     percent,
-    relative,
     rows_of,
 )
 from vibecalc.core.report.sections import Part, Section, scalars, section, table_of
@@ -34,7 +34,9 @@ from vibecalc.isolation.results import (
 # The body on its mounts: natural frequencies, what each mount bears, transmissibility.
 # ----------------------------------------------------------------------------
 
-_LEVER = tuple(f"isolation/lever_force/{name}_peak" for name in ("rigid", "steady", "run_up"))
+_LEVER = tuple(
+    f"isolation/couple_over_lever/{name}_peak" for name in ("blocked", "steady", "run_up")
+)
 #: what belongs to pictures; the shapes of modes carry no scale, and the energy says what moves
 _DRAWN = ("_harmonics", "/run_up", "_curve", "modes/shape", "/centre", "run_up_peak_speed")
 _MODES = Rows(
@@ -46,14 +48,14 @@ _MODES = Rows(
         Cells("modes/damping_ratio", "damping ratio"),
         Cells("modes/energy_fraction", "{} %", percent(2), "%: share of the energy of the mode"),
         "torque_reaction/nearest_order",
-        Cells("torque_reaction/margin", "margin", relative, "nearest: of the orders of the torque "
-              "that drive the mode, 0: none; a positive margin: it is above the mode"),
+        Cells("torque_reaction/margin", "f / f_n", over_natural, "nearest: of the orders of the "
+              "torque that drive the mode, 0: none; f / f_n: its frequency over that of the mode"),
     ),
     root="isolation",
 )  # fmt: skip
 _SUPPORTS = Rows(
-    "mount", "support", (*paths_of(SupportForce), *paths_of(SupportDisplacement)), merge=True,
-    note="loads: over the cycle, with weight and mean torque; a negative one pulls the support",
+    "mount", "mount", (*paths_of(SupportForce), *paths_of(SupportDisplacement)), merge=True,
+    note="loads: over the cycle, with weight and mean torque; a negative one pulls the mount",
 )  # fmt: skip
 _LEVELS = (
     "transmissibility",
@@ -101,7 +103,7 @@ _MAXIMA = Rows(
 
 def run_up_maxima(result: Result) -> Section | None:
     """A line for each maximum, equal ones of several supports as one; None without any."""
-    return section("Maxima of the run-up, force on a support", [rows_of(result.record, _MAXIMA)])
+    return section("Maxima of the run-up, mount force", [rows_of(result.record, _MAXIMA)])
 
 
 # ----------------------------------------------------------------------------
@@ -129,12 +131,12 @@ _COUPLE = (
 )
 #: the orders that matter, in their sequence
 _ORDERS = Rows(
-    "half_order order", "order", _COUPLE, "isolation", label="{:g}", places=loud(1e-3, 16),
+    "order", "order", _COUPLE, "isolation", label="{:g}", places=loud(1e-3, 16),
     rest=others(OTHERS),
 )  # fmt: skip
 _BY_CAUSE = (Cells("isolation/support_force/by_cause", "{} N"),)
 _ALONE = "peaks over the cycle by each cause alone: they do not add up to that of all"
-_CAUSES = Rows("mount", "support", _BY_CAUSE, note=_ALONE)
+_CAUSES = Rows("mount", "mount", _BY_CAUSE, note=_ALONE)
 
 
 def torque_reaction(result: Result) -> Section | None:

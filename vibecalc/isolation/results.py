@@ -28,9 +28,13 @@ class Pitch:
     transmissibility_curve: Any = q("frequency_ratio", "", "couple on the ground over couple")
     angle_harmonics: Any = q("order", "rad", "pitch angle", PEAK)
     angle_peak: Any = named("", "rad", "pitch angle at speed, peak", PEAK)
-    force_left_out: Any = lead("", "N", "shaking force that pitch leaves out, peak", PEAK)
+    force_left_out: Any = lead("", "N", "shaking force outside the pitch model, peak", PEAK)
     couple_left_out: Any = lead(
-        "", "N*m", "shaking couple that pitch leaves out, peak", PEAK, about="about the mass centre"
+        "",
+        "N*m",
+        "shaking couple outside the pitch model, peak",
+        PEAK,
+        about="about the mass centre",
     )
 
 
@@ -56,9 +60,9 @@ class BodyMotion(Motion):
 class LeverForce:
     """Couple of the pitch model over a lever."""
 
-    ROOT: ClassVar[str] = "isolation/lever_force"
-    rigid_harmonics: Any = q("order", "N", "pitch couple / lever, rigidly mounted", PEAK)
-    rigid_peak: Any = named("", "N", "pitch couple / lever, rigidly mounted, peak", PEAK)
+    ROOT: ClassVar[str] = "isolation/couple_over_lever"
+    blocked_harmonics: Any = q("order", "N", "pitch couple / lever, rigidly mounted", PEAK)
+    blocked_peak: Any = named("", "N", "pitch couple / lever, rigidly mounted, peak", PEAK)
     steady_harmonics: Any = q("order", "N", "couple through the mounts over lever", PEAK)
     steady_peak: Any = lead("", "N", "pitch couple / lever at speed, peak", PEAK)
     run_up: Any = q("speed", "N", "pitch couple / lever at each speed, peak", PEAK)
@@ -75,27 +79,28 @@ class SupportForce:
 
     ROOT: ClassVar[str] = "isolation/support_force"
     static: Any = q("mount", "N", "share of the weight on one support")
-    rigid_peak: Any = q("mount", "N", "force on a support, rigidly mounted, peak", PEAK)
+    blocked_peak: Any = q("mount", "N", "mount force, rigidly mounted, peak", PEAK)
     steady_harmonics: Any = q("mount direction order", "N", "dynamic force on a support", PEAK)
-    steady_peak: Any = lead("mount", "N", "force on a support at speed, peak", PEAK)
+    steady_peak: Any = lead("mount", "N", "mount force at speed, peak", PEAK)
     largest_load: Any = q("mount", "N", "largest load: weight, mean torque and dynamic force")
-    minimum_load: Any = lead("mount", "N", "minimum load on a support", **LEAST)
-    by_cause: Any = q("mount cause", "N", "force on a support by one cause alone, peak", PEAK)
+    minimum_load: Any = lead("mount", "N", "minimum load on a mount", **LEAST)
+    by_cause: Any = q("mount cause", "N", "mount force by one cause alone, peak", PEAK)
     mean: Any = q("mount direction", "N", "force of one support on the ground by the mean torque")
-    run_up: Any = q("mount speed", "N", "force on a support at each speed, peak", PEAK)
-    run_up_peak: Any = lead("mount", "N", "force on a support in the run-up, peak", PEAK)
+    run_up: Any = q("mount speed", "N", "mount force at each speed, peak", PEAK)
+    run_up_peak: Any = lead("mount", "N", "mount force in the run-up, peak", PEAK)
     run_up_peak_speed: Any = q("mount", "rad/s", "crank speed of the largest")
 
 
 @dataclass(frozen=True)
 class SupportDisplacement:
-    """Displacement of the body at each support; the excursion is with sag and mean torque."""
+    """Displacement of the body at each support; the total deflection is with that by
+    weight and mean torque."""
 
     ROOT: ClassVar[str] = "isolation/support_displacement"
-    sag: Any = lead("mount", "m", "static deflection of a mount")
+    static: Any = lead("mount", "m", "static deflection of a mount")
     steady_harmonics: Any = q("mount direction order", "m", "displacement at a support", PEAK)
-    vertical_peak: Any = lead("mount", "m", "vertical motion at a mount at speed, peak", PEAK)
-    excursion: Any = lead("mount", "m", "deflection of a mount with its sag, peak", PEAK)
+    vertical_peak: Any = lead("mount", "m", "vertical displacement at a mount, peak", PEAK)
+    total: Any = lead("mount", "m", "total deflection of a mount, peak", PEAK)
 
 
 # ----------------------------------------------------------------------------
@@ -135,7 +140,7 @@ class TorqueReaction:
     """The torque of the cylinders on the body, without mean where what is driven is on the body."""
 
     ROOT: ClassVar[str] = "isolation/torque_reaction"
-    couple: Any = q("half_order", "N*m", "couple by gas and inertia about the crankshaft", PEAK)
+    couple: Any = q("order", "N*m", "couple by gas and inertia about the crankshaft", PEAK)
     mean_couple: Any = lead("", "N*m", "torque reaction, mean")
     roll_peak: Any = lead("", "rad", "roll of the body by torque, peak", PEAK, read="mrad")
     nearest_order: Any = q("mode", "", "nearest half order of those that drive a mode; 0: none")
@@ -151,7 +156,7 @@ NEAREST = paths_of(TorqueReaction, "nearest_order", "margin")
 #: of supports at the operating speed, computed on the foundation of the case where that moves
 STEADY_AT_SUPPORTS = (
     *paths_of(SupportForce, "steady_harmonics", "steady_peak", "largest_load", "minimum_load"),
-    *paths_of(SupportDisplacement, "steady_harmonics", "vertical_peak", "excursion"),
+    *paths_of(SupportDisplacement, "steady_harmonics", "vertical_peak", "total"),
 )
 #: the same of the body and its supports
 STEADY = (*paths_of(BodyMotion), *STEADY_AT_SUPPORTS)

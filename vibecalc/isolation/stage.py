@@ -55,7 +55,11 @@ def of_operating_speed(case: "Case") -> tuple[str, ...]:
     return (*STEADY, *(MOVING * stops), *(OF_TORQUE * ("isolation" in with_torque(case))))
 
 
-_PITCH_ONLY = ("isolation/pitch/", "isolation/lever_force/", "support_force/rigid_peak")
+_PITCH_ONLY = (
+    "isolation/pitch/",
+    "isolation/couple_over_lever/",
+    "support_force/blocked_peak",
+)
 CURVE = "isolation/pitch/transmissibility_curve"
 #: of the run-up, without its curves
 PEAKS = [paths_of(one, "run_up_peak", "run_up_peak_speed") for one in (SupportForce, LeverForce)]
@@ -118,7 +122,7 @@ def run_up_stage(case: "Case") -> Iterator[Stage]:
         cost=f"one solve per order at some hundred speeds from {first:.6g} to {last:.6g} rad/s",
         quantities=tuple(
             path
-            for path in below("isolation/", without=() if pitch else ("lever_force",))
+            for path in below("isolation/", without=() if pitch else ("couple_over_lever",))
             if ("run_up" in path or "masked" in path)
             and (stops or path not in OF_RUN_UP)
             and (options.run_up_maxima is not None or "/maxima/" not in path)

@@ -26,7 +26,7 @@ class Isolation(Table):
     )
     up: Literal["x", "y", "z"] = key("gravity acts against this direction", "z")
     gravity: Acceleration = key("acceleration of free fall", FREE_FALL, ge=0)
-    lever: Length | None = key("arm of `lever_force`; default: of mounts", None, gt=0)
+    lever: Length | None = key("arm of `couple_over_lever`; default: of mounts", None, gt=0)
     loads: Loads = key(LOADS, ("shaking", "torque"), min_length=1)
     run_up: RunUp | None = key("also pass a range of speeds", None)
     run_up_maxima: Number | None = key(

@@ -73,7 +73,7 @@ def couple_by_differences(
 
 
 def nearest_driven(
-    shapes: Modes, loads: Bounded, half_order: np.ndarray, speed: float
+    shapes: Modes, loads: Bounded, order: np.ndarray, speed: float
 ) -> tuple[np.ndarray, Bounded]:
     """Of each mode the order nearest to it, of those of the loads (m, 6) that drive it, 0 if none
     does; and the frequency of that order over the natural frequency, less 1, or infinite.
@@ -83,10 +83,10 @@ def nearest_driven(
     force = loads @ shapes.bounded_shape
     size = np.abs(force.value)
     drives = (size > 4.0 * force.error) & (size >= DRIVES * size.max(axis=0))
-    ratio = (half_order * speed)[:, None] / shapes.bounded_frequency
+    ratio = (order * speed)[:, None] / shapes.bounded_frequency
     away = np.where(drives, np.abs(ratio.value - 1.0), np.inf)
     place = np.argmin(away, axis=0)
     modes = np.arange(len(place))
     none = np.isinf(away[place, modes])
     margin = where(none, np.inf, ratio[place, modes] - 1.0)
-    return np.where(none, 0.0, half_order[place]), margin
+    return np.where(none, 0.0, order[place]), margin

@@ -171,7 +171,7 @@ class MountProperties(Table):
 class Mount(MountProperties):
     """One mount; what it does not say comes from `each`."""
 
-    name: Name = key("label used in tables and in `where`")
+    name: Name = key("label in tables and `where`")
     position: Point = key("from the body's reference point")
     orientation: tuple[Angle, Angle, Angle] = key(
         "rotations of the mount's axes about x, then y, then z", (0.0, 0.0, 0.0)

@@ -436,7 +436,7 @@ def _pitch_coupling(case: Case) -> Iterator[str]:
     if case.isolation is None or case.isolation.model != "pitch" or built is None:
         return
     body, mounts = built
-    frame = build_frame(machine.crank_train.axis, machine.crank_train.stroke)
+    frame = build_frame(machine.crank_train.axis, machine.crank_train.stroke_axis)
     place = mounts.position - body.centre
 
     pitch = np.cross(frame.across, place)  # displacement of each mount for a unit of pitch

@@ -108,7 +108,7 @@ def build_crank_train(train: parts.CrankTrain) -> CrankTrain:
     A cylinder's `reciprocating_mass` is all that moves with its piston; to its `rotating_mass`, as
     to that of the train, the rotating share of the rod is added.
     """
-    frame = build_frame(train.axis, train.stroke)
+    frame = build_frame(train.axis, train.stroke_axis)
     common = _given(reciprocating_mass(train))
     rod = 0.0 if train.rod is None else train.rod.mass * (1.0 - rod_share(train))
     cylinders = train.cylinders
@@ -188,7 +188,7 @@ def cancelling_weights(train: CrankTrain, balanced_for: Sequence[str] | None) ->
 
 def weights_and_shafts(train: parts.CrankTrain) -> list[Row]:
     """Counterweights and balance shafts, as the case has them."""
-    along = build_frame(train.axis, train.stroke).axis
+    along = build_frame(train.axis, train.stroke_axis).axis
     rows: list[Row] = [
         (weight.name, weight.unbalance, 1, weight.phase, _on_shaft(weight.position, along))
         for weight in train.counterweights
@@ -235,12 +235,12 @@ def crank_train_problems(case: Case) -> Iterator[Problem]:
     if not has_crank_train(case.machine):
         return
     train = case.machine.crank_train
-    if train.axis == train.stroke:
+    if train.axis == train.stroke_axis:
         others = " or ".join(repr(name) for name in DIRECTIONS if name != train.axis)
         yield Problem(
-            path=(*TRAIN, "stroke"),
+            path=(*TRAIN, "stroke_axis"),
             message="the pistons cannot move along the crankshaft",
-            found=f"stroke = '{train.stroke}', and axis = '{train.axis}'",
+            found=f"stroke_axis = '{train.stroke_axis}', and axis = '{train.axis}'",
             allowed=f"{others} with this axis",
             also=(*TRAIN, "axis"),
         )

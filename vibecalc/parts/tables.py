@@ -74,7 +74,7 @@ def shaking_acts(hint: str) -> Rule:
 class Cylinder(Table):
     """One cylinder and its throw."""
 
-    name: Name = key("label used in tables and in `where`")
+    name: Name = key("label in tables and `where`")
     position: Length = key("along the crankshaft, from the train's origin", 0.0)
     crank_phase: Angle = key("angle by which this throw leads crank angle zero", 0.0)
     bank_angle: Angle = key("tilt of the cylinder about the crank axis", 0.0)
@@ -115,7 +115,7 @@ class CrankTrain(Table):
     """Cylinders, rods and cranks, and what is put in to balance them."""
 
     axis: AxisName = key("direction of the crankshaft", "x")
-    stroke: AxisName = key("direction of a cylinder at bank angle zero", "z")
+    stroke_axis: AxisName = key("direction of a cylinder at bank angle 0", "z")
     origin: Point = key("origin of the train, from the body's reference point", (0.0, 0.0, 0.0))
     crank_radius: Length = key("half the stroke", gt=0)
     rod_length: Length = key("between the centres of the rod's bearings", gt=0)

@@ -38,7 +38,7 @@ Vector = tuple[Number, Number, Number]
 class MeasuringPoint(Table):
     """A place on the body where vibration is measured; it is read along x, y and z, as written."""
 
-    name: Name = key("label used in tables and in `where`")
+    name: Name = key("label in tables and `where`")
     position: Point = key("from the body's reference point")
     direction: Vector | None = key(
         "of the one sensor there, of any length; default: three along x, y and z", None

@@ -13,8 +13,8 @@ from vibecalc.core.report.rows import (
     left_out,
     named_at,
     others,
+    over_natural,
     part_of,
-    relative,
     rows_of,
     whole,
 )
@@ -75,16 +75,13 @@ def _moves_most(record: Record) -> Quantity | None:
     return part_of(share, np.array(words), share.axes[0])
 
 
-_NEAREST = (
-    "nearest: the excited order that comes closest at operating speed; off: its frequency over the "
-    "natural frequency, less 1"
-)
+_NEAREST = "f / f_n: frequency of the excited order nearest to the mode at operating speed"
 _OF_MODES = (
     Cells("natural_frequency", "Hz", "Hz"),
     Cells("damping_ratio", "damping ratio"),
     Cells(_moves_most, "  dominant motion (energy share)", ""),
-    Cells("nearest_order", "nearest", whole, note=_NEAREST),
-    Cells("distance", "it is off", relative),
+    Cells("nearest_order", "nearest\norder", whole, note=_NEAREST),
+    Cells("distance", "f / f_n", over_natural),
 )
 
 

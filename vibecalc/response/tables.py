@@ -42,7 +42,7 @@ else:
 class Operation(Table):
     """One way of running the machine: the cylinders that work, with a weight in averages."""
 
-    name: Name = key("label used in tables and in `where`")
+    name: Name = key("label in tables and `where`")
     working: Names = key("names of the cylinders that work")
     weight: Number = key("share in the weighted energy", 1.0, ge=0)
     RULES = cylinders_in("working")
@@ -51,7 +51,7 @@ class Operation(Table):
 class Balance(Table):
     """One way of balancing the crankshaft: the throws whose rotating mass weights cancel."""
 
-    name: Name = key("label used in tables and in `where`")
+    name: Name = key("label in tables and `where`")
     balanced_for: Throws = key("names of the cylinders; none: no weights")
     RULES = cylinders_in("balanced_for")
 

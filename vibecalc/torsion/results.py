@@ -26,6 +26,7 @@ from vibecalc.core.results.record import (
 from vibecalc.torsion import study_results
 
 ROOT = "response/torsion"
+_REPORT = "vibecalc.torsion.report.limits"
 _LASTS, _PASSES = "infinite where the limit says nothing", "infinite where the limit has none"
 _HERE, _TOP = "at the operating speed", "at any speed of the range"
 _HALF, _WITH_MEAN = "half range of all orders", "largest magnitude, mean torque in it"
@@ -61,7 +62,7 @@ MODES = under(
           exempt=CHECK, diagnostic=True),
 )  # fmt: skip
 
-_BY_MODE = "mode half_order"
+_BY_MODE = "mode order"
 EXCITATION = under(
     f"{ROOT}/excitation",
     entry("pressure", "crank_angle", "Pa",
@@ -71,10 +72,10 @@ EXCITATION = under(
     entry("total_torque", "crank_angle", "N*m", "of both"),
     entry("engine_torque", "crank_angle", "N*m",
           "of all cylinders, from the first firing on, referred to the crankshaft"),
-    entry("gas", "half_order", "N*m", "gas torque of one cylinder", PEAK),
-    entry("inertia", "half_order", "N*m", "inertia torque of one", PEAK),
-    entry("total", "half_order", "N*m", "torque of one cylinder", PEAK),
-    entry("tangential_pressure", "half_order", "Pa",
+    entry("gas", "order", "N*m", "gas torque of one cylinder", PEAK),
+    entry("inertia", "order", "N*m", "inertia torque of one", PEAK),
+    entry("total", "order", "N*m", "torque of one cylinder", PEAK),
+    entry("tangential_pressure", "order", "Pa",
           "total torque of one cylinder over piston area and crank radius", PEAK),
     entry("power", "", "W", "indicated, of all cylinders",
           headline=Headline("indicated power", "kW")),
@@ -82,7 +83,7 @@ EXCITATION = under(
           headline=Headline("mean indicated torque", "N*m")),
     entry("mean_indicated_pressure", "", "Pa", "of a healthy cylinder"),
     entry("firing_angle", "cylinder", "rad", "crank angle at which it fires", circle=CYCLE),
-    entry("station_torque", "station half_order", "N*m",
+    entry("station_torque", "station order", "N*m",
           "of all cylinders of a station, phases in it", PEAK),
     entry("vector_sum", _BY_MODE, "",
           "sum of phase vectors of a mode over that of all in line; 0: no cylinder moves"),
@@ -90,30 +91,30 @@ EXCITATION = under(
           "torque on the mode, sum of shape times torque; the shape as under modes", PEAK),
     entry("rank", _BY_MODE, "",
           "place of the order in the mode by its vector sum, 1 for the largest; 0: they cancel"),
-    entry("major", "half_order", "",
+    entry("major", "order", "",
           "1: the cylinders of each bank in phase, and the banks do not cancel; 0: not"),
-    entry("bank_factor", "half_order", "",
+    entry("bank_factor", "order", "",
           "what the angle between the banks leaves of their sums; 1: all of it"),
 )  # fmt: skip
 
 _SUFFICIENT = "1: as far from every order as the rule of the case asks; 0: not"
 STEADY = under(
     ROOT,
-    entry("angle", "station half_order", "rad", "vibration of the station", PEAK),
-    entry("twist", "section half_order", "rad", "of the section, first end less second", PEAK),
-    entry("torque", "section half_order", "N*m", "stiffness and damping part together", PEAK),
-    entry("stress", "section half_order", "Pa", "shear, torque over section modulus", PEAK),
+    entry("angle", "station order", "rad", "vibration of the station", PEAK),
+    entry("twist", "section order", "rad", "of the section, first end less second", PEAK),
+    entry("torque", "section order", "N*m", "stiffness and damping part together", PEAK),
+    entry("stress", "section order", "Pa", "shear, torque over section modulus", PEAK),
     entry("angle_half_range", "station", "rad", _HALF),
     entry("angle_peak", "station", "rad", "largest magnitude of all orders"),
     entry("twist_half_range", "section", "rad", _HALF),
     entry("twist_peak", "section", "rad", "largest magnitude of all orders"),
     entry("torque_half_range", "section", "N*m", _HALF,
-          headline=Headline("vibratory torque at speed, half range", "N*m")),
+          headline=Headline("vibratory torque at speed", "N*m")),
     entry("torque_peak", "section", "N*m", _WITH_MEAN),
     entry("torque_bound", "section", "N*m", "sum of the magnitudes of all orders"),
     entry("torque_mean", "section", "N*m", "steady torque that the section carries"),
     entry("stress_half_range", "section", "Pa", _HALF,
-          headline=Headline("vibratory stress at speed, half range", "N/mm^2")),
+          headline=Headline("vibratory stress at speed", "N/mm^2")),
     entry("section_heat", "section", "W", "dashpots and loss factors, mean power"),
     entry("station_heat", "station", "W",
           "absolute damping, mean power; with a damping model also that of a ring it carries"),
@@ -128,14 +129,14 @@ STEADY = under(
     entry("gear/minimum_torque", "gear", "N*m", "over the cycle, mean in it",
           headline=Headline("minimum gear torque (negative: gear hammer)", "N*m", pick="least")),
     entry("gear/hammers", "gear", "", "1: its torque changes sign; 0: it does not",
-          name="gear hammer at operating speed (1: yes)"),
+          name="gear hammer at operating speed"),
     entry("margin/nearest_order", "mode", "",
           "excited order nearest to the mode at the operating speed; 0: none is near"),
     entry("margin/distance", "mode", "",
           "of the natural frequency from that order's, over the latter; infinite without one"),
     entry("separation/operating/margin", "mode order_class", "",
           "the same to the nearest major and the nearest other order"),
-    entry("separation/operating/half_order", "mode order_class", "",
+    entry("separation/operating/order", "mode order_class", "",
           "that order; 0: none is near"),
     entry("separation/operating/sufficient", "mode order_class", "", _SUFFICIENT),
 )  # fmt: skip
@@ -203,7 +204,7 @@ def _extremes(name: str, axis: str, unit: str, words: str) -> Iterator[Entry]:
 
 def _largest(of: str) -> Headline:
     unit = "N/mm^2" if of == "stress" else "N*m"
-    return Headline(f"vibratory {of} over the speeds, half range", unit, at=f"{ROOT}/largest/speed")
+    return Headline(f"largest vibratory {of}", unit, at=f"{ROOT}/largest/speed")
 
 
 _DAMPS, _GEAR = "damping_over_speed", "gear_torque"
@@ -229,7 +230,7 @@ SPEEDS = under(
     entry("speeds/gear_torque", "gear speed", "N*m", "on the first wheel, half range", curve=_GEAR),
     entry("speeds/gear_minimum_torque", "gear speed", "N*m", _LEAST_OF_GEAR, curve=_GEAR),
     entry("speeds/gear_hammers", "gear speed", "", "1: its torque changes sign; 0: it does not",
-          name="gear teeth part over the speeds (1: yes)"),
+          name="gear hammer, speed range"),
     entry("hammering/from", "hammering", "rad/s", "a gear hammers from here"),
     entry("hammering/to", "hammering", "rad/s", "to here"),
     entry("hammering/gear", "hammering", "", "this gear, counted from 1"),
@@ -237,18 +238,18 @@ SPEEDS = under(
           "as under modes, where pendulums let it follow the speed"),
     entry("separation/range/margin", "mode order_class", "",
           "least distance to an order within the speeds, over its nearer end; below 0: it is met"),
-    entry("separation/range/half_order", "mode order_class", "", "that order; 0: none"),
+    entry("separation/range/order", "mode order_class", "", "that order; 0: none"),
     entry("separation/range/sufficient", "mode order_class", "", _SUFFICIENT),
     entry("masked/from", "masked", "rad/s", "nothing damps a mode from here"),
     entry("masked/to", "masked", "rad/s", "to here"),
     entry("masked/mode", "masked", "", "the mode"),
-    entry("masked/half_order", "masked", "", "and the order that meets it"),
+    entry("masked/order", "masked", "", "and the order that meets it"),
     entry("largest/torque_half_range", "section", "N*m", _TOP, headline=_largest("torque")),
     entry("largest/twist_half_range", "section", "rad", "there"),
     entry("largest/stress_half_range", "section", "Pa", "there", headline=_largest("stress")),
     entry("largest/speed", "section", "rad/s", "where that is"),
     entry("largest/mode", "section", "", "mode that resonates there; 0: none"),
-    entry("largest/half_order", "section", "", "and order; 0: none"),
+    entry("largest/order", "section", "", "and order; 0: none"),
     entry("speeds/heat", "damper speed", "W", "mean power",
           headline=Headline(_HOT, "W", unless=f"{ROOT}/largest/heat")),
     entry("speeds/travel", "damper speed", "rad", "ring on station, largest magnitude"),
@@ -258,7 +259,7 @@ SPEEDS = under(
     entry("peak/section", "peak", "",
           "that section, counted from 1: the one of most torque, then that of most stress"),
     entry("peak/mode", "peak", "", "mode that resonates there; 0: none"),
-    entry("peak/half_order", "peak", "", "and order; 0: none"),
+    entry("peak/order", "peak", "", "and order; 0: none"),
 )  # fmt: skip
 BARRED = under(
     ROOT,
@@ -268,9 +269,10 @@ BARRED = under(
           headline=Headline("barred range from", "rpm", pick="each")),
     entry("barred/to", "barred", "rad/s", "to here",
           headline=Headline("barred range to", "rpm", pick="each",
-                            words="vibecalc.torsion.report.limits:acceptable")),
+                            words=f"{_REPORT}:acceptable")),
     entry("barred/permitted", "barred", "", _MAY_BE_BARRED),
-    entry("exceeded/from", "exceeded", "rad/s", "more than allowed for lasting from here"),
+    entry("exceeded/from", "exceeded", "rad/s",
+          "more than allowed in continuous operation from here"),
     entry("exceeded/to", "exceeded", "rad/s", "to here"),
     entry("exceeded/limit", "exceeded", "", "above this limit, counted from 1"),
 )  # fmt: skip
@@ -289,7 +291,9 @@ def _held(place: str, here: str, stress: str) -> Iterator[Entry]:
     """Stress and torque of each section, and what is allowed of both."""
     for of, prefix, unit in (("stress", "", "Pa"), ("torque", "torque_", "N*m")):
         yield entry(f"{place}/{of}", _EACH, unit, stress)
-        yield entry(f"{place}/{prefix}allowed", _EACH, unit, f"for lasting, {here}; {_LASTS}")
+        yield entry(
+            f"{place}/{prefix}allowed", _EACH, unit, f"for continuous operation, {here}; {_LASTS}"
+        )
         words = f"for passing through, {here}; {_PASSES}"
         yield entry(f"{place}/{prefix}transient", _EACH, unit, words)
 
@@ -297,18 +301,21 @@ def _held(place: str, here: str, stress: str) -> Iterator[Entry]:
 LIMITS = under(
     f"{ROOT}/limit",
     entry("allowed", "limit speed", "Pa",
-          f"for lasting, in the section of largest use; {_LASTS}"),
+          f"for continuous operation, in the section of largest use; {_LASTS}"),
     entry("transient", "limit speed", "Pa", f"for passing through, there; {_PASSES}"),
     entry("torque_allowed", "limit speed", "N*m",
-          "for lasting, of limits of the torque, in the section or gear of largest use"),
+          "for continuous operation, of limits of the torque, in the section or gear of largest "
+          "use"),
     entry("torque_transient", "limit speed", "N*m", f"for passing through, there; {_PASSES}"),
     entry("largest_use", "limit", "", "largest stress or torque over allowed, at any speed",
-          headline=Headline("highest utilisation over the speeds", at=f"{ROOT}/limit/speed")),
+          headline=Headline("highest utilisation", "%", at=f"{ROOT}/limit/speed",
+                            words=f"{_REPORT}:most_used")),
     entry("speed", "limit", "rad/s", "where that is"),
     entry("section", "limit", "", "in this section, counted from 1; 0: in a gear"),
     entry("gear", "limit", "", "in this gear, counted from 1; 0: in a section"),
     entry("operating_use", "limit", "", "stress or torque over allowed at the operating speed",
-          headline=Headline("utilisation at operating speed")),
+          headline=Headline("utilisation at operating speed", "%",
+                            words=f"{_REPORT}:most_used_at_speed")),
     entry("transient_use", "limit", "",
           "largest stress or torque over that for passing through; 0: the limit has none",
           name="utilisation, passage"),
@@ -322,7 +329,8 @@ BY_SECTION = under(
     entry("basis/size_factor", _EACH, "", "c_D of a rule"),
     entry("basis/design_factor", _EACH, "", "c_K of a rule"),
     *_held("operating", _HERE, f"{_HALF}, {_HERE}"),
-    entry("operating/use", _EACH, "", f"stress or torque over allowed for lasting, {_HERE}"),
+    entry("operating/use", _EACH, "",
+          f"stress or torque over allowed in continuous operation, {_HERE}"),
     entry("each/use", _EACH, "", "largest stress or torque over allowed, at any speed"),
     entry("each/speed", _EACH, "rad/s", "where that is"),
     entry("each/speed_ratio", _EACH, "", "lambda: that speed over the rated one"),
@@ -382,7 +390,7 @@ def _limit_uses(place: str, axes: str, words: str, headline: Headline | None = N
     return under(
         f"{ROOT}/{place}/limit",
         entry("operating_use", axes, "", f"{use}, {_HERE}",
-              name="utilisation at operating speed, worst condition"),
+              name="utilisation at speed, worst condition"),
         entry("largest_use", axes, "", f"{use}, largest at any speed", headline=headline),
         entry("speed", axes, "rad/s", "where that is"),
         entry("unbarred_use", axes, "",
@@ -391,9 +399,9 @@ def _limit_uses(place: str, axes: str, words: str, headline: Headline | None = N
         *(one for start, at in (("", "at the largest use"), ("operating_", _HERE)) for one in (
             entry(f"{start}element", axes, "", f"{load}, {at}"),
             entry(f"{start}allowed", axes, "Pa",
-                  f"stress for lasting in it, {at}; infinite for limits of the torque"),
+                  f"stress for continuous operation, {at}; infinite for limits of the torque"),
             entry(f"{start}torque_allowed", axes, "N*m",
-                  f"torque for lasting in it, {at}; infinite for limits of the stress"),
+                  f"torque for continuous operation, {at}; infinite for limits of the stress"),
         )),
     )  # fmt: skip
 
@@ -412,8 +420,9 @@ VARIANTS = (
     *_limit_uses("healthy", "limit", f", {_HEALTHY}"),
     *_limit_uses("conditions", "condition limit", "",
                  Headline(
-                     "highest utilisation, worst condition",
+                     "highest utilisation, worst condition", "%",
                      at=f"{ROOT}/conditions/limit/speed",
+                     words=f"{_REPORT}:most_used_in_condition",
                  )),
 )  # fmt: skip
 
@@ -457,7 +466,7 @@ def _of_curves(name: str, axis: str, unit: str, words: str) -> tuple[Entry, ...]
 CURVE_ENTRIES = (
     *(one for name, rest in QUANTITIES.items() for one in _of_curves(name, *rest)),
     entry(f"{CURVES}/stress/allowed", "section speed", "Pa",
-          "for lasting, by the strictest limit of the section; infinite without one"),
+          "for continuous operation, by the strictest limit of the section; infinite without one"),
     entry(f"{CURVES}/stress/transient", "section speed", "Pa",
           "for passing through, by the strictest one; infinite without one"),
 )  # fmt: skip
@@ -485,7 +494,7 @@ IRREGULARITY_ENTRIES = under(
                             at=f"{IRREGULARITY}/largest/speed")),
     entry("largest/speed", "station", "rad/s", "where that is"),
 )  # fmt: skip
-_WORST_STRESS = Headline("stress in the worst condition, half range", "N/mm^2")
+_WORST_STRESS = Headline("largest stress, worst condition", "N/mm^2")
 _OF_CONDITIONS = (
     ("torque", "section", "N*m"),
     ("stress", "section", "Pa"),
@@ -548,9 +557,9 @@ COUPLING_ENTRIES = (
     *under(
         COUPLING,
         *_borne("", "coupling", _HERE),
-        entry("stiffness", "coupling half_order", "N*m/rad",
+        entry("stiffness", "coupling order", "N*m/rad",
               f"dynamic, at the frequency of the order, {_HERE}"),
-        entry("loss_factor", "coupling half_order", "",
+        entry("loss_factor", "coupling order", "",
               f"relative damping over 2 pi, at the frequency of the order, {_HERE}"),
         entry("mode_stiffness", "coupling mode", "N*m/rad",
               f"dynamic, at the undamped natural frequency of the mode, {_HERE}"),

@@ -63,7 +63,7 @@ DamperKind = Literal["viscous", "spring", "pendulum"]
 class LineDamper(Table):
     """What hangs on a station. Its hub and casing belong to the inertia of the station."""
 
-    name: Name = key("label used in tables and in `where`")
+    name: Name = key("label in tables and `where`")
     on: Name = key("name of the station that carries it")
     kind: DamperKind = key("a ring in oil, a ring on springs, or pendulums")
     inertia: Inertia | None = key("of the ring, about the axis of its station", None, gt=0)

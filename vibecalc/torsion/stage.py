@@ -385,7 +385,7 @@ def _entries(case: "Case", path: str, axis: str) -> Entries | None:
         own = design and design.speeds if path.startswith(DESIGN) else None
         where = "damper_design.speeds" if own else "response.torsion.speeds"
         return Entries.of_speeds(own or (torsion and torsion.speeds), where)
-    if axis == "half_order" and path.startswith(ROOT):
+    if axis == "order" and path.startswith(ROOT):
         return _planned_orders(case, path)
     if axis == "mode" and line is not None and path.startswith(ROOT):
         because = "a shaft line has at most one mode for each station and each damper"
@@ -434,21 +434,21 @@ SUBJECT = Subject(
     ),
     sections=(
         "vibecalc.torsion.report.first_page:torsion",
-        "vibecalc.torsion.report.line:torsion_line",
-        "vibecalc.torsion.report.line:torsion_damping",
+        "vibecalc.torsion.report.limits:torsion_limits",
         "vibecalc.torsion.report.modes:torsion_modes",
-        "vibecalc.torsion.report.excitation:torsion_excitation",
         "vibecalc.torsion.report.vibration:torsion_steady",
         "vibecalc.torsion.report.vibration:torsion_speeds",
-        "vibecalc.torsion.report.vibration:torsion_curves",
-        "vibecalc.torsion.report.vibration:torsion_irregularity",
         "vibecalc.torsion.report.vibration:torsion_conditions",
-        "vibecalc.torsion.report.limits:torsion_limits",
         "vibecalc.torsion.report.couplings:torsion_couplings",
-        "vibecalc.torsion.report.studies:torsion_variable",
-        "vibecalc.torsion.report.studies:torsion_transient",
-        "vibecalc.torsion.report.studies:torsion_published",
         "vibecalc.torsion.report.studies:damper_design",
+        "vibecalc.torsion.report.studies:torsion_transient",
+        "vibecalc.torsion.report.vibration:torsion_irregularity",
+        "vibecalc.torsion.report.studies:torsion_variable",
+        "vibecalc.torsion.report.studies:torsion_published",
+        "vibecalc.torsion.report.line:torsion_line",
+        "vibecalc.torsion.report.line:torsion_damping",
+        "vibecalc.torsion.report.excitation:torsion_excitation",
+        "vibecalc.torsion.report.vibration:torsion_curves",
     ),
     pictures={
         "torsion_excitation": "vibecalc.torsion.pictures.excitation:TORSION_EXCITATION",

@@ -21,7 +21,7 @@ _study = partial(entry, exempt=STUDY)
 # The modal route as published, and inertias that change over the turn.
 # ----------------------------------------------------------------------------
 
-_BY_ELASTIC_MODE = "elastic_mode half_order"
+_BY_ELASTIC_MODE = "elastic_mode order"
 AS_PUBLISHED = under(
     f"{ROOT}/as_published",
     entry("natural_frequency", "elastic_mode", "rad/s", "undamped"),
@@ -48,15 +48,15 @@ VARIABLE_INERTIA = under(
     _study("relative_variation", "station", "",
            "half the range of the inertia over the turn, over its mean"),
     entry("highest_order", "", "", "of the motion that was kept"),
-    entry("torque", "section half_order", "N*m",
+    entry("torque", "section order", "N*m",
           "exact motion at the operating speed, stiffness and damping part", PEAK),
     entry("torque_half_range", "section", "N*m", "of the exact motion, all orders"),
     entry("constant_half_range", "section", "N*m", "with mean inertias, all orders"),
     _study("change", "section", "", "of the half range, over that with mean inertias"),
-    _study("secondary/twist", "half_order", "rad",
+    _study("secondary/twist", "order", "rad",
            "what the other orders add in the section that changes most (linear)", PEAK),
-    _study("secondary/source", "half_order", "", "order that adds most; 0: the mean"),
-    _study("secondary/share", "half_order", "", "of that order in the sum of all sizes"),
+    _study("secondary/source", "order", "", "order that adds most; 0: the mean"),
+    _study("secondary/share", "order", "", "of that order in the sum of all sizes"),
     _study("growth", "", "1/s", "of the fastest vibration about it; negative: dies out"),
     _study("wedge/speed", "wedge", "rad/s",
            "an order of the inertia meets the sum of two natural frequencies"),
@@ -132,7 +132,7 @@ TRANSIENTS = (
         entry("history/torque", "history_time", "N*m",
               "in that section about its peak, mean in it"),
         entry("waterfall/speed", "waterfall_time", "rad/s", "crank speed"),
-        entry("waterfall/order", "waterfall_time half_order", "N*m",
+        entry("waterfall/order", "waterfall_time order", "N*m",
               "amplitude of the order in that section, in a window of some turns", PEAK),
         entry("waterfall/frequency", "waterfall_time waterfall_frequency", "N*m",
               "amplitude at the frequency in that section, in a window of time", PEAK),

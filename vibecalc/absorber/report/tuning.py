@@ -75,8 +75,9 @@ def _curves(result: Result) -> list[str]:
         return []
     options = {**table_of(result.case, "tuning"), **table_of(result.case, "response", "absorber")}
     what = str(options.get("response") or "displacement").replace("_", " ")
-    words = f"{what} under excitation by {options.get('excitation') or 'force'}, as ratios: "
-    about = paragraph(words + "displacements over T0 / K1, or over the motion of the ground")
+    by = str(options.get("excitation") or "force")
+    over = "the motion of the base" if by.startswith("base") else "T0 / K1"
+    about = paragraph(f"{what}, excitation by {by.replace('_', ' ')}; displacements over {over}")
     return [*about, *lines]
 
 

@@ -18,6 +18,7 @@ from vibecalc.core.case.walk import (
     words,
 )
 from vibecalc.core.results.named import named
+from vibecalc.core.results.renamed import GONE, current_name, renamed
 from vibecalc.errors import KeyPath, Problem, UnitError, dotted
 
 Error = Mapping[str, Any]
@@ -38,7 +39,7 @@ def explain(errors: Iterable[Error]) -> list[Problem]:
     by_path = [(_path(error["loc"]), error) for error in errors]
     broken = {path[:size] for path, _ in by_path for size in range(len(path))}
     unknown = [path for path, error in by_path if error["type"] == _UNKNOWN]
-    near = {path: _nearest_key(path) for path in unknown[:_MOST_SUGGESTED]}
+    near = {path: current_name(path) or _nearest_key(path) for path in unknown[:_MOST_SUGGESTED]}
     misspelt = {(*path[:-1], key) for path, key in near.items() if key}
     problems: dict[KeyPath, Problem] = {}
     for path, error in by_path:
@@ -115,21 +116,10 @@ def _in_table(path: KeyPath) -> str:
     return f" in [{dotted(path[:-1])}]" if len(path) > 1 else ""
 
 
-_ONE_SEARCH = (
-    "[optimisation] has one search, with nothing to choose: leave out method and compare; "
-    "`vibecalc accuracy` holds it against other methods"
-)
-#: keys that cases from before still have -> what to do about them
-GONE: dict[KeyPath, str] = {
-    ("optimisation", "method"): _ONE_SEARCH,
-    ("optimisation", "compare"): _ONE_SEARCH,
-}
-
-
 def _unknown(path: KeyPath, near: str) -> Problem:
     key, parent = str(path[-1]), shape_at(path[:-1])
     elsewhere = [] if near else _tables_with(key)
-    hint = GONE.get(path, "")
+    hint = GONE.get(path, "") or renamed(path)
     if near and not hint:
         hint = f"did you mean {near!r}?"
     elif elsewhere and not hint:

@@ -19,7 +19,7 @@ from pydantic import (
 from pydantic_core import core_schema
 
 from vibecalc.core.results.named import named
-from vibecalc.core.results.renamed import current_path
+from vibecalc.core.results.renamed import current_axis, current_path, current_where
 from vibecalc.errors import UnitError
 from vibecalc.units import as_double, parse_quantity, split_number
 
@@ -237,6 +237,7 @@ WholeNumber = Annotated[int, Field(strict=True, ge=0, le=2000)]
 Where = Annotated[
     dict[str, int | float | str],
     Field(max_length=8),
+    AfterValidator(current_where),
     BeforeValidator(read_labels),
     Kind("labels"),
 ]
@@ -256,6 +257,7 @@ Swept = Annotated[
 Point = tuple[Length, Length, Length]
 Name = Annotated[str, Field(min_length=1, max_length=80)]
 ResultPath = Annotated[Name, AfterValidator(current_path)]
+ResultAxis = Annotated[Name, AfterValidator(current_axis)]
 
 #: one number for all directions, or three along the mount's own axes
 StiffnessOrThree = Annotated[
@@ -287,6 +289,6 @@ class RunUp(Table):
 
     model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
 
-    start: AngularSpeed = Field(0.0, alias="from", ge=0, description="lowest speed")
-    stop: AngularSpeed = Field(alias="to", gt=0, description="highest speed")
+    start: AngularSpeed = key("lowest speed", 0.0, alias="from", ge=0)
+    stop: AngularSpeed = key("highest speed", alias="to", gt=0)
     RULES: ClassVar[tuple[Any, ...]] = ("vibecalc.core.case.rules:upwards",)

@@ -113,8 +113,8 @@ def load_case(
     CaseError, with all problems and their places, if there is no valid case in the file;
     UsageError if an override cannot be applied.
     """
-    path, text = _read(source)
-    data = _parse(text, str(path))
+    path, text = read_source(source)
+    data = parse_source(text, str(path))
     overridden = apply_overrides(data, overrides, unset)
     with files_seen() as seen:
         files = attach_files(data, path.parent)
@@ -187,7 +187,7 @@ def raise_with_location(loaded: LoadedCase, problems: Sequence[Problem]) -> None
     raise refused(once, loaded.text, str(loaded.path), loaded.overrides)
 
 
-def _read(source: CaseSource) -> tuple[Path, str]:
+def read_source(source: CaseSource) -> tuple[Path, str]:
     """Where a case stands, for messages and for the files that it names, and its text."""
     if isinstance(source, Mapping):
         import tomli_w
@@ -213,7 +213,8 @@ def _read(source: CaseSource) -> tuple[Path, str]:
     return path, text
 
 
-def _parse(text: str, file_name: str) -> dict[str, Any]:
+def parse_source(text: str, file_name: str) -> dict[str, Any]:
+    """The tables of a case as tomllib reads them; CaseError with the place where it cannot."""
     line, column = 1, 1
     dotted = _MANY_DOTS.search(text)
     if dotted is None:

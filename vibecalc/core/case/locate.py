@@ -97,13 +97,26 @@ def at_line(text: str, line: int, column: int) -> Location:
     return Location(line, max(1, min(column, len(excerpt) + 1)), 1, excerpt)
 
 
+class Written(NamedTuple):
+    """A name of a key, of a table in a header too, as often as it stands: offsets into the text."""
+
+    path: KeyPath
+    start: int
+    stop: int
+
+
 def find_spans(text: str) -> dict[KeyPath, Span]:
     """Places of every key, table and list entry of a TOML text; what cannot be read is left out."""
+    return scan(text)[0]
+
+
+def scan(text: str) -> tuple[dict[KeyPath, Span], list[Written]]:
+    """The same, with every name of a key in the order of the text."""
     scanner = _Scanner(text.replace("\r\n", "\n"))
     # A text that is no TOML, or nested beyond reason: what was found up to there serves.
     with contextlib.suppress(ValueError, RecursionError):
         scanner.document()
-    return scanner.spans
+    return scanner.spans, scanner.written
 
 
 class _Unreadable(ValueError):
@@ -117,6 +130,7 @@ class _Scanner:
         self.text = text
         self.place = 0
         self.spans: dict[KeyPath, Span] = {}
+        self.written: list[Written] = []
         self.list_sizes: dict[KeyPath, int] = {}
 
     def document(self) -> None:
@@ -131,7 +145,7 @@ class _Scanner:
         start = self.place
         is_list = self.text.startswith("[[", start)
         self.place += 2 if is_list else 1
-        parts = [name for name, _, _ in self.key()]
+        parts = self.key()
         stop = self.text.find("\n", start)
         close = self.text.find("]]" if is_list else "]", self.place)
         if close < 0 or (stop >= 0 and close > stop):
@@ -139,9 +153,10 @@ class _Scanner:
         self.place = close + (2 if is_list else 1)
         path: KeyPath = ()
         span = Span(start, self.place, start, self.place)
-        for position, name in enumerate(parts):
+        for position, (name, first, end) in enumerate(parts):
             path = (*path, name)
             self.spans.setdefault(path, span)
+            self.written.append(Written(path, first, end))
             last = position == len(parts) - 1
             if last and is_list:
                 self.list_sizes[path] = self.list_sizes.get(path, 0) + 1
@@ -160,6 +175,7 @@ class _Scanner:
         for name, start, stop in parts:
             path = (*path, name)
             self.spans.setdefault(path, Span(start, stop, first, first))
+            self.written.append(Written(path, start, stop))
         _, start, stop = parts[-1]
         self.value(path)
         self.spans[path] = Span(start, stop, first, self.place)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from vibecalc.core.case.locate import Overridden
+from vibecalc.core.results.renamed import renamed
 from vibecalc.core.results.visible import fits_a_line
 from vibecalc.errors import KeyPath, Problem, UnitError, UsageError, dotted
 from vibecalc.units import parse_quantity
@@ -231,7 +232,8 @@ def _step(place: Any, part: str | int, above: KeyPath, create: bool) -> Any:
     if part not in place and create:
         place[part] = {}
     if part not in place:
-        said = (f"{here} has no key {part!r}", nearest(part, list(place)))
+        hint = renamed((*above, part)) or nearest(part, list(place))
+        said = (f"{here} has no key {part!r}", hint)
         raise UsageError(", ".join(filter(None, said)))
     return place[part]
 

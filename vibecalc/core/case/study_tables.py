@@ -18,6 +18,9 @@ from vibecalc.core.case.fields import (
     Where,
     read_labels,
 )
+from vibecalc.core.case.fields import (
+    key as described,
+)
 from vibecalc.core.case.raw import tables_at
 from vibecalc.core.case.rules import (
     Row,
@@ -80,22 +83,19 @@ Settings = Annotated[
 class StockItem(Table):
     """One thing that can be bought: the keys that it settles, together."""
 
-    name: Name = Field(description="as it is ordered: label in tables")
-    values: Settings = Field(description="key of the table -> its value, SI or with a unit")
+    name: Name = described("as it is ordered: label in tables")
+    values: Settings = described("key of the table -> its value, SI or with a unit")
 
 
 class Stock(Table):
     """Things of which one is picked, as the mounts of a catalogue."""
 
-    name: ResultName = Field(description="names the results: letters, digits and _")
-    table: Key = Field(description="table of the case that takes over what is picked")
-    also: tuple[Key, ...] = Field(
-        (), max_length=32, description="further tables that take over the same"
-    )
-    items: tuple[StockItem, ...] = Field((), max_length=1000, description="what there is")
-    catalogue: str | None = Field(
-        None,
-        description="CSV with a line for each, or TOML with a table for each, instead of items",
+    name: ResultName = described("names the results: letters, digits and _")
+    table: Key = described("table of the case that takes over what is picked")
+    also: tuple[Key, ...] = described("further tables that take over the same", (), max_length=32)
+    items: tuple[StockItem, ...] = described("what there is", (), max_length=1000)
+    catalogue: str | None = described(
+        "CSV with a line for each, or TOML with a table for each, instead of items", None
     )
     RULES = (_NAMED, one_of("items", "catalogue"), unique("items", "items of a stock"))
 
@@ -103,12 +103,12 @@ class Stock(Table):
 class Tolerance(Table):
     """How far a key scatters about its value, from one machine built to the next."""
 
-    key: Key = Field(description="as in machine.mounts.each.stiffness")
-    half_width: Value | None = Field(
-        None, description="evenly within so much on both sides: a size, or a share as '15 %'; or"
+    key: Key = described("as in machine.mounts.each.stiffness")
+    half_width: Value | None = described(
+        "evenly within so much on both sides: a size, or a share as '15 %'; or", None
     )
-    deviation: Value | None = Field(
-        None, description="normally distributed with this deviation: a size, or a share as '5 %'"
+    deviation: Value | None = described(
+        "normally distributed with this deviation: a size, or a share as '5 %'", None
     )
     RULES = (one_of("half_width", "deviation"),)
 
@@ -116,17 +116,15 @@ class Tolerance(Table):
 class Robust(Table):
     """Improve, and hold to the limits, the mean plus so many deviations over tolerances."""
 
-    tolerances: tuple[Tolerance, ...] = Field(
-        min_length=1, max_length=32, description="keys that scatter, each on its own"
+    tolerances: tuple[Tolerance, ...] = described(
+        "keys that scatter, each on its own", min_length=1, max_length=32
     )
-    sigmas: Number = Field(
-        2.0, ge=0, le=10, description="deviations added to the mean, to the worse side"
+    sigmas: Number = described("deviations added to the mean, to the worse side", 2.0, ge=0, le=10)
+    samples: Annotated[int, Field(strict=True, ge=8, le=65536)] = described(
+        "machines drawn, the same ones for all candidates: a power of two is best", 64
     )
-    samples: Annotated[int, Field(strict=True, ge=8, le=65536)] = Field(
-        64, description="machines drawn, the same ones for all candidates: a power of two is best"
-    )
-    seed: Annotated[int, Field(strict=True, ge=0, le=2**31 - 1)] = Field(
-        1, description="another one draws other machines"
+    seed: Annotated[int, Field(strict=True, ge=0, le=2**31 - 1)] = described(
+        "another one draws other machines", 1
     )
 
 
@@ -138,28 +136,26 @@ class Robust(Table):
 class TiedKey(Table):
     """A key that follows a variable: factor times its value, plus an offset."""
 
-    key: Name = Field(description="the key that follows")
-    factor: Number = Field(1.0, description="times the value of the variable")
-    offset: Value | None = Field(None, description="added to that, SI or with a unit; default: 0")
+    key: Name = described("the key that follows")
+    factor: Number = described("times the value of the variable", 1.0)
+    offset: Value | None = described("added to that, SI or with a unit; default: 0", None)
 
 
 class Variable(Table):
     """One key of the case that the optimiser may change, with the keys that follow it."""
 
-    key: Name = Field(description="as in machine.mounts.each.stiffness or ...cylinders[0].position")
-    lower: Value | None = Field(None, description="lower bound, SI or with a unit")
-    upper: Value | None = Field(None, description="upper bound, SI or with a unit")
-    integer: bool | None = Field(
-        None, strict=True, description="whole numbers between the bounds only"
+    key: Name = described("as in machine.mounts.each.stiffness or ...cylinders[0].position")
+    lower: Value | None = described("lower bound, SI or with a unit", None)
+    upper: Value | None = described("upper bound, SI or with a unit", None)
+    integer: bool | None = described("whole numbers between the bounds only", None, strict=True)
+    choices: Labels = described(
+        "the values that it may take, instead of bounds: SI, with a unit, or names", ()
     )
-    choices: Labels = Field(
-        (), description="the values that it may take, instead of bounds: SI, with a unit, or names"
-    )
-    follow: tuple[TiedKey, ...] = Field(
+    follow: tuple[TiedKey, ...] = described(
+        "keys that follow it: each factor times its value, plus offset",
         (),
         alias="with",
         max_length=32,
-        description="keys that follow it: each factor times its value, plus offset",
     )
     RULES = (
         one_of("lower upper", "choices"),
@@ -177,36 +173,36 @@ class Variable(Table):
 class Objective(Table):
     """The quantity to make small or large; on an array its worst entry counts."""
 
-    quantity: ResultPath = Field(description="result path")
-    where: Where = Field(default_factory=dict, description="picks entries along named axes")
-    sense: Literal["min", "max"] = Field("min", description="make it small or large")
+    quantity: ResultPath = described("result path")
+    where: Where = described("picks entries along named axes", default_factory=dict)
+    sense: Literal["min", "max"] = described("make it small or large", "min")
 
 
 class Optimisation(Table):
     """Change some keys within bounds until the objective is best and all limits are kept."""
 
-    variables: tuple[Variable, ...] = Field((), max_length=32, description="what to change")
-    stock: tuple[Stock, ...] = Field(
-        (), max_length=8, description="things of which one is picked, each several keys together"
+    variables: tuple[Variable, ...] = described("what to change", (), max_length=32)
+    stock: tuple[Stock, ...] = described(
+        "things of which one is picked, each several keys together", (), max_length=8
     )
-    robust: Robust | None = Field(
-        None, description="improve the mean plus some deviations over tolerances of keys"
+    robust: Robust | None = described(
+        "improve the mean plus some deviations over tolerances of keys", None
     )
-    objective: Objective = Field(description="what to improve")
-    starts: Annotated[int, Field(strict=True, ge=1, le=1000)] = Field(
-        8, description="starting points spread over the bounds, besides the case as written"
+    objective: Objective = described("what to improve")
+    starts: Annotated[int, Field(strict=True, ge=1, le=1000)] = described(
+        "starting points spread over the bounds, besides the case as written", 8
     )
-    sensitivity: Literal["start", "optimum", "both"] | None = Field(
-        None, description="where to take slopes of the objective, for advice in the report"
+    sensitivity: Literal["start", "optimum", "both"] | None = described(
+        "where to take slopes of the objective, for advice in the report", None
     )
-    second_objective: Objective | None = Field(
-        None, description="also trace the front between the objective and this one"
+    second_objective: Objective | None = described(
+        "also trace the front between the objective and this one", None
     )
-    further_objectives: tuple[Objective, ...] = Field(
-        (), max_length=3, description="the third and further objectives of the front"
+    further_objectives: tuple[Objective, ...] = described(
+        "the third and further objectives of the front", (), max_length=3
     )
-    front_points: Annotated[int, Field(strict=True, ge=2, le=200)] | None = Field(
-        None, description="points of the front, both ends included; default: 15"
+    front_points: Annotated[int, Field(strict=True, ge=2, le=200)] | None = described(
+        "points of the front, both ends included; default: 15", None
     )
     RULES = (
         needs("further_objectives", "second_objective"),
@@ -236,27 +232,24 @@ class Optimisation(Table):
 class Find(Table):
     """Change one key between bounds until a result has a wanted value, or is at its extreme."""
 
-    name: ResultName = Field(description="names the results find/<name>/...: letters, digits and _")
-    key: Key = Field(description="the number that is changed, as in machine.crank_train.rod_length")
-    also: tuple[Key, ...] = Field(
-        (), max_length=32, description="further keys, changed in the same ratio as this one"
+    name: ResultName = described("names the results find/<name>/...: letters, digits and _")
+    key: Key = described("the number that is changed, as in machine.crank_train.rod_length")
+    also: tuple[Key, ...] = described(
+        "further keys, changed in the same ratio as this one", (), max_length=32
     )
-    lower: Value = Field(description="smallest value examined, SI or with a unit")
-    upper: Value = Field(description="largest value examined, SI or with a unit")
-    quantity: ResultPath = Field(description="result path")
-    where: Where = Field(
-        default_factory=dict,
-        description="picks an entry along named axes; of several left the largest counts",
+    lower: Value = described("smallest value examined, SI or with a unit")
+    upper: Value = described("largest value examined, SI or with a unit")
+    quantity: ResultPath = described("result path")
+    where: Where = described(
+        "picks an entry along named axes; of several left the largest counts", default_factory=dict
     )
-    target: Value | None = Field(None, description="the value wanted; or")
-    change: Value | None = Field(
-        None, description="what is wanted less what the case as written gives; or"
+    target: Value | None = described("the value wanted; or", None)
+    change: Value | None = described("what is wanted less what the case as written gives; or", None)
+    seek: Literal["minimum", "maximum"] | None = described(
+        "the extreme between the bounds, instead of a value", None
     )
-    seek: Literal["minimum", "maximum"] | None = Field(
-        None, description="the extreme between the bounds, instead of a value"
-    )
-    points: Annotated[int, Field(strict=True, ge=3, le=2000)] = Field(
-        33, description="values of the first look, spread over the bounds"
+    points: Annotated[int, Field(strict=True, ge=3, le=2000)] = described(
+        "values of the first look, spread over the bounds", 33
     )
     RULES = (
         _apart(
@@ -306,14 +299,14 @@ _FIRST = "write the values of the fit into the case, then search"
 class Fit(Table):
     """Change some keys within bounds until the results come closest to what was measured."""
 
-    variables: tuple[Variable, ...] = Field(min_length=1, max_length=32, description="what to fit")
-    references: Literal["measured", "all"] = Field(
-        "measured",
-        description="what it is fitted to: references of kind measured, or all of them; those with "
+    variables: tuple[Variable, ...] = described("what to fit", min_length=1, max_length=32)
+    references: Literal["measured", "all"] = described(
+        "what it is fitted to: references of kind measured, or all of them; those with "
         "a known_difference are left out",
+        "measured",
     )
-    starts: Annotated[int, Field(strict=True, ge=0, le=1000)] = Field(
-        4, description="starting points spread over the bounds, besides the case as written"
+    starts: Annotated[int, Field(strict=True, ge=0, le=1000)] = described(
+        "starting points spread over the bounds, besides the case as written", 4
     )
     RULES = (
         _apart("[optimisation]", "[fit]", _FIRST),
@@ -343,16 +336,14 @@ class Fit(Table):
 class Distribution(Table):
     """How a key scatters; mean and deviation are those of the key itself, in every kind."""
 
-    kind: Literal["uniform", "normal", "lognormal", "triangular"] = Field(
-        description="uniform and triangular need lower and upper, the others mean and deviation"
+    kind: Literal["uniform", "normal", "lognormal", "triangular"] = described(
+        "uniform and triangular need lower and upper, the others mean and deviation"
     )
-    lower: Value | None = Field(None, description="smallest value")
-    upper: Value | None = Field(None, description="largest value")
-    mode: Value | None = Field(
-        None, description="likeliest value of a triangular one; default: half way"
-    )
-    mean: Value | None = Field(None, description="mean")
-    deviation: Value | None = Field(None, description="standard deviation")
+    lower: Value | None = described("smallest value", None)
+    upper: Value | None = described("largest value", None)
+    mode: Value | None = described("likeliest value of a triangular one; default: half way", None)
+    mean: Value | None = described("mean", None)
+    deviation: Value | None = described("standard deviation", None)
     RULES = (
         by_kind(
             "distribution",
@@ -369,21 +360,19 @@ class Along(Table):
 
     model_config = ConfigDict(validate_by_alias=True, validate_by_name=False)
 
-    key: Key = Field(
-        description="as in machine.mounts.each.stiffness or ...cylinders[0].crank_phase"
+    key: Key = described("as in machine.mounts.each.stiffness or ...cylinders[0].crank_phase")
+    values: Swept = described(
+        "the values, SI or with a unit, names of choices, lists or tables", ()
     )
-    values: Swept = Field(
-        (), description="the values, SI or with a unit, names of choices, lists or tables"
+    start: Value | None = described("first value, SI or with a unit", None, alias="from")
+    stop: Value | None = described("last value, SI or with a unit", None, alias="to")
+    points: Annotated[int, Field(strict=True, le=10**15)] | None = described(
+        "how many values from first to last; a sampling may do without", None
     )
-    start: Value | None = Field(None, alias="from", description="first value, SI or with a unit")
-    stop: Value | None = Field(None, alias="to", description="last value, SI or with a unit")
-    points: Annotated[int, Field(strict=True, le=10**15)] | None = Field(
-        None, description="how many values from first to last; a sampling may do without"
+    spacing: Literal["linear", "log"] | None = described(
+        "equal steps or equal ratios; default: linear", None
     )
-    spacing: Literal["linear", "log"] | None = Field(
-        None, description="equal steps or equal ratios; default: linear"
-    )
-    distribution: Distribution | None = Field(None, description="how the key scatters")
+    distribution: Distribution | None = described("how the key scatters", None)
     RULES = (
         one_of("values", "from to", "distribution", allowed="values, from and to, or distribution"),
         needs("from", "to"),
@@ -396,36 +385,34 @@ class Along(Table):
 class Axis(Along):
     """One axis of a sweep: a key, and those that vary together with it."""
 
-    together: Annotated[tuple[Along, ...], Field(max_length=31)] = Field(
-        (), alias="with", description="keys that take their values in step with this one"
+    together: Annotated[tuple[Along, ...], Field(max_length=31)] = described(
+        "keys that take their values in step with this one", (), alias="with"
     )
 
 
 class Sweep(Table):
     """The same case at many points: a grid over its axes, or samples of them."""
 
-    axes: Annotated[tuple[Axis, ...], Field(max_length=16)] = Field(
-        (), description="what varies; the last axis varies fastest"
+    axes: Annotated[tuple[Axis, ...], Field(max_length=16)] = described(
+        "what varies; the last axis varies fastest", ()
     )
-    keep: Annotated[tuple[ResultPath, ...], Field(max_length=200)] = Field(
-        (), description="result paths to keep; default: single numbers, and those with a limit"
+    keep: Annotated[tuple[ResultPath, ...], Field(max_length=200)] = described(
+        "result paths to keep; default: single numbers, and those with a limit", ()
     )
-    objective: Objective | None = Field(
-        None, description="what the best of the points is by; it is kept"
+    objective: Objective | None = described("what the best of the points is by; it is kept", None)
+    sampling: Literal["grid", "latin_hypercube", "sobol", "monte_carlo"] = described(
+        "all combinations, or points spread over the axes", "grid"
     )
-    sampling: Literal["grid", "latin_hypercube", "sobol", "monte_carlo"] = Field(
-        "grid", description="all combinations, or points spread over the axes"
+    points: Annotated[int, Field(strict=True, ge=2, le=10**15)] | None = described(
+        "points of a sampling; default: 1024", None
     )
-    points: Annotated[int, Field(strict=True, ge=2, le=10**15)] | None = Field(
-        None, description="points of a sampling; default: 1024"
+    seed: Annotated[int, Field(strict=True, ge=0, le=2**32 - 1)] | None = described(
+        "names one of many equally good samplings; default: 1", None
     )
-    seed: Annotated[int, Field(strict=True, ge=0, le=2**32 - 1)] | None = Field(
-        None, description="names one of many equally good samplings; default: 1"
-    )
-    indices: bool = Field(
+    indices: bool = described(
+        "first-order and total Sobol indices; takes points times (axes + 2) runs",
         False,
         strict=True,
-        description="first-order and total Sobol indices; takes points times (axes + 2) runs",
     )
     RULES = (
         once("keep", "quantity"),

@@ -3,7 +3,17 @@
 from collections.abc import Iterator
 from typing import Any, Literal
 
-from vibecalc.core.case.fields import Labels, Name, Number, ResultPath, Table, Value, Where, key
+from vibecalc.core.case.fields import (
+    Labels,
+    Name,
+    Number,
+    ResultAxis,
+    ResultPath,
+    Table,
+    Value,
+    Where,
+    key,
+)
 from vibecalc.core.case.raw import get_key, is_value, tables_at
 from vibecalc.core.case.rules import Row, at_most_one, needs, refuse, same_length
 from vibecalc.errors import KeyPath, Problem, UnitError
@@ -95,7 +105,7 @@ def _numbers(row: Row) -> Iterator[Problem]:
 class ReferenceTable(Printed):
     """Published or measured numbers for many entries of one quantity, one row for each."""
 
-    axis: Name = key("axis that the rows pick entries of; `where` is of the others")
+    axis: ResultAxis = key("axis that the rows pick entries of; `where` is of the others")
     file: str = key(
         "CSV next to the case, its first column entries; instead of entry and value", ""
     )

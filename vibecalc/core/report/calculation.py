@@ -300,7 +300,7 @@ class _Maker:
             lines = [line for line in one.detail if line not in self.blocks]
             parts.append(section(f"{one.title}: {one.detail_name}", [lines]))
         parts.append(other(self.result, self.shown))
-        parts += pages.closings(self.result, full=True) if self.full else [
+        parts += pages.closings(self.result) if self.full else [
             pages.methods_section(self.result), pages.tolerance(self.result)
         ]  # fmt: skip
         for part in parts:

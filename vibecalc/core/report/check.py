@@ -164,8 +164,10 @@ def render_plan(
     """
     from vibecalc.core.run.machine_checks import machine_warnings
 
-    lines = [f"{path}: {case.title}", f"valid; accuracy rtol = {case.accuracy.rtol:g}"]
-    for words in machine_warnings(case):
+    warned = [*machine_warnings(case)]
+    counted = f", {many(len(warned), 'warning')}:" if warned else ""
+    lines = [f"{path}: {case.title}", f"valid{counted}"]
+    for words in warned:
         lines += paragraph(words, "warning:")
     for number, stage in enumerate(plan, start=1):
         lines += ["", f"{number}. {stage['stage']}"]

@@ -59,8 +59,8 @@ if TYPE_CHECKING:
 _MOST = 6
 #: what two curves differ by at most that are drawn as one
 _EQUAL = 1e-6
-#: axes of orders, and how many of them have ticks at half ones
-_ORDERS, _FEW_ORDERS = ("order", "half_order"), 6.0
+#: up to which order an axis of them has ticks at half ones
+_FEW_ORDERS = 6.0
 #: of a history, what begins before begins with it
 _EARLY = 0.02
 #: ratio of places below which two marks have no room for words of their own
@@ -581,7 +581,7 @@ class Plot:
             step = self._step(np.unique(x))
             axes.set_xlim(float(x.min()) - 0.7 * step, float(x.max()) + 0.7 * step)
             axes.grid(visible=False, axis="x")
-            if axis.name in _ORDERS:
+            if axis.name == "order":
                 halves = step < 1.0 and float(np.ptp(x)) <= _FEW_ORDERS
                 whole = MaxNLocator(12, integer=True, steps=[1, 2, 5, 10])
                 axes.xaxis.set_major_locator(MultipleLocator(0.5) if halves else whole)

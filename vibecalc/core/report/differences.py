@@ -34,8 +34,7 @@ def render_differences(comparison: Comparison, count: int = 10) -> str:
         lines += [title, "", *table(_COLUMNS, [_cells(row) for row in numbers]), ""]
     problems = [f"  {row.path}: {problem}" for row in shown for problem in row.problems]
     if len(differing) > len(shown):
-        more = many(len(differing) - len(shown), "quantity differs", "quantities differ")
-        problems.append(f"  ... and {more}")
+        problems.append(f"  {len(differing) - len(shown)} more differ or are missing")
     lines += [*problems, ""] if problems else []
     if comparison.changes:
         changes = (

@@ -18,9 +18,10 @@ from vibecalc.core.report.goals import (
 from vibecalc.core.report.sections import by_size, magnitudes, read_as, scalar_of, table_of
 from vibecalc.core.report.verdicts import bounds_of, place_of
 from vibecalc.core.report.writing import decibels, number, read, rpm, show, table
-from vibecalc.core.results.catalogue import HEADLINES, OWNER, deciding
+from vibecalc.core.results.catalogue import CATALOGUE, HEADLINES, OWNER, deciding
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import (
+    KEPT,
     Headline,
     Quantity,
     Record,
@@ -39,6 +40,8 @@ _FEW = 3
 #: groups of what studies found
 _STUDIES = (PREFIX, "find/", FITTED)
 _SIDES = {-1: "at its lower bound", 1: "at its upper bound"}
+#: how the words of a result begin that is true or false
+_FLAG = "1: "
 _ELASTIC = ("1st elastic", "2nd elastic", "3rd elastic")
 
 
@@ -77,7 +80,14 @@ def with_limits(result: Result, limits: Sequence[Verdict]) -> list[Answer]:
         words = dict.fromkeys([*one.limit.splitlines(), _held(limit, one.unit)])
         missed = one.missed or not limit.satisfied
         answers[at] = one._replace(limit="\n".join(words), missed=missed)
-    return answers
+    return sorted(answers, key=_urgency)
+
+
+def _urgency(answer: Answer) -> int:
+    """What studies found comes first, then what is limited, the broken limits before the others."""
+    if answer.path.startswith(_STUDIES):
+        return 0
+    return 3 if not answer.limit else 2 if answer.limit.endswith(KEPT) else 1
 
 
 def _is_about(answer: Answer, limit: Verdict) -> bool:
@@ -90,12 +100,14 @@ def _is_about(answer: Answer, limit: Verdict) -> bool:
 
 def _own_row(limit: Verdict) -> Answer:
     name, unit = read_as(limit.quantity, limit.unit)
+    known = CATALOGUE.get(limit.quantity)
+    flag = known is not None and known.long_name.startswith(_FLAG)
     if math.isnan(limit.computed):
         return Answer(name, "not found", unit, "", limit.quantity, math.nan)
     factor = convert(1.0, limit.unit, unit)
     value, error = limit.computed * factor, limit.error_estimate * factor
     where = place_of(limit) + " (start)" * (limit.at == "start")
-    shown = decibels(value) if unit == "dB" else show(value, error)
+    shown = show(bool(value)) if flag else decibels(value) if unit == "dB" else show(value, error)
     return Answer(name, shown, unit, where.strip(), limit.quantity, value)
 
 
@@ -180,8 +192,8 @@ def _rows(record: Record, quantity: Quantity, one: Headline) -> Iterator[Answer]
         chosen = range(top, top + 1)
     for at in chosen:
         place = tuple(int(one) for one in np.unravel_index(at, quantity.values.shape))
-        value, words = float(flat[at]), _entry(quantity, place)
-        words += filter(None, [named(one.words)(record, at)] if one.words else [])
+        said = named(one.words)(record, at) if one.words else ""
+        value, words = float(flat[at]), [said] if said else _entry(quantity, place)
         zero = quantity.unit != "dB" and quantity.estimate.is_zero(value)
         speed = record.quantities.get(one.at)
         if speed is not None and speed.values.shape == quantity.values.shape:
@@ -209,7 +221,8 @@ def _rpm(speed: float) -> str:
 def _row(one: Headline, quantity: Quantity, value: float, where: str) -> Answer:
     if quantity.unit == "dB":
         return Answer(one.name, decibels(value), "dB", where, quantity.path, value)
-    unit, error = (one.unit or quantity.unit) if quantity.unit else "", quantity.estimate
+    share = one.unit == "%"
+    unit, error = (one.unit or quantity.unit) if quantity.unit or share else "", quantity.estimate
     factor = convert(1.0, quantity.unit, unit)
     where = "  ".join(filter(None, (where, UNRESOLVED * error.unresolved(value))))
     shown = show(value * factor, error * factor)

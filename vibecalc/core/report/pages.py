@@ -3,7 +3,7 @@
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -58,10 +58,9 @@ _COMPARABLE = 1e3
 #: digits of ours next to a published number
 _DIGITS = 6
 #: sources that match, and reasons why others differ, that a brief report names
-_MOST_SOURCES, _MOST_REASONS = 6, 4
+_MOST_SOURCES, _MOST_REASONS = 6, 2
 #: broken limits that the conclusion names
 _MOST_BROKEN = 4
-_EXPECTED = ", as the case expects"
 #: what a case says in the place of a test that shows a difference
 _NOT_SHOWN = "not reproducible"
 
@@ -184,14 +183,12 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) ->
         clauses.append(f"{kept} of {many(len(limits), 'limit')} "
                        + f"{_is(1 if len(limits) == 1 else kept)} kept"
                        + f", {barred} of them by barring a speed range" * bool(barred))  # fmt: skip
-        broken = sorted((row for row in limits if row.state == BROKEN), key=lambda r: r.satisfied)
-        for row in broken[:_MOST_BROKEN]:
-            clauses.append(f"{_spoken(row)}{_broken(row)}{_EXPECTED * bool(row.satisfied)}")
+        broken = [row for row in limits if row.state == BROKEN and not row.satisfied]
+        clauses += [_spoken(row) + _broken(row) for row in broken[:_MOST_BROKEN]]
         left = len(broken) - _MOST_BROKEN
-        if left > 0:
-            clauses.append(
-                f"{left} more {_is(left)} broken{_EXPECTED * bool(broken[-left].satisfied)}"
-            )
+        clauses += [f"{left} more {_is(left)} broken"] if left > 0 else []
+        expected = sum(row.state == BROKEN and row.satisfied for row in limits)
+        clauses += [f"{expected} {_is(expected)} broken, as the case expects"] if expected else []
         clauses += [f"{_spoken(row)} is undecided: {row.decided_by} would decide it"
                     for row in limits if row.state == UNDECIDED]  # fmt: skip
     counted = [row for row in references if row.within is not None]
@@ -201,9 +198,12 @@ def conclusion(references: Sequence[ReferenceRow], limits: Sequence[Verdict]) ->
         clauses.append(f"{good} of {many(len(counted), 'counted reference number')} {verb}")
     known = sum(row.verdict == KNOWN for row in references)
     measured = sum(row.verdict == MEASURED for row in references)
-    if known:
-        what = str(known) if counted else many(known, "reference number")
-        clauses.append(f"{what} {'differs' if known == 1 else 'differ'} for a known reason")
+    if known and counted:
+        clauses.append(f"{known} {'differs' if known == 1 else 'differ'} for a known reason")
+    elif known:
+        clauses.append(
+            f"none of {many(known, 'published number')} is reproduced, for known reasons"
+        )
     if measured:
         clauses.append(f"{measured} measured {_is(measured)} for comparison")
     return "; ".join(clauses) + "." if clauses else ""
@@ -265,24 +265,13 @@ def tolerance(result: Result) -> Section | None:
     found = _summary(result)
     if found is None:
         return None
-    rows = [("tolerance", tolerance_line(result, worst=True))]
+    words = f"rtol = {found.rtol:g} reached by {found.met} of {found.held} results"
+    if found.worst:
+        share = f"is {UNRESOLVED}" if found.share >= 1.0 else f"has {show_error(found.share)}"
+        words += f", the worst {share}: {found.worst}"
+    rows = [("tolerance", words)]
     rows += [("not held to it", f"{count}: {words}") for words, count in found.exempt]
     return section("Tolerance", [pairs(rows)])
-
-
-def tolerance_line(result: Result, worst: bool = False) -> str:
-    """The same in one line, empty where a result says nothing of a tolerance.
-
-    With the path of the `worst` if that is asked for.
-    """
-    found = _summary(result)
-    if found is None:
-        return ""
-    words = f"rtol = {found.rtol:g} reached by {found.met} of {found.held} results"
-    if not found.worst:
-        return words
-    share = f"is {UNRESOLVED}" if found.share >= 1.0 else f"has {show_error(found.share)}"
-    return f"{words}, the worst {share}" + f": {found.worst}" * worst
 
 
 def _summary(result: Result) -> ToleranceSummary | None:
@@ -298,14 +287,19 @@ def _summary(result: Result) -> ToleranceSummary | None:
 _CHANGING = "Provenance (changes from run to run)"
 
 
-def closings(result: Result, full: bool) -> Iterator[Section]:
-    """The last sections of a report, and what could not be made of it."""
-    brief_: tuple[Callable[[Result], Section | None], ...] = (appendix, run_of)
-    whole = (tolerance, accuracy, methods_section, plan_section, provenance)
-    made = [survived(make.__name__, partial(make, result)) for make in (whole if full else brief_)]
+def closings(result: Result) -> Iterator[Section]:
+    """The last sections of a full report, and what could not be made of it."""
+    for make in (tolerance, accuracy, methods_section, plan_section, provenance):
+        made = survived(make.__name__, partial(make, result))
+        yield from [made] if made else []
+    yield from failures()
+
+
+def failures() -> list[Section]:
+    """What could not be made of a report."""
     failed = [line for one in failed_parts() for line in paragraph(one, "-")]
-    made.append(section("Parts that could not be made, by a fault of vibecalc", [failed]))
-    yield from (one for one in made if one is not None)
+    made = section("Parts that could not be made, by a fault of vibecalc", [failed])
+    return [made] if made else []
 
 
 def warnings(result: Result) -> Section | None:
@@ -354,33 +348,6 @@ def _shown_ratio(quantity: Quantity, largest: float) -> str:
         return "a check" if is_check(quantity.path) else "zero" if zero else UNRESOLVED
     # Where all cancels the estimate is all there is; that is no loss of accuracy.
     return show_error(float(error) / largest if error and not is_check(quantity.path) else 0.0)
-
-
-def appendix(result: Result) -> Section | None:
-    """Tolerance, error and methods in a few lines; no line changes from run to run."""
-    rows = []
-    found = _summary(result)
-    if found is not None and found.held:
-        exempt = sum(count for _, count in found.exempt)
-        more = f"; {exempt} not held to it" if exempt else ""
-        rows.append(("tolerance", tolerance_line(result, worst=True) + more))
-    if result.record.methods:  # without what is said behind a colon or in brackets
-        names = (re.split(r"[:(]", method.name)[0].strip() for method in result.record.methods)
-        rows.append(("methods", "; ".join(dict.fromkeys(names))))
-    return section("Appendix", [pairs([*rows, ("case", f"sha256 {result.case_sha256}")])])
-
-
-def run_of(result: Result) -> Section | None:
-    """Seconds by stage, versions and command in three lines. Nothing stable stands below."""
-    seconds = [f"{stage} {time:.3f}" for stage, time in result.timings.items()]
-    seconds += [f"together {sum(result.timings.values()):.3f}"] if seconds else []
-    names = {"time": "", "vibecalc_version": "vibecalc", "python": "python", "numpy": "numpy",
-             "scipy": "scipy"}  # fmt: skip
-    versions = [f"{name} {result.provenance[key]}".strip()
-                for key, name in names.items() if result.provenance.get(key)]  # fmt: skip
-    rows = [("seconds", ", ".join(seconds)), ("run", ", ".join(versions)),
-            ("command", rerun(result))]  # fmt: skip
-    return section(_CHANGING, [pairs(row for row in rows if row[1])])
 
 
 def provenance(result: Result) -> Section | None:

@@ -25,7 +25,7 @@ from vibecalc.core.report.writing import (
     Column,
     number,
     paragraph,
-    show_percent,
+    show,
     table,
 )
 from vibecalc.core.results.catalogue import CATALOGUE
@@ -67,7 +67,7 @@ class Cells(NamedTuple):
 class Rows(NamedTuple):
     """A table with a row for each entry of `axis`, below the `title` of their names.
 
-    `axis` may name several axes by blanks, whose entries are of one kind: "half_order order".
+    `axis` may name several axes by blanks, whose entries are of one kind: "mount station".
     `label` formats the names, such as "{:g}", or is a function that writes them,
     and `right` sets them like numbers; without a `title` they are left out. At `{turn}` in it, or
     in a head, stands `a turn`, or `two turns` where half orders act. `places` says which
@@ -110,9 +110,9 @@ def in_decibels(value: Any, _error: float = 0.0) -> str:
     return f"{20.0 * math.log10(abs(value)):.2f}" if 0.0 < abs(value) < math.inf else "-"
 
 
-def relative(value: Any, _error: float) -> str:
-    """A relative difference in percent with its sign and unit, `-` where it is undefined."""
-    return show_percent(value)
+def over_natural(distance: Any, _error: float) -> str:
+    """Frequency of an order over the natural one, from its distance, which is that less 1."""
+    return show(1.0 + distance) if math.isfinite(distance) else "-"
 
 
 def percent(decimals: int) -> How:

@@ -60,7 +60,7 @@ def turns_of(record: Record, path: str) -> str:
     """Over what the results next to one repeat: `a turn`, `two turns` where half orders act."""
     root = path.rpartition("/")[0]
     axes = (axis.values for other, one in record.items() if other.startswith(f"{root}/")
-            for axis in one.axes if axis.name in ("order", "half_order"))  # fmt: skip
+            for axis in one.axes if axis.name == "order")  # fmt: skip
     return "two turns" if any(np.any(values % 1.0) for values in axes) else "a turn"
 
 
@@ -101,6 +101,8 @@ class Section(NamedTuple):
     detail: Iterable[str] = ()
 
 
+#: how paths end of what is read in percent of what is allowed
+_SHARES = ("/largest_use", "/operating_use", "/transient_use")
 #: m^3, below which a volume is read in cm^3
 _LITRES = 0.01
 _VARIABLE = "optimisation/variable/"
@@ -132,6 +134,8 @@ def read_as(path: str, unit: str, *, entry: bool = False) -> tuple[str, str]:
         same = (one.unit for other, one in HEADLINES.items()
                 if _last(other) == _last(path) and CATALOGUE[other].unit == unit)  # fmt: skip
         shown = next(filter(None, same), shown)
+    if not unit and path.endswith(_SHARES):
+        shown = "%"
     if path in CATALOGUE and CATALOGUE[path].name:
         return CATALOGUE[path].name, shown
     parts = path.replace("_", " ").replace("run up", "run-up").split("/")

@@ -27,7 +27,6 @@ READ_IN = {"rad": "deg", "rad/s": "rpm", "m": "mm"}
 _BELOW = {
     "speed": "crank speed in rpm",
     "order": "order, multiple of the crank speed",
-    "half_order": "order, multiple of the crank speed",
 }
 #: s, a time up to which it is read in ms
 _SHORT = 0.1

@@ -56,7 +56,7 @@ _REPORTED = tuple(PREFIX + name for name in (
     "margin", "multiplier", "objective", "sensitivity/", "deviation/", "gain", "front/",
 ))  # fmt: skip
 #: Of vectors with these endings the largest entry stands for the whole.
-_WORST = ("_peak", "/sag", "/excursion")
+_WORST = ("_peak", "displacement/static", "displacement/total")
 #: rows of searches, optima and combinations
 _ROWS = 12
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibecalc.core.report.headline import first_table
 from vibecalc.core.report.html import VERDICTS
-from vibecalc.core.report.pages import conclusion, missed, references, tolerance_line
+from vibecalc.core.report.pages import conclusion, missed, references
 from vibecalc.core.report.verdicts import judge_references, misses
 from vibecalc.core.report.writing import WIDTH, Table, fold, paragraph, read
 from vibecalc.core.results.record import Result
@@ -63,7 +63,7 @@ def _blocks(result: Result) -> Iterator[tuple[str, Any]]:
     for block in (*first_table(result, limits), *references(missed(compared))):
         yield "", block
     said = [("yellow", "warning:", text) for text in dict.fromkeys(result.record.warnings)]
-    said += [("", "", tolerance_line(result)), (verdict, "", conclusion(compared, limits))]
+    said.append((verdict, "", conclusion(compared, limits)))
     for style, mark, words in said:
         if words:
             yield style, paragraph(words, mark)[0]

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibecalc.core.report import pages
+from vibecalc.core.report.brief import fitted, lines_of
 from vibecalc.core.report.defects import survived
 from vibecalc.core.report.headline import Answer, first_table, headline_rows
 from vibecalc.core.report.sections import (
-    Section,
     magnitudes,
     other,
     section,
@@ -28,6 +28,7 @@ from vibecalc.core.report.verdicts import (
 from vibecalc.core.report.writing import (
     finite,
     heading,
+    height,
     many,
     pairs,
     paragraph,
@@ -85,10 +86,11 @@ def render_report(result: Result, *, full: bool = False) -> str:
 def report_lines(result: Result, *, full: bool = False) -> list[str]:
     """The blocks of the report of one result: the answer first.
 
-    Sections appear only for what the result has; what no section knows is listed generically.
-    What changes from run to run stands at the end, so that all above it is the same text for the
-    same numbers. `full` adds the details of the sections, margins of limits, every reference
-    number, the error estimate of every quantity, methods and plan.
+    Sections appear only for what the result has; what no section knows is listed generically. They
+    are as long as the case asks for, by `brief.lines_of`. `full` has all of them, with their
+    details, margins of limits, every reference number, the error estimate of every quantity,
+    methods and plan. What changes from run to run stands at its end, so that all above it is the
+    same text for the same numbers.
 
     Raises
     ------
@@ -96,30 +98,31 @@ def report_lines(result: Result, *, full: bool = False) -> list[str]:
         A reference or limit of the case names what the result does not have.
     """
     limits, references = verdicts_of(result), judge_references(result)
-    rows = identity(result)
+    rows = identity(result, full)
     rows += [("sha256 of the case", result.case_sha256), ("vibecalc", result.version)] * full
-    lines = [*heading(str(result.case.get("title") or result.name), 1), *pairs(rows)]
     words = pages.conclusion(references, limits)
     off = pages.references(pages.missed(references))
-    compared = pages.references(references) if full else pages.brief(references)
     verdicts = [paragraph(words) if words else [], pages.limits(limits) if full else [], off]
-    parts = [
+    leading = [
         section("Results", [first_table(result, limits)]),
         section("Verdicts", verdicts),
         pages.warnings(result),
-        *(survived(where, partial(named(where), result)) for where in sections_of(result.record)),
-        section("Reference numbers", [compared]),
     ]
-    found: list[Section] = [one for one in parts if one is not None]
-    further = other(result, {path for one in found for path in one.shown})
-    for one in [*found, further] if further else found:
-        body = [*one.lines, *one.detail] if full else one.lines
-        lines += titled(one.title, body) if body else []
-    left_out = "; ".join(one.detail_name for one in found if one.detail)
-    if left_out and not full:
-        words = f"Left out here: {left_out}. `vibecalc report --full` shows them."
-        lines += ["", *paragraph(words)]
-    return lines + [line for one in pages.closings(result, full) for line in titled(*one[:2])]
+    parts = [survived(where, partial(named(where), result)) for where in sections_of(result.record)]
+    first, found = ([one for one in some if one is not None] for some in (leading, parts))
+    further = other(result, {path for one in (*first, *found) for path in one.shown})
+    found += [further] if further else []
+    compared = pages.references(references) if full else pages.brief(references)
+    last = section("Reference numbers", [compared])
+    found += [last] if last else []
+    lines = [*heading(str(result.case.get("title") or result.name), 1), *pairs(rows)]
+    lines += [line for one in first for line in titled(one.title, one.lines)]
+    closing = pages.closings(result) if full else pages.failures()
+    ends = [line for one in closing for line in titled(one.title, one.lines)]
+    if full:
+        whole = (titled(one.title, [*one.lines, *one.detail]) for one in found)
+        return lines + [line for one in whole for line in one] + ends
+    return lines + fitted(found, lines_of(result.case) - height([*lines, *ends])) + ends
 
 
 class Verdicts(NamedTuple):
@@ -156,10 +159,17 @@ def render_verdicts(result: Result) -> str:
     return "\n".join([*lines, *paragraph(words)]) + "\n"
 
 
-def identity(result: Result) -> list[tuple[str, str]]:
-    """Lines of `[document]`, case, source and machine; `remarks` and history stand elsewhere."""
+def identity(result: Result, full: bool = True) -> list[tuple[str, str]]:
+    """Lines of `[document]`, case, source and machine; `remarks` and history stand elsewhere.
+
+    In brief the number of the document with its revision only.
+    """
     document = table_of(result.case, "document")
-    said = [(name, str(document.get(key) or "")) for key, name in LINES.items()]
+    told = {name: str(document.get(key) or "") for key, name in LINES.items()}
+    if not full:
+        number, revision = told["document"], told["revision"]
+        told = {"document": f"{number}, revision {revision}" if number and revision else number}
+    said = [*told.items()]
     rows = [*said, ("case", result.name), ("source", str(result.case.get("source") or ""))]
     return [(name, words) for name, words in (*rows, ("machine", _machine(result))) if words]
 

@@ -26,7 +26,6 @@ AXES: dict[str, tuple[str, str]] = {
     "pole": ("", "pole, rightmost first"),
     "peak": ("", "maximum, from low to high frequency"),
     "active": ("", "peak that holds the optimum, from low to high frequency"),
-    "half_order": ("", "multiple of crank speed, also halves"),
 }
 #: axis name -> names of its entries, where they are the same in every case
 NAMES: dict[str, tuple[str, ...]] = {}

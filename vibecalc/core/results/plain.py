@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vibecalc.core.results.record import Quantity
+from vibecalc.core.results.renamed import current_path
 from vibecalc.core.results.select import Key, nearest, select
 from vibecalc.core.results.visible import text_cell
 from vibecalc.errors import MissingQuantity
@@ -19,6 +20,9 @@ from vibecalc.units import convert
 def missing(result: Mapping[str, Quantity], given: object) -> MissingQuantity:
     """The error that says what a result has instead."""
     path = str(given)
+    now = current_path(path)
+    if now in result:
+        return MissingQuantity(f"there is no {path!r} in this result: it is {now!r} now")
     group = [name for name in result if name.startswith(f"{path.strip('/')}/")]
     known = group or nearest(path, list(result))
     words = f"{path} is a group" if group else f"there is no {path!r}"

@@ -1,7 +1,33 @@
-"""Result paths that cases from before still have, and what they are called now."""
+"""Names that cases and results had before, and what they are called now: one table for all.
+
+`diagnose` says of an unknown key what it is called now, `migrate` rewrites cases by it, and paths
+and axes of earlier result files are read under the names that they have now.
+"""
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from vibecalc.errors import KeyPath
+
+#: end of the place of a key, positions in lists left out -> its name now
+KEYS: dict[str, str] = {
+    "crank_train.stroke": "stroke_axis",
+}
+#: place and text that it had -> the text now
+TEXTS: dict[tuple[str, str], str] = {}
+#: axis of a result -> its name now
+AXES = {"half_order": "order"}
 
 _TORQUE, _FORCE, _BODY = "isolation/torque_reaction", "isolation/support_force", "isolation/body"
-RENAMED = {
+#: parts of a result path -> what stands there now
+PATHS = {
+    "half_order": "order",
+    "support_displacement/sag": "support_displacement/static",
+    "support_displacement/excursion": "support_displacement/total",
+    "lever_force": "couple_over_lever",
+    "rigid_peak": "blocked_peak",
+    "rigid_harmonics": "blocked_harmonics",
     f"{_TORQUE}/translation": f"{_BODY}/translation_harmonics",
     f"{_TORQUE}/rotation": f"{_BODY}/rotation_harmonics",
     f"{_TORQUE}/support_force": f"{_FORCE}/steady_harmonics",
@@ -13,8 +39,89 @@ RENAMED = {
     "foundation/coupled/machine/rotation": f"{_BODY}/rotation_harmonics",
     "foundation/coupled/mount_force": f"{_FORCE}/steady_harmonics",
 }
+_IN_A_PATH = re.compile(
+    f"(?<![^/])(?:{'|'.join(sorted(map(re.escape, PATHS), key=len, reverse=True))})(?![^/])"
+)
+_NAME = re.compile(r"[A-Za-z_][\w-]*")
+_ONE_SEARCH = (
+    "[optimisation] has one search, with nothing to choose: leave out method and compare; "
+    "`vibecalc accuracy` holds it against other methods"
+)
+#: keys that are gone -> what to do about them
+GONE: dict[KeyPath, str] = {
+    ("optimisation", "method"): _ONE_SEARCH,
+    ("optimisation", "compare"): _ONE_SEARCH,
+}
 
 
 def current_path(path: str) -> str:
     """The path under which a result is found now."""
-    return RENAMED.get(path, path)
+    return _IN_A_PATH.sub(lambda old: PATHS[old[0]], path)
+
+
+def current_axis(name: str) -> str:
+    """What an axis of a result is called now."""
+    return AXES.get(name, name)
+
+
+def current_where(where: Any) -> Any:
+    """A choice of entries with its axes as they are called now."""
+    if not isinstance(where, Mapping):
+        return where
+    return {current_axis(axis): entry for axis, entry in where.items()}
+
+
+def current_name(path: KeyPath) -> str | None:
+    """What the last key of a path is called now; None where it is called so still."""
+    if not path or not isinstance(path[-1], str):
+        return None
+    names = [part for part in path if isinstance(part, str)]
+    if names[-2:-1] == ["where"]:
+        return AXES.get(names[-1])
+    return next((KEYS[end] for end in _ends(names) if end in KEYS), None)
+
+
+def renamed(path: KeyPath) -> str:
+    """What the last key of a path is called now and what rewrites the case, or nothing."""
+    now = current_name(path)
+    return f"`{path[-1]}` is now `{now}`; `vibecalc migrate CASE` rewrites the case" if now else ""
+
+
+def current_key(key: str) -> str:
+    """A key as `machine.mounts.each.stiffness` with all of its names as they are now."""
+    names: list[str] = []
+
+    def renamed(name: re.Match[str]) -> str:
+        names.append(name[0])
+        return current_name(tuple(names)) or name[0]
+
+    return _NAME.sub(renamed, key)
+
+
+def current_text(path: KeyPath, text: str) -> str:
+    """A text of a case, as it is now: a choice, a key, the path of a result, an axis."""
+    names = [part for part in path if isinstance(part, str)]
+    for end in _ends(names):
+        if (end, text) in TEXTS:
+            return TEXTS[end, text]
+    if names[-1:] == ["axis"]:
+        return current_axis(text)
+    if "/" in text:
+        return current_path(text)
+    return current_key(text) if "." in text and not re.search(r"[\s/]", text) else text
+
+
+def current_case(value: Any, path: KeyPath = ()) -> Any:
+    """A case, as plain tables, or what stands at a place of it, with all names as they are now."""
+    if isinstance(value, dict):
+        return {
+            current_name((*path, key)) or key: current_case(entry, (*path, key))
+            for key, entry in value.items()
+        }
+    if isinstance(value, list):
+        return [current_case(entry, path) for entry in value]
+    return current_text(path, value) if isinstance(value, str) else value
+
+
+def _ends(names: list[str]) -> list[str]:
+    return [".".join(names[place:]) for place in range(len(names))]

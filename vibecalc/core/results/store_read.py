@@ -28,6 +28,7 @@ from vibecalc.core.results.record import (
     Record,
     Result,
 )
+from vibecalc.core.results.renamed import current_axis, current_case, current_path
 from vibecalc.core.results.steps import step
 from vibecalc.core.results.text_files import HDF5_BEGINS
 from vibecalc.core.results.verdicts import VERDICTS, from_objects
@@ -83,6 +84,8 @@ def _checked_size(path: Path) -> int:
     if not start:
         raise ResultError(f"{path} is empty")
     if start != HDF5_BEGINS:
+        if path.suffix == ".toml":
+            raise ResultError(f"{path} is a case; run it first: vibecalc run {path}")
         raise ResultError(f"{path} is not an HDF5 file (it begins with {start!r})")
     return status.st_size
 
@@ -122,7 +125,7 @@ def bare_result(file: Any, path: Path) -> Result:
     provenance, timings = _provenance(file)
     return Result(
         name=visible(text["name"]),
-        case=shown(case),
+        case=shown(current_case(case)),
         case_toml=text["case_toml"],
         case_toml_resolved=text["case_toml_resolved"],
         case_sha256=visible(text["case_sha256"]),
@@ -160,7 +163,7 @@ def _quantity(
     if not sizes["error_estimate"] >= 0.0:
         raise ResultError(f"{path} is damaged: {quantity_path} has error {sizes['error_estimate']}")
     return Quantity(
-        path=quantity_path,
+        path=quantity_path if over else current_path(quantity_path),
         values=np.empty(0) if over else _values(dataset, path, size),
         unit=_text(dataset, path, "units"),
         long_name=_text(dataset, path, "long_name"),
@@ -183,6 +186,7 @@ def _errors(dataset: Any, path: Path) -> np.ndarray:
 
 def _axis(dataset: Any, path: Path, size: int, position: int, known: dict[Any, Axis]) -> Axis:
     dimension = dataset.dims[position]
+    name = current_axis(dimension.label)
     if len(dimension) != 1:
         raise ResultError(
             f"{path} is damaged: {dataset.name[1:]} has {len(dimension)} scales on axis {position}"
@@ -190,14 +194,14 @@ def _axis(dataset: Any, path: Path, size: int, position: int, known: dict[Any, A
     scale = dimension[0]
     if scale.id not in known:
         known[scale.id] = Axis(
-            name=dimension.label,
+            name=name,
             values=_values(scale, path, size),
             unit=_text(scale, path, "units"),
             long_name=_text(scale, path, "long_name"),
             run_samples=_integer(scale, path, "run_samples") if "run_samples" in scale.attrs else 0,
         )
     axis = known[scale.id]
-    if axis.values.shape != (dataset.shape[position],) or axis.name != dimension.label:
+    if axis.values.shape != (dataset.shape[position],) or axis.name != name:
         raise ResultError(
             f"{path} is damaged: {dataset.name[1:]} and its axis {axis.name} do not fit together"
         )

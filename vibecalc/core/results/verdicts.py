@@ -25,6 +25,7 @@ from vibecalc.core.results.record import (
     Result,
     Verdict,
 )
+from vibecalc.core.results.renamed import current_path, current_where
 from vibecalc.core.results.select import Side, beside_error, numbers, select
 from vibecalc.core.results.tolerance import remedy
 from vibecalc.errors import ResultError
@@ -245,6 +246,7 @@ def from_objects(content: Sequence[Mapping[str, Any]]) -> tuple[Verdict, ...]:
         known = {name: one[name] for name in Verdict._fields if name in one}
         for name in _NUMBERS & known.keys():
             known[name] = None if known[name] is None else float(known[name])
+        known |= {"quantity": current_path(one["quantity"]), "where": current_where(one["where"])}
         row = Verdict(**known)
         rows.append(row._replace(error_estimate=Estimate(row.error_estimate, 0.0)))
     return tuple(rows)

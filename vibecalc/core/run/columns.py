@@ -10,13 +10,12 @@ from vibecalc.core.case.number_range import ANGLES, LARGEST, LARGEST_ANGLE, SMAL
 from vibecalc.core.case.walk import COMPARE, Shape, shape_at
 from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.record import Axis
-from vibecalc.core.run.reads import Reads, traced
 from vibecalc.core.run.run import StageCache, run_stage
 from vibecalc.core.run.stage import Scene, Stage
 from vibecalc.errors import KeyPath, NumericalFailure
 from vibecalc.numerics.bounded import Bounded
 from vibecalc.numerics.rounding import BoolArray, FloatArray
-from vibecalc.parts.machine import PARTS, MachineParts
+from vibecalc.parts.machine import build_machine
 
 if TYPE_CHECKING:
     from vibecalc.schema import Case
@@ -132,15 +131,6 @@ class PointsScene(Scene):
     count: int
     alone: BoolArray
     columns: dict[str, Column] = field(default_factory=dict)
-    unvaried: "Unvaried | None" = None
-
-    def once(self, name: str, make: "Callable[[Case], Any]") -> Any:
-        """As of one run; what no point varies, as earlier runs of other points have made it."""
-        if self.unvaried is None:
-            return super().once(name, make)
-        if name not in self.handed_on:
-            self.handed_on[name] = self.unvaried.make(name, make, self.case)
-        return self.handed_on[name]
 
     def again(self, name: str, inputs: Sequence[Any], make: Callable[[], Any]) -> Any:
         """As of one run, from the first on: many points have it in common."""
@@ -175,59 +165,25 @@ class PointsScene(Scene):
         )
 
 
-class Unvaried:
-    """What is made of numbers that no point varies, kept from run to run over the same keys.
-
-    For a study that asks for a few points thousands of times. What is made is told by what it
-    reads of the case (`reads.py`): where none of that is an array the first run of it counts.
-    """
-
-    def __init__(self, keys: Collection[KeyPath]):
-        self._keys = keys
-        self._made: dict[str, Any] = {}
-        self._varying: set[str] = set()
-
-    def make(self, name: str, make: "Callable[[Case], Any]", case: "Case") -> Any:
-        """What `make` makes of the case."""
-        if name in self._made:
-            return self._made[name]
-        if name in self._varying:
-            return make(case)
-        reads = Reads()
-        made = make(traced(case, reads))
-        reads.close(made)
-        if any(reads.include(key) for key in self._keys):
-            self._varying.add(name)
-        else:
-            self._made[name] = made
-        return made
-
-
 def run_points(
     case: "Case",
     stages: tuple[Stage, ...],
     varied: Varied,
     count: int,
     wanted: frozenset[str],
-    unvaried: Unvaried | None = None,
     cache: StageCache | None = None,
 ) -> PointsScene:
-    """Run stages that take a leading axis; `unvaried` and `cache` have what earlier runs have left.
+    """Run stages that take a leading axis; `cache` has what earlier runs have left.
 
     Raises PointsApart where points differ in kind, NumericalFailure where any of them fails.
     """
     at_points = case_at_points(case, varied)
-    parts = {
-        name: unvaried.make(name, build, at_points) if unvaried else build(at_points)
-        for name, build in PARTS.items()
-    }
     scene = PointsScene(
         case=at_points,
-        parts=MachineParts(**parts),
+        parts=build_machine(at_points),
         wanted=wanted,
         count=count,
         alone=np.zeros(count, dtype=bool),
-        unvaried=unvaried,
         keeper=None if cache is None else cache.at(case, wanted).again,
     )
     for stage in stages:

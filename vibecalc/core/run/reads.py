@@ -16,7 +16,6 @@ from typing import Any, TypeVar, cast
 from pydantic import BaseModel
 
 from vibecalc.core.case.fields import Table
-from vibecalc.errors import KeyPath
 from vibecalc.schema import Case
 
 #: field -> what was read of the table in it; of another field whether there are tables within
@@ -55,17 +54,6 @@ class Reads:
         _places(self.tree, "", tables, plain, others)
         self._tables, self._plain, self._others = map(_getter, (tables, plain, others))
         return marshal.dumps((tables, plain, others, sorted(self.handed), sorted(self.made)), 2)
-
-    def include(self, place: KeyPath) -> bool:
-        """Whether the number at a place of the case was read, by itself or with a list about it."""
-        node: Tree | bool = self.tree
-        for name in place:
-            if not isinstance(node, dict) or WHOLE in node:
-                return True
-            if name not in node:
-                return False
-            node = node[str(name)]
-        return True
 
     def contents(self, case: Any, known: dict[int, Any]) -> Any:
         """What a case has where this was read, as plain values; None where a table is missing.

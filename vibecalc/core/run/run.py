@@ -3,14 +3,16 @@
 import hashlib
 import time
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
+from vibecalc.core.case.load import validate
 from vibecalc.core.case.number_range import present, range_problems
+from vibecalc.core.case.raw import case_at
 from vibecalc.core.results.named import named
 from vibecalc.core.results.record import Record
 from vibecalc.core.results.steps import step
@@ -19,7 +21,7 @@ from vibecalc.core.run.machine_checks import check_machine, checks_of, machine_w
 from vibecalc.core.run.plan import needed_stages
 from vibecalc.core.run.reads import Reads, TracedEntries, traced, walked, written
 from vibecalc.core.run.stage import Scene, Stage
-from vibecalc.errors import NumericalFailure, Problem, dotted
+from vibecalc.errors import CaseError, NumericalFailure, Problem, dotted
 from vibecalc.parts.machine import PARTS, MachineParts, build_machine
 
 if TYPE_CHECKING:
@@ -272,6 +274,17 @@ def check_again(case: "Case", cache: StageCache) -> list[Problem]:
         if now.once(check.__name__, check):
             return check_machine(case)
     return []
+
+
+def checked_case(
+    resolved: Mapping[str, Any], settings: Mapping[str, Any], cache: StageCache
+) -> "Case":
+    """A case in SI with some keys set, checked again; CaseError if it is not a case."""
+    case = validate(case_at(resolved, settings))
+    problems = check_again(case, cache)
+    if problems:
+        raise CaseError(problems)
+    return case
 
 
 # ----------------------------------------------------------------------------

@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
 
-from vibecalc.core.case.load import validate
-from vibecalc.core.case.raw import NOT_COMPUTED, case_at, field_unit, number_at, parse_key
+from vibecalc.core.case.raw import NOT_COMPUTED, field_unit, number_at, parse_key
 from vibecalc.core.case.study_tables import Objective, Variable
 from vibecalc.core.case.tables import Limit
 from vibecalc.core.results.catalogue import CATALOGUE, deciding
 from vibecalc.core.results.record import Record
 from vibecalc.core.results.select import Side, Where, parts_of, worst
 from vibecalc.core.results.verdicts import Bound, bounds_of
-from vibecalc.core.run.run import StageCache, check_again, run_case
+from vibecalc.core.run.run import StageCache, checked_case, run_case
 from vibecalc.core.study.choices import choices_of, ends_of, in_words, ties_of
 from vibecalc.core.study.search.problem import Problem
 from vibecalc.core.study.sweep.at_once import Part, Plan, compute, planned, unsupported
@@ -68,9 +67,11 @@ class Varied:
 
         NumericalFailure if it is not a case.
         """
-        return checked_case(
-            self._resolved, self.settings(variables) | dict(more or {}), self._cache
-        )
+        settings = self.settings(variables) | dict(more or {})
+        try:
+            return checked_case(self._resolved, settings, self._cache)
+        except CaseError as error:
+            raise NumericalFailure(str(error.problems[0].message)) from error
 
     def results(
         self, variables: np.ndarray, wanted: frozenset[str], more: Mapping[str, Any] | None = None
@@ -264,20 +265,6 @@ def _held(case: "Case") -> Iterator[tuple[Limit, Bound]]:
                 yield limit.model_copy(update={"quantity": path}), bound
 
 
-def checked_case(
-    resolved: Mapping[str, Any], settings: Mapping[str, Any], cache: StageCache
-) -> "Case":
-    """A case in SI with some keys set, checked again; NumericalFailure if it is not a case."""
-    try:
-        case = validate(case_at(resolved, settings))
-    except CaseError as error:
-        raise NumericalFailure(str(error.problems[0].message)) from error
-    problems = check_again(case, cache)
-    if problems:
-        raise NumericalFailure(problems[0].message)
-    return case
-
-
 def sign_of(goal: Objective) -> float:
     """1 where an objective is to be made small, -1 where large."""
     return 1.0 if goal.sense == "min" else -1.0
@@ -349,7 +336,7 @@ class Foreseen:
             except NumericalFailure:
                 return None
             if keys and unsupported(case, keys, wanted) is None:
-                self._plans[what] = case, planned(case, wanted, keys, again=True)
+                self._plans[what] = case, planned(case, wanted, keys)
         return self._plans[what]
 
 

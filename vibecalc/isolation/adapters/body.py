@@ -33,7 +33,7 @@ def run_isolation(scene: Scene) -> None:
         raise ValueError("isolation needs a body and mounts")
     train, model = scene.case.machine.crank_train, isolation_of(scene).model
     if model == "pitch":
-        system = pitching(body, mounts, train.axis, train.stroke)
+        system = pitching(body, mounts, train.axis, train.stroke_axis)
     else:
         system = on_mounts(body, mounts, dofs_of_model(model, train.axis))
         _emit_modes(scene, system)
@@ -42,7 +42,7 @@ def run_isolation(scene: Scene) -> None:
     if np.any(loads.mean.value):
         mean = deflected(system.resting, loads.mean)
     sag, share = _weight(scene, system, body)
-    scene.emit_all(SupportDisplacement(sag=sag), {"mount": mounts.names})
+    scene.emit_all(SupportDisplacement(static=sag), {"mount": mounts.names})
     scene.emit_all(SupportForce(static=share), {"mount": mounts.names})
     scene.handed_on["loads"], scene.handed_on["on_mounts"] = loads, system
     scene.handed_on["at_rest"] = AtRest(sag, share, mean)

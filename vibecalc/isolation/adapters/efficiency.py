@@ -93,7 +93,7 @@ def _emit_vector(
             level = -20.0 * np.log10(ratio.value)
             results[f"{name}_level"] = Bounded(level, 8.7 * ratio.error / ratio.value)
     axes = {
-        "half_order": loads.order[:used].astype(float),
+        "order": loads.order[:used].astype(float),
         "coordinate": names,
         "component": [*names, "resultant"],
     }

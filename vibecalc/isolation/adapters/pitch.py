@@ -72,8 +72,8 @@ def emit_pitch(scene: Scene, system: OnMounts, loads: BodyLoads, moved: Moved) -
         couple_left_out=lambda: _times(length_over_cycle(couple, forcing), square),
     )
     over_lever = LeverForce(
-        rigid_harmonics=lambda: kept(held * over[..., None], loads),
-        rigid_peak=lambda: _times(still(), over),
+        blocked_harmonics=lambda: kept(held * over[..., None], loads),
+        blocked_peak=lambda: _times(still(), over),
         steady_harmonics=lambda: kept(passed * over[..., None], loads),
         steady_peak=lambda: _times(peak_with_tail(passed, loads), over),
     )
@@ -84,7 +84,7 @@ def emit_pitch(scene: Scene, system: OnMounts, loads: BodyLoads, moved: Moved) -
     # what mounts pass on at low frequency, and at any where they are stiff: shares of the couple
     share = np.abs(system.mounts.stiffness * system.stretch)[..., 0, 0]
     share = share / system.matrices.stiffness[..., 0]
-    rigid = SupportForce(rigid_peak=lambda: _times(still(), share, shared=True))
+    rigid = SupportForce(blocked_peak=lambda: _times(still(), share, shared=True))
     scene.emit_all(rigid, {"mount": system.mounts.names})
 
 
@@ -118,7 +118,7 @@ def _left_out(scene: Scene, forcing: Forcing) -> tuple[Bounded, ...]:
     body, train = scene.parts.body, scene.case.machine.crank_train
     assert body is not None
     shaking = about_point(forcing.per_speed_squared, body.centre[..., None, :])
-    across = build_frame(train.axis, train.stroke).across
+    across = build_frame(train.axis, train.stroke_axis).across
     aside = couples_of(shaking) @ (np.eye(3) - np.outer(across, across))
     return tuple(reshaped(one, np.matrix_transpose) for one in (forces_of(shaking), aside))
 

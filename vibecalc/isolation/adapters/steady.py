@@ -99,7 +99,7 @@ def emit_steady(scene: Scene, mounts: Mounts, moved: Moved, solve: Solve) -> Non
     displacement = SupportDisplacement(
         steady_harmonics=kept(moved.at_mounts, loads),
         vertical_peak=lambda: peak_with_tail(_along(moved.at_mounts, few), loads),
-        excursion=largest_deflection,
+        total=largest_deflection,
     )
     scene.emit_all(displacement, axes)
     force = SupportForce(
@@ -146,7 +146,7 @@ def _emit_torque(
         mean_couple=loads.mean @ about,
         roll_peak=lambda: peak_with_tail(moved.motion @ about, loads),
     )
-    scene.emit_all(found, {"half_order": loads.order[: loads.retained]})
+    scene.emit_all(found, {"order": loads.order[: loads.retained]})
     parts = {"torque of the cylinders": torque, "shaking": loads.load - torque}
 
     def alone() -> Bounded:

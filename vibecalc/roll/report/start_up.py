@@ -62,10 +62,12 @@ def _verdict(result: Result) -> list[str]:
         within = f" within {duration:g} s" if isinstance(duration, int | float) else ""
         remark = f"; it makes {turns}" if turns else "; it does not turn over"
         return paragraph(f"IT DOES NOT START{within}{remark}. The reason stands in the warnings.")
-    words = "it starts" + (f": {turns}" if turns else "")
-    to_speed = scalar_of(record, _STEM + "time_to_speed")
-    if to_speed is not None and math.isfinite(to_speed):
-        words += f", a speed that it first has after {show(to_speed, digits=4)} s"
+    to_speed, words = scalar_of(record, _STEM + "time_to_speed"), "runs"
+    if to_speed == 0.0:
+        words = "started at speed"
+    elif to_speed is not None and math.isfinite(to_speed):
+        words = f"reaches its speed after {show(to_speed, digits=4)} s"
+    words += f"; {turns}" if turns else ""
     return paragraph(words + "; " + _settling(record, options.get("settled", 0.01)))
 
 
@@ -73,8 +75,8 @@ def _settling(record: Record, share: object) -> str:
     steady = scalar_of(record, _STEM + "time_to_steady")
     within = f" to {100.0 * share:g} %" if isinstance(share, int | float) else ""
     if steady is None or not math.isfinite(steady):
-        return f"its shaking has NOT settled{within} at the end"
-    words = f"its shaking has settled{within} from {show(steady, digits=4)} s on"
+        return f"NOT settled{within} at the end"
+    words = f"settled{within} after {show(steady, digits=4)} s"
     turns = scalar_of(record, _STEM + "turns_to_steady")
     if turns is not None and math.isfinite(turns):
         words += f", {turns:.0f} turns after the start or the last change of load"

@@ -68,7 +68,7 @@ def run_torsion_as_published(scene: Scene) -> None:
 
     torque = _torque(setup)
     found = with_errors(kernel, every[every > 0.0][:2], shape, frequency, torque)
-    axes = {"elastic_mode": place + 1, "half_order": order, "speed": speeds}
+    axes = {"elastic_mode": place + 1, "order": order, "speed": speeds}
     for name, value in {"natural_frequency": frequency, **found}.items():
         scene.emit(f"{PUBLISHED}{name}", value, axes=axes)
     for name, of in (("intensity", "intensity"), ("twist", "twist_at_critical")):

@@ -184,8 +184,8 @@ def _emit_values(scene: Scene, setup: Setup) -> None:
         scene.emit(f"{COUPLING}/{name}", rows, off * rows, {**axes, **of})
 
     line = setup.model.at(setup.speed, setup.speed * order)
-    put("stiffness", line.stiffness, {"half_order": order}, len(order))
-    put("loss_factor", line.loss_factor, {"half_order": order}, len(order))
+    put("stiffness", line.stiffness, {"order": order}, len(order))
+    put("loss_factor", line.loss_factor, {"order": order}, len(order))
     modes = {"mode": np.arange(1, len(natural) + 1)}
     put("mode_stiffness", setup.model.at(setup.speed, natural).stiffness, modes, len(natural))
 

@@ -36,7 +36,7 @@ def emit_critical(scene: Scene, setup: Setup) -> None:
     if not scene.wants(path):
         return
     speed = critical(setup)
-    axes = {"mode": np.arange(1, len(speed.value) + 1), "half_order": setup.drive.order}
+    axes = {"mode": np.arange(1, len(speed.value) + 1), "order": setup.drive.order}
     scene.emit(path, speed, axes=axes)
 
 
@@ -235,7 +235,7 @@ def emit_separation(scene: Scene, setup: Setup, where: str, low: float, high: fl
     axes = {"mode": np.arange(1, shape[0] + 1), "order_class": classes}
     place = f"{ROOT}/separation/{where}"
     scene.emit(f"{place}/margin", margin, np.where(np.isfinite(margin), error, 0.0), axes)
-    scene.emit(f"{place}/half_order", nearest, 0.0, axes)
+    scene.emit(f"{place}/order", nearest, 0.0, axes)
     if rule is not None:
         scene.emit(f"{place}/sufficient", sufficient, 0.0, axes)
 

@@ -44,7 +44,7 @@ def emit_excitation(scene: Scene, setup: Setup) -> None:
     if scene.wants(*CURVES):
         _over_the_cycle(scene, setup)
     one = drive.healthy(speed)
-    axes = {"half_order": drive.order, "cylinder": drive.firing.names}
+    axes = {"order": drive.order, "cylinder": drive.firing.names}
     gas, inertia = one.gas, rounded(speed**2, 4.0) * one.inertia
     scene.emit(f"{PLACE}/gas", gas, axes=axes)
     scene.emit(f"{PLACE}/inertia", inertia, axes=axes)
@@ -140,13 +140,13 @@ def _stations(scene: Scene, setup: Setup) -> None:
     torque = drive.torque(at)[0] / shaft.station_ratio[drive.station]
     by_station = np.zeros((len(shaft.station_names), len(drive.order)), dtype=np.complex128)
     by_station[drive.station] = torque.value.T
-    axes = {"station": shaft.station_names, "half_order": drive.order}
+    axes = {"station": shaft.station_names, "order": drive.order}
     scene.emit(f"{PLACE}/station_torque", by_station, np.max(torque.error, initial=0.0), axes)
 
 
 def _sums(scene: Scene, setup: Setup) -> None:
     drive, modes = setup.drive, setup.natural()
-    axes = {"mode": np.arange(1, len(modes.frequency) + 1), "half_order": drive.order}
+    axes = {"mode": np.arange(1, len(modes.frequency) + 1), "order": drive.order}
     every = modes.shape if modes.damped else modes.shape.real
     shape = every[:, setup.shaft.cylinder_freedom]
     sums = phase_sums(shape, drive.firing.angle, drive.order)
@@ -179,7 +179,7 @@ def _sums(scene: Scene, setup: Setup) -> None:
 def _intensity(scene: Scene, setup: Setup) -> None:
     """Torque of each order on each mode."""
     drive, modes = setup.drive, setup.natural()
-    axes = {"mode": np.arange(1, len(modes.frequency) + 1), "half_order": drive.order}
+    axes = {"mode": np.arange(1, len(modes.frequency) + 1), "order": drive.order}
     every = modes.shape if modes.damped else modes.shape.real
     torque = drive.torque(np.array([setup.speed]))[0]
     intensity = every[:, drive.freedom] @ torque.T

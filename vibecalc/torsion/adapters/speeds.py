@@ -41,12 +41,11 @@ from vibecalc.torsion.results import FOLLOWED, ROOT
 
 SPEEDS = f"{ROOT}/speeds"
 PEAK = tuple(
-    f"{ROOT}/peak/{name}"
-    for name in ("speed", "torque_half_range", "section", "mode", "half_order")
+    f"{ROOT}/peak/{name}" for name in ("speed", "torque_half_range", "section", "mode", "order")
 )
 SEPARATION = below(f"{ROOT}/separation/range/")
 #: what has to be examined once more where the largest values are
-THERE = tuple(f"{ROOT}/largest/{name}" for name in ("mode", "half_order"))
+THERE = tuple(f"{ROOT}/largest/{name}" for name in ("mode", "order"))
 HAMMERING = tuple(f"{ROOT}/hammering/{name}" for name in ("from", "to", "gear"))
 LEAST = "gear_minimum_torque"
 
@@ -123,7 +122,7 @@ def _masked(scene: Scene, undamped: UndampedResonances) -> None:
     scene.emit(f"{ROOT}/masked/from", undamped.low, undamped.error, axes)
     scene.emit(f"{ROOT}/masked/to", undamped.high, undamped.error, axes)
     scene.emit(f"{ROOT}/masked/mode", undamped.mode, 0.0, axes)
-    scene.emit(f"{ROOT}/masked/half_order", undamped.order, 0.0, axes)
+    scene.emit(f"{ROOT}/masked/order", undamped.order, 0.0, axes)
     if len(undamped.speed):
         scene.warn(
             f"nothing damps what is excited at {len(undamped.speed)} speeds of the range "

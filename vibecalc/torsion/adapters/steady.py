@@ -96,7 +96,7 @@ def emit_steady(scene: Scene, setup: Setup) -> None:
     names = {
         "station": shaft.station_names,
         "section": shaft.section_names,
-        "half_order": setup.drive.order,
+        "order": setup.drive.order,
     }
     for name in ("angle", "twist", "torque"):
         scene.emit(f"{ROOT}/{name}", motion.orders(name)[0].T, axes=names)

@@ -454,7 +454,7 @@ def _emit_waterfalls(change: Change, section: int) -> None:
     # a mean of values, so that what the values are off adds no more than theirs
     ratio = float(change.ratio[section])
     error = (2.0 * run.torque_error[section] + sums) / abs(ratio)
-    axes = {"half_order": order}, {"waterfall_frequency": frequency}
+    axes = {"order": order}, {"waterfall_frequency": frequency}
     for name, values, off, axis in zip(
         ("order", "frequency"), zip(*rows, strict=True), error, axes, strict=True
     ):

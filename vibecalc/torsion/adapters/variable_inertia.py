@@ -67,7 +67,7 @@ def run_torsion_variable_inertia(scene: Scene) -> None:
     change = relative_change(constant, varying)
     scene.emit(f"{VARIABLE}change", change, axes=axes)
     carried = (torques(system, setup.speed, full) / setup.shaft.section_ratio).T
-    scene.emit(f"{VARIABLE}torque", carried, axes=axes | {"half_order": full.order[1:]})
+    scene.emit(f"{VARIABLE}torque", carried, axes=axes | {"order": full.order[1:]})
     worst = int(np.argmax(np.abs(change.value)))
     _emit_secondary(scene, setup, system, torque, highest, worst)
     if not np.any(system.line.loss_factor):
@@ -196,7 +196,7 @@ def _emit_secondary(
     ends = system.line.first[section], system.line.second[section]
     # what orders above the highest feed is missing: the truncation of the response itself
     error = twist.errors.sum(axis=1) + abs(own) * sum(angle.error[:, end] for end in ends)
-    axes = {"half_order": linear.order[1:]}
+    axes = {"order": linear.order[1:]}
     scene.emit(f"{VARIABLE}secondary/twist", twist.value.sum(axis=1)[1:], error[1:], axes)
     scene.emit(f"{VARIABLE}secondary/source", linear.order[best][1:], 0.0, axes)
     fed = np.where(total > 0.0, total, 1.0)

@@ -235,7 +235,7 @@ def draw_torsion_vectors(result: Result) -> "Figure | None":
     record, line, modes = result.record, line_of(result), elastic_modes(result)[:_MODES]
     firing = having(record, TORSION + "excitation/firing_angle", "cylinder")
     shape = having(record, TORSION + "modes/shape", "mode", "station")
-    total = having(record, TORSION + "excitation/total", "half_order")
+    total = having(record, TORSION + "excitation/total", "order")
     natural = having(record, TORSION + "modes/natural_frequency", "mode")
     if firing is None or shape is None or total is None or natural is None or line is None:
         return None
@@ -392,7 +392,7 @@ def _first_orders(of: Source, major: bool | None = None) -> Source:
                         values=np.abs(found.values[:_MOST]))  # fmt: skip
         if major is None:
             return found
-        strong = vector(result.record, "excitation/major", "half_order")
+        strong = vector(result.record, "excitation/major", "order")
         chosen = np.zeros(_MOST, bool) if strong is None else strong[:_MOST] > 0
         own = np.where(chosen[: found.values.size] == major, found.values, 0.0)
         return replace(found, path="", values=own) if np.any(own) else None
@@ -517,8 +517,8 @@ def _named_panel(name: str, one: str) -> Panel:
     if name == "stress":
         lasting, passing = (_own(name, path, one, finite=True) for path in ("allowed", "transient"))
         parts += (
-            Curve(lasting, "allowed for lasting", limit),
-            Curve(passing, "for passing through", {**limit, "linestyle": "-."}),
+            Curve(lasting, "allowed, continuous operation", limit),
+            Curve(passing, "allowed, passage", {**limit, "linestyle": "-."}),
         )
     words = name.replace("_", " ")
     return Panel("{}", parts, f"{one}: {words}", unit=_UNITS.get(name, ""), ends=_curve_ends)

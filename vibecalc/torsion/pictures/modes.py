@@ -178,7 +178,7 @@ _OTHERS = 3
 def draw_torsion_campbell(result: Result) -> "Figure | None":
     """Hz and cpm over rpm, order lines named at their ends, crossings dotted, major ones filled."""
     natural = having(result.record, TORSION + "modes/natural_frequency", "mode")
-    critical = having(result.record, TORSION + "critical/speed", "mode", "half_order")
+    critical = having(result.record, TORSION + "critical/speed", "mode", "order")
     # where pendulums make natural frequencies depend on the speed
     course = having(result.record, TORSION + "campbell/natural_frequency", "mode", "speed")
     modes, (low, high) = elastic_modes(result), speed_range(result)
@@ -240,11 +240,11 @@ def _chosen(result: Result, modes: list[int]) -> tuple[np.ndarray, np.ndarray]:
     """
     record = result.record
     speed = np.asarray(record[TORSION + "critical/speed"].values, dtype=float)[modes]
-    found = vector(record, "excitation/major", "half_order")
+    found = vector(record, "excitation/major", "order")
     major = np.zeros(speed.shape[1], bool) if found is None else found > 0
     low, high = speed_range(result)
     inside = (speed >= low) & (speed <= high)
-    strength = having(record, TORSION + "excitation/intensity", "mode", "half_order")
+    strength = having(record, TORSION + "excitation/intensity", "mode", "order")
     if strength is None:
         return inside, major
     size = np.where(inside, np.abs(strength.values)[modes], 0.0)

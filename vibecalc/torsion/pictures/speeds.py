@@ -58,7 +58,7 @@ def top_of(
     One row, or none where it is not known or has no end.
     """
     parts = []
-    for name in ("speed", load, "mode", "half_order"):
+    for name in ("speed", load, "mode", "order"):
         quantity = having(record, f"{TORSION}{root}largest/{name}", "section")
         place = place_of(quantity, section)
         parts.append(None if quantity is None or place is None else float(quantity.values[place]))
@@ -69,7 +69,7 @@ def top_of(
 
 def points_of(record: Record, section: str) -> np.ndarray:
     """All maxima of the torque of a section that are reported (n, 4), by rising speed."""
-    columns = ("section", "speed", "torque_half_range", "mode", "half_order")
+    columns = ("section", "speed", "torque_half_range", "mode", "order")
     found = [vector(record, f"peak/{name}", "peak") for name in columns]
     there = [np.asarray(one, dtype=float) for one in found if one is not None]
     top, listed = top_of(record, section), names(record, "speeds/torque_half_range", "section")
@@ -507,7 +507,7 @@ def _limit_panels(result: Result) -> list[Panel]:
             ends=(0.0, None),
         )
         for name, title, more in (("allowed", "continuous operation", (exceeded,)),
-                                  ("transient", "passing through", ()))
+                                  ("transient", "passage", ()))
     ]  # fmt: skip
 
 

@@ -280,7 +280,7 @@ def draw_torsion_waterfall(result: Result) -> "Figure | None":
 
 def _strongest(record: Record) -> np.ndarray:
     """The orders (n,) that stand out most, ascending."""
-    found = having(record, TRANSIENT + "waterfall/order", "waterfall_time", "half_order")
+    found = having(record, TRANSIENT + "waterfall/order", "waterfall_time", "order")
     if found is None:
         return np.zeros(0)
     size = np.abs(found.values)

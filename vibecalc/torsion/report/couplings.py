@@ -63,8 +63,8 @@ def _identity(result: Result, one: "Coupling", place: int) -> list[str]:
     """Type, stiffness and damping at the operating speed, and the temperature."""
     record = result.record
     rows = [(one.name, one.type or "values of the case")]
-    order = having(record, f"{COUPLING}/stiffness", "coupling", "half_order")
-    loss = having(record, f"{COUPLING}/loss_factor", "coupling", "half_order")
+    order = having(record, f"{COUPLING}/stiffness", "coupling", "order")
+    loss = having(record, f"{COUPLING}/loss_factor", "coupling", "order")
     main = having(record, f"{COUPLING}/main_frequency", "coupling")
     speed = speed_of(result)
     if loss is not None and main is not None and order and speed:

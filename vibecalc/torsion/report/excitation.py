@@ -49,7 +49,7 @@ _LEAST = 1e-9
 
 def torsion_excitation(result: Result) -> Section | None:
     """The section, None if the result has no torque of the cylinders."""
-    if having(result.record, EXCITATION + "total", "half_order") is None:
+    if having(result.record, EXCITATION + "total", "order") is None:
         return None
     makers = critical_speeds, cylinder_orders, vector_sums
     title, details = (
@@ -62,8 +62,8 @@ def torsion_excitation(result: Result) -> Section | None:
 def strongest_criticals(result: Result) -> list[str]:
     """For each mode the critical speeds of the orders that excite it most, within the range."""
     record, (low, high) = result.record, speed_range(result)
-    speed = having(record, TORSION + "critical/speed", "mode", "half_order")
-    work = having(record, EXCITATION + "intensity", "mode", "half_order")
+    speed = having(record, TORSION + "critical/speed", "mode", "order")
+    work = having(record, EXCITATION + "intensity", "mode", "order")
     if speed is None or work is None:
         return []
     names, values = mode_names(result), np.asarray(speed.values, dtype=float)
@@ -85,7 +85,7 @@ def strongest_criticals(result: Result) -> list[str]:
 
 def _stars(record: Record, count: int) -> list[str]:
     """`*` for each major order."""
-    major = vector(record, "excitation/major", "half_order")
+    major = vector(record, "excitation/major", "order")
     return [""] * count if major is None else ["*" * bool(one) for one in major]
 
 
@@ -95,7 +95,7 @@ def critical_speeds(result: Result) -> list[str]:
     path, modes = TORSION + "critical/speed", elastic_modes(result)
 
     def speeds(record: Record) -> Quantity | None:
-        found = having(record, path, "mode", "half_order")
+        found = having(record, path, "mode", "order")
         if found is None:
             return None
         axis = replace(found.axes[0], values=np.array(mode_names(result))[modes])
@@ -114,7 +114,7 @@ def critical_speeds(result: Result) -> list[str]:
         Cells(speeds, "{}", lambda speed, _: turns(speed) if low <= speed <= high else ""),
     )
     words = f"Critical speeds in rpm from {range_words(result)} (major orders: *):"
-    rows = Rows("half_order", "order", columns, label="{:.4g}", right=True, places=inside,
+    rows = Rows("order", "order", columns, label="{:.4g}", right=True, places=inside,
                 above=words)  # fmt: skip
     return rows_of(result.record, rows)[0] if path in result.record and modes else []
 
@@ -122,7 +122,7 @@ def critical_speeds(result: Result) -> list[str]:
 def cylinder_orders(result: Result) -> list[str]:
     """Cosine and sine of gas, inertia and total, of one cylinder from its firing position on."""
     record, (factor, unit) = result.record, torque_unit(result.record)
-    total = having(record, EXCITATION + "total", "half_order")
+    total = having(record, EXCITATION + "total", "order")
     if total is None:
         return []
     nothing = max(_NOTHING * float(np.max(np.abs(total.values))), total.error_estimate)
@@ -146,7 +146,7 @@ def cylinder_orders(result: Result) -> list[str]:
         "of a cos(q t) + b sin(q t), amplitude 0-to-peak, phase of the cosine (positive leads); "
         "tangential pressure: amplitude over piston area and crank radius."
     )
-    rows = Rows("half_order", "order", columns, EXCITATION.rstrip("/"), "{:.4g}", right=True,
+    rows = Rows("order", "order", columns, EXCITATION.rstrip("/"), "{:.4g}", right=True,
                 places=first(MOST_ORDERS), rest=others(_HIGHER), above=words)  # fmt: skip
     return rows_of(record, rows)[0]
 
@@ -167,13 +167,13 @@ _BANKS = (
 def vector_sums(result: Result) -> list[str]:
     """The orders that are strongest, and the table of vector sums by mode and order."""
     record, modes, names = result.record, elastic_modes(result)[:_MODES], mode_names(result)
-    sums = having(record, EXCITATION + "vector_sum", "mode", "half_order")
-    work = having(record, EXCITATION + "intensity", "mode", "half_order")
+    sums = having(record, EXCITATION + "vector_sum", "mode", "order")
+    work = having(record, EXCITATION + "intensity", "mode", "order")
     natural = frequencies(record)
     if sums is None or natural is None or not modes:
         return []
     factor, unit = torque_unit(record)
-    bank = vector(record, "excitation/bank_factor", "half_order")
+    bank = vector(record, "excitation/bank_factor", "order")
     columns = [number("order"), Column("major") if bank is None else number("major\nbanks")]
     for mode in modes:
         columns += [number(f"{names[mode]}\nsum"), number(f"torque\n{unit}")]
@@ -203,7 +203,7 @@ def _sum(sums: Quantity, mode: int, place: int) -> str:
 
 def _ranked(record: Record, sums: Quantity, modes: list[int], names: list[str]) -> list[str]:
     """The orders of the largest vector sums on each mode, those of equal sums together."""
-    rank = having(record, EXCITATION + "rank", "mode", "half_order")
+    rank = having(record, EXCITATION + "rank", "mode", "order")
     if rank is None:
         return []
     words = []
@@ -242,7 +242,7 @@ def station_torques(result: Result) -> list[str]:
     given = table_of(result.case, "machine", "shaft_line").get("excitations") or ()
     factor, unit = torque_unit(result.record)
     at = {str(one.get("on")) for one in given}
-    torque = having(result.record, EXCITATION + "station_torque", "station", "half_order")
+    torque = having(result.record, EXCITATION + "station_torque", "station", "order")
     if torque is None or not given:
         return []
     noise = max(torque.error_estimate, _LEAST * float(np.max(np.abs(torque.values))))
@@ -257,6 +257,6 @@ def station_torques(result: Result) -> list[str]:
         for i in places
     ]  # fmt: skip
     words = f"Torques at the stations by order of the crank or first shaft, 0-to-peak, in {unit}:"
-    rows = Rows("half_order", "order", columns, label="{:.4g}", right=True, places=acting,
+    rows = Rows("order", "order", columns, label="{:.4g}", right=True, places=acting,
                 above=words)  # fmt: skip
     return rows_of(result.record, rows)[0]

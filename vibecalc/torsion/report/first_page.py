@@ -250,7 +250,7 @@ def _at_speed(result: Result, prefix: str, path: str, section: str) -> str:
     speed = entry("largest/speed") if speed is None else speed
     if speed is None:
         return ANY
-    mode, order = entry("largest/mode"), entry("largest/half_order")
+    mode, order = entry("largest/mode"), entry("largest/order")
     met = meeting(mode_names(result), mode or 0.0, order or 0.0)
     return f"{turns(speed)} rpm" + f" ({met})" * bool(met)
 
@@ -517,7 +517,7 @@ def barred(result: Result) -> list[str]:
     """The ranges of speeds that are barred, and what bars them."""
     record = result.record
     if f"{TORSION}limit/largest_use" not in record:
-        there = having(record, TORSION + "critical/speed", "mode", "half_order") is not None
+        there = having(record, TORSION + "critical/speed", "mode", "order") is not None
         return paragraph("No limit is held over the speeds: none is barred.") if there else []
     words = "; ".join(ranges_in_words(result)) or "no range is barred"
     return stacked(paragraph(f"{words[0].upper()}{words[1:]}."), exceeded_table(record))

@@ -84,6 +84,38 @@ def acceptable(record: Record, place: int) -> str:
     return "" if may is None or may[place] else "NOT ACCEPTABLE: it may not be barred"
 
 
+def most_used(record: Record, place: int) -> str:
+    """The shaft or gear in which a limit has its largest utilisation at any speed."""
+    return _most_used(record, "each", place)
+
+
+def most_used_at_speed(record: Record, place: int) -> str:
+    """The same at the operating speed."""
+    return _most_used(record, "operating", place)
+
+
+def _most_used(record: Record, when: str, place: int) -> str:
+    of = having(record, f"{_LIMIT}{when}/use", "limit", "section")
+    if of is None or np.all(np.isnan(of.values[place])):
+        return ""
+    return labels(of.axes[1])[int(np.nanargmax(of.values[place]))]
+
+
+def most_used_in_condition(record: Record, place: int) -> str:
+    """The same of a condition and a limit, with the condition."""
+    of = having(record, f"{TORSION}conditions/limit/element", "condition", "limit")
+    number = 0 if of is None else int(np.ravel(of.values)[place])
+    if of is None or not number:
+        return ""
+    condition = labels(of.axes[0])[place // len(of.axes[1].values)]
+    return f"{_loaded(record)[number - 1]}, {condition}"
+
+
+def _loaded(record: Record) -> list[str]:
+    """Sections and gears, as the elements of conditions are counted."""
+    return names(record, "torque_mean", "section") + names(record, "gear/mean_torque", "gear")
+
+
 def ranges_in_words(result: Result) -> list[str]:
     """What is barred, and where the line is not acceptable."""
     barred, not_ = (barred_ranges(result, permitted=one) for one in (True, False))
@@ -330,13 +362,13 @@ def uses_by_section(result: Result) -> list[str]:
         columns: tuple[_Column, ...] = (
             ("each/speed", "worst at\nrpm", "", _speed),
             (f"each/{name}", name, unit, _endless),
-            (f"each/{prefix}allowed", "allowed\nlasting", unit, _load),
-            ("each/use", "use\n%", "", _use),
-            (f"each/{prefix}transient", "allowed\npassing", unit, _load),
-            ("each/transient_use", "use\n%", "", _use),
+            (f"each/{prefix}allowed", "allowed\ncontin.", unit, _load),
+            ("each/use", "util.\n%", "", _use),
+            (f"each/{prefix}transient", "allowed\npassage", unit, _load),
+            ("each/transient_use", "util.\n%", "", _use),
             (f"operating/{name}", f"operating\n{name}", unit, _load),
-            (f"operating/{prefix}allowed", "allowed\nlasting", unit, _load),
-            ("operating/use", "use\n%", "", _use),
+            (f"operating/{prefix}allowed", "allowed\ncontin.", unit, _load),
+            ("operating/use", "util.\n%", "", _use),
         )
         there = held[1] & chosen[:, None] if held else np.zeros((0, 0), bool)
         if held is None or not there.any():
@@ -574,7 +606,7 @@ def _section_or_gear(use: _Use, _speed: float) -> _Read:
     else:
         at = "operating_" * here
         number, allowed, load = use.entry(f"{at}element"), f"{at}{prefix}allowed", None
-        known = names(record, "torque_mean", "section") + names(record, "gear/mean_torque", "gear")
+        known = _loaded(record)
         element = known[int(number) - 1] if number else f"limit {place + 1}"
     may = use.entry(allowed)
     load = use.share * may if may and load is None else load
@@ -632,7 +664,7 @@ def _least(record: Record, path: str, gear: int) -> tuple[float, float, float | 
     return float(curve.values[gear, k]), curve.error_estimate, float(curve.axes[1].values[k])
 
 
-_SEPARATED = ("margin", "half_order", "sufficient")
+_SEPARATED = ("margin", "order", "sufficient")
 
 
 def _separated(result: Result) -> Iterator[Verdict]:

@@ -215,7 +215,7 @@ def meetings(result: Result, stem: str) -> Made:
     known = mode_names(result)
 
     def made(record: Record) -> Quantity | None:
-        mode, order = (record.quantities.get(f"{stem}/{one}") for one in ("mode", "half_order"))
+        mode, order = (record.quantities.get(f"{stem}/{one}") for one in ("mode", "order"))
         if mode is None or order is None:
             return None
         words = [meeting(known, *one) for one in zip(mode.values, order.values, strict=True)]
@@ -303,7 +303,7 @@ def elastic_modes(result: Result, undamped: bool = False) -> list[int]:
 
 def highest_frequency(result: Result) -> float:
     """Of the highest order of the case at its highest speed, rad/s."""
-    excited = having(result.record, TORSION + "excitation/station_torque", "station", "half_order")
+    excited = having(result.record, TORSION + "excitation/station_torque", "station", "order")
     highest = 12.0 if excited is None else float(np.max(np.asarray(excited.axes[1].values)))
     return highest * speed_range(result)[1]
 
@@ -360,7 +360,7 @@ def _identity(result: Result, line: "ShaftLineModel") -> list[tuple[str, str]]:
     engine = line.cylinder_station.size > 0
     rows = _engine(result, machine) if engine else []
     words = [range_words(result)] if torsion.get("speeds") else []
-    orders = having(result.record, TORSION + "excitation/station_torque", "station", "half_order")
+    orders = having(result.record, TORSION + "excitation/station_torque", "station", "order")
     if orders is not None:
         values = np.asarray(orders.axes[1].values, dtype=float)
         even = values.size > 1 and np.ptp(np.diff(values)) < _EVEN

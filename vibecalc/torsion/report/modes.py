@@ -63,7 +63,7 @@ class _Margins:
 
     def __init__(self, result: Result, where: str, what: str) -> None:
         stem = f"separation/{where}"
-        found = every(result.record, stem, "mode order_class", "margin", "half_order")
+        found = every(result.record, stem, "mode order_class", "margin", "order")
         self.kinds = labels(found[0].axes[1]) if found else []
         self.found = [np.asarray(one.values, dtype=float) for one in found]
         enough = having(result.record, f"{TORSION}{stem}/sufficient", "mode", "order_class")

@@ -307,7 +307,7 @@ def _secondary(result: Result) -> list[str]:
         "Secondary vibration: what orders feed into each other through the inertias, in the "
         "section that changes most."
     )
-    rows = Rows("half_order", "order", columns, f"{_VARIABLE}secondary", "{:.4g}", right=True,
+    rows = Rows("order", "order", columns, f"{_VARIABLE}secondary", "{:.4g}", right=True,
                 places=strongest(_MOST), above=words)  # fmt: skip
     return rows_of(result.record, rows)[0]
 
@@ -399,7 +399,7 @@ def _intensities(result: Result) -> list[str]:
     known = mode_names(result)
 
     def made(record: Record) -> Quantity | None:
-        found = having(record, _PUBLISHED + "intensity", "elastic_mode", "half_order")
+        found = having(record, _PUBLISHED + "intensity", "elastic_mode", "order")
         if found is None:
             return None
         modes = [known[int(mode) - 1] for mode in found.axes[0].values[:5]]
@@ -410,7 +410,7 @@ def _intensities(result: Result) -> list[str]:
         return np.sort(np.argsort(-found[0].values.max(axis=1), kind="stable")[: 2 * _MOST])
 
     cells = Cells(made, "intensity\n{}, N m")
-    rows = Rows("half_order", "order", [cells], label="{:.4g}", places=places)
+    rows = Rows("order", "order", [cells], label="{:.4g}", places=places)
     return rows_of(result.record, rows)[0]
 
 

@@ -99,7 +99,7 @@ def _orders(result: Result) -> list[str]:
     """The strongest orders in the most loaded section."""
     record, unit = result.record, torque_unit(result.record)[1]
     name, torque = worst_section(record), TORSION + "torque"
-    count = len(names(record, "torque", "half_order"))
+    count = len(names(record, "torque", "order"))
     first = names(record, "excitation/firing_angle", "cylinder")
     angle = vector(record, "excitation/firing_angle", "cylinder")
     since = "crank angle zero" if angle is None else (
@@ -114,7 +114,7 @@ def _orders(result: Result) -> list[str]:
     )
     columns = [Cells(row_of(path, name), head, how) for path, head, how in of]
     return rows_of(record, Rows(
-        "half_order", "order", columns, label="{:.4g}", right=True, places=strongest(_ORDERS),
+        "order", "order", columns, label="{:.4g}", right=True, places=strongest(_ORDERS),
         above=f"Orders in section {name!r}, 0-to-peak, phase from {since}{more}:",
     ))[0]  # fmt: skip
 
@@ -243,7 +243,7 @@ def _peaks(result: Result) -> list[str]:
 def _masked(result: Result) -> list[str]:
     record, known = result.record, mode_names(result)
     low, high, mode, order = (
-        vector(record, f"masked/{name}", "masked") for name in ("from", "to", "mode", "half_order")
+        vector(record, f"masked/{name}", "masked") for name in ("from", "to", "mode", "order")
     )
     if low is None or high is None:
         return []
@@ -433,13 +433,13 @@ _USES = Rows(
     "condition",
     "condition",
     (
-        Cells("largest_use", "limit {}\nuse, %", "%"),
+        Cells("largest_use", "limit {}\nutil., %", "%"),
         Cells("speed", "{} at\nrpm", "rpm"),
         Cells("operating_use", "{} at\nspeed, %", "%"),
     ),
     root=f"{_ALL}/limit",
     places=_highest,
-    note="Load over that allowed for lasting.",
+    note="Load over that allowed in continuous operation.",
 )
 
 

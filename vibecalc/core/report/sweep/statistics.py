@@ -188,7 +188,7 @@ def extreme_lines(sweep: SweepView) -> list[str]:
         name, unit, counted = read_worst(sweep, path)
         orders = _orders(sweep.quantities[path])
         for place, order in enumerate(orders):
-            title = f"  order {order}" if place else f"{name}\n  order {order}"
+            title = f"  order {order:g}" if place else f"{name}\n  order {order:g}"
             rows += _rows(sweep, worst(sweep, path, {"order": order}), title, unit)
         if not orders:
             rows += _rows(sweep, counted, name, unit)
@@ -206,11 +206,11 @@ def extreme_lines(sweep: SweepView) -> list[str]:
     return [*lines, *(line for words in unbounded for line in paragraph(words))]
 
 
-def _orders(quantity: Quantity) -> list[int]:
+def _orders(quantity: Quantity) -> list[float]:
     """Orders of a level: one may fall far below another, and each has its own best place."""
     if quantity.unit != "dB":
         return []
-    return [int(n) for axis in quantity.axes if axis.name == "order" for n in axis.values]
+    return [float(n) for axis in quantity.axes if axis.name == "order" for n in axis.values]
 
 
 def _rows(sweep: SweepView, counted: Worst, name: str, unit: str) -> list[list[str]]:
@@ -237,7 +237,7 @@ def _rows(sweep: SweepView, counted: Worst, name: str, unit: str) -> list[list[s
         return [row(name, "smallest", low), largest]
     if counted.estimate(low).unresolved(float(values[low])):
         return [row(name, "", low, f"{UNRESOLVED} at all points")]
-    return [row(name, "constant", low, "at all points")]
+    return [row(name, "all points", low, "")]
 
 
 # ----------------------------------------------------------------------------

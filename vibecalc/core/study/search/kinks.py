@@ -1,8 +1,11 @@
 """The last digits of an optimum on a kink: planes sampled around it, and a linear programme."""
 
+from contextlib import suppress
+
 import numpy as np
 
 from vibecalc.core.study.search.derivatives import measured_noise
+from vibecalc.core.study.search.local_search import Stranded, forward_slopes
 from vibecalc.core.study.search.newton import Refined, walls
 from vibecalc.core.study.search.problem import KNOWN, Sampler, spread
 
@@ -118,12 +121,12 @@ def _merit(values: Sampler, unit: np.ndarray) -> float:
 def _plane(values: Sampler, unit: np.ndarray, size: float, offset: np.ndarray) -> _Plane | None:
     """The tangent plane at a point alongside `unit`, or None if it cannot be evaluated there."""
     point = values.box.inside(unit + size * offset)
-    nearby = point + np.diag(np.where(point < 0.5, 1.0, -1.0) * min(1e-7, 2e-3 * size))
-    rows = [row for row in map(values, (point, *nearby)) if row is not None]
-    if len(rows) <= unit.size:
+    height = values(point)
+    if height is None:
         return None
-    steps = np.diag(nearby - point)  # as rounding leaves them
-    return point, rows[0], ((np.array(rows[1:]) - rows[0]) / steps[:, None]).T
+    with suppress(Stranded):
+        return point, height, forward_slopes(values, point, min(1e-7, 2e-3 * size))
+    return None
 
 
 def _lowest(

@@ -59,7 +59,7 @@ def local_search(values: Sampler, start: np.ndarray, *, to_the_end: bool = False
 
     def at(place: np.ndarray) -> np.ndarray:
         unit = box.inside(place[:size])
-        steps = [unit + step for step in np.diag(_sides(unit))]
+        steps = [unit + step for step in np.diag(_sides(unit, STEP))]
         values.ahead([unit, *steps])  # the derivatives are asked for next, as a rule
         vector = values(unit)
         return bad if vector is None else vector
@@ -108,15 +108,15 @@ def _vanishing(values: Sampler, vector: np.ndarray) -> bool:
     return one and 0 <= vector[0] < VANISHING and bool(np.all(vector[1:] >= 0))
 
 
-def _sides(unit: np.ndarray) -> np.ndarray:
-    return np.where(unit < 0.5, STEP, -STEP)
+def _sides(unit: np.ndarray, step: float) -> np.ndarray:
+    return np.where(unit < 0.5, step, -step)
 
 
-def forward_slopes(values: Sampler, unit: np.ndarray) -> np.ndarray:
+def forward_slopes(values: Sampler, unit: np.ndarray, step: float = STEP) -> np.ndarray:
     """Slopes (v, k), each from the side that stays inside and can be evaluated; else Stranded."""
     columns, centre = [], values(unit)
-    for step in np.diag(_sides(unit)):
-        for nearby in (unit + step, unit - step):
+    for side in np.diag(_sides(unit, step)):
+        for nearby in (unit + side, unit - side):
             value = values(nearby) if np.array_equal(nearby, values.box.inside(nearby)) else None
             if value is not None and centre is not None:
                 columns.append((value - centre) / np.sum(nearby - unit))

@@ -7,7 +7,6 @@ import numpy as np
 
 from vibecalc.core.run.columns import (
     Column,
-    Unvaried,
     Varied,
     case_at_points,
     case_untouchable,
@@ -107,16 +106,13 @@ class Plan(NamedTuple):
 
     stages: tuple[Stage, ...]
     checks: tuple[list[Check], ...]
-    unvaried: Unvaried | None = None
 
 
-def planned(
-    case: "Case", keep: frozenset[str], keys: Collection[KeyPath], again: bool = False
-) -> Plan:
-    """The plan of a case over `keys`; with `again`, what they do not change is kept."""
+def planned(case: "Case", keep: frozenset[str], keys: Collection[KeyPath]) -> Plan:
+    """The plan of a case over `keys`."""
     untouchable = case_untouchable(case, keys)
     checks = [[one for one in ones if reads(one, untouchable)] for ones in checks_of(case)]
-    return Plan(needed_stages(case, keep), tuple(checks), Unvaried(keys) if again else None)
+    return Plan(needed_stages(case, keep), tuple(checks))
 
 
 def compute(
@@ -133,7 +129,7 @@ def compute(
     point needs a single run if a check may refuse it, if an order may stand on an undamped
     resonance, or if something in its arithmetic goes wrong: the single run then says what.
     """
-    stages, checks, unvaried = plan or planned(case, keep, varied)
+    stages, checks = plan or planned(case, keep, varied)
     size = min(stage.leading.most for stage in stages if stage.leading is not None)
     uncertain = suspects(case, varied, count, checks)
     clear, left = np.flatnonzero(~uncertain), [np.flatnonzero(uncertain)]
@@ -143,7 +139,7 @@ def compute(
         places = waiting.pop()
         try:
             some = {key: values[places] for key, values in varied.items()}
-            scene = run_points(case, stages, some, len(places), keep, unvaried, cache)
+            scene = run_points(case, stages, some, len(places), keep, cache)
         except PointsApart as apart:
             alone = np.broadcast_to(apart.alone, len(places))
             left.append(places[alone])

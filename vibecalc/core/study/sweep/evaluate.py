@@ -13,7 +13,7 @@ from vibecalc.core.results.catalogue import CATALOGUE
 from vibecalc.core.results.layout import BUG, DONE, FAILED, REFUSED
 from vibecalc.core.results.record import Quantity
 from vibecalc.core.results.sweep_file import columns_of
-from vibecalc.core.run.run import StageCache, check_again, run_case
+from vibecalc.core.run.run import StageCache, checked_case, run_case
 from vibecalc.core.study.sweep.at_once import compute
 from vibecalc.core.study.sweep.blocks import Block, combined, one_point
 from vibecalc.core.study.sweep.design import Design
@@ -71,8 +71,7 @@ class Evaluator:
     def _computed(self, settings: Mapping[str, Any]) -> Quantities:
         if self._loaded.case.optimisation is not None:
             return self._optimised(settings)
-        case = validate(case_at(self._base, settings))
-        _refuse(check_again(case, self._cache))
+        case = checked_case(self._base, settings, self._cache)
         record = run_case(case, wanted=frozenset(self._keep), cache=self._cache)
         return {path: self._stackable(record[path]) for path in self._keep if path in record}
 
@@ -103,7 +102,9 @@ class Evaluator:
             "freed": None,
         }
         loaded = replace(self._loaded, case=case, resolved=resolve(case), **bare)
-        _refuse(physics_problems(loaded))
+        problems = physics_problems(loaded)
+        if problems:
+            raise CaseError(problems)
         record = optimise(loaded, timings={})
         if record.failure:
             raise NumericalFailure("; ".join((record.failure, *record.warnings[:1])))
@@ -150,8 +151,3 @@ def refusal(problems: Sequence[Problem]) -> str:
         for one in problems
     )
     return "; ".join(", ".join(filter(None, part)) for part in parts)
-
-
-def _refuse(problems: Sequence[Problem]) -> None:
-    if problems:
-        raise CaseError(problems)

@@ -246,13 +246,14 @@ def _refuse_mixed_units(values: Sequence[Any], said: str) -> None:
         raise UsageError(f"{said}: give every value its unit, as in {example!r}")
 
 
-def axis_tables(grid: Sequence[str], zipped: Sequence[str] = ()) -> list[dict[str, Any]]:
-    """Tables of `sweep.axes`: one for each text of `grid`, then one with all of `zipped`."""
-    tables = [axis_table(text) for text in grid]
-    if zipped:
-        first, *others = (axis_table(text, "--zip") for text in zipped)
-        tables.append({**first, "with": others} if others else first)
-    return tables
+def axis_tables(
+    grid: Sequence[dict[str, Any]], zipped: Sequence[dict[str, Any]] = ()
+) -> list[dict[str, Any]]:
+    """Tables of `sweep.axes`: those of `grid`, then one with all of `zipped`."""
+    if not zipped:
+        return [*grid]
+    first, *others = zipped
+    return [*grid, {**first, "with": others} if others else first]
 
 
 def sampling_table(text: str) -> dict[str, Any]:
@@ -285,7 +286,8 @@ def sweep_settings(
     Axes on the command line take the place of those of the case, and so do kept quantities.
     """
     settings = []
-    tables = axis_tables(grid, zipped)
+    together = [axis_table(text, "--zip") for text in zipped]
+    tables = axis_tables([axis_table(text) for text in grid], together)
     if tables:
         # one by one, since each text of an override has its longest length
         settings.append(f"sweep.axes=[{', '.join(['{}'] * len(tables))}]")
