@@ -24,7 +24,7 @@ GOLDEN = Path(__file__).parent / "golden"
 def test_force_over_the_cycle_sums_the_orders_with_phase() -> None:
     result = generator()
     still, mounted = figure(result, "force_over_cycle").axes
-    for axes, name in ((still, "rigid"), (mounted, "steady")):
+    for axes, name in ((still, "blocked"), (mounted, "steady")):
         drawn = lines(axes)
         parts = [
             drawn[f"{word} (order {n})"].get_ydata()
